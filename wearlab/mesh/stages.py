@@ -1,0 +1,80 @@
+"""The phases at which an integrator asks for the mesh, and the tables that answer.
+
+Steps never straddle a phase where a pair enters or leaves: each smooth segment of the mesh period is cut
+into equal steps of its own, and every step holds its three stage values (start, middle, end). Both sides of
+a jump are therefore present, and a fourth-order method stays of fourth order.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class StageGrid(NamedTuple):
+    """Steps of one mesh period.
+
+    Parameters
+    ----------
+    start : (n_steps,) phase at which each step begins [1]
+    width : (n_steps,) length of each step in phase [1]; the widths sum to 1
+    segment : (n_steps,) index of the smooth segment each step lies in
+    """
+
+    start: Array
+    width: Array
+    segment: NDArray[np.int64]
+
+    @property
+    def phase(self) -> Array:
+        """Stage phases, start, middle and end of every step, (n_steps, 3) [1]."""
+        return self.start[:, None] + self.width[:, None] * np.array([0.0, 0.5, 1.0])
+
+
+class StageTables(NamedTuple):
+    """Everything periodic in the mesh, tabulated at the stages; the integrator evaluates nothing else.
+
+    Per mesh: elastic force ``W = Σ_p k_p max(0, δ − g_p) − Σ_p k_p max(0, −j_bn − δ)`` with
+    ``δ = d·q − e``. A mesh-level law (Fourier series, constant mesh stiffness) is one "pair".
+
+    Parameters
+    ----------
+    width : (n_steps,) step lengths in phase [1]
+    stiffness : (n_steps, 3, n_mesh, n_pairs) pair stiffness, 0 where the pair is out of the path [N/m]
+    gap : (n_steps, 3, n_mesh, n_pairs) gap of the drive flanks [m]
+    error : (n_steps, 3, n_mesh) prescribed mesh error e [m]
+    error_rate : (n_steps, 3, n_mesh) de/dphase [m]
+    fluctuation : (n_steps, 3) factor on the system's fluctuating load [1], or None
+    """
+
+    width: Array
+    stiffness: Array
+    gap: Array
+    error: Array
+    error_rate: Array
+    fluctuation: Array | None
+
+
+def stage_grid(breaks: Array, steps: int) -> StageGrid:
+    """Cut one mesh period into about ``steps`` steps that land on every break.
+
+    Parameters
+    ----------
+    breaks : (n,) ascending phases in [0, 1) at which something jumps or kinks; 0 is added when missing [1]
+    steps : the number of steps wanted; every segment gets at least one, in proportion to its length
+
+    Returns
+    -------
+    StageGrid with at least ``steps`` steps.
+    """
+    edges = np.unique(np.concatenate([[0.0], np.asarray(breaks, float), [1.0]]))
+    starts, widths, segments = [], [], []
+    for index, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+        count = max(1, int(np.ceil(steps * (high - low) - 1e-9)))
+        width = (high - low) / count
+        starts.append(low + width * np.arange(count))
+        widths.append(np.full(count, width))
+        segments.append(np.full(count, index))
+    return StageGrid(np.concatenate(starts), np.concatenate(widths), np.concatenate(segments))
