@@ -1,0 +1,136 @@
+"""Worn flanks in quasi-static contact: compliance and gap at every node, then the sharing at every phase."""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.mesh.profile import Lookup, ProfileGrid, interpolate, lookup
+from wearlab.mesh.sharing import share
+from wearlab.mesh.stiffness import GivenStiffness, PairStiffness
+
+Array = NDArray[np.float64]
+
+HERTZ_ITERATIONS = 30
+HERTZ_TOLERANCE = 1e-10
+
+
+class Nodes(NamedTuple):
+    """One wear state at the nodes of the path.
+
+    Parameters
+    ----------
+    compliance : (n,) own compliance of a pair touching there [m/N]
+    gap : (n,) gap of the drive flanks, ``h1 + h2 + modifications`` [m]
+    cross : (n_apart, n) compliance shared with the pair 1, 2 … base pitches ahead [m/N]
+    """
+
+    compliance: Array
+    gap: Array
+    cross: Array
+
+
+class Quasistatic(NamedTuple):
+    """The mesh under its static load, at given phases.
+
+    Parameters
+    ----------
+    deflection : (n,) static transmission error δ [m]
+    tangent : (n,) mesh stiffness Σ k_j over loaded pairs [N/m]
+    force : (n, n_pairs) pair forces, leading pair first [N]
+    unloaded : (n,) unloaded transmission error, min_j g_j [m]
+    stiffness : (n, n_pairs) stiffness of each pair on its own, 0 when absent [N/m]
+    gap : (n, n_pairs) gaps, inf when absent [m]
+    """
+
+    deflection: Array
+    tangent: Array
+    force: Array
+    unloaded: Array
+    stiffness: Array
+    gap: Array
+
+
+@dataclass(frozen=True)
+class ContactAnalysis:
+    """Contact of one pair of worn flanks in the displacement form ``g_j = h1(s_j) + h2(s_j) + modifications``.
+
+    Parameters
+    ----------
+    grid : nodes of the flanks
+    stiffness : how stiff one pair is
+    modification : (n,) material removed on purpose, both flanks together [m]
+    load : static normal force [N]
+    engagement_gap : pairs whose gap exceeds the smallest by more than this do not engage (an angle
+        threshold times the driven base radius); inf: the load alone decides [m]
+    """
+
+    grid: ProfileGrid
+    stiffness: PairStiffness
+    modification: Array
+    load: float
+    engagement_gap: float = np.inf
+    _at_nodes: Lookup = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        phases, _ = self.grid.phase_nodes
+        segment = np.repeat(np.arange(len(self.grid.intervals)), self.grid.intervals + 1)
+        object.__setattr__(self, "_at_nodes", lookup(self.grid, phases, segment))
+
+    @property
+    def at_nodes(self) -> Lookup:
+        """The look-up of the phase nodes themselves."""
+        return self._at_nodes
+
+    def nodes(self, wear: Array) -> Nodes:
+        """Return compliance and gap for wear depths (2, n) ordered (driving, driven) [m]."""
+        gap = wear[0] + wear[1] + self.modification
+        body = self.stiffness.body(wear)
+        if not self.stiffness.load_dependent:
+            return Nodes(body + self.stiffness.contact(None), gap, self.stiffness.cross(wear))
+        force = np.full(gap.shape, self.load)
+        cross = self.stiffness.cross(wear)
+        for _ in range(HERTZ_ITERATIONS):
+            nodes = Nodes(body + self.stiffness.contact(force), gap, cross)
+            updated = self.force_at_nodes(self.quasistatic(nodes, self._at_nodes).force)
+            if np.max(np.abs(updated - force)) <= HERTZ_TOLERANCE * self.load:
+                break
+            force = updated
+        return nodes
+
+    def at(self, nodes: Nodes, where: Lookup) -> tuple[Array, Array, Array]:
+        """Return compliance, gap (n, n_pairs) and cross compliance (n, n_pairs, n_apart) at phases."""
+        shape = (len(where.segment), self.grid.n_pairs)
+        compliance, gap = np.empty(shape), np.empty(shape)
+        if isinstance(self.stiffness, GivenStiffness):
+            compliance = 1.0 / self.stiffness.at(where)
+        else:
+            interpolate(self.grid.first, where, nodes.compliance, np.inf, compliance)
+        interpolate(self.grid.first, where, nodes.gap, np.inf, gap)
+        cross = np.zeros((*shape, len(nodes.cross)))
+        for apart, values in enumerate(nodes.cross):
+            layer = np.empty(shape)
+            interpolate(self.grid.first, where, values, 0.0, layer)
+            cross[..., apart] = layer
+        if self.engagement_gap < np.inf:
+            late = gap > gap.min(axis=1, keepdims=True) + self.engagement_gap
+            compliance[late] = np.inf
+        return compliance, gap, cross
+
+    def quasistatic(self, nodes: Nodes, where: Lookup, load: Array | None = None) -> Quasistatic:
+        """Solve the sharing at phases, under the static load or under given loads (n,) [N]."""
+        compliance, gap, cross = self.at(nodes, where)
+        n = len(compliance)
+        load = np.full(n, self.load) if load is None else load
+        deflection, tangent, force = np.empty(n), np.empty(n), np.empty(compliance.shape)
+        share(compliance, gap, cross, load, deflection, force, tangent)
+        return Quasistatic(deflection, tangent, force, gap.min(axis=1), 1.0 / compliance, gap)
+
+    def force_at_nodes(self, force: Array) -> Array:
+        """Carry pair forces (n_phase_nodes, n_pairs) to the profile nodes (n,) [N]."""
+        pairs = self.grid.pairs_at_phase_nodes
+        present = pairs >= 0
+        nodal = np.empty(len(self.grid.position))
+        nodal[pairs[present]] = force[present]
+        return nodal

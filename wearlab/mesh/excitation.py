@@ -1,0 +1,249 @@
+"""How the mesh force reaches the dynamics: pair by pair, or as a series fitted to the contact analysis.
+
+``Pairs`` is the consistent physics: ``W = Σ_j k_j(φ) max(0, δ − g_j(φ))``. ``Fourier`` and ``Modulated``
+are the papers' forms ``W = k(φ) f(u)`` with ``u = d·q − e(φ)``; their truncation is part of the model, and
+their force is handed to the pairs by the quasi-static share.
+"""
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
+from wearlab.mesh.errors import MeshError
+from wearlab.mesh.harmonics import Harmonics, harmonics
+from wearlab.mesh.modulation import Modulation, fit
+from wearlab.mesh.profile import Lookup, lookup
+from wearlab.mesh.sharing import equivalent_springs, share
+from wearlab.mesh.stages import StageGrid, StageTables
+
+Array = NDArray[np.float64]
+Combination = Literal["min", "max", "mean"]
+
+
+class MeshForce(NamedTuple):
+    """The elastic force on the flanks at given phases and deflections.
+
+    Parameters
+    ----------
+    elastic : (n,) drive minus back flank force [N]
+    pair : (n, n_pairs) force on each pair's drive flank, never negative [N]
+    """
+
+    elastic: Array
+    pair: Array
+
+
+@dataclass(frozen=True)
+class Stages:
+    """The stages of one integration, and the look-up that serves them.
+
+    Parameters
+    ----------
+    grid : the steps
+    where : look-up of the (n_steps · 3) stages among the nodes
+    error : prescribed error of the mesh
+    """
+
+    grid: StageGrid
+    where: Lookup
+    error: MeshError
+
+
+def stages(analysis: ContactAnalysis, grid: StageGrid, error: MeshError) -> Stages:
+    """Prepare the look-up of an integrator's stages among the profile nodes."""
+    phases = grid.phase
+    middle = grid.start + 0.5 * grid.width
+    segment = np.searchsorted(analysis.grid.breaks, middle, side="right") - 1
+    where = lookup(analysis.grid, phases, np.repeat(segment, 3))
+    return Stages(grid, where, error)
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Pair by pair: no truncation, sharing follows the dynamic load, nothing counted twice."""
+
+    def prepare(self, analysis: ContactAnalysis, nodes: Nodes, count: int) -> None:
+        """Nothing to fit: the tables come straight from the nodes."""
+
+    def tables(
+        self, analysis: ContactAnalysis, nodes: Nodes, fitted: None, stages: Stages
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return stiffness, gap (n, n_pairs), error and error rate (n,) at the stages."""
+        compliance, gap, cross = analysis.at(nodes, stages.where)
+        stiffness, gaps = np.empty(compliance.shape), np.empty(compliance.shape)
+        equivalent_springs(compliance, gap, cross, stiffness, gaps)
+        phase = stages.where.phase
+        return stiffness, gaps, stages.error.value(phase), stages.error.rate(phase)
+
+    def force(
+        self,
+        analysis: ContactAnalysis,
+        nodes: Nodes,
+        fitted: None,
+        where: Lookup,
+        deflection: Array,
+        backlash: float | None,
+    ) -> MeshForce:
+        """Return the elastic force at phases for deflections (n,) [m]."""
+        compliance, gap, cross = analysis.at(nodes, where)
+        stiffness, gaps = np.empty(compliance.shape), np.empty(compliance.shape)
+        equivalent_springs(compliance, gap, cross, stiffness, gaps)
+        pair = stiffness * np.maximum(0.0, deflection[:, None] - gaps)
+        drive = pair.sum(axis=1)
+        if cross.shape[2]:
+            unused, tangent = np.empty(len(drive)), np.empty(len(drive))
+            share(compliance, gap, cross, drive, unused, pair, tangent)
+        return MeshForce(drive - back_force(stiffness.sum(axis=1), deflection, backlash), pair)
+
+
+def back_force(stiffness: Array, deflection: Array, backlash: float | None) -> Array | float:
+    """Return the force of the back flanks, ``k max(0, −j_bn − δ)``, 0 when they are not modelled [N]."""
+    if backlash is None:
+        return 0.0
+    return stiffness * np.maximum(0.0, -backlash - deflection)
+
+
+class Series(NamedTuple):
+    """Mesh stiffness [N/m] and transmission error [m] as functions of phase."""
+
+    stiffness: Harmonics | Modulation
+    error: Harmonics | Modulation
+
+
+@dataclass(frozen=True)
+class Fourier:
+    """Truncated Fourier series of stiffness and error, as published in W23 and L16 Eqs. 7–8.
+
+    Parameters
+    ----------
+    stiffness_harmonics, error_harmonics : numbers of harmonics l and l_e
+    combination : how the gaps of the pairs in the path make one error (W23 Eq. 36: min)
+    error : the unloaded error, or the loaded one, which counts F/k twice (L16 Eq. 18)
+    """
+
+    stiffness_harmonics: int
+    error_harmonics: int
+    combination: Combination = "min"
+    error: Literal["unloaded", "loaded"] = "unloaded"
+
+    def prepare(self, analysis: ContactAnalysis, nodes: Nodes, count: int = 0) -> Series:
+        """Expand the contact analysis of this wear state."""
+        state = analysis.quasistatic(nodes, analysis.at_nodes)
+        phase, weight = analysis.grid.phase_nodes
+        error = combined_error(state, self.combination, self.error)
+        return Series(
+            harmonics(phase, weight, state.tangent, self.stiffness_harmonics),
+            harmonics(phase, weight, error, self.error_harmonics),
+        )
+
+    def tables(
+        self, analysis: ContactAnalysis, nodes: Nodes, fitted: Series, stages: Stages
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return stiffness, gap (n, 1), error and error rate (n,) at the stages."""
+        return _series_tables(fitted, stages)
+
+    def force(
+        self,
+        analysis: ContactAnalysis,
+        nodes: Nodes,
+        fitted: Series,
+        where: Lookup,
+        deflection: Array,
+        backlash: float | None,
+    ) -> MeshForce:
+        """Return the elastic force at phases for deflections (n,) [m]."""
+        return _series_force(analysis, nodes, fitted, where, deflection, backlash)
+
+
+@dataclass(frozen=True)
+class Modulated:
+    """One harmonic with amplitude and frequency modulation, as published in L16 Eqs. 10–13.
+
+    Parameters
+    ----------
+    combination, error : as in :class:`Fourier`
+    stiffness_given, error_given : modulations prescribed instead of fitted
+    """
+
+    combination: Combination = "min"
+    error: Literal["unloaded", "loaded"] = "unloaded"
+    stiffness_given: Modulation | None = None
+    error_given: Modulation | None = None
+
+    def prepare(self, analysis: ContactAnalysis, nodes: Nodes, count: int = 0) -> Series:
+        """Fit the modulations to the contact analysis of this wear state."""
+        state = analysis.quasistatic(nodes, analysis.at_nodes)
+        phase, weight = analysis.grid.phase_nodes
+        error = combined_error(state, self.combination, self.error)
+        return Series(
+            self.stiffness_given or fit(phase, weight, state.tangent),
+            self.error_given or fit(phase, weight, error),
+        )
+
+    tables = Fourier.tables
+    force = Fourier.force
+
+
+Excitation = Pairs | Fourier | Modulated
+
+
+def combined_error(
+    state: Quasistatic, combination: Combination, error: Literal["unloaded", "loaded"]
+) -> Array:
+    """Return one transmission error for the mesh from the gaps of the pairs in the path, (n,) [m]."""
+    if error == "loaded":
+        return state.deflection
+    if combination == "min":
+        return state.unloaded
+    present = np.isfinite(state.gap)
+    if combination == "max":
+        return np.where(present, state.gap, -np.inf).max(axis=1)
+    return np.where(present, state.gap, 0.0).sum(axis=1) / present.sum(axis=1)
+
+
+def _series_tables(fitted: Series, stages: Stages) -> tuple[Array, Array, Array, Array]:
+    phase = stages.where.phase
+    stiffness = fitted.stiffness.value(phase)[:, None]
+    error = fitted.error.value(phase) + stages.error.value(phase)
+    rate = fitted.error.rate(phase) + stages.error.rate(phase)
+    return stiffness, np.zeros_like(stiffness), error, rate
+
+
+def _series_force(
+    analysis: ContactAnalysis,
+    nodes: Nodes,
+    fitted: Series,
+    where: Lookup,
+    deflection: Array,
+    backlash: float | None,
+) -> MeshForce:
+    stiffness = fitted.stiffness.value(where.phase)
+    drive = stiffness * np.maximum(0.0, deflection)
+    state = analysis.quasistatic(nodes, where)
+    pair = drive[:, None] * state.force / state.force.sum(axis=1, keepdims=True)
+    return MeshForce(drive - back_force(stiffness, deflection, backlash), pair)
+
+
+def stage_tables(
+    excitation: Excitation,
+    analysis: ContactAnalysis,
+    nodes: Nodes,
+    fitted: Series | None,
+    stages: Stages,
+    fluctuation: Array | None,
+) -> StageTables:
+    """Tabulate one mesh at every stage of an integration; the integrator evaluates nothing else."""
+    stiffness, gap, error, rate = excitation.tables(analysis, nodes, fitted, stages)  # type: ignore[arg-type]
+    steps = len(stages.grid.width)
+    shape = (steps, 3, 1, stiffness.shape[1])
+    return StageTables(
+        stages.grid.width,
+        stiffness.reshape(shape),
+        gap.reshape(shape),
+        error.reshape(steps, 3, 1),
+        rate.reshape(steps, 3, 1),
+        fluctuation,
+    )

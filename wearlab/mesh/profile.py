@@ -1,0 +1,191 @@
+"""The nodes of a flank: where along the path of contact wear lives.
+
+Wear jumps where the number of pairs changes and load passes between points one base pitch apart. So the
+grid is cut in phase, not in position: every node has its base-pitch partners as nodes, A, B, C, D and E are
+nodes, and the two sides of a jump (B, D) are two nodes at one position.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.compiled import jit
+from wearlab.gears.pair import GearPair
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SAME_PHASE = 1e-9
+MINIMUM_INTERVALS = 4
+
+
+class ProfileGrid(NamedTuple):
+    """Nodes on the path of contact and how they meet in phase.
+
+    Parameters
+    ----------
+    breaks : (n_segments + 1,) phases that bound the smooth segments, 0 first and 1 last [1]
+    first : (n_segments, n_pairs) node with which the pair slot begins in that segment, −1 when the pair is
+        out of the path; slots are leading first (slot p holds pair ⌈ε⌉ − 1 − p)
+    intervals : (n_segments,) node intervals in each segment (even, so that Simpson's rule applies)
+    position : (n,) path position s of the nodes, ascending, twice where wear may jump [m]
+    phase : (n,) phase of the nodes, a segment's end counting as its left limit [1]
+    weight : (n,) Simpson weights, so that ``sum(weight * f)`` is the integral of f over the path [m]
+    """
+
+    breaks: Array
+    first: Index
+    intervals: Index
+    position: Array
+    phase: Array
+    weight: Array
+
+    @property
+    def n_pairs(self) -> int:
+        """Largest number of pairs in contact."""
+        return self.first.shape[1]
+
+    @property
+    def phase_nodes(self) -> tuple[Array, Array]:
+        """Phases of all (segment, node) and their Simpson weights over one period, (n_phase_nodes,) [1]."""
+        phases, weights = [], []
+        for low, high, count in zip(self.breaks[:-1], self.breaks[1:], self.intervals, strict=True):
+            phases.append(np.linspace(low, high, count + 1))
+            weights.append(simpson_weights(count) * (high - low))
+        return np.concatenate(phases), np.concatenate(weights)
+
+    @property
+    def pairs_at_phase_nodes(self) -> Index:
+        """Node of each pair slot at each phase node, −1 when out of the path, (n_phase_nodes, n_pairs)."""
+        rows = []
+        for first, count in zip(self.first, self.intervals, strict=True):
+            steps = np.arange(count + 1)[:, None]
+            rows.append(np.where(first >= 0, first + steps, -1))
+        return np.concatenate(rows)
+
+
+def simpson_weights(intervals: int) -> Array:
+    """Return the weights of Simpson's composite rule on the unit interval, (intervals + 1,) [1]."""
+    weights = np.full(intervals + 1, 2.0)
+    weights[1::2] = 4.0
+    weights[[0, -1]] = 1.0
+    return weights / (3.0 * intervals)
+
+
+def profile_grid(
+    pair: GearPair, points: int, kinks: tuple[float, ...] = (), jumps: tuple[float, ...] = ()
+) -> ProfileGrid:
+    """Lay about ``points`` nodes on the path of contact.
+
+    Parameters
+    ----------
+    pair : the gear pair
+    points : nodes wanted on the path A–E; every smooth segment gets at least five
+    kinks : further path positions at which the flank bends (ends of reliefs) [m]
+    jumps : further phases at which a prescribed stiffness jumps [1]
+    """
+    pitch, start, ratio = pair.base_pitch, pair.path.A, pair.contact_ratio
+    jumps = tuple(_distinct([0.0, ratio % 1.0, *jumps]))
+    bends = [((s - start) / pitch) % 1.0 for s in (pair.path.C, *kinks)]
+    breaks = np.array([*_distinct([*jumps, *bends]), 1.0])
+    density = points / ratio
+    intervals = np.array([_even(density * width) for width in np.diff(breaks)])
+    n_pairs = int(np.ceil(ratio - SAME_PHASE))
+    first = np.full((len(intervals), n_pairs), -1, dtype=np.int64)
+    position, phase, weight = np.empty(0), np.empty(0), np.empty(0)
+    for j in range(n_pairs):
+        for m, count in enumerate(intervals):
+            low, high = breaks[m], breaks[m + 1]
+            if j + 0.5 * (low + high) > ratio:
+                continue
+            nodes = np.linspace(low, high, count + 1)
+            weights = simpson_weights(count) * (high - low) * pitch
+            shared = len(position) > 0 and not any(abs(low - jump) < SAME_PHASE for jump in jumps)
+            first[m, n_pairs - 1 - j] = len(position) - shared
+            if shared:
+                weight[-1] += weights[0]
+            position = np.concatenate([position, (start + (nodes + j) * pitch)[shared:]])
+            phase = np.concatenate([phase, nodes[shared:]])
+            weight = np.concatenate([weight, weights[shared:]])
+    return ProfileGrid(breaks, first, intervals, position, phase, weight)
+
+
+def _even(count: float) -> int:
+    return max(MINIMUM_INTERVALS, 2 * int(np.ceil(count / 2.0 - 1e-9)))
+
+
+def _distinct(phases: list[float]) -> list[float]:
+    """Return ascending phases in [0, 1), dropping those that coincide with another or with 1."""
+    kept: list[float] = []
+    for phase in sorted(phases):
+        if (not kept or phase - kept[-1] > SAME_PHASE) and 1.0 - phase > SAME_PHASE:
+            kept.append(phase)
+    return kept
+
+
+class Lookup(NamedTuple):
+    """Cubic interpolation from nodes to given phases, per smooth segment.
+
+    Parameters
+    ----------
+    phase : (n,) the phases [1]
+    segment : (n,) smooth segment of each phase
+    offset : (n,) first of the four nodes used, counted from the segment's first node
+    weight : (n, 4) Lagrange weights [1]
+    """
+
+    phase: Array
+    segment: Index
+    offset: Index
+    weight: Array
+
+
+def lookup(grid: ProfileGrid, phase: Array, segment: Index | None = None) -> Lookup:
+    """Prepare the interpolation of node values to phases (one-sided within each segment).
+
+    Parameters
+    ----------
+    grid : the nodes
+    phase : (n,) phases in [0, 1] [1]
+    segment : (n,) the segment whose side is meant; by default the one that begins at or before the phase
+    """
+    phase = np.ravel(np.asarray(phase, float))
+    if segment is None:
+        segment = np.searchsorted(grid.breaks, phase + SAME_PHASE, side="right") - 1
+        segment = np.clip(segment, 0, len(grid.intervals) - 1)
+    low, high = grid.breaks[segment], grid.breaks[segment + 1]
+    count = grid.intervals[segment]
+    x = (phase - low) / (high - low) * count
+    offset = np.clip(np.floor(x).astype(np.int64) - 1, 0, count - 3)
+    t = x - offset
+    weight = np.stack(
+        [
+            -(t - 1) * (t - 2) * (t - 3) / 6,
+            t * (t - 2) * (t - 3) / 2,
+            -t * (t - 1) * (t - 3) / 2,
+            t * (t - 1) * (t - 2) / 6,
+        ],
+        axis=1,
+    )
+    return Lookup(phase, segment, offset, weight)
+
+
+@jit
+def interpolate(first: Index, table: Lookup, nodes: Array, absent: float, out: Array) -> None:
+    """Fill ``out`` (n, n_pairs) with node values (n_nodes,) at the prepared phases.
+
+    Slots whose pair is out of the path get ``absent``.
+    """
+    for i in range(out.shape[0]):
+        segment = table.segment[i]
+        for p in range(out.shape[1]):
+            node = first[segment, p]
+            if node < 0:
+                out[i, p] = absent
+                continue
+            node += table.offset[i]
+            value = 0.0
+            for q in range(4):
+                value += table.weight[i, q] * nodes[node + q]
+            out[i, p] = value

@@ -1,0 +1,205 @@
+"""How the pairs in contact share the mesh force: ``δ − g_i = Σ_j C_ij F_j``, F_j ≥ 0, ΣF_j = F.
+
+Uncoupled pairs (C diagonal) are springs that engage one after another as δ passes their gaps. Pairs that
+share a gear body (C full) do the same, only at shifted gaps and with shifted slopes: the total force is
+still a sum of one-sided springs, and that equivalent is what the dynamics integrate.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.compiled import jit
+
+Array = NDArray[np.float64]
+
+
+@jit
+def share(
+    compliance: Array,
+    gap: Array,
+    cross: Array,
+    load: Array,
+    deflection: Array,
+    force: Array,
+    tangent: Array,
+) -> None:
+    """Solve the load sharing at every phase.
+
+    Parameters
+    ----------
+    compliance : (n, n_pairs) own compliance of each pair, inf when absent [m/N]
+    gap : (n, n_pairs) gap of each pair, inf when absent [m]
+    cross : (n, n_pairs, n_apart) compliance shared by slot p with slot p − 1 − a; n_apart = 0: none [m/N]
+    load : (n,) total normal force [N]
+    deflection, tangent : (n,) filled with δ [m] and dF/dδ [N/m]
+    force : (n, n_pairs) filled with the pair forces [N]
+    """
+    n, n_pairs = compliance.shape
+    matrix = np.zeros((n_pairs, n_pairs))
+    active = np.zeros(n_pairs, np.bool_)
+    unit, offset = np.zeros(n_pairs), np.zeros(n_pairs)
+    for i in range(n):
+        if cross.shape[2] == 0:
+            deflection[i], tangent[i] = _share_uncoupled(compliance[i], gap[i], load[i], active, force[i])
+        else:
+            _fill_matrix(compliance[i], cross[i], matrix)
+            deflection[i], tangent[i] = _share_coupled(
+                matrix, gap[i], load[i], active, unit, offset, force[i]
+            )
+
+
+@jit
+def _share_uncoupled(compliance, gap, load, active, force):  # type: ignore[no-untyped-def]
+    n_pairs = len(compliance)
+    stiffness, moment = 0.0, 0.0
+    active[:] = False
+    deflection = np.inf
+    for _ in range(n_pairs):
+        following = -1
+        for p in range(n_pairs):
+            if not active[p] and gap[p] < np.inf and compliance[p] < np.inf:
+                if following < 0 or gap[p] < gap[following]:
+                    following = p
+        if following < 0 or gap[following] >= deflection:
+            break
+        active[following] = True
+        stiffness += 1.0 / compliance[following]
+        moment += gap[following] / compliance[following]
+        deflection = (load + moment) / stiffness
+    for p in range(n_pairs):
+        force[p] = max(0.0, deflection - gap[p]) / compliance[p] if active[p] else 0.0
+    return deflection, stiffness
+
+
+@jit
+def _fill_matrix(compliance, cross, matrix):  # type: ignore[no-untyped-def]
+    n_pairs = len(compliance)
+    for p in range(n_pairs):
+        matrix[p, p] = compliance[p]
+        for q in range(p):
+            apart = p - 1 - q
+            value = cross[p, apart] if apart < cross.shape[1] else 0.0
+            matrix[p, q] = value
+            matrix[q, p] = value
+
+
+@jit
+def _respond(matrix, gap, active, unit, offset):  # type: ignore[no-untyped-def]
+    """Solve ``C_AA [unit, offset] = [1, g_A]`` by elimination, so that ``F_A = unit δ − offset``."""
+    n = len(gap)
+    work = np.zeros((n, n + 2))
+    index = np.zeros(n, np.int64)
+    m = 0
+    for p in range(n):
+        unit[p], offset[p] = 0.0, 0.0
+        if active[p]:
+            index[m] = p
+            m += 1
+    for r in range(m):
+        for c in range(m):
+            work[r, c] = matrix[index[r], index[c]]
+        work[r, m] = 1.0
+        work[r, m + 1] = gap[index[r]]
+    for r in range(m):
+        for below in range(r + 1, m):
+            factor = work[below, r] / work[r, r]
+            for c in range(r, m + 2):
+                work[below, c] -= factor * work[r, c]
+    for r in range(m - 1, -1, -1):
+        for c in range(m, m + 2):
+            for k in range(r + 1, m):
+                work[r, c] -= work[r, k] * work[k, c]
+            work[r, c] /= work[r, r]
+        unit[index[r]] = work[r, m]
+        offset[index[r]] = work[r, m + 1]
+
+
+@jit
+def _first_to_touch(compliance_diagonal_finite, gap):  # type: ignore[no-untyped-def]
+    first = -1
+    for p in range(len(gap)):
+        if compliance_diagonal_finite[p, p] < np.inf and gap[p] < np.inf:
+            if first < 0 or gap[p] < gap[first]:
+                first = p
+    return first
+
+
+@jit
+def _next_to_touch(matrix, gap, active, unit, offset):  # type: ignore[no-untyped-def]
+    """Return the slot that engages next as δ grows, and the δ at which it does."""
+    nearest, where = -1, np.inf
+    for p in range(len(gap)):
+        if active[p] or not (matrix[p, p] < np.inf and gap[p] < np.inf):
+            continue
+        slope, level = 1.0, gap[p]
+        for q in range(len(gap)):
+            if active[q]:
+                slope -= matrix[p, q] * unit[q]
+                level -= matrix[p, q] * offset[q]
+        if slope > 0.0 and level / slope < where:
+            nearest, where = p, level / slope
+    return nearest, where
+
+
+@jit
+def _share_coupled(matrix, gap, load, active, unit, offset, force):  # type: ignore[no-untyped-def]
+    active[:] = False
+    first = _first_to_touch(matrix, gap)
+    if first >= 0:
+        active[first] = True
+    deflection, stiffness = np.inf, 0.0
+    for _ in range(len(gap)):
+        _respond(matrix, gap, active, unit, offset)
+        stiffness, moment = unit.sum(), offset.sum()
+        deflection = (load + moment) / stiffness
+        following, where = _next_to_touch(matrix, gap, active, unit, offset)
+        if following < 0 or where >= deflection:
+            break
+        active[following] = True
+    for p in range(len(gap)):
+        force[p] = max(0.0, unit[p] * deflection - offset[p]) if active[p] else 0.0
+    return deflection, stiffness
+
+
+@jit
+def equivalent_springs(
+    compliance: Array, gap: Array, cross: Array, stiffness_out: Array, gap_out: Array
+) -> None:
+    """Turn coupled pairs into the uncoupled springs of the same total force, at every phase.
+
+    ``Σ_j F_j(δ) = Σ_p k_p max(0, δ − g_p)`` with the springs in their order of engagement. Without
+    coupling each slot keeps its own stiffness and gap.
+
+    Parameters
+    ----------
+    compliance, gap : (n, n_pairs) as in :func:`share`
+    cross : (n, n_pairs, n_apart) as in :func:`share`
+    stiffness_out, gap_out : (n, n_pairs) filled; absent springs get stiffness 0 and gap 0
+    """
+    n, n_pairs = compliance.shape
+    matrix = np.zeros((n_pairs, n_pairs))
+    active = np.zeros(n_pairs, np.bool_)
+    unit, offset = np.zeros(n_pairs), np.zeros(n_pairs)
+    for i in range(n):
+        for p in range(n_pairs):
+            present = compliance[i, p] < np.inf and gap[i, p] < np.inf
+            stiffness_out[i, p] = 1.0 / compliance[i, p] if present else 0.0
+            gap_out[i, p] = gap[i, p] if present else 0.0
+        if cross.shape[2] == 0:
+            continue
+        _fill_matrix(compliance[i], cross[i], matrix)
+        stiffness_out[i, :] = 0.0
+        gap_out[i, :] = 0.0
+        active[:] = False
+        following = _first_to_touch(matrix, gap[i])
+        where = gap[i, following] if following >= 0 else np.inf
+        before = 0.0
+        for slot in range(n_pairs):
+            if following < 0:
+                break
+            active[following] = True
+            _respond(matrix, gap[i], active, unit, offset)
+            stiffness_out[i, slot] = unit.sum() - before
+            gap_out[i, slot] = where
+            before = unit.sum()
+            following, where = _next_to_touch(matrix, gap[i], active, unit, offset)

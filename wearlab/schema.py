@@ -1,0 +1,209 @@
+"""One table: every variable of a dataset, its dimensions, unit, display unit and meaning.
+
+Nothing else in wearlab spells a unit or a long name; labelling, figures, tables and exports read them here.
+"""
+
+from typing import NamedTuple
+
+
+class Variable(NamedTuple):
+    """How one variable of the dataset is declared.
+
+    Parameters
+    ----------
+    dims : names of its dimensions, in order
+    units : unit of the stored values, UDUNITS form
+    display_units : unit that figures, tables and CSV use
+    long_name : what it is, in words
+    comment : what a reader must know besides, or ""
+    """
+
+    dims: tuple[str, ...]
+    units: str
+    display_units: str
+    long_name: str
+    comment: str = ""
+
+
+class Dimension(NamedTuple):
+    """What a dimension counts."""
+
+    name: str
+    meaning: str
+
+
+DIMENSIONS = (
+    Dimension("update", "wear states: the initial one, snapshots, the end"),
+    Dimension("flank", "flanks that wear"),
+    Dimension("profile", "nodes on the path of contact; two at one position where wear may jump"),
+    Dimension("mesh", "gear meshes"),
+    Dimension("phase", "fraction of one mesh period, 0 when a pair enters contact at A"),
+    Dimension("mesh_period", "successive mesh periods of the response"),
+    Dimension("pair", "tooth pairs in contact, leading first"),
+    Dimension("member", "gears"),
+    Dimension("harmonic", "order of the mesh frequency"),
+    Dimension("mode", "natural modes, by ascending frequency"),
+    Dimension("axis", "x, y"),
+    Dimension("multiplier", "Floquet multipliers, by descending modulus"),
+    Dimension("part", "real and imaginary part"),
+    Dimension("error_angle", "quadrature over the angles of the members"),
+    Dimension("step", "accepted steps over cycles"),
+)
+
+_WEAR = ("update", "flank", "profile")
+_MESH = ("update", "mesh", "phase")
+_PAIR = ("update", "mesh", "pair", "phase")
+_RESPONSE = ("update", "mesh", "mesh_period", "phase")
+_STATE = ("update", "mesh")
+
+VARIABLES: dict[str, Variable] = {
+    # coordinates
+    "cycle": Variable(("update",), "1", "1", "revolutions of the reference gear relative to the carrier"),
+    "mesh_cycles": Variable(("update",), "1", "1", "mesh cycles since the initial state"),
+    "operating_hours": Variable(("update",), "s", "h", "operating time since the initial state"),
+    "load_cycles": Variable(("update", "flank"), "1", "1", "load cycles of one tooth flank"),
+    "path_position": Variable(
+        ("flank", "profile"), "m", "mm", "position on the path of contact",
+        "0 at the pitch point, positive towards recess",
+    ),
+    "diameter": Variable(("flank", "profile"), "m", "mm", "diameter of the contact point"),
+    "roll_angle": Variable(("flank", "profile"), "rad", "deg", "roll angle of the contact point"),
+    "distance_to_pitch_circle": Variable(
+        ("flank", "profile"), "m", "mm", "radial distance from the operating pitch circle",
+        "positive towards the tip",
+    ),
+    "characteristic_point": Variable(
+        ("profile",), "", "", "name of the point of contact A, B, C, D or E, or empty",
+    ),
+    "phase": Variable(("phase",), "1", "1", "mesh phase"),
+    "flank_side": Variable(("flank",), "", "", "side of the tooth that is loaded"),
+    # wear
+    "wear_depth": Variable(_WEAR, "m", "um", "wear depth", "along the flank normal"),
+    "wear_rate": Variable(_WEAR, "m", "um", "wear depth per cycle"),
+    "flank_deviation": Variable(
+        _WEAR, "m", "um", "flank deviation", "−(modifications + wear), as a measuring machine prints",
+    ),
+    "max_wear_depth": Variable(("update", "flank"), "m", "um", "largest wear depth"),
+    "worn_mass": Variable(("update", "member"), "kg", "g", "mass worn off, all teeth"),
+    # along the path
+    "tooth_force": Variable(_WEAR, "N", "N", "normal force on the tooth at each point of its flank"),
+    "contact_pressure": Variable(_WEAR, "Pa", "MPa", "Hertzian contact pressure"),
+    "sliding_velocity": Variable(_WEAR, "m s-1", "m/s", "sliding velocity", "own minus mating surface"),
+    "specific_sliding": Variable(_WEAR, "1", "1", "specific sliding", "1 − v_other/v_own"),
+    "film_thickness": Variable(_WEAR, "m", "um", "minimum film thickness", "Dowson–Higginson"),
+    "lambda_ratio": Variable(_WEAR, "1", "1", "lambda ratio", "film thickness over composite roughness"),
+    "effective_wear_coefficient": Variable(_WEAR, "m2 N-1", "m^2/N", "wear coefficient where it acts"),
+    # mesh
+    "mesh_stiffness": Variable(_MESH, "N m-1", "N/um", "time-varying mesh stiffness", "tangent, loaded pairs"),
+    "secant_stiffness": Variable(_MESH, "N m-1", "N/um", "secant mesh stiffness F/(δ − e)"),
+    "static_transmission_error": Variable(_MESH, "m", "um", "static transmission error under load"),
+    "unloaded_transmission_error": Variable(_MESH, "m", "um", "unloaded transmission error"),
+    "pair_stiffness": Variable(_PAIR, "N m-1", "N/um", "stiffness of one tooth pair"),
+    "load_share": Variable(_PAIR, "1", "1", "share of the static mesh force"),
+    "mesh_frequency": Variable(("mesh",), "Hz", "Hz", "mesh frequency"),
+    "contact_ratio": Variable(("mesh",), "1", "1", "transverse contact ratio"),
+    "mesh_phase_offset": Variable(("mesh",), "1", "1", "phase of the mesh on the common clock"),
+    "static_mesh_force": Variable(("mesh",), "N", "N", "static normal force of the mesh"),
+    "stiffness_mean": Variable(_STATE, "N m-1", "N/um", "mean mesh stiffness"),
+    "stiffness_rms": Variable(_STATE, "N m-1", "N/um", "RMS of the mesh stiffness fluctuation"),
+    "stiffness_harmonics": Variable(
+        (*_STATE, "harmonic"), "N m-1", "N/um", "harmonic amplitude of the mesh stiffness"
+    ),
+    "stiffness_harmonics_phase": Variable(
+        (*_STATE, "harmonic"), "rad", "deg", "harmonic phase of the mesh stiffness"
+    ),
+    "ste_mean": Variable(_STATE, "m", "um", "mean static transmission error"),
+    "ste_rms": Variable(_STATE, "m", "um", "RMS of the static transmission error fluctuation"),
+    "ste_harmonics": Variable(
+        (*_STATE, "harmonic"), "m", "um", "harmonic amplitude of the static transmission error"
+    ),
+    "ste_harmonics_phase": Variable(
+        (*_STATE, "harmonic"), "rad", "deg", "harmonic phase of the static transmission error"
+    ),
+    "excitation_stiffness": Variable(
+        _MESH, "N m-1", "N/um", "mesh stiffness as the dynamics received it", "series excitations only"
+    ),
+    "excitation_error": Variable(
+        _MESH, "m", "um", "transmission error as the dynamics received it", "series excitations only"
+    ),
+    "slow_error": Variable(
+        ("mesh", "error_angle"), "m", "um", "once-per-revolution error", "constant over one mesh period"
+    ),
+    "error_weight": Variable(("error_angle",), "1", "1", "quadrature weight of the error angle"),
+    # dynamics
+    "dynamic_mesh_force": Variable(
+        _RESPONSE, "N", "N", "dynamic mesh force", "elastic; drive minus back flank, 0 in separation"
+    ),
+    "mesh_damping_force": Variable(_RESPONSE, "N", "N", "damping force of the mesh"),
+    "mesh_deflection": Variable(_RESPONSE, "m", "um", "mesh deflection δ = d·q − e"),
+    "mesh_deflection_rate": Variable(_RESPONSE, "m s-1", "mm/s", "rate of the mesh deflection"),
+    "dynamic_transmission_error": Variable(_RESPONSE, "m", "um", "dynamic transmission error r_b1 θ1 − r_b2 θ2"),
+    "pair_force": Variable(
+        ("update", "mesh", "pair", "mesh_period", "phase"), "N", "N", "force on each pair's drive flank"
+    ),
+    "bearing_force": Variable(
+        ("update", "member", "axis", "mesh_period", "phase"), "N", "N", "force of the support on the gear",
+        "y is along the line of action",
+    ),
+    "dte_harmonics": Variable(
+        (*_STATE, "harmonic"), "m", "um", "harmonic amplitude of the dynamic transmission error"
+    ),
+    "dte_rms": Variable(_STATE, "m", "um", "RMS of the dynamic transmission error fluctuation"),
+    "poincare_deflection": Variable(
+        ("update", "mesh", "mesh_period"), "m", "um", "mesh deflection once per mesh period"
+    ),
+    "poincare_rate": Variable(
+        ("update", "mesh", "mesh_period"), "m s-1", "mm/s", "rate of the mesh deflection once per mesh period"
+    ),
+    "dynamic_factor": Variable(_STATE, "1", "1", "largest dynamic over static mesh force"),
+    "separation_fraction": Variable(_STATE, "1", "%", "fraction of time without drive-flank contact"),
+    "equivalent_load": Variable(_STATE, "N m", "N*m", "equivalent torque by Miner's rule (L16 Eq. 25)"),
+    "response_period": Variable(("update",), "1", "1", "mesh periods per response period", "0: aperiodic"),
+    "floquet_multiplier": Variable(
+        ("update", "multiplier", "part"), "1", "1", "Floquet multipliers of the response"
+    ),
+    "attractor": Variable(("update",), "1", "1", "branch of the response", "changes where the response jumps"),
+    "natural_frequency": Variable(("mode",), "Hz", "Hz", "natural frequency at the mean mesh stiffness"),
+    "critical_speed": Variable(
+        ("mode",), "rad s-1", "rpm", "speed of the reference gear at which mesh and natural frequency meet"
+    ),
+    # life
+    "life": Variable((), "1", "1", "cycles to the depth limit"),
+    "remaining_useful_life": Variable(("update",), "1", "1", "cycles left to the depth limit"),
+    "service_life": Variable((), "s", "h", "operating time to the depth limit"),
+    "end_reason": Variable((), "", "", "why the run ended"),
+    # trust
+    "verdict": Variable((), "", "", "what the run amounts to"),
+    "validity": Variable((), "", "", "assumed values and limits of validity that this run touches, one a line"),
+    "error_estimate_wear_depth": Variable(("update",), "m", "um", "estimated numerical error of the wear depth"),
+    "error_estimate_life": Variable((), "1", "1", "estimated numerical error of the life, in cycles"),
+    "error_estimate_mesh_force": Variable(("update",), "N", "N", "estimated numerical error of the mesh force"),
+    "residual_mean_force": Variable(
+        ("update",), "1", "1", "mean of elastic and damping force over the static force, minus one"
+    ),
+    "residual_load_share": Variable(("update",), "1", "1", "sum of the load shares minus one"),
+    "residual_orbit": Variable(("update",), "1", "1", "how far the orbit is from closing, relative"),
+    "run_time_contact": Variable((), "s", "s", "time spent in contact analysis"),
+    "run_time_dynamics": Variable((), "s", "s", "time spent in dynamics"),
+    "run_time_wear": Variable((), "s", "s", "time spent on wear rates and steps"),
+    "run_time_total": Variable((), "s", "s", "time spent on the run, labelling included"),
+    "count_contact_analyses": Variable((), "1", "1", "contact analyses"),
+    "count_period_maps": Variable((), "1", "1", "period maps integrated"),
+    "count_right_hand_sides": Variable((), "1", "1", "right-hand sides evaluated"),
+    "count_wear_steps": Variable((), "1", "1", "accepted steps over cycles"),
+    "count_rejected_steps": Variable((), "1", "1", "rejected steps over cycles"),
+    "count_steps_per_period": Variable((), "1", "1", "integration steps in one mesh period"),
+    "steps_cycle": Variable(("step",), "1", "1", "cycle at the end of each accepted step"),
+}
+
+
+def attributes(name: str) -> dict[str, str]:
+    """Return the CF attributes of a variable: units, display_units, long_name and comment where it has them."""
+    variable = VARIABLES[name]
+    named = {
+        "units": variable.units,
+        "display_units": variable.display_units,
+        "long_name": variable.long_name,
+        "comment": variable.comment,
+    }
+    return {key: value for key, value in named.items() if value}
