@@ -1,0 +1,138 @@
+"""What the wear law needs to know of the path of contact, once: velocities, radii, flank arc, passes."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+class WearPath(NamedTuple):
+    """A pair's path of contact as the wear law sees it; nothing here changes with wear or load.
+
+    The first index of every ``(2, n)`` array is the gear, ordered (driving, driven).
+
+    Parameters
+    ----------
+    curvature : (2, n) radii of curvature of the unworn flanks at the nodes [m]
+    equivalent_radius : (n,) R' = 1/(1/ρ1 + 1/ρ2) [m]
+    surface_velocity : (2, n) velocity of each flank along itself, v = ρ ω [m/s]
+    slide_ratio : (2, n) |1 − v_other/v_own|: sliding over one contact width, per width [1]
+    arc_weight : (2, n) trapezoidal weights of the flank arc, dL = ρ dρ / r_b [m]
+    arc : (2, n) flank arc from the base circle, L = ρ²/(2 r_b) [m]
+    pressure_angle : (2, n) transverse pressure angle at the radius of the node, tan α = ρ/r_b [rad]
+    passes : (2,) passes of one flank per cycle (one turn of the reference gear) [1]
+    face_width : common face width B [m]
+    contact_modulus : E* = 1/(Σ (1 − ν²)/E), the modulus of Hertz' theory [Pa]
+    """
+
+    curvature: Array
+    equivalent_radius: Array
+    surface_velocity: Array
+    slide_ratio: Array
+    arc_weight: Array
+    arc: Array
+    pressure_angle: Array
+    passes: Array
+    face_width: float
+    contact_modulus: float
+
+
+def wear_path(
+    curvature: ArrayLike,
+    *,
+    base_radius: ArrayLike,
+    teeth: ArrayLike,
+    driving_speed: float,
+    face_width: float,
+    contact_modulus: float,
+    reference: int = 0,
+) -> WearPath:
+    """Return the constants of the wear law along a path of contact.
+
+    ``v_i = ρ_i ω_i`` with ``ω2 = ω1 z1/z2``; passes of a flank per cycle ``z_reference / z_i`` (PHYSICS §1).
+
+    Parameters
+    ----------
+    curvature : (2, n) radii of curvature at the nodes, > 0, (driving, driven) [m]
+    base_radius : (2,) [m]
+    teeth : (2,) [1]
+    driving_speed : angular speed of the driving gear, ≥ 0 [rad/s]
+    face_width : B [m]
+    contact_modulus : E* of :func:`contact_modulus` [Pa]
+    reference : index of the gear whose turns are the cycles (the pinion): 0 when it drives
+
+    Returns
+    -------
+    WearPath
+
+    Raises
+    ------
+    ValueError
+        When a radius of curvature is not positive: a flank cannot touch at its base circle.
+    """
+    rho = np.ascontiguousarray(curvature, float)
+    z, r_b = np.asarray(teeth, float), np.asarray(base_radius, float)
+    if not rho.min() > 0.0:
+        raise ValueError(
+            f"radius of curvature {rho.min():.3g} m on the path of contact: contact at or below the base circle"
+        )
+    omega = driving_speed * z[0] / z
+    arc = rho**2 / (2.0 * r_b[:, None])
+    return WearPath(
+        curvature=rho,
+        equivalent_radius=1.0 / (1.0 / rho[0] + 1.0 / rho[1]),
+        surface_velocity=rho * omega[:, None],
+        slide_ratio=_slide_ratio(rho, z),
+        arc_weight=_trapezoid(arc),
+        arc=arc,
+        pressure_angle=np.arctan(rho / r_b[:, None]),
+        passes=z[reference] / z,
+        face_width=float(face_width),
+        contact_modulus=float(contact_modulus),
+    )
+
+
+def contact_modulus(youngs_modulus: ArrayLike, poisson_ratio: ArrayLike) -> float:
+    """Return Hertz' contact modulus ``1/E* = Σ (1 − ν²)/E`` of two bodies [Pa].
+
+    For two bodies of one steel ``E* = E/(2(1 − ν²))``: the E' of W23 (Eq. 41, 46). The E' of
+    Dowson and Higginson is twice as large (see :mod:`wearlab.wear.film`).
+
+    Parameters
+    ----------
+    youngs_modulus : (2,) [Pa]
+    poisson_ratio : (2,) [1]
+    """
+    E, nu = np.asarray(youngs_modulus, float), np.asarray(poisson_ratio, float)
+    return float(1.0 / np.sum((1.0 - nu**2) / E))
+
+
+def specific_sliding(path: WearPath) -> Array:
+    """Return ``ζ_i = 1 − v_other/v_own``, (2, n) [1]; negative below the pitch circle, 0 on it."""
+    v = path.curvature * path.passes[:, None]
+    return np.asarray(1.0 - v[::-1] / v)
+
+
+def sliding_velocity(path: WearPath) -> Array:
+    """Return ``v_own − v_other`` of each flank, (2, n) [m/s]."""
+    return np.asarray(path.surface_velocity - path.surface_velocity[::-1])
+
+
+def rolling_velocity(path: WearPath) -> Array:
+    """Return the mean (entraining) velocity ``u = (v1 + v2)/2``, (n,) [m/s]."""
+    return np.asarray(path.surface_velocity.mean(axis=0))
+
+
+def _slide_ratio(rho: Array, z: Array) -> Array:
+    v = rho / z[:, None]  # a common factor of the speeds cancels, also at standstill
+    return np.asarray(np.abs(1.0 - v[::-1] / v))
+
+
+def _trapezoid(arc: Array) -> Array:
+    step = np.abs(np.diff(arc, axis=1))
+    weight = np.zeros_like(arc)
+    weight[:, :-1] += 0.5 * step
+    weight[:, 1:] += 0.5 * step
+    return weight
