@@ -1,1 +1,1 @@
-"""PLACEHOLDER."""
+"""Involute gears: specifications, geometry, pairs and their path of contact."""

@@ -1,0 +1,185 @@
+"""From a specification to a gear."""
+
+import math
+
+from wearlab.gears.errors import GearError
+from wearlab.gears.gear import Gear
+from wearlab.gears.materials import Material, check_material
+from wearlab.gears.modification import modification
+from wearlab.gears.root import form_radius, resolve_root
+from wearlab.gears.specification import GearSpec
+
+FEWEST_TEETH = 5
+
+
+def build_gear(
+    spec: GearSpec,
+    *,
+    module: float,
+    pressure_angle: float,
+    profile_shift: float,
+    tip_alteration: float,
+    face_width: float | None,
+    material: Material,
+    assumed: tuple[str, ...] = (),
+) -> Gear:
+    """Resolve every dimension of one external gear.
+
+    ``r_a = m (z/2 + x + h_a + k)``, ``r_f = m (z/2 + x − h_f)``, or the given diameters.
+
+    Parameters
+    ----------
+    spec : what is given
+    module, pressure_angle : m [m], α [rad]
+    profile_shift, tip_alteration : x, and the k to use when the gear has none of its own [1]
+    face_width, material : the pair's, used when the gear has none of its own
+    assumed : flags to carry along
+
+    Returns
+    -------
+    Gear
+
+    Raises
+    ------
+    GearError : with the reason, its numbers and a remedy
+    """
+    _check_specification(spec, face_width)
+    r = 0.5 * module * spec.teeth
+    r_b = r * math.cos(pressure_angle)
+    r_a = _tip_radius(spec, module, profile_shift, tip_alteration)
+    r_f = _root_radius(spec, module, profile_shift)
+    bore, bore_flag = _bore_radius(spec, r_f)
+    _check_circles(spec.name, r_b, r_a, r_f, bore)
+    depth = (r - r_f) / module + profile_shift
+    fillet = spec.fillet_radius_coefficient
+    root_profile, root_flag = resolve_root(
+        spec.root_profile, name=spec.name, dedendum=depth, fillet=fillet, pressure_angle=pressure_angle
+    )
+    form = form_radius(
+        name=spec.name,
+        teeth=spec.teeth,
+        module=module,
+        pressure_angle=pressure_angle,
+        profile_shift=profile_shift,
+        root_radius=r_f,
+        fillet=fillet,
+        root_profile=root_profile,
+    )
+    own_material = spec.material or material
+    check_material(own_material, spec.name)
+    width = spec.face_width or face_width
+    assert width is not None  # _check_specification
+    mass, inertia, mass_flag = _solid(spec, own_material.density, width, r, bore)
+    gear = Gear(
+        name=spec.name,
+        teeth=spec.teeth,
+        module=module,
+        pressure_angle=pressure_angle,
+        profile_shift=profile_shift,
+        base_radius=r_b,
+        reference_radius=r,
+        tip_radius=r_a,
+        root_radius=r_f,
+        form_radius=form,
+        fillet_radius=fillet * module,
+        root_profile=root_profile,
+        bore_radius=bore,
+        face_width=width,
+        material=own_material,
+        mass=mass,
+        inertia=inertia,
+        assumed=(*assumed, *root_flag, *bore_flag, *mass_flag),
+        modification=modification(
+            spec.tip_relief, spec.root_relief, spec.profile_crowning, spec.profile_slope
+        ),
+    )
+    _check_tip(gear)
+    return gear
+
+
+def _check_specification(spec: GearSpec, face_width: float | None) -> None:
+    name = spec.name
+    if spec.teeth < FEWEST_TEETH:
+        raise GearError(f"{name}: {spec.teeth} teeth cannot carry an involute; give at least {FEWEST_TEETH}")
+    if spec.tip_diameter is not None and (
+        spec.addendum_coefficient is not None or spec.tip_alteration_coefficient is not None
+    ):
+        raise GearError(f"{name}: give tip_diameter, or addendum and tip alteration coefficients, not both")
+    if spec.root_diameter is not None and spec.dedendum_coefficient is not None:
+        raise GearError(f"{name}: give root_diameter or dedendum_coefficient, not both")
+    width = spec.face_width or face_width
+    if width is None or not width > 0.0:
+        raise GearError(
+            f"{name}: face_width is missing or not positive; give it for the gear or for the pair"
+        )
+    for word in ("mass", "inertia", "bore_diameter"):
+        value = getattr(spec, word)
+        if value is not None and not value > 0.0:
+            raise GearError(f"{name}: {word} must be positive, not {value:g}")
+
+
+def _tip_radius(spec: GearSpec, module: float, x: float, alteration: float) -> float:
+    if spec.tip_diameter is not None:
+        return 0.5 * spec.tip_diameter
+    h_a = 1.0 if spec.addendum_coefficient is None else spec.addendum_coefficient
+    k = alteration if spec.tip_alteration_coefficient is None else spec.tip_alteration_coefficient
+    return module * (0.5 * spec.teeth + x + h_a + k)
+
+
+def _root_radius(spec: GearSpec, module: float, x: float) -> float:
+    if spec.root_diameter is not None:
+        return 0.5 * spec.root_diameter
+    h_f = 1.25 if spec.dedendum_coefficient is None else spec.dedendum_coefficient
+    return module * (0.5 * spec.teeth + x - h_f)
+
+
+def _bore_radius(spec: GearSpec, root_radius: float) -> tuple[float, tuple[str, ...]]:
+    if spec.bore_diameter is not None:
+        return 0.5 * spec.bore_diameter, ()
+    return 0.5 * root_radius, ("bore_diameter assumed 0.5 root diameter",)
+
+
+def _check_circles(name: str, r_b: float, r_a: float, r_f: float, bore: float) -> None:
+    if not r_a > r_f:
+        raise GearError(
+            f"{name}: the tip diameter {2e3 * r_a:.5g} mm is not above the root diameter {2e3 * r_f:.5g} mm"
+        )
+    if not r_a > r_b:
+        raise GearError(
+            f"{name}: no involute: the tip diameter {2e3 * r_a:.5g} mm is not above the base diameter "
+            f"{2e3 * r_b:.5g} mm; enlarge the tip or the profile shift"
+        )
+    if not 0.0 < bore < r_f:
+        raise GearError(
+            f"{name}: the bore diameter {2e3 * bore:.5g} mm must lie below the root diameter "
+            f"{2e3 * r_f:.5g} mm, and both above 0"
+        )
+
+
+def _solid(
+    spec: GearSpec, density: float, width: float, radius: float, bore: float
+) -> tuple[float, float, tuple[str, ...]]:
+    """Return mass and inertia of the solid between bore and reference circle, where they are not given."""
+    mass, flags = spec.mass, []
+    if mass is None:
+        mass = density * math.pi * width * (radius**2 - bore**2)
+        flags.append("mass of the solid between bore and reference circle")
+    inertia = spec.inertia
+    if inertia is None:
+        inertia = 0.5 * mass * (radius**2 + bore**2)
+        flags.append("inertia of the solid between bore and reference circle")
+    return mass, inertia, tuple(flags)
+
+
+def _check_tip(gear: Gear) -> None:
+    if not gear.tip_radius > gear.form_radius:
+        raise GearError(
+            f"{gear.name}: no involute is left between the form diameter {2e3 * gear.form_radius:.5g} mm "
+            f"and the tip diameter {2e3 * gear.tip_radius:.5g} mm; reduce the rounding or the profile shift"
+        )
+    half = gear.half_angle(gear.tip_radius)
+    if half <= 0.0:
+        raise GearError(
+            f"{gear.name}: pointed tip: at the tip diameter {2e3 * gear.tip_radius:.5g} mm the tooth is "
+            f"{2e3 * gear.tip_radius * half:.3g} mm thick; shorten it or reduce profile_shift_coefficient"
+        )

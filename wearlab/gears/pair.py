@@ -1,0 +1,150 @@
+"""A gear pair in its operating position, and its path of contact."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wearlab.gears.gear import Gear
+
+Array = NDArray[np.float64]
+
+DRIVING, DRIVEN = 0, 1
+
+
+class PathOfContact(NamedTuple):
+    """Characteristic points along the path of contact, s from the pitch point, positive in recess [m].
+
+    ``B = E − ⌊ε⌋ p_b`` and ``D = A + ⌊ε⌋ p_b``: for 1 < ε < 2 the ends of single contact.
+    """
+
+    A: float
+    B: float
+    C: float
+    D: float
+    E: float
+
+
+@dataclass(frozen=True)
+class GearPair:
+    """Two gears that mesh; arrays over the gears are ordered (driving, driven).
+
+    Parameters
+    ----------
+    driving, driven : the gears
+    centre_distance : a [m]
+    working_pressure_angle : α_w [rad]
+    base_pitch : p_b [m]
+    path : the points A–E [m]
+    face_width : common face width [m]
+    kind : "external" (the driven flank is convex) or "internal" (it is concave)
+    """
+
+    driving: Gear
+    driven: Gear
+    centre_distance: float
+    working_pressure_angle: float
+    base_pitch: float
+    path: PathOfContact
+    face_width: float
+    kind: Literal["external", "internal"] = "external"
+
+    @property
+    def gears(self) -> tuple[Gear, Gear]:
+        """The gears, (driving, driven)."""
+        return self.driving, self.driven
+
+    @property
+    def ratio(self) -> float:
+        """Speed of the driven over that of the driving gear, z_driving / z_driven [1]."""
+        return self.driving.teeth / self.driven.teeth
+
+    @property
+    def contact_ratio(self) -> float:
+        """Transverse contact ratio, ε = (s_E − s_A) / p_b [1]."""
+        return (self.path.E - self.path.A) / self.base_pitch
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """What was assumed about either gear, with its name."""
+        return tuple(f"{gear.name}: {flag}" for gear in self.gears for flag in gear.assumed)
+
+    @property
+    def _sense(self) -> float:
+        """How the driven flank's curvature radius changes along the path: −1 external, +1 internal."""
+        return -1.0 if self.kind == "external" else 1.0
+
+    def curvature(self, s: ArrayLike) -> tuple[Array, Array]:
+        """Return the radii of curvature, ρ1 = r_b1 tanα_w + s, ρ2 = r_b2 tanα_w ∓ s (external, internal).
+
+        Parameters
+        ----------
+        s : (n,) path coordinate [m]
+
+        Returns
+        -------
+        (ρ1, ρ2), each (n,) [m]
+        """
+        position = np.asarray(s, dtype=float)
+        t = math.tan(self.working_pressure_angle)
+        return self.driving.base_radius * t + position, self.driven.base_radius * t + self._sense * position
+
+    def equivalent_curvature(self, s: ArrayLike) -> Array:
+        """Return the equivalent radius, 1/ρ = 1/ρ1 ± 1/ρ2 (external, internal), (n,) [m]."""
+        rho1, rho2 = self.curvature(s)
+        return rho1 * rho2 / (rho2 - self._sense * rho1)
+
+    def radius(self, gear: int, s: ArrayLike) -> Array:
+        """Return the radius at which a gear (0 driving, 1 driven) touches at s, √(r_b² + ρ²), (n,) [m]."""
+        return np.hypot(self.gears[gear].base_radius, self.curvature(s)[gear])
+
+    def diameter(self, gear: int, s: ArrayLike) -> Array:
+        """Return the diameter at which a gear (0 driving, 1 driven) touches at s, (n,) [m]."""
+        return 2.0 * self.radius(gear, s)
+
+    def roll_angle(self, gear: int, s: ArrayLike) -> Array:
+        """Return the roll angle ρ / r_b of a gear (0 driving, 1 driven) at s, (n,) [rad]."""
+        return self.curvature(s)[gear] / self.gears[gear].base_radius
+
+    def sliding(self, s: ArrayLike) -> Array:
+        """Return the sliding velocity per unit speed of the driving gear, ρ1 − ρ2 z1/z2, (n,) [m/rad].
+
+        Positive where the driving flank is the faster one (recess); 0 at the pitch point.
+        """
+        rho1, rho2 = self.curvature(s)
+        return rho1 - rho2 * self.ratio
+
+    def rolling(self, s: ArrayLike) -> Array:
+        """Return the mean rolling velocity per speed of the driving gear, ½(ρ1 + ρ2 z1/z2), (n,) [m/rad]."""
+        rho1, rho2 = self.curvature(s)
+        return 0.5 * (rho1 + rho2 * self.ratio)
+
+    def specific_sliding(self, s: ArrayLike) -> Array:
+        """Return the specific sliding 1 − v_other / v_i of both flanks.
+
+        Parameters
+        ----------
+        s : (n,) path coordinate [m]
+
+        Returns
+        -------
+        (2, n) for (driving, driven) [1]
+        """
+        rho1, rho2 = self.curvature(s)
+        v1, v2 = rho1, rho2 * self.ratio
+        return np.stack([1.0 - v2 / v1, 1.0 - v1 / v2])
+
+    def sliding_factor(self, s: ArrayLike) -> Array:
+        """Return |1 − v_other / v_i| of both flanks, the sliding in Archard's law, (2, n) [1]."""
+        return np.abs(self.specific_sliding(s))
+
+    def modification(self, gear: int, s: ArrayLike) -> Array:
+        """Return what the modification of a flank (0 driving, 1 driven) removes at s, (n,) [m]."""
+        position = np.asarray(s, dtype=float)
+        item = self.gears[gear].modification
+        if item is None:
+            return np.zeros_like(position)
+        from_root = position - self.path.A if gear == DRIVING else self.path.E - position
+        return item.removed(from_root, self.path.E - self.path.A)

@@ -1,0 +1,92 @@
+"""Which root a tooth gets, and where its involute begins."""
+
+import math
+
+from wearlab.gears.errors import GearError
+from wearlab.gears.specification import RootProfile
+
+
+def rounding_centre(dedendum: float, fillet: float, pressure_angle: float) -> float:
+    """Return how far the rounding's centre lies from the rack tooth's centre line, in modules.
+
+    ``x_c = π/4 − (h − ρ) tanα − ρ/cosα``; negative when the rounding does not fit on the rack tooth.
+
+    Parameters
+    ----------
+    dedendum, fillet : depth h of the rack tooth and its tip rounding ρ, in modules [1]
+    pressure_angle : α [rad]
+    """
+    return math.pi / 4 - (dedendum - fillet) * math.tan(pressure_angle) - fillet / math.cos(pressure_angle)
+
+
+def resolve_root(
+    wanted: RootProfile | None, *, name: str, dedendum: float, fillet: float, pressure_angle: float
+) -> tuple[RootProfile, tuple[str, ...]]:
+    """Return the root profile of a tooth: a trochoid wherever a rack of that depth and rounding can exist.
+
+    Parameters
+    ----------
+    wanted : the profile asked for, or None
+    name : the gear's name, for messages
+    dedendum, fillet : depth and tip rounding of the generating rack, in modules [1]
+    pressure_angle : α [rad]
+
+    Returns
+    -------
+    the profile, and the flag of a choice nobody made
+
+    Raises
+    ------
+    GearError : a trochoid was asked for and its rack cannot exist
+    """
+    fits = rounding_centre(dedendum, fillet, pressure_angle) >= 0.0 and fillet >= 0.0
+    if wanted == "radial" or (wanted is None and fits):
+        return wanted or "trochoid", ()
+    if fits:
+        return "trochoid", ()
+    slack = math.pi / 4 - dedendum * math.tan(pressure_angle)
+    largest = slack * math.cos(pressure_angle) / (1.0 - math.sin(pressure_angle))
+    if wanted == "trochoid":
+        raise GearError(
+            f"{name}: no rack generates a root {dedendum:.4g} modules deep with a tip rounding of "
+            f"{fillet:.3g} modules; give fillet_radius_coefficient <= {max(largest, 0.0):.3f}, a larger "
+            'root_diameter, or root_profile = "radial"'
+        )
+    flag = f"root profile radial: a rounding of {fillet:.3g} modules exceeds the rack tip"
+    return "radial", (flag,)
+
+
+def form_radius(
+    *,
+    name: str,
+    teeth: int,
+    module: float,
+    pressure_angle: float,
+    profile_shift: float,
+    root_radius: float,
+    fillet: float,
+    root_profile: RootProfile,
+) -> float:
+    """Return the radius where the involute begins [m].
+
+    A rack's straight edge ends at depth ``h_e = h − ρ (1 − sinα) − x`` below the pitch line and leaves
+    ``ρ_form = r sinα − h_e m / sinα``; a radial root begins at the base circle (or at the root circle).
+
+    Raises
+    ------
+    GearError : undercut, ρ_form < 0
+    """
+    r, alpha = 0.5 * module * teeth, pressure_angle
+    r_b = r * math.cos(alpha)
+    if root_profile == "radial":
+        return max(r_b, root_radius)
+    depth = (r - root_radius) / module - fillet * (1.0 - math.sin(alpha))
+    curvature = r * math.sin(alpha) - depth * module / math.sin(alpha)
+    if curvature < 0.0:
+        limit = 0.5 * teeth * math.sin(alpha) ** 2
+        raise GearError(
+            f"{name}: undercut: {teeth} teeth allow a rack edge {limit:.4g} modules below the pitch circle, "
+            f"it needs {depth:.4g}; raise profile_shift_coefficient to {profile_shift + depth - limit:.4g}, "
+            'use more teeth, or set root_profile = "radial"'
+        )
+    return math.hypot(r_b, curvature)

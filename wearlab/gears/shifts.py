@@ -1,0 +1,100 @@
+"""Centre distance, working pressure angle and profile shifts: two of the three give the third."""
+
+import math
+from typing import NamedTuple
+
+from wearlab.gears.errors import GearError
+from wearlab.gears.involute import inverse_involute, involute
+
+ROUNDING = 1e-3  # printed shifts carry three decimals
+
+
+class Operating(NamedTuple):
+    """The operating position of a pair.
+
+    Parameters
+    ----------
+    centre_distance : a [m]
+    working_pressure_angle : α_w [rad]
+    shifts : profile shift coefficients (first, second) [1]
+    tip_alteration : k that keeps the standard tip clearance [1]
+    assumed : how shifts nobody gave were split, in words
+    """
+
+    centre_distance: float
+    working_pressure_angle: float
+    shifts: tuple[float, float]
+    tip_alteration: float
+    assumed: tuple[str, ...]
+
+
+def operating_position(
+    teeth: tuple[int, int],
+    shifts: tuple[float | None, float | None],
+    *,
+    module: float,
+    pressure_angle: float,
+    centre_distance: float | None = None,
+) -> Operating:
+    """Solve ``inv α_w = inv α + 2 Σx tanα / Σz`` and ``a cosα_w = a_d cosα`` for what is not given.
+
+    Parameters
+    ----------
+    teeth : (first, second) numbers of teeth [1]
+    shifts : (first, second) profile shift coefficients, None where absent [1]
+    module, pressure_angle : m [m], α [rad]
+    centre_distance : operating centre distance a [m], or None
+
+    Returns
+    -------
+    Operating: with both shifts absent and a given centre distance the sum is split in halves (assumed)
+
+    Raises
+    ------
+    GearError : no involute contact at that distance, or shifts that contradict it
+
+    References
+    ----------
+    ISO 21771:2007, 4.3 and 4.5: Σx, α_w; tip alteration ``k = (a − a_d)/m − Σx``.
+    """
+    a_d = 0.5 * module * sum(teeth)
+    alpha = pressure_angle
+    per_shift = 2.0 * math.tan(alpha) / sum(teeth)
+    assumed: tuple[str, ...] = ()
+    if centre_distance is None:
+        x1, x2 = shifts[0] or 0.0, shifts[1] or 0.0
+        alpha_w = inverse_involute(involute(alpha) + per_shift * (x1 + x2))
+        a = a_d * math.cos(alpha) / math.cos(alpha_w)
+    else:
+        a = centre_distance
+        if not a > a_d * math.cos(alpha):
+            raise GearError(
+                f"no involute contact: the centre distance {a * 1e3:.5g} mm is not above the sum of the base "
+                f"radii, {a_d * math.cos(alpha) * 1e3:.5g} mm; give about {a_d * 1e3:.5g} mm"
+            )
+        alpha_w = math.acos(a_d * math.cos(alpha) / a)
+        x1, x2, assumed = _shared(shifts, (involute(alpha_w) - involute(alpha)) / per_shift, a)
+    return Operating(a, alpha_w, (x1, x2), (a - a_d) / module - (x1 + x2), assumed)
+
+
+def _shared(
+    shifts: tuple[float | None, float | None], total: float, centre_distance: float
+) -> tuple[float, float, tuple[str, ...]]:
+    """Return both shifts so that they sum to ``total``, and what had to be assumed."""
+    match shifts:
+        case (None, None):
+            if abs(total) < 1e-12:
+                return 0.0, 0.0, ()
+            return 0.5 * total, 0.5 * total, (f"profile shift sum {total:.4f} split in halves",)
+        case (float() | int() as x1, None):
+            return x1, total - x1, ()
+        case (None, float() | int() as x2):
+            return total - x2, x2, ()
+        case (float() | int() as x1, float() | int() as x2):
+            if abs(x1 + x2 - total) > ROUNDING:
+                raise GearError(
+                    f"the profile shifts sum to {x1 + x2:.4f}, but the centre distance "
+                    f"{centre_distance * 1e3:.5g} mm needs {total:.4f}; leave out one of the three"
+                )
+            return x1, x2, ()
+    raise AssertionError(shifts)

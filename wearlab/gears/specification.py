@@ -1,0 +1,54 @@
+"""What a user may say about one gear: absent means "derive it"."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from wearlab.gears.materials import Material
+from wearlab.gears.modification import Relief
+
+RootProfile = Literal["trochoid", "radial"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearSpec:
+    """The given properties of one external gear; ``None`` is derived.
+
+    Parameters
+    ----------
+    name : the member's name, used in messages
+    teeth : number of teeth [1]
+    profile_shift_coefficient : x [1]; absent: 0, or derived from a given centre distance
+    addendum_coefficient : h_a* [1]; absent: 1. Not together with ``tip_diameter``
+    dedendum_coefficient : h_f* [1]; absent: 1.25. Not together with ``root_diameter``
+    tip_alteration_coefficient : k [1]; absent: keeps the standard tip clearance (ISO 21771)
+    tip_diameter, root_diameter : explicit diameters [m]
+    fillet_radius_coefficient : tip rounding of the generating rack over the module [1]
+    root_profile : "trochoid" or "radial"; absent: a trochoid where a rack can generate it, else radial
+    bore_diameter : bore of the wheel body [m]; absent: half the root diameter, flagged as assumed
+    face_width : [m]; absent: that of the pair
+    material : absent: that of the pair
+    mass, inertia : [kg], [kg·m²]; absent: the solid between the bore and the reference circle
+    tip_relief, root_relief : reliefs at the ends of the active profile
+    profile_crowning : 0 in the middle, this amount removed at both ends of the active profile [m]
+    profile_slope : surplus of material at the tip end against the root end [m] (f_Hα of ISO 1328-1)
+    """
+
+    name: str
+    teeth: int
+    profile_shift_coefficient: float | None = None
+    addendum_coefficient: float | None = None
+    dedendum_coefficient: float | None = None
+    tip_alteration_coefficient: float | None = None
+    tip_diameter: float | None = None
+    root_diameter: float | None = None
+    fillet_radius_coefficient: float = 0.38
+    root_profile: RootProfile | None = None
+    bore_diameter: float | None = None
+    face_width: float | None = None
+    material: Material | None = None
+    mass: float | None = None
+    inertia: float | None = None
+    tip_relief: Relief | None = None
+    root_relief: Relief | None = None
+    profile_crowning: float | None = None
+    profile_slope: float | None = None
