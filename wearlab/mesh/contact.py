@@ -104,7 +104,8 @@ class ContactAnalysis:
         shape = (len(where.segment), self.grid.n_pairs)
         compliance, gap = np.empty(shape), np.empty(shape)
         if isinstance(self.stiffness, GivenStiffness):
-            compliance = 1.0 / self.stiffness.at(where)
+            stiffness = self.stiffness.at(where)
+            compliance = np.divide(1.0, stiffness, out=np.full(shape, np.inf), where=stiffness > 0.0)
         else:
             interpolate(self.grid.first, where, nodes.compliance, np.inf, compliance)
         interpolate(self.grid.first, where, nodes.gap, np.inf, gap)

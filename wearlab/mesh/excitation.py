@@ -65,7 +65,7 @@ def stages(analysis: ContactAnalysis, grid: StageGrid, error: MeshError) -> Stag
 class Pairs:
     """Pair by pair: no truncation, sharing follows the dynamic load, nothing counted twice."""
 
-    def prepare(self, analysis: ContactAnalysis, nodes: Nodes, count: int) -> None:
+    def prepare(self, analysis: ContactAnalysis, nodes: Nodes) -> None:
         """Nothing to fit: the tables come straight from the nodes."""
 
     def tables(
@@ -129,7 +129,7 @@ class Fourier:
     combination: Combination = "min"
     error: Literal["unloaded", "loaded"] = "unloaded"
 
-    def prepare(self, analysis: ContactAnalysis, nodes: Nodes, count: int = 0) -> Series:
+    def prepare(self, analysis: ContactAnalysis, nodes: Nodes) -> Series:
         """Expand the contact analysis of this wear state."""
         state = analysis.quasistatic(nodes, analysis.at_nodes)
         phase, weight = analysis.grid.phase_nodes
@@ -173,7 +173,7 @@ class Modulated:
     stiffness_given: Modulation | None = None
     error_given: Modulation | None = None
 
-    def prepare(self, analysis: ContactAnalysis, nodes: Nodes, count: int = 0) -> Series:
+    def prepare(self, analysis: ContactAnalysis, nodes: Nodes) -> Series:
         """Fit the modulations to the contact analysis of this wear state."""
         state = analysis.quasistatic(nodes, analysis.at_nodes)
         phase, weight = analysis.grid.phase_nodes

@@ -1,0 +1,24 @@
+"""The L16 pair, as gears only."""
+
+import math
+
+import pytest
+
+from wearlab.gears.external import external_pair
+from wearlab.gears.specification import GearSpec
+
+
+def l16(**changes):
+    common = {"teeth": 50, "tip_diameter": 0.156, "root_diameter": 0.140, "bore_diameter": 0.040}
+    return external_pair(
+        GearSpec(name="pinion", **{**common, **changes}),
+        GearSpec(name="gear", **common),
+        module=0.003,
+        pressure_angle=math.radians(20),
+        face_width=0.020,
+    )
+
+
+@pytest.fixture(scope="session")
+def pair():
+    return l16()

@@ -1,0 +1,78 @@
+import math
+
+import numpy as np
+import pytest
+
+from wearlab.gears.external import external_pair
+from wearlab.gears.specification import GearSpec
+from wearlab.mesh.profile import interpolate, lookup, profile_grid
+
+
+def long_addendum_pair():
+    spec = {"teeth": 60, "addendum_coefficient": 1.35, "dedendum_coefficient": 1.6}
+    return external_pair(
+        GearSpec(name="pinion", **spec, fillet_radius_coefficient=0.2),
+        GearSpec(name="gear", **spec, fillet_radius_coefficient=0.2),
+        module=0.003,
+        pressure_angle=math.radians(20),
+        face_width=0.02,
+    )
+
+
+@pytest.mark.parametrize("points", [21, 201])
+def test_characteristic_points_are_nodes_and_two_sided_at_jumps(pair, points):
+    s = profile_grid(pair, points).position
+    assert s[0] == pair.path.A and s[-1] == pytest.approx(pair.path.E, abs=1e-15)
+    assert np.all(np.diff(s) >= -1e-15)
+    for point, times in (("B", 2), ("C", 1), ("D", 2)):
+        assert np.sum(np.abs(s - getattr(pair.path, point)) < 1e-12) == times
+
+
+def test_every_node_has_its_base_pitch_partner(pair):
+    grid = profile_grid(pair, 101)
+    both = grid.pairs_at_phase_nodes
+    double = np.all(both >= 0, axis=1)
+    leading, following = grid.position[both[double]].T
+    np.testing.assert_allclose(leading - following, pair.base_pitch, rtol=1e-13)
+    assert double.sum() * 2 + (~double).sum() - 1 == len(grid.position)  # C's node belongs to two segments
+
+
+def test_weights_integrate_the_path(pair):
+    grid = profile_grid(pair, 41)
+    s = grid.position
+    assert grid.weight @ np.ones_like(s) == pytest.approx(pair.path.E - pair.path.A, rel=1e-14)
+    assert grid.weight @ s**3 == pytest.approx((pair.path.E**4 - pair.path.A**4) / 4, abs=1e-16)
+
+
+def test_interpolation_is_fourth_order_and_one_sided(pair):
+    errors = []
+    for points in (41, 81, 161):
+        grid = profile_grid(pair, points)
+        jump = 1e-3 * (grid.position > pair.path.D - 1e-12)
+        jump[np.flatnonzero(np.abs(grid.position - pair.path.D) < 1e-12)[0]] = 0.0  # left limit
+        nodes = np.sin(900 * grid.position) + jump
+        phase = (np.arange(500) + 0.5) / 500
+        out = np.empty((500, 2))
+        interpolate(grid.first, lookup(grid, phase), nodes, np.nan, out)
+        s = pair.path.A + np.stack([phase + 1, phase], axis=1) * pair.base_pitch
+        exact = np.sin(900 * s) + 1e-3 * (s > pair.path.D)
+        present = s < pair.path.E
+        assert np.array_equal(present, ~np.isnan(out))
+        errors.append(np.max(np.abs(out - exact)[present]))
+    assert np.log2(errors[0] / errors[1]) > 3.5
+    assert np.log2(errors[1] / errors[2]) > 3.5
+
+
+def test_contact_ratio_above_two_keeps_three_pairs():
+    pair = long_addendum_pair()
+    assert 2.0 < pair.contact_ratio < 3.0
+    grid = profile_grid(pair, 121)
+    counts = (grid.pairs_at_phase_nodes >= 0).sum(axis=1)
+    assert grid.n_pairs == 3 and set(counts) == {2, 3}
+    assert grid.weight.sum() == pytest.approx(pair.path.E - pair.path.A)
+
+
+def test_extra_jump_is_two_sided(pair):
+    grid = profile_grid(pair, 61, jumps=(0.3,))
+    s = pair.path.A + 0.3 * pair.base_pitch
+    assert np.sum(np.abs(grid.position - s) < 1e-12) == 2
