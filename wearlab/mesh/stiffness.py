@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.mesh.curve import Curve
+from wearlab.mesh.hertz import weber_compliances
 from wearlab.mesh.profile import Lookup, ProfileGrid, lookup
+from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
 
 Array = NDArray[np.float64]
 
@@ -31,6 +33,104 @@ class PairStiffness(Protocol):
 
     def cross(self, wear: Array) -> Array:
         """Return the compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""
+
+
+class SectionVanished(ValueError):
+    """The wear is deeper than the tooth can bear: a section of it is gone."""
+
+
+@dataclass(frozen=True)
+class WeberContact:
+    """Load-dependent line contact after Weber and Banaschek.
+
+    Parameters
+    ----------
+    equivalent_radius : (n,) [m]
+    depth : (2, n) from the contact point along the line of action to each tooth's centre line [m]
+    modulus, poisson : of the two gears [Pa], [1]
+    face_width : B [m]
+    """
+
+    equivalent_radius: Array
+    depth: Array
+    modulus: tuple[float, float]
+    poisson: tuple[float, float]
+    face_width: float
+
+    def compliance(self, force: Array) -> Array:
+        """Return the secant compliance under pair forces (n,), (n,) [m/N]."""
+        out = np.empty_like(force)
+        weber_compliances(
+            force, self.equivalent_radius, self.depth, *self.modulus, *self.poisson, self.face_width, out
+        )
+        return out
+
+
+@dataclass(frozen=True)
+class PotentialEnergy:
+    """Bending, shear and compression of both teeth, their foundations, and the Hertzian contact in series.
+
+    ``1/k = 1/k_h + Σ_gears (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``
+
+    Parameters
+    ----------
+    teeth : the two teeth, (driving, driven)
+    hertz : constant compliance of the contact [m/N], or a load-dependent one
+    foundation : whether the wheel bodies yield
+    correction : λ of each gear's foundation [1]
+    coupling : (n_apart, 2, n) for each gear the foundation compliance shared with the pair 1, 2 … base
+        pitches ahead, over the geometric mean of the two pairs' own; (0, 2, n): each pair has a body of its own
+    partner : (n_apart, n) node of that pair, −1 when there is none
+    scale : factor on the stiffness of the whole pair, 1 unless tuned [1]
+    """
+
+    teeth: tuple[ToothFlexibility, ToothFlexibility]
+    hertz: float | WeberContact
+    foundation: bool
+    correction: tuple[float, float]
+    coupling: Array
+    partner: NDArray[np.int64]
+    scale: float
+
+    @property
+    def load_dependent(self) -> bool:
+        """Whether the contact's compliance depends on the force."""
+        return isinstance(self.hertz, WeberContact)
+
+    def body(self, wear: Array) -> Array:
+        """Return the compliance of both teeth and bodies for wear (2, n), (n,) [m/N].
+
+        Raises
+        ------
+        SectionVanished
+            When a worn section of a tooth has no thickness left.
+        """
+        total = np.zeros(wear.shape[1])
+        tooth, body = np.empty_like(total), np.empty_like(total)
+        for flexibility, depth, factor in zip(self.teeth, wear, self.correction, strict=True):
+            if not tooth_compliance(flexibility, depth, tooth, body):
+                raise SectionVanished("section vanished")
+            total += tooth
+            if self.foundation:
+                total += body / factor
+        return total / self.scale
+
+    def contact(self, force: Array | None) -> Array | float:
+        """Return the Hertzian compliance, under pair forces (n,) when it depends on them [m/N]."""
+        if isinstance(self.hertz, WeberContact):
+            assert force is not None
+            return self.hertz.compliance(force) / self.scale
+        return self.hertz / self.scale
+
+    def cross(self, wear: Array) -> Array:
+        """Return the body compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""
+        shared = np.zeros((len(self.coupling), wear.shape[1]))
+        for apart, (ratios, partner) in enumerate(zip(self.coupling, self.partner, strict=True)):
+            for flexibility, factor, ratio in zip(self.teeth, self.correction, ratios, strict=True):
+                own = flexibility.foundation / factor
+                shared[apart] += ratio * np.sqrt(own * own[partner])
+            shared[apart][partner < 0] = 0.0
+        return shared / self.scale
 
 
 @dataclass(frozen=True)
