@@ -1,0 +1,148 @@
+"""The outline of one tooth: half thickness against height, on the tooth's own centre line.
+
+Heights x are measured from the gear's centre along the tooth's centre line, half thicknesses y across it.
+From the root circle up to the form circle runs the root curve, from there to the tip the involute.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wearlab.gears.gear import Gear
+
+Array = NDArray[np.float64]
+
+
+def load_angle(gear: Gear, radius: ArrayLike) -> Array:
+    """Return the angle between the flank normal and the thickness direction, λ = ρ/r_b − α2.
+
+    Parameters
+    ----------
+    gear : the gear
+    radius : (n,) radii on the involute [m]
+
+    Returns
+    -------
+    (n,) λ [rad]; it grows linearly along the path of contact
+    """
+    r = np.asarray(radius, dtype=float)
+    rho = np.sqrt(np.maximum(r**2 - gear.base_radius**2, 0.0))
+    return rho / gear.base_radius - gear.base_half_angle
+
+
+def involute_point(gear: Gear, angle: ArrayLike) -> tuple[Array, Array]:
+    """Return the point of the involute whose flank normal has the load angle λ.
+
+    ``x = r_b [(λ + α2) sinλ + cosλ]``, ``y = r_b [(λ + α2) cosλ − sinλ]``
+
+    Parameters
+    ----------
+    gear : the gear
+    angle : (n,) load angle λ [rad]
+
+    Returns
+    -------
+    height x and half thickness y, each (n,) [m]
+    """
+    lam = np.asarray(angle, dtype=float)
+    rolled = lam + gear.base_half_angle
+    sin, cos = np.sin(lam), np.cos(lam)
+    return gear.base_radius * (rolled * sin + cos), gear.base_radius * (rolled * cos - sin)
+
+
+def involute_rise(gear: Gear, angle: ArrayLike) -> Array:
+    """Return the height gained per load angle on the involute, dx/dλ = r_b (λ + α2) cosλ, (n,) [m/rad]."""
+    lam = np.asarray(angle, dtype=float)
+    return gear.base_radius * (lam + gear.base_half_angle) * np.cos(lam)
+
+
+def root_half_angle(gear: Gear) -> float:
+    """Return half the tooth angle where the root curve meets the root circle, θ_f [rad]."""
+    if gear.root_profile == "trochoid":
+        return _rounding_offset(gear) / gear.reference_radius
+    return gear.half_angle(max(gear.root_radius, gear.base_radius))
+
+
+def root_curve(gear: Gear, fraction: ArrayLike) -> tuple[Array, Array, Array]:
+    """Return the root curve, from the root circle (0) to the form circle (1).
+
+    Trochoid: the envelope of the rack's tip rounding, whose normal passes through the pitch point. With γ the
+    normal's angle to the pitch line, a the depth of the rounding's centre below it and b its distance
+    from the tooth's centre line, ``φ = (a/tanγ + b)/r``, ``D = a/sinγ + ρ``:
+    ``x = r cosφ − D sin(γ − φ)``, ``y = r sinφ − D cos(γ − φ)``, from γ = π/2 (root) to γ = α (form).
+    Radial: the straight line from the root circle to the base circle, or a point where the involute
+    reaches the root circle.
+
+    Parameters
+    ----------
+    gear : the gear
+    fraction : (n,) parameter in [0, 1]
+
+    Returns
+    -------
+    height x, half thickness y, and dx/dfraction, each (n,) [m]
+
+    References
+    ----------
+    Litvin & Fuentes, Gear Geometry and Applied Theory, 2nd ed., 6.4: generation by a rounded rack.
+    """
+    t = np.asarray(fraction, dtype=float)
+    if gear.root_profile == "trochoid":
+        return _trochoid(gear, t)
+    half, start = root_half_angle(gear), gear.root_radius
+    rise = gear.form_radius - start
+    radius = start + rise * t
+    return radius * math.cos(half), radius * math.sin(half), np.full_like(t, rise * math.cos(half))
+
+
+def _rounding_offset(gear: Gear) -> float:
+    """Distance of the rounding's centre from the tooth's centre line along the pitch line, b [m]."""
+    alpha, rho = gear.pressure_angle, gear.fillet_radius
+    return math.pi * gear.module / 4 + (gear.dedendum - rho) * math.tan(alpha) + rho / math.cos(alpha)
+
+
+def _trochoid(gear: Gear, t: Array) -> tuple[Array, Array, Array]:
+    r, rho = gear.reference_radius, gear.fillet_radius
+    a = r - gear.root_radius - rho
+    b = _rounding_offset(gear)
+    span = gear.pressure_angle - math.pi / 2
+    gamma = math.pi / 2 + span * t
+    sin, tan_inverse = np.sin(gamma), np.cos(gamma) / np.sin(gamma)
+    phi, phi_rate = (a * tan_inverse + b) / r, -a / (r * sin**2)
+    D, D_rate = a / sin + rho, -a * tan_inverse / sin
+    x = r * np.cos(phi) - D * np.sin(gamma - phi)
+    y = r * np.sin(phi) - D * np.cos(gamma - phi)
+    rise = -r * np.sin(phi) * phi_rate - D_rate * np.sin(gamma - phi)
+    rise -= D * np.cos(gamma - phi) * (1.0 - phi_rate)
+    return x, y, rise * span
+
+
+def half_thickness(gear: Gear, height: ArrayLike) -> Array:
+    """Return the half thickness of the tooth at heights on its centre line, found by bisection.
+
+    Parameters
+    ----------
+    gear : the gear
+    height : (n,) x between the foot of the root curve and the tip edge [m]
+
+    Returns
+    -------
+    (n,) y [m]
+    """
+    x = np.asarray(height, dtype=float)
+    low_angle = load_angle(gear, gear.form_radius)
+    high_angle = load_angle(gear, gear.tip_radius)
+    low, high = np.zeros_like(x), np.ones_like(x)
+    above = x >= involute_point(gear, low_angle)[0]
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        reached = np.where(
+            above,
+            involute_point(gear, low_angle + (high_angle - low_angle) * middle)[0],
+            root_curve(gear, middle)[0],
+        )
+        low, high = np.where(reached < x, middle, low), np.where(reached < x, high, middle)
+    middle = 0.5 * (low + high)
+    involute_y = involute_point(gear, low_angle + (high_angle - low_angle) * middle)[1]
+    return np.where(above, involute_y, root_curve(gear, middle)[1])

@@ -1,0 +1,106 @@
+"""Fillet-foundation compliance: the elastic wheel body under the root of a loaded tooth."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wearlab.gears.gear import Gear
+from wearlab.gears.outline import load_angle, root_half_angle
+
+Array = NDArray[np.float64]
+
+BORE_RANGE = (1.4, 7.0)
+ANGLE_RANGE = (0.01, 0.12)
+
+# X = A/θ² + B h² + C h/θ + D/θ + E h + F (Sainsot, Velex & Duverger 2004, Table 1)
+_TABLE = np.array(
+    [
+        [-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045],
+        [60.111e-5, 28.100e-3, -83.431e-4, -9.9256e-3, 0.1624, 0.9086],
+        [-50.952e-5, 185.50e-3, 0.0538e-4, 53.300e-3, 0.2895, 0.9236],
+        [-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904],
+    ]
+)
+
+
+class FoundationCoefficients(NamedTuple):
+    """The four coefficients of Sainsot's foundation compliance, L*, M*, P*, Q* [1]."""
+
+    L: float
+    M: float
+    P: float
+    Q: float
+
+
+def sainsot_coefficients(bore_ratio: float, root_half_angle: float) -> FoundationCoefficients:
+    """Return Sainsot's polynomials at a ratio of radii and a root angle.
+
+    Parameters
+    ----------
+    bore_ratio : h_f = r_f / r_bore [1]
+    root_half_angle : θ_f, half the tooth angle at the root circle [rad]
+
+    Returns
+    -------
+    FoundationCoefficients
+
+    References
+    ----------
+    Sainsot, Velex & Duverger, J. Mech. Des. 126 (2004) 748–752, https://doi.org/10.1115/1.1758252, Eq. 6.
+    """
+    h, theta = bore_ratio, root_half_angle
+    terms = np.array([1.0 / theta**2, h * h, h / theta, 1.0 / theta, h, 1.0])
+    return FoundationCoefficients(*(float(value) for value in _TABLE @ terms))
+
+
+def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
+    """Return the compliance of the wheel body along the line of action, for the whole face width.
+
+    ``c_f = cos²λ / (E B) [L (u/S)² + M u/S + P (1 + Q tan²λ)]`` with ``S = 2 r_f θ_f`` and
+    ``u = x_A − y_A tanλ − r_f``, the height above the root circle where the line of action crosses the
+    tooth's centre line. Wear moves the contact point along its own normal, so u stays ``r_b/cosλ − r_f``.
+
+    Parameters
+    ----------
+    gear : the gear
+    radius : (n,) contact radii [m]
+
+    Returns
+    -------
+    (n,) [m/N]
+
+    References
+    ----------
+    Sainsot, Velex & Duverger 2004, Eq. 5.
+    """
+    theta, r_f = root_half_angle(gear), gear.root_radius
+    L, M, P, Q = sainsot_coefficients(r_f / gear.bore_radius, theta)
+    lam = load_angle(gear, radius)
+    ratio = (gear.base_radius / np.cos(lam) - r_f) / (2.0 * r_f * theta)
+    shape = L * ratio**2 + M * ratio + P * (1.0 + Q * np.tan(lam) ** 2)
+    return np.cos(lam) ** 2 * shape / (gear.material.youngs_modulus * gear.face_width)
+
+
+def foundation_validity(gear: Gear) -> tuple[str, ...]:
+    """Return where a gear lies outside the range in which Sainsot's polynomials were fitted, in words.
+
+    Parameters
+    ----------
+    gear : the gear
+
+    Returns
+    -------
+    one message for each quantity out of range; empty within
+    """
+    messages = []
+    for symbol, value, (low, high) in (
+        ("h_f = r_f/r_bore", gear.root_radius / gear.bore_radius, BORE_RANGE),
+        ("theta_f", root_half_angle(gear), ANGLE_RANGE),
+    ):
+        if not low <= value <= high:
+            messages.append(
+                f"{gear.name}: sainsot foundation outside its range: {symbol} = {value:.4g}, "
+                f"fitted for {low:g} to {high:g}"
+            )
+    return tuple(messages)
