@@ -1,7 +1,7 @@
 """The wear coefficient k: constant, k/H, or the regression of Janakiraman, Li and Kahraman.
 
-All three are, along the path, a power of the load per unit length, ``k_i = scale_i w^exponent``. The scale holds
-what wear does not change, so an evaluation costs one power per node.
+All three are, along the path, a power of the load per unit length, ``k_i = scale_i w^exponent``. The scale
+holds what wear does not change, so an evaluation costs one power per node.
 """
 
 from typing import NamedTuple
@@ -76,7 +76,8 @@ class Janakiraman(NamedTuple):
     steel is ``E/(2(1 − ν²))``, and the composite roughness ``R_a = √(R_a1² + R_a2²)``.
     So k ∝ E'^−9.6 and ∝ α^−7.4: of all inputs these two must be known best.
 
-    Source: W23 Eq. 40–43, after Janakiraman, Li, Kahraman, J. Tribol. 136 (2014) 031602, doi:10.1115/1.4027440.
+    Source: W23 Eq. 40–43, after Janakiraman, Li, Kahraman, J. Tribol. 136 (2014) 031602,
+    doi:10.1115/1.4027440.
 
     Parameters
     ----------

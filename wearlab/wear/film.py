@@ -70,5 +70,5 @@ def film_thickness(film: Film, path: WearPath, force: ArrayLike) -> Array:
 
 
 def film_factor(lambda_ratio: ArrayLike) -> Array:
-    """Return what the film leaves of the wear: 1 for λ ≤ ½, (2/7)(4 − λ) between, 0 for λ ≥ 4 (L16 Eq. 27)."""
+    """Return the share of wear the film leaves: 1 to λ = ½, (2/7)(4 − λ), 0 from λ = 4 (L16 Eq. 27)."""
     return np.asarray(np.clip((2.0 / 7.0) * (4.0 - np.asarray(lambda_ratio, float)), 0.0, 1.0))

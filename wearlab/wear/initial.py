@@ -1,4 +1,4 @@
-"""Flanks that are worn before the first cycle, by a given shape. (Worn by the law itself: life/worn.py.)"""
+"""Flanks that are worn before the first cycle, by a given shape (by the law itself: life/worn.py)."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

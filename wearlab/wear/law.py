@@ -6,7 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.compiled import jit
-from wearlab.wear.archard import MEAN_PRESSURE, NormalProjection, Projection, contact_half_width, wear_per_cycle
+from wearlab.wear.archard import (
+    MEAN_PRESSURE,
+    NormalProjection,
+    Projection,
+    contact_half_width,
+    wear_per_cycle,
+)
 from wearlab.wear.coefficient import Coefficient
 from wearlab.wear.film import Film, film_factor, film_thickness, lightest_load
 from wearlab.wear.path import WearPath

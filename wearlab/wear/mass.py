@@ -22,7 +22,12 @@ def worn_area(depth: ArrayLike, path: WearPath) -> Array:
 
 
 def worn_mass(
-    depth: ArrayLike, path: WearPath, *, density: ArrayLike, teeth: ArrayLike, face_width: ArrayLike | None = None
+    depth: ArrayLike,
+    path: WearPath,
+    *,
+    density: ArrayLike,
+    teeth: ArrayLike,
+    face_width: ArrayLike | None = None,
 ) -> Array:
     """Return the mass worn off each gear, ``ρ B z ∫ h dL``, every tooth alike, (..., 2) [kg].
 

@@ -76,7 +76,7 @@ def wear_path(
     z, r_b = np.asarray(teeth, float), np.asarray(base_radius, float)
     if not rho.min() > 0.0:
         raise ValueError(
-            f"radius of curvature {rho.min():.3g} m on the path of contact: contact at or below the base circle"
+            f"radius of curvature {rho.min():.3g} m on the path: contact at or below the base circle"
         )
     omega = driving_speed * z[0] / z
     arc = rho**2 / (2.0 * r_b[:, None])

@@ -8,10 +8,10 @@ contact's centre L_c passes from L − a to L + a, each moment at the sliding of
 with d the pointwise increment and w the pressure over its integral. With the mean pressure w = 1/(2a) for
 |L − L_c| ≤ a: a running average over the Hertz width. Since ∫w dL = 1, the worn area is conserved.
 
-On nodes: the arc is cut midway between them, into cells whose lengths are the trapezoidal weights (a one-sided
-pair of nodes has a cell on either side of the step). The area of each cell is spread by w and collected by cell,
-exactly for a cell-wise constant d. So the area is conserved to round-off, d itself returns as a → 0, and no value
-turns negative. What would fall off either end of the path is reflected there.
+On nodes: the arc is cut midway between them, into cells whose lengths are the trapezoidal weights (a
+one-sided pair of nodes has a cell on either side of the step). The area of each cell is spread by w and
+collected by cell, exactly for a cell-wise constant d. So the area is conserved to round-off, d itself returns
+as a → 0, and no value turns negative. What would fall off either end of the path is reflected there.
 """
 
 import numpy as np
@@ -39,7 +39,7 @@ def average_over_contact_width(increment: Array, half_width: Array, path: WearPa
 
 
 def cell_edges(arc: Array) -> Array:
-    """Return the ascending edges of the nodes' cells, from the arcs (ascending or descending), (n + 1,) [m]."""
+    """Return the ascending edges of the nodes' cells from their arcs, in either order, (n + 1,) [m]."""
     x = arc if arc[-1] >= arc[0] else -arc
     return np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
 

@@ -1,0 +1,163 @@
+"""Adaptive second-order steps over cycles: RKC2 with as many stages as the stiffness needs.
+
+**Error test.** ``max|e| ≤ tolerance · w`` with the local error e of the step and ``w = max(Δh, D/20)``:
+Δh the largest wear of the step, D the largest depth reached so far, at least ``scale``. So the local errors
+sum to the tolerance times the final depth (times at most 1 + steps/20), which makes the tolerance one of the
+whole life and not of a step; and noise of the rate below ``tolerance·D/20`` never shrinks a step.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.life import rkc
+from wearlab.life.counted import CountedRate
+from wearlab.life.jump import Jump, crosses_jump, locate
+from wearlab.life.sawtooth import saws
+from wearlab.life.spectrum import Spectrum, random_direction, spectrum
+from wearlab.life.step import Node, Step, growth
+
+Array = NDArray[np.float64]
+
+SAFETY = 0.85
+RADIUS_SAFETY = 1.15
+LARGEST_GROWTH, LARGEST_CUT = 5.0, 0.1
+STEPS_PER_SPECTRUM = 12
+SHARE_OF_DEPTH = 1.0 / 20.0
+PROBE = 1e-3
+"""Amplitude of the power iteration over the depth scale."""
+
+
+@dataclass(frozen=True)
+class Adaptive:
+    """RKC2 with error control: the default."""
+
+    def start(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> "AdaptiveStepper":
+        """Return the stepper at the first state."""
+        return AdaptiveStepper(node, rate, tolerance, scale)
+
+
+@dataclass(frozen=True)
+class _Try:
+    """A step tried: its end, its estimated local error (n,) [m], that over the allowed one, its size."""
+
+    end: Node
+    error: Array
+    ratio: float
+    size: float
+
+
+class AdaptiveStepper:
+    """The controller between steps: next size, last error ratio, spectrum and its age.
+
+    ``trying`` is the size of the last try, ``rejected`` counts tries; a saw is rejected, never flagged.
+
+    Parameters
+    ----------
+    node : the first state
+    rate : the wear rate
+    tolerance : relative error in depth and life [1]
+    scale : depth below which the tolerance is not relative any more [m]
+    """
+
+    def __init__(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> None:
+        self.rate, self.tolerance, self.scale = rate, tolerance, scale
+        self.last_ratio = 1.0
+        self.rejected = 0
+        self.trying = 0.0
+        self.saw_tooth = False
+        self.age = 0
+        self._look(node, random_direction(node.rate))
+        self.next_size = 0.1 / self.radius if self.radius > 0.0 else np.inf
+
+    @property
+    def radius(self) -> float:
+        """Spectral radius with a margin [1/cycle]."""
+        return RADIUS_SAFETY * self.spectrum.radius
+
+    @property
+    def damping(self) -> float:
+        """RKC damping that suits the spectrum."""
+        return rkc.SHARP if self.spectrum.is_real else rkc.WIDE
+
+    def advance(self, node: Node, largest: float) -> tuple[list[Step], Jump | None]:
+        """Return the accepted step from ``node``, at most ``largest`` cycles long, and any jump it met."""
+        memory = self.rate.remember()
+        sizes: list[float] = []
+        changes: list[float] = []
+        if self.age >= STEPS_PER_SPECTRUM and self.next_size * self.radius > 0.5:
+            self._look(node, self.spectrum.direction, memory)
+        size, searched = self._bounded(self.next_size, largest), False
+        while True:
+            tried = self._try(node, size)
+            sawtooth = size * self.radius > 1.0 and saws(node.rate, tried.end.depth - node.depth)
+            if tried.ratio <= 1.0 and not sawtooth:
+                self._accepted(tried, rejected=bool(sizes))
+                return [self._step(node, tried)], None
+            self.rejected += 1
+            sizes.append(size)
+            changes.append(float(np.linalg.norm(tried.end.rate - node.rate)))
+            if not searched and crosses_jump(sizes, changes):
+                searched = True
+                found = self._across(node, tried, memory)
+                if found is not None:
+                    return found
+            self.rate.recall(memory)
+            if self.age > 0:
+                self._look(node, self.spectrum.direction, memory)
+            size = self._bounded(size * self._factor(max(tried.ratio, 1.3)), 0.5 * size if sawtooth else size)
+
+    def shorten(self, size: float) -> None:
+        """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
+        self.next_size = min(self.next_size, size)
+
+    def _across(self, node: Node, tried: _Try, memory: Any) -> tuple[list[Step], Jump] | None:
+        width = self.tolerance * (node.cycle + tried.size)
+        found = locate(self.rate, node, tried.size, tried.end.rate, memory, width)
+        if found is None:
+            return None
+        up, across, jump = found
+        self._look(across.end, random_direction(across.end.rate), self.rate.remember())
+        self.next_size = 0.1 / self.radius if self.radius > 0.0 else tried.size
+        return [step for step in (up, across) if step.size > 0.0], jump
+
+    def _try(self, node: Node, size: float) -> _Try:
+        self.trying = size
+        coefficients = rkc.stages_for(size * self.radius, self.damping)
+        depth = rkc.step(self.rate, node.depth, node.rate, size, coefficients)
+        end = Node(node.cycle + size, depth, self.rate(depth))
+        error = rkc.local_error(node.depth, depth, node.rate, end.rate, size)
+        largest = float(np.abs(error).max(initial=0.0))
+        return _Try(end, error, largest / self._allowed(node, depth), size)
+
+    def _allowed(self, node: Node, depth: Array) -> float:
+        worn = float((depth - node.depth).max(initial=0.0))
+        reached = max(float(depth.max(initial=0.0)), self.scale)
+        return self.tolerance * max(worn, SHARE_OF_DEPTH * reached)
+
+    def _bounded(self, size: float, largest: float) -> float:
+        reach = rkc.longest_reach(self.damping) / self.radius if self.radius > 0.0 else np.inf
+        return float(min(size, largest, reach))
+
+    def _factor(self, ratio: float) -> float:
+        return (
+            float(np.clip(SAFETY * ratio**-0.5, LARGEST_CUT, LARGEST_GROWTH)) if ratio > 0 else LARGEST_GROWTH
+        )
+
+    def _accepted(self, tried: _Try, *, rejected: bool) -> None:
+        ratio = max(tried.ratio, 1e-10)
+        trend = (self.last_ratio / ratio) ** 0.2 if not rejected else 1.0
+        factor = min(self._factor(ratio) * min(trend, 1.2), 1.0 if rejected else LARGEST_GROWTH)
+        self.next_size = tried.size * factor
+        self.last_ratio, self.age = ratio, self.age + 1
+
+    def _step(self, node: Node, tried: _Try) -> Step:
+        return Step(node, tried.end, (node.rate, tried.end.rate), tried.error, growth(node, tried.end))
+
+    def _look(self, node: Node, direction: Array, memory: Any = None) -> None:
+        self.spectrum: Spectrum = spectrum(self.rate, node.depth, direction, amplitude=PROBE * self.scale)
+        if memory is not None:
+            self.rate.recall(memory)
+        self.age = 0

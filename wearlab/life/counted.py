@@ -1,0 +1,66 @@
+"""A wear rate that is counted, bounded and checked; and can be put back where it was."""
+
+from collections.abc import Callable
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.life.limits import OutOfEvaluations, StopWear
+
+Array = NDArray[np.float64]
+Rate = Callable[[Array], Array]
+
+
+@runtime_checkable
+class Remembering(Protocol):
+    """A rate with a memory (the last orbit), which a rejected step must not leave on another branch."""
+
+    def remember(self) -> Any:
+        """Return the memory as it is."""
+
+    def recall(self, memory: Any) -> None:
+        """Put a memory back."""
+
+
+class CountedRate:
+    """``rate(h)`` with a count and checks.
+
+    Parameters
+    ----------
+    rate : h (n,) [m] -> dh/dN (n,) [m per cycle], ≥ 0; raises StopWear when the gears can no longer run
+    most : bound on the evaluations
+
+    Raises
+    ------
+    OutOfEvaluations
+        When the bound is reached.
+    StopWear
+        When the rate says so, or is not finite.
+    """
+
+    def __init__(self, rate: Rate, most: int) -> None:
+        self.rate, self.most, self.count = rate, most, 0
+
+    def __call__(self, h: Array) -> Array:
+        """Return the rate at h, (n,) [m per cycle]."""
+        if self.count >= self.most:
+            raise OutOfEvaluations
+        self.count += 1
+        r = np.asarray(self.rate(h), float)
+        if r.shape != h.shape:
+            raise ValueError(f"wear rate of shape {r.shape} for depths of shape {h.shape}")
+        if not np.all(np.isfinite(r)):
+            raise StopWear("wear rate not finite")
+        if r.size and r.min() < 0.0:
+            raise ValueError(f"wear rate {r.min():.3g} m per cycle is negative: wear cannot refill a flank")
+        return r
+
+    def remember(self) -> Any:
+        """Return the rate's memory, None when it has none."""
+        return self.rate.remember() if isinstance(self.rate, Remembering) else None
+
+    def recall(self, memory: Any) -> None:
+        """Put the rate's memory back."""
+        if isinstance(self.rate, Remembering):
+            self.rate.recall(memory)

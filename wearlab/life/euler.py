@@ -1,0 +1,139 @@
+"""Explicit Euler over cycles, as published: steps of a wear threshold, and steps of a fixed size.
+
+First order, and stable only while ``ΔN ρ < 2``. Both are named methods for comparison, not the default.
+Source: L16 Eq. 21–24; W23 §3.2; PHYSICS §8.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.life.counted import CountedRate
+from wearlab.life.jump import Jump
+from wearlab.life.sawtooth import saws, swings
+from wearlab.life.spectrum import random_direction, spectrum
+from wearlab.life.step import Node, Step, growth
+
+Array = NDArray[np.float64]
+
+STABILITY_LIMIT = 2.0
+
+
+class SawTooth(Exception):
+    """A step of fixed size is beyond the stability limit: its wear alternates and does not die out."""
+
+
+@dataclass(frozen=True)
+class Euler:
+    """Euler's method with the papers' update rule: the geometry is renewed when the wear anywhere reaches ε.
+
+    ``ΔN = ε / max r(h)`` (L16 Eq. 22). A saw-tooth is flagged and the run goes on, as published.
+
+    Parameters
+    ----------
+    threshold : ε [m]
+    """
+
+    threshold: float
+
+    def start(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> "EulerStepper":
+        """Return the stepper at the first state."""
+        if not self.threshold > 0.0:
+            raise ValueError(f"wear threshold {self.threshold:g} m must be positive")
+        return EulerStepper(rate, threshold=self.threshold, size=None, stops=False)
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """Euler's method with a fixed step; a saw-tooth rejects the step and ends the run.
+
+    Parameters
+    ----------
+    size : ΔN [cycles]; or None and then
+    stability : ΔN as a share of the stability limit 2/ρ at the first state [1]
+    """
+
+    size: float | None = None
+    stability: float | None = None
+
+    def start(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> "EulerStepper":
+        """Return the stepper at the first state, its size resolved."""
+        size = self.size
+        if self.stability is not None:
+            size = self.stability * stability_limit(node, rate, scale)
+        if size is None or not size > 0.0:
+            raise ValueError("a fixed step needs a positive size in cycles or a share of the stability limit")
+        return EulerStepper(rate, threshold=None, size=size, stops=True)
+
+
+def stability_limit(node: Node, rate: CountedRate, scale: float) -> float:
+    """Return Euler's longest stable step ``2/ρ`` at a state, infinite where nothing relaxes [cycles]."""
+    memory = rate.remember()
+    found = spectrum(
+        rate,
+        node.depth,
+        random_direction(node.rate),
+        amplitude=1e-3 * scale,
+        tolerance=1e-4,
+        iterations=60,
+    )
+    rate.recall(memory)
+    return STABILITY_LIMIT / found.radius if found.radius > 0.0 else np.inf
+
+
+class EulerStepper:
+    """Steps of Euler's method: one rate evaluation each, none rejected for its error.
+
+    Parameters
+    ----------
+    rate : the wear rate
+    threshold : largest wear of a step [m], or None
+    size : cycles of a step, or None
+    stops : whether a saw-tooth ends the run
+    """
+
+    def __init__(
+        self, rate: CountedRate, *, threshold: float | None, size: float | None, stops: bool
+    ) -> None:
+        self.rate, self.threshold, self.size, self.stops = rate, threshold, size, stops
+        self.rejected = 0
+        self.trying = 0.0
+        self.saw_tooth = False
+        self.cap = np.inf
+        self.last_rate: Array | None = None
+
+    def advance(self, node: Node, largest: float) -> tuple[list[Step], Jump | None]:
+        """Return the step from ``node``, at most ``largest`` cycles long.
+
+        Raises
+        ------
+        SawTooth
+            When the step makes a saw-tooth and the method stops there.
+        """
+        self.trying = size = float(min(self._wanted(node), largest, self.cap))
+        depth = node.depth + size * node.rate
+        end = Node(node.cycle + size, depth, self.rate(depth))
+        self._inspect(node, end)
+        self.cap *= 2.0
+        self.last_rate = node.rate
+        error = 0.5 * size * (end.rate - node.rate)
+        return [Step(node, end, (node.rate, node.rate), error, growth(node, end))], None
+
+    def shorten(self, size: float) -> None:
+        """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
+        self.cap = size
+
+    def _wanted(self, node: Node) -> float:
+        if self.threshold is None:
+            return float(self.size or 0.0)
+        fastest = float(node.rate.max(initial=0.0))
+        return self.threshold / fastest if fastest > 0.0 else np.inf
+
+    def _inspect(self, node: Node, end: Node) -> None:
+        swinging = self.last_rate is not None and swings(self.last_rate, node.rate, end.rate)
+        if swinging or saws(node.rate, end.rate):
+            self.saw_tooth = True
+            if self.stops:
+                self.rejected += 1
+                raise SawTooth

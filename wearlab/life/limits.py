@@ -1,0 +1,67 @@
+"""When a life ends, and the states asked for on the way."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = slice | NDArray[np.int64]
+
+EVERYWHERE = slice(None)
+
+
+class StopWear(Exception):
+    """Raised by a rate when the worn gears can no longer run; carries the physical reason.
+
+    Parameters
+    ----------
+    reason : for instance "section vanished" or "contact ratio below one"
+    """
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+class OutOfEvaluations(Exception):
+    """The bound on rate evaluations is reached."""
+
+
+class Limits(NamedTuple):
+    """Ends of a life; the first one reached counts.
+
+    Parameters
+    ----------
+    cycles : last cycle, or None [1]
+    depth : largest depth allowed on the flank, or None [m]
+    flank : the entries of h that the depth limit looks at
+    """
+
+    cycles: float | None = None
+    depth: float | None = None
+    flank: Index = EVERYWHERE
+
+    def checked(self) -> "Limits":
+        """Return the limits, or raise ValueError when there is none or one is not positive."""
+        given = [limit for limit in (self.cycles, self.depth) if limit is not None]
+        if not given:
+            raise ValueError("a life needs a limit: cycles or depth")
+        if not all(np.isfinite(limit) and limit > 0.0 for limit in given):
+            raise ValueError(f"limits of a life must be positive and finite, not {given}")
+        return self
+
+
+class Snapshots(NamedTuple):
+    """States asked for on the way; asking changes nothing else.
+
+    Parameters
+    ----------
+    cycles : cycles of the snapshots
+    depths : largest depths on the flank at which to take one [m]
+    flank : the entries of h that the depths refer to
+    """
+
+    cycles: tuple[float, ...] = ()
+    depths: tuple[float, ...] = ()
+    flank: Index = EVERYWHERE

@@ -1,0 +1,93 @@
+"""States and steps over cycles, and the curve between the ends of a step."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.life.limits import Index
+
+Array = NDArray[np.float64]
+
+
+class Node(NamedTuple):
+    """A state of wear.
+
+    Parameters
+    ----------
+    cycle : N [1]
+    depth : (n,) h [m]
+    rate : (n,) r(h) [m per cycle]
+    """
+
+    cycle: float
+    depth: Array
+    rate: Array
+
+
+class Step(NamedTuple):
+    """An accepted step.
+
+    Parameters
+    ----------
+    start, end : the states at its ends
+    slopes : (n,), (n,) dh/dN at the ends of the curve between them [m per cycle]
+    error : (n,) estimated local error, signed [m]
+    growth : factor by which the step multiplies errors made before it, ≥ 1 [1]
+    """
+
+    start: Node
+    end: Node
+    slopes: tuple[Array, Array]
+    error: Array
+    growth: float
+
+    @property
+    def size(self) -> float:
+        """ΔN [1]."""
+        return self.end.cycle - self.start.cycle
+
+
+def depth_at(step: Step, cycle: float) -> Array:
+    """Return the depth inside a step, by a cubic through values and slopes that never decreases, (n,) [m].
+
+    Slopes are cut to three times the secant (Fritsch & Carlson, SIAM J. Numer. Anal. 17 (1980) 238–246):
+    a step much longer than the relaxation of the profile starts steeper than it goes on. The ends are exact.
+    """
+    if cycle <= step.start.cycle:
+        return step.start.depth
+    if cycle >= step.end.cycle:
+        return step.end.depth
+    H = step.size
+    x = (cycle - step.start.cycle) / H
+    rise = step.end.depth - step.start.depth
+    left, right = (np.clip(H * slope, 0.0, 3.0 * rise) for slope in step.slopes)
+    inner = x * x * (3.0 - 2.0 * x) * rise + x * (1.0 - x) ** 2 * left - x * x * (1.0 - x) * right
+    return np.asarray(step.start.depth + np.clip(inner, 0.0, rise))
+
+
+def crossing(step: Step, depth: float, flank: Index) -> float:
+    """Return the cycle in the step at which the largest depth on the flank reaches ``depth`` [1].
+
+    By bisection to round-off: the largest depth never decreases.
+    """
+    low, high = step.start.cycle, step.end.cycle
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        if depth_at(step, middle)[flank].max() >= depth:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+def growth(start: Node, end: Node) -> float:
+    """Return ``exp(max(0, ΔN dr·dh/|dh|²))``, the growth of an error along the path of the solution [1]."""
+    dh = end.depth - start.depth
+    square = float(dh @ dh)
+    if square == 0.0:
+        return 1.0
+    exponent = (end.cycle - start.cycle) * float((end.rate - start.rate) @ dh) / square
+    return float(np.exp(min(max(0.0, exponent), 50.0)))

@@ -1,0 +1,56 @@
+"""Flanks that are worn before the first cycle by the wear law itself (W23's "initial wear")."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wearlab.life.counted import Rate
+from wearlab.life.limits import Index, Limits
+from wearlab.life.march import ELASTIC_SCALE, Life, evolve
+
+Array = NDArray[np.float64]
+
+
+def worn(
+    rate: Rate,
+    initial: ArrayLike,
+    flanks: Mapping[int, tuple[Index, float]],
+    *,
+    tolerance: float = 1e-3,
+    scale: float = ELASTIC_SCALE,
+) -> tuple[Array, tuple[Life, ...]]:
+    """Return the depths after wear by the law until each named flank is as deep as asked.
+
+    All flanks run and wear together until the named one has its depth; then only the named flank keeps its
+    wear (its mate is taken as new). Several named flanks are worn one run each, all from ``initial``.
+
+    Parameters
+    ----------
+    rate : h (n,) [m] -> dh/dN (n,) [m per cycle]
+    initial : (n,) depths before [m]
+    flanks : any label -> (entries of h on that flank, largest depth wanted there [m])
+    tolerance, scale : see :func:`wearlab.life.march.evolve`
+
+    Returns
+    -------
+    depth : (n,) [m]
+    lives : the runs that made them, for their errors and counts
+
+    Raises
+    ------
+    ValueError
+        When a flank cannot be worn to that depth, with the reason.
+    """
+    h0 = np.array(initial, float)
+    h = h0.copy()
+    lives = []
+    for label, (flank, depth) in flanks.items():
+        if depth == 0.0:
+            continue
+        life = evolve(rate, h0, limits=Limits(depth=depth, flank=flank), tolerance=tolerance, scale=scale)
+        if life.end_reason != "depth":
+            raise ValueError(f"flank {label} cannot be worn to {depth:.3g} m by this law: {life.end_reason}")
+        h[flank] = life.depth[-1][flank]
+        lives.append(life)
+    return h, tuple(lives)
