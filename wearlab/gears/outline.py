@@ -146,3 +146,19 @@ def half_thickness(gear: Gear, height: ArrayLike) -> Array:
     middle = 0.5 * (low + high)
     involute_y = involute_point(gear, low_angle + (high_angle - low_angle) * middle)[1]
     return np.where(above, involute_y, root_curve(gear, middle)[1])
+
+
+def contact_depth(gear: Gear, radius: ArrayLike) -> Array:
+    """Return the distance along the line of action from the contact to the tooth's centre line, y/cosλ.
+
+    Parameters
+    ----------
+    gear : the gear
+    radius : (n,) contact radii on the involute [m]
+
+    Returns
+    -------
+    (n,) [m]
+    """
+    lam = load_angle(gear, radius)
+    return involute_point(gear, lam)[1] / np.cos(lam)
