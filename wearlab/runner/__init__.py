@@ -1,0 +1,6 @@
+"""Missing cases become stored runs: one in this process, several on dask workers."""
+
+from wearlab.runner.report import CaseReport, Interrupted, Report, RunnerError
+from wearlab.runner.running import run
+
+__all__ = ["CaseReport", "Interrupted", "Report", "RunnerError", "run"]

@@ -1,0 +1,107 @@
+"""The progress bar: done, failed, refused, time left; silent where nobody watches."""
+
+from types import TracebackType
+from typing import Any, Protocol
+
+from wearlab.store.outcome import Outcome
+
+
+class Progress(Protocol):
+    """What ``run`` tells about its progress."""
+
+    def __enter__(self) -> "Progress": ...
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+    def step(self, text: str) -> None:
+        """Say what is being done before cases run."""
+
+    def start(self, total: int) -> None:
+        """Say how many cases there are."""
+
+    def advance(self, outcome: Outcome) -> None:
+        """Count a finished case."""
+
+
+class Silent:
+    """Progress nobody sees."""
+
+    def __enter__(self) -> "Silent":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+    def step(self, text: str) -> None:
+        """Say nothing."""
+
+    def start(self, total: int) -> None:
+        """Say nothing."""
+
+    def advance(self, outcome: Outcome) -> None:
+        """Say nothing."""
+
+
+class Bar:
+    """Progress on the terminal, by rich, on standard error.
+
+    Parameters
+    ----------
+    console : of rich; standard error when absent
+    """
+
+    def __init__(self, console: Any = None) -> None:
+        from rich import progress
+        from rich.console import Console
+
+        self._console = console or Console(stderr=True)
+        self._bar = progress.Progress(
+            progress.SpinnerColumn(),
+            progress.TextColumn("{task.description}"),
+            progress.BarColumn(),
+            progress.MofNCompleteColumn(),
+            progress.TextColumn("{task.fields[trouble]}"),
+            progress.TimeElapsedColumn(),
+            progress.TextColumn("left"),
+            progress.TimeRemainingColumn(),
+            console=self._console,
+            transient=True,
+        )
+        self._task = self._bar.add_task("", total=None, trouble="")
+        self._counts = {"failed": 0, "refused": 0}
+
+    def __enter__(self) -> "Bar":
+        self._bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._bar.stop()
+
+    def step(self, text: str) -> None:
+        """Show a step of unknown length."""
+        self._bar.update(self._task, description=text)
+
+    def start(self, total: int) -> None:
+        """Show the bar of the cases."""
+        self._bar.reset(self._task, description="cases", total=total, trouble="")
+
+    def advance(self, outcome: Outcome) -> None:
+        """Move the bar, and count trouble."""
+        if outcome.state in self._counts:
+            self._counts[outcome.state] += 1
+        trouble = ", ".join(f"{count} {state}" for state, count in self._counts.items() if count)
+        self._bar.update(self._task, advance=1, trouble=trouble)
+
+
+def watched(progress: bool) -> Progress:
+    """Return a bar when it is wanted and standard error is a terminal."""
+    if progress:
+        from rich.console import Console
+
+        console = Console(stderr=True)
+        if console.is_terminal:
+            return Bar(console)
+    return Silent()

@@ -1,0 +1,179 @@
+"""``run``: what of a campaign is missing in a store is computed, and nothing else."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from wearlab.runner.cluster import Cluster, connect
+from wearlab.runner.progress import Progress, watched
+from wearlab.runner.report import CaseReport, Interrupted, Report
+from wearlab.runner.worker import SIMULATE, Task, execute, warm_up
+from wearlab.store.catalogue import Entry
+from wearlab.store.outcome import Outcome
+
+if TYPE_CHECKING:
+    from wearlab.campaign import Campaign
+    from wearlab.store import Store
+
+POLL = 0.2  # s between two looks at runs that another process computes
+
+
+def run(
+    campaign: "Campaign",
+    store: "Store",
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    retry: bool = False,
+    progress: bool = True,
+    simulate: str = SIMULATE,
+) -> Report:
+    """Compute the missing runs of a campaign.
+
+    Equal scenes are one run. What another process computes at the same moment is waited for. One missing
+    case runs in this process, more on worker processes.
+
+    Parameters
+    ----------
+    campaign : the cases
+    store : where runs are kept; made when it does not exist
+    workers : number of worker processes [the cores of this machine]
+    scheduler : address of a dask scheduler to use instead of own processes
+    retry : compute failed and refused cases again
+    progress : show a bar, on a terminal
+    simulate : ``module:function``, scene to dataset
+
+    Returns
+    -------
+    Report on all runs of the campaign.
+
+    Raises
+    ------
+    StoreError : the store cannot be read or written
+    RunnerError : no scheduler answers
+    Interrupted : on Ctrl-C; the finished runs are kept, those in flight are released
+    """
+    clock = time.perf_counter()
+    tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
+    store.create()
+    _record(campaign, store)
+    with store.presence() as presence, watched(progress) as bar:
+        work = _Work(store, presence.token, retry, bar, simulate)
+        try:
+            with ExitStack() as stack:
+                work.complete(list(tasks.values()), lambda: _cluster(stack, workers, scheduler, simulate))
+        except KeyboardInterrupt:
+            raise Interrupted(_interruption(tasks, store)) from None
+        finally:
+            store.catalogue.release(presence.token)
+    return _report(campaign, store, work.finished, time.perf_counter() - clock)
+
+
+class _Work:
+    """One call of ``run``: what is left, what is finished."""
+
+    def __init__(self, store: "Store", owner: str, retry: bool, bar: Progress, simulate: str) -> None:
+        self.store, self.owner, self.retry, self.bar, self.simulate = store, owner, retry, bar, simulate
+        self.finished: set[str] = set()
+        self.cluster: Cluster | None = None
+
+    def complete(self, tasks: Sequence[Task], cluster: Callable[[], Cluster]) -> None:
+        """Compute until every task is finished, here or by another process."""
+        begun = False
+        while left := self._left(tasks):
+            here = [task for task, elsewhere in left if not elsewhere]
+            if here and not begun:
+                self._begin(here, cluster)
+                self.bar.start(len(left))
+                begun = True
+            before = len(self.finished)
+            for outcomes in self._outcomes(here):
+                self._keep(outcomes)
+            if len(self.finished) == before:
+                self.bar.step(f"waiting for another process ({len(left)})")
+                time.sleep(POLL)
+
+    def _keep(self, outcomes: list[Outcome]) -> None:
+        self.store.save(outcomes, self.owner)
+        for outcome in outcomes:
+            self.finished.add(outcome.id)
+            self.bar.advance(outcome)
+
+    def _begin(self, tasks: Sequence[Task], cluster: Callable[[], Cluster]) -> None:
+        scenes = [task.scene for task in tasks]
+        if len(tasks) == 1:
+            self.bar.step("compiling")
+            warm_up(scenes, self.simulate)
+            return
+        self.bar.step("starting workers")
+        self.cluster = cluster()
+        self.bar.step("compiling")
+        self.cluster.warm_up(scenes)
+
+    def _outcomes(self, tasks: Sequence[Task]) -> Iterator[list[Outcome]]:
+        if self.cluster is not None:
+            yield from self.cluster.outcomes(tasks, self._claim)
+            return
+        for task in tasks:
+            if self._claim([task]):
+                yield [execute(task, self.simulate)]
+
+    def _claim(self, tasks: Sequence[Task]) -> list[Task]:
+        taken = set(self.store.claim([task.id for task in tasks], self.owner, self._free))
+        return [task for task in tasks if task.id in taken]
+
+    def _free(self, entry: Entry) -> bool:
+        """Say whether a run that the catalogue knows is to be computed again."""
+        if entry.state in ("failed", "refused"):
+            return self.retry and entry.id not in self.finished
+        return self.store.is_lost(entry)
+
+    def _left(self, tasks: Sequence[Task]) -> list[tuple[Task, bool]]:
+        """Return the tasks nobody has finished, each with whether a living process is at it."""
+        known = self.store.entries(task.id for task in tasks)
+        left = []
+        for task in tasks:
+            entry = known.get(task.id)
+            running = entry is not None and entry.state == "running"
+            if task.id not in self.finished and (entry is None or running or self._free(entry)):
+                left.append((task, running and entry is not None and not self.store.is_stale(entry)))
+        return left
+
+
+def _cluster(stack: ExitStack, workers: int | None, scheduler: str | None, simulate: str) -> Cluster:
+    return Cluster(stack.enter_context(connect(workers, scheduler)), simulate)
+
+
+def _record(campaign: "Campaign", store: "Store") -> None:
+    """Enter the campaign's cases into the catalogue, with the values that set each apart."""
+    axes = {axis.name: axis for axis in campaign.axes}
+    members = []
+    for case in campaign.cases:
+        position = {
+            name: f"{axes[name].values[index]} {axes[name].units or ''}".strip()
+            for name, index in case.position.items()
+        }
+        members.append((case.id, case.label, position))
+    path = getattr(campaign, "path", None)
+    store.catalogue.record_campaign(
+        campaign.title, campaign.reference, None if path is None else str(path), members
+    )
+
+
+def _interruption(tasks: "dict[str, Task]", store: "Store") -> str:
+    finished = sum(entry.state != "running" for entry in store.entries(tasks).values())
+    return f"interrupted: {finished} done, {len(tasks) - finished} to go; run again to continue"
+
+
+def _report(campaign: "Campaign", store: "Store", computed: set[str], seconds: float) -> Report:
+    entries = store.entries(case.id for case in campaign.cases)
+    labels = {case.id: case.label for case in reversed(campaign.cases)}
+    states = [entry.state for entry in entries.values()]
+    troubled = tuple(
+        CaseReport(entry.id, labels[entry.id], entry.state, entry.reason, entry.warnings)
+        for entry in entries.values()
+        if entry.state != "done" or (entry.warnings and entry.id in computed)
+    )
+    counts = (states.count("done"), states.count("failed"), states.count("refused"))
+    return Report(len(labels), len(computed), *counts, seconds, troubled)

@@ -1,0 +1,110 @@
+"""What a worker does: one scene in, one finished outcome out, whatever happens."""
+
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from wearlab import __version__
+from wearlab.store.outcome import Outcome, State
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SIMULATE = "wearlab.simulate:simulate"
+
+
+class Task(NamedTuple):
+    """One case to compute."""
+
+    id: str
+    scene: Any
+
+
+def execute_all(tasks: Sequence[Task], simulate: str) -> list[Outcome]:
+    """Compute a batch of cases, one after the other."""
+    return [execute(task, simulate) for task in tasks]
+
+
+def execute(task: Task, simulate: str = SIMULATE) -> Outcome:
+    """Simulate one scene and return its file image, or the reason why there is none.
+
+    Parameters
+    ----------
+    task : the scene and its id
+    simulate : ``module:function``, scene to dataset
+    """
+    started, clock = datetime.now(UTC).isoformat(timespec="milliseconds"), time.perf_counter()
+    scene = _canonical(task.scene)
+    state: State = "done"
+    result: dict[str, Any] = {}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            result = _finished(_labelled(_function(simulate)(task.scene), task.id, scene, started))
+        except Exception as error:
+            state = "refused" if isinstance(error, refusals()) else "failed"
+            result = {"reason": str(error) if state == "refused" else traceback.format_exc()}
+    distinct = dict.fromkeys(f"{warning.category.__name__}: {warning.message}" for warning in caught)
+    return Outcome(
+        *(task.id, state, started, time.perf_counter() - clock, scene),
+        **{"wearlab_version": __version__, "warnings": tuple(distinct), **result},
+    )
+
+
+def warm_up(scenes: Sequence[Any], simulate: str = SIMULATE) -> None:
+    """Compile what these scenes need, where the simulation offers it (``warm_up`` beside ``simulate``).
+
+    Errors are left to the cases themselves, which report them.
+    """
+    try:
+        hook = getattr(import_module(simulate.partition(":")[0]), "warm_up", None)
+        if hook is not None:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                hook(scenes)
+    except Exception:
+        traceback.print_exc()
+
+
+def prepare(simulate: str) -> None:
+    """Import the physics while another worker compiles it."""
+    import_module(simulate.partition(":")[0])
+
+
+def refusals() -> tuple[type[Exception], ...]:
+    """Return the errors by which physics says that a case is impossible."""
+    from wearlab import simulate
+    from wearlab.gears.errors import GearError
+
+    return GearError, getattr(simulate, "Refused", GearError)
+
+
+def _function(simulate: str) -> Callable[[Any], "xr.Dataset"]:
+    module, _, name = simulate.partition(":")
+    function: Callable[[Any], xr.Dataset] = getattr(import_module(module), name)
+    return function
+
+
+def _canonical(scene: Any) -> str:
+    text: str = scene.canonical()
+    return text
+
+
+def _labelled(dataset: "xr.Dataset", run_id: str, scene: str, started: str) -> "xr.Dataset":
+    """Add the attributes that let a catalogue be made from the files alone, where they are not there."""
+    return dataset.assign_attrs({"id": run_id, "scene": scene, "started": started} | dataset.attrs)
+
+
+def _finished(dataset: "xr.Dataset") -> dict[str, Any]:
+    from wearlab.store.image import describe, to_image
+
+    image, sha256 = to_image(dataset)
+    found = {"image": image, "sha256": sha256, **describe(dataset)._asdict()}
+    known = {
+        name: str(dataset.attrs[name]) for name in ("source_hash", "wearlab_version") if name in dataset.attrs
+    }
+    return found | known

@@ -1,0 +1,127 @@
+"""A dataset as the bytes of a netCDF file, and back; used where HDF5 may run: in workers and in readers.
+
+netCDF4 crashes when two threads enter it, so every reading goes through xarray's own locks.
+"""
+
+import hashlib
+import json
+import math
+from collections.abc import Hashable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import netCDF4
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from xarray.backends.locks import HDF5_LOCK, NETCDFC_LOCK
+
+from wearlab.store.errors import StoreError
+
+OPEN_FILES = 32
+COMPRESSION = {"zlib": True, "complevel": 1}
+
+
+class Description(NamedTuple):
+    """What the catalogue records of a dataset, so that a grid opens without opening files.
+
+    Parameters
+    ----------
+    sizes : length of each dimension
+    layout : JSON: per variable its dims, dtype, attributes, whether it is a coordinate; labels of dimensions
+    digests : hash of the values of each coordinate
+    summary : scalar results, and the largest of max_wear_depth and of each error estimate
+    """
+
+    sizes: dict[str, int]
+    layout: str
+    digests: dict[str, str]
+    summary: dict[str, Any]
+
+
+def to_image(dataset: xr.Dataset) -> tuple[bytes, str]:
+    """Return the netCDF-4 file of a dataset, float64 deflated at level 1, and its SHA-256."""
+    encoding: dict[Hashable, dict[str, Any]] = {
+        name: COMPRESSION if variable.dtype.kind in "fiub" and variable.ndim else {}
+        for name, variable in dataset.variables.items()
+    }
+    image = bytes(dataset.to_netcdf(engine="netcdf4", encoding=encoding))
+    return image, hashlib.sha256(image).hexdigest()
+
+
+def load(path: Path) -> xr.Dataset:
+    """Read a whole run into memory and close its file.
+
+    Raises
+    ------
+    StoreError : the file is absent or damaged
+    """
+    try:
+        return xr.load_dataset(path, engine="netcdf4")
+    except (OSError, RuntimeError, ValueError) as error:
+        raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
+
+
+def read_variable(path: str, name: str) -> NDArray[Any]:
+    """Read one variable of a run, safely from any thread."""
+    with NETCDFC_LOCK, HDF5_LOCK:
+        try:
+            status = Path(path).stat()
+            variable = _open(path, status.st_mtime_ns, status.st_size).variables[name]
+            return np.asarray(variable[...])
+        except (OSError, RuntimeError, KeyError) as error:
+            raise StoreError(f"{path}: {name} cannot be read ({error}); try 'wearlab verify'") from error
+
+
+@lru_cache(maxsize=OPEN_FILES)
+def _open(path: str, _changed: int, _size: int) -> netCDF4.Dataset:
+    """Keep the last few files open: opening costs more than reading a variable."""
+    file = netCDF4.Dataset(path)
+    file.set_auto_maskandscale(False)
+    return file
+
+
+def describe(dataset: xr.Dataset) -> Description:
+    """Return sizes, layout and summary of a run."""
+    variables = {
+        str(name): {
+            "dims": list(variable.dims),
+            "dtype": "str" if variable.dtype.kind in "OUS" else variable.dtype.str,
+            "attrs": {str(key): plain(value) for key, value in variable.attrs.items()},
+            "coordinate": name in dataset.coords,
+        }
+        for name, variable in dataset.variables.items()
+    }
+    labels = {str(dim): dataset[dim].values.tolist() for dim in dataset.dims if dim in dataset.coords}
+    layout = json.dumps({"variables": variables, "labels": labels})
+    digests = {str(name): _digest(values) for name, values in dataset.coords.items()}
+    sizes = {str(dim): n for dim, n in dataset.sizes.items()}
+    return Description(sizes, layout, digests, _summary(dataset))
+
+
+def _digest(values: xr.DataArray) -> str:
+    data = values.values
+    content = repr(data.tolist()).encode() if data.dtype.kind in "OUS" else data.tobytes()
+    return hashlib.sha256(repr((values.dims, values.shape)).encode() + content).hexdigest()[:16]
+
+
+def _summary(dataset: xr.Dataset) -> dict[str, Any]:
+    scalars = {str(name): plain(v.values) for name, v in dataset.variables.items() if v.ndim == 0}
+    largest = {
+        str(name): plain(np.max(v.values, initial=-np.inf, where=~np.isnan(v.values)))
+        for name, v in dataset.data_vars.items()
+        if v.ndim and v.dtype.kind == "f" and (name == "max_wear_depth" or "error_estimate" in str(name))
+    }
+    return scalars | largest
+
+
+def plain(value: Any) -> Any:
+    """Return a value that JSON can hold; what is not finite becomes None."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, list):
+        return [plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if isinstance(value, str | int | float | bool | None) else str(value)

@@ -1,0 +1,43 @@
+"""What one case became: a finished file image, a refusal, or a failure."""
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+State = Literal["running", "done", "failed", "refused"]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One computed case, small enough to travel between processes.
+
+    Parameters
+    ----------
+    id : the run's identity
+    state : done, failed or refused
+    started : UTC start in ISO form
+    seconds : wall time of simulation and serialisation [s]
+    scene : the scene as canonical JSON
+    image, sha256 : the finished netCDF file and its hash, when done
+    sizes, layout : lengths of the dimensions; variables with dims, dtypes and attributes as JSON
+    digests : hash of each coordinate's values, to see which coordinates runs share
+    summary : scalar results (life, max wear, error estimates …)
+    reason : traceback of a failure, reason of a refusal
+    warnings : distinct warnings raised on the way
+    source_hash, wearlab_version : the code that ran
+    """
+
+    id: str
+    state: State
+    started: str
+    seconds: float
+    scene: str
+    image: bytes | None = field(default=None, repr=False)
+    sha256: str | None = None
+    sizes: dict[str, int] = field(default_factory=dict)
+    layout: str | None = field(default=None, repr=False)
+    digests: dict[str, str] = field(default_factory=dict)
+    summary: dict[str, Any] = field(default_factory=dict)
+    reason: str | None = None
+    warnings: tuple[str, ...] = ()
+    source_hash: str = ""
+    wearlab_version: str = ""

@@ -1,0 +1,66 @@
+"""Who is alive: a runner holds a lock that the operating system drops when the process ends, however it ends.
+
+The lock is an exclusive transaction on an empty SQLite file of its own: it works alike on every platform,
+is not inherited by children, and cannot be confused by a process id that was given out again.
+"""
+
+import os
+import secrets
+import socket
+import sqlite3
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+
+from wearlab.store.errors import StoreError
+
+
+class Presence:
+    """A running process, seen by others through ``alive`` until it leaves or dies.
+
+    Parameters
+    ----------
+    folder : directory of the lock files, created when absent
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.token = f"{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}"
+        self._file = _lock_file(folder, self.token)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._connection = sqlite3.connect(self._file, isolation_level=None, check_same_thread=False)
+            self._connection.execute("BEGIN EXCLUSIVE")
+        except (OSError, sqlite3.Error) as error:
+            raise StoreError(f"{folder}: cannot be written ({error})") from error
+
+    def __enter__(self) -> "Presence":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._connection.close()
+        with suppress(OSError):
+            self._file.unlink()
+
+
+def alive(folder: Path, token: str) -> bool:
+    """Say whether the process that took ``token`` still holds it; what a dead one left is cleared away."""
+    file = _lock_file(folder, token)
+    try:
+        connection = sqlite3.connect(f"{file.absolute().as_uri()}?mode=rw", uri=True, timeout=0)
+    except sqlite3.OperationalError:
+        return False
+    try:
+        connection.execute("BEGIN IMMEDIATE")
+    except sqlite3.OperationalError as error:
+        return file.exists() and "unable to open" not in str(error)
+    finally:
+        connection.close()
+    with suppress(OSError):
+        file.unlink()
+    return False
+
+
+def _lock_file(folder: Path, token: str) -> Path:
+    return folder / f"{token}.lock"

@@ -1,0 +1,153 @@
+"""A store on disk: ``runs/`` with one file per run, ``catalogue.sqlite`` beside it."""
+
+from collections.abc import Callable, Iterable, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from wearlab.store.audit import Problem, reindex, verify
+from wearlab.store.catalogue import Catalogue, Entry
+from wearlab.store.errors import StoreError
+from wearlab.store.outcome import Outcome
+from wearlab.store.presence import Presence, alive
+from wearlab.store.runs import RunFiles
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wearlab.campaign import Campaign
+
+
+class Store:
+    """A folder of runs.
+
+    Nothing is written before the first run is: naming a store that does not exist makes nothing.
+
+    Parameters
+    ----------
+    path : the folder
+
+    Examples
+    --------
+    >>> store = Store("wearlab-store")                  # doctest: +SKIP
+    >>> grid = store.open(campaign)                     # doctest: +SKIP
+    """
+
+    def __init__(self, path: str | PathLike[str]) -> None:
+        self.path = Path(path)
+        self.catalogue = Catalogue(self.path / "catalogue.sqlite")
+        self.files = RunFiles(self.path / "runs")
+        self._presences = self.path / "runners"
+
+    def __repr__(self) -> str:
+        return f"Store({str(self.path)!r})"
+
+    def close(self) -> None:
+        """Let go of the catalogue; it opens again when needed."""
+        self.catalogue.close()
+
+    # -- reading ------------------------------------------------------------------------------------------
+
+    def open(self, campaign: "Campaign") -> "xr.Dataset":
+        """Return a campaign's runs as one lazy dataset: sweep axes, ``case``, then the run's dimensions.
+
+        Raises
+        ------
+        StoreError : there is no store
+        """
+        from wearlab.store.grid import open_grid
+
+        entries = self.entries(case.id for case in campaign.cases)
+        layouts = self.catalogue.layouts(e.layout for e in entries.values() if e.layout)
+        return open_grid(campaign, entries, layouts, self.files.folder.absolute())
+
+    def run(self, run_id: str) -> "xr.Dataset":
+        """Return one run, loaded, its file closed.
+
+        Parameters
+        ----------
+        run_id : the identity, or a beginning of it that no other run shares
+
+        Raises
+        ------
+        StoreError : no such run, more than one, not done, or its file is damaged
+        """
+        from wearlab.store.image import load
+
+        found = self.find(run_id)
+        if found.state != "done":
+            raise StoreError(f"run {found.id} has no data: {found.state}")
+        return load(self.files.path(found.id))
+
+    def find(self, prefix: str) -> Entry:
+        """Return the one run whose id begins so."""
+        matches = self.catalogue.matching(prefix) if prefix else []
+        if len(matches) != 1:
+            some = ", ".join(match[:12] for match in matches[:4])
+            raise StoreError(
+                f"run {prefix!r}: {f'{len(matches)} runs begin so: {some}' if matches else 'no such run'}"
+            )
+        return self.entries(matches)[matches[0]]
+
+    def entries(self, ids: Iterable[str] | None = None) -> dict[str, Entry]:
+        """Return what the catalogue knows of these runs (of all when None), by id."""
+        return self.catalogue.entries(ids)
+
+    def is_alive(self, owner: str) -> bool:
+        """Say whether the process that took runs under this name still runs."""
+        return alive(self._presences, owner)
+
+    def is_stale(self, entry: Entry) -> bool:
+        """Say whether a run is marked as running by a process that is no more."""
+        return entry.state == "running" and not self.is_alive(entry.owner or "")
+
+    def is_lost(self, entry: Entry) -> bool:
+        """Say whether a finished run's file has gone or changed its length."""
+        return entry.state == "done" and self.files.size(entry.id) != entry.size
+
+    def verify(self) -> list[Problem]:
+        """Return everything wrong with the run files, nothing when all is well."""
+        return list(verify(self))
+
+    # -- writing ------------------------------------------------------------------------------------------
+
+    def create(self) -> None:
+        """Make the store's folder and catalogue where they are not."""
+        self.catalogue.create()
+        try:
+            self.files.folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise StoreError(f"{self.files.folder}: cannot be made ({error.strerror or error})") from error
+
+    def presence(self) -> Presence:
+        """Take a name under which this process claims runs."""
+        return Presence(self._presences)
+
+    def claim(self, ids: Sequence[str], owner: str, free: Callable[[Entry], bool]) -> list[str]:
+        """Take those of the runs that nobody has, that ``free`` gives, or that a dead process left.
+
+        Returns
+        -------
+        The ids taken, now marked as running here.
+        """
+        taken = self.catalogue.claim(ids, owner, lambda entry: self.is_stale(entry) or free(entry))
+        for run_id, left_by in taken.items():
+            if left_by:
+                self.files.discard_part(run_id, left_by)
+        return list(taken)
+
+    def save(self, outcomes: Sequence[Outcome], owner: str) -> None:
+        """Write finished runs: each file in full, then the catalogue.
+
+        Raises
+        ------
+        StoreError : the disk or the catalogue refuses; nothing half-written remains
+        """
+        for outcome in outcomes:
+            if outcome.image is not None and outcome.sha256 is not None:
+                self.files.write(outcome.id, outcome.image, outcome.sha256, owner)
+        self.catalogue.record(outcomes)
+
+    def reindex(self) -> list[Problem]:
+        """Make the catalogue anew from the run files; return the files that could not be read."""
+        return reindex(self)
