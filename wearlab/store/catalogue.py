@@ -118,13 +118,13 @@ class Catalogue:
     # -- runs ---------------------------------------------------------------------------------------------
 
     def entries(self, ids: Iterable[str] | None = None) -> dict[str, Entry]:
-        """Return the known runs among ``ids`` (all when None) by id, in the order they were started."""
-        rows: Iterable[tuple[Any, ...]]
+        """Return the known runs among ``ids``, in that order; all, by their start, when it is None."""
         if ids is None:
             rows = self._read(f"SELECT {COLUMNS} FROM runs ORDER BY started, id")
-        else:
-            rows = self._read_many(f"SELECT {COLUMNS} FROM runs WHERE id IN", list(dict.fromkeys(ids)))
-        return {row[0]: _entry(row) for row in rows}
+            return {row[0]: _entry(row) for row in rows}
+        wanted = list(dict.fromkeys(ids))
+        found = {row[0]: row for row in self._read_many(f"SELECT {COLUMNS} FROM runs WHERE id IN", wanted)}
+        return {run_id: _entry(found[run_id]) for run_id in wanted if run_id in found}
 
     def matching(self, prefix: str) -> list[str]:
         """Return the ids that begin with ``prefix``."""
@@ -276,10 +276,10 @@ class Catalogue:
 
 
 def _entry(row: tuple[Any, ...]) -> Entry:
-    *plain, summary, sizes, digests, layout, warnings = row
-    found, lengths, hashes = (json.loads(text or "{}") for text in (summary, sizes, digests))
-    trouble = tuple(json.loads(warnings or "[]"))
-    return Entry(*plain, summary=found, sizes=lengths, digests=hashes, layout=layout, warnings=trouble)
+    summary, sizes, digests, layout, warnings = row[-5:]
+    plain: tuple[Any, ...] = row[:-5]
+    tables = [json.loads(text or "{}") for text in (summary, sizes, digests)]
+    return Entry(*plain, *tables, layout, tuple(json.loads(warnings or "[]")))  # type: ignore[call-arg]
 
 
 def _row(outcome: Outcome, layout: str | None) -> tuple[Any, ...]:

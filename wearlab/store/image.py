@@ -94,7 +94,7 @@ def describe(dataset: xr.Dataset) -> Description:
         for name, variable in dataset.variables.items()
     }
     labels = {str(dim): dataset[dim].values.tolist() for dim in dataset.dims if dim in dataset.coords}
-    layout = json.dumps({"variables": variables, "labels": labels})
+    layout = json.dumps({"variables": variables, "labels": labels}, sort_keys=True)
     digests = {str(name): _digest(values) for name, values in dataset.coords.items()}
     sizes = {str(dim): n for dim, n in dataset.sizes.items()}
     return Description(sizes, layout, digests, _summary(dataset))

@@ -1,0 +1,124 @@
+import sqlite3
+from dataclasses import replace
+
+import pytest
+
+from wearlab.store import StoreError
+from wearlab.store.catalogue import CHUNK, VERSION, Catalogue, Entry
+from wearlab.store.outcome import Outcome
+
+DONE = Outcome(
+    *("ab" * 16, "done", "2026-01-01T00:00:00", 1.25, '{"speed": 1}', b"abc", "0" * 64, {"update": 3}),
+    layout='{"variables": {}, "labels": {}}',
+    digests={"cycle": "12"},
+    summary={"life": 1e7, "verdict": "completed"},
+    warnings=("RuntimeWarning: thin film",),
+    source_hash="abc",
+    wearlab_version="0.1.0",
+)
+
+
+@pytest.fixture
+def catalogue(tmp_path):
+    made = Catalogue(tmp_path / "store" / "catalogue.sqlite")
+    made.create()
+    yield made
+    made.close()
+
+
+def never(entry: Entry) -> bool:
+    return False
+
+
+def test_what_is_recorded_is_read_back(catalogue):
+    catalogue.record([DONE])
+    (entry,) = catalogue.entries().values()
+    assert (entry.id, entry.state, entry.size, entry.sha256) == (DONE.id, "done", 3, DONE.sha256)
+    assert (entry.seconds, entry.scene, entry.source_hash) == (1.25, DONE.scene, "abc")
+    assert (entry.summary, entry.sizes, entry.digests) == (DONE.summary, DONE.sizes, DONE.digests)
+    assert (entry.warnings, entry.reason, entry.owner) == (DONE.warnings, None, None)
+    assert catalogue.layouts([entry.layout]) == {entry.layout: {"variables": {}, "labels": {}}}
+
+
+def test_equal_layouts_are_stored_once(catalogue):
+    catalogue.record([replace(DONE, id=f"{i:032}") for i in range(20)])
+    assert len({entry.layout for entry in catalogue.entries().values()}) == 1
+
+
+def test_more_ids_than_sqlite_takes_in_one_question(catalogue):
+    ids = [f"{i:032}" for i in range(2 * CHUNK + 7)]
+    catalogue.record([replace(DONE, id=run_id) for run_id in ids])
+    assert list(catalogue.entries([*ids, "unknown"])) == ids
+
+
+def test_a_claim_excludes_others_until_released(catalogue, tmp_path):
+    other = Catalogue(catalogue.path)
+    assert catalogue.claim(["a", "b"], "me", never) == {"a": None, "b": None}
+    assert other.claim(["b", "c"], "you", never) == {"c": None}
+    assert catalogue.release("me") == 2
+    assert other.claim(["a", "b"], "you", never) == {"a": None, "b": None}
+    other.close()
+
+
+def test_a_claim_takes_over_what_is_free_and_says_from_whom(catalogue):
+    catalogue.claim(["a"], "dead", never)
+    assert catalogue.claim(["a"], "me", lambda entry: entry.owner == "dead") == {"a": "dead"}
+    assert catalogue.entries()["a"].owner == "me"
+
+
+def test_releasing_keeps_finished_runs(catalogue):
+    catalogue.claim([DONE.id, "other"], "me", never)
+    catalogue.record([DONE])
+    assert catalogue.release("me") == 1
+    assert [entry.state for entry in catalogue.entries().values()] == ["done"]
+
+
+def test_campaigns_share_runs_and_the_same_campaign_twice_is_one(catalogue):
+    for title in ("first", "second", "second"):
+        catalogue.record_campaign(title, None, "a.toml", [("x", "base", {"speed": "800 rpm"})])
+    found = {(m.campaign, m.run, m.label, m.position["speed"]) for m in catalogue.members()}
+    assert found == {("first", "x", "base", "800 rpm"), ("second", "x", "base", "800 rpm")}
+    assert len(catalogue.members()) == 2
+
+
+def test_ids_are_found_by_prefix_only(catalogue):
+    catalogue.record([replace(DONE, id=run_id) for run_id in ("abcd", "abce", "b%cd")])
+    assert catalogue.matching("abc") == ["abcd", "abce"]
+    assert catalogue.matching("b%") == ["b%cd"]
+    assert catalogue.matching("_bc") == []
+
+
+def test_reading_makes_nothing(tmp_path):
+    with pytest.raises(StoreError, match="there is no store here"):
+        Catalogue(tmp_path / "none" / "catalogue.sqlite").entries()
+    assert not (tmp_path / "none").exists()
+
+
+def test_garbage_and_strangers_are_refused(tmp_path):
+    (tmp_path / "garbage").write_bytes(b"no database" * 100)
+    with pytest.raises(StoreError, match="cannot be used"):
+        Catalogue(tmp_path / "garbage").entries()
+    (tmp_path / "empty").touch()
+    with pytest.raises(StoreError, match="not a catalogue of wearlab"):
+        Catalogue(tmp_path / "empty").entries()
+
+
+def test_a_newer_catalogue_is_refused(catalogue):
+    catalogue.close()
+    connection = sqlite3.connect(catalogue.path)
+    connection.execute(f"PRAGMA user_version = {VERSION + 1}")
+    connection.close()
+    with pytest.raises(StoreError, match="newer wearlab"):
+        catalogue.entries()
+
+
+def test_a_store_below_a_file_is_refused(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(StoreError, match="no store can be made here"):
+        Catalogue(tmp_path / "file" / "store" / "catalogue.sqlite").create()
+
+
+def test_a_failed_transaction_leaves_nothing(catalogue):
+    with pytest.raises(StoreError):
+        catalogue.record([DONE, replace(DONE, id="x", state="nonsense")])
+    assert catalogue.entries() == {}

@@ -1,0 +1,195 @@
+import threading
+from dataclasses import replace
+
+import dask
+import fake_campaign
+import numpy as np
+import pytest
+import xarray as xr
+from fake_campaign import Axis, Campaign, Case, Scene, alter, sweep
+
+from wearlab.store import StoreError, image
+
+
+def reads(monkeypatch):
+    """Return a list that fills with every variable read from a file."""
+    seen = []
+    original = image.read_variable
+
+    def noted(path, name):
+        seen.append(name)
+        return original(path, name)
+
+    monkeypatch.setattr("wearlab.store.grid.read_variable", noted)
+    return seen
+
+
+def test_sweep_axes_in_the_units_of_the_file(fill):
+    campaign = sweep(3)
+    grid = fill(campaign).open(campaign)
+    assert grid.wear_depth.dims == ("speed", "update", "flank", "profile")
+    assert grid.speed.attrs["units"] == "rpm"
+    assert list(grid.speed.values) == [800.0, 900.0, 1000.0]
+    assert grid.attrs["title"] == "five speeds"
+    for case in campaign.cases:
+        run = fake_campaign.dataset(case.scene)
+        mine = grid.sel(speed=case.scene.speed)
+        xr.testing.assert_equal(mine.wear_depth.drop_vars("speed").compute(), run.wear_depth)
+        assert mine.life == run.life
+        assert mine.verdict == "completed"
+        assert mine.run_id == case.id
+    assert grid.wear_depth.attrs == {"units": "m", "display_units": "um"}
+
+
+def test_opening_opens_no_file(fill, monkeypatch):
+    campaign = sweep(3)
+    store = fill(campaign)
+    seen = reads(monkeypatch)
+    grid = store.open(campaign)
+    assert seen == []
+    assert grid.wear_depth.chunks == ((1, 1, 1), (3,), (2,), (4,))
+    grid.wear_depth.sel(speed=900).compute()
+    assert seen.count("wear_depth") == 1
+
+
+def test_cases_come_after_the_sweeps_and_base_first(fill):
+    campaign = sweep(3, static=True)
+    campaign = replace(campaign, cases=campaign.cases[::-1])
+    grid = fill(campaign).open(campaign)
+    assert grid.wear_depth.dims[:2] == ("speed", "case")
+    assert list(grid.case.values) == ["base", "static"]
+
+
+def test_an_unswept_case_is_broadcast_and_lacks_what_it_has_not(fill):
+    campaign = sweep(3, static=True)
+    grid = fill(campaign).open(campaign).sel(case="static").compute()
+    static = fake_campaign.dataset(campaign.cases[-1].scene)
+    for speed in (800, 900, 1000):
+        np.testing.assert_array_equal(grid.wear_depth.sel(speed=speed, update=slice(0, 2)), static.wear_depth)
+    assert len(set(grid.run_id.values)) == 1
+    assert np.isnan(grid.dynamic_mesh_force).all()
+
+
+def test_ragged_updates_are_padded(fill):
+    campaign = alter(sweep(3), 1, updates=5)
+    grid = fill(campaign).open(campaign).compute()
+    assert list(grid.n_updates.values) == [3, 5, 3]
+    assert np.isnan(grid.wear_depth.values[0, 3:]).all()
+    assert np.isfinite(grid.wear_depth.values[0, :3]).all()
+    assert np.isfinite(grid.wear_depth.values[1]).all()
+    assert list(grid.cycle.values[1]) == [0, 1e6, 2e6, 3e6, 4e6]
+
+
+@pytest.mark.parametrize("act, state", [("fail", "failed"), ("refuse", "refused")])
+def test_points_without_data_are_nan_and_named(fill, act, state):
+    campaign = alter(sweep(3), 1, act=act)
+    grid = fill(campaign).open(campaign).compute()
+    assert list(grid.status.values) == ["done", state, "done"]
+    assert grid.attrs["missing"] == [f"speed=900.0: {state}"]
+    assert np.isnan(grid.wear_depth.values[1]).all()
+    assert np.isnan(grid.count_steps.values[1])
+    assert grid.verdict.values[1] == ""
+    assert list(grid.n_updates.values) == [3, 0, 3]
+
+
+def test_points_never_computed_are_missing(fill):
+    store = fill(sweep(2))
+    grid = store.open(sweep(3))
+    assert list(grid.status.values) == ["done", "done", "missing"]
+    assert grid.attrs["missing"] == ["speed=1000.0: missing"]
+
+
+def test_numbers_without_holes_keep_their_type(fill):
+    grid = fill(sweep(2)).open(sweep(2)).compute()
+    assert grid.count_steps.dtype == np.int64
+    assert grid.converged.dtype == bool
+
+
+def test_one_run_has_no_grid_dims(fill):
+    campaign = Campaign((Case("base", Scene()),))
+    grid = fill(campaign).open(campaign).compute()
+    run = fake_campaign.dataset(Scene())
+    xr.testing.assert_equal(grid[list(run)], run)
+
+
+def test_cases_without_sweeps_stand_alone(fill):
+    campaign = Campaign((Case("slow", Scene(speed=1.0)), Case("fast", Scene(speed=2.0))))
+    grid = fill(campaign).open(campaign)
+    assert dict(grid.wear_depth.sizes)["case"] == 2
+    assert grid.wear_depth.sel(case="fast")[0, 0, 0] == 2.0
+
+
+def test_two_axes_with_a_point_left_out(fill):
+    torque = Axis("torque", (100.0, 200.0), "N*m", "operation.torque")
+    cases = tuple(
+        Case("base", Scene(speed=10 * i + j), {"torque": j, "speed": i})
+        for i in range(3)
+        for j in range(2)
+        if (i, j) != (2, 1)
+    )
+    campaign = Campaign(cases, (*sweep(3).axes, torque))
+    grid = fill(campaign).open(campaign)
+    assert grid.wear_depth.dims[:2] == ("speed", "torque")
+    assert grid.status.values[2, 1] == ""
+    assert grid.attrs["missing"] == []
+    np.testing.assert_array_equal(grid.wear_depth[:, :, 0, 0, 0], [[0, 1], [10, 11], [20, np.nan]])
+
+
+def test_labels_place_values_by_name(fill, monkeypatch):
+    """A run that has the flanks in another order, or only one, still lands under the right name."""
+    original = fake_campaign.simulate
+
+    def turned(scene):
+        data = original(scene)
+        if scene.speed == 900:
+            return data.isel(flank=[1, 0])
+        return data.isel(flank=[1]) if scene.speed == 1000 else data
+
+    monkeypatch.setattr(fake_campaign, "simulate", turned)
+    grid = fill(sweep(3)).open(sweep(3))
+    assert list(grid.flank.values) == ["pinion", "gear"]
+    first = grid.wear_depth[:, 0, :, 0].values
+    np.testing.assert_array_equal(first, [[800, 801], [900, 901], [np.nan, 1001]])
+
+
+def test_coordinates_that_all_runs_share_have_no_grid_dims(fill):
+    grid = fill(sweep(3)).open(sweep(3))
+    assert grid.characteristic_point.dims == ("profile",)
+    assert list(grid.characteristic_point.values) == ["A", "C", "", "E"]
+    assert grid.phase.dims == ("phase",)
+
+
+def test_a_dimension_coordinate_that_differs_is_kept_beside(fill, monkeypatch):
+    original = fake_campaign.simulate
+    monkeypatch.setattr(
+        fake_campaign,
+        "simulate",
+        lambda scene: (d := original(scene)).assign_coords(phase=d.phase + scene.speed),
+    )
+    grid = fill(sweep(2)).open(sweep(2))
+    assert grid.phase_values.dims == ("speed", "phase")
+    assert list(grid.phase_values[:, 0].values) == [800.0, 900.0]
+
+
+def test_threads_read_safely(fill):
+    campaign = sweep(8)
+    store = fill(campaign)
+    with dask.config.set(scheduler="threads", num_workers=8):
+        grids = [store.open(campaign) for _ in range(4)]
+        results = []
+        threads = [threading.Thread(target=lambda g=g: results.append(g.compute())) for g in grids]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    for result in results:
+        np.testing.assert_array_equal(result.wear_depth[:, 0, 0, 0], 800 + 100 * np.arange(8))
+    assert len(results) == 4
+
+
+def test_a_store_without_the_campaign(fill, store):
+    with pytest.raises(StoreError, match="there is no store here"):
+        store.open(sweep(2))
+    grid = fill(sweep(1)).open(alter(sweep(1), 0, speed=5.0))
+    assert list(grid.status.values) == ["missing"]
+    assert set(grid.data_vars) == {"status", "run_id", "n_updates"}

@@ -1,0 +1,90 @@
+import hashlib
+import io
+import json
+
+import fake_campaign
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+from wearlab.store import StoreError
+from wearlab.store.image import describe, load, read_variable, to_image
+
+DATA = fake_campaign.dataset(fake_campaign.Scene())
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "run.nc"
+    path.write_bytes(to_image(DATA)[0])
+    return path
+
+
+def test_an_image_is_the_dataset(file):
+    xr.testing.assert_identical(load(file), DATA)
+    file.unlink()  # closed: nothing holds it
+
+
+def test_the_hash_is_that_of_the_bytes():
+    image, sha256 = to_image(DATA)
+    assert hashlib.sha256(image).hexdigest() == sha256
+
+
+def test_readable_without_xarray_and_deflated():
+    with netCDF4.Dataset("memory", memory=to_image(DATA)[0]) as file:
+        assert file["wear_depth"].dtype == np.float64
+        assert file["wear_depth"].filters()["zlib"] is True
+        assert file["wear_depth"].filters()["complevel"] == 1
+        assert file["wear_depth"].units == "m"
+        assert list(file["flank"][:]) == ["pinion", "gear"]
+
+
+def test_one_variable_at_a_time(file):
+    np.testing.assert_array_equal(read_variable(str(file), "wear_depth"), DATA.wear_depth)
+    assert read_variable(str(file), "verdict") == "completed"
+    assert read_variable(str(file), "life") == DATA.life
+
+
+def test_a_file_replaced_is_read_anew(file):
+    read_variable(str(file), "life")
+    image, _ = to_image(DATA.assign(life=((), 42.0)))
+    file.with_suffix(".new").write_bytes(image)
+    file.with_suffix(".new").replace(file)
+    assert read_variable(str(file), "life") == 42.0
+
+
+def test_a_damaged_file_names_itself(file):
+    file.write_bytes(file.read_bytes()[:1000])
+    for read in (lambda: load(file), lambda: read_variable(str(file), "life")):
+        with pytest.raises(StoreError, match=r"run\.nc.*wearlab verify"):
+            read()
+
+
+def test_the_description_is_plain_and_complete():
+    description = describe(DATA)
+    layout = json.loads(description.layout)
+    assert description.sizes == {"update": 3, "flank": 2, "profile": 4, "phase": 8}
+    assert set(layout["variables"]) == set(map(str, DATA.variables))
+    assert layout["variables"]["wear_depth"]["dims"] == ["update", "flank", "profile"]
+    assert layout["variables"]["wear_depth"]["attrs"] == {"units": "m", "display_units": "um"}
+    assert layout["labels"]["flank"] == ["pinion", "gear"]
+    assert description.summary["life"] == float(DATA.life)
+    assert description.summary["max_wear_depth"] == float(DATA.max_wear_depth.max())
+    assert description.summary["error_estimate_wear"] == 1e-4
+    assert description.summary["verdict"] == "completed"
+    assert description.summary["converged"] is True
+
+
+def test_what_is_not_finite_stays_json():
+    summary = describe(DATA.assign(life=((), np.inf), max_wear_depth=DATA.max_wear_depth * np.nan)).summary
+    assert summary["life"] is None
+    assert summary["max_wear_depth"] is None
+    json.dump(summary, io.StringIO(), allow_nan=False)
+
+
+def test_digests_tell_equal_coordinates_from_different_ones():
+    other = describe(fake_campaign.dataset(fake_campaign.Scene(speed=5, updates=2))).digests
+    mine = describe(DATA).digests
+    assert mine["characteristic_point"] == other["characteristic_point"]
+    assert mine["cycle"] != other["cycle"]
