@@ -6,6 +6,9 @@ with the load. Michell's solution gives the displacement of every Fourier mode i
 a mode), and the work of one tooth's tractions on the displacements due to another's is their compliance:
 the body's displacement along the neighbour's line of action, rotation times lever included. It is
 symmetric (Betti) and positive semidefinite (energy) by construction.
+
+Plane stress, as Sainsot's polynomials are: a single tooth then agrees with them within 6 per cent for
+2 <= r_f/r_bore <= 3.4 and 20 to 100 teeth (15 per cent at r_f/r_bore = 1.5).
 """
 
 from typing import NamedTuple
@@ -43,7 +46,7 @@ def mode_response(inner: float, outer: float, material: Material, n_modes: int) 
     Parameters
     ----------
     inner, outer : radii of bore and root circle [m]
-    material : elastic constants; plane strain
+    material : elastic constants; plane stress
     n_modes : modes 0 … n_modes − 1
 
     Returns
@@ -75,7 +78,7 @@ def _at_radius(
 ) -> tuple[Array, Array]:
     """Displacements (u_r, u_θ) and tractions (σ_r, τ) of the solutions, each (n_modes, 2, 4)."""
     mu = material.shear_modulus
-    lame = 2.0 * mu * material.poisson_ratio / (1.0 - 2.0 * material.poisson_ratio)
+    lame = 2.0 * mu * material.poisson_ratio / (1.0 - material.poisson_ratio)
     displacement, traction = np.empty((2, len(n), 2, 4))
     for column, (U, V, power, logarithm) in enumerate(solutions):
         # growing powers are scaled by the outer and falling ones by the inner radius: nothing overflows
@@ -95,7 +98,7 @@ def _michell(n: Array, material: Material) -> Array:
 
     Shape (4 solutions, 4 values U V p G, n_modes); the overall factor of each is free.
     """
-    kappa = 3.0 - 4.0 * material.poisson_ratio
+    kappa = (3.0 - material.poisson_ratio) / (1.0 + material.poisson_ratio)
     one, zero = np.ones_like(n), np.zeros_like(n)
     solutions = np.array(
         [
