@@ -1,1 +1,1 @@
-"""PLACEHOLDER."""
+"""How the gears vibrate: one form of system, its steady response, its modes."""

@@ -1,0 +1,212 @@
+"""A step in which flanks gain or lose contact: the change is located, and its time has a tangent too.
+
+The step is cut where a pair's compression ``x = δ − g`` (or the back flank's ``−j_bn − δ``) passes zero on
+the sub-step actually taken, so the order of the method survives. The cut moves with the initial state; its
+tangent ``db = −(∇x · dX)/(∂x/∂b)`` enters the columns of the state (the saltation term), and with it the
+monodromy is the derivative of the map computed.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.compiled import jit
+from wearlab.dynamics.flanks import behind, contact_differs, in_path, mesh_law, row_product, slope_within, within
+from wearlab.dynamics.rk4_step import rk4_step
+
+MOST_CHANGES = 12
+NUDGE = 1e-4
+NOTHING = -1
+
+
+class Scratch(NamedTuple):
+    """Memory of one integration.
+
+    Parameters
+    ----------
+    mesh : (4 n_mesh,) ; push : (3 n width,) see `rk4_step`
+    part : (4 · 2n width,) states within a step
+    cut : (width,) tangent of the place of the last contact change
+    contact : (n_mesh, n_pairs + 1) flanks that touch
+    """
+
+    mesh: NDArray[np.float64]
+    push: NDArray[np.float64]
+    part: NDArray[np.float64]
+    cut: NDArray[np.float64]
+    contact: NDArray[np.bool_]
+
+
+def scratch(n: int, meshes: int, pairs: int, width: int) -> Scratch:
+    """Allocate the memory of one integration."""
+    return Scratch(
+        np.zeros(4 * meshes),
+        np.zeros(3 * n * width),
+        np.zeros(8 * n * width),
+        np.zeros(width),
+        np.zeros((meshes, pairs + 1), np.bool_),
+    )
+
+
+@jit
+def part_step(
+    kernel: Any, tables: Any, step: int, a: float, b: float, period: float, columns: Any, width: Any, s: Any, i: Any, j: Any
+) -> None:
+    """Advance state ``i`` of the scratch from fraction ``a`` to ``b`` of the step into state ``j``."""
+    mesh_law(kernel, tables, step, a, b, period, s.contact, s.mesh, s.push)
+    h = (b - a) * tables.width[step] * period
+    rk4_step(kernel.structure, kernel.mesh_damping, columns, width, s.part, i, s.part, j, s.mesh, s.push, h)
+
+
+@jit
+def compression(kernel: Any, tables: Any, step: int, m: int, p: int, x: float, s: Any, j: Any, width: Any) -> float:
+    """Return x of pair ``p`` (or of the back flank, p = n_pairs) at fraction ``x`` for state ``j``."""
+    n = len(kernel.structure.load)
+    delta = row_product(kernel.structure.direction, m, n, s.part, j, np.uint64(len(width)))
+    delta -= within(tables.error[step, :, m], x)
+    if p == tables.stiffness.shape[3]:
+        return behind(kernel.backlash, m, delta)
+    return delta - within(tables.gap[step, :, m, p], x)
+
+
+@jit
+def crossing(
+    kernel: Any, tables: Any, step: int, a: float, b: float, m: int, p: int, period: float, width: Any, s: Any
+) -> float:
+    """Return the fraction between ``a`` and ``b`` where a compression passes zero, or 2.0 if it does not.
+
+    Regula falsi with the Illinois correction on the sub-step itself, column 0 only.
+    """
+    one = np.uint64(1)
+    there = np.uint64(len(s.part) // 2)
+    zero = np.uint64(0)
+    sign = 1.0 if s.contact[m, p] else -1.0
+    part_step(kernel, tables, step, a, b, period, one, width, s, zero, there)
+    high = sign * compression(kernel, tables, step, m, p, b, s, there, width)
+    if not high < 0.0:
+        return 2.0
+    low = max(0.0, sign * compression(kernel, tables, step, m, p, a, s, zero, width))
+    x0, x1, kept = a, b, 0
+    x = b
+    for _ in range(60):
+        x = (x0 * high - x1 * low) / (high - low)
+        part_step(kernel, tables, step, a, x, period, one, width, s, zero, there)
+        value = sign * compression(kernel, tables, step, m, p, x, s, there, width)
+        if value == 0.0 or x1 - x0 < 1e-15:
+            break
+        if value > 0.0:
+            x0, low = x, value
+            high *= 0.5 if kept == 1 else 1.0
+            kept = 1
+        else:
+            x1, high = x, value
+            low *= 0.5 if kept == -1 else 1.0
+            kept = -1
+        if abs(value) < 1e-15 * (abs(low) + abs(high)):
+            break
+    return x
+
+
+@jit
+def first_change(kernel: Any, tables: Any, step: int, a: float, period: float, width: Any, s: Any) -> tuple[float, int, int]:
+    """Return where contact first changes after ``a``, and the mesh and flank that change; 2.0 if none does."""
+    pairs = tables.stiffness.shape[3]
+    found, mesh, flank = 2.0, NOTHING, NOTHING
+    for m in range(len(kernel.mesh_damping)):
+        for p in range(pairs + 1):
+            if p < pairs and not in_path(tables, step, m, p):
+                continue
+            middle = crossing(kernel, tables, step, a, 0.5 * (a + 1.0), m, p, period, width, s)
+            x = middle if middle <= 1.0 else crossing(kernel, tables, step, a, 1.0, m, p, period, width, s)
+            if x < found:
+                found, mesh, flank = x, m, p
+    return found, mesh, flank
+
+
+@jit
+def nudge(
+    kernel: Any, tables: Any, step: int, a: float, b: float, period: float, width: Any, s: Any, from_a: bool
+) -> None:
+    """Write the derivative of column 0 after the sub-step a…b, by its start or by its end, into state 3.
+
+    A central difference: the sub-step is a polynomial in its ends, so only rounding and ε² remain.
+    """
+    size = np.uint64(len(s.part) // 4)
+    one, two, three = size, size + size, size + size + size
+    for sign in (-1.0, 1.0):
+        to = two if sign < 0.0 else three
+        a_to = a + sign * NUDGE if from_a else a
+        b_to = b if from_a else b + sign * NUDGE
+        part_step(kernel, tables, step, a_to, b_to, period, np.uint64(1), width, s, np.uint64(0), to)
+    for row in range(np.uint64(0), size, np.uint64(len(width))):
+        s.part[three + row] = (s.part[three + row] - s.part[two + row]) / (2.0 * NUDGE)
+
+
+@jit
+def shift(s: Any, to: Any, width: Any, factor: Any) -> None:
+    """Add the derivative in state 3 times the tangent ``factor`` to the tangents of state ``to``."""
+    w = np.uint64(len(width))
+    size = np.uint64(len(s.part) // 4)
+    three = size + size + size
+    for row in range(np.uint64(0), size, w):
+        for col in range(np.uint64(1), w):
+            s.part[to + row + col] += s.part[three + row] * factor[col]
+
+
+@jit
+def step_with_changes(
+    kernel: Any, tables: Any, step: int, period: float, columns: Any, width: Any, states: Any, i: Any, j: Any, s: Any
+) -> int:
+    """Advance ``states[i:]`` over one step into ``states[j:]``, cut at every change of contact; count them."""
+    w, one = np.uint64(len(width)), np.uint64(1)
+    size = np.uint64(len(s.part) // 4)
+    zero = np.uint64(0)
+    s.part[:size] = states[i : i + size]
+    s.cut[:] = 0.0
+    a, changes = 0.0, 0
+    while changes < MOST_CHANGES:
+        b, m, p = first_change(kernel, tables, step, a, period, width, s)
+        if b > 1.0:
+            break
+        _advance(kernel, tables, step, a, b, period, columns, width, s)
+        if columns > one:
+            nudge(kernel, tables, step, a, b, period, width, s, False)
+            _time_the_change(kernel, tables, step, b, m, p, width, s)
+            shift(s, size, width, s.cut)
+        s.part[:size] = s.part[size : size + size]
+        s.contact[m, p] = not s.contact[m, p]
+        a = b
+        changes += 1
+    _advance(kernel, tables, step, a, 1.0, period, columns, width, s)
+    states[j : j + size] = s.part[size : size + size]
+    return changes
+
+
+@jit
+def _advance(
+    kernel: Any, tables: Any, step: int, a: float, b: float, period: float, columns: Any, width: Any, s: Any
+) -> None:
+    """Advance state 0 from ``a`` to ``b`` into state 1, the tangent of ``a`` included."""
+    size = np.uint64(len(s.part) // 4)
+    zero = np.uint64(0)
+    part_step(kernel, tables, step, a, b, period, columns, width, s, zero, size)
+    if columns > np.uint64(1) and a > 0.0:
+        nudge(kernel, tables, step, a, b, period, width, s, True)
+        shift(s, size, width, s.cut)
+
+
+@jit
+def _time_the_change(kernel: Any, tables: Any, step: int, b: float, m: int, p: int, width: Any, s: Any) -> None:
+    """Set the tangent of the cut from ``∇x · dX + (∂x/∂b) db = 0``; a grazing contact has none."""
+    structure = kernel.structure
+    n, w = len(structure.load), np.uint64(len(width))
+    size = np.uint64(len(s.part) // 4)
+    speed = row_product(structure.direction, m, n, s.part, size + size + size, w)
+    speed -= slope_within(tables.error[step, :, m], b)
+    if p < tables.stiffness.shape[3]:
+        speed -= slope_within(tables.gap[step, :, m, p], b)
+    for col in range(np.uint64(0), w):
+        moved = row_product(structure.direction, m, n, s.part, size + col, w)
+        s.cut[col] = -moved / speed if speed != 0.0 else 0.0
+    s.cut[0] = 0.0

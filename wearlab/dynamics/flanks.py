@@ -1,0 +1,155 @@
+"""Which flanks touch during a step, and the affine mesh law that follows.
+
+With contact known, ``W_m = k_m d·q + c_m d·q̇ − w_m`` where ``k_m = Σ_p k_p`` over the touching pairs and
+``w_m = Σ_p k_p g_p + k_m e + c_m ė`` (a back flank adds its stiffness to k_m and ``k (e − j_bn)`` to w_m).
+
+``contact`` is (n_mesh, n_pairs + 1): 1 where a pair touches, last column the back flank.
+Parts of a step are given as fractions a…b of it; tables are interpolated quadratically within the step.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from wearlab.compiled import jit
+
+
+@jit
+def within(table: Any, x: float) -> float:
+    """Interpolate three stage values quadratically at fraction ``x`` of the step."""
+    y = 1.0 - x
+    return table[0] * y * (y - x) + 4.0 * table[1] * x * y + table[2] * x * (x - y)
+
+
+@jit
+def slope_within(table: Any, x: float) -> float:
+    """Derivative of `within` with respect to the fraction ``x``."""
+    return table[0] * (4.0 * x - 3.0) + 4.0 * table[1] * (1.0 - 2.0 * x) + table[2] * (4.0 * x - 1.0)
+
+
+@jit
+def in_path(tables: Any, step: int, m: int, p: int) -> bool:
+    """Whether pair ``p`` of mesh ``m`` is in the path of contact at any time of the step."""
+    k = tables.stiffness
+    return k[step, 1, m, p] > 0.0 or k[step, 0, m, p] > 0.0 or k[step, 2, m, p] > 0.0
+
+
+@jit
+def row_product(direction: Any, m: int, n: int, state: Any, offset: Any, stride: Any) -> float:
+    """Return ``d_m · q`` of the rows that start at ``state[offset]``."""
+    total = 0.0
+    for row in range(n):
+        total += direction[m * n + row] * state[offset + np.uint64(row) * stride]
+    return total
+
+
+@jit
+def behind(backlash: Any, m: int, deflection: float) -> float:
+    """Return the approach of the back flanks, ``−j_bn − δ``; never in contact where none are modelled."""
+    if backlash is None:
+        return -1.0
+    return -backlash[m] - deflection
+
+
+@jit
+def see_contact(
+    kernel: Any, tables: Any, step: int, deflection: float, m: int, stage: int, contact: Any
+) -> None:
+    """Set the contact of mesh ``m`` from its ``deflection`` at stage 0, 1 or 2 of ``step``."""
+    pairs = tables.stiffness.shape[3]
+    for p in range(pairs):
+        contact[m, p] = deflection > tables.gap[step, stage, m, p] and in_path(tables, step, m, p)
+    contact[m, pairs] = behind(kernel.backlash, m, deflection) > 0.0
+
+
+@jit
+def contact_differs(
+    kernel: Any, tables: Any, step: int, deflection: float, m: int, stage: int, contact: Any
+) -> bool:
+    """Whether ``deflection`` at a stage of ``step`` contradicts ``contact``."""
+    pairs = tables.stiffness.shape[3]
+    for p in range(pairs):
+        x = deflection - tables.gap[step, stage, m, p]
+        if (x < 0.0 if contact[m, p] else x > 0.0) and in_path(tables, step, m, p):
+            return True
+    return contact_behind_differs(kernel.backlash, m, deflection, contact[m, pairs])
+
+
+@jit
+def contact_behind_differs(backlash: Any, m: int, deflection: float, contact: bool) -> bool:
+    """Whether ``deflection`` contradicts the contact of the back flank; False where there is none."""
+    if backlash is None:
+        return False
+    x = -backlash[m] - deflection
+    return x < 0.0 if contact else x > 0.0
+
+
+@jit
+def active_damping(gate: Any, damping: float, touching: bool) -> float:
+    """Return the mesh damping: always there, or only while flanks touch."""
+    if gate is None:
+        return damping
+    return damping if touching else 0.0
+
+
+@jit
+def add_back_flank(backlash: Any, m: int, contact: bool, stiffness: float, error: float) -> tuple[float, float]:
+    """Return what the back flank adds to k_m and to w_m."""
+    if backlash is None or not contact:
+        return 0.0, 0.0
+    return stiffness, stiffness * (error - backlash[m])
+
+
+@jit
+def add_fluctuation(fluctuation: Any, table: Any, step: int, a: float, b: float, w: int, push: Any) -> None:
+    """Add the fluctuating load to ``push`` at the three stages."""
+    if fluctuation is not None:
+        n = len(fluctuation)
+        for stage in range(3):
+            factor = within(table[step], a + 0.5 * stage * (b - a))
+            for row in range(n):
+                push[(stage * n + row) * w] += factor * fluctuation[row]
+
+
+@jit
+def mesh_law(
+    kernel: Any, tables: Any, step: int, a: float, b: float, period: float, contact: Any, mesh: Any, push: Any
+) -> None:
+    """Fill ``mesh`` (4, n_mesh) and column 0 of ``push`` (3, n, width) for the part a…b of ``step``."""
+    structure = kernel.structure
+    n, meshes, pairs = len(structure.load), len(kernel.mesh_damping), tables.stiffness.shape[3]
+    w = len(push) // (3 * n)
+    whole = a == 0.0 and b == 1.0
+    for stage in range(3):
+        for row in range(n):
+            push[(stage * n + row) * w] = structure.load[row]
+    add_fluctuation(kernel.fluctuation, tables.fluctuation, step, a, b, w, push)
+    for m in range(meshes):
+        touching = False
+        for p in range(pairs + 1):
+            touching = touching or contact[m, p]
+        damping = active_damping(kernel.gate, kernel.mesh_damping[m], touching)
+        mesh[3 * meshes + m] = damping
+        for stage in range(3):
+            x = a + 0.5 * stage * (b - a)
+            k, w_m, every = 0.0, 0.0, 0.0
+            for p in range(pairs):
+                if whole:
+                    k_p = tables.stiffness[step, stage, m, p]
+                    g_p = tables.gap[step, stage, m, p]
+                else:
+                    k_p = within(tables.stiffness[step, :, m, p], x)
+                    g_p = within(tables.gap[step, :, m, p], x)
+                every += k_p
+                if contact[m, p]:
+                    k += k_p
+                    w_m += k_p * g_p
+            if whole:
+                e, rate = tables.error[step, stage, m], tables.error_rate[step, stage, m]
+            else:
+                e, rate = within(tables.error[step, :, m], x), within(tables.error_rate[step, :, m], x)
+            k_back, w_back = add_back_flank(kernel.backlash, m, contact[m, pairs], every, e)
+            w_m += k * e + w_back + damping * rate / period
+            mesh[stage * meshes + m] = k + k_back
+            for row in range(n):
+                push[(stage * n + row) * w] += structure.response[m * n + row] * w_m

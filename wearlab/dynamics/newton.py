@@ -1,0 +1,215 @@
+"""Newton shooting: the state that a number of mesh periods maps onto itself."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wearlab.compiled import jit
+from wearlab.dynamics.flanks import contact_differs, see_contact
+from wearlab.dynamics.period_map import contact_holds, deflection_at_start, over_period, touch_all
+
+CONVERGED, STALLED, SINGULAR = 0, 1, 2
+SMALL_STEP = 1e-7
+HALVINGS = 6
+ONE_COLUMN = (0,)
+
+
+class Shot(NamedTuple):
+    """Outcome of a shooting.
+
+    Parameters
+    ----------
+    code : CONVERGED, STALLED or SINGULAR
+    passes : period maps with tangents computed
+    error : size of the last Newton step relative to the state
+    """
+
+    code: int
+    passes: int
+    error: float
+
+
+@jit
+def solve_linear(matrix: Any, right: Any) -> float:
+    """Solve in place by elimination with row pivots; return the least pivot over the largest entry."""
+    n = len(right)
+    largest, least = 0.0, np.inf
+    for row in range(n):
+        for col in range(n):
+            largest = max(largest, abs(matrix[row, col]))
+    for k in range(n):
+        pivot = k
+        for row in range(k + 1, n):
+            if abs(matrix[row, k]) > abs(matrix[pivot, k]):
+                pivot = row
+        least = min(least, abs(matrix[pivot, k]))
+        if matrix[pivot, k] == 0.0 or not np.isfinite(matrix[pivot, k]):
+            return 0.0
+        if pivot != k:
+            right[k], right[pivot] = right[pivot], right[k]
+            for col in range(n):
+                matrix[k, col], matrix[pivot, col] = matrix[pivot, col], matrix[k, col]
+        for row in range(k + 1, n):
+            factor = matrix[row, k] / matrix[k, k]
+            right[row] -= factor * right[k]
+            for col in range(k, n):
+                matrix[row, col] -= factor * matrix[k, col]
+    for k in range(n - 1, -1, -1):
+        for col in range(k + 1, n):
+            right[k] -= matrix[k, col] * right[col]
+        right[k] /= matrix[k, k]
+    return least / largest
+
+
+@jit
+def set_start(states: Any, start: Any, w: int) -> None:
+    """Write ``start`` and unit tangents into the first state."""
+    rows = len(start)
+    states[: rows * w] = 0.0
+    for row in range(rows):
+        states[row * w] = start[row]
+        if w > row + 1:
+            states[row * w + row + 1] = 1.0
+
+
+@jit
+def read_map(states: Any, end: int, w: int, start: Any, monodromy: Any, matrix: Any, step: Any) -> float:
+    """Read the derivative P of the map, ``I − P`` and the residual; return the residual's largest entry.
+
+    ``matrix`` and ``step`` are scaled so that velocities count like positions.
+    """
+    rows = len(start)
+    at = end * rows * w
+    worst = 0.0
+    for row in range(rows):
+        for col in range(rows):
+            monodromy[row, col] = states[at + row * w + 1 + col]
+            matrix[row, col] = (1.0 if row == col else 0.0) - monodromy[row, col]
+        step[row] = states[at + row * w] - start[row]
+    return worst
+
+
+@jit
+def rescale(matrix: Any, step: Any, rate: float) -> None:
+    """Measure velocities in units of ``rate`` [1/s], so that pivots compare like with like."""
+    n = len(step) // 2
+    for row in range(n):
+        step[n + row] /= rate
+        for col in range(n):
+            matrix[row, n + col] *= rate
+            matrix[n + row, col] /= rate
+
+
+@jit
+def correct(states: Any, step: Any, w: int, orbit: Any) -> None:
+    """Fill ``orbit`` (…, 2n) flat with the trajectory moved by its tangents times ``step``."""
+    rows = len(step)
+    for x in range(len(orbit)):
+        value = states[x * w]
+        for col in range(rows):
+            value += states[x * w + 1 + col] * step[col]
+        orbit[x] = value
+
+
+@jit
+def same_contact(
+    kernel: Any, tables: Any, period: float, periods: int, width: Any, states: Any, orbit: Any, s: Any, touch: bool
+) -> bool:
+    """Whether the corrected orbit touches where the pass did: then the map was affine and the orbit is exact."""
+    rows = np.uint64(2 * len(kernel.structure.load))
+    size = rows * np.uint64(len(width))
+    steps = len(tables.width)
+    for at in range(periods * steps):
+        step = at % steps
+        i = np.uint64(at) * rows
+        if touch:
+            touch_all(kernel, tables, step, s.contact)
+        for m in range(len(kernel.mesh_damping)):
+            if not touch:
+                delta = deflection_at_start(kernel, tables, step, m, width, states, np.uint64(at) * size)
+                see_contact(kernel, tables, step, delta, m, 0, s.contact)
+            delta = deflection_at_start(kernel, tables, step, m, ONE_COLUMN, orbit, i)
+            if contact_differs(kernel, tables, step, delta, m, 0, s.contact):
+                return False
+        if not contact_holds(kernel, tables, step, period, ONE_COLUMN, orbit, i, i + rows, s.contact):
+            return False
+    return True
+
+
+@jit
+def weighted_norm(values: Any, rate: float) -> float:
+    """Return the largest of |q| and |q̇|/rate."""
+    n = len(values) // 2
+    worst = 0.0
+    for row in range(n):
+        worst = max(worst, abs(values[row]), abs(values[n + row]) / rate)
+    return worst
+
+
+@jit
+def shoot(
+    kernel: Any,
+    tables: Any,
+    period: float,
+    periods: int,
+    width: Any,
+    start: Any,
+    touch: bool,
+    most: int,
+    states: Any,
+    orbit: Any,
+    monodromy: Any,
+    s: Any,
+) -> tuple[int, int, float, int]:
+    """Find the orbit over ``periods`` mesh periods near ``start`` (2n,), which it moves.
+
+    Parameters
+    ----------
+    touch : begin with the affine map of a mesh whose pairs all touch (a cold start)
+    most : passes allowed
+    states : (periods · n_steps + 1, 2n, width) flat, tangents and all
+    orbit : (periods · n_steps + 1, 2n) flat: the answer
+    monodromy : (2n, 2n): derivative of the map at the answer
+
+    Returns
+    -------
+    code, passes, relative size of the last step, contact changes met in the last pass
+    """
+    rows, w, steps = len(start), len(width), len(tables.width)
+    columns = np.uint64(w)
+    rate = 2.0 * np.pi * steps / (16.0 * period)
+    matrix, step, trial = np.empty((rows, rows)), np.zeros(rows), start.copy()
+    old_residual, halved, error, changes = np.inf, 0, np.inf, 0
+    for passes in range(1, most + 1):
+        set_start(states, trial, w)
+        changes = 0
+        for k in range(periods):
+            changes += over_period(kernel, tables, period, columns, width, states, k * steps, s, touch)
+        residual_vector = np.empty(rows)
+        read_map(states, periods * steps, w, trial, monodromy, matrix, residual_vector)
+        residual = weighted_norm(residual_vector, rate)
+        if not touch and not residual <= 4.0 * old_residual and halved < HALVINGS:
+            halved += 1
+            for row in range(rows):
+                step[row] *= 0.5
+                trial[row] = start[row] + step[row]
+            continue
+        start[:] = trial
+        step[:] = residual_vector
+        rescale(matrix, step, rate)
+        if not solve_linear(matrix, step) > 1e-13:
+            return SINGULAR, passes, np.inf, changes
+        for row in range(rows // 2):
+            step[rows // 2 + row] *= rate
+        error = weighted_norm(step, rate)
+        correct(states, step, w, orbit)
+        exact = changes == 0 and same_contact(kernel, tables, period, periods, width, states, orbit, s, touch)
+        if exact or (not touch and error <= SMALL_STEP * weighted_norm(start, rate)):
+            for row in range(rows):
+                start[row] += step[row]
+            return CONVERGED, passes, error, changes
+        for row in range(rows):
+            trial[row] = start[row] + step[row]
+        old_residual = np.inf if touch else residual
+        halved, touch = 0, False
+    return STALLED, most, error, changes

@@ -1,0 +1,87 @@
+"""The map over one mesh period: the trajectory and, side by side, its derivative by the initial state."""
+
+from typing import Any
+
+import numpy as np
+
+from wearlab.compiled import jit
+from wearlab.dynamics.events import step_with_changes
+from wearlab.dynamics.flanks import contact_differs, mesh_law, row_product, see_contact
+from wearlab.dynamics.rk4_step import rk4_step
+
+
+@jit
+def deflection_at_start(kernel: Any, tables: Any, step: int, m: int, width: Any, states: Any, i: Any) -> float:
+    """Return δ of mesh ``m`` for the state at the start of ``step``."""
+    n, w = len(kernel.structure.load), np.uint64(len(width))
+    return row_product(kernel.structure.direction, m, n, states, i, w) - tables.error[step, 0, m]
+
+
+@jit
+def contact_holds(
+    kernel: Any, tables: Any, step: int, period: float, width: Any, states: Any, i: Any, j: Any, contact: Any
+) -> bool:
+    """Whether ``contact`` is right in the middle and at the end of the step from state ``i`` to ``j``.
+
+    The middle is that of the cubic Hermite polynomial between both ends.
+    """
+    n, w = len(kernel.structure.load), np.uint64(len(width))
+    d, below = kernel.structure.direction, np.uint64(n) * w
+    eighth = 0.125 * tables.width[step] * period
+    for m in range(len(kernel.mesh_damping)):
+        before = row_product(d, m, n, states, i, w)
+        after = row_product(d, m, n, states, j, w)
+        bend = row_product(d, m, n, states, i + below, w) - row_product(d, m, n, states, j + below, w)
+        if contact_differs(kernel, tables, step, after - tables.error[step, 2, m], m, 2, contact):
+            return False
+        middle = 0.5 * (before + after) + eighth * bend - tables.error[step, 1, m]
+        if contact_differs(kernel, tables, step, middle, m, 1, contact):
+            return False
+    return True
+
+
+@jit
+def touch_all(kernel: Any, tables: Any, step: int, contact: Any) -> None:
+    """Let every pair in the path touch and no back flank: the contact of a loaded mesh."""
+    pairs = tables.stiffness.shape[3]
+    for m in range(len(kernel.mesh_damping)):
+        for p in range(pairs):
+            contact[m, p] = tables.stiffness[step, 1, m, p] > 0.0
+        contact[m, pairs] = False
+
+
+@jit
+def over_period(
+    kernel: Any, tables: Any, period: float, columns: Any, width: Any, states: Any, first: Any, s: Any, touch: bool
+) -> int:
+    """Advance state ``first`` over one mesh period, one state a step; return the number of contact changes.
+
+    Parameters
+    ----------
+    kernel : the system
+    tables : the mesh at the stages
+    period : duration of a mesh period [s]
+    columns : columns to advance (uint64): 1 for the trajectory alone
+    width : a tuple as long as a state has columns
+    states : flat (…, 2n, width); state ``first`` is read, the n_steps after it are written
+    s : scratch
+    touch : take every pair in the path as touching, whatever the state: the affine map of a loaded mesh
+    """
+    size = np.uint64(2 * len(kernel.structure.load) * len(width))
+    i = np.uint64(first) * size
+    changes = 0
+    for step in range(len(tables.width)):
+        j = i + size
+        if touch:
+            touch_all(kernel, tables, step, s.contact)
+        else:
+            for m in range(len(kernel.mesh_damping)):
+                delta = deflection_at_start(kernel, tables, step, m, width, states, i)
+                see_contact(kernel, tables, step, delta, m, 0, s.contact)
+        mesh_law(kernel, tables, step, 0.0, 1.0, period, s.contact, s.mesh, s.push)
+        h = tables.width[step] * period
+        rk4_step(kernel.structure, kernel.mesh_damping, columns, width, states, i, states, j, s.mesh, s.push, h)
+        if not touch and not contact_holds(kernel, tables, step, period, width, states, i, j, s.contact):
+            changes += step_with_changes(kernel, tables, step, period, columns, width, states, i, j, s)
+        i = j
+    return changes

@@ -1,0 +1,26 @@
+"""Small vectors as tuples: their length is known to the compiler and their values stay in registers."""
+
+from typing import Any
+
+import numpy as np
+from numba.cpython.unsafe.tuple import tuple_setitem as put  # noqa: F401
+
+from wearlab.compiled import jit
+
+
+@jit
+def take(like: Any, array: Any, offset: Any, stride: Any) -> Any:
+    """Return ``array[offset + i stride]`` as a tuple of the length of ``like``."""
+    out = like
+    for i in range(len(like)):
+        out = put(out, i, array[offset + np.uint64(i) * stride])
+    return out
+
+
+@jit
+def add(a: Any, factor: float, b: Any) -> Any:
+    """Return ``a + factor b`` of two tuples."""
+    out = a
+    for i in range(len(a)):
+        out = put(out, i, a[i] + factor * b[i])
+    return out

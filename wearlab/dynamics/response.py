@@ -1,0 +1,234 @@
+"""The steady response of a system, and what is read off it at any phase."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.compiled import jit
+from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageGrid, StageTables
+
+Array = NDArray[np.float64]
+
+
+class Verdict(NamedTuple):
+    """What can be said of a response.
+
+    Parameters
+    ----------
+    periodic : the orbit closes after `Response.period` mesh periods
+    attracting : neighbouring motions approach it: max |multiplier| < 1 − margin (None: not computed)
+    unique : no family of orbits, I − P is regular
+    converged : the method met its own criterion
+    """
+
+    periodic: bool
+    attracting: bool | None
+    unique: bool
+    converged: bool
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The verdict in words: what deviates from a unique, attracting periodic orbit; () when nothing."""
+        words = {
+            "aperiodic": not self.periodic,
+            "not attracting": self.attracting is False,
+            "non-unique": not self.unique,
+            "not converged": not self.converged,
+        }
+        return tuple(word for word, holds in words.items() if holds)
+
+
+class Counts(NamedTuple):
+    """Work done: mesh periods integrated, right-hand sides evaluated, Newton iterations."""
+
+    period_maps: int
+    right_hand_sides: int
+    newton_iterations: int
+
+
+@dataclass(frozen=True)
+class Response:
+    """The steady response.
+
+    Parameters
+    ----------
+    period : m, the response repeats after m mesh periods; 0: aperiodic
+    state : (n_kept, n_steps + 1, 2n) q and q̇ at the ends of the steps [m], [m/s]
+    multipliers : Floquet multipliers over m periods, largest first; empty when not computed or aperiodic
+    verdict : what can be said of it
+    counts : work done
+    residual : closure of the orbit relative to its size; aperiodic: spread of the strobed states
+    system, tables, mesh_period : what it is the response of; duration of a mesh period [s]
+    """
+
+    period: int
+    state: Array
+    multipliers: NDArray[np.complex128]
+    verdict: Verdict
+    counts: Counts
+    residual: float
+    system: System
+    tables: StageTables
+    mesh_period: float
+
+    @property
+    def end(self) -> Array:
+        """(2n,) the state from which to continue."""
+        end: Array = self.state[-1, -1]
+        return end
+
+
+def step_of(grid: StageGrid, phase: Array, segment: NDArray[np.int64] | None = None, side: str = "right") -> NDArray[np.int64]:
+    """Return the step that holds each phase, (n,).
+
+    Parameters
+    ----------
+    grid : steps of a mesh period
+    phase : (n,) in [0, 1] [1]
+    segment : (n,) the smooth segment each phase belongs to, which decides at breaks; None: ``side`` does
+    side : "right" takes the step that begins at a phase on a boundary, "left" the one that ends there
+    """
+    last = len(grid.start) - 1
+    if segment is None:
+        found = np.searchsorted(grid.start, phase, side="right" if side == "right" else "left") - 1
+        return np.clip(found, 0, last)
+    found = np.searchsorted(grid.start, phase, side="right") - 1
+    low = np.searchsorted(grid.segment, segment, side="left")
+    high = np.searchsorted(grid.segment, segment, side="right") - 1
+    return np.clip(found, low, high)
+
+
+def deflection_at(
+    response: Response,
+    grid: StageGrid,
+    phase: Array,
+    segment: NDArray[np.int64] | None = None,
+    side: str = "right",
+) -> tuple[Array, Array]:
+    """Return mesh deflection δ and its rate at any phases, (n_kept, n_mesh, n_phases) [m], [m/s].
+
+    ``δ = d·q − e``, by the cubic Hermite polynomial of d·q on each step and the quadratic one of e.
+
+    Parameters
+    ----------
+    response : the response
+    grid : the steps it was computed on
+    phase : (n,) in [0, 1] [1]
+    segment, side : which side of a break is meant, see `step_of`
+    """
+    step = step_of(grid, phase, segment, side)
+    fraction = (phase - grid.start[step]) / grid.width[step]
+    tables, direction = response.tables, response.system.direction
+    kept = len(response.state)
+    delta = np.empty((kept, len(direction), len(phase)))
+    rate = np.empty_like(delta)
+    _deflection(
+        response.state, direction, tables.error, tables.error_rate, tables.width, response.mesh_period,
+        step, fraction, delta, rate,
+    )  # fmt: skip
+    return delta, rate
+
+
+@jit
+def _deflection(
+    state: Array,
+    direction: Array,
+    error: Array,
+    error_rate: Array,
+    width: Array,
+    period: float,
+    step: NDArray[np.int64],
+    fraction: Array,
+    delta: Array,
+    rate: Array,
+) -> None:
+    meshes, n = direction.shape
+    for kept in range(len(state)):
+        for m in range(meshes):
+            for at in range(len(step)):
+                i, x = step[at], fraction[at]
+                h, y = width[i] * period, 1.0 - x
+                q0 = q1 = v0 = v1 = 0.0
+                for row in range(n):
+                    d = direction[m, row]
+                    q0 += d * state[kept, i, row]
+                    q1 += d * state[kept, i + 1, row]
+                    v0 += d * state[kept, i, n + row]
+                    v1 += d * state[kept, i + 1, n + row]
+                l0, l1, l2 = y * (y - x), 4.0 * x * y, x * (x - y)
+                e = l0 * error[i, 0, m] + l1 * error[i, 1, m] + l2 * error[i, 2, m]
+                slope = l0 * error_rate[i, 0, m] + l1 * error_rate[i, 1, m] + l2 * error_rate[i, 2, m]
+                delta[kept, m, at] = (
+                    y * y * (1.0 + 2.0 * x) * q0 + x * x * (3.0 - 2.0 * x) * q1 + h * x * y * (y * v0 - x * v1) - e
+                )
+                rate[kept, m, at] = (
+                    6.0 * x * y * (q1 - q0) / h + y * (1.0 - 3.0 * x) * v0 + x * (3.0 * x - 2.0) * v1 - slope / period
+                )
+
+
+def coordinates_at(
+    response: Response,
+    grid: StageGrid,
+    phase: Array,
+    segment: NDArray[np.int64] | None = None,
+    side: str = "right",
+) -> tuple[Array, Array]:
+    """Return all coordinates q and q̇ at any phases, (n_kept, n, n_phases) [m], [m/s]; see `deflection_at`."""
+    step = step_of(grid, phase, segment, side)
+    x = (phase - grid.start[step]) / grid.width[step]
+    h, y = grid.width[step] * response.mesh_period, 1.0 - x
+    n = response.state.shape[2] // 2
+    before = np.moveaxis(response.state[:, step], 2, 1)
+    after = np.moveaxis(response.state[:, step + 1], 2, 1)
+    q0, v0, q1, v1 = before[:, :n], before[:, n:], after[:, :n], after[:, n:]
+    q = y * y * (1 + 2 * x) * q0 + x * x * (3 - 2 * x) * q1 + h * x * y * (y * v0 - x * v1)
+    v = 6 * x * y * (q1 - q0) / h + y * (1 - 3 * x) * v0 + x * (3 * x - 2) * v1
+    return q, v
+
+
+class StepForces(NamedTuple):
+    """Mesh forces at the ends of the steps, one-sided: (n_kept, n_steps, 2, n_mesh) [N]; pair: (…, n_pairs)."""
+
+    elastic: Array
+    damping: Array
+    pair: Array
+
+
+def step_forces(response: Response) -> StepForces:
+    """Return elastic and damping force of each mesh at the start and the end of every step.
+
+    ``W = Σ_p k_p max(0, δ − g_p) − Σ_p k_p max(0, −j_bn − δ)``; damping ``c δ̇``, gated by contact unless
+    it always acts. The pair forces are those of the drive flanks.
+    """
+    system, tables, ends = response.system, response.tables, [0, 2]
+    n = system.mass.shape[0]
+    state = np.stack([response.state[:, :-1], response.state[:, 1:]], axis=2)
+    delta = state[..., :n] @ system.direction.T - tables.error[:, ends]
+    rate = state[..., n:] @ system.direction.T - tables.error_rate[:, ends] / response.mesh_period
+    stiffness = tables.stiffness[:, ends]
+    approach = delta[..., None] - tables.gap[:, ends]
+    pair = np.where(approach > 0.0, stiffness * np.maximum(approach, 0.0), 0.0)
+    elastic = pair.sum(axis=-1)
+    touching = (pair > 0.0).any(axis=-1)
+    if system.backlash is not None:
+        back = stiffness.sum(axis=-1) * np.maximum(0.0, -system.backlash - delta)
+        elastic, touching = elastic - back, touching | (back > 0.0)
+    gate = 1.0 if system.damping_always else touching
+    return StepForces(elastic, system.mesh_damping * rate * gate, pair)
+
+
+def accelerations(response: Response) -> Array:
+    """Return q̈ at the start and the end of every step, (n_kept, n_steps, 2, n) [m/s²], from the equation of motion."""
+    system, ends = response.system, [0, 2]
+    n = system.mass.shape[0]
+    forces = step_forces(response)
+    state = np.stack([response.state[:, :-1], response.state[:, 1:]], axis=2)
+    load = system.load - (forces.elastic + forces.damping) @ system.direction
+    if system.fluctuation_direction is not None and response.tables.fluctuation is not None:
+        load = load + response.tables.fluctuation[:, ends, None] * system.fluctuation_direction
+    load = load - state[..., :n] @ system.total_stiffness.T - state[..., n:] @ system.total_damping.T
+    acceleration: Array = np.linalg.solve(system.mass, load[..., None])[..., 0]
+    return acceleration

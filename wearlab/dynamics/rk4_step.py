@@ -1,0 +1,188 @@
+"""One classical Runge–Kutta step of the affine motion between contact changes, for all columns at once.
+
+While no flank gains or loses contact, ``W_m = k_m d·q + c_m d·q̇ − w_m`` with k_m and w_m known at the
+stages. The trajectory (column 0) and its tangents (the other columns) then obey the same linear equation;
+only column 0 has an inhomogeneous part. Columns lie side by side, so they ride in one vector register and
+the tangents cost almost nothing.
+
+A state is a flat row-major array (2n, width): n rows of q, then n rows of q̇. Offsets are unsigned: a signed
+index may count from the end, and checking that stops the compiler from vectorising. The number of columns is
+passed as a value, because a short loop of known length is not vectorised either.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba.extending import overload
+
+from wearlab.compiled import jit
+from wearlab.dynamics.registers import add, put, take
+from wearlab.dynamics.structure import Dense, Diagonal
+
+
+def rk4_step(
+    structure: Any,
+    meshes: Any,
+    columns: Any,
+    width: Any,
+    source: Any,
+    i: Any,
+    target: Any,
+    j: Any,
+    mesh: Any,
+    push: Any,
+    h: Any,
+) -> None:
+    """Advance the state at ``source[i:]`` by time ``h`` into ``target[j:]``.
+
+    Parameters
+    ----------
+    structure : `Diagonal` or `Dense`
+    meshes : a tuple as long as there are meshes, its values unused
+    columns : how many columns to advance (uint64)
+    width : a tuple as long as a state has columns, its values unused
+    source, i, target, j : flat arrays of states and offsets into them (uint64)
+    mesh : (4, n_mesh) flat: stiffness k_m at the start, middle and end [N/m], and damping c_m [N s/m]
+    push : (3, n, width) flat: inhomogeneous acceleration at the start, middle and end, in column 0 [m/s²]
+    h : length of the step [s]
+    """
+    raise NotImplementedError("compiled code only")
+
+
+@overload(rk4_step)
+def _choose_step(
+    structure: Any,
+    meshes: Any,
+    columns: Any,
+    width: Any,
+    source: Any,
+    i: Any,
+    target: Any,
+    j: Any,
+    mesh: Any,
+    push: Any,
+    h: Any,
+) -> Any:
+    return {Diagonal: _diagonal, Dense: _dense}[structure.instance_class]
+
+
+def _diagonal(
+    structure: Any,
+    meshes: Any,
+    columns: Any,
+    width: Any,
+    source: Any,
+    i: Any,
+    target: Any,
+    j: Any,
+    mesh: Any,
+    push: Any,
+    h: Any,
+) -> None:
+    like, k, c, d, p = structure.load, structure.stiffness, structure.damping, structure.direction, structure.response
+    w, zero, one, nm = np.uint64(len(width)), np.uint64(0), np.uint64(1), np.uint64(len(meshes))
+    below = np.uint64(len(like)) * w
+    start = take(meshes, mesh, zero, one)
+    middle = take(meshes, mesh, nm, one)
+    end = take(meshes, mesh, nm + nm, one)
+    damp = take(meshes, mesh, nm + nm + nm, one)
+    half, h6 = 0.5 * h, h / 6.0
+    for col in range(zero, columns):
+        q = take(like, source, i + col, w)
+        v = take(like, source, i + below + col, w)
+        b1 = take(like, push, col, w)
+        b2 = take(like, push, below + col, w)
+        b3 = take(like, push, below + below + col, w)
+        a1 = _acceleration(k, c, d, p, start, damp, b1, q, v)
+        q_half = add(q, half, v)
+        a2 = _acceleration(k, c, d, p, middle, damp, b2, q_half, add(v, half, a1))
+        a3 = _acceleration(k, c, d, p, middle, damp, b2, add(q_half, half * half, a1), add(v, half, a2))
+        q_end = add(q, h, v)
+        a4 = _acceleration(k, c, d, p, end, damp, b3, add(q_end, h * half, a2), add(v, h, a3))
+        for row in range(len(like)):
+            middles = a2[row] + a3[row]
+            to = j + np.uint64(row) * w + col
+            target[to] = q_end[row] + h * h6 * (a1[row] + middles)
+            target[to + below] = v[row] + h6 * (a1[row] + 2.0 * middles + a4[row])
+
+
+@jit
+def _acceleration(k: Any, c: Any, d: Any, p: Any, stiffness: Any, damp: Any, push: Any, q: Any, v: Any) -> Any:
+    """Return ``b − K q − C q̇ − Σ_m M⁻¹ d_m (k_m d_m·q + c_m d_m·q̇)`` as a tuple."""
+    n = len(q)
+    out = push
+    for row in range(n):
+        out = put(out, row, push[row] - k[row] * q[row] - c[row] * v[row])
+    for m in range(len(stiffness)):
+        deflection, rate = 0.0, 0.0
+        for row in range(n):
+            deflection += d[m * n + row] * q[row]
+            rate += d[m * n + row] * v[row]
+        force = stiffness[m] * deflection + damp[m] * rate
+        for row in range(n):
+            out = put(out, row, out[row] - p[m * n + row] * force)
+    return out
+
+
+def _dense(
+    structure: Any,
+    meshes: Any,
+    columns: Any,
+    width: Any,
+    source: Any,
+    i: Any,
+    target: Any,
+    j: Any,
+    mesh: Any,
+    push: Any,
+    h: Any,
+) -> None:
+    n, w = len(structure.load), len(width)
+    size, used = n * w, int(columns)
+    old = source[i : i + np.uint64(2 * size)]
+    new = target[j : j + np.uint64(2 * size)]
+    q, v = structure.work[:size], structure.work[size : 2 * size]
+    acceleration = structure.work[2 * size :]
+    for stage in range(4):
+        a = acceleration[stage * size : (stage + 1) * size]
+        before = acceleration[max(stage - 1, 0) * size :]
+        earlier = acceleration[max(stage - 2, 0) * size :]
+        # Nyström form: the velocity takes the last stage's acceleration, the position the one before it.
+        velocity_share = (0.0, 0.5 * h, 0.5 * h, h)[stage]
+        position_share = (0.0, 0.0, 0.25 * h * h, 0.5 * h * h)[stage]
+        for row in range(n):
+            for col in range(used):
+                x = row * w + col
+                q[x] = old[x] + velocity_share * old[size + x] + position_share * earlier[x]
+                v[x] = old[size + x] + velocity_share * before[x]
+        _dense_acceleration(structure, len(meshes), mesh, push, (stage + 1) // 2, q, v, a, w, used)
+    for x in range(size):
+        a1, a4 = acceleration[x], acceleration[3 * size + x]
+        middles = acceleration[size + x] + acceleration[2 * size + x]
+        new[x] = old[x] + h * old[size + x] + h * h / 6.0 * (a1 + middles)
+        new[size + x] = old[size + x] + h / 6.0 * (a1 + 2.0 * middles + a4)
+
+
+@jit
+def _dense_acceleration(
+    structure: Any, meshes: int, mesh: Any, push: Any, time: int, q: Any, v: Any, a: Any, w: int, used: int
+) -> None:
+    """Write the acceleration at stage time 0, 1 or 2 (start, middle, end) into ``a``, row by row."""
+    n = len(structure.load)
+    for row in range(n):
+        for col in range(used):
+            a[row * w + col] = push[(time * n + row) * w + col]
+        for other in range(n):
+            k, c = structure.stiffness[row, other], structure.damping[row, other]
+            if k != 0.0 or c != 0.0:
+                for col in range(used):
+                    a[row * w + col] -= k * q[other * w + col] + c * v[other * w + col]
+    for m in range(meshes):
+        stiffness, damp = mesh[time * meshes + m], mesh[3 * meshes + m]
+        for col in range(used):
+            force = 0.0
+            for row in range(n):
+                d = structure.direction[m * n + row]
+                force += d * (stiffness * q[row * w + col] + damp * v[row * w + col])
+            for row in range(n):
+                a[row * w + col] -= structure.response[m * n + row] * force

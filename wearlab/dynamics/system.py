@@ -1,0 +1,57 @@
+"""The one form of every dynamic model, as plain arrays."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class System(NamedTuple):
+    """A vibrating structure with mesh forces between its coordinates.
+
+    ``M q̈ + (C + ω_c G) q̇ + (K − ω_c² K_ω) q + Σ_i d_i W_i = F`` with ``δ_i = d_i·q − e_i`` and
+    ``W_i = elastic(δ_i, phase) + c_i δ̇_i``. What is ``None`` is absent: neither evaluated nor compiled.
+
+    Parameters
+    ----------
+    coordinates : names of q, e.g. ``("pinion.y", "gear.y", "mesh.x")``
+    mass, damping, stiffness : (n, n) M [kg], C [N s/m], K [N/m]
+    direction : (n_mesh, n) d [1]
+    load : (n,) constant load F [N]
+    mesh_damping : (n_mesh,) c [N s/m]
+    damping_always : the mesh damping acts in separation too (the papers), not only while flanks touch
+    mesh_mass : (n_mesh,) effective mass of each mesh on its own line of action, m_c [kg]
+    backlash : (n_mesh,) normal backlash j_bn [m]: back contact at δ < −j_bn; None: no back flank
+    fluctuation_direction : (n,) load that the tabulated fluctuation multiplies [N], or None
+    gyroscopic, centripetal : (n, n) G [kg], K_ω [kg], or None
+    rotation : ω_c [rad/s]
+    """
+
+    coordinates: tuple[str, ...]
+    mass: Array
+    damping: Array
+    stiffness: Array
+    direction: Array
+    load: Array
+    mesh_damping: Array
+    damping_always: bool
+    mesh_mass: Array
+    backlash: Array | None = None
+    fluctuation_direction: Array | None = None
+    gyroscopic: Array | None = None
+    centripetal: Array | None = None
+    rotation: float = 0.0
+
+    @property
+    def total_damping(self) -> Array:
+        """C + ω_c G, (n, n) [N s/m]."""
+        return self.damping if self.gyroscopic is None else self.damping + self.rotation * self.gyroscopic
+
+    @property
+    def total_stiffness(self) -> Array:
+        """K − ω_c² K_ω, (n, n) [N/m]."""
+        if self.centripetal is None:
+            return self.stiffness
+        return self.stiffness - self.rotation**2 * self.centripetal
