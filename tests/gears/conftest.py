@@ -1,0 +1,18 @@
+"""Pairs that the tests of gears share."""
+
+import pytest
+
+from wearlab.gears.external import external_pair
+from wearlab.gears.specification import GearSpec
+
+
+@pytest.fixture
+def pair_of():
+    """Build a pair from changes to a standard 50/50, module 3 mm pair, 20 mm wide."""
+
+    def build(pinion=None, gear=None, **keywords):
+        first = GearSpec(**{"name": "pinion", "teeth": 50, **(pinion or {})})
+        second = GearSpec(**{"name": "gear", "teeth": 50, **(gear or {})})
+        return external_pair(first, second, **{"module": 0.003, "face_width": 0.02, **keywords})
+
+    return build
