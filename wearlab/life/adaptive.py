@@ -3,7 +3,8 @@
 **Error test.** ``max|e| ≤ tolerance · w`` with the local error e of the step and ``w = max(Δh, D/20)``:
 Δh the largest wear of the step, D the largest depth reached so far, at least ``scale``. So the local errors
 sum to the tolerance times the final depth (times at most 1 + steps/20), which makes the tolerance one of the
-whole life and not of a step; and noise of the rate below ``tolerance·D/20`` never shrinks a step.
+whole life and not of a step; and noise of the rate below ``tolerance·D/20`` never shrinks a step. The local
+tolerance is half the one asked for: where wear brakes itself (h ∝ √N), a life is half as exact as its depth.
 """
 
 from dataclasses import dataclass
@@ -26,6 +27,12 @@ RADIUS_SAFETY = 1.15
 LARGEST_GROWTH, LARGEST_CUT = 5.0, 0.1
 STEPS_PER_SPECTRUM = 12
 SHARE_OF_DEPTH = 1.0 / 20.0
+SHARE_OF_TOLERANCE = 0.5
+FIRST_SHARE = 0.1
+"""Largest first step over the way to the limit."""
+MOST_SEARCHES = 3
+SUSPICIOUS = 10.0
+"""Error ratio that a controlled smooth step does not reach."""
 PROBE = 1e-3
 """Amplitude of the power iteration over the depth scale."""
 
@@ -89,21 +96,26 @@ class AdaptiveStepper:
         changes: list[float] = []
         if self.age >= STEPS_PER_SPECTRUM and self.next_size * self.radius > 0.5:
             self._look(node, self.spectrum.direction, memory)
-        size, searched = self._bounded(self.next_size, largest), False
+        if not np.isfinite(self.next_size):
+            self.next_size = FIRST_SHARE * largest
+        size, searches = self._bounded(self.next_size, largest), 0
         while True:
             tried = self._try(node, size)
-            sawtooth = size * self.radius > 1.0 and saws(node.rate, tried.end.depth - node.depth)
-            if tried.ratio <= 1.0 and not sawtooth:
-                self._accepted(tried, rejected=bool(sizes))
-                return [self._step(node, tried)], None
-            self.rejected += 1
             sizes.append(size)
             changes.append(float(np.linalg.norm(tried.end.rate - node.rate)))
-            if not searched and crosses_jump(sizes, changes):
-                searched = True
+            suspicious = tried.ratio > SUSPICIOUS or crosses_jump(sizes, changes)
+            if searches < MOST_SEARCHES and suspicious:
+                searches += 1
+                beyond = self.rate.remember()
                 found = self._across(node, tried, memory)
                 if found is not None:
                     return found
+                self.rate.recall(beyond)
+            sawtooth = size * self.radius > 1.0 and saws(node.rate, tried.end.depth - node.depth)
+            if tried.ratio <= 1.0 and not sawtooth:
+                self._accepted(tried, rejected=len(sizes) > 1)
+                return [self._step(node, tried)], None
+            self.rejected += 1
             self.rate.recall(memory)
             if self.age > 0:
                 self._look(node, self.spectrum.direction, memory)
@@ -114,7 +126,7 @@ class AdaptiveStepper:
         self.next_size = min(self.next_size, size)
 
     def _across(self, node: Node, tried: _Try, memory: Any) -> tuple[list[Step], Jump] | None:
-        width = self.tolerance * (node.cycle + tried.size)
+        width = 0.1 * self.tolerance * (node.cycle + tried.size)
         found = locate(self.rate, node, tried.size, tried.end.rate, memory, width)
         if found is None:
             return None
@@ -135,7 +147,7 @@ class AdaptiveStepper:
     def _allowed(self, node: Node, depth: Array) -> float:
         worn = float((depth - node.depth).max(initial=0.0))
         reached = max(float(depth.max(initial=0.0)), self.scale)
-        return self.tolerance * max(worn, SHARE_OF_DEPTH * reached)
+        return SHARE_OF_TOLERANCE * self.tolerance * max(worn, SHARE_OF_DEPTH * reached)
 
     def _bounded(self, size: float, largest: float) -> float:
         reach = rkc.longest_reach(self.damping) / self.radius if self.radius > 0.0 else np.inf
@@ -148,8 +160,8 @@ class AdaptiveStepper:
 
     def _accepted(self, tried: _Try, *, rejected: bool) -> None:
         ratio = max(tried.ratio, 1e-10)
-        trend = (self.last_ratio / ratio) ** 0.2 if not rejected else 1.0
-        factor = min(self._factor(ratio) * min(trend, 1.2), 1.0 if rejected else LARGEST_GROWTH)
+        trend = min(1.0, (self.last_ratio / ratio) ** 0.2)
+        factor = min(self._factor(ratio) * trend, 1.0 if rejected else LARGEST_GROWTH)
         self.next_size = tried.size * factor
         self.last_ratio, self.age = ratio, self.age + 1
 

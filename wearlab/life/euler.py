@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from wearlab.life.counted import CountedRate
 from wearlab.life.jump import Jump
-from wearlab.life.sawtooth import saws, swings
+from wearlab.life.sawtooth import grows_saw, swings
 from wearlab.life.spectrum import random_direction, spectrum
 from wearlab.life.step import Node, Step, growth
 
@@ -131,8 +131,10 @@ class EulerStepper:
         return self.threshold / fastest if fastest > 0.0 else np.inf
 
     def _inspect(self, node: Node, end: Node) -> None:
-        swinging = self.last_rate is not None and swings(self.last_rate, node.rate, end.rate)
-        if swinging or saws(node.rate, end.rate):
+        if self.last_rate is None:
+            return
+        rates = self.last_rate, node.rate, end.rate
+        if swings(*rates) or grows_saw(*rates):
             self.saw_tooth = True
             if self.stops:
                 self.rejected += 1

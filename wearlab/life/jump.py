@@ -11,6 +11,12 @@ from wearlab.life.step import Node, Step, growth
 Array = NDArray[np.float64]
 
 
+CONTINUOUS = 0.2
+"""Distance of a rate from both sides, over theirs from each other, that belongs to neither side."""
+REMAINING = 0.7
+"""Share of the change of rate that a jump still has when it is located."""
+
+
 class Jump(NamedTuple):
     """A discontinuity of the wear rate along the life.
 
@@ -28,15 +34,13 @@ class Jump(NamedTuple):
 
 
 def crosses_jump(steps: list[float], changes: list[float]) -> bool:
-    """Whether the change of rate does not shrink with the step: over the last three tries from one state.
+    """Whether the change of rate does not shrink with the step, over the tries from one state.
 
     Parameters
     ----------
-    steps, changes : step size and |r(end) − r(start)| of successive rejected tries
+    steps, changes : step size and |r(end) − r(start)| of successive tries, all but the last one rejected
     """
-    if len(steps) < 3:
-        return False
-    return steps[-1] < 0.5 * steps[-3] and changes[-1] > 0.7 * changes[-3] > 0.0
+    return len(steps) > 1 and steps[-1] <= 0.6 * steps[0] and changes[-1] > 0.7 * changes[0] > 0.0
 
 
 def locate(
@@ -44,8 +48,9 @@ def locate(
 ) -> tuple[Step, Step, Jump] | None:
     """Return the step up to a jump, the step across it, and the jump; None when there is none after all.
 
-    Bisection along ``h + x ΔN r``: each try starts from the memory at the start and belongs to the side whose
-    rate is nearer. The step up to the jump is a trapezoid with the rate just before it (second order).
+    Bisection along the trapezoid ``h + x (r + r(x))/2`` of the near side: each try starts from the memory at
+    the start and belongs to the side whose rate is nearer. A rate between the sides' betrays a steep but
+    continuous change.
 
     Parameters
     ----------
@@ -56,29 +61,44 @@ def locate(
     memory : of the rate at the start
     width : cycles within which to locate it
     """
-    low, high, near = 0.0, size, node.rate
+    low, high, near, whole = 0.0, size, node.rate, float(np.linalg.norm(far - node.rate))
     while high - low > width:
         middle = 0.5 * (low + high)
         rate.recall(memory)
-        tried = rate(node.depth + middle * node.rate)
-        if np.linalg.norm(tried - near) <= np.linalg.norm(tried - far):
+        tried = rate(_along(node, low, near, middle))
+        to_near, to_far = float(np.linalg.norm(tried - near)), float(np.linalg.norm(tried - far))
+        if min(to_near, to_far) > CONTINUOUS * np.linalg.norm(far - near):
+            return None
+        if to_near <= to_far:
             low, near = middle, tried
         else:
             high, far = middle, tried
-    whole = float(np.linalg.norm(far - node.rate))
-    if np.linalg.norm(far - near) < 0.5 * whole:
+    if np.linalg.norm(far - near) < REMAINING * whole:
         return None
-    return _pieces(rate, node, low, high, near, far)
+    before = Node(node.cycle + low, _along(node, low, near, low), near)
+    after = _landed(rate, before, high - low, far, memory)
+    change = 0.5 * low * (near - node.rate)
+    up = Step(node, before, (node.rate, near), change, growth(node, before))
+    gap = after.cycle - before.cycle
+    secant = (after.depth - before.depth) / gap
+    across = Step(before, after, (secant, secant), gap * (after.rate - near), 1.0)
+    return up, across, Jump(after.cycle, gap, near, after.rate)
 
 
-def _pieces(
-    rate: CountedRate, node: Node, low: float, high: float, near: Array, far: Array
-) -> tuple[Step, Step, Jump]:
-    mean = 0.5 * (node.rate + near)
-    before = Node(node.cycle + low, node.depth + low * mean, near)
-    landed = before.depth + (high - low) * np.maximum(near, far)
-    after = Node(node.cycle + high, landed, rate(landed))
-    up = Step(node, before, (node.rate, near), 0.5 * low * (near - node.rate), 1.0)
-    secant = (landed - before.depth) / (high - low)
-    across = Step(before, after, (secant, secant), (high - low) * (far - near), 1.0)
-    return up._replace(growth=growth(node, before)), across, Jump(after.cycle, high - low, near, after.rate)
+def _along(node: Node, low: float, near: Array, x: float) -> Array:
+    """Depth x cycles on, with the rate changing as it did up to ``low``, where it is ``near``."""
+    trend = (near - node.rate) / low if low > 0.0 else 0.0
+    return np.asarray(np.maximum(node.depth, node.depth + x * node.rate + 0.5 * x * x * trend))
+
+
+def _landed(rate: CountedRate, before: Node, gap: float, far: Array, memory: Any) -> Node:
+    """Return the first state beyond the jump; the gap doubles until it is."""
+    steepest = np.maximum(before.rate, far)
+    for _ in range(10):
+        rate.recall(memory)
+        depth = before.depth + gap * steepest
+        landed = rate(depth)
+        if np.linalg.norm(landed - far) <= np.linalg.norm(landed - before.rate):
+            break
+        gap *= 2.0
+    return Node(before.cycle + gap, depth, landed)

@@ -35,6 +35,12 @@ def saws(before: Array, now: Array) -> bool:
     return zigzag(now) > max(WORST_ZIGZAG, 2.0 * zigzag(before))
 
 
+def grows_saw(first: Array, second: Array, third: Array) -> bool:
+    """Whether the node-to-node alternation of three successive rates rises twice and has become a saw."""
+    rising = zigzag(first) < zigzag(second) < zigzag(third)
+    return rising and zigzag(third) > WORST_ZIGZAG
+
+
 def swings(first: Array, second: Array, third: Array) -> bool:
     """Whether three successive rates alternate without dying out."""
     a, b = second - first, third - second

@@ -1,0 +1,89 @@
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from wearlab.life.limits import Limits
+from wearlab.life.march import evolve
+from wearlab.life.sawtooth import zigzag
+
+
+def reference(rate, cycles):
+    result = solve_ivp(
+        lambda _, y: rate(y), (0, cycles), np.zeros(rate.n), method="Radau", rtol=1e-8, atol=1e-17
+    )
+    rate.count = 0
+    return result.y[:, -1]
+
+
+@pytest.mark.parametrize(("name", "cycles"), [("Sharing", 4e7), ("Sharing", 4e8), ("LineContact", 4e6)])
+def test_tolerance_bounds_the_error_and_the_estimate_covers_it(toys, name, cycles):
+    rate = getattr(toys, name)()
+    exact = reference(rate, cycles)
+    for tolerance in (1e-2, 1e-3, 1e-4):
+        life = evolve(rate, np.zeros(rate.n), limits=Limits(cycles=cycles), tolerance=tolerance, scale=1e-7)
+        error = np.abs(life.depth[-1] - exact).max()
+        assert life.end_reason == "cycles"
+        assert life.cycle[-1] == cycles
+        assert error < tolerance * exact.max()
+        assert 0.5 * error < life.error_estimate_depth < 2.0 * tolerance * exact.max()
+
+
+def test_estimate_is_not_idle(toys):
+    rate = toys.Sharing()
+    exact = reference(rate, 4e7)
+    life = evolve(rate, np.zeros(rate.n), limits=Limits(cycles=4e7), scale=1e-7)
+    assert life.error_estimate_depth < 20.0 * np.abs(life.depth[-1] - exact).max()
+
+
+def test_error_falls_with_tolerance_as_second_order_promises(toys):
+    rate = toys.LineContact()
+    exact = reference(rate, 2e6)
+    found = []
+    for tolerance in (1e-2, 1e-4):
+        life = evolve(rate, np.zeros(rate.n), limits=Limits(cycles=2e6), tolerance=tolerance, scale=1e-7)
+        found.append((life.count_rate_evaluations, np.abs(life.depth[-1] - exact).max()))
+    (few, large), (many, small) = found
+    assert small < large / 10.0
+    assert (
+        many < 12 * few
+    )  # a hundredfold tolerance is ten times the steps at order two, a hundred at order one
+
+
+def test_far_beyond_the_euler_limit_without_saw_tooth_and_cheaper(toys):
+    rate = toys.LineContact()
+    cycles, euler_limit = 4e7, 2.26e5
+    life = evolve(rate, np.zeros(rate.n), limits=Limits(cycles=cycles), tolerance=1e-2, scale=1e-7)
+    assert np.diff(life.cycle).max() > 10.0 * euler_limit
+    assert life.count_rate_evaluations < cycles / euler_limit
+    assert not life.saw_tooth
+    assert zigzag(life.rate[-1]) < 0.02
+
+
+def test_constant_rate_is_static_archard(toys):
+    wear = 1e-13 * np.abs(np.linspace(-1.0, 1.0, 30))
+    life = evolve(lambda h: wear, np.zeros(30), limits=Limits(cycles=1e8))
+    assert life.depth[-1] == pytest.approx(1e8 * wear, rel=1e-13)
+    assert life.count_steps < 6
+    assert life.error_estimate_depth <= 1e-12 * life.depth[-1].max()
+
+
+def test_depth_never_falls_and_is_never_negative(toys):
+    rate = toys.LineContact()
+    life = evolve(rate, np.zeros(rate.n), limits=Limits(cycles=4e7), tolerance=3e-2, scale=1e-7)
+    assert np.diff(life.depth, axis=0).min() >= 0.0
+
+
+def test_oscillating_spectrum_stays_accurate():
+    """A rotating pair of modes on a steady wear: eigenvalues −a ± ib with b = 2a."""
+    a, b, base = 2e-6, 4e-6, 1e-12
+    J = np.array([[-a, -b], [b, -a]])
+    size = 1e-7
+
+    def rate(h):
+        x = h - h.mean()
+        return base + (J @ (np.array([0.3, -0.3]) * size * np.exp(-np.abs(h.sum()) / 5e-6) + 0.1 * x)) * 0.5
+
+    cycles = 2e7
+    exact = solve_ivp(lambda _, y: rate(y), (0, cycles), np.zeros(2), method="Radau", rtol=1e-9, atol=1e-16)
+    life = evolve(rate, np.zeros(2), limits=Limits(cycles=cycles), scale=1e-8)
+    assert np.abs(life.depth[-1] - exact.y[:, -1]).max() < 1e-3 * exact.y.max()

@@ -1,0 +1,57 @@
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from wearlab.wear.path import rolling_velocity, sliding_velocity, specific_sliding, wear_path
+
+
+def test_velocities_from_the_rotation_of_both_gears(make_path):
+    """v = ρ ω, and sliding = (ω1 + ω2) s by rolling of the pitch circles."""
+    s, path = make_path(25, 40, speed=150.0)
+    omega1, omega2 = 150.0, 150.0 * 25 / 40
+    assert path.surface_velocity[1] == pytest.approx(path.curvature[1] * omega2)
+    assert sliding_velocity(path)[0] == pytest.approx((omega1 + omega2) * s, abs=1e-12)
+    assert sliding_velocity(path)[1] == pytest.approx(-(omega1 + omega2) * s, abs=1e-12)
+    assert rolling_velocity(path) == pytest.approx(
+        0.5 * (path.curvature[0] * omega1 + path.curvature[1] * omega2)
+    )
+    ratio = sliding_velocity(path) / path.surface_velocity
+    assert specific_sliding(path) == pytest.approx(ratio)
+    assert path.slide_ratio == pytest.approx(np.abs(ratio))
+
+
+def test_sliding_vanishes_at_the_pitch_point_only_and_is_negative_on_the_roots(make_path):
+    s, path = make_path(25, 40)
+    at_pitch = np.array([np.interp(0.0, s, row) for row in specific_sliding(path)])
+    assert at_pitch == pytest.approx(0.0, abs=1e-3)
+    assert np.all(specific_sliding(path)[0][s < 0.0] < 0.0)
+    assert np.all(specific_sliding(path)[1][s > 0.0] < 0.0)
+
+
+def test_passes_count_turns_of_the_reference_gear(make_path):
+    assert make_path(25, 40)[1].passes == pytest.approx([1.0, 25 / 40])
+    assert make_path(40, 25, reference=1)[1].passes == pytest.approx([25 / 40, 1.0])
+
+
+def test_flank_arc_against_quadrature_of_the_involute(l16):
+    """dL = ρ dρ/r_b: the arc of x = r_b(cos t + t sin t), y = r_b(sin t − t cos t)."""
+    _, path = l16
+    base_radius = 0.075 * np.cos(np.radians(20.0))
+    t = path.curvature[0] / base_radius
+    length = quad(lambda u: np.hypot(base_radius * u * np.cos(u), base_radius * u * np.sin(u)), t[0], t[-1])[
+        0
+    ]
+    assert path.arc_weight[0].sum() == pytest.approx(length, rel=1e-12)
+    assert path.arc_weight[1].sum() == pytest.approx(length, rel=1e-12)
+
+
+def test_contact_on_the_base_circle_is_refused():
+    with pytest.raises(ValueError, match="base circle"):
+        wear_path(
+            [[0.0, 1e-3], [2e-3, 1e-3]],
+            base_radius=[0.05, 0.05],
+            teeth=[20, 20],
+            driving_speed=1.0,
+            face_width=0.01,
+            contact_modulus=1e11,
+        )

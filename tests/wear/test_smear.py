@@ -1,0 +1,96 @@
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from wearlab.wear.archard import contact_half_width
+from wearlab.wear.coefficient import Constant
+from wearlab.wear.law import WearLaw, prepare, wear_rate
+from wearlab.wear.path import wear_path
+from wearlab.wear.smear import average_over_contact_width, cell_edges
+
+
+@pytest.fixture
+def uneven(make_path):
+    """Path with uneven nodes and a one-sided pair where the wear steps."""
+    s, path = make_path(25, 40)
+    curve = path.curvature
+    keep = np.sort(np.append(np.union1d(np.arange(0, 201, 3), np.arange(60, 110)), [90, 120]))
+    return s[keep], wear_path(
+        curve[:, keep],
+        base_radius=np.array([25, 40]) * 1.5e-3 * np.cos(np.radians(20.0)),
+        teeth=[25, 40],
+        driving_speed=100.0,
+        face_width=20e-3,
+        contact_modulus=path.contact_modulus,
+    )
+
+
+@pytest.mark.parametrize("half_width", [1e-5, 2e-4, 1.5e-3])
+def test_worn_area_is_conserved_and_nothing_is_negative(uneven, half_width):
+    s, path = uneven
+    rng = np.random.default_rng(3)
+    wear = rng.uniform(0.0, 1e-12, path.curvature.shape)
+    a = half_width * rng.uniform(0.3, 1.0, len(s))
+    smeared = average_over_contact_width(wear, a, path)
+    assert (smeared * path.arc_weight).sum(axis=1) == pytest.approx(
+        (wear * path.arc_weight).sum(axis=1), rel=1e-12
+    )
+    assert smeared.min() >= 0.0
+
+
+def test_vanishing_width_returns_the_pointwise_law(uneven):
+    s, path = uneven
+    wear = np.stack([np.abs(s), np.where(s > 0, 1.0, 2.0)])
+    still = average_over_contact_width(wear, np.zeros(len(s)), path)
+    assert still == pytest.approx(wear, rel=1e-9)
+    tiny = average_over_contact_width(wear, np.full(len(s), 1e-9), path)
+    assert tiny == pytest.approx(wear, abs=1e-4)
+
+
+def test_constant_wear_stays_constant(uneven):
+    s, path = uneven
+    smeared = average_over_contact_width(np.ones((2, len(s))), np.full(len(s), 3e-4), path)
+    assert smeared == pytest.approx(1.0, rel=1e-12)
+
+
+def test_running_average_against_quadrature(make_path):
+    """A step and a kink, averaged over ±a of the arc, cell by cell."""
+    _, path = make_path(n=401)
+    a = 4e-4
+    x = path.arc[0]
+    middle = x[200]
+
+    def law(arc):
+        return np.abs(arc - middle) + np.where(arc > x[300], 1e-3, 0.0)
+
+    smeared = average_over_contact_width(np.stack([law(x), law(x)]), np.full(401, a), path)[0]
+    for i in (150, 200, 207, 295, 310):
+        points = [p for p in (middle, x[300]) if x[i] - a < p < x[i] + a]
+        expected = quad(law, x[i] - a, x[i] + a, points=points or None)[0] / (2 * a)
+        assert smeared[i] == pytest.approx(expected, rel=0.01, abs=1e-6)
+    assert smeared[200] == pytest.approx(a / 2, rel=0.02)  # no exact zero at the pitch point any more
+
+
+def test_in_the_law_it_uses_the_hertz_width(make_path):
+    _, path = make_path()
+    force = np.full(201, 2000.0)
+    parts = (Constant(1e-18), Constant(1e-18))
+    plain = wear_rate(prepare(WearLaw(parts), path), force)
+    smeared = wear_rate(prepare(WearLaw(parts, average_over_contact_width=True), path), force)
+    assert smeared == pytest.approx(
+        average_over_contact_width(plain, contact_half_width(force, path), path), rel=1e-14
+    )
+    assert smeared[0, 100] > 0.0
+    assert plain[0, 100] < 1e-6 * smeared[0, 100]
+    # near the pitch point the wear is k (F/B) slope |arc|, whose average over ±a is k (F/B) slope a/2
+    a = contact_half_width(force, path)[100]
+    slope = 2.0 / path.curvature[0, 100] ** 2 * (0.075 * np.cos(np.radians(20.0)))
+    assert smeared[0, 100] == pytest.approx(1e-18 * 2000.0 / 20e-3 * slope * a / 2.0, rel=0.15)
+
+
+def test_edges_of_descending_arcs_ascend(make_path):
+    _, path = make_path(25, 40)
+    for arc in path.arc:
+        edges = cell_edges(arc)
+        assert np.all(np.diff(edges) > 0.0)
+        assert edges[-1] - edges[0] == pytest.approx(abs(arc[-1] - arc[0]))
