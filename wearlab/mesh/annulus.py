@@ -185,7 +185,7 @@ def body_compliance(gear: Gear, radius: ArrayLike) -> Array:
     (n,) for the whole face width [m/N]
     """
     p = arc_tractions(gear, radius)
-    own: Array = np.einsum("an,ab,bn->n", p, arc_work(gear, 0.0), p) / gear.face_width
+    own: Array = np.einsum("a...,ab,b...->...", p, arc_work(gear, 0.0), p) / gear.face_width
     return own
 
 
@@ -210,7 +210,7 @@ def body_coupling(gear: Gear, radius: ArrayLike, other: ArrayLike, teeth_apart: 
     p, q = arc_tractions(gear, low), arc_tractions(gear, high)
     own = arc_work(gear, 0.0)
     across = arc_work(gear, 2.0 * np.pi * teeth_apart / gear.teeth)
-    shared = np.einsum("an,ab,bn->n", q, across, p)
-    squares = np.einsum("an,ab,bn->n", p, own, p) * np.einsum("an,ab,bn->n", q, own, q)
+    shared = np.einsum("a...,ab,b...->...", q, across, p)
+    squares = np.einsum("a...,ab,b...->...", p, own, p) * np.einsum("a...,ab,b...->...", q, own, q)
     ratio: Array = shared / np.sqrt(squares)
     return ratio
