@@ -63,7 +63,7 @@ def stage_grid(breaks: Array, steps: int) -> StageGrid:
     Parameters
     ----------
     breaks : (n,) ascending phases in [0, 1) at which something jumps or kinks; 0 is added when missing [1]
-    steps : the number of steps wanted; every segment gets at least one, in proportion to its length
+    steps : the number of steps wanted; every segment gets an even number, in proportion to its length
 
     Returns
     -------
@@ -72,7 +72,7 @@ def stage_grid(breaks: Array, steps: int) -> StageGrid:
     edges = np.unique(np.concatenate([[0.0], np.asarray(breaks, float), [1.0]]))
     starts, widths, segments = [], [], []
     for index, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
-        count = max(1, int(np.ceil(steps * (high - low) - 1e-9)))
+        count = max(2, 2 * int(np.ceil(0.5 * steps * (high - low) - 1e-9)))
         width = (high - low) / count
         starts.append(low + width * np.arange(count))
         widths.append(np.full(count, width))

@@ -1,0 +1,67 @@
+"""Contact beyond the path: how far a tip corner is from the mating flank before A and after E.
+
+Rigid gears part there, at first quadratically; a deflection as large as the separation keeps them touching
+(Munro, Morrish & Palmer, Proc. IMechE C 213 (1999) 245–259, treat the same corner contact).
+"""
+
+import math
+
+from wearlab.gears.pair import GearPair
+
+BISECTIONS = 60
+
+
+def tip_separation(pair: GearPair, end: str, distance: float) -> float:
+    """Return the gap along the line of action between a tip corner and the mating flank [m].
+
+    The tip corner turns on by ``distance / r_b``; through it passes one involute of the mate, and the gap is
+    how far that involute lies from where the mate's flank has turned to.
+
+    Parameters
+    ----------
+    pair : an external pair
+    end : "A" (tip of the driven gear) or "E" (tip of the driving gear)
+    distance : how far beyond the end of the path the gears have turned, along the line of action [m]
+    """
+    own, mate = (pair.driving, pair.driven) if end == "E" else (pair.driven, pair.driving)
+    s = abs(getattr(pair.path, end))
+    angle = pair.working_pressure_angle
+    along = complex(math.sin(angle), math.cos(angle))
+    corner = own.base_radius / math.cos(angle) + s * along
+    turn = distance / own.base_radius
+    moved = corner * complex(math.cos(turn), math.sin(turn))
+    ratio = own.teeth / mate.teeth
+    sign = min((1, -1), key=lambda sign: abs(_drift(corner, pair, mate.base_radius, 1e-6, ratio, sign)))
+    before, after = (_base_angle(p - pair.centre_distance, mate.base_radius, sign) for p in (corner, moved))
+    drift = (after - before + turn * ratio + math.pi) % (2 * math.pi) - math.pi
+    return abs(mate.base_radius * drift)
+
+
+def _drift(corner: complex, pair: GearPair, base_radius: float, turn: float, ratio: float, sign: int) -> float:
+    moved = corner * complex(math.cos(turn), math.sin(turn))
+    before, after = (_base_angle(p - pair.centre_distance, base_radius, sign) for p in (corner, moved))
+    return (after - before + turn * ratio + math.pi) % (2 * math.pi) - math.pi
+
+
+def _base_angle(point: complex, base_radius: float, sign: int) -> float:
+    """Return where on the base circle the involute through a point begins [rad]."""
+    alpha = math.acos(min(1.0, base_radius / abs(point)))
+    return math.atan2(point.imag, point.real) + sign * (math.tan(alpha) - alpha)
+
+
+def extension(pair: GearPair, deflection: float) -> float:
+    """Return by how much a deflection lengthens the path of contact, both ends together [m].
+
+    Parameters
+    ----------
+    pair : an external pair
+    deflection : along the line of action [m]
+    """
+    total = 0.0
+    for end in ("A", "E"):
+        low, high = 0.0, pair.base_pitch
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if tip_separation(pair, end, middle) < deflection else (low, middle)
+        total += high
+    return total

@@ -1,0 +1,97 @@
+"""``[gears]`` → gears in their operating position, and what this part of a scene assumes."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.gears.external import external_pair
+from wearlab.gears.materials import Material
+from wearlab.gears.modification import Relief
+from wearlab.gears.pair import GearPair
+from wearlab.gears.specification import GearSpec
+from wearlab.mesh.body import foundation_validity
+from wearlab.scene import Scene
+
+Array = NDArray[np.float64]
+
+GIVEN = (
+    "teeth",
+    "profile_shift_coefficient",
+    "addendum_coefficient",
+    "dedendum_coefficient",
+    "tip_alteration_coefficient",
+    "tip_diameter",
+    "root_diameter",
+    "fillet_radius_coefficient",
+    "root_profile",
+    "bore_diameter",
+    "face_width",
+    "mass",
+    "inertia",
+    "profile_crowning",
+    "profile_slope",
+)
+
+
+def build_pair(scene: Scene) -> GearPair:
+    """Return the pair of ``[gears]``, driven by ``operation.input``."""
+    gears = scene.gears
+    return external_pair(
+        specification("pinion", gears.pinion),
+        specification("gear", gears.gear),
+        module=gears.module,
+        pressure_angle=gears.pressure_angle,
+        face_width=gears.face_width,
+        material=material(gears.material),
+        centre_distance=gears.centre_distance,
+        driving=scene.operation.input,
+    )
+
+
+def specification(name: str, member: Any) -> GearSpec:
+    """Return what ``[gears.<name>]`` says of one gear."""
+    return GearSpec(
+        name=name,
+        material=None if member.material is None else material(member.material),
+        tip_relief=relief(member.tip_relief),
+        root_relief=relief(member.root_relief),
+        **{key: getattr(member, key) for key in GIVEN if getattr(member, key) is not None},
+    )
+
+
+def material(given: Any) -> Material:
+    """Return a material from its three constants."""
+    return Material(given.youngs_modulus, given.poisson_ratio, given.density)
+
+
+def relief(given: Any) -> Relief | None:
+    """Return a relief, None when there is none."""
+    return None if given is None else Relief(amount=given.amount, length=given.length, shape=given.shape)
+
+
+def modifications(pair: GearPair, position: Array) -> Array:
+    """Return the material removed on purpose at path positions (n,), (2, n) (driving, driven) [m]."""
+    return np.stack([pair.modification(gear, position) for gear in (0, 1)])
+
+
+def kinks(pair: GearPair) -> tuple[float, ...]:
+    """Return the path positions at which a relief begins or ends [m]."""
+    found = []
+    for index, gear in enumerate(pair.gears):
+        if gear.modification is None:
+            continue
+        towards_recess = index == 0
+        for item, at_tip in ((gear.modification.tip_relief, True), (gear.modification.root_relief, False)):
+            if item is not None:
+                at_end = at_tip == towards_recess
+                found.append(pair.path.E - item.length if at_end else pair.path.A + item.length)
+    return tuple(found)
+
+
+def gear_validity(scene: Scene, pair: GearPair) -> tuple[str, ...]:
+    """Return what was assumed of the gears, and where formulas leave their range."""
+    stiffness = scene.mesh.stiffness
+    if stiffness.model != "potential-energy" or stiffness.foundation != "sainsot":
+        return pair.assumed
+    return pair.assumed + tuple(flag for gear in pair.gears for flag in foundation_validity(gear))

@@ -1,0 +1,163 @@
+"""``[mesh]`` and ``[errors]`` → contact analysis, excitation and prescribed errors."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.gears.pair import GearPair
+from wearlab.mesh.annulus import body_coupling
+from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.curve import Curve, constant
+from wearlab.mesh.errors import MemberError, MeshError, mesh_error
+from wearlab.mesh.excitation import Excitation, Fourier, Modulated, Pairs
+from wearlab.mesh.hertz import yang_sun
+from wearlab.mesh.modulation import Modulation
+from wearlab.mesh.profile import ProfileGrid, profile_grid
+from wearlab.mesh.stiffness import GivenStiffness, PairStiffness, PotentialEnergy, WeberContact
+from wearlab.mesh.tooth import ToothFlexibility, tooth_flexibility
+from wearlab.scene import Scene
+from wearlab.scene.build.gears import kinks, modifications
+
+Array = NDArray[np.float64]
+
+NODES_AT_DEFAULT = 201
+DEFAULT_TOLERANCE = 1e-3
+
+
+def build_analysis(scene: Scene, pair: GearPair) -> ContactAnalysis:
+    """Return the contact analysis of the pair at the static load of the scene."""
+    given = _given_curve(scene.mesh.stiffness, pair)
+    of_mesh = given is not None and scene.mesh.stiffness.of == "mesh"
+    jumps = given.jumps if given is not None and of_mesh else ()
+    pair_jumps = tuple(x % 1.0 for x in given.jumps) if given is not None and not of_mesh else ()
+    grid = profile_grid(pair, profile_points(scene), kinks(pair), jumps + pair_jumps)
+    stiffness: PairStiffness
+    if given is not None:
+        stiffness = GivenStiffness(given, scene.mesh.stiffness.of, grid)
+    else:
+        stiffness = _potential_energy(scene.mesh.stiffness, pair, grid)
+    contact = scene.mesh.contact
+    return ContactAnalysis(
+        grid,
+        stiffness,
+        modifications(pair, grid.position).sum(axis=0),
+        scene.operation.torque / pair.driving.base_radius,
+        contact.threshold * pair.driven.base_radius if contact.engagement == "threshold" else np.inf,
+    )
+
+
+def profile_points(scene: Scene) -> int:
+    """Return the nodes on the path: as asked, or for a third-order error from the tolerance."""
+    if scene.numerics.profile_points is not None:
+        return int(scene.numerics.profile_points)
+    ratio = DEFAULT_TOLERANCE / scene.numerics.tolerance
+    return int(np.clip(NODES_AT_DEFAULT * ratio ** (1 / 3), 81, 1601))
+
+
+def _given_curve(stiffness: Any, pair: GearPair) -> Curve | None:
+    if stiffness.model == "constant":
+        return constant(stiffness.value)
+    if stiffness.model == "tabulated":
+        x = np.asarray(stiffness.abscissa, float)
+        if stiffness.along == "path_position":
+            x = (x - pair.path.A) / pair.base_pitch
+        return Curve(x, np.asarray(stiffness.stiffness, float))
+    return None
+
+
+def _potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> PotentialEnergy:
+    teeth = [
+        tooth_flexibility(gear, pair.radius(i, grid.position), shear_factor=given.shear_factor)
+        for i, gear in enumerate(pair.gears)
+    ]
+    coupling, partner = _coupling(given, pair, grid)
+    return PotentialEnergy(
+        teeth=(teeth[0], teeth[1]),
+        hertz=_hertz(given, pair, grid, teeth),
+        foundation=given.foundation == "sainsot",
+        correction=tuple(given.correction),
+        coupling=coupling,
+        partner=partner,
+        scale=given.scale,
+    )
+
+
+def _hertz(given: Any, pair: GearPair, grid: ProfileGrid, teeth: list[ToothFlexibility]) -> float | WeberContact:
+    first, second = (gear.material for gear in pair.gears)
+    if given.hertz == "yang-sun":
+        return yang_sun(first, second, pair.face_width)
+    return WeberContact(
+        equivalent_radius=pair.equivalent_curvature(grid.position),
+        depth=np.stack([tooth.half_thickness / tooth.cosine for tooth in teeth]),
+        modulus=(first.youngs_modulus, second.youngs_modulus),
+        poisson=(first.poisson_ratio, second.poisson_ratio),
+        face_width=pair.face_width,
+    )
+
+
+def _coupling(given: Any, pair: GearPair, grid: ProfileGrid) -> tuple[Array, NDArray[np.int64]]:
+    """Return for each gear what neighbouring pairs share of its body, and who the neighbour is."""
+    n = len(grid.position)
+    if given.coupling == "none" or given.foundation == "none":
+        return np.zeros((0, 2, n)), np.zeros((0, n), dtype=np.int64)
+    ratios, partners = [], []
+    pairs = grid.pairs_at_phase_nodes
+    for apart in range(1, grid.n_pairs):
+        partner = np.full(n, -1, dtype=np.int64)
+        for ahead in range(grid.n_pairs - apart):
+            both = (pairs[:, ahead] >= 0) & (pairs[:, ahead + apart] >= 0)
+            partner[pairs[both, ahead + apart]] = pairs[both, ahead]
+        ratio = np.zeros((2, n))
+        have = partner >= 0
+        for i, gear in enumerate(pair.gears):
+            radius = pair.radius(i, grid.position)
+            ratio[i, have] = body_coupling(gear, radius[have], radius[partner[have]], teeth_apart=apart)
+        ratios.append(ratio)
+        partners.append(partner)
+    return np.stack(ratios), np.stack(partners)
+
+
+def build_excitation(scene: Scene) -> Excitation:
+    """Return how the mesh force reaches the dynamics."""
+    given = scene.mesh.excitation
+    match given.model:
+        case "fourier":
+            return Fourier(
+                given.stiffness_harmonics, given.error_harmonics, given.combination, given.error
+            )
+        case "modulated":
+            return Modulated(
+                given.combination,
+                given.error,
+                _modulation(given.stiffness_modulation),
+                _modulation(given.error_modulation),
+            )
+        case _:
+            return Pairs()
+
+
+def _modulation(given: Any) -> Modulation | None:
+    if given is None:
+        return None
+    return Modulation(
+        given.mean, given.carrier, given.carrier_phase, given.am, given.am_phase, given.fm, given.fm_phase
+    )
+
+
+def build_error(scene: Scene, pair: GearPair) -> MeshError:
+    """Return one realisation of the errors of the mesh, drawn in the order pinion, gear."""
+    errors = scene.errors
+    if errors is None:
+        return mesh_error(())
+    members = []
+    for gear in sorted(pair.gears, key=lambda gear: gear.name != "pinion"):
+        given = errors.members.get(gear.name)
+        if given is None:
+            members.append(MemberError(gear.teeth))
+            continue
+        members.append(
+            MemberError(gear.teeth, given.total_composite, given.tooth_composite, tuple(given.installation))
+        )
+    harmonics = tuple((h.order, h.amplitude, h.phase) for h in errors.harmonic)
+    return mesh_error(tuple(members), harmonics, errors.seed)

@@ -1,0 +1,115 @@
+"""``[dynamics]`` → the system in its one form, the method, and the stages at which the mesh is tabulated."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
+from wearlab.dynamics.spur import Support, effective_mass, mesh_damping_of, spur_3dof, torsional
+from wearlab.dynamics.steps import steps_per_period
+from wearlab.dynamics.system import System
+from wearlab.gears.pair import GearPair
+from wearlab.life.state import Vibration
+from wearlab.mesh.contact import ContactAnalysis, Quasistatic
+from wearlab.mesh.errors import MeshError
+from wearlab.mesh.excitation import stages
+from wearlab.mesh.stages import stage_grid
+from wearlab.scene import Scene
+from wearlab.scene.build.mesh import build_excitation
+
+Array = NDArray[np.float64]
+
+
+def build_vibration(
+    scene: Scene, pair: GearPair, analysis: ContactAnalysis, error: MeshError
+) -> Vibration | None:
+    """Return the dynamics of the pair, None when the scene has none."""
+    if scene.dynamics is None:
+        return None
+    healthy = _unworn(analysis)
+    system = build_system(scene, pair, mean_stiffness(analysis, healthy))
+    speed = scene.operation.speed
+    period = 2 * np.pi / (speed * pair.driving.teeth)
+    steps = scene.numerics.steps_per_period or steps_per_period(
+        system, float(healthy.tangent.max()), period, scene.numerics.tolerance
+    )
+    grid = stage_grid(analysis.grid.breaks[:-1], steps)
+    return Vibration(
+        system=system,
+        method=METHODS[scene.dynamics.method](scene),
+        excitation=build_excitation(scene),
+        stages=stages(analysis, grid, error),
+        period=period,
+        fluctuation=fluctuation(scene, grid.phase),
+    )
+
+
+def _unworn(analysis: ContactAnalysis) -> Quasistatic:
+    nodes = analysis.nodes(np.zeros((2, len(analysis.grid.position))))
+    return analysis.quasistatic(nodes, analysis.at_nodes)
+
+
+def mean_stiffness(analysis: ContactAnalysis, state: Quasistatic) -> float:
+    """Return the mean of the mesh stiffness over one period [N/m]."""
+    _, weight = analysis.grid.phase_nodes
+    return float(weight @ state.tangent)
+
+
+def build_system(scene: Scene, pair: GearPair, stiffness: float) -> System:
+    """Return the system of ``dynamics.model``; a damping ratio refers to the mean stiffness [N/m]."""
+    assert scene.dynamics is not None
+    gears = pair.gears
+    inertia = (gears[0].inertia, gears[1].inertia)
+    base_radius = (gears[0].base_radius, gears[1].base_radius)
+    damping = scene.mesh.damping
+    if damping is None:
+        assert scene.mesh.damping_ratio is not None
+        damping = mesh_damping_of(scene.mesh.damping_ratio, stiffness, effective_mass(inertia, base_radius))
+    wave = scene.operation.torque_fluctuation
+    common: dict[str, Any] = {
+        "inertia": inertia,
+        "base_radius": base_radius,
+        "torque": scene.operation.torque,
+        "mesh_damping": damping,
+        "damping_always": scene.mesh.damping_in == "always",
+        "backlash": scene.mesh.normal_backlash,
+        "fluctuation": None if wave is None else wave.amplitude,
+        "supports": tuple(_support(scene.dynamics.supports.get(gear.name), gear.base_radius) for gear in gears),
+        "names": (gears[0].name, gears[1].name),
+    }
+    if scene.dynamics.model == "torsional":
+        return torsional(**common)
+    return spur_3dof(mass=(gears[0].mass, gears[1].mass), **common)
+
+
+def _support(given: Any, base_radius: float) -> Support:
+    if given is None:
+        return Support()
+    tangential = given.tangential_stiffness
+    if given.torsional_stiffness is not None:
+        tangential = given.torsional_stiffness / base_radius**2
+    torsional_damping = given.torsional_damping
+    return Support(
+        radial_stiffness=given.radial_stiffness,
+        damping=given.damping,
+        tangential_stiffness=tangential,
+        torsional_damping=None if torsional_damping is None else torsional_damping / base_radius**2,
+        damping_ratio=given.damping_ratio,
+        preload=given.preload,
+    )
+
+
+def fluctuation(scene: Scene, phase: Array) -> Array | None:
+    """Return the factor on the fluctuating torque at phases, ``cos(2π order φ + phase)``, None without one."""
+    given = scene.operation.torque_fluctuation
+    return None if given is None else np.cos(2 * np.pi * given.order * phase + given.phase)
+
+
+METHODS: dict[str, Callable[[Scene], Method]] = {
+    "periodic": lambda scene: Periodic(),
+    "rk4": lambda scene: RungeKutta4(tolerance=1e-3 * scene.numerics.tolerance),
+    "rk45": lambda scene: RungeKutta45(tolerance=1e-2 * scene.numerics.tolerance),
+    "newmark": lambda scene: Newmark(tolerance=1e-3 * scene.numerics.tolerance),
+}

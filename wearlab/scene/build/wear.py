@@ -1,0 +1,125 @@
+"""``[wear]`` and ``[lubricant]`` → wear law, film, load, limits, snapshots and the step over cycles."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.gears.pair import GearPair
+from wearlab.life.adaptive import Adaptive
+from wearlab.life.euler import Euler, Fixed
+from wearlab.life.limits import Limits, Snapshots
+from wearlab.life.march import Method
+from wearlab.life.state import EquivalentLoad, InstantLoad, Load, StaticLoad
+from wearlab.scene import Scene
+from wearlab.wear.archard import MEAN_PRESSURE, PEAK_PRESSURE, NormalProjection, OverCosine
+from wearlab.wear.coefficient import Coefficient, Constant, Hardness, Janakiraman
+from wearlab.wear.film import Film, composite_rq
+from wearlab.wear.law import PreparedLaw, WearLaw, prepare
+from wearlab.wear.path import WearPath
+
+Array = NDArray[np.float64]
+
+
+def build_film(scene: Scene, pair: GearPair) -> Film | None:
+    """Return the oil between the flanks, when the scene names an oil and both roughnesses."""
+    roughness = _roughness(scene, pair)
+    if scene.lubricant is None or roughness is None:
+        return None
+    oil = scene.lubricant
+    return Film(oil.viscosity, oil.pressure_viscosity, composite_rq(roughness))
+
+
+def _roughness(scene: Scene, pair: GearPair) -> list[float] | None:
+    values = [getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears]
+    return None if any(value is None for value in values) else values
+
+
+def build_law(scene: Scene, pair: GearPair, path: WearPath) -> PreparedLaw | None:
+    """Return the wear law on the path, None when nothing wears."""
+    wear = scene.wear
+    if wear is None or wear.coefficient is None:
+        return None
+    each = [_of_member(wear.coefficient, gear.name) for gear in pair.gears]
+    law = WearLaw(
+        coefficient=(_coefficient(each[0], scene, pair), _coefficient(each[1], scene, pair)),
+        film=build_film(scene, pair) if any(one.film for one in each) else None,
+        pressure_factor=PEAK_PRESSURE if wear.pressure == "peak" else MEAN_PRESSURE,
+        projection=OverCosine() if wear.projection == "over-cosine" else NormalProjection(),
+        average_over_contact_width=wear.average_over_contact_width,
+    )
+    return prepare(law, path)
+
+
+def _of_member(given: Any, name: str) -> Any:
+    return given[name] if isinstance(given, dict) else given
+
+
+def _coefficient(given: Any, scene: Scene, pair: GearPair) -> Coefficient:
+    match given.model:
+        case "hardness":
+            return Hardness(given.k, given.hardness, given.factor)
+        case "janakiraman":
+            assert scene.lubricant is not None
+            roughness = float(np.hypot(*(_roughness(scene, pair) or (0.0, 0.0))))
+            return Janakiraman(scene.lubricant.pressure_viscosity, roughness, given.factor)
+        case _:
+            return Constant(given.value, given.factor)
+
+
+def build_load(scene: Scene) -> Load:
+    """Return which force wears the flanks."""
+    if scene.wear is None:
+        return StaticLoad() if scene.dynamics is None else InstantLoad()
+    match scene.wear.load:
+        case "instant":
+            return InstantLoad()
+        case "equivalent":
+            assert scene.wear.wohler_slope is not None
+            return EquivalentLoad(scene.wear.wohler_slope)
+        case _:
+            return StaticLoad()
+
+
+def flank_entries(flank: str | None, pair: GearPair, nodes: int) -> slice:
+    """Return where a flank's depths lie in the flat state; all of them when no flank is named."""
+    for index, gear in enumerate(pair.gears):
+        if gear.name == flank:
+            return slice(index * nodes, (index + 1) * nodes)
+    return slice(None)
+
+
+def build_limits(scene: Scene, pair: GearPair, nodes: int, speed: float) -> Limits:
+    """Return where the life ends, in cycles of the pinion and depth."""
+    until: Any = scene.wear.until if scene.wear else None
+    teeth = next(gear.teeth for gear in pair.gears if gear.name == "pinion")
+    cycles = [
+        until.cycles,
+        None if until.mesh_cycles is None else until.mesh_cycles / teeth,
+        None if until.hours is None else until.hours * speed / (2 * np.pi),
+    ]
+    given = [value for value in cycles if value is not None]
+    return Limits(min(given) if given else None, until.depth, flank_entries(until.flank, pair, nodes))
+
+
+def build_snapshots(scene: Scene, pair: GearPair, nodes: int) -> Snapshots:
+    """Return the states asked for on the way."""
+    asked: Any = scene.wear.snapshots if scene.wear else None
+    if asked is None:
+        return Snapshots()
+    teeth = next(gear.teeth for gear in pair.gears if gear.name == "pinion")
+    cycles = tuple(asked.cycles or ()) + tuple(n / teeth for n in asked.mesh_cycles or ())
+    return Snapshots(cycles, tuple(asked.depth or ()), flank_entries(asked.flank, pair, nodes))
+
+
+def build_step(scene: Scene) -> Method:
+    """Return how the wear is stepped over cycles."""
+    step: Any = scene.wear.step if scene.wear else None
+    match step.method:
+        case "euler":
+            return Euler(step.threshold)
+        case "fixed":
+            stable = getattr(step.size, "stability", None)
+            return Fixed(stability=stable) if stable is not None else Fixed(cycles=step.size)
+        case _:
+            return Adaptive()

@@ -1,0 +1,49 @@
+"""Physics arrays become a labelled dataset, by the one table of variables."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearlab.schema import VARIABLES, attributes
+
+CONVENTIONS = "CF-1.11, ACDD-1.3"
+
+
+def labelled(values: Mapping[str, Any], coordinates: Mapping[str, Any], wanted: tuple[str, ...] | None) -> xr.Dataset:
+    """Return a dataset of the values, each with the dimensions, unit and name of the table.
+
+    Parameters
+    ----------
+    values : name → array in the table's order of dimensions
+    coordinates : name → labels of a dimension, or a coordinate variable of the table
+    wanted : names to keep, None for all
+    """
+    dataset = xr.Dataset(
+        {
+            name: (VARIABLES[name].dims, np.asarray(value), attributes(name))
+            for name, value in values.items()
+            if wanted is None or name in wanted
+        }
+    )
+    named = {
+        name: (VARIABLES[name].dims if name in VARIABLES else (name,), np.asarray(value), _attributes(name))
+        for name, value in coordinates.items()
+    }
+    return dataset.assign_coords(named)
+
+
+def _attributes(name: str) -> dict[str, str]:
+    return attributes(name) if name in VARIABLES else {"long_name": name.replace("_", " ")}
+
+
+def padded(arrays: list[np.ndarray], axis: int) -> np.ndarray:
+    """Stack arrays that differ in length along ``axis``, NaN where one is shorter."""
+    longest = max(array.shape[axis] for array in arrays)
+    stacked = []
+    for array in arrays:
+        width = [(0, 0)] * array.ndim
+        width[axis] = (0, longest - array.shape[axis])
+        stacked.append(np.pad(array, width, constant_values=np.nan) if width[axis][1] else array)
+    return np.stack(stacked)

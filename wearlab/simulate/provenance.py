@@ -1,0 +1,59 @@
+"""Where a dataset comes from: scene, code, packages, machine, time."""
+
+import platform
+import subprocess
+from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+from wearlab import __version__
+from wearlab.compiled import source_hash
+from wearlab.scene import Scene
+from wearlab.scene.identity import MODEL_VERSION
+
+PACKAGES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
+
+
+def provenance(scene: Scene, begun: float) -> dict[str, str]:
+    """Return the attributes that tell how a run was made.
+
+    Parameters
+    ----------
+    scene : the scene
+    begun : start of the run, seconds since the epoch [s]
+    """
+    return {
+        "scene": scene.canonical(),
+        "id": scene.id,
+        "parents": "",
+        "model_version": str(MODEL_VERSION),
+        "source": f"wearlab {__version__}",
+        "wearlab_version": __version__,
+        "source_hash": source_hash(),
+        **_commit(),
+        "packages": ", ".join(f"{name} {version(name)}" for name in PACKAGES),
+        "machine": f"{platform.machine()} {platform.system()} Python {platform.python_version()}",
+        "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),
+    }
+
+
+@cache
+def _commit() -> dict[str, str]:
+    """Return the commit of the checkout this code runs from, and whether it was changed since."""
+    top = Path(__file__).resolve().parents[2]
+    if not (top / ".git").exists():
+        return {}
+    commit = _git(top, "rev-parse", "HEAD")
+    if not commit:
+        return {}
+    dirty = _git(top, "status", "--porcelain", "--", "wearlab", "pyproject.toml")
+    return {"commit": commit, "dirty": "true" if dirty else "false"}
+
+
+def _git(top: Path, *words: str) -> str:
+    try:
+        done = subprocess.run(["git", "-C", str(top), *words], capture_output=True, text=True, timeout=10)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return done.stdout.strip() if done.returncode == 0 else ""

@@ -1,0 +1,119 @@
+"""A scene becomes its dataset."""
+
+import time
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from wearlab.gears.errors import GearError
+from wearlab.life.history import History, history, single_state, worn_by_law
+from wearlab.life.limits import StopWear
+from wearlab.scene import Scene
+from wearlab.scene.build import PairParts, build
+from wearlab.scene.build.modes import build_modes
+from wearlab.scene.build.wear import build_limits, build_snapshots, build_step
+from wearlab.simulate import pair as named
+from wearlab.simulate.label import CONVENTIONS, labelled
+from wearlab.simulate.provenance import provenance
+from wearlab.simulate.trust import trust_values
+from wearlab.wear.initial import quadratic, uniform
+
+Array = NDArray[np.float64]
+
+
+class Refused(ValueError):
+    """A scene that cannot be: its gears cannot exist, or cannot run as told."""
+
+
+def simulate(scene: Scene) -> xr.Dataset:
+    """Simulate one scene.
+
+    Parameters
+    ----------
+    scene : the scene
+
+    Returns
+    -------
+    Dataset of the run (SCENE §4).
+
+    Raises
+    ------
+    Refused
+        When no such gears can exist or run, with the reason.
+    """
+    begun, clock = time.time(), time.perf_counter()
+    try:
+        parts = build(scene)
+        lived = live(scene, parts)
+    except GearError as error:
+        raise Refused(str(error)) from error
+    except StopWear as stop:
+        raise Refused(f"the gears cannot run in their first state: {stop.reason}") from stop
+    values = _values(scene, parts, lived)
+    coordinates = {"cycle": lived.cycle, **named.coordinates(parts)}
+    coordinates |= {name: values.pop(name) for name in ("mesh_cycles", "operating_hours") if name in values}
+    if "natural_frequency" in values:
+        coordinates["mode"] = np.arange(1, len(values["natural_frequency"]) + 1)
+    if "bearing_force" in values:
+        coordinates["axis"] = ["x", "y"]
+    if "floquet_multiplier" in values:
+        coordinates["part"] = ["real", "imaginary"]
+    values["run_time_total"] = time.perf_counter() - clock
+    dataset = labelled(values, coordinates, scene.store.variables)
+    dataset.attrs = {"Conventions": CONVENTIONS, **provenance(scene, begun)}
+    return dataset
+
+
+def live(scene: Scene, parts: PairParts) -> History:
+    """March the wear of a scene to its end, or evaluate its one state."""
+    wear, worn_first = initial_wear(scene, parts)
+    nodes = len(parts.analysis.grid.position)
+    if scene.wear is None or scene.wear.until is None:
+        return single_state(parts.coupling, wear)._replace(worn_first=worn_first)
+    lived = history(
+        parts.coupling,
+        wear,
+        limits=build_limits(scene, parts.pair, nodes, parts.speed),
+        method=build_step(scene),
+        snapshots=build_snapshots(scene, parts.pair, nodes),
+        tolerance=scene.numerics.cycle_tolerance or scene.numerics.tolerance,
+    )
+    return lived._replace(worn_first=worn_first)
+
+
+def initial_wear(scene: Scene, parts: PairParts) -> tuple[Array, tuple[Any, ...]]:
+    """Return the wear before the first cycle, (2, n) (driving, driven) [m], and the lives that made it."""
+    position = parts.analysis.grid.position
+    wear = np.zeros((2, len(position)))
+    given = scene.wear.initial if scene.wear is not None else None
+    by_law: dict[int, float] = {}
+    for index, gear in enumerate(parts.pair.gears):
+        flank = (given or {}).get(gear.name)
+        if flank is None:
+            continue
+        match flank.shape:
+            case "uniform":
+                wear[index] = uniform(position, flank.depth)
+            case "quadratic":
+                wear[index] = quadratic(position, flank.depth)
+            case _:
+                by_law[index] = flank.depth
+    if not by_law:
+        return wear, ()
+    try:
+        return worn_by_law(parts.coupling, wear, by_law, tolerance=scene.numerics.tolerance)
+    except ValueError as error:
+        raise Refused(str(error)) from error
+
+
+def _values(scene: Scene, parts: PairParts, lived: History) -> dict[str, Any]:
+    states = lived.state
+    values = named.mesh_values(parts, states) | named.path_values(parts, states)
+    if scene.wear is not None:
+        values |= named.wear_values(parts, lived.cycle, states)
+    if parts.vibration is not None:
+        values |= named.dynamic_values(parts, states)
+        values |= named.mode_values(build_modes(scene, parts))
+    return values | named.life_values(scene, parts, lived) | trust_values(scene, parts, lived)
