@@ -62,7 +62,7 @@ def test_far_beyond_the_euler_limit_without_saw_tooth_and_cheaper(toys):
 def test_constant_rate_is_static_archard(toys):
     wear = 1e-13 * np.abs(np.linspace(-1.0, 1.0, 30))
     life = evolve(lambda h: wear, np.zeros(30), limits=Limits(cycles=1e8))
-    assert life.depth[-1] == pytest.approx(1e8 * wear, rel=1e-13)
+    assert life.depth[-1] == pytest.approx(1e8 * wear, rel=1e-13, abs=0.0)
     assert life.count_steps < 6
     assert life.error_estimate_depth <= 1e-12 * life.depth[-1].max()
 
@@ -87,3 +87,45 @@ def test_oscillating_spectrum_stays_accurate():
     exact = solve_ivp(lambda _, y: rate(y), (0, cycles), np.zeros(2), method="Radau", rtol=1e-9, atol=1e-16)
     life = evolve(rate, np.zeros(2), limits=Limits(cycles=cycles), scale=1e-8)
     assert np.abs(life.depth[-1] - exact.y[:, -1]).max() < 1e-3 * exact.y.max()
+
+
+def test_accelerating_wear_amplifies_what_went_before():
+    """r = r0 + λ h grows e-fold 4 times: an early error does too, and the estimate knows."""
+    r0, growing, cycles = 1e-12, 4e-8, 1e8
+
+    def rate(h):
+        return r0 + growing * h
+
+    life = evolve(rate, np.zeros(1), limits=Limits(cycles=cycles), tolerance=1e-3)
+    exact = r0 / growing * np.expm1(growing * cycles)
+    error = abs(life.depth[-1, 0] - exact)
+    assert error < life.error_estimate_depth < 6.0 * error
+    assert error < 1e-2 * exact
+
+
+def test_branches_do_not_leak_through_rejected_tries():
+    """A rate that remembers the deepest call: left there by a rejected try, it would wear too fast."""
+
+    class Leaky:
+        def __init__(self):
+            self.deepest = 0.0
+
+        def __call__(self, h):
+            self.deepest = max(self.deepest, float(h[0]))
+            return np.full(1, 1e-12 / (1.0 + (self.deepest / 1e-6) ** 2))
+
+        def remember(self):
+            return self.deepest
+
+        def recall(self, memory):
+            self.deepest = memory
+
+    def honest(h):
+        return 1e-12 / (1.0 + (h / 1e-6) ** 2)
+
+    limits = Limits(depth=1e-5)
+    leaky, plain = (evolve(rate, np.zeros(1), limits=limits, scale=1e-8) for rate in (Leaky(), honest))
+    assert plain.count_rejected > 0
+    assert leaky.cycle[-1] == pytest.approx(plain.cycle[-1], rel=2e-3)
+    exact = (1e-5 + 1e-5**3 / (3 * 1e-12)) / 1e-12
+    assert plain.cycle[-1] == pytest.approx(exact, rel=1e-3)

@@ -64,7 +64,7 @@ def test_snapshots_are_as_exact_as_the_life(toys):
     rate = toys.Braking()
     wanted = Snapshots(cycles=(1e6, 7e6, 1.23e8), depths=(1e-6, 1e-5, 1e-4))
     life = evolve(rate, [0.0], limits=Limits(depth=2e-4), tolerance=1e-4, snapshots=wanted)
-    assert life.snapshot_depth[:, 0] == pytest.approx(rate.depth(life.snapshot_cycle), rel=2e-4)
+    assert life.snapshot_depth[:, 0] == pytest.approx(rate.depth(life.snapshot_cycle), rel=2e-4, abs=0.0)
     for depth in wanted.depths:
         assert np.abs(life.snapshot_depth[:, 0] / depth - 1.0).min() < 1e-12
 
@@ -95,7 +95,7 @@ def test_dense_output_is_a_cubic_where_it_may_be():
 
     node = [Node(n, np.array([h(n)]), np.array([slope(n)])) for n in (1.0, 2.0)]
     step = Step(*node, (node[0].rate, node[1].rate), node[0].rate, 1.0)
-    assert depth_at(step, 1.3)[0] == pytest.approx(h(1.3), rel=1e-14)
+    assert depth_at(step, 1.3)[0] == pytest.approx(h(1.3), rel=1e-14, abs=0.0)
 
 
 def test_gears_that_cannot_run_end_the_life_where_they_stop(toys):
@@ -111,7 +111,7 @@ def test_gears_that_cannot_run_end_the_life_where_they_stop(toys):
         life = evolve(until_thin, [0.0], limits=Limits(cycles=1e12), method=method)
         assert life.end_reason == "section vanished"
         assert 3e-5 * (1 - 3e-3) < life.depth[-1].max() <= 3e-5
-        assert life.cycle[-1] == pytest.approx(rate.life(life.depth[-1, 0]), rel=2e-2)
+        assert life.cycle[-1] == pytest.approx(rate.life(life.depth[-1, 0]), rel=2e-2, abs=0.0)
         assert life.count_rate_evaluations < 600
     with pytest.raises(StopWear):
         evolve(until_thin, [1e-4], limits=Limits(cycles=1e9))
@@ -120,7 +120,7 @@ def test_gears_that_cannot_run_end_the_life_where_they_stop(toys):
 def test_nonsense_rates_end_or_raise():
     life = evolve(lambda h: np.where(h > 1e-6, np.nan, 1e-12), [0.0], limits=Limits(cycles=1e9))
     assert life.end_reason == "wear rate not finite"
-    assert life.depth[-1, 0] == pytest.approx(1e-6, rel=2e-3)
+    assert life.depth[-1, 0] == pytest.approx(1e-6, rel=2e-3, abs=0.0)
     with pytest.raises(ValueError, match="negative"):
         evolve(lambda h: -1e-12 - 0.0 * h, [0.0], limits=Limits(cycles=1e9))
     with pytest.raises(ValueError, match="shape"):

@@ -33,7 +33,7 @@ def test_worn_area_is_conserved_and_nothing_is_negative(uneven, half_width):
     a = half_width * rng.uniform(0.3, 1.0, len(s))
     smeared = average_over_contact_width(wear, a, path)
     assert (smeared * path.arc_weight).sum(axis=1) == pytest.approx(
-        (wear * path.arc_weight).sum(axis=1), rel=1e-12
+        (wear * path.arc_weight).sum(axis=1), rel=1e-12, abs=0.0
     )
     assert smeared.min() >= 0.0
 
@@ -42,7 +42,7 @@ def test_vanishing_width_returns_the_pointwise_law(uneven):
     s, path = uneven
     wear = np.stack([np.abs(s), np.where(s > 0, 1.0, 2.0)])
     still = average_over_contact_width(wear, np.zeros(len(s)), path)
-    assert still == pytest.approx(wear, rel=1e-9)
+    assert still == pytest.approx(wear, rel=1e-9, abs=0.0)
     tiny = average_over_contact_width(wear, np.full(len(s), 1e-9), path)
     assert tiny == pytest.approx(wear, abs=1e-4)
 
@@ -50,7 +50,7 @@ def test_vanishing_width_returns_the_pointwise_law(uneven):
 def test_constant_wear_stays_constant(uneven):
     s, path = uneven
     smeared = average_over_contact_width(np.ones((2, len(s))), np.full(len(s), 3e-4), path)
-    assert smeared == pytest.approx(1.0, rel=1e-12)
+    assert smeared == pytest.approx(1.0, rel=1e-12, abs=0.0)
 
 
 def test_running_average_against_quadrature(make_path):
@@ -68,7 +68,9 @@ def test_running_average_against_quadrature(make_path):
         points = [p for p in (middle, x[300]) if x[i] - a < p < x[i] + a]
         expected = quad(law, x[i] - a, x[i] + a, points=points or None)[0] / (2 * a)
         assert smeared[i] == pytest.approx(expected, rel=0.01, abs=1e-6)
-    assert smeared[200] == pytest.approx(a / 2, rel=0.02)  # no exact zero at the pitch point any more
+    assert smeared[200] == pytest.approx(
+        a / 2, rel=0.02, abs=0.0
+    )  # no exact zero at the pitch point any more
 
 
 def test_in_the_law_it_uses_the_hertz_width(make_path):
@@ -78,14 +80,14 @@ def test_in_the_law_it_uses_the_hertz_width(make_path):
     plain = wear_rate(prepare(WearLaw(parts), path), force)
     smeared = wear_rate(prepare(WearLaw(parts, average_over_contact_width=True), path), force)
     assert smeared == pytest.approx(
-        average_over_contact_width(plain, contact_half_width(force, path), path), rel=1e-14
+        average_over_contact_width(plain, contact_half_width(force, path), path), rel=1e-14, abs=0.0
     )
     assert smeared[0, 100] > 0.0
     assert plain[0, 100] < 1e-6 * smeared[0, 100]
     # near the pitch point the wear is k (F/B) slope |arc|, whose average over ±a is k (F/B) slope a/2
     a = contact_half_width(force, path)[100]
     slope = 2.0 / path.curvature[0, 100] ** 2 * (0.075 * np.cos(np.radians(20.0)))
-    assert smeared[0, 100] == pytest.approx(1e-18 * 2000.0 / 20e-3 * slope * a / 2.0, rel=0.15)
+    assert smeared[0, 100] == pytest.approx(1e-18 * 2000.0 / 20e-3 * slope * a / 2.0, rel=0.15, abs=0.0)
 
 
 def test_edges_of_descending_arcs_ascend(make_path):
@@ -93,4 +95,4 @@ def test_edges_of_descending_arcs_ascend(make_path):
     for arc in path.arc:
         edges = cell_edges(arc)
         assert np.all(np.diff(edges) > 0.0)
-        assert edges[-1] - edges[0] == pytest.approx(abs(arc[-1] - arc[0]))
+        assert edges[-1] - edges[0] == pytest.approx(abs(arc[-1] - arc[0]), rel=1e-6, abs=0.0)
