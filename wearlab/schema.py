@@ -167,6 +167,9 @@ VARIABLES: dict[str, Variable] = {
     "critical_speed": Variable(
         ("mode",), "rad s-1", "rpm", "speed of the reference gear at which mesh and natural frequency meet"
     ),
+    "mode_participation": Variable(
+        ("mesh", "mode"), "1", "1", "share of a mode in the compliance the mesh sees", "0: the mesh does not excite it"
+    ),
     # life
     "life": Variable((), "1", "1", "cycles to the depth limit"),
     "remaining_useful_life": Variable(("update",), "1", "1", "cycles left to the depth limit"),

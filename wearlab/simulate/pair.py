@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.modes import Modes
 from wearlab.dynamics.response import Response, coordinates_at, deflection_at
 from wearlab.life.history import History
 from wearlab.life.state import Vibration, WearState
@@ -15,6 +14,7 @@ from wearlab.mesh.harmonics import Harmonics, harmonics
 from wearlab.mesh.profile import Lookup
 from wearlab.scene import Scene
 from wearlab.scene.build import PairParts
+from wearlab.scene.build.modes import SceneModes
 from wearlab.simulate.label import padded
 from wearlab.wear.archard import PEAK_PRESSURE, mean_pressure
 from wearlab.wear.film import film_thickness
@@ -310,9 +310,13 @@ def _as_parts(response: Response, count: int) -> Array:
     return values
 
 
-def mode_values(modes: Modes) -> Values:
-    """Return natural frequencies and the speeds at which the mesh meets them."""
-    return {"natural_frequency": modes.frequency, "critical_speed": modes.critical_speed}
+def mode_values(found: SceneModes) -> Values:
+    """Return natural frequencies and the speeds at which the mesh frequency meets them."""
+    return {
+        "natural_frequency": found.modes.frequency,
+        "critical_speed": found.critical_speed[0],
+        "mode_participation": found.modes.participation.T,
+    }
 
 
 def life_values(scene: Scene, parts: PairParts, lived: History) -> Values:

@@ -115,5 +115,5 @@ def _values(scene: Scene, parts: PairParts, lived: History) -> dict[str, Any]:
         values |= named.wear_values(parts, lived.cycle, states)
     if parts.vibration is not None:
         values |= named.dynamic_values(parts, states)
-        values |= named.mode_values(build_modes(scene, parts))
+        values |= named.mode_values(build_modes(parts))
     return values | named.life_values(scene, parts, lived) | trust_values(scene, parts, lived)

@@ -1,0 +1,176 @@
+"""The contact analysis against root finding, limits, and its own fixed point."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from wearlab.mesh.annulus import body_coupling
+from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.curve import Curve, constant
+from wearlab.mesh.hertz import weber_compliance, yang_sun
+from wearlab.mesh.profile import lookup, profile_grid
+from wearlab.mesh.stiffness import GivenStiffness, PotentialEnergy, SectionVanished, WeberContact
+from wearlab.mesh.tooth import tooth_flexibility
+
+LOAD = 4824.0
+
+
+@pytest.fixture(scope="module")
+def grid(pair):
+    return profile_grid(pair, 101)
+
+
+def given(grid, curve, of="pair", **changes):
+    return ContactAnalysis(
+        grid, GivenStiffness(curve, of, grid), np.zeros(len(grid.position)), LOAD, **changes
+    )
+
+
+def potential_energy(pair, grid, **changes):
+    n = len(grid.position)
+    parts = {
+        "teeth": tuple(tooth_flexibility(g, pair.radius(i, grid.position)) for i, g in enumerate(pair.gears)),
+        "hertz": yang_sun(pair.driving.material, pair.driven.material, pair.face_width),
+        "foundation": True,
+        "correction": (1.0, 1.0),
+        "coupling": np.zeros((0, 2, n)),
+        "partner": np.zeros((0, n), dtype=np.int64),
+        "scale": 1.0,
+    }
+    return ContactAnalysis(grid, PotentialEnergy(**{**parts, **changes}), np.zeros(n), LOAD)
+
+
+def some_wear(grid):
+    s = grid.position
+    return np.stack([2e-6 + 1e-6 * np.sin(400 * s), np.abs(s) * 8e-4])
+
+
+def test_equal_pairs_share_equally_and_stiffen_in_double_contact(grid):
+    analysis = given(grid, constant(2.4e8))
+    state = analysis.quasistatic(analysis.nodes(np.zeros((2, len(grid.position)))), analysis.at_nodes)
+    double = np.all(grid.pairs_at_phase_nodes >= 0, axis=1)
+    np.testing.assert_allclose(state.tangent, np.where(double, 4.8e8, 2.4e8))
+    np.testing.assert_allclose(state.deflection, LOAD / state.tangent)
+    np.testing.assert_allclose(state.force[double], LOAD / 2)
+
+
+def test_worn_flanks_agree_with_root_finding_pair_by_pair(pair, grid):
+    analysis, wear = potential_energy(pair, grid), some_wear(grid)
+    nodes = analysis.nodes(wear)
+    state = analysis.quasistatic(nodes, analysis.at_nodes)
+    for i, pairs in enumerate(grid.pairs_at_phase_nodes[::7]):
+        touching = pairs[pairs >= 0]
+        k, g = 1.0 / nodes.compliance[touching], wear[0, touching] + wear[1, touching]
+
+        def unbalanced(delta, k=k, g=g):
+            return np.sum(k * np.maximum(0.0, delta - g)) - LOAD
+
+        expected = brentq(unbalanced, 0.0, 1e-3, xtol=1e-18, rtol=1e-13)
+        assert state.deflection[7 * i] == pytest.approx(expected, rel=1e-10)
+        assert state.unloaded[7 * i] == pytest.approx(g.min(), abs=1e-20)
+
+
+def test_wear_vanishing_is_the_healthy_mesh(pair, grid):
+    analysis, wear = potential_energy(pair, grid), some_wear(grid)
+    healthy = analysis.nodes(0.0 * wear)
+    before = analysis.quasistatic(healthy, analysis.at_nodes)
+    change = []
+    for size in (1e-3, 1e-4, 1e-5):
+        nodes = analysis.nodes(size * wear)
+        worn = analysis.quasistatic(nodes, analysis.at_nodes)
+        change.append(np.max(np.abs(worn.deflection - before.deflection)))
+    assert change[0] / change[1] == pytest.approx(10, rel=0.05)
+    assert change[1] / change[2] == pytest.approx(10, rel=0.05)
+    assert analysis.nodes(0.0 * wear).compliance.tobytes() == healthy.compliance.tobytes()
+
+
+def test_the_series_of_compliances_has_every_term(pair, grid):
+    full = potential_energy(pair, grid).nodes(np.zeros((2, len(grid.position)))).compliance
+    rigid_body = potential_energy(pair, grid, foundation=False)
+    no_hertz = potential_energy(pair, grid, hertz=0.0)
+    wear = np.zeros((2, len(grid.position)))
+    hertz = yang_sun(pair.driving.material, pair.driven.material, pair.face_width)
+    np.testing.assert_allclose(full - no_hertz.nodes(wear).compliance, hertz, rtol=1e-9)
+    teeth = potential_energy(pair, grid).stiffness.teeth
+    foundations = teeth[0].foundation + teeth[1].foundation
+    np.testing.assert_allclose(full - rigid_body.nodes(wear).compliance, foundations, rtol=1e-9)
+    softer = potential_energy(pair, grid, correction=(2.0, 1.0)).nodes(wear).compliance
+    np.testing.assert_allclose(full - softer, 0.5 * teeth[0].foundation, rtol=1e-9)
+    np.testing.assert_allclose(potential_energy(pair, grid, scale=1.25).nodes(wear).compliance, full / 1.25)
+
+
+def test_engagement_by_threshold_leaves_late_pairs_out(pair, grid):
+    wear = np.zeros((2, len(grid.position)))
+    wear[0, grid.position > pair.path.D + 1e-9] = 3e-6
+    by_load = given(grid, constant(2.4e8))
+    by_gap = given(grid, constant(2.4e8), engagement_gap=2e-6)
+    double = np.all(grid.pairs_at_phase_nodes >= 0, axis=1)
+    inside = double & (grid.phase_nodes[0] > 0.01) & (grid.phase_nodes[0] < 0.7)
+    loaded = by_load.quasistatic(by_load.nodes(wear), by_load.at_nodes)
+    gated = by_gap.quasistatic(by_gap.nodes(wear), by_gap.at_nodes)
+    np.testing.assert_allclose(loaded.tangent[inside], 4.8e8)
+    np.testing.assert_allclose(gated.tangent[inside], 2.4e8)
+
+
+def test_weber_contact_is_solved_for_its_own_load(pair, grid):
+    teeth = tuple(tooth_flexibility(g, pair.radius(i, grid.position)) for i, g in enumerate(pair.gears))
+    steel = pair.driving.material
+    weber = WeberContact(
+        pair.equivalent_curvature(grid.position),
+        np.stack([tooth.half_thickness / tooth.cosine for tooth in teeth]),
+        (steel.youngs_modulus,) * 2,
+        (steel.poisson_ratio,) * 2,
+        pair.face_width,
+    )
+    analysis = potential_energy(pair, grid, hertz=weber)
+    wear = some_wear(grid)
+    nodes = analysis.nodes(wear)
+    force = analysis.force_at_nodes(analysis.quasistatic(nodes, analysis.at_nodes).force)
+    rigid = potential_energy(pair, grid, hertz=0.0).nodes(wear).compliance
+    expected = [
+        weber_compliance(
+            force[i], weber.equivalent_radius[i], *weber.depth[:, i], *weber.modulus, *weber.poisson, 0.02
+        )
+        for i in range(len(force))
+    ]
+    np.testing.assert_allclose(nodes.compliance - rigid, expected, rtol=1e-7)
+    stiffer = potential_energy(pair, grid).nodes(wear).compliance
+    assert np.all(nodes.compliance > stiffer)
+
+
+def test_a_shared_body_softens_double_contact_only(pair, grid):
+    n = len(grid.position)
+    partner = np.full(n, -1, dtype=np.int64)
+    both = np.all(grid.pairs_at_phase_nodes >= 0, axis=1)
+    leading, following = grid.pairs_at_phase_nodes[both].T
+    partner[following] = leading
+    ratio = np.zeros((1, 2, n))
+    have = partner >= 0
+    for i, gear in enumerate(pair.gears):
+        radius = pair.radius(i, grid.position)
+        ratio[0, i, have] = body_coupling(gear, radius[have], radius[partner[have]])
+    coupled = potential_energy(pair, grid, coupling=ratio, partner=partner[None])
+    alone = potential_energy(pair, grid)
+    wear = np.zeros((2, n))
+    a = alone.quasistatic(alone.nodes(wear), alone.at_nodes)
+    b = coupled.quasistatic(coupled.nodes(wear), coupled.at_nodes)
+    np.testing.assert_allclose(b.tangent[~both], a.tangent[~both], rtol=1e-12)
+    fall = 1.0 - b.tangent[both] / a.tangent[both]
+    assert np.all(fall > 0.02) and np.all(fall < 0.25)
+    np.testing.assert_allclose(b.force.sum(axis=1), LOAD, rtol=1e-12)
+
+
+def test_mesh_stiffness_from_a_table_keeps_its_jump(pair):
+    curve = Curve(np.array([0.0, 0.4, 0.4, 1.0]), np.array([3e8, 3e8, 2e8, 2e8]))
+    grid = profile_grid(pair, 101, jumps=curve.jumps)
+    analysis = given(grid, curve, of="mesh")
+    nodes = analysis.nodes(np.zeros((2, len(grid.position))))
+    phases = np.array([0.1, 0.39999, 0.40001, 0.9])
+    state = analysis.quasistatic(nodes, lookup(grid, phases))
+    np.testing.assert_allclose(state.tangent, [3e8, 3e8, 2e8, 2e8], rtol=1e-12)
+
+
+def test_wear_through_the_tooth_is_named(pair, grid):
+    analysis = potential_energy(pair, grid)
+    with pytest.raises(SectionVanished):
+        analysis.nodes(np.full((2, len(grid.position)), 4e-3))

@@ -1,0 +1,110 @@
+"""The three excitations: what they tabulate, and the force they return."""
+
+import numpy as np
+import pytest
+
+from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.curve import constant
+from wearlab.mesh.errors import mesh_error
+from wearlab.mesh.excitation import Fourier, Modulated, Pairs, combined_error, stage_tables, stages
+from wearlab.mesh.profile import lookup, profile_grid
+from wearlab.mesh.stages import stage_grid
+from wearlab.mesh.stiffness import GivenStiffness
+
+K, LOAD = 2.4e8, 4824.0
+
+
+@pytest.fixture(scope="module")
+def grid(pair):
+    return profile_grid(pair, 201)
+
+
+@pytest.fixture(scope="module")
+def analysis(grid):
+    return ContactAnalysis(grid, GivenStiffness(constant(K), "pair", grid), np.zeros(len(grid.position)), LOAD)
+
+
+@pytest.fixture(scope="module")
+def nodes(analysis, grid):
+    s = grid.position
+    return analysis.nodes(np.stack([1e-6 + 3e-4 * np.abs(s), 2e-6 * np.cos(300 * s) + 2e-6]))
+
+
+def test_steps_land_on_breaks_in_pairs():
+    grid = stage_grid(np.array([0.0, 0.75]), 30)
+    assert grid.width.sum() == pytest.approx(1.0)
+    for point in (0.0, 0.75):
+        assert np.any(np.abs(grid.start - point) < 1e-15)
+    for segment in (0, 1):
+        assert np.sum(grid.segment == segment) % 2 == 0
+
+
+def test_pairs_are_tabulated_with_both_sides_of_every_jump(pair, grid, analysis, nodes):
+    at = stages(analysis, stage_grid(grid.breaks[:-1], 60), mesh_error((), ((2, 1e-6, 0.3),)))
+    tables = stage_tables(Pairs(), analysis, nodes, None, at, None)
+    phase = at.grid.phase
+    for slot, ahead in ((0, 1), (1, 0)):
+        s = pair.path.A + (phase + ahead) * pair.base_pitch
+        middle = (s[:, 1] < pair.path.E)[:, None] & np.ones(3, bool)
+        expected = 1e-6 + 3e-4 * np.abs(s) + 2e-6 * np.cos(300 * s) + 2e-6
+        np.testing.assert_allclose(tables.stiffness[:, :, 0, slot], np.where(middle, K, 0.0))
+        np.testing.assert_allclose(tables.gap[:, :, 0, slot][middle], expected[middle], atol=1e-11)
+    np.testing.assert_allclose(tables.error[:, :, 0], 1e-6 * np.cos(4 * np.pi * phase + 0.3), atol=1e-20)
+    np.testing.assert_allclose(
+        tables.error_rate[:, :, 0], -4e-6 * np.pi * np.sin(4 * np.pi * phase + 0.3), atol=1e-18
+    )
+
+
+def test_force_of_pairs_is_that_of_its_springs_and_the_back_flank(grid, analysis, nodes):
+    where = lookup(grid, np.array([0.2, 0.6, 0.9]))
+    _, gap, _ = analysis.at(nodes, where)
+    for delta in (2e-5, 3e-6, -1e-6, -6e-5):
+        force = Pairs().force(analysis, nodes, None, where, np.full(3, delta), 5e-5)
+        for i in range(3):
+            present = np.isfinite(gap[i])
+            expected = np.where(present, K * np.maximum(0.0, delta - np.where(present, gap[i], 0.0)), 0.0)
+            back = K * present.sum() * max(0.0, -5e-5 - delta)
+            np.testing.assert_allclose(force.pair[i], expected, rtol=1e-12)
+            assert force.elastic[i] == pytest.approx(expected.sum() - back, rel=1e-12)
+
+
+def test_fourier_series_tends_to_the_contact_analysis(grid, analysis, nodes):
+    phase, weight = grid.phase_nodes
+    state = analysis.quasistatic(nodes, analysis.at_nodes)
+    misfit = []
+    for count in (3, 9, 27):
+        series = Fourier(count, count).prepare(analysis, nodes)
+        misfit.append(weight @ (series.stiffness.value(phase) - state.tangent) ** 2)
+        assert len(series.stiffness.amplitude) == count == len(series.error.amplitude)
+        assert series.error.mean == pytest.approx(weight @ state.unloaded, rel=1e-12)
+    assert misfit[0] > misfit[1] > misfit[2]
+
+
+def test_combination_rules(analysis, nodes):
+    state = analysis.quasistatic(nodes, analysis.at_nodes)
+    both = np.isfinite(state.gap).all(axis=1)
+    for rule, expected in (("min", np.min), ("max", np.max), ("mean", np.mean)):
+        found = combined_error(state, rule, "unloaded")
+        np.testing.assert_allclose(found[both], expected(state.gap[both], axis=1))
+        np.testing.assert_allclose(found[~both], state.gap[~both].min(axis=1))
+    np.testing.assert_array_equal(combined_error(state, "min", "loaded"), state.deflection)
+
+
+@pytest.mark.parametrize("excitation", [Fourier(5, 4), Modulated()])
+def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, nodes, excitation):
+    series = excitation.prepare(analysis, nodes)
+    at = stages(analysis, stage_grid(grid.breaks[:-1], 40), mesh_error((), ((1, 1e-6, 0.0),)))
+    tables = stage_tables(excitation, analysis, nodes, series, at, None)
+    phase = at.grid.phase
+    assert tables.stiffness.shape[2:] == (1, 1) and not tables.gap.any()
+    np.testing.assert_allclose(tables.stiffness[:, :, 0, 0], series.stiffness.value(phase))
+    np.testing.assert_allclose(
+        tables.error[:, :, 0], series.error.value(phase) + 1e-6 * np.cos(2 * np.pi * phase), rtol=1e-12
+    )
+    where = lookup(grid, np.array([0.1, 0.85]))
+    delta = np.array([2e-5, 1.5e-5])
+    force = excitation.force(analysis, nodes, series, where, delta, None)
+    np.testing.assert_allclose(force.elastic, series.stiffness.value(where.phase) * delta)
+    np.testing.assert_allclose(force.pair.sum(axis=1), force.elastic)
+    share = analysis.quasistatic(nodes, where).force / LOAD
+    np.testing.assert_allclose(force.pair, share * force.elastic[:, None], rtol=1e-10)
