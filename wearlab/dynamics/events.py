@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.compiled import jit
-from wearlab.dynamics.flanks import behind, contact_differs, in_path, mesh_law, row_product, slope_within, within
+from wearlab.dynamics.flanks import behind, in_path, part_law, row_product, slope_within, within
 from wearlab.dynamics.rk4_step import rk4_step
 
 MOST_CHANGES = 12
@@ -54,7 +54,7 @@ def part_step(
     kernel: Any, tables: Any, step: int, a: float, b: float, period: float, columns: Any, width: Any, s: Any, i: Any, j: Any
 ) -> None:
     """Advance state ``i`` of the scratch from fraction ``a`` to ``b`` of the step into state ``j``."""
-    mesh_law(kernel, tables, step, a, b, period, s.contact, s.mesh, s.push)
+    part_law(kernel, tables, step, a, b, period, s.contact, width, s.mesh, s.push)
     h = (b - a) * tables.width[step] * period
     rk4_step(kernel.structure, kernel.mesh_damping, columns, width, s.part, i, s.part, j, s.mesh, s.push, h)
 
@@ -65,7 +65,7 @@ def compression(kernel: Any, tables: Any, step: int, m: int, p: int, x: float, s
     n = len(kernel.structure.load)
     delta = row_product(kernel.structure.direction, m, n, s.part, j, np.uint64(len(width)))
     delta -= within(tables.error[step, :, m], x)
-    if p == tables.stiffness.shape[3]:
+    if p == len(kernel.pairs):
         return behind(kernel.backlash, m, delta)
     return delta - within(tables.gap[step, :, m, p], x)
 
@@ -111,7 +111,7 @@ def crossing(
 @jit
 def first_change(kernel: Any, tables: Any, step: int, a: float, period: float, width: Any, s: Any) -> tuple[float, int, int]:
     """Return where contact first changes after ``a``, and the mesh and flank that change; 2.0 if none does."""
-    pairs = tables.stiffness.shape[3]
+    pairs = len(kernel.pairs)
     found, mesh, flank = 2.0, NOTHING, NOTHING
     for m in range(len(kernel.mesh_damping)):
         for p in range(pairs + 1):
@@ -204,7 +204,7 @@ def _time_the_change(kernel: Any, tables: Any, step: int, b: float, m: int, p: i
     size = np.uint64(len(s.part) // 4)
     speed = row_product(structure.direction, m, n, s.part, size + size + size, w)
     speed -= slope_within(tables.error[step, :, m], b)
-    if p < tables.stiffness.shape[3]:
+    if p < len(kernel.pairs):
         speed -= slope_within(tables.gap[step, :, m, p], b)
     for col in range(np.uint64(0), w):
         moved = row_product(structure.direction, m, n, s.part, size + col, w)

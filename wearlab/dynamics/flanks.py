@@ -56,7 +56,7 @@ def see_contact(
     kernel: Any, tables: Any, step: int, deflection: float, m: int, stage: int, contact: Any
 ) -> None:
     """Set the contact of mesh ``m`` from its ``deflection`` at stage 0, 1 or 2 of ``step``."""
-    pairs = tables.stiffness.shape[3]
+    pairs = len(kernel.pairs)
     for p in range(pairs):
         contact[m, p] = deflection > tables.gap[step, stage, m, p] and in_path(tables, step, m, p)
     contact[m, pairs] = behind(kernel.backlash, m, deflection) > 0.0
@@ -67,7 +67,7 @@ def contact_differs(
     kernel: Any, tables: Any, step: int, deflection: float, m: int, stage: int, contact: Any
 ) -> bool:
     """Whether ``deflection`` at a stage of ``step`` contradicts ``contact``."""
-    pairs = tables.stiffness.shape[3]
+    pairs = len(kernel.pairs)
     for p in range(pairs):
         x = deflection - tables.gap[step, stage, m, p]
         if (x < 0.0 if contact[m, p] else x > 0.0) and in_path(tables, step, m, p):
@@ -112,44 +112,85 @@ def add_fluctuation(fluctuation: Any, table: Any, step: int, a: float, b: float,
 
 
 @jit
-def mesh_law(
-    kernel: Any, tables: Any, step: int, a: float, b: float, period: float, contact: Any, mesh: Any, push: Any
-) -> None:
-    """Fill ``mesh`` (4, n_mesh) and column 0 of ``push`` (3, n, width) for the part a…b of ``step``."""
-    structure = kernel.structure
-    n, meshes, pairs = len(structure.load), len(kernel.mesh_damping), tables.stiffness.shape[3]
-    w = len(push) // (3 * n)
-    whole = a == 0.0 and b == 1.0
+def start_law(kernel: Any, tables: Any, step: int, a: float, b: float, width: Any, push: Any) -> None:
+    """Fill column 0 of ``push`` (3, n, width) with the acceleration that the loads alone give."""
+    n, w = len(kernel.structure.load), len(width)
     for stage in range(3):
         for row in range(n):
-            push[(stage * n + row) * w] = structure.load[row]
+            push[(stage * n + row) * w] = kernel.structure.load[row]
     add_fluctuation(kernel.fluctuation, tables.fluctuation, step, a, b, w, push)
+
+
+@jit
+def gate_damping(kernel: Any, m: int, contact: Any) -> float:
+    """Return the damping of mesh ``m`` while ``contact`` lasts."""
+    touching = False
+    for p in range(len(kernel.pairs) + 1):
+        touching = touching or contact[m, p]
+    return active_damping(kernel.gate, kernel.mesh_damping[m], touching)
+
+
+@jit
+def finish_stage(
+    kernel: Any, stage: int, m: int, k: float, w_m: float, every: float, e: float, rate: float, back: bool,
+    damping: float, width: Any, mesh: Any, push: Any,
+) -> None:  # fmt: skip
+    """Write k_m of one stage into ``mesh`` and add w_m to ``push``."""
+    structure = kernel.structure
+    n, w, meshes = len(structure.load), len(width), len(kernel.mesh_damping)
+    k_back, w_back = add_back_flank(kernel.backlash, m, back, every, e)
+    mesh[stage * meshes + m] = k + k_back
+    total = w_m + k * e + w_back + damping * rate
+    for row in range(n):
+        push[(stage * n + row) * w] += structure.response[m * n + row] * total
+
+
+@jit
+def mesh_law(
+    kernel: Any, tables: Any, step: int, period: float, contact: Any, width: Any, mesh: Any, push: Any
+) -> None:
+    """Fill ``mesh`` (4, n_mesh) and column 0 of ``push`` (3, n, width) for a whole step."""
+    meshes, pairs = len(kernel.mesh_damping), len(kernel.pairs)
+    start_law(kernel, tables, step, 0.0, 1.0, width, push)
+    frequency = 1.0 / period
     for m in range(meshes):
-        touching = False
-        for p in range(pairs + 1):
-            touching = touching or contact[m, p]
-        damping = active_damping(kernel.gate, kernel.mesh_damping[m], touching)
+        damping = gate_damping(kernel, m, contact)
+        mesh[3 * meshes + m] = damping
+        for stage in range(3):
+            k, w_m, every = 0.0, 0.0, 0.0
+            for p in range(pairs):
+                k_p = tables.stiffness[step, stage, m, p]
+                every += k_p
+                if contact[m, p]:
+                    k += k_p
+                    w_m += k_p * tables.gap[step, stage, m, p]
+            e, rate = tables.error[step, stage, m], tables.error_rate[step, stage, m] * frequency
+            finish_stage(
+                kernel, stage, m, k, w_m, every, e, rate, contact[m, pairs], damping, width, mesh, push
+            )
+
+
+@jit
+def part_law(
+    kernel: Any, tables: Any, step: int, a: float, b: float, period: float, contact: Any, width: Any, mesh: Any,
+    push: Any,
+) -> None:  # fmt: skip
+    """As `mesh_law`, for the part a…b of a step."""
+    meshes, pairs = len(kernel.mesh_damping), len(kernel.pairs)
+    start_law(kernel, tables, step, a, b, width, push)
+    for m in range(meshes):
+        damping = gate_damping(kernel, m, contact)
         mesh[3 * meshes + m] = damping
         for stage in range(3):
             x = a + 0.5 * stage * (b - a)
             k, w_m, every = 0.0, 0.0, 0.0
             for p in range(pairs):
-                if whole:
-                    k_p = tables.stiffness[step, stage, m, p]
-                    g_p = tables.gap[step, stage, m, p]
-                else:
-                    k_p = within(tables.stiffness[step, :, m, p], x)
-                    g_p = within(tables.gap[step, :, m, p], x)
+                k_p = within(tables.stiffness[step, :, m, p], x)
                 every += k_p
                 if contact[m, p]:
                     k += k_p
-                    w_m += k_p * g_p
-            if whole:
-                e, rate = tables.error[step, stage, m], tables.error_rate[step, stage, m]
-            else:
-                e, rate = within(tables.error[step, :, m], x), within(tables.error_rate[step, :, m], x)
-            k_back, w_back = add_back_flank(kernel.backlash, m, contact[m, pairs], every, e)
-            w_m += k * e + w_back + damping * rate / period
-            mesh[stage * meshes + m] = k + k_back
-            for row in range(n):
-                push[(stage * n + row) * w] += structure.response[m * n + row] * w_m
+                    w_m += k_p * within(tables.gap[step, :, m, p], x)
+            e, rate = within(tables.error[step, :, m], x), within(tables.error_rate[step, :, m], x) / period
+            finish_stage(
+                kernel, stage, m, k, w_m, every, e, rate, contact[m, pairs], damping, width, mesh, push
+            )

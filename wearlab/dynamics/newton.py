@@ -152,6 +152,7 @@ def shoot(
     tables: Any,
     period: float,
     periods: int,
+    columns: Any,
     width: Any,
     start: Any,
     touch: bool,
@@ -165,6 +166,7 @@ def shoot(
 
     Parameters
     ----------
+    columns, width : see `rk4_step`; all columns
     touch : begin with the affine map of a mesh whose pairs all touch (a cold start)
     most : passes allowed
     states : (periods · n_steps + 1, 2n, width) flat, tangents and all
@@ -176,7 +178,6 @@ def shoot(
     code, passes, relative size of the last step, contact changes met in the last pass
     """
     rows, w, steps = len(start), len(width), len(tables.width)
-    columns = np.uint64(w)
     rate = 2.0 * np.pi * steps / (16.0 * period)
     matrix, step, trial = np.empty((rows, rows)), np.zeros(rows), start.copy()
     old_residual, halved, error, changes = np.inf, 0, np.inf, 0

@@ -43,7 +43,7 @@ def contact_holds(
 @jit
 def touch_all(kernel: Any, tables: Any, step: int, contact: Any) -> None:
     """Let every pair in the path touch and no back flank: the contact of a loaded mesh."""
-    pairs = tables.stiffness.shape[3]
+    pairs = len(kernel.pairs)
     for m in range(len(kernel.mesh_damping)):
         for p in range(pairs):
             contact[m, p] = tables.stiffness[step, 1, m, p] > 0.0
@@ -78,7 +78,7 @@ def over_period(
             for m in range(len(kernel.mesh_damping)):
                 delta = deflection_at_start(kernel, tables, step, m, width, states, i)
                 see_contact(kernel, tables, step, delta, m, 0, s.contact)
-        mesh_law(kernel, tables, step, 0.0, 1.0, period, s.contact, s.mesh, s.push)
+        mesh_law(kernel, tables, step, period, s.contact, width, s.mesh, s.push)
         h = tables.width[step] * period
         rk4_step(kernel.structure, kernel.mesh_damping, columns, width, states, i, states, j, s.mesh, s.push, h)
         if not touch and not contact_holds(kernel, tables, step, period, width, states, i, j, s.contact):

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dgeev
 
 from wearlab.dynamics.events import Scratch, scratch
 from wearlab.dynamics.family import nearest_orbit
 from wearlab.dynamics.march_kernel import march_periods
 from wearlab.dynamics.newton import CONVERGED, SINGULAR, set_start, shoot
 from wearlab.dynamics.period_map import over_period
-from wearlab.dynamics.response import Counts, Response, Verdict
+from wearlab.dynamics.response import Counts, Response, Verdict, split_periods
 from wearlab.dynamics.structure import Kernel, kernel_of, padded_width
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -81,6 +82,8 @@ class Periodic:
             strobe, orbit = shooting.march(state, max(self.averaged, 2 * self.longest), self.averaged)
             for m in periods_of(strobe, self.longest, shooting.rate):
                 orbit_m = shooting.shoot(m, strobe[-1].copy())
+                if orbit_m is None and shooting.singular and m == 1:
+                    orbit_m = shooting.family(strobe[-1])
                 if orbit_m is not None and orbit_m.largest <= 1.0 + self.margin:
                     return self._respond(shooting, orbit_m)
         if found is not None and found.largest <= 1.0 + self.margin:
@@ -93,7 +96,8 @@ class Periodic:
         )  # fmt: skip
 
     def _respond(self, shooting: "_Shooting", found: "_Orbit") -> Response:
-        verdict = Verdict(True, found.largest < 1.0 - self.margin, found.unique, True)
+        unique = found.unique and (shooting.loaded or shooting.grounded)
+        verdict = Verdict(True, found.largest < 1.0 - self.margin, unique, True)
         return shooting.response(found.periods, found.state, found.multipliers, verdict, found.residual)
 
 
@@ -120,11 +124,21 @@ class _Shooting:
         self.system, self.tables, self.period = system, tables, period
         self.rows, self.steps, self.width = 2 * n, len(tables.width), (0,) * padded_width(n)
         self.rate = 2.0 * np.pi * self.steps / (16.0 * period)
-        self.kernel: Kernel = kernel_of(system, len(self.width))
         meshes, pairs = tables.stiffness.shape[2:]
+        self.kernel: Kernel = kernel_of(system, pairs, len(self.width))
         self.wide: Scratch = scratch(n, meshes, pairs, len(self.width))
         self.narrow: Scratch | None = None
         self.maps, self.iterations, self.singular = 0, 0, False
+
+    @property
+    def loaded(self) -> bool:
+        """Whether anything presses the flanks together."""
+        return bool(self.system.load.any())
+
+    @property
+    def grounded(self) -> bool:
+        """Whether every coordinate is held without the mesh, so that nothing can float in the backlash."""
+        return bool(np.linalg.matrix_rank(self.system.total_stiffness) == self.rows // 2)
 
     def shoot(self, periods: int, state: Array, *, touch: bool = False, most: int = 25) -> _Orbit | None:
         """Return the orbit near ``state`` (moved to it), in its least number of periods; None: not found."""
@@ -132,7 +146,7 @@ class _Shooting:
         states = np.empty(count * self.rows * len(self.width))
         orbit, monodromy = np.empty(count * self.rows), np.empty((self.rows, self.rows))
         code, passes, error, _ = shoot(
-            self.kernel, self.tables, self.period, periods, self.width, state, touch, most, states, orbit,
+            self.kernel, self.tables, self.period, periods, np.uint64(len(self.width)), self.width, state, touch, most, states, orbit,
             monodromy, self.wide,
         )  # fmt: skip
         self.maps += passes * periods
@@ -144,15 +158,20 @@ class _Shooting:
 
     def _orbit(self, periods: int, orbit: Array, monodromy: Array, unique: bool = True) -> _Orbit | None:
         strobe = orbit[:: self.steps]
-        size = np.abs(orbit).max(axis=0)
         for m in range(1, periods):
-            if periods % m == 0 and (np.abs(strobe[m] - strobe[0]) <= 1e-6 * size).all():
+            if periods % m == 0 and self._distance(strobe[m], strobe[0]) <= 1e-6 * self._distance(strobe[0]):
                 return self.shoot(m, strobe[0].copy())
-        multipliers = np.linalg.eigvals(monodromy)
-        multipliers = multipliers[np.argsort(-np.abs(multipliers))].astype(complex)
-        closure = np.abs(strobe[-1] - strobe[0]) / np.where(size > 0.0, size, 1.0)
-        kept = np.stack([orbit[k * self.steps : (k + 1) * self.steps + 1] for k in range(periods)])
-        return _Orbit(periods, kept, multipliers, float(closure.max()), unique)
+        real, imaginary, *_ = dgeev(monodromy, compute_vl=0, compute_vr=0)
+        multipliers = real + 1j * imaginary
+        multipliers = multipliers[abs(multipliers).argsort()[::-1]]
+        closure = self._distance(strobe[-1], strobe[0]) / (self._distance(strobe[0]) or 1.0)
+        return _Orbit(periods, split_periods(orbit, periods), multipliers, closure, unique)
+
+    def _distance(self, state: Array, other: Array | float = 0.0) -> float:
+        """Return the largest difference of two states, velocities measured in units of ``rate``."""
+        difference = abs(state - other)
+        n = self.rows // 2
+        return max(float(difference[:n].max()), float(difference[n:].max()) / self.rate)
 
     def family(self, state: Array) -> _Orbit | None:
         """Return one member of a family of orbits near ``state``; None: not found."""
@@ -183,9 +202,7 @@ class _Shooting:
         orbit, strobe = np.empty((keep * self.steps + 1) * self.rows), np.empty((count + 1, self.rows))
         march_periods(self.kernel, self.tables, self.period, state, count, keep, orbit, strobe, self.narrow)
         self.maps += count
-        path = orbit.reshape(-1, self.rows)
-        kept = np.stack([path[k * self.steps : (k + 1) * self.steps + 1] for k in range(keep)])
-        return strobe, kept
+        return strobe, split_periods(orbit.reshape(-1, self.rows), keep)
 
     def response(
         self, period: int, state: Array, multipliers: NDArray[np.complex128], verdict: Verdict, residual: float

@@ -81,6 +81,14 @@ class Response:
         return end
 
 
+def split_periods(path: Array, periods: int) -> Array:
+    """Cut a path (periods · n_steps + 1, 2n) into (periods, n_steps + 1, 2n), ends shared."""
+    if periods == 1:
+        return path[None]
+    steps = (len(path) - 1) // periods
+    return np.stack([path[k * steps : (k + 1) * steps + 1] for k in range(periods)])
+
+
 def step_of(grid: StageGrid, phase: Array, segment: NDArray[np.int64] | None = None, side: str = "right") -> NDArray[np.int64]:
     """Return the step that holds each phase, (n,).
 

@@ -52,19 +52,21 @@ class Kernel(NamedTuple):
     structure : `Diagonal` or `Dense`
     mesh_damping : (n_mesh,) [N s/m]
     backlash : (n_mesh,) [m], or None without back flanks
+    pairs : as long as there are pairs in a mesh, values unused: loops over pairs unroll
     gate : an empty tuple when damping acts only while flanks touch, None when it always acts
     fluctuation : (n,) M⁻¹ times the fluctuating load [m/s²], or None
     """
 
     structure: Any
     mesh_damping: Row
+    pairs: Row
     backlash: Row | None
     gate: tuple[()] | None
     fluctuation: Any
 
 
-def kernel_of(system: System, width: int) -> Kernel:
-    """Return the kernel's view of ``system`` for states of ``width`` columns."""
+def kernel_of(system: System, pairs: int, width: int) -> Kernel:
+    """Return the kernel's view of ``system`` for ``pairs`` pairs in a mesh and states of ``width`` columns."""
     mass, damping, stiffness = system.mass, system.total_damping, system.total_stiffness
     backlash = None if system.backlash is None else tuple(system.backlash.tolist())
     gate = None if system.damping_always or not system.mesh_damping.any() else ()
@@ -94,7 +96,7 @@ def kernel_of(system: System, width: int) -> Kernel:
         )
         if system.fluctuation_direction is not None:
             fluctuation = normal @ system.fluctuation_direction
-    return Kernel(structure, mesh_damping, backlash, gate, fluctuation)
+    return Kernel(structure, mesh_damping, (0.0,) * pairs, backlash, gate, fluctuation)
 
 
 def _is_diagonal(matrix: Array) -> bool:

@@ -1,0 +1,89 @@
+"""The equation of motion itself, for methods that do not follow contact changes."""
+
+from typing import Any
+
+from numba.extending import overload
+
+from wearlab.compiled import jit
+from wearlab.dynamics.flanks import behind, within
+from wearlab.dynamics.structure import Dense, Diagonal
+
+
+def unmeshed(structure: Any, state: Any, out: Any) -> None:
+    """Write ``M⁻¹ (F − C q̇ − K q)`` into ``out`` (n,) for ``state`` (2n,)."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(unmeshed)
+def _choose_unmeshed(structure: Any, state: Any, out: Any) -> Any:
+    return {Diagonal: _unmeshed_diagonal, Dense: _unmeshed_dense}[structure.instance_class]
+
+
+def _unmeshed_diagonal(structure: Any, state: Any, out: Any) -> None:
+    n = len(out)
+    for row in range(n):
+        out[row] = (
+            structure.load[row] - structure.stiffness[row] * state[row] - structure.damping[row] * state[n + row]
+        )
+
+
+def _unmeshed_dense(structure: Any, state: Any, out: Any) -> None:
+    n = len(out)
+    for row in range(n):
+        out[row] = structure.load[row]
+        for col in range(n):
+            out[row] -= structure.stiffness[row, col] * state[col] + structure.damping[row, col] * state[n + col]
+
+
+@jit
+def fluctuating(fluctuation: Any, table: Any, step: int, x: float, out: Any) -> None:
+    """Add the fluctuating load at fraction ``x`` of the step."""
+    if fluctuation is not None:
+        factor = within(table[step], x)
+        for row in range(len(out)):
+            out[row] += factor * fluctuation[row]
+
+
+@jit
+def gated(gate: Any, force: float, touching: bool) -> float:
+    """Return a damping force: always there, or only while flanks touch."""
+    if gate is None:
+        return force
+    return force if touching else 0.0
+
+
+@jit
+def mesh_force_at(kernel: Any, tables: Any, step: int, x: float, period: float, m: int, q: float, v: float) -> float:
+    """Return elastic plus damping force of mesh ``m`` at fraction ``x`` for ``q = d·q``, ``v = d·q̇`` [N]."""
+    delta = q - within(tables.error[step, :, m], x)
+    rate = v - within(tables.error_rate[step, :, m], x) / period
+    elastic, every, touching = 0.0, 0.0, False
+    for p in range(len(kernel.pairs)):
+        k = within(tables.stiffness[step, :, m, p], x)
+        approach = delta - within(tables.gap[step, :, m, p], x)
+        every += k
+        if approach > 0.0 and k > 0.0:
+            elastic += k * approach
+            touching = True
+    back = behind(kernel.backlash, m, delta)
+    if back > 0.0:
+        elastic -= every * back
+        touching = True
+    return elastic + gated(kernel.gate, kernel.mesh_damping[m] * rate, touching)
+
+
+@jit
+def acceleration(kernel: Any, tables: Any, step: int, x: float, period: float, state: Any, out: Any) -> None:
+    """Write q̈ (n,) at fraction ``x`` of ``step`` for ``state`` (2n,)."""
+    n = len(out)
+    structure = kernel.structure
+    unmeshed(structure, state, out)
+    fluctuating(kernel.fluctuation, tables.fluctuation, step, x, out)
+    for m in range(len(kernel.mesh_damping)):
+        q, v = 0.0, 0.0
+        for row in range(n):
+            q += structure.direction[m * n + row] * state[row]
+            v += structure.direction[m * n + row] * state[n + row]
+        force = mesh_force_at(kernel, tables, step, x, period, m, q, v)
+        for row in range(n):
+            out[row] -= structure.response[m * n + row] * force

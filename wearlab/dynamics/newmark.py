@@ -1,0 +1,177 @@
+"""Newmark's method with constant average acceleration, marched until steady."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.compiled import jit
+from wearlab.dynamics.events import Scratch, scratch
+from wearlab.dynamics.flanks import contact_differs, mesh_law, see_contact
+from wearlab.dynamics.motion import acceleration, unmeshed
+from wearlab.dynamics.newton import solve_linear
+from wearlab.dynamics.response import Response, split_periods
+from wearlab.dynamics.steady import Steadiness, march_to_steady
+from wearlab.dynamics.structure import kernel_of
+from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageTables
+
+Array = NDArray[np.float64]
+MOST_ITERATIONS = 12
+ONE_COLUMN = (0,)
+
+
+@dataclass(frozen=True)
+class Newmark:
+    """Newmark-β with β = 1/4, γ = 1/2, Newton on the contact inside each step (Newmark 1959).
+
+    Second order; implicit and unconditionally stable for constant contact.
+
+    Parameters
+    ----------
+    tolerance, most, longest, averaged : see `wearlab.dynamics.runge_kutta4.RungeKutta4`
+    """
+
+    tolerance: float = 1e-7
+    most: int = 5000
+    longest: int = 24
+    averaged: int = 200
+
+    def solve(
+        self, system: System, tables: StageTables, period: float, start: Response | None = None
+    ) -> Response:
+        """Return the steady response; parameters as in `wearlab.dynamics.periodic.Periodic.solve`."""
+        steadiness = Steadiness(self.tolerance, self.most, self.longest, self.averaged)
+        return march_to_steady(
+            _NewmarkMarcher(system, tables, period), steadiness, system, tables, period, start
+        )
+
+
+class _NewmarkMarcher:
+    def __init__(self, system: System, tables: StageTables, period: float) -> None:
+        self.tables, self.period = tables, period
+        meshes, pairs = tables.stiffness.shape[2:]
+        self.kernel = kernel_of(system, pairs, 1)
+        self.scratch: Scratch = scratch(len(system.load), meshes, pairs, 1)
+        self.right_hand_sides = 0
+
+    def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
+        steps, rows = len(self.tables.width), len(state)
+        orbit, strobe = np.empty((keep * steps + 1, rows)), np.empty((count + 1, rows))
+        self.right_hand_sides += march_newmark(
+            self.kernel, self.tables, self.period, state, count, keep, orbit, strobe, self.scratch
+        )
+        return strobe, split_periods(orbit, keep)
+
+
+@jit
+def march_newmark(
+    kernel: Any,
+    tables: Any,
+    period: float,
+    state: Array,
+    count: int,
+    keep: int,
+    orbit: Array,
+    strobe: Array,
+    s: Any,
+) -> int:
+    """March ``count`` periods; fill ``orbit`` with the last ``keep`` and ``strobe``; count evaluations."""
+    steps, n = len(tables.width), len(state) // 2
+    before, after, trial, matrix = np.empty(n), np.empty(n), np.empty(2 * n), np.empty((n, n))
+    evaluations = 0
+    strobe[0] = state
+    for k in range(count):
+        slot = k - (count - keep)
+        for step in range(steps):
+            if slot >= 0:
+                orbit[slot * steps + step] = state
+            evaluations += newmark_step(
+                kernel, tables, step, period, state, before, after, trial, matrix, s
+            )
+        strobe[k + 1] = state
+    orbit[keep * steps] = state
+    return evaluations
+
+
+@jit
+def newmark_step(
+    kernel: Any,
+    tables: Any,
+    step: int,
+    period: float,
+    state: Array,
+    before: Array,
+    after: Array,
+    trial: Array,
+    matrix: Array,
+    s: Any,
+) -> int:
+    """Advance ``state`` over one step of the tables.
+
+    ``q₁ = q₀ + h v₀ + h²/4 (a₀ + a₁)``, ``v₁ = v₀ + h/2 (a₀ + a₁)``, with a₁ from the equation of motion at
+    the end of the step; the contact there is guessed, solved for and guessed again until it agrees.
+    """
+    n, meshes = len(before), len(kernel.mesh_damping)
+    h = tables.width[step] * period
+    acceleration(kernel, tables, step, 0.0, period, state, before)
+    trial[:] = state
+    for iteration in range(MOST_ITERATIONS):
+        agreed = iteration > 0
+        for m in range(meshes):
+            delta = _product(kernel.structure.direction, m, n, trial, 0) - tables.error[step, 2, m]
+            if contact_differs(kernel, tables, step, delta, m, 2, s.contact) or iteration == 0:
+                see_contact(kernel, tables, step, delta, m, 2, s.contact)
+                agreed = False
+        if agreed:
+            break
+        mesh_law(kernel, tables, step, period, s.contact, ONE_COLUMN, s.mesh, s.push)
+        for row in range(n):
+            trial[row] = state[row] + h * state[n + row] + 0.25 * h * h * before[row]
+            trial[n + row] = state[n + row] + 0.5 * h * before[row]
+        _end_equation(kernel, h, s, trial, after, matrix)
+        solve_linear(matrix, after)
+        for row in range(n):
+            trial[row] += 0.25 * h * h * after[row]
+            trial[n + row] += 0.5 * h * after[row]
+    state[:] = trial
+    return iteration + 1
+
+
+@jit
+def _product(direction: Any, m: int, n: int, state: Array, first: int) -> float:
+    total = 0.0
+    for row in range(n):
+        total += direction[m * n + row] * state[first + row]
+    return total
+
+
+@jit
+def _end_equation(kernel: Any, h: float, s: Any, predicted: Array, right: Array, matrix: Array) -> None:
+    """Fill matrix and right-hand side of the equation for a₁: what a₁ itself adds goes to the left."""
+    n, meshes = len(right), len(kernel.mesh_damping)
+    structure = kernel.structure
+    unit, response = np.zeros(2 * n), np.empty(n)
+    unmeshed(structure, unit, response)
+    load = response.copy()
+    unmeshed(structure, predicted, right)
+    for row in range(n):
+        right[row] += s.push[2 * n + row] - structure.load[row]
+    for m in range(meshes):
+        force = s.mesh[2 * meshes + m] * _product(structure.direction, m, n, predicted, 0)
+        force += s.mesh[3 * meshes + m] * _product(structure.direction, m, n, predicted, n)
+        for row in range(n):
+            right[row] -= structure.response[m * n + row] * force
+    for col in range(n):
+        unit[:] = 0.0
+        unit[col] = 0.25 * h * h
+        unit[n + col] = 0.5 * h
+        unmeshed(structure, unit, response)
+        for row in range(n):
+            matrix[row, col] = (1.0 if row == col else 0.0) + load[row] - response[row]
+        for m in range(meshes):
+            d = structure.direction[m * n + col]
+            force = d * (s.mesh[2 * meshes + m] * 0.25 * h * h + s.mesh[3 * meshes + m] * 0.5 * h)
+            for row in range(n):
+                matrix[row, col] += structure.response[m * n + row] * force

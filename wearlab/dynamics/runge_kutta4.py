@@ -1,0 +1,60 @@
+"""The classical Runge–Kutta method, marched until steady."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.events import scratch
+from wearlab.dynamics.march_kernel import march_periods
+from wearlab.dynamics.response import Response, split_periods
+from wearlab.dynamics.steady import Steadiness, march_to_steady
+from wearlab.dynamics.structure import kernel_of
+from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageTables
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RungeKutta4:
+    """Fixed steps of order four on the tables, contact changes located (Kutta 1901).
+
+    Parameters
+    ----------
+    tolerance : remaining change at which the march is steady, relative to the state
+    most, longest, averaged : see `wearlab.dynamics.steady.Steadiness`
+    """
+
+    tolerance: float = 1e-7
+    most: int = 5000
+    longest: int = 24
+    averaged: int = 200
+
+    def solve(
+        self, system: System, tables: StageTables, period: float, start: Response | None = None
+    ) -> Response:
+        """Return the steady response; parameters as in `wearlab.dynamics.periodic.Periodic.solve`."""
+        steadiness = Steadiness(self.tolerance, self.most, self.longest, self.averaged)
+        return march_to_steady(
+            TableMarcher(system, tables, period), steadiness, system, tables, period, start
+        )
+
+
+class TableMarcher:
+    """Marches the tabulated RK4 map, the trajectory alone."""
+
+    def __init__(self, system: System, tables: StageTables, period: float) -> None:
+        self.tables, self.period = tables, period
+        meshes, pairs = tables.stiffness.shape[2:]
+        self.kernel = kernel_of(system, pairs, 1)
+        self.scratch = scratch(len(system.load), meshes, pairs, 1)
+        self.right_hand_sides = 0
+
+    def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
+        """March ``count`` periods and move ``state``; strobed states and the last ``keep`` periods."""
+        steps, rows = len(self.tables.width), len(state)
+        orbit, strobe = np.empty((keep * steps + 1) * rows), np.empty((count + 1, rows))
+        march_periods(self.kernel, self.tables, self.period, state, count, keep, orbit, strobe, self.scratch)
+        self.right_hand_sides += 4 * steps * count
+        return strobe, split_periods(orbit.reshape(-1, rows), keep)

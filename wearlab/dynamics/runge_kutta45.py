@@ -1,0 +1,157 @@
+"""The adaptive Runge–Kutta pair of Dormand and Prince, marched until steady, as the papers do."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.compiled import jit
+from wearlab.dynamics.motion import acceleration
+from wearlab.dynamics.response import Response, split_periods
+from wearlab.dynamics.steady import Steadiness, march_to_steady
+from wearlab.dynamics.structure import kernel_of
+from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageTables
+
+Array = NDArray[np.float64]
+
+NODES = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
+WEIGHTS = np.array(
+    [
+        [0, 0, 0, 0, 0, 0, 0],
+        [1 / 5, 0, 0, 0, 0, 0, 0],
+        [3 / 40, 9 / 40, 0, 0, 0, 0, 0],
+        [44 / 45, -56 / 15, 32 / 9, 0, 0, 0, 0],
+        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0, 0, 0],
+        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0, 0],
+        [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, 0],
+    ]
+)
+FOURTH = np.array([5179 / 57600, 0, 7571 / 16695, 393 / 640, -92097 / 339200, 187 / 2100, 1 / 40])
+LEAST_FRACTION = 1e-9
+
+
+@dataclass(frozen=True)
+class RungeKutta45:
+    """Adaptive steps of order five with an embedded fourth order (Dormand & Prince 1980).
+
+    The tables are interpolated within their steps and integration stops at every end of them, so no step
+    straddles a jump. Contact changes are left to the error control, as in the papers.
+
+    Parameters
+    ----------
+    relative, absolute : error allowed per step: relative, and of positions [m]
+    tolerance, most, longest, averaged : see `wearlab.dynamics.runge_kutta4.RungeKutta4`
+    """
+
+    relative: float = 1e-7
+    absolute: float = 1e-14
+    tolerance: float = 1e-7
+    most: int = 5000
+    longest: int = 24
+    averaged: int = 200
+
+    def solve(
+        self, system: System, tables: StageTables, period: float, start: Response | None = None
+    ) -> Response:
+        """Return the steady response; parameters as in `wearlab.dynamics.periodic.Periodic.solve`."""
+        steadiness = Steadiness(self.tolerance, self.most, self.longest, self.averaged)
+        marcher = _AdaptiveMarcher(self, system, tables, period)
+        return march_to_steady(marcher, steadiness, system, tables, period, start)
+
+
+class _AdaptiveMarcher:
+    def __init__(self, method: RungeKutta45, system: System, tables: StageTables, period: float) -> None:
+        self.method, self.tables, self.period = method, tables, period
+        self.kernel = kernel_of(system, tables.stiffness.shape[3], 1)
+        self.right_hand_sides = 0
+
+    def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
+        steps, rows = len(self.tables.width), len(state)
+        orbit, strobe = np.empty((keep * steps + 1, rows)), np.empty((count + 1, rows))
+        self.right_hand_sides += march_adaptive(
+            self.kernel, self.tables, self.period, state, count, keep, orbit, strobe,
+            self.method.relative, self.method.absolute,
+        )  # fmt: skip
+        return strobe, split_periods(orbit, keep)
+
+
+@jit
+def march_adaptive(
+    kernel: Any,
+    tables: Any,
+    period: float,
+    state: Array,
+    count: int,
+    keep: int,
+    orbit: Array,
+    strobe: Array,
+    relative: float,
+    absolute: float,
+) -> int:
+    """March ``count`` periods; fill ``orbit`` with the last ``keep`` and ``strobe``; count evaluations."""
+    steps, rows = len(tables.width), len(state)
+    slopes, trial = np.empty((7, rows)), np.empty(rows)
+    fraction, evaluations = 1.0, 0
+    strobe[0] = state
+    for k in range(count):
+        slot = k - (count - keep)
+        for step in range(steps):
+            if slot >= 0:
+                orbit[slot * steps + step] = state
+            fraction, used = over_table_step(
+                kernel, tables, step, period, state, slopes, trial, fraction, relative, absolute
+            )
+            evaluations += used
+        strobe[k + 1] = state
+    orbit[keep * steps] = state
+    return evaluations
+
+
+@jit
+def over_table_step(
+    kernel: Any,
+    tables: Any,
+    step: int,
+    period: float,
+    state: Array,
+    slopes: Array,
+    trial: Array,
+    fraction: float,
+    relative: float,
+    absolute: float,
+) -> tuple[float, int]:
+    """Integrate over one step of the tables; return the fraction of it to try next, and the evaluations."""
+    n = len(state) // 2
+    width = tables.width[step] * period
+    x, evaluations, size = 0.0, 0, fraction
+    while x < 1.0:
+        size = max(LEAST_FRACTION, size)
+        part = 1.0 - x if x + size > 1.0 - 1e-12 else size
+        h = part * width
+        for stage in range(7):
+            for row in range(2 * n):
+                trial[row] = state[row]
+                for before in range(stage):
+                    trial[row] += h * WEIGHTS[stage, before] * slopes[before, row]
+            slopes[stage, :n] = trial[n:]
+            acceleration(kernel, tables, step, x + NODES[stage] * part, period, trial, slopes[stage, n:])
+        evaluations += 7
+        error = 0.0
+        for row in range(2 * n):
+            change = 0.0
+            for stage in range(7):
+                weight = WEIGHTS[6, stage] - FOURTH[stage]
+                change += h * weight * slopes[stage, row]
+            allowed = absolute * (1.0 if row < n else 1.0 / width)
+            allowed += relative * max(abs(state[row]), abs(trial[row]))
+            error = max(error, abs(change) / allowed)
+        factor = 5.0 if error == 0.0 else min(5.0, max(0.2, 0.9 * error**-0.2))
+        if error <= 1.0 or part <= LEAST_FRACTION:
+            x = 1.0 if part == 1.0 - x else x + part
+            state[:] = trial
+            size = max(size, part * factor) if x == 1.0 else part * factor
+        else:
+            size = part * factor
+    return min(size, 1.0), evaluations

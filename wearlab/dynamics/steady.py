@@ -1,0 +1,111 @@
+"""Marching until steady, with a test that a slow decay cannot fool."""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.response import Counts, Response, Verdict
+from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageTables
+
+Array = NDArray[np.float64]
+BLOCK = 96
+
+
+class Marcher(Protocol):
+    """Something that integrates one system over mesh periods."""
+
+    right_hand_sides: int
+
+    def march(self, state: Array, count: int, keep: int) -> tuple[Array, Array]:
+        """March ``count`` periods and move ``state`` (2n,).
+
+        Returns the strobed states (count + 1, 2n) and the last ``keep`` periods (keep, n_steps + 1, 2n).
+        """
+        ...
+
+
+class Steadiness(NamedTuple):
+    """When a march ends.
+
+    Parameters
+    ----------
+    tolerance : remaining change of the strobed state, relative to its size
+    most : mesh periods after which a response counts as aperiodic
+    longest : longest period looked for [mesh periods]
+    averaged : mesh periods kept of an aperiodic response
+    """
+
+    tolerance: float
+    most: int
+    longest: int
+    averaged: int
+
+
+def remaining_change(strobe: Array, m: int, rate: float) -> float:
+    """Return how far strobed states (n, 2n) still are from their limit over ``m`` periods, relative to size.
+
+    The change ``D_k = |y_k − y_{k−m}|`` decays like ρ^k; what remains is the geometric sum
+    ``D ρ^m/(1 − ρ^m)``. With ρ = 0.98 that is fifty times the last change: a test of the change alone would
+    stop far too early.
+    """
+    n = strobe.shape[1] // 2
+    scaled = np.hstack([strobe[:, :n], strobe[:, n:] / rate])
+    size = float(np.abs(scaled).max())
+    change = np.abs(scaled[m:] - scaled[:-m]).max(axis=1)
+    third = len(change) // 3
+    early, late = float(change[:third].max()), float(change[-third:].max())
+    if late <= 1e-13 * size:
+        return late / size if size > 0.0 else 0.0
+    ratio = (late / early) ** (m / (len(change) - third))
+    return np.inf if ratio >= 1.0 else late * ratio / (1.0 - ratio) / size
+
+
+def _least_period(strobe: Array, m: int, rate: float, tolerance: float) -> int:
+    """Return the least divisor of ``m`` after which settled states come back (its own test may lag)."""
+    n = strobe.shape[1] // 2
+    scaled = np.hstack([strobe[:, :n], strobe[:, n:] / rate])[-2 * m - 1 :]
+    size = float(np.abs(scaled).max())
+    back = (np.abs(scaled[d:] - scaled[:-d]).max() <= 100.0 * tolerance * size for d in range(1, m + 1))
+    divisors = (d for d, same in enumerate(back, 1) if same and m % d == 0)
+    return next(divisors, m)
+
+
+def march_to_steady(
+    marcher: Marcher,
+    steadiness: Steadiness,
+    system: System,
+    tables: StageTables,
+    period: float,
+    start: Response | None,
+) -> Response:
+    """March in blocks until some period m ≤ ``longest`` has settled, and return the response."""
+    state = np.zeros(2 * len(system.load)) if start is None else start.end.copy()
+    rate = 2.0 * np.pi * len(tables.width) / (16.0 * period)
+    maps = 0
+
+    def response(m: int, kept: Array, residual: float, verdict: Verdict) -> Response:
+        counts = Counts(maps, marcher.right_hand_sides, 0)
+        return Response(
+            m, kept, np.empty(0, complex), verdict, counts, residual, system, tables, period
+        )  # fmt: skip
+
+    while maps < steadiness.most:
+        strobe, _ = marcher.march(state, BLOCK, 1)
+        maps += BLOCK
+        if not np.isfinite(state).all():
+            break
+        for m in range(1, steadiness.longest + 1):
+            left = remaining_change(strobe, m, rate)
+            if left <= steadiness.tolerance:
+                m = _least_period(strobe, m, rate, steadiness.tolerance)
+                _, kept = marcher.march(state, m, m)
+                maps += m
+                return response(m, kept, left, Verdict(True, None, True, True))
+    _, kept = marcher.march(state, steadiness.averaged, steadiness.averaged)
+    maps += steadiness.averaged
+    n = len(system.load)
+    strobed = kept[:, 0, :n]
+    spread = float(np.ptp(strobed, axis=0).max() / (np.abs(strobed).max() or 1.0))
+    return response(0, kept, spread, Verdict(False, None, True, bool(np.isfinite(kept).all())))
