@@ -159,5 +159,7 @@ def test_worn_flank_has_its_depth_and_the_shape_of_the_law(toys):
     direct = evolve(rate, np.zeros(rate.n), limits=Limits(depth=3e-6, flank=flank), scale=1e-7)
     assert np.array_equal(h[flank], direct.depth[-1][flank])
     assert lives[0].end_reason == "depth"
+    untouched, none = worn(rate, np.zeros(rate.n), {0: (flank, 0.0)})
+    assert (untouched.any(), none) == (False, ())
     with pytest.raises(ValueError, match="cannot be worn"):
         worn(lambda h: 0.0 * h, np.zeros(3), {1: (slice(None), 1e-6)})

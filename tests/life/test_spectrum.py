@@ -66,7 +66,8 @@ def test_growing_saw_needs_two_rises():
     levels = [1.0 + a * saw for a in (0.05, 0.1, 0.2)]
     assert grows_saw(*levels)
     assert not grows_saw(*levels[::-1])
-    assert not grows_saw(levels[0], levels[2], levels[1])
+    steep = [1.0 + a * saw for a in (0.6, 0.5, 0.4)]
+    assert not grows_saw(*steep)  # a saw that fades
 
 
 def test_swings_alternate_without_dying_out():
@@ -74,4 +75,7 @@ def test_swings_alternate_without_dying_out():
     assert swings(base, base + 0.10 * wave, base)
     assert not swings(base, base + 0.10 * wave, base + 0.02 * wave)  # dies out by 0.8 a step
     assert not swings(base, base + 0.10 * wave, base + 0.20 * wave)  # a trend
+    other = np.linspace(2.0, -1.6, 10)
+    assert abs(wave @ other) < 0.3 * np.linalg.norm(wave) * np.linalg.norm(other)
+    assert not swings(base, base + 0.1 * wave, base + 0.1 * wave + 0.1 * other)  # elsewhere
     assert not swings(base, base + 1e-4 * wave, base)  # noise

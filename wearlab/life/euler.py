@@ -115,7 +115,6 @@ class EulerStepper:
         depth = node.depth + size * node.rate
         end = Node(node.cycle + size, depth, self.rate(depth))
         self._inspect(node, end)
-        self.cap *= 2.0
         self.last_rate = node.rate
         error = 0.5 * size * (end.rate - node.rate)
         return [Step(node, end, (node.rate, node.rate), error, growth(node, end))], None

@@ -28,7 +28,7 @@ class Spectrum(NamedTuple):
     @property
     def is_real(self) -> bool:
         """Whether the fastest part simply decays (static load does, dynamics may not)."""
-        return self.alignment > 0.9
+        return self.alignment > 0.96
 
 
 def spectrum(
