@@ -196,6 +196,19 @@ def test_a_vanished_section_is_reported():
     assert not tooth_compliance(flexibility, wear, out[0], out[1])
 
 
+def test_a_section_vanishes_before_its_contact_point_does():
+    """Across the tooth wear counts h/cosλ; the worn contact point itself still has 2y − h cosλ under it."""
+    pair = build()
+    s = np.linspace(pair.path.A, pair.path.E, 401)
+    flexibility = tooth_flexibility(pair.driving, pair.radius(0, s))
+    wear, out = np.zeros(401), np.empty((2, 401))
+    limit = 2 * flexibility.half_thickness[-1] * flexibility.cosine[-1]
+    wear[-4:] = 0.9 * limit
+    assert tooth_compliance(flexibility, wear, out[0], out[1])
+    wear[-4:] = 1.04 * limit
+    assert not tooth_compliance(flexibility, wear, out[0], out[1])
+
+
 def test_compliance_scales_with_the_face_width_and_not_with_the_module():
     def compliance(module, width):
         pair = external_pair(
