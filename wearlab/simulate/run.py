@@ -90,7 +90,7 @@ def initial_wear(scene: Scene, parts: PairParts) -> tuple[Array, tuple[Any, ...]
     given = scene.wear.initial if scene.wear is not None else None
     by_law: dict[int, float] = {}
     for index, gear in enumerate(parts.pair.gears):
-        flank = (given or {}).get(gear.name)
+        flank = getattr(given, gear.name, None)
         if flank is None:
             continue
         match flank.shape:

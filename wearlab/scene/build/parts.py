@@ -158,4 +158,7 @@ def _validity(scene: Scene, pair: GearPair) -> tuple[str, ...]:
         flags.append(f"mesh.stiffness.scale = {stiffness.scale:g} is tuned")
     if build_film(scene, pair) is not None:
         flags.append("roughness: R_q = 1.25 R_a assumed")
+    initial = scene.wear.initial if scene.wear is not None else None
+    if any(flank is not None and flank.sides == "both" for flank in (initial and (initial.pinion, initial.gear) or ())):
+        flags.append("initial wear of back flanks is not part of the back contact")
     return tuple(flags)
