@@ -1,0 +1,92 @@
+"""``[wear.coefficient]``: the wear coefficient k, one for both gears or one per member."""
+
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+
+from wearlab.scene.part import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Number,
+    Part,
+    Pressure,
+    Switch,
+    WearCoefficient,
+    named,
+    option,
+)
+
+MEMBERS = ("pinion", "gear")
+SOURCE = "PHYSICS §7"
+
+
+class Scattered(Part):
+    """What every coefficient has: film and scatter."""
+
+    per_member: ClassVar[bool] = True
+
+    film: Switch = option(
+        False, "whether the oil film lowers the coefficient", source="L16 after Ding & Kahraman 2007"
+    )
+    factor: Annotated[Number, NOT_NEGATIVE] = option(1.0, "factor on the coefficient, for scatter")
+
+
+class ConstantCoefficient(Scattered):
+    """A given coefficient."""
+
+    model: Literal["constant"] = option(..., "constant coefficient", source=SOURCE)
+    value: Annotated[WearCoefficient, NOT_NEGATIVE] = option(
+        ..., "k of Archard's law dh = k p ds", source="L16 Eq. 19"
+    )
+
+
+class HardnessCoefficient(Scattered):
+    """A dimensionless coefficient over the hardness, K/H."""
+
+    model: Literal["hardness"] = option(..., "K/H", source="B23")
+    k: Annotated[Number, NOT_NEGATIVE] = option(..., "Archard's dimensionless K", source="B23")
+    hardness: Annotated[Pressure, POSITIVE] = option(..., "hardness H of the wearing flank", source="B23")
+
+
+class JanakiramanCoefficient(Scattered):
+    """A regression over load, pressure-viscosity and roughness; needs oil and both roughnesses."""
+
+    model: Literal["janakiraman"] = option(
+        ..., "regression of Janakiraman, Li & Kahraman 2014", source="W23 Eqs. 40–43, doi:10.1115/1.4027440"
+    )
+
+
+OneCoefficient = Annotated[
+    Annotated[
+        ConstantCoefficient | HardnessCoefficient | JanakiramanCoefficient, Field(discriminator="model")
+    ],
+    named(),
+]
+
+
+def _per_member(value: Any) -> Any:
+    """Read per-member tables as overrides of the general one; two equal members are one coefficient."""
+    if not isinstance(value, dict) or not any(member in value for member in MEMBERS):
+        return value
+    general = {key: own for key, own in value.items() if key not in MEMBERS}
+    each = {member: _over(general, value.get(member, {})) for member in MEMBERS}
+    return each["pinion"] if each["pinion"] == each["gear"] else each
+
+
+def _over(general: dict[str, Any], own: Any) -> Any:
+    """Return a member's options over the general ones; another model starts afresh."""
+    own = {"model": own} if isinstance(own, str) else own
+    if not isinstance(own, dict) or own.get("model", general.get("model")) != general.get("model"):
+        return own
+    return {**general, **own}
+
+
+def _one_or_each(value: Any) -> str:
+    return "each" if isinstance(value, dict) and any(member in value for member in MEMBERS) else "one"
+
+
+Coefficient = Annotated[
+    Annotated[OneCoefficient, Tag("one")] | Annotated[dict[str, OneCoefficient], Tag("each")],
+    Discriminator(_one_or_each),
+    BeforeValidator(_per_member),
+]

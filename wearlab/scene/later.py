@@ -1,0 +1,58 @@
+"""What campaign files may say one day, and this version refuses by name."""
+
+PLANETARY, INTERNAL = "planetary gear sets", "internal gear pairs and exact contact"
+FRICTION, RESPONSE = "friction and power", "frequency responses"
+
+LATER_KEYS: dict[str, dict[str, str]] = {
+    "": {
+        "start": "continuing another run",
+        "exclude": "excluding cases",
+        "expect": "expected verdicts",
+    },
+    "gears": {"planets": PLANETARY, "planet_angles": PLANETARY, "helix_angle": "helical gears"}
+    | dict.fromkeys(("sun", "planet", "carrier"), PLANETARY)
+    | {"ring": INTERNAL},
+    "gears.pinion": {"eccentricity": PLANETARY, "rim_diameter": INTERNAL},
+    "gears.gear": {"eccentricity": PLANETARY, "rim_diameter": INTERNAL},
+    "operation": {
+        "power": FRICTION,
+        "fixed": PLANETARY,
+        "load_torque": PLANETARY,
+        "duty": "duty cycles",
+        "stage": "stages of operation",
+    },
+    "mesh": {
+        "extended_contact": INTERNAL,
+        "face_load_factor": PLANETARY,
+        "sun_planet": PLANETARY,
+        "planet_ring": PLANETARY,
+    },
+    "mesh.stiffness": {"plane": "finite-element stiffness"},
+    "mesh.contact": {"extended_contact": INTERNAL},
+    "errors.pinion": {"planet_position": PLANETARY},
+    "errors.gear": {"planet_position": PLANETARY},
+    "dynamics": {"friction": FRICTION, "rotation": PLANETARY, "response": RESPONSE},
+    "lubricant": dict.fromkeys(
+        ("kinematic_viscosity_40", "kinematic_viscosity_100", "density", "temperature"),
+        "viscosity at a temperature",
+    ),
+    "wear.initial.pinion": dict.fromkeys(
+        ("file", "x", "y", "direction", "units", "zero", "smooth"), "measured flanks"
+    ),
+    "wear.initial.gear": dict.fromkeys(
+        ("file", "x", "y", "direction", "units", "zero", "smooth"), "measured flanks"
+    ),
+}
+
+LATER_CHOICES: dict[str, dict[str, str]] = {
+    "gears.kind": {"internal-pair": INTERNAL, "planetary": PLANETARY},
+    "mesh.stiffness": {"finite-element": "finite-element stiffness"},
+    "mesh.contact": {"exact": INTERNAL, "algorithm-1": INTERNAL},
+    "dynamics": {"planetary": PLANETARY, "planetary-torsional": FRICTION},
+    "wear.coefficient": {"calibrated": "calibrated coefficients"},
+}
+
+
+def later(what: str) -> str:
+    """Return the sentence that refuses it."""
+    return f"{what} are not part of this version of wearlab"

@@ -1,0 +1,68 @@
+"""Where a key leads: the parts that may stand at a dotted path of a scene."""
+
+from functools import cache
+from typing import Any, get_args
+
+from pydantic.fields import FieldInfo
+
+from wearlab.scene.part import Part
+
+Path = tuple[str, ...]
+MEMBERS = ("pinion", "gear")
+
+
+def parts_in(annotation: Any) -> tuple[type[Part], ...]:
+    """Return every kind of part that an annotation allows, however deeply it is nested."""
+    if isinstance(annotation, type) and issubclass(annotation, Part):
+        return (annotation,)
+    return tuple(part for argument in get_args(annotation) for part in parts_in(argument))
+
+
+@cache
+def parts_at(path: Path) -> tuple[type[Part], ...]:
+    """Return the parts that may stand at a path; none where a plain value or nothing stands."""
+    from wearlab.scene.scene import Scene
+
+    if not path:
+        return (Scene,)
+    found: list[type[Part]] = []
+    for part in parts_at(path[:-1]):
+        if path[-1] in part.model_fields:
+            found += parts_in(part.model_fields[path[-1]].annotation)
+        elif part.per_member and path[-1] in MEMBERS:
+            found.append(part)
+    return tuple(dict.fromkeys(found))
+
+
+@cache
+def field_at(path: Path) -> FieldInfo | None:
+    """Return the first field declared for a path, None when no part has such a key."""
+    return next((p.model_fields[path[-1]] for p in parts_at(path[:-1]) if path[-1] in p.model_fields), None)
+
+
+@cache
+def chooser_at(path: Path) -> str | None:
+    """Return the key that chooses among the parts at a path, None where there is no choice."""
+    return next((part.chooser for part in parts_at(path) if part.chooser in part.model_fields), None)
+
+
+@cache
+def default_choice(path: Path) -> str | None:
+    """Return what a choice without its chooser means, None where it must be written."""
+    field, chooser = field_at(path), chooser_at(path)
+    if field is None or chooser is None or not isinstance(field.default, Part):
+        return None
+    return str(getattr(field.default, chooser))
+
+
+@cache
+def keys_at(path: Path) -> tuple[str, ...]:
+    """Return every key that some part at a path understands."""
+    parts = parts_at(path)
+    members = MEMBERS if any(part.per_member for part in parts) else ()
+    return tuple(dict.fromkeys([key for part in parts for key in part.model_fields] + list(members)))
+
+
+def is_known(path: Path) -> bool:
+    """Return whether a scene may have a value at this path."""
+    return bool(path) and (field_at(path) is not None or bool(parts_at(path)))

@@ -1,0 +1,16 @@
+"""``[lubricant]``: the oil at the temperature of the contact."""
+
+from typing import Annotated
+
+from wearlab.scene.part import POSITIVE, Part, PressureViscosity, Viscosity, option
+
+
+class Lubricant(Part):
+    """Viscosity and its growth with pressure."""
+
+    viscosity: Annotated[Viscosity, POSITIVE] = option(
+        ..., "dynamic viscosity η0 at ambient pressure", source="Dowson & Higginson, PHYSICS §7"
+    )
+    pressure_viscosity: Annotated[PressureViscosity, POSITIVE] = option(
+        ..., "pressure-viscosity coefficient α", source="Dowson & Higginson, W23 Eq. 42"
+    )

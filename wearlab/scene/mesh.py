@@ -1,0 +1,135 @@
+"""``[mesh]``: contact, excitation and damping of the mesh (its stiffness: stiffness.py)."""
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from wearlab.scene.part import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Alternatives,
+    Angle,
+    Count,
+    DampingRate,
+    Depth,
+    Number,
+    Part,
+    named,
+    option,
+)
+from wearlab.scene.part import SpringRate as MeshStiffness
+from wearlab.scene.stiffness import PotentialEnergyStiffness, Stiffness
+
+Combination = Literal["min", "max", "mean"]
+Error = Literal["unloaded", "loaded"]
+COMBINATION = "how the gaps of the pairs in the path make one transmission error"
+ERROR = "transmission error that excites: unloaded, or loaded (counts F/k twice)"
+
+
+class DisplacementContact(Part):
+    """Worn flanks touch on the line of action: gaps are wear depths and modifications added up."""
+
+    model: Literal["displacement"] = option(
+        "displacement", "first-order form of worn contact", source="PHYSICS §4"
+    )
+    engagement: Literal["load", "threshold"] = option(
+        "load", "pairs in contact: those that carry load, or those closer than a threshold", source="Y23"
+    )
+    threshold: Annotated[Angle, POSITIVE] = option(
+        1e-4, "rotation of the driven gear within which a pair counts as engaged", source="Y23 Algorithm 1"
+    )
+
+
+class PairsExcitation(Part):
+    """Every pair is a spring with its own gap: no truncation, nothing counted twice."""
+
+    model: Literal["pairs"] = option("pairs", "pair by pair", source="PHYSICS §5")
+
+
+class FourierExcitation(Part):
+    """Truncated series of mesh stiffness and transmission error (as published)."""
+
+    model: Literal["fourier"] = option("fourier", "truncated Fourier series", source="W23, L16 Eqs. 7–8")
+    stiffness_harmonics: Annotated[Count, NOT_NEGATIVE] = option(..., "harmonics l of the mesh stiffness")
+    error_harmonics: Annotated[Count, NOT_NEGATIVE] = option(..., "harmonics l_e of the transmission error")
+    combination: Combination = option("min", COMBINATION, source="W23 Eq. 36")
+    error: Error = option("unloaded", ERROR, source="L16 Eq. 18")
+
+
+class Carrier(Part):
+    """What the modulations of stiffness and error have in common (L16 Eqs. 10–13)."""
+
+    carrier_phase: Angle = option(0.0, "phase of the fundamental harmonic", source="L16 Eqs. 10, 12")
+    am: Number = option(0.0, "amplitude of the amplitude modulation, A", source="L16 Eqs. 11, 13")
+    am_phase: Angle = option(0.0, "phase of the amplitude modulation", source="L16 Eqs. 11, 13")
+    fm: Angle = option(0.0, "amplitude of the frequency modulation, B", source="L16 Eqs. 11, 13")
+    fm_phase: Angle = option(0.0, "phase of the frequency modulation", source="L16 Eqs. 11, 13")
+
+
+class StiffnessModulation(Carrier):
+    """A given modulation of the mesh stiffness."""
+
+    mean: Annotated[MeshStiffness, POSITIVE] = option(..., "mean component k_mm", source="L16 Eq. 10")
+    carrier: MeshStiffness = option(..., "amplitude of the fundamental harmonic, k_a1", source="L16 Eq. 10")
+
+
+class ErrorModulation(Carrier):
+    """A given modulation of the transmission error."""
+
+    mean: Depth = option(0.0, "mean, 0 in the paper", source="L16 Eq. 12")
+    carrier: Depth = option(..., "amplitude of the fundamental harmonic, e_1", source="L16 Eq. 12")
+
+
+class ModulatedExcitation(Part):
+    """One harmonic with amplitude and frequency modulation (as published)."""
+
+    model: Literal["modulated"] = option(
+        "modulated", "amplitude and frequency modulation", source="L16 Eqs. 10–13"
+    )
+    combination: Combination = option("min", COMBINATION, source="W23 Eq. 36")
+    error: Error = option("unloaded", ERROR, source="L16 Eq. 18")
+    stiffness_modulation: StiffnessModulation | None = option(
+        None, "given modulation of the stiffness", derived="fitted to the contact analysis"
+    )
+    error_modulation: ErrorModulation | None = option(
+        None, "given modulation of the error", derived="fitted to the contact analysis"
+    )
+
+
+Contact = Annotated[DisplacementContact, named("displacement")]
+Excitation = Annotated[
+    Annotated[PairsExcitation | FourierExcitation | ModulatedExcitation, Field(discriminator="model")],
+    named("pairs"),
+]
+
+
+class Mesh(Part):
+    """The mesh of the two gears."""
+
+    alternatives: ClassVar[Alternatives] = ((("damping",), ("damping_ratio",)),)
+
+    stiffness: Stiffness = option(PotentialEnergyStiffness(), "stiffness of a tooth pair")
+    contact: Contact = option(DisplacementContact(), "how worn flanks touch")
+    excitation: Excitation = option(PairsExcitation(), "how the mesh force reaches the dynamics")
+    normal_backlash: Annotated[Depth, NOT_NEGATIVE] | None = option(
+        None,
+        "backlash j_bn along the line of action: back contact begins where drive contact ends at 0",
+        derived="the back flank is not modelled, separation still is",
+        source="L16 Eq. 6, recentred",
+    )
+    damping_ratio: Annotated[Number, NOT_NEGATIVE] | None = option(
+        None,
+        "damping ratio on mean stiffness and effective mass of the mesh; this or damping with dynamics",
+        derived="damping",
+    )
+    damping: Annotated[DampingRate, NOT_NEGATIVE] | None = option(
+        None,
+        "mesh damping c_m; this or damping_ratio with dynamics",
+        derived="damping_ratio",
+        source="L16 Table 1",
+    )
+    damping_in: Literal["contact", "always"] = option(
+        "contact",
+        "when the damping acts: while flanks touch, or always as in the papers",
+        source="PHYSICS §6",
+    )

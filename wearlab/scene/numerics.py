@@ -1,0 +1,29 @@
+"""``[numerics]``: one tolerance, and what may override what follows from it."""
+
+from typing import Annotated
+
+from annotated_types import Ge, Lt
+
+from wearlab.scene.part import POSITIVE, Count, Number, Part, option
+
+DERIVED = "from the tolerance"
+
+
+class Numerics(Part):
+    """How accurate a run is."""
+
+    tolerance: Annotated[Number, POSITIVE, Lt(1.0)] = option(
+        1e-3, "relative error in wear depth and life", source="NUMERICS §3"
+    )
+    steps_per_period: Annotated[Count, Ge(4)] | None = option(
+        None, "integration steps in a mesh period", derived=DERIVED
+    )
+    phase_points: Annotated[Count, Ge(8)] | None = option(
+        None, "stored phases of a mesh period", derived=DERIVED
+    )
+    profile_points: Annotated[Count, Ge(9)] | None = option(
+        None, "nodes on the path of contact", derived=DERIVED
+    )
+    cycle_tolerance: Annotated[Number, POSITIVE, Lt(1.0)] | None = option(
+        None, "relative error of the steps over cycles", derived=DERIVED
+    )

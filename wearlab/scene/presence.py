@@ -1,0 +1,46 @@
+"""Which parts a scene has, and which it leaves out: not computed, not compiled, not stored."""
+
+from wearlab.scene.coefficient import MEMBERS
+from wearlab.scene.scene import Scene
+
+
+def _parts(scene: Scene) -> dict[str, str | None]:
+    """Return every part by its word; with what is chosen of it, None when it is left out."""
+    mesh, wear, dynamics, errors = scene.mesh, scene.wear, scene.dynamics, scene.errors
+    gears = [scene.gears.pinion, scene.gears.gear]
+    oil = scene.lubricant is not None and all(g.roughness_ra is not None for g in gears)
+    modified = any(g.tip_relief or g.root_relief or g.profile_crowning or g.profile_slope for g in gears)
+    coefficients = (
+        [] if wear is None or wear.coefficient is None else [wear.coefficient_of(m) for m in MEMBERS]
+    )
+    models = sorted({one.model for one in coefficients})
+    return {
+        "gears": scene.gears.kind,
+        "flank modifications": "" if modified else None,
+        "mesh stiffness": mesh.stiffness.model,
+        "contact": mesh.contact.model,
+        "errors": None if errors is None else errors.slow,
+        "dynamics": None if dynamics is None else f"{dynamics.model}, {dynamics.method}",
+        "excitation": None if dynamics is None else mesh.excitation.model,
+        "back flank": None if dynamics is None or mesh.normal_backlash is None else "",
+        "torque fluctuation": None if dynamics is None or scene.operation.torque_fluctuation is None else "",
+        "film": "" if oil else None,
+        "film in the coefficient": "" if any(one.film for one in coefficients) else None,
+        "initial wear": None if wear is None or wear.initial is None else "",
+        "wear": f"{' and '.join(models)} coefficient, {wear.load} load" if wear and models else None,
+        "life": wear.step.method if wear and wear.until else None,
+    }
+
+
+def parts_present(scene: Scene) -> list[str]:
+    """Return the parts a scene has, each with what is chosen of it."""
+    return [
+        f"{word}: {chosen}" if chosen else word
+        for word, chosen in _parts(scene).items()
+        if chosen is not None
+    ]
+
+
+def parts_left_out(scene: Scene) -> list[str]:
+    """Return the parts a scene leaves out."""
+    return [word for word, chosen in _parts(scene).items() if chosen is None]

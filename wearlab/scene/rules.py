@@ -1,0 +1,102 @@
+"""What the sections of a scene ask of each other."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from wearlab.scene.coefficient import MEMBERS, JanakiramanCoefficient
+from wearlab.scene.dynamics import Spur3dofDynamics, Support, TorsionalDynamics
+
+if TYPE_CHECKING:
+    from wearlab.scene.scene import Scene
+
+
+def broken_rules(scene: "Scene") -> list[str]:
+    """Return one line for each rule that a scene breaks."""
+    rules = (_damping, _supports, _load, _limits, _initial, _oil)
+    return [f"scene.{path}: {reason}" for rule in rules for path, reason in rule(scene)]
+
+
+Problems = Iterator[tuple[str, str]]
+
+
+def _damping(scene: "Scene") -> Problems:
+    if scene.dynamics is not None and scene.mesh.damping is None and scene.mesh.damping_ratio is None:
+        yield "mesh", "dynamics need mesh damping: give 'damping' such as '1000 N*s/m', or 'damping_ratio'"
+
+
+def _supports(scene: "Scene") -> Problems:
+    match scene.dynamics:
+        case Spur3dofDynamics() | TorsionalDynamics():
+            supports = {member: scene.dynamics.supports.get(member) for member in MEMBERS}
+        case _:
+            return
+    for member, support in supports.items():
+        path = f"dynamics.supports.{member}"
+        if support is None or support.damping_ratio is not None:
+            continue
+        if isinstance(support, Support) and support.damping is None:
+            yield path, "give 'damping' such as '5360 N*s/m', or 'damping_ratio'"
+        turns = support.torsional_stiffness is not None or support.tangential_stiffness is not None
+        if turns and support.torsional_damping is None:
+            yield (
+                path,
+                "a torsional spring needs 'torsional_damping' such as '2 N*m*s/rad', or 'damping_ratio'",
+            )
+
+
+def _load(scene: "Scene") -> Problems:
+    if scene.wear is None:
+        return
+    load = scene.wear.load
+    if load != "static" and scene.dynamics is None:
+        yield "wear.load", f"{load!r} needs [dynamics]; without it the load is 'static'"
+    if load == "equivalent" and scene.wear.wohler_slope is None:
+        yield "wear.load", "'equivalent' needs 'wohler_slope', such as 8.7"
+
+
+def _limits(scene: "Scene") -> Problems:
+    if scene.wear is None:
+        return
+    if scene.wear.until is not None and scene.wear.coefficient is None:
+        yield (
+            "wear.coefficient",
+            'required with until, such as {model = "constant", value = "9.65e-19 m^2/N"}',
+        )
+    if scene.wear.snapshots is not None and scene.wear.until is None:
+        yield "wear.snapshots", "snapshots need 'until': without it there is one wear state"
+
+
+def _initial(scene: "Scene") -> Problems:
+    if scene.wear is None or scene.wear.initial is None or scene.wear.coefficient is not None:
+        return
+    for member in MEMBERS:
+        initial = getattr(scene.wear.initial, member)
+        if initial is not None and initial.shape == "worn":
+            yield (
+                f"wear.initial.{member}.shape",
+                "'worn' is by this wear law and needs 'wear.coefficient'; or give 'quadratic' or 'uniform'",
+            )
+
+
+def _oil(scene: "Scene") -> Problems:
+    if scene.wear is None or scene.wear.coefficient is None:
+        return
+    each = [scene.wear.coefficient_of(member) for member in MEMBERS]
+    needs = [
+        name
+        for name, needed in (
+            ("film = true", any(one.film for one in each)),
+            ("'janakiraman'", any(isinstance(one, JanakiramanCoefficient) for one in each)),
+        )
+        if needed
+    ]
+    if not needs:
+        return
+    if scene.lubricant is None:
+        yield "lubricant", f"{' and '.join(needs)} in wear.coefficient needs [lubricant]"
+    for member in MEMBERS:
+        if getattr(scene.gears, member).roughness_ra is None:
+            yield (
+                f"gears.{member}.roughness_ra",
+                f"{' and '.join(needs)} in wear.coefficient needs both roughnesses, such as '0.3 um'",
+            )

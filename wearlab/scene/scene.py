@@ -1,0 +1,124 @@
+"""A scene: everything one run depends on, and nothing else."""
+
+import json
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any, cast
+
+from pydantic import PrivateAttr, ValidationError, model_validator
+
+from wearlab.scene.dynamics import Dynamics
+from wearlab.scene.errors import Errors
+from wearlab.scene.gears import ExternalPair
+from wearlab.scene.identity import canonical, identity, stored
+from wearlab.scene.lubricant import Lubricant
+from wearlab.scene.merge import DropError, merge, nested, without
+from wearlab.scene.mesh import Mesh
+from wearlab.scene.numerics import Numerics
+from wearlab.scene.operation import Operation
+from wearlab.scene.part import Part, option
+from wearlab.scene.problems import SceneError, problems_of
+from wearlab.scene.rules import broken_rules
+from wearlab.scene.store import Store
+from wearlab.scene.wear import Wear
+
+
+class Scene(Part):
+    """The sections of a campaign file that one run depends on; an absent section is ``None``.
+
+    Made by `from_mapping`, `from_canonical` or `replace`. Values are SI: angles in rad, speeds in rad/s.
+    Two scenes are equal when they have the same canonical form.
+    """
+
+    gears: ExternalPair = option(..., "shape of the gears")
+    operation: Operation = option(..., "how they are driven")
+    mesh: Mesh = option(Mesh(), "contact, stiffness, excitation and damping")
+    errors: Errors | None = option(None, "prescribed errors", derived="none")
+    dynamics: Dynamics | None = option(None, "moving coordinates", derived="quasi-static")
+    lubricant: Lubricant | None = option(None, "the oil", derived="dry: no film")
+    wear: Wear | None = option(None, "the wear law and the life", derived="one unworn state")
+    numerics: Numerics = option(Numerics(), "accuracy")
+    store: Store = option(Store(), "what is kept")
+
+    _mapping: dict[str, Any] = PrivateAttr(default_factory=dict)
+    _base: Path | None = PrivateAttr(default=None)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _load_that_wears(cls, given: Any) -> Any:
+        wear = given.get("wear") if isinstance(given, dict) else None
+        if not isinstance(wear, dict):
+            return given
+        load = "static" if given.get("dynamics") is None else "instant"
+        return {**given, "wear": {"load": load, **wear}}
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any], base_directory: str | Path | None = None) -> "Scene":
+        """Return the scene of a table as a campaign file writes it.
+
+        Parameters
+        ----------
+        mapping : sections, quantities with their units
+        base_directory : folder that relative paths start from
+
+        Raises
+        ------
+        SceneError
+            With every problem, one line each.
+        """
+        base = None if base_directory is None else Path(base_directory)
+        raw = dict(mapping)
+        try:
+            scene = cls.model_validate(raw, context={"base_directory": base})
+        except ValidationError as error:
+            raise SceneError(problems_of(error)) from None
+        if broken := broken_rules(scene):
+            raise SceneError(broken)
+        scene._mapping, scene._base = raw, base
+        return scene
+
+    @classmethod
+    def from_canonical(cls, text: str) -> "Scene":
+        """Return the scene that a dataset stores as canonical JSON."""
+        return cls.from_mapping(stored(json.loads(text)))
+
+    def replace(self, key: str, value: Any) -> "Scene":
+        """Return a scene in which one option differs; other models and alternatives make way.
+
+        Parameters
+        ----------
+        key : dotted key, such as ``"operation.torque"``
+        value : as a campaign file writes it; ``None`` takes the option back to its default
+
+        Raises
+        ------
+        SceneError
+            When the result is no valid scene.
+        """
+        try:
+            changed = (
+                without(self._mapping, key) if value is None else merge(self._mapping, nested(key, value))
+            )
+        except DropError as error:
+            raise SceneError((f"scene.{key}: {error}",)) from None
+        return type(self).from_mapping(changed, self._base)
+
+    def canonical(self) -> str:
+        """Return the canonical JSON: defaults filled in, SI, 12 significant digits."""
+        return self._canonical
+
+    @cached_property
+    def id(self) -> str:
+        """The identity of the run: a hash of the canonical scene and the model version."""
+        return identity(self._canonical)
+
+    @cached_property
+    def _canonical(self) -> str:
+        return canonical(self.model_dump())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Scene) and self._canonical == other._canonical
+
+    def __hash__(self) -> int:
+        return hash(cast(str, self._canonical))

@@ -1,0 +1,94 @@
+"""``[mesh.stiffness]``: how stiff one tooth pair, or the mesh, is."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from wearlab.scene.part import POSITIVE, Number, Part, SpringRate, named, option
+from wearlab.scene.tables import read_stiffness
+
+Of = Literal["pair", "mesh"]
+OF = "whose stiffness it is: one pair's, or the whole mesh's"
+
+
+class PotentialEnergyStiffness(Part):
+    """Bending, shear, compression, Hertz contact and fillet foundation in series."""
+
+    model: Literal["potential-energy"] = option(
+        "potential-energy", "potential-energy method", source="PHYSICS §3"
+    )
+    hertz: Literal["yang-sun", "weber"] = option(
+        "yang-sun",
+        "contact stiffness: constant, or load-dependent (about three times softer)",
+        source="L16, W23, Y23",
+    )
+    foundation: Literal["sainsot", "none"] = option(
+        "sainsot", "flexibility of the wheel body", source="Sainsot, Velex & Duverger 2004"
+    )
+    coupling: Literal["none", "shared"] = option(
+        "none", "whether simultaneous pairs share the wheel body", source="PHYSICS §3"
+    )
+    correction: tuple[Annotated[Number, POSITIVE], Annotated[Number, POSITIVE]] = option(
+        (1.0, 1.0), "factors λ on the foundation stiffness of the driving and the driven gear"
+    )
+    shear_factor: Annotated[Number, POSITIVE] = option(
+        1.2, "shear correction of the tooth section; B23 prints 1.5", source="W23, B23"
+    )
+    scale: Annotated[Number, POSITIVE] = option(
+        1.0, "factor on the stiffness; anything but 1 is flagged as tuned"
+    )
+
+
+class ConstantStiffness(Part):
+    """A constant stiffness, of each pair while in the path, or of the mesh."""
+
+    model: Literal["constant"] = option("constant", "constant stiffness", source="PHYSICS §3")
+    value: Annotated[SpringRate, POSITIVE] = option(..., "the stiffness")
+    of: Of = option("pair", OF)
+
+
+class StiffnessUnits(Part):
+    """Units of the columns of a table."""
+
+    phase: Literal["1"] = option("1", "the phase is a fraction of the mesh period")
+    path_position: str | None = option(None, "unit of the path position", derived="required with that column")
+    stiffness: str = option(..., "unit of the stiffness, such as 'N/um'")
+
+
+class TabulatedStiffness(Part):
+    """A stiffness read from a file; its contents, not its path, are part of the scene."""
+
+    model: Literal["tabulated"] = option("tabulated", "stiffness from a file", source="PHYSICS §3")
+    file: str | None = option(
+        None,
+        "CSV file with columns phase or path_position, and stiffness",
+        derived="required in a campaign file",
+        identity=False,
+    )
+    of: Of = option("pair", OF)
+    units: StiffnessUnits | None = option(
+        None, "units of the columns", derived="required in a campaign file", identity=False
+    )
+    along: SkipJsonSchema[Literal["phase", "path_position"]] = option(
+        ..., "what the abscissa is, read from the file"
+    )
+    abscissa: SkipJsonSchema[tuple[float, ...]] = option(
+        ..., "phase [1] or path position [m], ascending, from the file"
+    )
+    stiffness: SkipJsonSchema[tuple[float, ...]] = option(..., "stiffness [N/m], from the file")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _contents(cls, given: Any, info: ValidationInfo) -> Any:
+        if not isinstance(given, dict):
+            return given
+        return read_stiffness(given, (info.context or {}).get("base_directory"))
+
+
+Stiffness = Annotated[
+    Annotated[
+        PotentialEnergyStiffness | ConstantStiffness | TabulatedStiffness, Field(discriminator="model")
+    ],
+    named("potential-energy"),
+]

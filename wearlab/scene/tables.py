@@ -1,0 +1,112 @@
+"""Tables that a scene refers to: read once, so that their contents are part of the scene."""
+
+import csv
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from pydantic_core import PydanticCustomError
+
+from wearlab.scene.part import Stored
+from wearlab.units import UnitError, convert
+
+ABSCISSAE = {"phase": "1", "path_position": "m"}
+
+
+class TableError(ValueError):
+    """A file is not the table it should be."""
+
+
+def read_stiffness(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
+    """Return the options of a tabulated stiffness with the file's contents in SI.
+
+    Parameters
+    ----------
+    given : the options as written; contents that were read before stay
+    base : folder that a relative path starts from
+    """
+    if isinstance(given.get("stiffness"), list | tuple) and _is_stored(given):
+        return given
+    for key in ("along", "abscissa", "stiffness"):
+        if key in given:
+            raise PydanticCustomError("table", "{key} is read from file, not written", {"key": repr(key)})
+    for key in ("file", "units"):
+        if key not in given:
+            raise PydanticCustomError("table", "{key} is required: {file, of, units}", {"key": repr(key)})
+    try:
+        along, x, k = stiffness_table(str(given["file"]), dict(given["units"]), base)
+    except (TableError, TypeError, ValueError) as error:
+        raise PydanticCustomError("table", "{message}", {"message": str(error)}) from None
+    return {**given, "along": along, "abscissa": x, "stiffness": k}
+
+
+def _is_stored(given: dict[str, Any]) -> bool:
+    numbers = (*given.get("abscissa", ()), *given["stiffness"])
+    return "along" in given and all(isinstance(number, Stored) for number in numbers)
+
+
+def stiffness_table(
+    file: str, units: dict[str, Any], base: Path | None
+) -> tuple[str, tuple[float, ...], tuple[float, ...]]:
+    """Return what the abscissa is, the abscissa [1] or [m], and the stiffness [N/m].
+
+    Raises
+    ------
+    TableError
+        When the file cannot be read, lacks a column or a unit, or descends.
+    """
+    path = Path(file) if base is None else base / file
+    columns = {name: list(values) for name, values in _columns(path).items()}
+    along = next((name for name in ABSCISSAE if name in columns), None)
+    if along is None or "stiffness" not in columns:
+        raise TableError(
+            f"{file}: columns are {', '.join(columns)}; expected phase or path_position, and stiffness"
+        )
+    x = _in(columns[along], units.get(along, "1" if along == "phase" else None), ABSCISSAE[along], along)
+    k = _in(columns["stiffness"], units.get("stiffness"), "N/m", "stiffness")
+    if any(b < a for a, b in pairwise(x)):
+        raise TableError(f"{file}: {along} descends; an abscissa that stands twice marks a jump")
+    if any(c == a for a, c in zip(x, x[2:], strict=False)):
+        raise TableError(f"{file}: {along} has the same value three times; twice marks a jump")
+    if min(k) < 0.0 or max(k) <= 0.0:
+        raise TableError(f"{file}: stiffness {min(k):g} N/m; it must not be negative, nor zero everywhere")
+    return along, x, k
+
+
+def _in(values: list[float], unit: Any, wanted: str, column: str) -> tuple[float, ...]:
+    if not isinstance(unit, str):
+        raise TableError(f"units.{column} is required, such as {wanted!r}")
+    try:
+        return tuple(convert(value, unit, wanted) for value in values)
+    except UnitError as error:
+        raise TableError(f"units.{column}: {error}") from None
+
+
+def _columns(path: Path) -> dict[str, tuple[float, ...]]:
+    try:
+        stamp = path.stat()
+        return _read(path, stamp.st_mtime_ns, stamp.st_size)
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise TableError(f"cannot read {path.name}: {reason}") from None
+
+
+@lru_cache(maxsize=32)
+def _read(path: Path, modified: int, size: int) -> dict[str, tuple[float, ...]]:
+    """Return the columns of a CSV file; lines that start with # are comments."""
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        rows = list(csv.reader(line for line in file if line.strip() and not line.startswith("#")))
+    if len(rows) < 2:
+        raise TableError(f"{path.name}: no rows under a header")
+    names = [name.strip() for name in rows[0]]
+    try:
+        numbers = [[float(cell) for cell in row] for row in rows[1:]]
+        columns = {name: column for name, column in zip(names, zip(*numbers, strict=True), strict=True)}
+    except ValueError:
+        raise TableError(
+            f"{path.name}: every row must hold {len(names)} numbers under {', '.join(names)}"
+        ) from None
+    if any(number - number != 0.0 for column in columns.values() for number in column):
+        raise TableError(f"{path.name}: a value is not finite")
+    return columns

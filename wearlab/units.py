@@ -1,0 +1,271 @@
+"""``"134 N*m"`` to SI and back, through pint, with its traps closed.
+
+A quantity with a dimension is a string with its unit; what it may be is told by its *kind* ("torque",
+"speed", ...): a dimension, an SI unit and a plausible range. Angles count as a dimension here, so that
+``25 Hz`` is no speed and ``N*m`` no torsional stiffness; ``1/min`` means revolutions where a speed is meant.
+pint is imported when the first unit is read.
+"""
+
+import math
+import re
+from decimal import Decimal
+from difflib import get_close_matches
+from functools import cache
+from typing import Any, NamedTuple, TypeVar
+
+Value = TypeVar("Value")
+
+
+class UnitError(ValueError):
+    """A text is not a quantity of the wanted kind; the message says what would be."""
+
+
+class Kind(NamedTuple):
+    """A kind of quantity.
+
+    Parameters
+    ----------
+    name : what messages call it
+    unit : SI unit of the stored number
+    example : how one is written
+    units : usual units, the choices offered when a unit is misspelt
+    low, high : plausible range of the magnitude in SI; zero is always plausible
+    """
+
+    name: str
+    unit: str
+    example: str
+    units: tuple[str, ...]
+    low: float
+    high: float
+
+
+KINDS = {
+    kind.name: kind
+    for kind in (
+        Kind("length", "m", "20 mm", ("mm", "m", "um", "cm", "inch"), 1e-6, 1e2),
+        Kind("depth", "m", "0.3 um", ("um", "mm", "nm", "m"), 1e-13, 1e-2),
+        Kind("angle", "rad", "20 deg", ("deg", "rad", "mrad", "arcmin"), 1e-12, 1e3),
+        Kind("speed", "rad/s", "1100 rpm", ("rpm", "rad/s", "rev/min", "1/min", "deg/s"), 1e-6, 1e5),
+        Kind("torque", "N*m", "340 N*m", ("N*m", "kN*m", "N*mm", "Nm", "kNm"), 1e-9, 1e9),
+        Kind("force", "N", "100 N", ("N", "kN", "MN"), 1e-9, 1e9),
+        Kind("mass", "kg", "2.8 kg", ("kg", "g", "t"), 1e-9, 1e7),
+        Kind("inertia", "kg*m^2", "7300 kg*mm^2", ("kg*m^2", "kg*mm^2", "g*mm^2"), 1e-15, 1e9),
+        Kind("stiffness", "N/m", "1150 N/um", ("N/m", "N/um", "N/mm", "kN/mm", "MN/m"), 1e1, 1e15),
+        Kind("torsional stiffness", "N*m/rad", "1e6 N*m/rad", ("N*m/rad", "kN*m/rad", "N*m/deg"), 1e-6, 1e14),
+        Kind("damping", "N*s/m", "1000 N*s/m", ("N*s/m", "N*s/mm", "kN*s/m"), 1e-6, 1e10),
+        Kind("torsional damping", "N*m*s/rad", "2 N*m*s/rad", ("N*m*s/rad", "N*mm*s/rad"), 1e-12, 1e9),
+        Kind("pressure", "Pa", "206 GPa", ("GPa", "MPa", "Pa", "N/mm^2"), 1e3, 1e13),
+        Kind("density", "kg/m^3", "7830 kg/m^3", ("kg/m^3", "g/cm^3"), 1e0, 1e5),
+        Kind("viscosity", "Pa*s", "0.012 Pa*s", ("Pa*s", "mPa*s", "cP"), 1e-5, 1e3),
+        Kind(
+            "pressure-viscosity coefficient", "1/Pa", "1.6e-8 1/Pa", ("1/Pa", "1/GPa", "mm^2/N"), 1e-10, 1e-6
+        ),
+        Kind(
+            "wear coefficient", "m^2/N", "9.65e-19 m^2/N", ("m^2/N", "mm^3/Nm", "mm^2/N", "1/Pa"), 1e-24, 1e-8
+        ),
+        Kind("time", "s", "10 h", ("s", "min", "h"), 1e-12, 1e12),
+        Kind("temperature", "K", "60 degC", ("degC", "K"), 1e2, 2e3),
+    )
+}
+
+NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\d.])\s*(.*?)\s*", re.DOTALL)
+TOKEN = re.compile(
+    r"\s*(?:([A-Za-z_µμ°%]+)\s*(?:(?:\^|\*\*)\s*\(?([+-]?\d+)\)?|([+-]?\d+))?|(1)(?=\s*/)|([*/·⋅()]))"
+)
+SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+ALIASES = {
+    "Nm": "(N*m)",
+    "kNm": "(kN*m)",
+    "MNm": "(MN*m)",
+    "Nmm": "(N*mm)",
+    "rev": "turn",
+    "r": "turn",
+    "°": "degree",
+    "°C": "degC",
+    "%": "percent",
+}
+PER_MINUTE = ("1/min", "min^-1")
+ENERGIES = re.compile(r"joule|watt|calorie|volt|thermal_unit|erg")
+
+
+def quantity(text: object, kind: str) -> float:
+    """Return a written quantity in the SI unit of its kind.
+
+    Parameters
+    ----------
+    text : a number and its unit, such as ``"1100 rpm"``
+    kind : a key of `KINDS`
+
+    Returns
+    -------
+    The value [SI].
+
+    Raises
+    ------
+    UnitError
+        When there is no unit, a unit of something else, no finite number, or an implausible magnitude.
+    """
+    wanted = KINDS[kind]
+    number, unit = split(text, wanted)
+    try:
+        value = _to_si(number, unit, wanted)
+    except UnitError as error:
+        raise UnitError(f"{text!r}: {error}") from None
+    if value != 0.0 and not wanted.low <= abs(value) <= wanted.high:
+        raise UnitError(
+            f"{text!r} is {value:.3g} {wanted.unit}, outside the plausible range of a {wanted.name} "
+            f"({wanted.low:g} to {wanted.high:g} {wanted.unit}); is the unit right?"
+        )
+    return value
+
+
+def split(text: object, wanted: Kind | None = None) -> tuple[str, str]:
+    """Return the number and the unit of a written quantity, both as texts.
+
+    Raises
+    ------
+    UnitError
+        When ``text`` is no string of a finite number and a unit.
+    """
+    example = (
+        f"a {wanted.name} with its unit, such as {wanted.example!r}" if wanted else "a number with its unit"
+    )
+    if not isinstance(text, str):
+        bare = isinstance(text, int | float) and not isinstance(text, bool)
+        raise UnitError(f"{text!r} {'has no unit' if bare else 'is no quantity'}: write {example}")
+    match = NUMBER.fullmatch(text)
+    if match is None:
+        raise UnitError(f"{text!r}: write {example}")
+    if not math.isfinite(float(match[1])):
+        raise UnitError(f"{text!r} is not finite: write {example}")
+    if not match[2]:
+        raise UnitError(f"{text!r} has no unit: write {example}")
+    return match[1], match[2]
+
+
+def is_quantity(value: object) -> bool:
+    """Return whether a value looks like a number with its unit."""
+    return isinstance(value, str) and (match := NUMBER.fullmatch(value)) is not None and bool(match[2])
+
+
+def convert(value: Value, from_unit: str, to_unit: str) -> Value:
+    """Return a value or an array in another unit of the same dimension, angles included.
+
+    Parameters
+    ----------
+    value : number or array, in ``from_unit``
+    from_unit, to_unit : units as campaign files or datasets (``"rad s-1"``) write them
+
+    Raises
+    ------
+    UnitError
+        When a unit is unknown or their dimensions differ.
+    """
+    scale, offset = _between(from_unit, to_unit)
+    changed: Any = value
+    if scale != 1.0:
+        changed = changed * scale if scale >= 1.0 else changed / _between(to_unit, from_unit)[0]
+    return changed + offset if offset else changed
+
+
+def _to_si(number: str, unit: str, wanted: Kind) -> float:
+    if (
+        wanted.name == "speed"
+        and re.sub(r"\s|\*\*", "", _plain(unit)).replace("min-1", "min^-1") in PER_MINUTE
+    ):
+        unit = "rpm"
+    try:
+        scale, offset = _between(unit, wanted.unit)
+    except UnitError as error:
+        raise UnitError(f"{error}; {_advice(unit, wanted)}") from None
+    if wanted.name == "torque" and ENERGIES.search(str(_unit(unit))):
+        raise UnitError(f"{unit!r} is a unit of energy; {_advice(unit, wanted)}")
+    if offset:
+        return float(number) * scale + offset
+    exact = repr(scale)  # a decimal factor: one rounding instead of two
+    return float(Decimal(number) * Decimal(exact)) if len(exact) < 12 else float(number) * scale
+
+
+def _advice(unit: str, wanted: Kind) -> str:
+    near = get_close_matches(unit, wanted.units, 1, 0.5)
+    meant = f"did you mean {near[0]!r}? " if near else ""
+    return f"{meant}expected a {wanted.name} such as {wanted.example!r} (kept in {wanted.unit})"
+
+
+@cache
+def _between(from_unit: str, to_unit: str) -> tuple[float, float]:
+    """Return factor and offset from one unit to another."""
+    registry = _registry()
+    source, target = _unit(from_unit), _unit(to_unit)
+    if "degree_C" in f"{source}{target}" or "degree_F" in f"{source}{target}":
+        return _between_temperatures(source, target, from_unit, to_unit)
+    (up, base), (down, other) = registry.get_root_units(source), registry.get_root_units(target)
+    if base != other:
+        raise UnitError(f"{from_unit!r} is not a unit like {to_unit!r}{_hint(base, other)}")
+    return _decimal(float(up) / float(down)), 0.0
+
+
+def _between_temperatures(source: Any, target: Any, from_unit: str, to_unit: str) -> tuple[float, float]:
+    try:
+        zero, one = (float(_registry().Quantity(x, source).to(target).magnitude) for x in (0.0, 1.0))
+    except Exception as error:
+        raise UnitError(f"{from_unit!r} is not a unit like {to_unit!r}") from error
+    return _decimal(one - zero), zero
+
+
+def _hint(base: Any, other: Any) -> str:
+    turns = _registry().Unit("radian")
+    if base in (other / turns, other * turns):
+        return ": one counts angle, the other does not (Hz and 1/s say neither radians nor revolutions)"
+    return ""
+
+
+def _decimal(scale: float) -> float:
+    """Return the short decimal number that a factor is up to round-off, else the factor."""
+    short = float(f"{scale:.10g}")
+    return short if abs(short - scale) <= 4 * math.ulp(scale) else scale
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry()
+
+
+@cache
+def _unit(text: str) -> Any:
+    """Return pint's unit for a text, after reading it by a grammar that has no room for numbers or prose."""
+    try:
+        return _registry().Unit(_expression(text))
+    except UnitError:
+        raise
+    except Exception:  # pint raises errors of many kinds, tokenizer's included
+        raise UnitError(f"{text!r} is not a known unit") from None
+
+
+def _plain(text: str) -> str:
+    return re.sub(r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda found: "^" + found[0].translate(SUPERSCRIPTS), text)
+
+
+def _expression(text: str) -> str:
+    """Return a unit as an expression with every product written out."""
+    plain, written, at = _plain(text), "", 0
+    if plain.strip() in ("", "1"):
+        return "dimensionless"
+    while at < len(plain.rstrip()):
+        match = TOKEN.match(plain, at)
+        if match is None:
+            raise UnitError(f"{text!r} is not a known unit")
+        name, power, attached, one, sign = match.groups()
+        factor = ALIASES.get(name, name) if name else one
+        if written and written[-1] not in "*/(" and (factor or sign == "("):
+            written += "*"
+        exponent = power or attached
+        written += (factor + (f"**{exponent}" if exponent else "")) if factor else sign.translate(PRODUCTS)
+        at = match.end()
+    return written
+
+
+PRODUCTS = str.maketrans("·⋅", "**")
