@@ -16,6 +16,7 @@ from wearlab.dynamics.flanks import behind, in_path, part_law, row_product, slop
 from wearlab.dynamics.rk4_step import rk4_step
 
 MOST_CHANGES = 12
+MOST_ITERATIONS = 60
 NUDGE = 1e-4
 NOTHING = -1
 
@@ -51,7 +52,17 @@ def scratch(n: int, meshes: int, pairs: int, width: int) -> Scratch:
 
 @jit
 def part_step(
-    kernel: Any, tables: Any, step: int, a: float, b: float, period: float, columns: Any, width: Any, s: Any, i: Any, j: Any
+    kernel: Any,
+    tables: Any,
+    step: int,
+    a: float,
+    b: float,
+    period: float,
+    columns: Any,
+    width: Any,
+    s: Any,
+    i: Any,
+    j: Any,
 ) -> None:
     """Advance state ``i`` of the scratch from fraction ``a`` to ``b`` of the step into state ``j``."""
     part_law(kernel, tables, step, a, b, period, s.contact, width, s.mesh, s.push)
@@ -60,7 +71,9 @@ def part_step(
 
 
 @jit
-def compression(kernel: Any, tables: Any, step: int, m: int, p: int, x: float, s: Any, j: Any, width: Any) -> float:
+def compression(
+    kernel: Any, tables: Any, step: int, m: int, p: int, x: float, s: Any, j: Any, width: Any
+) -> float:
     """Return x of pair ``p`` (or of the back flank, p = n_pairs) at fraction ``x`` for state ``j``."""
     n = len(kernel.structure.load)
     delta = row_product(kernel.structure.direction, m, n, s.part, j, np.uint64(len(width)))
@@ -78,24 +91,18 @@ def crossing(
 
     Regula falsi with the Illinois correction on the sub-step itself, column 0 only.
     """
-    one = np.uint64(1)
-    there = np.uint64(len(s.part) // 2)
-    zero = np.uint64(0)
+    there = np.uint64(len(s.part) // 4)
     sign = 1.0 if s.contact[m, p] else -1.0
-    part_step(kernel, tables, step, a, b, period, one, width, s, zero, there)
-    high = sign * compression(kernel, tables, step, m, p, b, s, there, width)
-    if not high < 0.0:
-        return 2.0
-    low = max(0.0, sign * compression(kernel, tables, step, m, p, a, s, zero, width))
-    x0, x1, kept = a, b, 0
-    x = b
-    for _ in range(60):
-        x = (x0 * high - x1 * low) / (high - low)
-        part_step(kernel, tables, step, a, x, period, one, width, s, zero, there)
+    low = max(0.0, sign * compression(kernel, tables, step, m, p, a, s, np.uint64(0), width))
+    x0, x1, high, kept, x = a, b, -1.0, 0, b
+    for iteration in range(MOST_ITERATIONS):
+        part_step(kernel, tables, step, a, x, period, np.uint64(1), width, s, np.uint64(0), there)
         value = sign * compression(kernel, tables, step, m, p, x, s, there, width)
-        if value == 0.0 or x1 - x0 < 1e-15:
-            break
-        if value > 0.0:
+        if iteration == 0:
+            if not value < 0.0:
+                return 2.0
+            high = value
+        elif value > 0.0:
             x0, low = x, value
             high *= 0.5 if kept == 1 else 1.0
             kept = 1
@@ -103,22 +110,27 @@ def crossing(
             x1, high = x, value
             low *= 0.5 if kept == -1 else 1.0
             kept = -1
-        if abs(value) < 1e-15 * (abs(low) + abs(high)):
+        if iteration > 0 and (x1 - x0 < 1e-15 or abs(value) < 1e-15 * (abs(low) + abs(high))):
             break
+        x = (x0 * high - x1 * low) / (high - low)
     return x
 
 
 @jit
-def first_change(kernel: Any, tables: Any, step: int, a: float, period: float, width: Any, s: Any) -> tuple[float, int, int]:
-    """Return where contact first changes after ``a``, and the mesh and flank that change; 2.0 if none does."""
+def first_change(
+    kernel: Any, tables: Any, step: int, a: float, period: float, width: Any, s: Any
+) -> tuple[float, int, int]:
+    """Return where contact first changes after ``a``, and which mesh and flank; 2.0 if none does."""
     pairs = len(kernel.pairs)
     found, mesh, flank = 2.0, NOTHING, NOTHING
     for m in range(len(kernel.mesh_damping)):
         for p in range(pairs + 1):
             if p < pairs and not in_path(tables, step, m, p):
                 continue
-            middle = crossing(kernel, tables, step, a, 0.5 * (a + 1.0), m, p, period, width, s)
-            x = middle if middle <= 1.0 else crossing(kernel, tables, step, a, 1.0, m, p, period, width, s)
+            x = 2.0
+            for half in range(1, 3):
+                if x > 1.0:
+                    x = crossing(kernel, tables, step, a, a + 0.5 * half * (1.0 - a), m, p, period, width, s)
             if x < found:
                 found, mesh, flank = x, m, p
     return found, mesh, flank
@@ -133,7 +145,7 @@ def nudge(
     A central difference: the sub-step is a polynomial in its ends, so only rounding and ε² remain.
     """
     size = np.uint64(len(s.part) // 4)
-    one, two, three = size, size + size, size + size + size
+    two, three = size + size, size + size + size
     for sign in (-1.0, 1.0):
         to = two if sign < 0.0 else three
         a_to = a + sign * NUDGE if from_a else a
@@ -156,48 +168,50 @@ def shift(s: Any, to: Any, width: Any, factor: Any) -> None:
 
 @jit
 def step_with_changes(
-    kernel: Any, tables: Any, step: int, period: float, columns: Any, width: Any, states: Any, i: Any, j: Any, s: Any
+    kernel: Any,
+    tables: Any,
+    step: int,
+    period: float,
+    columns: Any,
+    width: Any,
+    states: Any,
+    i: Any,
+    j: Any,
+    s: Any,
 ) -> int:
-    """Advance ``states[i:]`` over one step into ``states[j:]``, cut at every change of contact; count them."""
-    w, one = np.uint64(len(width)), np.uint64(1)
+    """Advance ``states[i:]`` over one step into ``states[j:]``, cut at every contact change; count them."""
     size = np.uint64(len(s.part) // 4)
-    zero = np.uint64(0)
     s.part[:size] = states[i : i + size]
     s.cut[:] = 0.0
-    a, changes = 0.0, 0
-    while changes < MOST_CHANGES:
+    a, changes, ended = 0.0, 0, False
+    while not ended:
         b, m, p = first_change(kernel, tables, step, a, period, width, s)
-        if b > 1.0:
-            break
-        _advance(kernel, tables, step, a, b, period, columns, width, s)
-        if columns > one:
-            nudge(kernel, tables, step, a, b, period, width, s, False)
-            _time_the_change(kernel, tables, step, b, m, p, width, s)
-            shift(s, size, width, s.cut)
+        ended = b > 1.0 or changes == MOST_CHANGES
+        if ended:
+            b = 1.0
+        part_step(kernel, tables, step, a, b, period, columns, width, s, np.uint64(0), size)
+        # Both ends of the sub-step may move with the initial state: its start by the change before, whose
+        # tangent is known, then its end by the change found, whose tangent follows.
+        for at_end in range(2):
+            moves = not ended if at_end == 1 else a > 0.0
+            if moves and columns > np.uint64(1):
+                nudge(kernel, tables, step, a, b, period, width, s, at_end == 0)
+                if at_end == 1:
+                    _time_the_change(kernel, tables, step, b, m, p, width, s)
+                shift(s, size, width, s.cut)
         s.part[:size] = s.part[size : size + size]
-        s.contact[m, p] = not s.contact[m, p]
-        a = b
-        changes += 1
-    _advance(kernel, tables, step, a, 1.0, period, columns, width, s)
-    states[j : j + size] = s.part[size : size + size]
+        if not ended:
+            s.contact[m, p] = not s.contact[m, p]
+            a = b
+            changes += 1
+    states[j : j + size] = s.part[:size]
     return changes
 
 
 @jit
-def _advance(
-    kernel: Any, tables: Any, step: int, a: float, b: float, period: float, columns: Any, width: Any, s: Any
+def _time_the_change(
+    kernel: Any, tables: Any, step: int, b: float, m: int, p: int, width: Any, s: Any
 ) -> None:
-    """Advance state 0 from ``a`` to ``b`` into state 1, the tangent of ``a`` included."""
-    size = np.uint64(len(s.part) // 4)
-    zero = np.uint64(0)
-    part_step(kernel, tables, step, a, b, period, columns, width, s, zero, size)
-    if columns > np.uint64(1) and a > 0.0:
-        nudge(kernel, tables, step, a, b, period, width, s, True)
-        shift(s, size, width, s.cut)
-
-
-@jit
-def _time_the_change(kernel: Any, tables: Any, step: int, b: float, m: int, p: int, width: Any, s: Any) -> None:
     """Set the tangent of the cut from ``∇x · dX + (∂x/∂b) db = 0``; a grazing contact has none."""
     structure = kernel.structure
     n, w = len(structure.load), np.uint64(len(width))

@@ -93,7 +93,9 @@ def active_damping(gate: Any, damping: float, touching: bool) -> float:
 
 
 @jit
-def add_back_flank(backlash: Any, m: int, contact: bool, stiffness: float, error: float) -> tuple[float, float]:
+def add_back_flank(
+    backlash: Any, m: int, contact: bool, stiffness: float, error: float
+) -> tuple[float, float]:
     """Return what the back flank adds to k_m and to w_m."""
     if backlash is None or not contact:
         return 0.0, 0.0
@@ -172,9 +174,17 @@ def mesh_law(
 
 @jit
 def part_law(
-    kernel: Any, tables: Any, step: int, a: float, b: float, period: float, contact: Any, width: Any, mesh: Any,
+    kernel: Any,
+    tables: Any,
+    step: int,
+    a: float,
+    b: float,
+    period: float,
+    contact: Any,
+    width: Any,
+    mesh: Any,
     push: Any,
-) -> None:  # fmt: skip
+) -> None:
     """As `mesh_law`, for the part a…b of a step."""
     meshes, pairs = len(kernel.mesh_damping), len(kernel.pairs)
     start_law(kernel, tables, step, a, b, width, push)

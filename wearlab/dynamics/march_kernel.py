@@ -1,35 +1,49 @@
-"""Marching over mesh periods with the trajectory alone."""
+"""Marching over mesh periods with the trajectory alone, in the memory layout of the shooting."""
 
 from typing import Any
-
-import numpy as np
 
 from wearlab.compiled import jit
 from wearlab.dynamics.period_map import over_period
 
-ONE_COLUMN = (0,)
-
 
 @jit
 def march_periods(
-    kernel: Any, tables: Any, period: float, start: Any, count: int, keep: int, orbit: Any, strobe: Any, s: Any
+    kernel: Any,
+    tables: Any,
+    period: float,
+    columns: Any,
+    width: Any,
+    start: Any,
+    keep: int,
+    states: Any,
+    orbit: Any,
+    strobe: Any,
+    s: Any,
 ) -> None:
-    """March ``count`` mesh periods from ``start`` (2n,), which it moves.
+    """March ``len(strobe) − 1`` mesh periods from ``start`` (2n,), which it moves.
 
     Parameters
     ----------
+    columns : 1 (uint64): advance the trajectory, not its tangents
+    width : a tuple as long as a state has columns
     keep : the last periods to keep in full
+    states : (n_steps + 1, 2n, width) flat, memory
     orbit : (keep · n_steps + 1, 2n) flat
     strobe : (count + 1, 2n) states at the start of every period
     """
-    rows, steps = len(start), len(tables.width)
-    size = steps * rows
-    orbit[:rows] = start
+    rows, steps, w, count = len(start), len(tables.width), len(width), len(strobe) - 1
+    # Variables, not literals: a literal is a type of its own and would compile the map again.
+    first, touch = count * 0, count < 0
     strobe[0] = start
     for k in range(count):
-        slot = max(0, k - (count - keep))
-        if k > 0 and slot == 0:
-            orbit[:rows] = strobe[k]
-        over_period(kernel, tables, period, np.uint64(1), ONE_COLUMN, orbit, slot * steps, s, False)
-        strobe[k + 1] = orbit[(slot + 1) * size : (slot + 1) * size + rows]
-    start[:] = strobe[count]
+        states[: rows * w] = 0.0
+        for row in range(rows):
+            states[row * w] = start[row]
+        over_period(kernel, tables, period, columns, width, states, first, s, touch)
+        for row in range(rows):
+            start[row] = states[(steps * rows + row) * w]
+        strobe[k + 1] = start
+        slot = k - (count - keep)
+        if slot >= 0:
+            for x in range((steps + 1) * rows):
+                orbit[slot * steps * rows + x] = states[x * w]

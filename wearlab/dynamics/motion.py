@@ -23,7 +23,9 @@ def _unmeshed_diagonal(structure: Any, state: Any, out: Any) -> None:
     n = len(out)
     for row in range(n):
         out[row] = (
-            structure.load[row] - structure.stiffness[row] * state[row] - structure.damping[row] * state[n + row]
+            structure.load[row]
+            - structure.stiffness[row] * state[row]
+            - structure.damping[row] * state[n + row]
         )
 
 
@@ -32,7 +34,9 @@ def _unmeshed_dense(structure: Any, state: Any, out: Any) -> None:
     for row in range(n):
         out[row] = structure.load[row]
         for col in range(n):
-            out[row] -= structure.stiffness[row, col] * state[col] + structure.damping[row, col] * state[n + col]
+            out[row] -= (
+                structure.stiffness[row, col] * state[col] + structure.damping[row, col] * state[n + col]
+            )
 
 
 @jit
@@ -53,7 +57,9 @@ def gated(gate: Any, force: float, touching: bool) -> float:
 
 
 @jit
-def mesh_force_at(kernel: Any, tables: Any, step: int, x: float, period: float, m: int, q: float, v: float) -> float:
+def mesh_force_at(
+    kernel: Any, tables: Any, step: int, x: float, period: float, m: int, q: float, v: float
+) -> float:
     """Return elastic plus damping force of mesh ``m`` at fraction ``x`` for ``q = d·q``, ``v = d·q̇`` [N]."""
     delta = q - within(tables.error[step, :, m], x)
     rate = v - within(tables.error_rate[step, :, m], x) / period

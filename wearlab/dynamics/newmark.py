@@ -87,9 +87,7 @@ def march_newmark(
         for step in range(steps):
             if slot >= 0:
                 orbit[slot * steps + step] = state
-            evaluations += newmark_step(
-                kernel, tables, step, period, state, before, after, trial, matrix, s
-            )
+            evaluations += newmark_step(kernel, tables, step, period, state, before, after, trial, matrix, s)
         strobe[k + 1] = state
     orbit[keep * steps] = state
     return evaluations

@@ -1,6 +1,6 @@
 """Newton shooting: the state that a number of mesh periods maps onto itself."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -11,22 +11,6 @@ from wearlab.dynamics.period_map import contact_holds, deflection_at_start, over
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
 SMALL_STEP = 1e-7
 HALVINGS = 6
-ONE_COLUMN = (0,)
-
-
-class Shot(NamedTuple):
-    """Outcome of a shooting.
-
-    Parameters
-    ----------
-    code : CONVERGED, STALLED or SINGULAR
-    passes : period maps with tangents computed
-    error : size of the last Newton step relative to the state
-    """
-
-    code: int
-    passes: int
-    error: float
 
 
 @jit
@@ -73,20 +57,15 @@ def set_start(states: Any, start: Any, w: int) -> None:
 
 
 @jit
-def read_map(states: Any, end: int, w: int, start: Any, monodromy: Any, matrix: Any, step: Any) -> float:
-    """Read the derivative P of the map, ``I − P`` and the residual; return the residual's largest entry.
-
-    ``matrix`` and ``step`` are scaled so that velocities count like positions.
-    """
+def read_map(states: Any, end: int, w: int, start: Any, monodromy: Any, matrix: Any, step: Any) -> None:
+    """Read the derivative P of the map into ``monodromy``, ``I − P`` into ``matrix``, the residual."""
     rows = len(start)
     at = end * rows * w
-    worst = 0.0
     for row in range(rows):
         for col in range(rows):
             monodromy[row, col] = states[at + row * w + 1 + col]
             matrix[row, col] = (1.0 if row == col else 0.0) - monodromy[row, col]
         step[row] = states[at + row * w] - start[row]
-    return worst
 
 
 @jit
@@ -101,37 +80,40 @@ def rescale(matrix: Any, step: Any, rate: float) -> None:
 
 
 @jit
-def correct(states: Any, step: Any, w: int, orbit: Any) -> None:
-    """Fill ``orbit`` (…, 2n) flat with the trajectory moved by its tangents times ``step``."""
+def correct(states: Any, step: Any, count: int, w: int) -> None:
+    """Write the trajectory moved by its tangents times ``step`` into the last column, which is padding."""
     rows = len(step)
-    for x in range(len(orbit)):
+    for x in range(count * rows):
         value = states[x * w]
         for col in range(rows):
             value += states[x * w + 1 + col] * step[col]
-        orbit[x] = value
+        states[x * w + w - 1] = value
 
 
 @jit
 def same_contact(
-    kernel: Any, tables: Any, period: float, periods: int, width: Any, states: Any, orbit: Any, s: Any, touch: bool
+    kernel: Any, tables: Any, period: float, periods: int, width: Any, states: Any, s: Any, touch: bool
 ) -> bool:
-    """Whether the corrected orbit touches where the pass did: then the map was affine and the orbit is exact."""
-    rows = np.uint64(2 * len(kernel.structure.load))
-    size = rows * np.uint64(len(width))
+    """Whether the corrected orbit touches where the pass did: the map was affine, the orbit is exact."""
+    w = np.uint64(len(width))
+    size = np.uint64(2 * len(kernel.structure.load)) * w
+    last = w - np.uint64(1)
     steps = len(tables.width)
     for at in range(periods * steps):
         step = at % steps
-        i = np.uint64(at) * rows
+        i = np.uint64(at) * size
         if touch:
             touch_all(kernel, tables, step, s.contact)
         for m in range(len(kernel.mesh_damping)):
             if not touch:
-                delta = deflection_at_start(kernel, tables, step, m, width, states, np.uint64(at) * size)
+                delta = deflection_at_start(kernel, tables, step, m, width, states, i)
                 see_contact(kernel, tables, step, delta, m, 0, s.contact)
-            delta = deflection_at_start(kernel, tables, step, m, ONE_COLUMN, orbit, i)
+            delta = deflection_at_start(kernel, tables, step, m, width, states, i + last)
             if contact_differs(kernel, tables, step, delta, m, 0, s.contact):
                 return False
-        if not contact_holds(kernel, tables, step, period, ONE_COLUMN, orbit, i, i + rows, s.contact):
+        if not contact_holds(
+            kernel, tables, step, period, width, states, i + last, i + last + size, s.contact
+        ):
             return False
     return True
 
@@ -158,7 +140,6 @@ def shoot(
     touch: bool,
     most: int,
     states: Any,
-    orbit: Any,
     monodromy: Any,
     s: Any,
 ) -> tuple[int, int, float, int]:
@@ -169,8 +150,7 @@ def shoot(
     columns, width : see `rk4_step`; all columns
     touch : begin with the affine map of a mesh whose pairs all touch (a cold start)
     most : passes allowed
-    states : (periods · n_steps + 1, 2n, width) flat, tangents and all
-    orbit : (periods · n_steps + 1, 2n) flat: the answer
+    states : (periods · n_steps + 1, 2n, width) flat, tangents and all; the answer in its last column
     monodromy : (2n, 2n): derivative of the map at the answer
 
     Returns
@@ -203,8 +183,8 @@ def shoot(
         for row in range(rows // 2):
             step[rows // 2 + row] *= rate
         error = weighted_norm(step, rate)
-        correct(states, step, w, orbit)
-        exact = changes == 0 and same_contact(kernel, tables, period, periods, width, states, orbit, s, touch)
+        correct(states, step, periods * steps + 1, w)
+        exact = changes == 0 and same_contact(kernel, tables, period, periods, width, states, s, touch)
         if exact or (not touch and error <= SMALL_STEP * weighted_norm(start, rate)):
             for row in range(rows):
                 start[row] += step[row]

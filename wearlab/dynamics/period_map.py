@@ -11,7 +11,9 @@ from wearlab.dynamics.rk4_step import rk4_step
 
 
 @jit
-def deflection_at_start(kernel: Any, tables: Any, step: int, m: int, width: Any, states: Any, i: Any) -> float:
+def deflection_at_start(
+    kernel: Any, tables: Any, step: int, m: int, width: Any, states: Any, i: Any
+) -> float:
     """Return δ of mesh ``m`` for the state at the start of ``step``."""
     n, w = len(kernel.structure.load), np.uint64(len(width))
     return row_product(kernel.structure.direction, m, n, states, i, w) - tables.error[step, 0, m]
@@ -52,7 +54,15 @@ def touch_all(kernel: Any, tables: Any, step: int, contact: Any) -> None:
 
 @jit
 def over_period(
-    kernel: Any, tables: Any, period: float, columns: Any, width: Any, states: Any, first: Any, s: Any, touch: bool
+    kernel: Any,
+    tables: Any,
+    period: float,
+    columns: Any,
+    width: Any,
+    states: Any,
+    first: Any,
+    s: Any,
+    touch: bool,
 ) -> int:
     """Advance state ``first`` over one mesh period, one state a step; return the number of contact changes.
 
@@ -80,7 +90,9 @@ def over_period(
                 see_contact(kernel, tables, step, delta, m, 0, s.contact)
         mesh_law(kernel, tables, step, period, s.contact, width, s.mesh, s.push)
         h = tables.width[step] * period
-        rk4_step(kernel.structure, kernel.mesh_damping, columns, width, states, i, states, j, s.mesh, s.push, h)
+        rk4_step(
+            kernel.structure, kernel.mesh_damping, columns, width, states, i, states, j, s.mesh, s.push, h
+        )
         if not touch and not contact_holds(kernel, tables, step, period, width, states, i, j, s.contact):
             changes += step_with_changes(kernel, tables, step, period, columns, width, states, i, j, s)
         i = j

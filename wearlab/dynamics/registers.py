@@ -3,9 +3,11 @@
 from typing import Any
 
 import numpy as np
-from numba.cpython.unsafe.tuple import tuple_setitem as put  # noqa: F401
+from numba.cpython.unsafe.tuple import tuple_setitem
 
 from wearlab.compiled import jit
+
+put: Any = tuple_setitem
 
 
 @jit

@@ -89,7 +89,9 @@ def split_periods(path: Array, periods: int) -> Array:
     return np.stack([path[k * steps : (k + 1) * steps + 1] for k in range(periods)])
 
 
-def step_of(grid: StageGrid, phase: Array, segment: NDArray[np.int64] | None = None, side: str = "right") -> NDArray[np.int64]:
+def step_of(
+    grid: StageGrid, phase: Array, segment: NDArray[np.int64] | None = None, side: str = "right"
+) -> NDArray[np.int64]:
     """Return the step that holds each phase, (n,).
 
     Parameters
@@ -170,10 +172,16 @@ def _deflection(
                 e = l0 * error[i, 0, m] + l1 * error[i, 1, m] + l2 * error[i, 2, m]
                 slope = l0 * error_rate[i, 0, m] + l1 * error_rate[i, 1, m] + l2 * error_rate[i, 2, m]
                 delta[kept, m, at] = (
-                    y * y * (1.0 + 2.0 * x) * q0 + x * x * (3.0 - 2.0 * x) * q1 + h * x * y * (y * v0 - x * v1) - e
+                    y * y * (1.0 + 2.0 * x) * q0
+                    + x * x * (3.0 - 2.0 * x) * q1
+                    + h * x * y * (y * v0 - x * v1)
+                    - e
                 )
                 rate[kept, m, at] = (
-                    6.0 * x * y * (q1 - q0) / h + y * (1.0 - 3.0 * x) * v0 + x * (3.0 * x - 2.0) * v1 - slope / period
+                    6.0 * x * y * (q1 - q0) / h
+                    + y * (1.0 - 3.0 * x) * v0
+                    + x * (3.0 * x - 2.0) * v1
+                    - slope / period
                 )
 
 
@@ -198,7 +206,7 @@ def coordinates_at(
 
 
 class StepForces(NamedTuple):
-    """Mesh forces at the ends of the steps, one-sided: (n_kept, n_steps, 2, n_mesh) [N]; pair: (…, n_pairs)."""
+    """Mesh forces at the ends of steps, one-sided, (n_kept, n_steps, 2, n_mesh) [N]; pair: (…, n_pairs)."""
 
     elastic: Array
     damping: Array
@@ -229,7 +237,7 @@ def step_forces(response: Response) -> StepForces:
 
 
 def accelerations(response: Response) -> Array:
-    """Return q̈ at the start and the end of every step, (n_kept, n_steps, 2, n) [m/s²], from the equation of motion."""
+    """Return q̈ at the start and the end of every step, (n_kept, n_steps, 2, n), from the motion [m/s²]."""
     system, ends = response.system, [0, 2]
     n = system.mass.shape[0]
     forces = step_forces(response)
@@ -238,5 +246,4 @@ def accelerations(response: Response) -> Array:
     if system.fluctuation_direction is not None and response.tables.fluctuation is not None:
         load = load + response.tables.fluctuation[:, ends, None] * system.fluctuation_direction
     load = load - state[..., :n] @ system.total_stiffness.T - state[..., n:] @ system.total_damping.T
-    acceleration: Array = np.linalg.solve(system.mass, load[..., None])[..., 0]
-    return acceleration
+    return np.asarray(np.linalg.solve(system.mass, load[..., None])[..., 0], np.float64)

@@ -79,7 +79,13 @@ def _diagonal(
     push: Any,
     h: Any,
 ) -> None:
-    like, k, c, d, p = structure.load, structure.stiffness, structure.damping, structure.direction, structure.response
+    like, k, c, d, p = (
+        structure.load,
+        structure.stiffness,
+        structure.damping,
+        structure.direction,
+        structure.response,
+    )
     w, zero, one, nm = np.uint64(len(width)), np.uint64(0), np.uint64(1), np.uint64(len(meshes))
     below = np.uint64(len(like)) * w
     start = take(meshes, mesh, zero, one)
@@ -107,7 +113,9 @@ def _diagonal(
 
 
 @jit
-def _acceleration(k: Any, c: Any, d: Any, p: Any, stiffness: Any, damp: Any, push: Any, q: Any, v: Any) -> Any:
+def _acceleration(
+    k: Any, c: Any, d: Any, p: Any, stiffness: Any, damp: Any, push: Any, q: Any, v: Any
+) -> Any:
     """Return ``b − K q − C q̇ − Σ_m M⁻¹ d_m (k_m d_m·q + c_m d_m·q̇)`` as a tuple."""
     n = len(q)
     out = push

@@ -9,7 +9,7 @@ from wearlab.dynamics.events import scratch
 from wearlab.dynamics.march_kernel import march_periods
 from wearlab.dynamics.response import Response, split_periods
 from wearlab.dynamics.steady import Steadiness, march_to_steady
-from wearlab.dynamics.structure import kernel_of
+from wearlab.dynamics.structure import kernel_of, padded_width
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -42,19 +42,25 @@ class RungeKutta4:
 
 
 class TableMarcher:
-    """Marches the tabulated RK4 map, the trajectory alone."""
+    """Marches the tabulated RK4 map, the trajectory alone; also the memory that shooting works in."""
 
     def __init__(self, system: System, tables: StageTables, period: float) -> None:
         self.tables, self.period = tables, period
-        meshes, pairs = tables.stiffness.shape[2:]
-        self.kernel = kernel_of(system, pairs, 1)
-        self.scratch = scratch(len(system.load), meshes, pairs, 1)
+        n, (meshes, pairs) = len(system.load), tables.stiffness.shape[2:]
+        self.width = (0,) * padded_width(n)
+        self.kernel = kernel_of(system, pairs, len(self.width))
+        self.scratch = scratch(n, meshes, pairs, len(self.width))
         self.right_hand_sides = 0
 
     def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """March ``count`` periods and move ``state``; strobed states and the last ``keep`` periods."""
         steps, rows = len(self.tables.width), len(state)
         orbit, strobe = np.empty((keep * steps + 1) * rows), np.empty((count + 1, rows))
-        march_periods(self.kernel, self.tables, self.period, state, count, keep, orbit, strobe, self.scratch)
+        states = np.empty((steps + 1) * rows * len(self.width))
+        one = np.uint64(1)
+        march_periods(
+            self.kernel, self.tables, self.period, one, self.width, state, keep, states, orbit, strobe,
+            self.scratch,
+        )  # fmt: skip
         self.right_hand_sides += 4 * steps * count
         return strobe, split_periods(orbit.reshape(-1, rows), keep)

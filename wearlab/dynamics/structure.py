@@ -66,7 +66,7 @@ class Kernel(NamedTuple):
 
 
 def kernel_of(system: System, pairs: int, width: int) -> Kernel:
-    """Return the kernel's view of ``system`` for ``pairs`` pairs in a mesh and states of ``width`` columns."""
+    """Return the kernel's view of ``system``, of ``pairs`` pairs a mesh, for states of ``width`` columns."""
     mass, damping, stiffness = system.mass, system.total_damping, system.total_stiffness
     backlash = None if system.backlash is None else tuple(system.backlash.tolist())
     gate = None if system.damping_always or not system.mesh_damping.any() else ()
