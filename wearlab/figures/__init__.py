@@ -1,1 +1,20 @@
-"""PLACEHOLDER."""
+"""Figures drawn from the store alone: one PNG per ``[[figure]]`` of a campaign; physics never runs here."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from wearlab.figures.errors import FigureError
+
+if TYPE_CHECKING:
+    from wearlab.figures.drawing import draw as draw
+    from wearlab.figures.kinds import KINDS as KINDS
+
+__all__ = ["KINDS", "FigureError", "draw"]
+
+HOMES = {"draw": "wearlab.figures.drawing", "KINDS": "wearlab.figures.kinds"}
+
+
+def __getattr__(name: str) -> object:
+    if name in HOMES:
+        return getattr(import_module(HOMES[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

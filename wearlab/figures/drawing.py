@@ -1,0 +1,146 @@
+"""Every figure of a campaign, drawn from the store."""
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from wearlab.figures.ask import Ask, read
+from wearlab.figures.compose import compose, hue_of
+from wearlab.figures.errors import FigureError, choices
+from wearlab.figures.kind import Kind
+from wearlab.figures.kinds import KINDS
+from wearlab.figures.kinds.line import joined
+from wearlab.figures.plot import Plot
+from wearlab.figures.published import published
+from wearlab.figures.runs import Picked, Run, load, pick, require
+
+if TYPE_CHECKING:
+    from wearlab.campaign import Campaign
+    from wearlab.store import Store
+
+
+def draw(campaign: "Campaign", store: "Store", out: Path) -> list[Path]:
+    """Draw one PNG for every ``[[figure]]`` of a campaign, named by its number and kind.
+
+    Parameters
+    ----------
+    campaign : its figures, and the runs to draw
+    store : where the runs are; nothing is computed
+    out : folder of the figures, made when absent
+
+    Returns
+    -------
+    The files, in the order of the campaign file. The same store gives the same bytes.
+
+    Raises
+    ------
+    FigureError
+        When some cannot be drawn: one line each; the others are drawn all the same (``error.drawn``).
+    StoreError
+        When there is no store.
+    """
+    grid = store.open(campaign)
+    folder = campaign.path.parent if getattr(campaign, "path", None) else None
+    drawn: list[Path] = []
+    problems: list[str] = []
+    for number, spec in enumerate(campaign.figures, 1):
+        try:
+            ask = read(spec, number, folder)
+            plot, runs, missing = plotted(grid, ask)
+            from wearlab.figures.render import png
+
+            image = png(plot, _metadata(campaign, store, ask, runs, missing))
+            drawn.append(_write(out / f"{number:02d}-{ask.kind}.png", image))
+        except FigureError as error:
+            problems.append(str(error))
+    if problems:
+        raise FigureError("\n".join(problems), tuple(drawn))
+    return drawn
+
+
+def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...]]:
+    """Return a figure as data, the runs it shows, and the names of those that are missing.
+
+    Raises
+    ------
+    FigureError : it cannot be drawn
+    """
+    if ask.kind not in KINDS:
+        raise FigureError(f"{ask.name}: no such kind; {choices(ask.kind, KINDS)}")
+    kind = KINDS[ask.kind]
+    picked = pick(grid, ask, all_cases=kind.all_cases)
+    runs = _able(grid, _for_kind(ask, kind, grid), kind, picked)
+    ask = _for_kind(ask, kind, grid)
+    series = [one for run in runs for one in kind.series(run, ask)]
+    if not series:
+        raise FigureError(f"{ask.name}: no selected run has {' or '.join(ask.y or kind.also or kind.needs)}")
+    dims = [str(dim) for dim in grid.run_id.dims]
+    if ask.kind == "line" and ask.x in dims:
+        series = joined(series)
+    notes = _notes(ask, picked.missing)
+    if ask.published is not None:
+        series += published(ask.published, series, hue_of(series, ask, kind, dims), ask)
+    return compose(series, ask, kind, dims, notes), runs, picked.missing
+
+
+def _for_kind(ask: Ask, kind: Kind, grid: xr.Dataset) -> Ask:
+    """Return the ask with the kind's own selection: the first flank where one is enough."""
+    roles = (ask.hue, ask.rows, ask.cols)
+    if kind.one_flank and "flank" in grid.coords and "flank" not in ask.select and "flank" not in roles:
+        return replace(ask, select={**ask.select, "flank": str(grid["flank"].values[0])})
+    return ask
+
+
+def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
+    if not picked.points:
+        raise FigureError(f"{ask.name}: none of its runs is there to be drawn: {'; '.join(picked.missing)}")
+    names = [*kind.needs, *kind.also, *ask.y, *([ask.x] if ask.x else [])]
+    for name in ask.y:
+        if name not in grid.variables:
+            raise FigureError(f"{ask.name}: y = {name!r} is no variable of these runs; {choices(name, sorted(grid.data_vars))}")
+    needed = [*(kind.needs if not ask.y else [n for n in kind.needs if n in grid.coords]), *ask.y[:1]]
+    if ask.x and ask.x not in grid.variables and ask.x not in grid.dims:
+        raise FigureError(f"{ask.name}: x = {ask.x!r} is no coordinate of these runs; {choices(ask.x, sorted(map(str, grid.coords)))}")
+    return require(load(grid, picked, names, ask), needed, ask)
+
+
+def _notes(ask: Ask, missing: Sequence[str]) -> list[str]:
+    absent = [f"Not drawn: {'; '.join(missing)}."] if missing else []
+    return ([ask.note] if ask.note else []) + absent
+
+
+def _metadata(
+    campaign: "Campaign", store: "Store", ask: Ask, runs: Sequence[Run], missing: Sequence[str]
+) -> dict[str, str]:
+    """Return the text chunks of the PNG."""
+    ids = [run.id for run in runs]
+    entries = store.entries(ids)
+    made_by = {(e.wearlab_version or "", e.source_hash or "") for e in entries.values()}
+    texts = {
+        "Title": ask.title or KINDS[ask.kind].title,
+        "campaign": campaign.title,
+        "figure": ask.kind,
+        "select": json.dumps(dict(ask.select), sort_keys=True, ensure_ascii=False),
+        "runs": " ".join(ids),
+        "missing": "; ".join(missing),
+        "wearlab": ", ".join(sorted({version for version, _ in made_by})),
+        "source_hash": ", ".join(sorted({source for _, source in made_by})),
+    }
+    return {key: text for key, text in texts.items() if text}
+
+
+def _write(path: Path, image: bytes) -> Path:
+    """Put a figure in place, all of it or nothing."""
+    part = path.with_suffix(".part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_bytes(image)
+        os.replace(part, path)
+    except OSError as error:
+        raise FigureError(f"{path}: cannot be written ({error.strerror or error})") from error
+    return path

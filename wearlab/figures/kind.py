@@ -1,0 +1,43 @@
+"""What a kind of figure is: a name, what it shows and needs, and a function from a run to its curves."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.plot import Series
+from wearlab.figures.runs import Run
+
+Role = Literal["hue", "rows", "cols"]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of figure, one line of the table.
+
+    Parameters
+    ----------
+    name : how campaign files call it
+    title : its default title
+    shows : one sentence
+    needs : variables that a run must have
+    dims : dimensions that its curves are taken along
+    series : run → curves
+    roles : which dimension becomes hue, columns, rows, by preference; ``*`` is a dimension of the grid
+    also : variables it draws where a run has them
+    all_cases : whether it shows every case when ``select`` names none
+    one_flank : whether it shows the first flank when ``select`` names none
+    shape : of a panel
+    """
+
+    name: str
+    title: str
+    shows: str
+    needs: tuple[str, ...]
+    dims: tuple[str, ...]
+    series: Callable[[Run, Ask], Iterable[Series]]
+    roles: tuple[tuple[Role, str], ...]
+    also: tuple[str, ...] = ()
+    all_cases: bool = False
+    one_flank: bool = False
+    shape: Literal["wide", "square"] = "wide"

@@ -1,0 +1,21 @@
+"""The table of kinds of figures, as ``wearlab schema --figures`` lists it."""
+
+from wearlab.figures.kind import Kind
+from wearlab.figures.kinds.cycles import DYNAMIC_FACTOR, EQUIVALENT_LOAD, MAX_WEAR
+from wearlab.figures.kinds.engagement import STE, TVMS
+from wearlab.figures.kinds.force import MESH_FORCE
+from wearlab.figures.kinds.harmonics import DTE_HARMONICS, STE_HARMONICS, STIFFNESS_HARMONICS
+from wearlab.figures.kinds.line import LINE
+from wearlab.figures.kinds.modes import NATURAL_MODES
+from wearlab.figures.kinds.orbit import PHASE_PLANE
+from wearlab.figures.kinds.pair import LOAD_SHARE, PAIR_FORCE
+from wearlab.figures.kinds.path import ALONG_PATH, WEAR_PROFILE
+
+KINDS: dict[str, Kind] = {
+    kind.name: kind
+    for kind in (
+        *(TVMS, STIFFNESS_HARMONICS, STE, STE_HARMONICS, LOAD_SHARE),
+        *(MESH_FORCE, PAIR_FORCE, EQUIVALENT_LOAD, DYNAMIC_FACTOR, DTE_HARMONICS, PHASE_PLANE, NATURAL_MODES),
+        *(WEAR_PROFILE, MAX_WEAR, ALONG_PATH, LINE),
+    )
+}

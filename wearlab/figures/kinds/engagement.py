@@ -1,0 +1,81 @@
+"""Stiffness and static transmission error while one tooth pair is in contact."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.kind import Kind
+from wearlab.figures.plot import Array, Mark, Scale, Series
+from wearlab.figures.runs import Run
+from wearlab.figures.slices import companion, slices, thinned
+
+ENGAGEMENT = Scale("mesh cycles since the pair enters at A", "1")
+
+
+def over_engagement(phase: Array, values: Array, contact_ratio: float) -> tuple[Array, Array]:
+    """Repeat one mesh period until the pair that entered at phase 0 leaves, (n,) each."""
+    periods = int(np.ceil(contact_ratio))
+    x = np.concatenate([phase + j for j in range(periods)])
+    y = np.tile(values, periods)
+    inside = x < contact_ratio
+    end = np.interp(contact_ratio % 1.0, phase, values)
+    return np.append(x[inside], contact_ratio), np.append(y[inside], end)
+
+
+def path_marks(run: Run, index: dict[str, int], ask: Ask) -> tuple[Mark, ...]:
+    """Return the points A–E on the scale of mesh cycles since A."""
+    if "characteristic_point" not in run.data or "path_position" not in run.data:
+        return ()
+    letters = run.data["characteristic_point"].values
+    position = run.data["path_position"].values.reshape(-1, len(letters))[0]
+    at = {str(letter): float(s) for letter, s in zip(letters, position, strict=True) if letter}
+    if not {"A", "E"} <= set(at):
+        return ()
+    period = (at["E"] - at["A"]) / contact_ratio(run, index, ask)
+    return tuple(Mark((s - at["A"]) / period, letter) for letter, s in at.items())
+
+
+def contact_ratio(run: Run, index: dict[str, int], ask: Ask) -> float:
+    """Return the contact ratio of the mesh."""
+    return float(companion(run, "contact_ratio", index, ask)[0])
+
+
+def _tvms(run: Run, ask: Ask) -> Iterator[Series]:
+    return _curves(run, (ask.y or ("mesh_stiffness",))[0], ask)
+
+
+def _ste(run: Run, ask: Ask) -> Iterator[Series]:
+    return _curves(run, (ask.y or ("static_transmission_error",))[0], ask)
+
+
+def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
+    run = thinned(run)
+    for piece in slices(run, name, ask, "phase"):
+        phase, scale = companion(run, "phase", piece.index, ask)
+        if ask.x == "phase":
+            yield Series(piece.key, np.append(phase, 1.0), np.append(piece.values, piece.values[0]), scale, piece.scale)
+            continue
+        ratio = contact_ratio(run, dict(piece.index), ask)
+        x, y = over_engagement(phase, piece.values, ratio)
+        yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=path_marks(run, dict(piece.index), ask))
+
+
+TVMS = Kind(
+    name="tvms",
+    title="Time-varying mesh stiffness",
+    shows="mesh stiffness from the entry of a tooth pair at A to its exit at E, or over one period (x = phase)",
+    needs=("mesh_stiffness", "phase", "contact_ratio"),
+    dims=("phase",),
+    series=_tvms,
+    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
+)
+STE = Kind(
+    name="ste",
+    title="Static transmission error under load",
+    shows="static transmission error from the entry of a tooth pair at A to its exit at E, or over one period",
+    needs=("static_transmission_error", "phase", "contact_ratio"),
+    dims=("phase",),
+    series=_ste,
+    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
+)

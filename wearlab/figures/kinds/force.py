@@ -1,0 +1,59 @@
+"""Histories of the dynamic mesh force."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.kind import Kind
+from wearlab.figures.plot import Array, Scale, Series
+from wearlab.figures.runs import Run
+from wearlab.figures.slices import companion, shown, slices, thinned
+
+PERIODS = Scale("mesh periods", "1")
+LEAST_PERIODS = 2
+
+
+def repeated(values: Array, phase: Array, periods: int) -> tuple[Array, Array]:
+    """Return a response over a number of mesh periods, closed at the end.
+
+    Parameters
+    ----------
+    values : (n_periods, n_phases), NaN where the response has fewer periods
+    phase : (n_phases,) [1]
+    periods : how many to show
+    """
+    held = values[~np.isnan(values).all(axis=1)]
+    rows = [held[j % len(held)] for j in range(periods)]
+    x = np.concatenate([phase + j for j in range(periods)])
+    return np.append(x, float(periods)), np.append(np.concatenate(rows), held[periods % len(held)][0])
+
+
+def _mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
+    run = thinned(run)
+    name = (ask.y or ("dynamic_mesh_force",))[0]
+    periods = max(LEAST_PERIODS, run.data[name].sizes.get("mesh_period", 1))
+    for piece in slices(run, name, ask, "mesh_period", "phase"):
+        phase, _ = companion(run, "phase", piece.index, ask)
+        if np.isnan(piece.values).all():
+            continue
+        yield Series(piece.key, *repeated(piece.values, phase, periods), PERIODS, piece.scale)
+    if name == "dynamic_mesh_force" and "static_mesh_force" in run.data:
+        yield from _static(run, ask, float(periods), piece.scale)
+
+
+def _static(run: Run, ask: Ask, periods: float, scale: Scale) -> Iterator[Series]:
+    force = float(shown(run.data["static_mesh_force"], "dynamic_mesh_force", ask)[0].ravel()[0])
+    yield Series(run.place, np.array([0.0, periods]), np.full(2, force), PERIODS, scale, "reference", "static force")
+
+
+MESH_FORCE = Kind(
+    name="mesh-force",
+    title="Dynamic mesh force",
+    shows="elastic mesh force over two mesh periods, or as many as the response has",
+    needs=("dynamic_mesh_force", "phase"),
+    dims=("mesh_period", "phase"),
+    series=_mesh_force,
+    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
+    also=("static_mesh_force",),
+)

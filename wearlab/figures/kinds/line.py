@@ -1,0 +1,114 @@
+"""The generic figure: any variable over any of its dimensions, or over a sweep."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.errors import FigureError, choices
+from wearlab.figures.kind import Kind
+from wearlab.figures.kinds.path import POSITIONS, along_path
+from wearlab.figures.plot import Array, Scale, Series
+from wearlab.figures.runs import Run
+from wearlab.figures.slices import companion, shown, slices, thinned
+from wearlab.figures.wording import Label
+
+DEFAULT_X = {"update": "cycle", "profile": "path_position"}
+MOST_POINTS = 30
+
+
+def _line(run: Run, ask: Ask) -> Iterator[Series]:
+    if not ask.y:
+        raise FigureError(f"{ask.name}: y names no variable; {choices('', sorted(map(str, run.data.data_vars)))}")
+    several = len(ask.y) > 1
+    for order, name in enumerate(ask.y):
+        if name in run.data:
+            extra = {"variable": Label(float(order), name)} if several else {}
+            for one in _curves(run, name, ask):
+                yield Series({**one.key, **extra}, one.x, one.y, one.across, one.up, one.look, marks=one.marks)
+
+
+def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
+    if ask.x in run.place:
+        yield from _over_sweep(run, name, ask, ask.x)
+        return
+    dim, coordinate = _across(run, name, ask)
+    run = run if dim == "update" else thinned(run)
+    if coordinate in POSITIONS:
+        yield from along_path(run, name, ask)
+        return
+    for piece in slices(run, name, ask, dim):
+        x, across = _positions(run, dim, coordinate, dict(piece.index), ask)
+        held = np.isfinite(x) & np.isfinite(piece.values)
+        look = "line-points" if held.sum() <= MOST_POINTS else "line"
+        yield Series(piece.key, x[held], piece.values[held], across, piece.scale, look)
+
+
+def _over_sweep(run: Run, name: str, ask: Ask, axis: str) -> Iterator[Series]:
+    """Yield single points at this run's place along a sweep; they are joined to curves afterwards."""
+    label = run.place[axis]
+    for piece in slices(thinned(run), name, ask):
+        key = {k: v for k, v in piece.key.items() if k != axis}
+        x = np.array([np.nan if isinstance(label.value, str) else label.value])
+        across = Scale(axis.replace("_", " "), run.units.get(axis, "1"))
+        yield Series(key, x, np.atleast_1d(piece.values), across, piece.scale, "line-points")
+
+
+def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
+    """Return the dimension that runs along x, and the coordinate that tells its values."""
+    dims = [str(dim) for dim in run.data[name].dims]
+    if ask.x is None:
+        if not dims:
+            raise FigureError(f"{ask.name}: {name} is one number per run; x must name a sweep: {choices('', run.place)}")
+        dim = next((d for d in reversed(dims) if d not in (ask.hue, ask.rows, ask.cols)), dims[-1])
+        return dim, DEFAULT_X.get(dim, dim)
+    if ask.x in dims:
+        return ask.x, DEFAULT_X.get(ask.x, ask.x)
+    own = [str(dim) for dim in run.data[ask.x].dims] if ask.x in run.data.variables else []
+    shared = [dim for dim in own if dim in dims]
+    if not shared:
+        valid = [*run.place, *dims, *(str(c) for c, v in run.data.coords.items() if set(v.dims) & set(dims))]
+        raise FigureError(f"{ask.name}: x = {ask.x!r} does not run along {name}; {choices(ask.x, dict.fromkeys(valid))}")
+    return shared[-1], ask.x
+
+
+def _positions(run: Run, dim: str, coordinate: str, index: dict[str, int], ask: Ask) -> tuple[Array, Scale]:
+    if coordinate in run.data.variables:
+        kept = companion(run, coordinate, index, ask)
+        if kept[0].ndim == 1:
+            return kept
+    size = run.data.sizes[dim]
+    if dim in run.data.coords:
+        return shown(run.data[dim], dim, ask, "x")
+    return np.arange(size, dtype=float), Scale(dim.replace("_", " "), "1")
+
+
+def joined(series: list[Series]) -> list[Series]:
+    """Join single points that differ only in x to curves; a case without a place on x becomes a level."""
+    groups: dict[tuple[object, ...], list[Series]] = {}
+    for one in series:
+        groups.setdefault((tuple(sorted(one.key.items())), one.up, one.look), []).append(one)
+    places = np.concatenate([one.x for one in series])
+    ends = np.array([np.nanmin(places), np.nanmax(places)]) if np.isfinite(places).any() else np.zeros(2)
+    return [_join(group, ends) for group in groups.values()]
+
+
+def _join(group: list[Series], ends: Array) -> Series:
+    first = group[0]
+    x, y = (np.concatenate([getattr(one, side) for one in group]) for side in ("x", "y"))
+    if np.isnan(x).all():
+        return Series(first.key, ends, np.full(2, y[0]), first.across, first.up, "line")
+    order = np.argsort(x, kind="stable")
+    return Series(first.key, x[order], y[order], first.across, first.up, first.look)
+
+
+LINE = Kind(
+    name="line",
+    title="",
+    shows="any variable y over a dimension, a coordinate or a sweep x, with hue, rows and cols",
+    needs=(),
+    dims=(),
+    series=_line,
+    roles=(("rows", "variable"), ("hue", "*"), ("hue", "update"), ("cols", "*"), ("cols", "update"), ("rows", "flank")),
+    all_cases=True,
+)

@@ -1,0 +1,71 @@
+"""One tooth pair through its engagement: its share of the load, its force."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.kind import Kind
+from wearlab.figures.kinds.engagement import ENGAGEMENT, contact_ratio, path_marks
+from wearlab.figures.plot import Array, Series
+from wearlab.figures.runs import Run
+from wearlab.figures.slices import companion, slices, thinned
+
+
+def through_engagement(values: Array, phase: Array, ratio: float, period: int = 0) -> tuple[Array, Array]:
+    """Join the pieces of one pair: slot p holds the pair that entered ceil(ε) − 1 − p periods ago.
+
+    Parameters
+    ----------
+    values : (pair, n_periods, n_phases)
+    phase : (n_phases,) [1]
+    ratio : contact ratio [1]
+    period : the mesh period in which the pair enters
+    """
+    stages, periods = int(np.ceil(ratio)), values.shape[1]
+    x = np.concatenate([phase + j for j in range(stages)])
+    y = np.concatenate([values[stages - 1 - j, (period + j) % periods] for j in range(stages)])
+    inside = x <= ratio
+    return x[inside], y[inside]
+
+
+def _load_share(run: Run, ask: Ask) -> Iterator[Series]:
+    run = thinned(run)
+    for piece in slices(run, "load_share", ask, "pair", "phase"):
+        yield from _histories(run, ask, piece, piece.values[:, None, :])
+
+
+def _pair_force(run: Run, ask: Ask) -> Iterator[Series]:
+    run = thinned(run)
+    for piece in slices(run, "pair_force", ask, "pair", "mesh_period", "phase"):
+        kept = ~np.isnan(piece.values).all(axis=(0, 2))
+        yield from _histories(run, ask, piece, piece.values[:, kept])
+
+
+def _histories(run: Run, ask: Ask, piece, values: Array) -> Iterator[Series]:  # type: ignore[no-untyped-def]
+    index = dict(piece.index)
+    phase, _ = companion(run, "phase", index, ask)
+    ratio, marks = contact_ratio(run, index, ask), path_marks(run, index, ask)
+    for period in range(values.shape[1]):
+        x, y = through_engagement(values, phase, ratio, period)
+        yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=marks)
+
+
+LOAD_SHARE = Kind(
+    name="load-share",
+    title="Load share of one tooth pair",
+    shows="share of the static mesh force that one tooth pair carries, from A to E",
+    needs=("load_share", "phase", "contact_ratio"),
+    dims=("pair", "phase"),
+    series=_load_share,
+    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
+)
+PAIR_FORCE = Kind(
+    name="pair-force",
+    title="Dynamic force on one tooth pair",
+    shows="elastic force on the drive flanks of one tooth pair, from A to E, one curve per mesh period of the response",
+    needs=("pair_force", "phase", "contact_ratio"),
+    dims=("pair", "mesh_period", "phase"),
+    series=_pair_force,
+    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
+)

@@ -1,0 +1,69 @@
+"""What happens along the path of contact, with the points A–E marked."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.kind import Kind
+from wearlab.figures.plot import Mark, Series
+from wearlab.figures.runs import Run
+from wearlab.figures.slices import companion, slices, thinned
+from wearlab.figures.wording import Label
+
+POSITIONS = ("path_position", "diameter", "roll_angle", "distance_to_pitch_circle")
+QUANTITIES = ("contact_pressure", "sliding_velocity", "lambda_ratio", "effective_wear_coefficient")
+
+
+def along_path(run: Run, name: str, ask: Ask, extra: Mapping[str, Label] | None = None) -> Iterator[Series]:
+    """Yield a variable along the flank, over the coordinate that ``x`` names."""
+    for piece in slices(run, name, ask, "profile"):
+        x, across = companion(run, ask.x or POSITIONS[0], piece.index, ask)
+        held = np.isfinite(x)
+        yield Series(
+            {**piece.key, **(extra or {})},
+            x[held], piece.values[held], across, piece.scale, marks=_marks(run, x),
+        )  # fmt: skip
+
+
+def _marks(run: Run, x: np.ndarray) -> tuple[Mark, ...]:
+    if "characteristic_point" not in run.data:
+        return ()
+    letters = run.data["characteristic_point"].values
+    at = {str(letter): float(where) for letter, where in zip(letters, x, strict=True) if letter}
+    return tuple(Mark(where, letter) for letter, where in at.items())
+
+
+def _wear_profile(run: Run, ask: Ask) -> Iterator[Series]:
+    return along_path(thinned(run), (ask.y or ("wear_depth",))[0], ask)
+
+
+def _along_path(run: Run, ask: Ask) -> Iterator[Series]:
+    names = ask.y or QUANTITIES
+    run = thinned(run, 2)  # the first and the last wear state
+    for order, name in enumerate(names):
+        if name in run.data:
+            yield from along_path(run, name, ask, {"variable": Label(float(order), name)})
+
+
+WEAR_PROFILE = Kind(
+    name="wear-profile",
+    title="Wear depth along the flank",
+    shows="wear depth over path_position, diameter, roll_angle or distance_to_pitch_circle, with A–E marked",
+    needs=("wear_depth", "path_position"),
+    dims=("profile",),
+    series=_wear_profile,
+    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "flank"), ("rows", "*")),
+)
+ALONG_PATH = Kind(
+    name="along-path",
+    title="Contact along the path",
+    shows="pressure, sliding, λ and effective wear coefficient along the path (or the variables in y), one row each, "
+    "in the first and the last wear state; the first flank when none is selected",
+    needs=("path_position",),
+    dims=("profile",),
+    series=_along_path,
+    roles=(("rows", "variable"), ("hue", "*"), ("cols", "update"), ("cols", "*")),
+    also=QUANTITIES,
+    one_flank=True,
+)

@@ -1,0 +1,116 @@
+"""What is to be seen, as plain data: series, panels, legend. No drawing, no matplotlib."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.figures.wording import Label
+
+Array = NDArray[np.float64]
+Look = Literal["line", "line-points", "points", "reference", "published"]
+
+
+class Scale(NamedTuple):
+    """What an axis shows: words and the unit of its values."""
+
+    words: str
+    units: str
+
+
+class Mark(NamedTuple):
+    """A named place on the x axis, such as the point of contact B."""
+
+    x: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Series:
+    """One curve, before it has found its panel.
+
+    Parameters
+    ----------
+    key : its label along every dimension that it was taken from
+    x, y : values in display units
+    across, up : what the axes show
+    look : how it is drawn
+    text : legend text of what belongs to no hue, such as a reference line
+    marks : named places on the x axis
+    """
+
+    key: Mapping[str, Label]
+    x: Array
+    y: Array
+    across: Scale
+    up: Scale
+    look: Look = "line"
+    text: str = ""
+    marks: tuple[Mark, ...] = ()
+
+
+@dataclass(frozen=True)
+class Pen:
+    """Colour, dash and marker of a curve."""
+
+    colour: str
+    dash: str = "-"
+    marker: str = ""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A curve with its pen."""
+
+    x: Array
+    y: Array
+    pen: Pen
+    look: Look
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One pair of axes."""
+
+    row: int
+    column: int
+    title: str
+    x_label: str
+    y_label: str
+    curves: tuple[Curve, ...]
+    marks: tuple[Mark, ...] = ()
+
+
+class Entry(NamedTuple):
+    """One line of the legend."""
+
+    text: str
+    pen: Pen
+    look: Look
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A whole figure.
+
+    Parameters
+    ----------
+    title : above everything, or ""
+    panels : row by row
+    rows, columns : size of the grid of panels
+    share_y : all panels, those of one row, or none share their y axis
+    legend : what the pens mean
+    notes : lines below the axes
+    shape : width over height of a panel, wide or square
+    """
+
+    title: str
+    panels: tuple[Panel, ...]
+    rows: int
+    columns: int
+    share_y: Literal["all", "row", "none"] = "all"
+    legend: tuple[Entry, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+    shape: Literal["wide", "square"] = "wide"

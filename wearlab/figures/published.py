@@ -1,0 +1,85 @@
+"""Points read from a paper, drawn over our curves.
+
+The CSV has a line of names, then points: ``x [million cycles], y [um], hue``. A name's unit stands in square
+brackets; ``hue`` holds the text of a legend entry (or its number); further columns bear the name of a
+dimension and say which panel a point belongs to. Lines that begin with ``#`` tell the source.
+"""
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.errors import FigureError
+from wearlab.figures.plot import Scale, Series
+from wearlab.figures.wording import Label, converted
+from wearlab.units import UnitError
+
+TEXT = "published"
+COUNTS = {"million cycles": 1e6, "millions": 1e6, "thousand cycles": 1e3, "cycles": 1.0}
+HEADER = re.compile(r"\s*([^\[\]]+?)\s*(?:\[([^\]]*)\])?\s*")
+
+
+def published(path: Path, series: Sequence[Series], hue: str | None, ask: Ask) -> Iterator[Series]:
+    """Yield the points of a CSV, one series for each hue and panel.
+
+    Parameters
+    ----------
+    path : the CSV
+    series : our curves, whose axes and labels the points take
+    hue : dimension of the hue, None when there is none
+    """
+    names, rows = _table(path, ask)
+    columns = {name: i for i, (name, _) in enumerate(names)}
+    if not {"x", "y"} <= set(columns):
+        raise FigureError(f"{ask.name}: {path.name}: columns x and y are required, found {', '.join(columns)}")
+    first = series[0]
+    x = _column(rows, columns["x"], names[columns["x"]][1], first.across, ask)
+    y = _column(rows, columns["y"], names[columns["y"]][1], first.up, ask)
+    dims = {(hue if name == "hue" else name): i for name, i in columns.items() if name not in ("x", "y")}
+    keys = [tuple((dim, row[i].strip()) for dim, i in dims.items() if dim) for row in rows]
+    for key in dict.fromkeys(keys):
+        inside = np.array([one == key for one in keys])
+        labels = {dim: _known(series, dim, text) for dim, text in key}
+        yield Series(labels, x[inside], y[inside], first.across, first.up, "published", TEXT)
+
+
+def _table(path: Path, ask: Ask) -> tuple[list[tuple[str, str]], list[list[str]]]:
+    try:
+        lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    except OSError as error:
+        raise FigureError(f"{ask.name}: published: {path}: {error.strerror or error}") from error
+    rows = list(csv.reader(line for line in lines if not line.lstrip().startswith("#")))
+    if len(rows) < 2:
+        raise FigureError(f"{ask.name}: published: {path.name} holds no points")
+    matches = [HEADER.fullmatch(cell) for cell in rows[0]]
+    return [(m[1], (m[2] or "").strip()) if m else (cell, "") for m, cell in zip(matches, rows[0], strict=True)], rows[1:]
+
+
+def _column(rows: list[list[str]], index: int, units: str, scale: Scale, ask: Ask) -> np.ndarray:
+    try:
+        values = np.array([float(row[index]) for row in rows])
+        if units in COUNTS:
+            return values * COUNTS[units]
+        return converted(values, units or scale.units, scale.units)
+    except (ValueError, IndexError, UnitError) as error:
+        raise FigureError(f"{ask.name}: published: column {index + 1}: {error}") from error
+
+
+def _known(series: Sequence[Series], dim: str, text: str) -> Label:
+    """Return the label that a text means: by its words, or by its number."""
+    labels = dict.fromkeys(s.key[dim] for s in series if dim in s.key)
+    for label in labels:
+        if text == label.text or _same_number(text, label.value):
+            return label
+    return Label(text, text)
+
+
+def _same_number(text: str, value: float | str) -> bool:
+    try:
+        return not isinstance(value, str) and np.isclose(float(text), value, rtol=1e-6)
+    except ValueError:
+        return False

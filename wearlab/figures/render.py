@@ -1,0 +1,155 @@
+"""A plot becomes a PNG: the only file that knows matplotlib. Equal plots give equal bytes."""
+
+import io
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from wearlab.figures import style
+from wearlab.figures.plot import Curve, Entry, Panel, Plot
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+NO_BACKEND = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
+LINE_LOOKS = ("line", "line-points", "reference")
+
+
+def png(plot: Plot, metadata: Mapping[str, str]) -> bytes:
+    """Return the PNG of a plot, with text chunks and without any date or software name.
+
+    Parameters
+    ----------
+    plot : what to draw
+    metadata : keyword → text
+    """
+    with matplotlib.rc_context({**NO_BACKEND, **style.RC}):
+        figure = draw(plot)
+        stream = io.BytesIO()
+        figure.savefig(stream, format="png", dpi=style.DPI, metadata={"Software": None, **metadata})
+    return stream.getvalue()
+
+
+def draw(plot: Plot) -> Figure:
+    """Return the figure of a plot."""
+    width = style.SQUARE_WIDTH if plot.shape == "square" and plot.columns == 1 else style.WIDTHS[plot.columns]
+    notes = [line for note in plot.notes for line in textwrap.wrap(note, int(width * 21.5))]
+    figure = Figure(figsize=(width, 1.0))
+    FigureCanvasAgg(figure)
+    legend = _legend(figure, plot.legend, width)
+    above = style.MARGIN + (style.TITLE_HEIGHT if plot.title else 0.0) + legend * style.LEGEND_LINE + style.GAP
+    below = len(notes) * style.NOTE_LINE + style.MARGIN + (style.GAP if notes else 0.0)
+    height = above + below + plot.rows * style.HEIGHTS[plot.shape][plot.columns]
+    figure.set_size_inches(width, height)
+    rect = (0.0, below / height, 1.0, 1.0 - (above + below) / height)
+    figure.set_layout_engine(ConstrainedLayoutEngine(rect=rect, w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.02))
+    _frame(figure, plot, notes, width, height)
+    _panels(figure, plot)
+    return figure
+
+
+def _frame(figure: Figure, plot: Plot, notes: Sequence[str], width: float, height: float) -> None:
+    """Write title and notes, and put the legend below the title."""
+    left, top = style.MARGIN / width, 1.0 - style.MARGIN / height
+    if plot.title:
+        figure.text(left, top, plot.title, size=10.5, weight="bold", va="top", ha="left")
+        top -= style.TITLE_HEIGHT / height
+    for legend in figure.legends:
+        legend.set_loc("upper left")
+        legend.set_bbox_to_anchor((left, top), transform=figure.transFigure)
+    for number, line in enumerate(reversed(notes)):
+        y = (style.MARGIN + number * style.NOTE_LINE) / height
+        figure.text(left, y, line, size=style.NOTE_SIZE, color="#555555", va="bottom", ha="left")
+
+
+def _legend(figure: Figure, entries: Sequence[Entry], width: float) -> int:
+    """Add the legend in as many columns as fit; return its number of lines."""
+    if not entries:
+        return 0
+    handles = [_handle(entry) for entry in entries]
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    for columns in range(len(entries), 0, -1):
+        legend = figure.legend(handles=handles, loc="upper left", ncols=columns, alignment="left")
+        legend.set_in_layout(False)
+        room = width - 2 * style.MARGIN
+        if columns == 1 or legend.get_window_extent(renderer).width / figure.dpi <= room:
+            break
+        legend.remove()
+    return -(-len(entries) // columns)
+
+
+def _handle(entry: Entry) -> Line2D:
+    line = Line2D([], [], label=entry.text, **_strokes(entry.pen.colour, entry.pen.dash, entry.pen.marker, entry.look))
+    return line
+
+
+def _strokes(colour: str, dash: str, marker: str, look: str) -> dict[str, Any]:
+    """Return how a look is drawn."""
+    if look == "points":
+        return {"color": colour, "ls": "", "marker": "o", "mec": "white", "mew": 0.6, "ms": 5.0, "zorder": 4}
+    if look == "published":
+        return {"color": colour, "ls": "", "marker": "o", "mfc": "white", "mec": colour, "mew": 0.9, "ms": 4.2, "zorder": 5}
+    if look == "reference":
+        return {"color": colour, "ls": dash, "lw": 0.9, "zorder": 1.5}
+    marked = look == "line-points"
+    return {"color": colour, "ls": dash, "marker": marker if marked else "", "mec": "white", "mew": 0.4, "zorder": 3}
+
+
+def _panels(figure: Figure, plot: Plot) -> None:
+    grid = figure.add_gridspec(plot.rows, plot.columns)
+    places = {(panel.row, panel.column): panel for panel in plot.panels}
+    axes: dict[tuple[int, int], Axes] = {}
+    for place, panel in places.items():
+        first = next(iter(axes.values()), None)
+        beside = next((a for (row, _), a in axes.items() if row == place[0]), None)
+        share_y = first if plot.share_y == "all" else beside if plot.share_y == "row" else None
+        share_x = first if len({p.x_label for p in plot.panels}) == 1 else None
+        axes[place] = figure.add_subplot(grid[place], sharex=share_x, sharey=share_y)
+        _panel(axes[place], panel)
+    for (row, column), ax in axes.items():
+        lowest = (row + 1, column) not in axes
+        leftmost = plot.share_y == "none" or (row, column - 1) not in axes
+        ax.tick_params(labelbottom=lowest, labelleft=leftmost)
+        ax.set_xlabel(places[row, column].x_label if lowest else "")
+        ax.set_ylabel(places[row, column].y_label if leftmost else "")
+        _limits(ax, plot)
+    figure.align_ylabels(list(axes.values()))
+
+
+def _panel(ax: "Axes", panel: Panel) -> None:
+    ax.set_title(panel.title, pad=14.0 if panel.marks and panel.title else None)
+    for curve in panel.curves:
+        _curve(ax, curve)
+    for mark in panel.marks:
+        ax.axvline(mark.x, color="#9a9a9a", lw=0.6, ls=(0, (2, 2)), zorder=1)
+        ax.annotate(
+            mark.text, (mark.x, 1.0), (0, 2), xycoords=("data", "axes fraction"), textcoords="offset points",
+            ha="center", va="bottom", size=style.MARK_SIZE, color="#555555",
+        )  # fmt: skip
+    ax.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
+    ax.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
+
+
+def _curve(ax: "Axes", curve: Curve) -> None:
+    pen = curve.pen
+    ax.plot(curve.x, curve.y, **_strokes(pen.colour, pen.dash, pen.marker, curve.look))
+
+
+def _limits(ax: "Axes", plot: Plot) -> None:
+    """Leave room where points sit on the edge; a quantity that starts near zero starts at zero."""
+    pointed = any(c.look != "line" and c.look != "reference" for panel in plot.panels for c in panel.curves)
+    if plot.shape == "square" or pointed:
+        ax.margins(x=0.05)
+    low, high = ax.get_ylim()
+    lines = [np.asarray(line.get_ydata(), float) for line in ax.lines]
+    values = [v[np.isfinite(v)] for v in lines if v.size > 1]
+    if all((v >= 0.0).all() for v in values) and 0.0 != low < 0.25 * high:
+        ax.set_ylim(0.0, high)

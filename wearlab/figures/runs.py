@@ -1,0 +1,190 @@
+"""The runs that a figure shows: picked from a campaign's grid, each once, loaded without padding."""
+
+import itertools
+import math
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.errors import FigureError, choices
+from wearlab.figures.select import index_of, narrow
+from wearlab.figures.wording import Label, cycles, place
+
+BASE = "base"
+COORDINATES = (
+    "cycle", "mesh_cycles", "operating_hours", "path_position", "diameter", "roll_angle",
+    "distance_to_pitch_circle", "characteristic_point", "phase", "contact_ratio", "max_wear_depth",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a figure.
+
+    Parameters
+    ----------
+    id : the run's identity
+    place : its label along each grid dimension; where a case is broadcast, the case's own
+    data : its variables, loaded, as long as the run is
+    states : label of each wear state
+    units : unit of each sweep axis
+    """
+
+    id: str
+    place: Mapping[str, Label]
+    data: xr.Dataset
+    states: tuple[Label, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Picked:
+    """What a selection of a grid holds: points with data, names of those without."""
+
+    points: tuple[tuple[dict[str, int], dict[str, Label], str], ...]
+    missing: tuple[str, ...]
+
+
+def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> Picked:
+    """Return the selected points of a grid, a broadcast case once.
+
+    Parameters
+    ----------
+    grid : the campaign's dataset
+    ask : its ``select`` narrows the grid dimensions
+    all_cases : whether every case is shown when ``select`` names none; else ``base``
+
+    Raises
+    ------
+    FigureError : a label that the grid does not have, or nothing left
+    """
+    dims = [str(dim) for dim in grid.run_id.dims]
+    ids, status = grid.run_id.values, grid.status.values
+    wanted = [_wanted(grid, dim, ask, all_cases) for dim in dims]
+    found: dict[str, tuple[dict[str, int], dict[str, Label], str]] = {}
+    missing: dict[str, str] = {}
+    for point in itertools.product(*wanted):
+        run_id = str(ids[point])
+        if not run_id or run_id in found or run_id in missing:
+            continue
+        labels = _labels(grid, dims, point)
+        if status[point] == "done":
+            found[run_id] = (dict(zip(dims, point, strict=True)), labels, run_id)
+        else:
+            name = ", ".join(dict.fromkeys(label.text for label in labels.values())) or run_id[:12]
+            missing[run_id] = f"{name}: {status[point]}"
+    if not found and not missing:
+        raise FigureError(f"{ask.name}: select = {dict(ask.select)} leaves no run")
+    return Picked(tuple(found.values()), tuple(missing.values()))
+
+
+def _wanted(grid: xr.Dataset, dim: str, ask: Ask, all_cases: bool) -> list[int]:
+    values = list(grid[dim].values)
+    if dim in ask.select:
+        units = grid[dim].attrs.get("units")
+        return index_of(ask.select[dim], values, dim, ask.name, units)
+    if dim == "case" and BASE in values and not (all_cases or "case" in (ask.hue, ask.rows, ask.cols, ask.x)):
+        return [values.index(BASE)]
+    return list(range(len(values)))
+
+
+def _labels(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]) -> dict[str, Label]:
+    """Return the labels of a point; a case that is broadcast bears its own along every axis."""
+    labels = {
+        dim: place(dim, _plain(grid[dim].values[index]), grid[dim].attrs.get("units"))
+        for dim, index in zip(dims, point, strict=True)
+    }
+    case = labels.get("case")
+    if case is not None and case.value != BASE and _is_broadcast(grid, dims, point):
+        return {dim: case for dim in dims}
+    return labels
+
+
+def _is_broadcast(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]) -> bool:
+    index = tuple(at if dim == "case" else slice(None) for dim, at in zip(dims, point, strict=True))
+    ids = grid.run_id.values[index]
+    return bool(ids.size > 1 and len(set(ids.flat) - {""}) == 1)
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def load(grid: xr.Dataset, picked: Picked, names: Iterable[str], ask: Ask) -> list[Run]:
+    """Load the variables that a figure needs, run by run, narrowed by ``select``.
+
+    Variables that a run does not have are left out of its dataset.
+    """
+    grid = grid.rename({f"{name}_values": name for name in ("phase",) if f"{name}_values" in grid})
+    present = [name for name in dict.fromkeys((*names, *COORDINATES)) if name in grid.variables]
+    units = {str(dim): str(grid[dim].attrs.get("units", "1")) for dim in grid.run_id.dims}
+    runs = []
+    for point, labels, run_id in picked.points:
+        one = grid[present].isel(point, missing_dims="ignore").compute(scheduler="synchronous")
+        one = one.drop_vars([name for name in one.variables if name in point])
+        updates = int(grid.n_updates.isel(point))
+        full = _without_absent(one.isel(update=slice(updates)) if "update" in one.dims else one)
+        runs.append(Run(run_id, labels, narrow(full, ask, set(units)), units=units))
+    return _with_states(runs)
+
+
+def _without_absent(data: xr.Dataset) -> xr.Dataset:
+    """Drop variables that the grid only padded, and the mesh periods that no state reaches."""
+    absent: list[Hashable] = [name for name, v in data.variables.items() if name not in data.dims and _is_void(v)]
+    data = data.drop_vars(absent)
+    if "mesh_period" in data.dims:
+        held = [v.notnull().any([d for d in v.dims if d != "mesh_period"]) for v in data.values()
+                if "mesh_period" in v.dims]  # fmt: skip
+        if held:
+            data = data.isel(mesh_period=np.any([h.values for h in held], axis=0))
+    return data
+
+
+def _is_void(variable: xr.Variable) -> bool:
+    if variable.dtype.kind == "f":
+        return bool(np.isnan(variable.values).all())
+    return variable.dtype.kind in "OU" and not any(variable.values.flat)
+
+
+def _with_states(runs: list[Run]) -> list[Run]:
+    """Name the wear states by their cycle where the runs share them, else by their number."""
+    named = [_cycle_labels(run.data) for run in runs]
+    longest = max((len(labels) for labels in named), default=0)
+    if len({label.text for labels in named for label in labels}) > longest + 3:
+        named = [tuple(Label(i, f"wear state {i}") for i in range(len(labels))) for labels in named]
+    return [replace(run, states=labels) for run, labels in zip(runs, named, strict=True)]
+
+
+def _cycle_labels(data: xr.Dataset) -> tuple[Label, ...]:
+    if "cycle" not in data:
+        return tuple(Label(i, f"wear state {i}") for i in range(data.sizes.get("update", 1)))
+    unworn = "max_wear_depth" in data and not np.any(data.max_wear_depth.values.reshape(data.cycle.size, -1)[0])
+    labels = [cycles(float(count)) for count in np.atleast_1d(data.cycle.values) if not math.isnan(count)]
+    if unworn and labels and labels[0].value == 0.0:
+        labels[0] = Label(0.0, "unworn")
+    return tuple(labels)
+
+
+def require(runs: list[Run], names: Sequence[str], ask: Ask) -> list[Run]:
+    """Return the runs that have all these variables.
+
+    Raises
+    ------
+    FigureError : none has
+    """
+    able = [run for run in runs if all(name in run.data.variables for name in names)]
+    if able:
+        return able
+    absent = [name for name in names if not any(name in run.data.variables for run in runs)]
+    raise FigureError(
+        f"{ask.name}: no selected run has {' and '.join(absent or names)}; "
+        f"{choices(absent[0] if absent else names[0], _known(runs))}"
+    )
+
+
+def _known(runs: list[Run]) -> list[str]:
+    return sorted({str(name) for run in runs for name in run.data.data_vars})

@@ -1,0 +1,124 @@
+"""One-dimensional pieces of a run's variables, in display units, each with its labels."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.errors import FigureError
+from wearlab.figures.plot import Array, Scale
+from wearlab.figures.runs import Run
+from wearlab.figures.wording import Label, converted, place
+from wearlab.units import UnitError
+
+STATES_SHOWN = 6
+WORDS = {
+    "cycle": "wear cycles",
+    "phase": "mesh phase",
+    "distance_to_pitch_circle": "distance from the pitch circle",
+    "effective_wear_coefficient": "wear coefficient",
+    "equivalent_load": "equivalent torque",
+    "static_transmission_error": "static transmission error",
+    "max_wear_depth": "largest wear depth",
+    "mesh_deflection": "mesh deflection",
+    "mesh_deflection_rate": "rate of mesh deflection",
+    "dynamic_transmission_error": "dynamic transmission error",
+    "mesh_stiffness": "mesh stiffness",
+    "dynamic_factor": "dynamic factor",
+    "separation_fraction": "time without drive-flank contact",
+    "lambda_ratio": "λ ratio",
+    "tooth_force": "normal force on the tooth",
+    "critical_speed": "critical speed",
+    "natural_frequency": "natural frequency",
+    "mesh_cycles": "mesh cycles",
+    "operating_hours": "operating time",
+}
+
+
+class Slice(NamedTuple):
+    """A piece of a variable along one or two dimensions.
+
+    Parameters
+    ----------
+    key : labels of the dimensions that were fixed
+    index : their positions
+    values : display units
+    scale : words and unit
+    """
+
+    key: Mapping[str, Label]
+    index: Mapping[str, int]
+    values: Array
+    scale: Scale
+
+
+def units_of(variable: xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple[str, str]:
+    """Return the stored unit of a variable and the one to show."""
+    stored = str(variable.attrs.get("units", "1"))
+    shown = ask.units.get(name) or ask.units.get(axis) or variable.attrs.get("display_units") or stored
+    return stored, str(shown)
+
+
+def words_of(variable: xr.DataArray, name: str) -> str:
+    """Return a variable's name for an axis: short words where the long name is long."""
+    return WORDS.get(name) or str(variable.attrs.get("long_name") or name.replace("_", " "))
+
+
+def shown(variable: xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple[Array, Scale]:
+    """Return a variable's values in display units, and what an axis says of them.
+
+    Raises
+    ------
+    FigureError : not a number, or a unit of something else
+    """
+    if variable.dtype.kind not in "fiub":
+        raise FigureError(f"{ask.name}: {name} holds text, not numbers")
+    stored, wanted = units_of(variable, name, ask, axis)
+    try:
+        values = converted(variable.values.astype(float), stored, wanted)
+    except UnitError as error:
+        raise FigureError(f"{ask.name}: units of {name}: {error}") from error
+    return values, Scale(words_of(variable, name), wanted)
+
+
+def slices(run: Run, name: str, ask: Ask, *along: str, axis: str = "y") -> Iterator[Slice]:
+    """Yield a variable's pieces along some of its dimensions, one for every place along the others."""
+    variable = run.data[name]
+    others = [str(dim) for dim in variable.dims if dim not in along]
+    values, scale = shown(variable, name, ask, axis)
+    array = xr.DataArray(values, dims=variable.dims)
+    for point in np.ndindex(*(variable.sizes[dim] for dim in others)):
+        index = dict(zip(others, point, strict=True))
+        key = {dim: label(run, dim, i) for dim, i in index.items()}
+        kept = [dim for dim in along if dim in variable.dims]
+        yield Slice({**run.place, **key}, index, array.isel(index).transpose(*kept).values, scale)
+
+
+def label(run: Run, dim: str, index: int) -> Label:
+    """Return the label of a place along one of the run's dimensions."""
+    if dim == "update" and index < len(run.states):
+        return run.states[index]
+    value = run.data[dim].values[index] if dim in run.data.coords else index
+    return place(dim, value.item() if isinstance(value, np.generic) else value, None)
+
+
+def companion(run: Run, name: str, index: Mapping[str, int], ask: Ask, axis: str = "x") -> tuple[Array, Scale]:
+    """Return the coordinate that goes with a piece: its values where the piece was taken."""
+    variable = run.data[name]
+    values, scale = shown(variable, name, ask, axis)
+    array = xr.DataArray(values, dims=variable.dims)
+    return array.isel({dim: i for dim, i in index.items() if dim in variable.dims}).values, scale
+
+
+def thinned(run: Run, most: int = STATES_SHOWN) -> Run:
+    """Return the run with so few wear states that each can be told from the others, spread over its life."""
+    count = run.data.sizes.get("update", 1)
+    if count <= most:
+        return run
+    cycle = run.data["cycle"].values if "cycle" in run.data else np.arange(count)
+    wanted = np.linspace(cycle[0], cycle[-1], most)
+    kept = sorted({int(np.argmin(np.abs(cycle - one))) for one in wanted})
+    return replace(run, data=run.data.isel(update=kept), states=tuple(run.states[i] for i in kept))

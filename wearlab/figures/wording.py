@@ -1,0 +1,114 @@
+"""Words and units of figures: labels of wear states and sweeps, axis labels in proper typography."""
+
+import math
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.units import convert
+
+Array = NDArray[np.float64]
+
+SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+COUNTS = {3: "thousands", 6: "millions", 9: "billions"}
+ORDINALS = {1: "1st", 2: "2nd", 3: "3rd"}
+
+
+class Label(NamedTuple):
+    """A place along a dimension: its value orders, its text is read."""
+
+    value: float | str
+    text: str
+
+    @property
+    def order(self) -> tuple[bool, float | str]:
+        """Numbers by size, then words as they come."""
+        return (True, "") if isinstance(self.value, str) else (False, self.value)
+
+
+def cycles(count: float) -> Label:
+    """Return the label of a wear state, such as ``20 million cycles``."""
+    rounded = float(f"{count:.4g}")
+    for size, word in ((1e9, " billion"), (1e6, " million")):
+        if rounded >= size:
+            return Label(rounded, f"{rounded / size:.4g}{word} cycles")
+    return Label(rounded, f"{rounded:,.0f} cycles" if rounded >= 100 else f"{rounded:g} cycles")
+
+
+def place(name: str, value: object, units: str | None) -> Label:
+    """Return the label of a place along a sweep axis or a dimension of the run."""
+    if isinstance(value, str):
+        return Label(value, value)
+    number = float(value)  # type: ignore[arg-type]
+    if units and units != "1":
+        return Label(number, f"{number:g}{joined(units)}")
+    return Label(number, f"{name.replace('_', ' ')} {number:g}")
+
+
+def ordinal(number: int) -> str:
+    """Return 1st, 2nd, 3rd, 4th ..."""
+    return ORDINALS.get(number, f"{number}th")
+
+
+def joined(units: str) -> str:
+    """Return a unit as it follows a number: a space, except before the sign of degrees."""
+    pretty = typeset(units)
+    return pretty if pretty == "°" else f" {pretty}"
+
+
+def typeset(units: str) -> str:
+    """Return a unit as a paper prints it: µm, N·m, m²/N; nothing for plain numbers."""
+    if units in ("", "1"):
+        return ""
+    text = units.strip()
+    if " " in text and not any(sign in text for sign in "*/"):
+        text = _as_fraction(text)
+    text = re.sub(r"(?:\*\*|\^)(-?\d+)", lambda found: found[1].translate(SUPERSCRIPTS), text)
+    text = re.sub(r"\bu(?=[a-zA-Z])", "µ", text)
+    text = re.sub(r"\b(?:deg|degree)\b", "°", text)
+    return text.replace("degC", "°C").replace("*", "·")
+
+
+def _as_fraction(text: str) -> str:
+    """Return ``m2 N-1`` as ``m^2/N``."""
+    over, under = [], []
+    for part in text.split():
+        found = re.fullmatch(r"([A-Za-zµ%]+)(-?\d+)?", part)
+        if found is None:
+            return text
+        power = int(found[2] or 1)
+        (over if power > 0 else under).append(found[1] + (f"^{abs(power)}" if abs(power) != 1 else ""))
+    return "*".join(over or ["1"]) + "".join(f"/{part}" for part in under)
+
+
+def converted(values: Array, units: str, wanted: str) -> Array:
+    """Return values in display units."""
+    if units == wanted or not wanted:
+        return np.asarray(values, float)
+    return np.asarray(convert(np.asarray(values, float), units or "1", wanted), float)
+
+
+def power_of_ten(arrays: Iterable[Array], units: str) -> int:
+    """Return the power of ten to take out of an axis: counts in thousands or millions, the rest beyond reason."""
+    largest = max((float(np.max(np.abs(a[np.isfinite(a)]), initial=0.0)) for a in arrays), default=0.0)
+    if largest == 0.0:
+        return 0
+    exponent = math.floor(math.log10(largest) + 1e-9)
+    if typeset(units) == "" and exponent >= 4:
+        return min(9, exponent // 3 * 3)
+    return exponent if exponent < -2 else (exponent // 3 * 3 if exponent >= 6 else 0)
+
+
+def axis_label(words: str, units: str, power: int) -> str:
+    """Return an axis label: words, then power of ten and unit in brackets."""
+    pretty = typeset(units)
+    if not pretty and power in COUNTS:
+        inside = COUNTS[power]
+    else:
+        ten = f"$10^{{{power}}}$" if power else ""
+        inside = f"{ten} {pretty}".strip()
+    start = words[:1].upper() + words[1:] if not words.isupper() else words
+    return f"{start} ({inside})" if inside else start
