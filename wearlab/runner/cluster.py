@@ -2,6 +2,7 @@
 
 import logging
 import math
+import multiprocessing
 import os
 import sys
 import traceback
@@ -17,6 +18,7 @@ from wearlab.store.outcome import Outcome
 
 BATCH_SECONDS = 0.25  # a batch of short cases lasts about so long: dask costs 1.7 ms a task
 LARGEST_BATCH = 32
+CONNECT_SECONDS = 10
 AHEAD = 2  # batches per worker under way; the rest stays unclaimed, for another process to take
 ONE_THREAD = {
     name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -129,6 +131,7 @@ def connect(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     from dask.distributed import Client, LocalCluster
 
     size = workers or available_cores()
+    others = set(multiprocessing.active_children())
     quiet = {"distributed.scheduler.allowed-failures": 1, "distributed.worker.daemon": True}
     with dask.config.set(quiet), _main_module_hidden(), _quiet_logs():
         cluster = LocalCluster(
@@ -136,7 +139,7 @@ def connect(workers: int | None, scheduler: str | None) -> Iterator[Any]:
             threads_per_worker=1,
             processes=True,
             host="127.0.0.1",
-            dashboard_address=None,
+            scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
             worker_dashboard_address=None,
             silence_logs=logging.CRITICAL,
             env=ONE_THREAD,
@@ -145,6 +148,10 @@ def connect(workers: int | None, scheduler: str | None) -> Iterator[Any]:
             with Client(cluster) as client:
                 client.wait_for_workers(size, timeout=120)
                 yield client
+        except KeyboardInterrupt:  # busy workers would take seconds to say goodbye
+            for worker in set(multiprocessing.active_children()) - others:
+                worker.kill()
+            raise
         finally:
             cluster.close()
 
@@ -154,7 +161,7 @@ def _remote(address: str) -> Iterator[Any]:
     from dask.distributed import Client
 
     try:
-        client = Client(address, timeout=10)
+        client = Client(address, timeout=CONNECT_SECONDS)
     except (OSError, ValueError, TimeoutError) as error:
         raise RunnerError(f"no dask scheduler answers at {address} ({error})") from error
     with client:

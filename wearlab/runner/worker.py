@@ -96,7 +96,7 @@ def _canonical(scene: Any) -> str:
 
 def _labelled(dataset: "xr.Dataset", run_id: str, scene: str, started: str) -> "xr.Dataset":
     """Add the attributes that let a catalogue be made from the files alone, where they are not there."""
-    return dataset.assign_attrs({"id": run_id, "scene": scene, "started": started} | dataset.attrs)
+    return dataset.assign_attrs({"id": run_id, "scene": scene, "date_created": started} | dataset.attrs)
 
 
 def _finished(dataset: "xr.Dataset") -> dict[str, Any]:

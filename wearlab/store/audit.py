@@ -11,6 +11,8 @@ from wearlab.store.outcome import Outcome
 from wearlab.store.runs import RunFiles, hash_of
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from wearlab.store.store import Store
 
 
@@ -74,6 +76,10 @@ def _stranger(path: Path, files: RunFiles) -> Problem:
     return Problem(path, "foreign", "not a file of this store")
 
 
+def _seconds(dataset: "xr.Dataset") -> float:
+    return float(dataset["run_time_total"]) if "run_time_total" in dataset else 0.0
+
+
 def reindex(store: "Store") -> list[Problem]:
     """Make the catalogue's runs anew from the run files; return the files that could not be read.
 
@@ -98,8 +104,8 @@ def reindex(store: "Store") -> list[Problem]:
                 *(
                     path.stem,
                     "done",
-                    str(attributes.get("started", "")),
-                    float(attributes.get("seconds", 0.0)),
+                    str(attributes.get("date_created", "")),
+                    _seconds(dataset),
                 ),
                 scene=str(attributes.get("scene", json.dumps({}))),
                 image=path.read_bytes(),
