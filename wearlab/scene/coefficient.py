@@ -60,7 +60,7 @@ OneCoefficient = Annotated[
     Annotated[
         ConstantCoefficient | HardnessCoefficient | JanakiramanCoefficient, Field(discriminator="model")
     ],
-    named(),
+    *named(),
 ]
 
 

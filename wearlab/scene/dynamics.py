@@ -103,4 +103,4 @@ class Spur3dofDynamics(Part):
     supports: Supports = option(..., "the bearings of both gears")
 
 
-Dynamics = Annotated[Annotated[TorsionalDynamics | Spur3dofDynamics, Field(discriminator="model")], named()]
+Dynamics = Annotated[Annotated[TorsionalDynamics | Spur3dofDynamics, Field(discriminator="model")], *named()]

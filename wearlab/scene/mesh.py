@@ -96,10 +96,10 @@ class ModulatedExcitation(Part):
     )
 
 
-Contact = Annotated[DisplacementContact, named("displacement")]
+Contact = Annotated[DisplacementContact, *named("displacement")]
 Excitation = Annotated[
     Annotated[PairsExcitation | FourierExcitation | ModulatedExcitation, Field(discriminator="model")],
-    named("pairs"),
+    *named("pairs"),
 ]
 
 

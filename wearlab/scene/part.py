@@ -90,16 +90,10 @@ class Unit:
     ) -> JsonSchemaValue:
         """Describe the value as users write it: a text with a unit."""
         kind = KINDS[self.kind]
-        limits = {key: value for key, value in handler(core).items() if "inimum" in key or "aximum" in key}
-        words = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
-        stated = {"limits": f"{' and '.join(f'{words[k]} {v:g}' for k, v in limits.items())} {kind.unit}"}
-        return {
-            "type": "string",
-            "kind": kind.name,
-            "unit": kind.unit,
-            "examples": [kind.example],
-            **(stated if limits else {}),
-        }
+        signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+        limits = [f"{signs[key]} {limit:g}" for key, limit in handler(core).items() if key in signs]
+        described = {"type": "string", "kind": kind.name, "unit": kind.unit, "examples": [kind.example]}
+        return {**described, "limits": " and ".join(limits)} if limits else described
 
 
 def _reader(kind: str) -> Callable[[object], float]:
@@ -161,7 +155,24 @@ PressureViscosity = _measured("pressure-viscosity coefficient")
 WearCoefficient = _measured("wear coefficient")
 
 
-def named(default: str | None = None, chooser: str = "model") -> BeforeValidator:
+class Choice:
+    """Tells the JSON Schema that a choice may be written as its model's name alone."""
+
+    def __init__(self, chooser: str) -> None:
+        self.chooser = chooser
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Offer the names of models that require nothing else."""
+        table = handler(core)
+        parts = [handler.resolve_ref_schema(part) for part in table.get("oneOf", [table])]
+        plain = [p for p in parts if not set(p.get("required", [])) - {self.chooser}]
+        names = [part["properties"][self.chooser]["const"] for part in plain]
+        return {"anyOf": [{"enum": names}, table]} if names else table
+
+
+def named(default: str | None = None, chooser: str = "model") -> tuple[BeforeValidator, Choice]:
     """Read a choice: a string means ``{model = string}``, a table without a model means the default's."""
 
     def read(value: object) -> object:
@@ -171,4 +182,4 @@ def named(default: str | None = None, chooser: str = "model") -> BeforeValidator
             return {chooser: default, **value}
         return value
 
-    return BeforeValidator(read)
+    return BeforeValidator(read), Choice(chooser)

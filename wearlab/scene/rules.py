@@ -51,7 +51,7 @@ def _load(scene: "Scene") -> Problems:
     if load != "static" and scene.dynamics is None:
         yield "wear.load", f"{load!r} needs [dynamics]; without it the load is 'static'"
     if load == "equivalent" and scene.wear.wohler_slope is None:
-        yield "wear.load", "'equivalent' needs 'wohler_slope', such as 8.7"
+        yield "wear.load", "'equivalent' needs 'wohler_slope', such as 6.61"
 
 
 def _limits(scene: "Scene") -> Problems:

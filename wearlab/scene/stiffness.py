@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import ConfigDict, Field, ValidationInfo, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from wearlab.scene.part import POSITIVE, Number, Part, SpringRate, named, option
@@ -59,6 +59,8 @@ class StiffnessUnits(Part):
 class TabulatedStiffness(Part):
     """A stiffness read from a file; its contents, not its path, are part of the scene."""
 
+    model_config = ConfigDict(json_schema_extra={"required": ["file", "units"]})
+
     model: Literal["tabulated"] = option("tabulated", "stiffness from a file", source="PHYSICS §3")
     file: str | None = option(
         None,
@@ -90,5 +92,5 @@ Stiffness = Annotated[
     Annotated[
         PotentialEnergyStiffness | ConstantStiffness | TabulatedStiffness, Field(discriminator="model")
     ],
-    named("potential-energy"),
+    *named("potential-energy"),
 ]

@@ -132,7 +132,7 @@ class FixedStep(Part):
 
 Step = Annotated[
     Annotated[AdaptiveStep | EulerStep | FixedStep, Field(discriminator="method")],
-    named("adaptive", "method"),
+    *named("adaptive", "method"),
 ]
 
 

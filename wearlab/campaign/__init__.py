@@ -1,0 +1,21 @@
+"""Campaigns: a file becomes scenes, each with its place in a grid, and figures to draw."""
+
+from wearlab.campaign.axes import Axis, Coordinate
+from wearlab.campaign.campaign import Campaign, Metadata, load
+from wearlab.campaign.cases import BASE, Case
+from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.figure import FigureSpec
+from wearlab.campaign.json_schema import schema_json
+
+__all__ = [
+    "BASE",
+    "Axis",
+    "Campaign",
+    "CampaignError",
+    "Case",
+    "Coordinate",
+    "FigureSpec",
+    "Metadata",
+    "load",
+    "schema_json",
+]

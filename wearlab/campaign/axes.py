@@ -1,0 +1,229 @@
+"""``[[sweep]]``: lists of values become axes of the grid."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from wearlab.campaign.errors import CampaignError
+from wearlab.scene.later import later
+from wearlab.scene.problems import shown
+from wearlab.schema import DIMENSIONS, VARIABLES
+from wearlab.units import UnitError, convert, is_quantity, split
+
+RESERVED = {dimension.name for dimension in DIMENSIONS} | set(VARIABLES) | {"case"}
+GENERATORS = ("linspace", "logspace", "integers")
+DISTRIBUTIONS = ("lognormal", "normal", "uniform")
+DIGITS = 12
+
+
+class Coordinate(NamedTuple):
+    """Values along an axis.
+
+    Parameters
+    ----------
+    values : numbers in ``units``, texts or labels
+    units : the unit the file wrote, None for plain values
+    key : the dotted key they were given to
+    """
+
+    values: tuple[Any, ...]
+    units: str | None
+    key: str
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One ``[[sweep]]`` block: a dimension of the grid.
+
+    Parameters
+    ----------
+    name : the first key's last word, or the block's ``name``
+    values : along it, in ``units``; labels where the values are tables
+    units : the unit the file wrote, None for plain values
+    key : the dotted key that is swept
+    coordinates : other keys of the block by name, advancing together with the first
+    written : for every key what each scene gets, as the file wrote it
+    """
+
+    name: str
+    values: tuple[Any, ...]
+    units: str | None = None
+    key: str = ""
+    coordinates: dict[str, Coordinate] = field(default_factory=dict)
+    written: dict[str, tuple[Any, ...]] = field(default_factory=dict, repr=False)
+
+
+def read_axes(blocks: Any) -> tuple[Axis, ...]:
+    """Return the axes of all ``[[sweep]]`` blocks.
+
+    Raises
+    ------
+    CampaignError
+        When a block is empty or malformed, or two names clash.
+    """
+    if not isinstance(blocks, list) or not all(isinstance(block, dict) for block in blocks):
+        raise CampaignError([f"sweep: {shown(blocks)} is no list of tables: write [[sweep]]"])
+    axes: list[Axis] = []
+    swept: dict[str, str] = {}
+    for number, block in enumerate(blocks):
+        axis = _axis(
+            block, f"sweep[{number}]", {a.name for a in axes} | {c for a in axes for c in a.coordinates}
+        )
+        for key in axis.written:
+            for other in swept:
+                if _overlap(key, other):
+                    raise CampaignError([f"sweep[{number}].{key}: {swept[other]} sweeps {other!r} already"])
+            swept[key] = f"sweep[{number}]"
+        axes.append(axis)
+    return tuple(axes)
+
+
+def _overlap(one: str, other: str) -> bool:
+    return f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
+
+
+def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
+    for word in ("sample", "exclude"):
+        if word in block:
+            raise CampaignError([f"{where}.{word}: {later('samples and exclusions')}"])
+    keys = flat({key: value for key, value in block.items() if key not in ("name", "labels")})
+    if not keys:
+        raise CampaignError([f'{where}: an empty sweep: give a dotted key a list, such as "operation.speed"'])
+    written = {key: _values(value, f"{where}.{key}") for key, value in keys.items()}
+    lengths = {key: len(values) for key, values in written.items()}
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{key} has {n}" for key, n in lengths.items())
+        raise CampaignError([f"{where}: keys of one block advance together, but {listed} values"])
+    first = next(iter(written))
+    name = _name(block.get("name"), first, where, taken)
+    labels = _labels(block.get("labels"), len(written[first]), where)
+    if labels is not None:
+        along = Coordinate(labels, None, first)
+    else:
+        along = _coordinate(written[first], first, where)
+    if len(set(along.values)) < len(along.values):
+        raise CampaignError([f"{where}.{first}: a value stands twice in {shown(list(along.values))}"])
+    return Axis(name, along.values, along.units, first, _others(written, name, taken, where), written)
+
+
+def flat(table: dict[str, Any], above: str = "") -> dict[str, Any]:
+    """Return dotted keys to lists or generators, however the file nested them."""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, dict) and not any(word in value for word in (*GENERATORS, *DISTRIBUTIONS)):
+            found |= flat(value, f"{above}{key}.")
+        else:
+            found[f"{above}{key}"] = value
+    return found
+
+
+def _values(value: Any, where: str) -> tuple[Any, ...]:
+    if isinstance(value, dict):
+        return _generated(value, where)
+    if not isinstance(value, list):
+        raise CampaignError([f"{where}: {shown(value)} is no list of values"])
+    if not value:
+        raise CampaignError([f"{where}: an empty sweep, [] has no values"])
+    return tuple(value)
+
+
+def _generated(value: dict[str, Any], where: str) -> tuple[Any, ...]:
+    for word in DISTRIBUTIONS:
+        if word in value:
+            raise CampaignError([f"{where}.{word}: {later('samples and distributions')}"])
+    generator = next(word for word in GENERATORS if word in value)
+    extra = [key for key in value if key not in (generator, "unit")]
+    if extra or (generator == "integers" and "unit" in value):
+        raise CampaignError([f"{where}: {(extra or ['unit'])[0]!r} does not belong to {{{generator} = …}}"])
+    numbers = _numbers(generator, value[generator], where)
+    unit = value.get("unit")
+    return numbers if unit is None else tuple(f"{number!r} {unit}" for number in numbers)
+
+
+def _numbers(generator: str, given: Any, where: str) -> tuple[float, ...]:
+    """Return the numbers of a generator; both its ends belong to them."""
+    count = 2 if generator == "integers" else 3
+    plain = isinstance(given, list) and all(
+        isinstance(x, int | float) and not isinstance(x, bool) for x in given
+    )
+    if not plain or len(given) != count or not all(math.isfinite(x) for x in given):
+        shape = "[first, last]" if count == 2 else "[first, last, how many]"
+        raise CampaignError([f"{where}.{generator}: {shown(given)} is not {shape}"])
+    low, high = given[:2]
+    if generator == "integers":
+        if low != int(low) or high != int(high) or high < low:
+            raise CampaignError([f"{where}.integers: {shown(given)} is not [first, last] in whole numbers"])
+        return tuple(range(int(low), int(high) + 1))
+    n = given[2]
+    if n != int(n) or n < 1 or (n == 1 and low != high):
+        raise CampaignError([f"{where}.{generator}: {n!r} values from {low!r} to {high!r} do not exist"])
+    if generator == "logspace" and (low <= 0 or high <= 0):
+        raise CampaignError([f"{where}.logspace: both ends of {shown(given)} must be greater than 0"])
+    shares = [i / (n - 1) if n > 1 else 0.0 for i in range(int(n))]
+    spaced = [low + (high - low) * x if generator == "linspace" else low * (high / low) ** x for x in shares]
+    return tuple(float(f"{x:.{DIGITS}g}") for x in spaced)
+
+
+def _coordinate(written: tuple[Any, ...], key: str, where: str) -> Coordinate:
+    """Return values along an axis, quantities as numbers in the unit of the first."""
+    if all(is_quantity(value) for value in written):
+        parts = [split(value) for value in written]
+        unit = parts[0][1]
+        try:
+            values = tuple(float(x) if u == unit else convert(float(x), u, unit) for x, u in parts)
+        except UnitError as error:
+            raise CampaignError([f"{where}.{key}: values of one axis need one unit: {error}"]) from None
+        return Coordinate(values, unit, key)
+    kinds = {
+        bool if isinstance(v, bool) else float if isinstance(v, int | float) else type(v) for v in written
+    }
+    if kinds - {str, bool, float}:
+        raise CampaignError([f"{where}.{key}: values that are tables or lists need names: labels = [...]"])
+    if len(kinds) > 1:
+        raise CampaignError([f"{where}.{key}: {shown(list(written))} mixes texts, numbers and true or false"])
+    if any(isinstance(value, float) and not math.isfinite(value) for value in written):
+        raise CampaignError([f"{where}.{key}: {shown(list(written))} has a number that is not finite"])
+    return Coordinate(written, None, key)
+
+
+def _name(given: Any, key: str, where: str, taken: set[str]) -> str:
+    name = key.rpartition(".")[2] if given is None else given
+    if not isinstance(name, str) or not name.isidentifier():
+        raise CampaignError([f"{where}.name: {shown(name)} is no name: letters, digits and _ only"])
+    if name in taken or name in RESERVED:
+        owner = "another axis" if name in taken else "a dimension or variable of the dataset"
+        raise CampaignError(
+            [f"{where}: the name {name!r} of the axis is that of {owner}: give the block a name"]
+        )
+    return name
+
+
+def _labels(given: Any, count: int, where: str) -> tuple[str, ...] | None:
+    if given is None:
+        return None
+    if (
+        not isinstance(given, list)
+        or not all(isinstance(label, str) for label in given)
+        or len(given) != count
+    ):
+        raise CampaignError(
+            [f"{where}.labels: {shown(given)} is no list of {count} texts, one for each value"]
+        )
+    return tuple(given)
+
+
+def _others(
+    written: dict[str, tuple[Any, ...]], name: str, taken: set[str], where: str
+) -> dict[str, Coordinate]:
+    """Return the further keys of a block, each by as few of its last words as make a free name."""
+    named: dict[str, Coordinate] = {}
+    for key in list(written)[1:]:
+        words = key.split(".")
+        names = ["_".join(words[-count:]) for count in range(1, len(words) + 1)]
+        used = taken | RESERVED | set(named) | {name}
+        free = next((one for one in names if one not in used), None)
+        if free is None:
+            raise CampaignError([f"{where}.{key}: no free name for this coordinate"])
+        if all(isinstance(value, str | bool | int | float) for value in written[key]):
+            named[free] = _coordinate(written[key], key, where)
+    return named

@@ -1,0 +1,159 @@
+"""A campaign: one file, its scenes, its figures."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from wearlab.campaign.axes import Axis, read_axes
+from wearlab.campaign.cases import Case, expand, read_differences
+from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.figure import FigureSpec
+from wearlab.campaign.inheritance import Inherited, inherit
+from wearlab.scene import Scene
+from wearlab.scene.later import LATER_KEYS, later
+from wearlab.scene.merge import Table
+from wearlab.scene.part import option
+from wearlab.scene.problems import shown
+
+OWN_KEYS = ("title", "reference", "extends", "drop", "metadata", "sweep", "case", "figure")
+Model = TypeVar("Model", bound=BaseModel)
+Result = TypeVar("Result")
+
+
+class Metadata(BaseModel):
+    """Who made it; no part of any run's identity."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    author: str | None = option(None, "author", derived="not told")
+    orcid: str | None = option(None, "ORCID of the author", derived="not told")
+    institution: str | None = option(None, "institution", derived="not told")
+    licence: str | None = option(None, "licence of the datasets", derived="not told")
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What a campaign file asks for.
+
+    Parameters
+    ----------
+    title, reference, metadata : texts, not part of any run
+    cases : every run; equal scenes share an id
+    axes : sweep axes, the dimensions of the grid
+    figures : what is to be drawn
+    path : the file
+    """
+
+    title: str
+    reference: str | None
+    metadata: dict[str, str]
+    cases: tuple[Case, ...]
+    axes: tuple[Axis, ...] = ()
+    figures: tuple[FigureSpec, ...] = field(default=(), repr=False)
+    path: Path | None = None
+
+
+def load(path: str | Path) -> Campaign:
+    """Read a campaign file, with all that it extends.
+
+    Parameters
+    ----------
+    path : a TOML file
+
+    Returns
+    -------
+    Campaign
+
+    Raises
+    ------
+    CampaignError
+        When anything in it is wrong; every fault is one line with file, path, value and remedy.
+    """
+    file = Path(path).expanduser().resolve()
+    inherited = inherit(file)
+    try:
+        return _read(inherited, file)
+    except CampaignError as error:
+        raise CampaignError(_with_file(line, inherited) for line in error.problems) from None
+
+
+def _with_file(line: str, inherited: Inherited) -> str:
+    """Return a problem with the file in front that wrote what it is about."""
+    path = line.split(": ")[0].removeprefix("scene.").split("[")[0]
+    return f"{inherited.file_of(path)}: {line}"
+
+
+def _read(inherited: Inherited, file: Path) -> Campaign:
+    table = inherited.table
+    problems = list(_unknown(table))
+    tried: Callable[..., Any] = lambda read, *args: _tried(problems, read, *args)  # noqa: E731
+    axes = tried(read_axes, table.get("sweep", []))
+    differences = None if axes is None else tried(read_differences, table.get("case", []), axes)
+    figures = tried(_figures, table.get("figure", []))
+    metadata = tried(_metadata, table.get("metadata", {}))
+    texts = [tried(_text, table, key) for key in ("title", "reference")]
+    sections = {key: value for key, value in table.items() if key in Scene.model_fields}
+    cases = tried(expand, sections, axes or (), differences or ())
+    if problems:
+        raise CampaignError(problems)
+    return Campaign(texts[0] or file.stem, texts[1] or None, metadata, cases, axes, figures, file)
+
+
+def _tried(problems: list[str], read: Callable[..., Result], *arguments: Any) -> Result | None:
+    """Return what a reader returns; its problems join the others."""
+    try:
+        return read(*arguments)
+    except CampaignError as error:
+        problems.extend(error.problems)
+        return None
+
+
+def _unknown(table: Table) -> list[str]:
+    valid = [*OWN_KEYS, *Scene.model_fields]
+    problems = []
+    for key in table:
+        if key in LATER_KEYS[""]:
+            problems.append(f"{key}: {later(LATER_KEYS[''][key])}")
+        elif key not in valid:
+            near = get_close_matches(key, valid, 1)
+            remedy = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(valid)}"
+            problems.append(f"{key}: unknown key{remedy}")
+    return problems
+
+
+def _text(table: Table, key: str) -> str:
+    if not isinstance(table.get(key, ""), str):
+        raise CampaignError([f"{key}: {shown(table[key])} is no text"])
+    return str(table.get(key, ""))
+
+
+def _metadata(given: Any) -> dict[str, str]:
+    return _modelled(Metadata, given, "metadata").model_dump(exclude_none=True)
+
+
+def _figures(blocks: Any) -> tuple[FigureSpec, ...]:
+    if not isinstance(blocks, list):
+        raise CampaignError([f"figure: {shown(blocks)} is no list of tables: write [[figure]]"])
+    return tuple(_modelled(FigureSpec, block, f"figure[{number}]") for number, block in enumerate(blocks))
+
+
+def _modelled(model: type[Model], given: Any, where: str) -> Model:
+    try:
+        return model.model_validate(given)
+    except ValidationError as error:
+        raise CampaignError(_figure_line(dict(one), model, where) for one in error.errors()) from None
+
+
+def _figure_line(error: dict[str, Any], model: type[BaseModel], where: str) -> str:
+    key = str(error["loc"][0]) if error["loc"] else ""
+    if error["type"] == "extra_forbidden":
+        near = get_close_matches(key, model.model_fields, 1)
+        remedy = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(model.model_fields)}"
+        return f"{where}.{key}: unknown key{remedy}"
+    if error["type"] == "missing":
+        return f"{where}.{key}: required: {model.model_fields[key].description}"
+    return f"{where}{f'.{key}' if key else ''}: {shown(error['input'])}: {error['msg']}"

@@ -1,0 +1,153 @@
+"""``[[case]]`` and the product of all sweeps: which scenes a campaign has."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from difflib import get_close_matches
+from itertools import product
+from typing import Any, NamedTuple
+
+from wearlab.campaign.axes import Axis
+from wearlab.campaign.errors import CampaignError
+from wearlab.scene import Scene, SceneError
+from wearlab.scene.merge import DropError, Table, merge, nested, without
+from wearlab.scene.problems import shown
+
+BASE = "base"
+OWN_WORDS = ("label", "drop", "sweep")
+ENOUGH = 20
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of a campaign.
+
+    Parameters
+    ----------
+    label : "base", or the label of a ``[[case]]``
+    scene : what is run
+    position : axis → index; an axis that is missing here is one the run is broadcast along
+    """
+
+    label: str
+    scene: Scene
+    position: dict[str, int]
+
+    @property
+    def id(self) -> str:
+        """The identity of the run."""
+        return self.scene.id
+
+
+class Difference(NamedTuple):
+    """A ``[[case]]`` as the file writes it: what it drops, what it sets, whether it is swept."""
+
+    label: str
+    drop: tuple[str, ...]
+    own: Table
+    sweep: bool
+
+
+def read_differences(blocks: Any, axes: tuple[Axis, ...]) -> tuple[Difference, ...]:
+    """Return all ``[[case]]`` blocks.
+
+    Raises
+    ------
+    CampaignError
+        When a block is malformed, a label is missing or stands twice, or a swept case sets what is swept.
+    """
+    if not isinstance(blocks, list) or not all(isinstance(block, dict) for block in blocks):
+        raise CampaignError([f"case: {shown(blocks)} is no list of tables: write [[case]]"])
+    found = tuple(_difference(block, f"case[{number}]") for number, block in enumerate(blocks))
+    labels = [BASE, *(one.label for one in found)]
+    for number, label in enumerate(labels[1:]):
+        if label in labels[: number + 1]:
+            raise CampaignError([f"case[{number}].label: {label!r} stands twice"])
+    for number, one in enumerate(found):
+        swept = [key for axis in axes for key in axis.written if _sets(one.own, key)] if one.sweep else []
+        if swept:
+            raise CampaignError([f"case[{number}].{swept[0]}: is swept already, in a case with sweep = true"])
+    return found
+
+
+def _difference(block: dict[str, Any], where: str) -> Difference:
+    label, drop, sweep = block.get("label"), block.get("drop", []), block.get("sweep", False)
+    if not isinstance(label, str) or not label:
+        raise CampaignError([f"{where}.label: required: a name for the case, such as 'static'"])
+    drop = [drop] if isinstance(drop, str) else drop
+    if not isinstance(drop, list) or not all(isinstance(key, str) for key in drop):
+        raise CampaignError([f"{where}.drop: {shown(drop)} is no list of sections or dotted keys"])
+    if not isinstance(sweep, bool):
+        raise CampaignError([f"{where}.sweep: {shown(sweep)} is neither true nor false"])
+    own: Table = {}
+    for key, value in block.items():
+        if key not in OWN_WORDS:
+            own = merge(own, _section(key, value, where))
+    return Difference(label, tuple(drop), own, sweep)
+
+
+def _section(key: str, value: Any, where: str) -> Table:
+    section = key.partition(".")[0]
+    valid = [*Scene.model_fields, *OWN_WORDS]
+    if section not in Scene.model_fields:
+        near = get_close_matches(section, valid, 1)
+        remedy = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(valid)}"
+        raise CampaignError([f"{where}.{key}: unknown key{remedy}"])
+    return nested(key, value)
+
+
+def _sets(own: Any, key: str) -> bool:
+    """Return whether a table gives a value at a dotted key, or above it."""
+    word, _, rest = key.partition(".")
+    if not isinstance(own, dict):
+        return True
+    return word in own and (not rest or _sets(own[word], rest))
+
+
+def expand(table: Table, axes: tuple[Axis, ...], differences: tuple[Difference, ...]) -> tuple[Case, ...]:
+    """Return every run: the product of the sweeps as "base", then each case, swept where it asks to be.
+
+    Raises
+    ------
+    CampaignError
+        With the problems of every scene that is not valid.
+    """
+    cases: list[Case] = []
+    problems: list[str] = []
+    for label, position, scene in _scenes(table, axes, differences):
+        try:
+            cases.append(Case(label, Scene.from_mapping(scene), position))
+        except SceneError as error:
+            about = "" if label == BASE else f"case {label!r}: "
+            problems += [f"{about}{line}" for line in error.problems if not about or line not in problems]
+            if len(set(problems)) >= ENOUGH:
+                break
+    if problems:
+        raise CampaignError(problems)
+    return tuple(cases)
+
+
+def _scenes(
+    table: Table, axes: tuple[Axis, ...], differences: tuple[Difference, ...]
+) -> Iterator[tuple[str, dict[str, int], Table]]:
+    if axes or not differences:
+        yield from ((BASE, position, scene) for position, scene in _swept(table, axes))
+    for number, one in enumerate(differences):
+        reduced = table
+        for key in one.drop:
+            try:
+                reduced = without(reduced, key)
+            except DropError as error:
+                raise CampaignError([f"case[{number}].drop: {error}"]) from None
+        changed = merge(reduced, one.own)
+        for position, scene in _swept(changed, axes if one.sweep else ()):
+            yield one.label, position, scene
+
+
+def _swept(table: Table, axes: tuple[Axis, ...]) -> Iterator[tuple[dict[str, int], Table]]:
+    """Yield the product of the axes, the last one fastest."""
+    for place in product(*(range(len(axis.values)) for axis in axes)):
+        scene = table
+        for axis, index in zip(axes, place, strict=True):
+            for key, values in axis.written.items():
+                scene = merge(scene, nested(key, values[index]))
+        yield {axis.name: index for axis, index in zip(axes, place, strict=True)}, scene

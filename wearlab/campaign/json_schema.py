@@ -1,0 +1,121 @@
+"""``wearlab schema``: everything a campaign file may say, as JSON Schema.
+
+Every leaf has a description; a quantity also ``unit`` (the SI unit it is kept in) and ``examples``; a key
+whose default is not a value has ``derived``, what its absence means.
+"""
+
+import json
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+
+from wearlab.campaign.campaign import Metadata
+from wearlab.campaign.figure import FigureSpec
+from wearlab.scene import Scene
+from wearlab.scene.part import option
+from wearlab.units import convert, split
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+LIMITS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
+ROUND = 8
+Names = str | tuple[str, ...]
+
+
+class Spaced(BaseModel):
+    """Values between two ends, both included."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    linspace: tuple[float, float, int] | None = option(None, "[first, last, how many], equal differences")
+    logspace: tuple[float, float, int] | None = option(None, "[first, last, how many], equal ratios")
+    integers: tuple[int, int] | None = option(None, "[first, last] in whole numbers, both included")
+    unit: str | None = option(None, "unit of the values", derived="plain numbers")
+
+
+class Sweep(BaseModel):
+    """A block of dotted keys, each to a list of values; they advance together, blocks multiply."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, list[Any] | Spaced]
+
+    name: str | None = option(None, "name of the axis", derived="the first key's last word")
+    labels: list[str] | None = option(None, "names of values that are tables or lists", derived="the values")
+
+
+class CaseBlock(BaseModel):
+    """A named difference from the file, in sections or dotted keys."""
+
+    model_config = ConfigDict(extra="allow")
+
+    label: str = option(..., "name of the case; 'base' is the file itself")
+    drop: Names = option((), "sections or dotted keys that the case does without")
+    sweep: bool = option(False, "whether the sweeps multiply the case; else it is one run along all axes")
+
+
+class CampaignFile(Scene):
+    """A campaign of wearlab: the file together with those it extends."""
+
+    title: str = option("", "title", derived="the name of the file")
+    reference: str | None = option(None, "where the study comes from, such as a DOI", derived="none")
+    extends: Names = option((), "files that this one differs from; later ones win; relative to this file")
+    drop: Names = option((), "sections or dotted keys of the extended files to do without")
+    metadata: Metadata = option(Metadata(), "who made it; no part of any run's identity")
+    sweep: tuple[Sweep, ...] = option((), "lists of values; the product of all blocks is run")
+    case: tuple[CaseBlock, ...] = option((), "named differences from the file")
+    figure: tuple[FigureSpec, ...] = option((), "figures drawn from the datasets")
+
+
+class _Plain(GenerateJsonSchema):
+    """Says what pydantic's own schema does not, and leaves out what it says twice."""
+
+    def generate(self, schema: Any, mode: Any = "validation") -> JsonSchemaValue:
+        """Return the schema of a campaign file."""
+        found: dict[str, Any] = _plain(super().generate(schema, mode))
+        return {"$schema": DIALECT, "title": "wearlab campaign", **found}
+
+
+def _plain(value: Any, names: bool = False) -> Any:
+    """Return a schema without titles and nulls, limits and defaults as users would write them.
+
+    Parameters
+    ----------
+    value : a piece of the schema
+    names : whether its keys are names of properties, not keywords
+    """
+    if isinstance(value, list):
+        return [_plain(inner) for inner in value if inner != {"type": "null"}]
+    if not isinstance(value, dict):
+        return value
+    plain = {key: _plain(inner, key in ("properties", "$defs")) for key, inner in value.items()}
+    if names:
+        return plain
+    plain.pop("title", None)
+    if isinstance(plain.get("default"), dict | None):
+        plain |= {"default": _chosen(plain.pop("default", None))}
+        plain = {key: inner for key, inner in plain.items() if inner is not None}
+    if len(plain.get("anyOf", ())) == 1:
+        plain = {**plain.pop("anyOf")[0], **plain}
+    plain = {LIMITS.get(key, key): inner for key, inner in plain.items()}
+    if "required" in plain:
+        plain["required"] = [key for key in plain["required"] if key in plain["properties"]]
+    if "unit" in plain and isinstance(plain.get("default"), int | float):
+        plain["default"] = _written(plain["default"], plain["unit"], plain["examples"][0])
+    return plain
+
+
+def _chosen(default: dict[str, Any] | None) -> str | None:
+    """Return the name of a default choice; the defaults of other tables stand at their keys."""
+    return None if default is None else default.get("model", default.get("method"))
+
+
+def _written(default: float, unit: str, example: str) -> str:
+    """Return a default in the unit of the example, where it is a round number there."""
+    usual = split(example)[1]
+    number = f"{convert(default, unit, usual):.12g}"
+    return f"{number} {usual}" if len(number) < ROUND else f"{default:g} {unit}"
+
+
+def schema_json() -> str:
+    """Return the JSON Schema of a campaign file, every option with unit, default, meaning and source."""
+    return json.dumps(CampaignFile.model_json_schema(schema_generator=_Plain), indent=2, ensure_ascii=False)
