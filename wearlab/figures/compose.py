@@ -4,21 +4,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 
-
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
 from wearlab.figures.palette import GREY, INK, pens
 from wearlab.figures.plot import Curve, Entry, Panel, Pen, Plot, Series
+from wearlab.figures.select import STATE_COORDINATES
 from wearlab.figures.wording import Label, axis_label, power_of_ten
 
 ROLES = ("cols", "rows", "hue")
 MOST_COLUMNS = 3
-SHOWS_ITSELF = ("variable",)  # a facet that the y label tells
+SHOWS_ITSELF = ("variable", "part")  # what the y label tells
 REFERENCE = Pen(GREY, ":")
 
 
-def compose(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence[str], notes: Sequence[str]) -> Plot:
+def compose(
+    series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence[str], notes: Sequence[str]
+) -> Plot:
     """Return the figure of these series.
 
     Raises
@@ -39,11 +41,13 @@ def compose(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence[
         inside = [s for s in series if _fits(s, roles, row, column)]
         if inside:
             named = [x.text for x in (column, row) if x and not _tells_itself(roles, x, varied)]
-            panels.append(_panel(inside, r, c, ", ".join(dict.fromkeys(named)), roles.get("hue"), pen, powers))
+            panels.append(
+                _panel(inside, r, c, ", ".join(dict.fromkeys(named)), roles.get("hue"), pen, powers)
+            )
     legend = _legend(series, hues, pen, roles.get("hue"))
     ups = {s.up.words for s in series}
     return Plot(
-        title=ask.title or kind.title,
+        title=ask.title or _title(series, varied, ask, kind),
         panels=_lettered(panels),
         rows=shape[0],
         columns=shape[1],
@@ -52,6 +56,15 @@ def compose(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence[
         notes=tuple(notes),
         shape=kind.shape,
     )
+
+
+def _title(series: Sequence[Series], varied: Mapping[str, list[Label]], ask: Ask, kind: Kind) -> str:
+    """Return the kind's title, and the places that were selected."""
+    key = next((s.key for s in series if s.look not in ("reference", "published")), {})
+    asked = {"update" if name in STATE_COORDINATES else name for name in ask.select}
+    fixed = [key[name].text for name in key if name in asked and name not in varied]
+    words = kind.title or axis_label(series[0].up.words, "", 0)
+    return ", ".join(dict.fromkeys([words, *fixed]))
 
 
 def hue_of(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence[str]) -> str | None:
@@ -75,16 +88,26 @@ def _in_order(labels: list[Label]) -> list[Label]:
 
 
 def _roles(
-    varied: Mapping[str, list[Label]], series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence[str]
+    varied: Mapping[str, list[Label]],
+    series: Sequence[Series],
+    ask: Ask,
+    kind: Kind,
+    grid_dims: Sequence[str],
 ) -> dict[str, str]:
     """Return role → dimension: what was asked for, then the kind's preference, then whatever is free."""
     known = {name for one in series for name in one.key}
     asked = {role: name for role in ROLES if (name := getattr(ask, role))}
     for role, name in asked.items():
         if name not in known:
-            raise FigureError(f"{ask.name}: {role} = {name!r} does not vary here; {choices(name, sorted(known))}")
+            raise FigureError(
+                f"{ask.name}: {role} = {name!r} does not vary here; {choices(name, sorted(known))}"
+            )
     roles = {role: name for role, name in asked.items() if name in varied}
-    preferred = [*kind.roles, *((role, "*") for role in ROLES), *((role, name) for name in varied for role in ROLES)]
+    preferred = [
+        *kind.roles,
+        *((role, "*") for role in ROLES),
+        *((role, name) for name in varied for role in ROLES),
+    ]
     redundant = _broadcast_twin(series, varied)
     for role, wished in preferred:
         left = [n for n in varied if n not in roles.values() and n not in redundant]
@@ -105,10 +128,8 @@ def _roles(
 def _broadcast_twin(series: Sequence[Series], varied: Mapping[str, list[Label]]) -> set[str]:
     """Return "case" where every case but the base is broadcast, and so told by the axes already."""
     axes = [name for name in varied if name != "case"]
-    twin = "case" in varied and any(
-        all(s.key.get(axis) == s.key["case"] for s in series if s.key.get("case", s.key.get(axis)).value != "base")
-        for axis in axes
-    )
+    others = [s for s in series if "case" in s.key and s.key["case"].value != "base"]
+    twin = "case" in varied and any(all(s.key.get(axis) == s.key["case"] for s in others) for axis in axes)
     return {"case"} if twin else set()
 
 
@@ -127,9 +148,10 @@ def _cells(
 
 
 def _fits(one: Series, roles: Mapping[str, str], row: Label | None, column: Label | None) -> bool:
-    """Say whether a series belongs into a panel; what lacks the panel's dimension belongs into all of them."""
+    """Say whether a series belongs into a panel; what lacks the panel's dimension belongs into all."""
     return all(
-        wanted is None or one.key.get(roles[role], wanted) == wanted for role, wanted in (("rows", row), ("cols", column))
+        wanted is None or one.key.get(roles[role], wanted) == wanted
+        for role, wanted in (("rows", row), ("cols", column))
     )
 
 
@@ -141,7 +163,9 @@ def _powers(series: Sequence[Series]) -> dict[tuple[str, str, str], int]:
     """Return the power of ten of each thing that axes show, the same in every panel."""
     powers = {}
     for side in ("x", "y"):
-        for scale, group in groupby(sorted(series, key=lambda s: _scale(s, side)), key=lambda s: _scale(s, side)):
+        for scale, group in groupby(
+            sorted(series, key=lambda s: _scale(s, side)), key=lambda s: _scale(s, side)
+        ):
             powers[(side, *scale)] = power_of_ten([getattr(s, side) for s in group], scale[1])
     return powers
 
@@ -181,7 +205,7 @@ def _panel(
 def _pen(one: Series, hue: str | None, pen: Mapping[Label, Pen]) -> Pen:
     if one.look == "reference":
         return REFERENCE
-    if hue in one.key and one.key[hue] in pen:
+    if hue is not None and hue in one.key and one.key[hue] in pen:
         return pen[one.key[hue]]
     return Pen(INK if one.look == "published" else "#0072B2", "-", "o")
 
@@ -198,11 +222,13 @@ def _lettered(panels: list[Panel]) -> tuple[Panel, ...]:
 def _legend(
     series: Sequence[Series], hues: list[Label | None], pen: Mapping[Label, Pen], hue: str | None
 ) -> tuple[Entry, ...]:
-    looks = {s.key[hue]: s.look for s in reversed(series) if hue in s.key and s.look in ("line", "line-points")}
+    looks = {
+        s.key[hue]: s.look
+        for s in reversed(series)
+        if hue is not None and hue in s.key and s.look in ("line", "line-points")
+    }
     entries = [Entry(h.text, pen[h], looks.get(h, "line")) for h in hues if h is not None]
     extra = {s.text: s for s in reversed(series) if s.text}
     for text, one in sorted(extra.items(), key=lambda item: item[1].look):
         entries.append(Entry(text, REFERENCE if one.look == "reference" else Pen(INK, "", "o"), one.look))
     return tuple(entries)
-
-

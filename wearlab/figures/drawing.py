@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -45,7 +45,7 @@ def draw(campaign: "Campaign", store: "Store", out: Path) -> list[Path]:
         When there is no store.
     """
     grid = store.open(campaign)
-    folder = campaign.path.parent if getattr(campaign, "path", None) else None
+    folder = campaign.path.parent if campaign.path else None
     drawn: list[Path] = []
     problems: list[str] = []
     for number, spec in enumerate(campaign.figures, 1):
@@ -102,11 +102,19 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
     names = [*kind.needs, *kind.also, *ask.y, *([ask.x] if ask.x else [])]
     for name in ask.y:
         if name not in grid.variables:
-            raise FigureError(f"{ask.name}: y = {name!r} is no variable of these runs; {choices(name, sorted(grid.data_vars))}")
+            raise FigureError(
+                f"{ask.name}: y = {name!r} is no variable of these runs; {_near(name, grid.data_vars)}"
+            )
     needed = [*(kind.needs if not ask.y else [n for n in kind.needs if n in grid.coords]), *ask.y[:1]]
     if ask.x and ask.x not in grid.variables and ask.x not in grid.dims:
-        raise FigureError(f"{ask.name}: x = {ask.x!r} is no coordinate of these runs; {choices(ask.x, sorted(map(str, grid.coords)))}")
+        raise FigureError(
+            f"{ask.name}: x = {ask.x!r} is no coordinate of these runs; {_near(ask.x, grid.coords)}"
+        )
     return require(load(grid, picked, names, ask), needed, ask)
+
+
+def _near(name: str, known: Iterable[object]) -> str:
+    return choices(name, sorted(map(str, known)))
 
 
 def _notes(ask: Ask, missing: Sequence[str]) -> list[str]:

@@ -53,11 +53,12 @@ class Series:
 
 @dataclass(frozen=True)
 class Pen:
-    """Colour, dash and marker of a curve."""
+    """Colour, dash, marker and width [relative] of a curve."""
 
     colour: str
     dash: str = "-"
     marker: str = ""
+    width: float = 1.0
 
 
 @dataclass(frozen=True)

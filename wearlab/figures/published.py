@@ -35,7 +35,9 @@ def published(path: Path, series: Sequence[Series], hue: str | None, ask: Ask) -
     names, rows = _table(path, ask)
     columns = {name: i for i, (name, _) in enumerate(names)}
     if not {"x", "y"} <= set(columns):
-        raise FigureError(f"{ask.name}: {path.name}: columns x and y are required, found {', '.join(columns)}")
+        raise FigureError(
+            f"{ask.name}: {path.name}: columns x and y are required, found {', '.join(columns)}"
+        )
     first = series[0]
     x = _column(rows, columns["x"], names[columns["x"]][1], first.across, ask)
     y = _column(rows, columns["y"], names[columns["y"]][1], first.up, ask)
@@ -56,7 +58,9 @@ def _table(path: Path, ask: Ask) -> tuple[list[tuple[str, str]], list[list[str]]
     if len(rows) < 2:
         raise FigureError(f"{ask.name}: published: {path.name} holds no points")
     matches = [HEADER.fullmatch(cell) for cell in rows[0]]
-    return [(m[1], (m[2] or "").strip()) if m else (cell, "") for m, cell in zip(matches, rows[0], strict=True)], rows[1:]
+    return [
+        (m[1], (m[2] or "").strip()) if m else (cell, "") for m, cell in zip(matches, rows[0], strict=True)
+    ], rows[1:]
 
 
 def _column(rows: list[list[str]], index: int, units: str, scale: Scale, ask: Ask) -> np.ndarray:
@@ -80,6 +84,6 @@ def _known(series: Sequence[Series], dim: str, text: str) -> Label:
 
 def _same_number(text: str, value: float | str) -> bool:
     try:
-        return not isinstance(value, str) and np.isclose(float(text), value, rtol=1e-6)
+        return not isinstance(value, str) and bool(np.isclose(float(text), value, rtol=1e-6))
     except ValueError:
         return False

@@ -14,13 +14,15 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from wearlab.figures import style
-from wearlab.figures.plot import Curve, Entry, Panel, Plot
+from wearlab.figures.plot import Curve, Entry, Panel, Pen, Plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-NO_BACKEND = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
-LINE_LOOKS = ("line", "line-points", "reference")
+LEAST_SPAN = 0.02  # of the values
+NO_BACKEND: dict[Any, Any] = {
+    key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key
+}
 
 
 def png(plot: Plot, metadata: Mapping[str, str]) -> bytes:
@@ -42,32 +44,37 @@ def draw(plot: Plot) -> Figure:
     """Return the figure of a plot."""
     width = style.SQUARE_WIDTH if plot.shape == "square" and plot.columns == 1 else style.WIDTHS[plot.columns]
     notes = [line for note in plot.notes for line in textwrap.wrap(note, int(width * 21.5))]
+    title = textwrap.wrap(plot.title, int(width * 13.0))
     figure = Figure(figsize=(width, 1.0))
     FigureCanvasAgg(figure)
     legend = _legend(figure, plot.legend, width)
-    above = style.MARGIN + (style.TITLE_HEIGHT if plot.title else 0.0) + legend * style.LEGEND_LINE + style.GAP
+    above = style.MARGIN + len(title) * style.TITLE_HEIGHT + legend * style.LEGEND_LINE + style.GAP
     below = len(notes) * style.NOTE_LINE + style.MARGIN + (style.GAP if notes else 0.0)
     height = above + below + plot.rows * style.HEIGHTS[plot.shape][plot.columns]
     figure.set_size_inches(width, height)
     rect = (0.0, below / height, 1.0, 1.0 - (above + below) / height)
-    figure.set_layout_engine(ConstrainedLayoutEngine(rect=rect, w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.02))
-    _frame(figure, plot, notes, width, height)
+    figure.set_layout_engine(
+        ConstrainedLayoutEngine(rect=rect, w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.02)
+    )
+    _frame(figure, title, notes, width, height)
     _panels(figure, plot)
     return figure
 
 
-def _frame(figure: Figure, plot: Plot, notes: Sequence[str], width: float, height: float) -> None:
+def _frame(figure: Figure, title: Sequence[str], notes: Sequence[str], width: float, height: float) -> None:
     """Write title and notes, and put the legend below the title."""
     left, top = style.MARGIN / width, 1.0 - style.MARGIN / height
-    if plot.title:
-        figure.text(left, top, plot.title, size=10.5, weight="bold", va="top", ha="left")
+    for line in title:
+        figure.text(left, top, line, size=10.5, weight="bold", va="top", ha="left", parse_math=False)
         top -= style.TITLE_HEIGHT / height
     for legend in figure.legends:
         legend.set_loc("upper left")
         legend.set_bbox_to_anchor((left, top), transform=figure.transFigure)
     for number, line in enumerate(reversed(notes)):
         y = (style.MARGIN + number * style.NOTE_LINE) / height
-        figure.text(left, y, line, size=style.NOTE_SIZE, color="#555555", va="bottom", ha="left")
+        figure.text(
+            left, y, line, size=style.NOTE_SIZE, color="#555555", va="bottom", ha="left", parse_math=False
+        )
 
 
 def _legend(figure: Figure, entries: Sequence[Entry], width: float) -> int:
@@ -76,8 +83,11 @@ def _legend(figure: Figure, entries: Sequence[Entry], width: float) -> int:
         return 0
     handles = [_handle(entry) for entry in entries]
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    for columns in range(len(entries), 0, -1):
-        legend = figure.legend(handles=handles, loc="upper left", ncols=columns, alignment="left")
+    for lines in range(1, len(entries) + 1):
+        columns = -(-len(entries) // lines)
+        legend = figure.legend(
+            handles=_by_rows(handles, columns), loc="upper left", ncols=columns, alignment="left"
+        )
         legend.set_in_layout(False)
         room = width - 2 * style.MARGIN
         if columns == 1 or legend.get_window_extent(renderer).width / figure.dpi <= room:
@@ -86,21 +96,36 @@ def _legend(figure: Figure, entries: Sequence[Entry], width: float) -> int:
     return -(-len(entries) // columns)
 
 
+def _by_rows(handles: list[Line2D], columns: int) -> list[Line2D]:
+    """Order handles so that a legend, which fills its columns first, reads row by row."""
+    return [handle for column in range(columns) for handle in handles[column::columns]]
+
+
 def _handle(entry: Entry) -> Line2D:
-    line = Line2D([], [], label=entry.text, **_strokes(entry.pen.colour, entry.pen.dash, entry.pen.marker, entry.look))
-    return line
+    return Line2D([], [], label=entry.text, **_strokes(entry.pen, entry.look))
 
 
-def _strokes(colour: str, dash: str, marker: str, look: str) -> dict[str, Any]:
+def _strokes(pen: Pen, look: str) -> dict[str, Any]:
     """Return how a look is drawn."""
+    colour, dash = pen.colour, pen.dash
     if look == "points":
         return {"color": colour, "ls": "", "marker": "o", "mec": "white", "mew": 0.6, "ms": 5.0, "zorder": 4}
     if look == "published":
-        return {"color": colour, "ls": "", "marker": "o", "mfc": "white", "mec": colour, "mew": 0.9, "ms": 4.2, "zorder": 5}
+        return {
+            "color": colour,
+            "ls": "",
+            "marker": "o",
+            "mfc": "white",
+            "mec": colour,
+            "mew": 0.9,
+            "ms": 4.2,
+            "zorder": 5,
+        }
     if look == "reference":
         return {"color": colour, "ls": dash, "lw": 0.9, "zorder": 1.5}
-    marked = look == "line-points"
-    return {"color": colour, "ls": dash, "marker": marker if marked else "", "mec": "white", "mew": 0.4, "zorder": 3}
+    if look == "line-points":
+        return {"color": colour, "ls": dash, "marker": pen.marker, "mec": "white", "mew": 0.4, "zorder": 3}
+    return {"color": colour, "ls": dash, "lw": pen.width * style.RC["lines.linewidth"], "zorder": 3}
 
 
 def _panels(figure: Figure, plot: Plot) -> None:
@@ -114,12 +139,15 @@ def _panels(figure: Figure, plot: Plot) -> None:
         share_x = first if len({p.x_label for p in plot.panels}) == 1 else None
         axes[place] = figure.add_subplot(grid[place], sharex=share_x, sharey=share_y)
         _panel(axes[place], panel)
+    one_x = len({panel.x_label for panel in plot.panels}) == 1
+    bottom = max(row for row, _ in axes)
+    room = int((style.HEIGHTS[plot.shape][plot.columns] - 0.6) * 72 / 3.9)
     for (row, column), ax in axes.items():
-        lowest = (row + 1, column) not in axes
+        lowest = (row + 1, column) not in axes or not one_x
         leftmost = plot.share_y == "none" or (row, column - 1) not in axes
         ax.tick_params(labelbottom=lowest, labelleft=leftmost)
-        ax.set_xlabel(places[row, column].x_label if lowest else "")
-        ax.set_ylabel(places[row, column].y_label if leftmost else "")
+        ax.set_xlabel(places[row, column].x_label if row == bottom or not one_x else "")
+        ax.set_ylabel(textwrap.fill(places[row, column].y_label, room) if leftmost else "")
         _limits(ax, plot)
     figure.align_ylabels(list(axes.values()))
 
@@ -139,17 +167,20 @@ def _panel(ax: "Axes", panel: Panel) -> None:
 
 
 def _curve(ax: "Axes", curve: Curve) -> None:
-    pen = curve.pen
-    ax.plot(curve.x, curve.y, **_strokes(pen.colour, pen.dash, pen.marker, curve.look))
+    ax.plot(curve.x, curve.y, **_strokes(curve.pen, curve.look))
 
 
 def _limits(ax: "Axes", plot: Plot) -> None:
-    """Leave room where points sit on the edge; a quantity that starts near zero starts at zero."""
-    pointed = any(c.look != "line" and c.look != "reference" for panel in plot.panels for c in panel.curves)
+    """Leave room where points sit on the edge; start at zero what comes near it; do not magnify round-off."""
+    pointed = any(c.look not in ("line", "reference") for panel in plot.panels for c in panel.curves)
     if plot.shape == "square" or pointed:
         ax.margins(x=0.05)
+    lines = [np.asarray(line.get_ydata(), float) for line in ax.lines if np.size(line.get_ydata()) > 1]
+    values = np.concatenate([y[np.isfinite(y)] for y in lines]) if lines else np.zeros(1)
     low, high = ax.get_ylim()
-    lines = [np.asarray(line.get_ydata(), float) for line in ax.lines]
-    values = [v[np.isfinite(v)] for v in lines if v.size > 1]
-    if all((v >= 0.0).all() for v in values) and 0.0 != low < 0.25 * high:
+    least = LEAST_SPAN * float(np.max(np.abs(values), initial=0.0))
+    if high - low < least:
+        middle = (low + high) / 2
+        ax.set_ylim(middle - least / 2, middle + least / 2)
+    if (values >= 0.0).all() and 0.0 != low < 0.25 * high:
         ax.set_ylim(0.0, high)

@@ -134,7 +134,9 @@ def load(grid: xr.Dataset, picked: Picked, names: Iterable[str], ask: Ask) -> li
 
 def _without_absent(data: xr.Dataset) -> xr.Dataset:
     """Drop variables that the grid only padded, and the mesh periods that no state reaches."""
-    absent: list[Hashable] = [name for name, v in data.variables.items() if name not in data.dims and _is_void(v)]
+    absent: list[Hashable] = [
+        name for name, v in data.variables.items() if name not in data.dims and _is_void(v)
+    ]
     data = data.drop_vars(absent)
     if "mesh_period" in data.dims:
         held = [v.notnull().any([d for d in v.dims if d != "mesh_period"]) for v in data.values()
@@ -162,7 +164,9 @@ def _with_states(runs: list[Run]) -> list[Run]:
 def _cycle_labels(data: xr.Dataset) -> tuple[Label, ...]:
     if "cycle" not in data:
         return tuple(Label(i, f"wear state {i}") for i in range(data.sizes.get("update", 1)))
-    unworn = "max_wear_depth" in data and not np.any(data.max_wear_depth.values.reshape(data.cycle.size, -1)[0])
+    unworn = "max_wear_depth" in data and not np.any(
+        data.max_wear_depth.values.reshape(data.cycle.size, -1)[0]
+    )
     labels = [cycles(float(count)) for count in np.atleast_1d(data.cycle.values) if not math.isnan(count)]
     if unworn and labels and labels[0].value == 0.0:
         labels[0] = Label(0.0, "unworn")

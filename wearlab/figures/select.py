@@ -30,7 +30,9 @@ def index_of(asked: Any, values: Sequence[Any], dim: str, name: str, units: str 
 def _one_index(label: Any, values: Sequence[Any], dim: str, name: str, units: str | None) -> int:
     wanted = _number(label, units) if not isinstance(values[0] if len(values) else "", str) else label
     for index, value in enumerate(values):
-        if value == wanted or (_is_number(wanted) and _is_number(value) and math.isclose(wanted, value, rel_tol=1e-9)):
+        if value == wanted or (
+            _is_number(wanted) and _is_number(value) and math.isclose(wanted, value, rel_tol=1e-9)
+        ):
             return index
     unit = f" {units}" if units else ""
     shown = [f"{value:g}{unit}" if _is_number(value) else str(value) for value in values]
@@ -57,8 +59,8 @@ def _is_number(value: Any) -> bool:
 def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
     """Return the run with only the selected places of its own dimensions.
 
-    ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the nearest wear state; other
-    dimensions go by label, or by position where they have none.
+    ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the nearest wear state;
+    other dimensions go by label, or by position where they have none.
 
     Raises
     ------
@@ -70,7 +72,11 @@ def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
         if key == "update":
             data = data.isel(update=_states(asked, data, ask)) if "update" in data.dims else data
         elif key in STATE_COORDINATES and key in data.variables:
-            data = data.isel(update=_nearest(asked, data[key].values, key, ask)) if "update" in data.dims else data
+            data = (
+                data.isel(update=_nearest(asked, data[key].values, key, ask))
+                if "update" in data.dims
+                else data
+            )
         elif key in data.dims:
             values = data[key].values if key in data.coords else np.arange(data.sizes[key])
             data = data.isel({key: index_of(asked, list(values), key, ask.name)})

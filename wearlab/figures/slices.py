@@ -16,6 +16,10 @@ from wearlab.units import UnitError
 
 STATES_SHOWN = 6
 WORDS = {
+    "pair_force": "force on one tooth pair",
+    "contact_pressure": "contact pressure",
+    "diameter": "diameter",
+    "roll_angle": "roll angle",
     "cycle": "wear cycles",
     "phase": "mesh phase",
     "distance_to_pitch_circle": "distance from the pitch circle",
@@ -44,13 +48,13 @@ class Slice(NamedTuple):
     Parameters
     ----------
     key : labels of the dimensions that were fixed
-    index : their positions
+    place : their positions
     values : display units
     scale : words and unit
     """
 
     key: Mapping[str, Label]
-    index: Mapping[str, int]
+    place: Mapping[str, int]
     values: Array
     scale: Scale
 
@@ -105,7 +109,9 @@ def label(run: Run, dim: str, index: int) -> Label:
     return place(dim, value.item() if isinstance(value, np.generic) else value, None)
 
 
-def companion(run: Run, name: str, index: Mapping[str, int], ask: Ask, axis: str = "x") -> tuple[Array, Scale]:
+def companion(
+    run: Run, name: str, index: Mapping[str, int], ask: Ask, axis: str = "x"
+) -> tuple[Array, Scale]:
     """Return the coordinate that goes with a piece: its values where the piece was taken."""
     variable = run.data[name]
     values, scale = shown(variable, name, ask, axis)

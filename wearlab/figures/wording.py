@@ -74,7 +74,8 @@ def typeset(units: str) -> str:
 
 def _as_fraction(text: str) -> str:
     """Return ``m2 N-1`` as ``m^2/N``."""
-    over, under = [], []
+    over: list[str] = []
+    under: list[str] = []
     for part in text.split():
         found = re.fullmatch(r"([A-Za-zµ%]+)(-?\d+)?", part)
         if found is None:
@@ -92,7 +93,7 @@ def converted(values: Array, units: str, wanted: str) -> Array:
 
 
 def power_of_ten(arrays: Iterable[Array], units: str) -> int:
-    """Return the power of ten to take out of an axis: counts in thousands or millions, the rest beyond reason."""
+    """Return the power of ten to take out of an axis: of counts from 10⁴, of others far from 1."""
     largest = max((float(np.max(np.abs(a[np.isfinite(a)]), initial=0.0)) for a in arrays), default=0.0)
     if largest == 0.0:
         return 0
@@ -110,5 +111,5 @@ def axis_label(words: str, units: str, power: int) -> str:
     else:
         ten = f"$10^{{{power}}}$" if power else ""
         inside = f"{ten} {pretty}".strip()
-    start = words[:1].upper() + words[1:] if not words.isupper() else words
+    start = words[:1].upper() + words[1:] if words[:1].isascii() else words
     return f"{start} ({inside})" if inside else start

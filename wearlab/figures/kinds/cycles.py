@@ -1,12 +1,12 @@
 """One number per wear state, over the cycles: load, dynamic factor, wear depth."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from wearlab.figures.ask import Ask
 from wearlab.figures.kind import Kind
-from wearlab.figures.plot import Series
+from wearlab.figures.plot import Look, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, slices
 
@@ -16,14 +16,14 @@ MOST_POINTS = 30
 def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[Series]:
     """Yield a variable over the wear states, by cycle or by the coordinate that ``x`` names."""
     for piece in slices(run, name, ask, "update"):
-        x, across = companion(run, ask.x or "cycle", piece.index, ask)
+        x, across = companion(run, ask.x or "cycle", piece.place, ask)
         y = np.atleast_1d(piece.values)
         held = np.isfinite(x) & np.isfinite(y)
-        look = "line-points" if held.sum() <= MOST_POINTS else "line"
+        look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
         yield Series(piece.key, x[held], y[held], across, piece.scale, look)
 
 
-def _of(name: str):  # type: ignore[no-untyped-def]
+def _of(name: str) -> Callable[[Run, Ask], Iterator[Series]]:
     return lambda run, ask: over_cycles(run, (ask.y or (name,))[0], ask)
 
 

@@ -19,8 +19,7 @@ def over_engagement(phase: Array, values: Array, contact_ratio: float) -> tuple[
     x = np.concatenate([phase + j for j in range(periods)])
     y = np.tile(values, periods)
     inside = x < contact_ratio
-    end = np.interp(contact_ratio % 1.0, phase, values)
-    return np.append(x[inside], contact_ratio), np.append(y[inside], end)
+    return np.append(x[inside], contact_ratio), np.append(y[inside], y[inside][-1])
 
 
 def path_marks(run: Run, index: dict[str, int], ask: Ask) -> tuple[Mark, ...]:
@@ -52,13 +51,13 @@ def _ste(run: Run, ask: Ask) -> Iterator[Series]:
 def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
     run = thinned(run)
     for piece in slices(run, name, ask, "phase"):
-        phase, scale = companion(run, "phase", piece.index, ask)
+        phase, scale = companion(run, "phase", piece.place, ask)
         if ask.x == "phase":
-            yield Series(piece.key, np.append(phase, 1.0), np.append(piece.values, piece.values[0]), scale, piece.scale)
+            yield Series(piece.key, phase, piece.values, scale, piece.scale)
             continue
-        ratio = contact_ratio(run, dict(piece.index), ask)
+        ratio = contact_ratio(run, dict(piece.place), ask)
         x, y = over_engagement(phase, piece.values, ratio)
-        yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=path_marks(run, dict(piece.index), ask))
+        yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=path_marks(run, dict(piece.place), ask))
 
 
 TVMS = Kind(
@@ -73,7 +72,7 @@ TVMS = Kind(
 STE = Kind(
     name="ste",
     title="Static transmission error under load",
-    shows="static transmission error from the entry of a tooth pair at A to its exit at E, or over one period",
+    shows="static transmission error from the entry of a tooth pair at A to its exit at E",
     needs=("static_transmission_error", "phase", "contact_ratio"),
     dims=("phase",),
     series=_ste,

@@ -15,7 +15,7 @@ LEAST_PERIODS = 2
 
 
 def repeated(values: Array, phase: Array, periods: int) -> tuple[Array, Array]:
-    """Return a response over a number of mesh periods, closed at the end.
+    """Return a response over a number of mesh periods.
 
     Parameters
     ----------
@@ -25,8 +25,7 @@ def repeated(values: Array, phase: Array, periods: int) -> tuple[Array, Array]:
     """
     held = values[~np.isnan(values).all(axis=1)]
     rows = [held[j % len(held)] for j in range(periods)]
-    x = np.concatenate([phase + j for j in range(periods)])
-    return np.append(x, float(periods)), np.append(np.concatenate(rows), held[periods % len(held)][0])
+    return np.concatenate([phase + j for j in range(periods)]), np.concatenate(rows)
 
 
 def _mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
@@ -34,7 +33,7 @@ def _mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
     name = (ask.y or ("dynamic_mesh_force",))[0]
     periods = max(LEAST_PERIODS, run.data[name].sizes.get("mesh_period", 1))
     for piece in slices(run, name, ask, "mesh_period", "phase"):
-        phase, _ = companion(run, "phase", piece.index, ask)
+        phase, _ = companion(run, "phase", piece.place, ask)
         if np.isnan(piece.values).all():
             continue
         yield Series(piece.key, *repeated(piece.values, phase, periods), PERIODS, piece.scale)
@@ -44,7 +43,9 @@ def _mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
 
 def _static(run: Run, ask: Ask, periods: float, scale: Scale) -> Iterator[Series]:
     force = float(shown(run.data["static_mesh_force"], "dynamic_mesh_force", ask)[0].ravel()[0])
-    yield Series(run.place, np.array([0.0, periods]), np.full(2, force), PERIODS, scale, "reference", "static force")
+    yield Series(
+        run.place, np.array([0.0, periods]), np.full(2, force), PERIODS, scale, "reference", "static force"
+    )
 
 
 MESH_FORCE = Kind(
@@ -54,6 +55,6 @@ MESH_FORCE = Kind(
     needs=("dynamic_mesh_force", "phase"),
     dims=("mesh_period", "phase"),
     series=_mesh_force,
-    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
+    roles=(("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
     also=("static_mesh_force",),
 )

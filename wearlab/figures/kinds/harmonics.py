@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from wearlab.figures.ask import Ask
-from wearlab.figures.kind import Kind
+from wearlab.figures.kind import Kind, Role
 from wearlab.figures.plot import Array, Scale, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, slices
@@ -19,7 +19,7 @@ RMS = Label("RMS", "RMS of the fluctuation")
 
 def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Series]]:
     def series(run: Run, ask: Ask) -> Iterator[Series]:
-        amplitude = f"amplitude of the {subject}"
+        amplitude = f"{subject} fluctuation"
         if f"{prefix}_mean" in run.data:
             yield from _states(run, ask, f"{prefix}_mean", by, {"part": MEAN}, f"mean {subject}")
         yield from _states(run, ask, f"{prefix}_rms", by, {"part": FLUCTUATION, "quantity": RMS}, amplitude)
@@ -29,17 +29,17 @@ def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Ser
                 key = {k: v for k, v in piece.key.items() if k != "harmonic"}
                 name = Label(f"harmonic {order}", f"{ordinal(order)} harmonic")
                 labels = {**key, "part": FLUCTUATION, "quantity": name}
-                yield _one(run, ask, labels, piece.values, dict(piece.index), by, Scale(amplitude, piece.scale.units))
+                yield _one(
+                    run, ask, labels, piece.values, dict(piece.place), by, Scale(amplitude, piece.scale.units)
+                )
 
     return series
 
 
-def _states(
-    run: Run, ask: Ask, name: str, by: str, labels: dict[str, Label], words: str
-) -> Iterator[Series]:
+def _states(run: Run, ask: Ask, name: str, by: str, labels: dict[str, Label], words: str) -> Iterator[Series]:
     for piece in slices(run, name, ask, "update"):
         scale = Scale(words, piece.scale.units)
-        yield _one(run, ask, {**piece.key, **labels}, piece.values, dict(piece.index), by, scale)
+        yield _one(run, ask, {**piece.key, **labels}, piece.values, dict(piece.place), by, scale)
 
 
 def _one(
@@ -52,14 +52,14 @@ def _one(
     return Series(key, x[held], y[held], across, up, "line-points")
 
 
-ROLES = (("hue", "quantity"), ("cols", "part"), ("rows", "*"), ("cols", "*"))
+ROLES: tuple[tuple[Role, str], ...] = (("hue", "quantity"), ("cols", "part"), ("rows", "*"), ("cols", "*"))
 STIFFNESS_HARMONICS = Kind(
     name="stiffness-harmonics",
     title="Mesh stiffness and its harmonics over wear",
     shows="mean, RMS and first three harmonics of the mesh stiffness over the largest wear depth",
     needs=("stiffness_rms", "stiffness_harmonics", "max_wear_depth"),
     dims=("update",),
-    series=_of("stiffness", "mesh stiffness", "max_wear_depth"),
+    series=_of("stiffness", "stiffness", "max_wear_depth"),
     roles=ROLES,
     also=("stiffness_mean",),
 )
@@ -69,7 +69,7 @@ STE_HARMONICS = Kind(
     shows="mean, RMS and first three harmonics of the static transmission error over the largest wear depth",
     needs=("ste_rms", "ste_harmonics", "max_wear_depth"),
     dims=("update",),
-    series=_of("ste", "static transmission error", "max_wear_depth"),
+    series=_of("ste", "STE", "max_wear_depth"),
     roles=ROLES,
     also=("ste_mean",),
 )
@@ -79,6 +79,6 @@ DTE_HARMONICS = Kind(
     shows="RMS and first three harmonics of the dynamic transmission error over the cycles",
     needs=("dte_rms", "dte_harmonics", "cycle"),
     dims=("update",),
-    series=_of("dte", "dynamic transmission error", "cycle"),
+    series=_of("dte", "DTE", "cycle"),
     roles=(("hue", "quantity"), ("cols", "*"), ("rows", "*")),
 )

@@ -8,7 +8,7 @@ from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
 from wearlab.figures.kinds.path import POSITIONS, along_path
-from wearlab.figures.plot import Array, Scale, Series
+from wearlab.figures.plot import Array, Look, Scale, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, shown, slices, thinned
 from wearlab.figures.wording import Label
@@ -19,17 +19,21 @@ MOST_POINTS = 30
 
 def _line(run: Run, ask: Ask) -> Iterator[Series]:
     if not ask.y:
-        raise FigureError(f"{ask.name}: y names no variable; {choices('', sorted(map(str, run.data.data_vars)))}")
+        raise FigureError(
+            f"{ask.name}: y names no variable; {choices('', sorted(map(str, run.data.data_vars)))}"
+        )
     several = len(ask.y) > 1
     for order, name in enumerate(ask.y):
         if name in run.data:
             extra = {"variable": Label(float(order), name)} if several else {}
             for one in _curves(run, name, ask):
-                yield Series({**one.key, **extra}, one.x, one.y, one.across, one.up, one.look, marks=one.marks)
+                yield Series(
+                    {**one.key, **extra}, one.x, one.y, one.across, one.up, one.look, marks=one.marks
+                )
 
 
 def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
-    if ask.x in run.place:
+    if ask.x is not None and ask.x in run.place:
         yield from _over_sweep(run, name, ask, ask.x)
         return
     dim, coordinate = _across(run, name, ask)
@@ -38,9 +42,9 @@ def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
         yield from along_path(run, name, ask)
         return
     for piece in slices(run, name, ask, dim):
-        x, across = _positions(run, dim, coordinate, dict(piece.index), ask)
+        x, across = _positions(run, dim, coordinate, dict(piece.place), ask)
         held = np.isfinite(x) & np.isfinite(piece.values)
-        look = "line-points" if held.sum() <= MOST_POINTS else "line"
+        look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
         yield Series(piece.key, x[held], piece.values[held], across, piece.scale, look)
 
 
@@ -59,8 +63,11 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
     dims = [str(dim) for dim in run.data[name].dims]
     if ask.x is None:
         if not dims:
-            raise FigureError(f"{ask.name}: {name} is one number per run; x must name a sweep: {choices('', run.place)}")
-        dim = next((d for d in reversed(dims) if d not in (ask.hue, ask.rows, ask.cols)), dims[-1])
+            raise FigureError(
+                f"{ask.name}: {name} is one number per run; x must name a sweep: {choices('', run.place)}"
+            )
+        free = [d for d in dims if d not in (ask.hue, ask.rows, ask.cols)] or dims
+        dim = next((d for d in ("phase", "profile", "update") if d in free), free[-1])
         return dim, DEFAULT_X.get(dim, dim)
     if ask.x in dims:
         return ask.x, DEFAULT_X.get(ask.x, ask.x)
@@ -68,7 +75,9 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
     shared = [dim for dim in own if dim in dims]
     if not shared:
         valid = [*run.place, *dims, *(str(c) for c, v in run.data.coords.items() if set(v.dims) & set(dims))]
-        raise FigureError(f"{ask.name}: x = {ask.x!r} does not run along {name}; {choices(ask.x, dict.fromkeys(valid))}")
+        raise FigureError(
+            f"{ask.name}: x = {ask.x!r} does not run along {name}; {choices(ask.x, dict.fromkeys(valid))}"
+        )
     return shared[-1], ask.x
 
 
@@ -109,6 +118,13 @@ LINE = Kind(
     needs=(),
     dims=(),
     series=_line,
-    roles=(("rows", "variable"), ("hue", "*"), ("hue", "update"), ("cols", "*"), ("cols", "update"), ("rows", "flank")),
+    roles=(
+        ("rows", "variable"),
+        ("hue", "*"),
+        ("hue", "update"),
+        ("cols", "*"),
+        ("cols", "update"),
+        ("rows", "flank"),
+    ),
     all_cases=True,
 )

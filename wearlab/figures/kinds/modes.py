@@ -23,6 +23,7 @@ def _campbell(run: Run, ask: Ask) -> Iterator[Series]:
     per_speed = float(natural[0] / critical[0])  # mesh frequency over speed: teeth per revolution
     top = MARGIN * max(float(critical.max()), mesh / per_speed)
     speed = np.array([0.0, top])
+    up = Scale("frequency", up.units)
     across = Scale("speed of the reference gear", across.units)
     for order in range(1, ORDERS + 1):
         name = Label(float(order), "mesh frequency" if order == 1 else f"{ordinal(order)} harmonic")
@@ -31,14 +32,16 @@ def _campbell(run: Run, ask: Ask) -> Iterator[Series]:
         yield Series({"order": name}, x, order * per_speed * x, across, up)
     for frequency in natural:
         yield Series({}, speed, np.full(2, frequency), across, up, "reference", "natural frequency")
-    at = np.array([mesh / per_speed])
-    yield Series({}, np.repeat(at, ORDERS), mesh * np.arange(1.0, ORDERS + 1), across, up, "points", "runs of this campaign")
+    meets = mesh * np.arange(1.0, ORDERS + 1)
+    meets = meets[meets <= MARGIN * float(natural.max())]
+    at = np.full(len(meets), mesh / per_speed)
+    yield Series({}, at, meets, across, up, "points", "speeds of the runs")
 
 
 NATURAL_MODES = Kind(
     name="natural-modes",
     title="Natural frequencies and mesh harmonics",
-    shows="natural frequencies at mean mesh stiffness against the mesh frequency and its harmonics over speed",
+    shows="natural frequencies, and the mesh frequency with its harmonics over speed",
     needs=("natural_frequency", "critical_speed", "mesh_frequency"),
     dims=("mode",),
     series=_campbell,

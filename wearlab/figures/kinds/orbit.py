@@ -14,7 +14,9 @@ from wearlab.figures.slices import slices, thinned
 def _orbits(run: Run, ask: Ask) -> Iterator[Series]:
     run = thinned(run)
     rates = slices(run, "mesh_deflection_rate", ask, "mesh_period", "phase")
-    for piece, rate in zip(slices(run, "mesh_deflection", ask, "mesh_period", "phase", axis="x"), rates, strict=True):
+    for piece, rate in zip(
+        slices(run, "mesh_deflection", ask, "mesh_period", "phase", axis="x"), rates, strict=True
+    ):
         held = ~np.isnan(piece.values).all(axis=1)
         x, y = (values[held].ravel() for values in (piece.values, rate.values))
         yield Series(piece.key, np.append(x, x[:1]), np.append(y, y[:1]), piece.scale, rate.scale)
@@ -27,9 +29,19 @@ def _strobed(run: Run, ask: Ask) -> Iterator[Series]:
     across = next(slices(run, "mesh_deflection", ask, "mesh_period", "phase", axis="x")).scale
     up = next(slices(run, "mesh_deflection_rate", ask, "mesh_period", "phase")).scale
     rates = slices(run, "poincare_rate", ask, "mesh_period")
-    for piece, rate in zip(slices(run, "poincare_deflection", ask, "mesh_period", axis="x"), rates, strict=True):
+    for piece, rate in zip(
+        slices(run, "poincare_deflection", ask, "mesh_period", axis="x"), rates, strict=True
+    ):
         held = ~np.isnan(piece.values)
-        yield Series(piece.key, piece.values[held], rate.values[held], across, up, "points", "once per mesh period, at A")
+        yield Series(
+            piece.key,
+            piece.values[held],
+            rate.values[held],
+            across,
+            up,
+            "points",
+            "once per mesh period, at A",
+        )
 
 
 PHASE_PLANE = Kind(
@@ -39,7 +51,7 @@ PHASE_PLANE = Kind(
     needs=("mesh_deflection", "mesh_deflection_rate"),
     dims=("mesh_period", "phase"),
     series=_orbits,
-    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
+    roles=(("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
     also=("poincare_deflection", "poincare_rate"),
     shape="square",
 )

@@ -9,7 +9,7 @@ from wearlab.figures.kind import Kind
 from wearlab.figures.kinds.engagement import ENGAGEMENT, contact_ratio, path_marks
 from wearlab.figures.plot import Array, Series
 from wearlab.figures.runs import Run
-from wearlab.figures.slices import companion, slices, thinned
+from wearlab.figures.slices import Slice, companion, slices, thinned
 
 
 def through_engagement(values: Array, phase: Array, ratio: float, period: int = 0) -> tuple[Array, Array]:
@@ -42,8 +42,8 @@ def _pair_force(run: Run, ask: Ask) -> Iterator[Series]:
         yield from _histories(run, ask, piece, piece.values[:, kept])
 
 
-def _histories(run: Run, ask: Ask, piece, values: Array) -> Iterator[Series]:  # type: ignore[no-untyped-def]
-    index = dict(piece.index)
+def _histories(run: Run, ask: Ask, piece: Slice, values: Array) -> Iterator[Series]:
+    index = dict(piece.place)
     phase, _ = companion(run, "phase", index, ask)
     ratio, marks = contact_ratio(run, index, ask), path_marks(run, index, ask)
     for period in range(values.shape[1]):
@@ -63,9 +63,9 @@ LOAD_SHARE = Kind(
 PAIR_FORCE = Kind(
     name="pair-force",
     title="Dynamic force on one tooth pair",
-    shows="elastic force on the drive flanks of one tooth pair, from A to E, one curve per mesh period of the response",
+    shows="elastic force on the drive flanks of one tooth pair, from A to E, one curve per mesh period",
     needs=("pair_force", "phase", "contact_ratio"),
     dims=("pair", "mesh_period", "phase"),
     series=_pair_force,
-    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
+    roles=(("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
 )

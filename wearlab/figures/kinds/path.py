@@ -18,7 +18,7 @@ QUANTITIES = ("contact_pressure", "sliding_velocity", "lambda_ratio", "effective
 def along_path(run: Run, name: str, ask: Ask, extra: Mapping[str, Label] | None = None) -> Iterator[Series]:
     """Yield a variable along the flank, over the coordinate that ``x`` names."""
     for piece in slices(run, name, ask, "profile"):
-        x, across = companion(run, ask.x or POSITIONS[0], piece.index, ask)
+        x, across = companion(run, ask.x or POSITIONS[0], piece.place, ask)
         held = np.isfinite(x)
         yield Series(
             {**piece.key, **(extra or {})},
@@ -58,7 +58,7 @@ WEAR_PROFILE = Kind(
 ALONG_PATH = Kind(
     name="along-path",
     title="Contact along the path",
-    shows="pressure, sliding, λ and effective wear coefficient along the path (or the variables in y), one row each, "
+    shows="pressure, sliding, λ and wear coefficient along the path (or the variables in y), one row each, "
     "in the first and the last wear state; the first flank when none is selected",
     needs=("path_position",),
     dims=("profile",),
