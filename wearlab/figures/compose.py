@@ -222,11 +222,8 @@ def _lettered(panels: list[Panel]) -> tuple[Panel, ...]:
 def _legend(
     series: Sequence[Series], hues: list[Label | None], pen: Mapping[Label, Pen], hue: str | None
 ) -> tuple[Entry, ...]:
-    looks = {
-        s.key[hue]: s.look
-        for s in reversed(series)
-        if hue is not None and hue in s.key and s.look in ("line", "line-points")
-    }
+    coloured = [s for s in reversed(series) if s.look in ("line", "line-points")]
+    looks = {s.key[hue]: s.look for s in coloured if hue is not None and hue in s.key}
     entries = [Entry(h.text, pen[h], looks.get(h, "line")) for h in hues if h is not None]
     extra = {s.text: s for s in reversed(series) if s.text}
     for text, one in sorted(extra.items(), key=lambda item: item[1].look):

@@ -102,14 +102,10 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
     names = [*kind.needs, *kind.also, *ask.y, *([ask.x] if ask.x else [])]
     for name in ask.y:
         if name not in grid.variables:
-            raise FigureError(
-                f"{ask.name}: y = {name!r} is no variable of these runs; {_near(name, grid.data_vars)}"
-            )
+            raise FigureError(f"{ask.name}: y = {name!r} is not there; {_near(name, grid.data_vars)}")
     needed = [*(kind.needs if not ask.y else [n for n in kind.needs if n in grid.coords]), *ask.y[:1]]
     if ask.x and ask.x not in grid.variables and ask.x not in grid.dims:
-        raise FigureError(
-            f"{ask.name}: x = {ask.x!r} is no coordinate of these runs; {_near(ask.x, grid.coords)}"
-        )
+        raise FigureError(f"{ask.name}: x = {ask.x!r} is not there; {_near(ask.x, grid.coords)}")
     return require(load(grid, picked, names, ask), needed, ask)
 
 

@@ -20,9 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LEAST_SPAN = 0.02  # of the values
-NO_BACKEND: dict[Any, Any] = {
-    key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key
-}
+DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
 
 
 def png(plot: Plot, metadata: Mapping[str, str]) -> bytes:
@@ -33,7 +31,8 @@ def png(plot: Plot, metadata: Mapping[str, str]) -> bytes:
     plot : what to draw
     metadata : keyword → text
     """
-    with matplotlib.rc_context({**NO_BACKEND, **style.RC}):
+    settings: Any = DEFAULTS | style.RC  # whatever matplotlibrc a reader keeps at home
+    with matplotlib.rc_context(settings):
         figure = draw(plot)
         stream = io.BytesIO()
         figure.savefig(stream, format="png", dpi=style.DPI, metadata={"Software": None, **metadata})

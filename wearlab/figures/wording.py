@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 COUNTS = {3: "thousands", 6: "millions", 9: "billions"}
+NO_BREAK = "\N{NO-BREAK SPACE}"
 ORDINALS = {1: "1st", 2: "2nd", 3: "3rd"}
 
 
@@ -112,4 +113,4 @@ def axis_label(words: str, units: str, power: int) -> str:
         ten = f"$10^{{{power}}}$" if power else ""
         inside = f"{ten} {pretty}".strip()
     start = words[:1].upper() + words[1:] if words[:1].isascii() else words
-    return f"{start} ({inside})" if inside else start
+    return f"{start} ({inside.replace(chr(32), NO_BREAK)})" if inside else start

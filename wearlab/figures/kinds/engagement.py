@@ -63,7 +63,7 @@ def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
 TVMS = Kind(
     name="tvms",
     title="Time-varying mesh stiffness",
-    shows="mesh stiffness from the entry of a tooth pair at A to its exit at E, or over one period (x = phase)",
+    shows="mesh stiffness from the entry of a tooth pair at A to its exit at E, or one period (x = phase)",
     needs=("mesh_stiffness", "phase", "contact_ratio"),
     dims=("phase",),
     series=_tvms,
