@@ -100,9 +100,13 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
     if not picked.points:
         raise FigureError(f"{ask.name}: none of its runs is there to be drawn: {'; '.join(picked.missing)}")
     names = [*kind.needs, *kind.also, *ask.y, *([ask.x] if ask.x else [])]
+    if not (ask.y or kind.needs):
+        raise FigureError(f"{ask.name}: y names no variable; {_near('', grid.data_vars)}")
     for name in ask.y:
         if name not in grid.variables:
             raise FigureError(f"{ask.name}: y = {name!r} is not there; {_near(name, grid.data_vars)}")
+        if grid[name].dtype.kind not in "fiub":
+            raise FigureError(f"{ask.name}: y = {name!r} holds text, not numbers")
     needed = [*(kind.needs if not ask.y else [n for n in kind.needs if n in grid.coords]), *ask.y[:1]]
     if ask.x and ask.x not in grid.variables and ask.x not in grid.dims:
         raise FigureError(f"{ask.name}: x = {ask.x!r} is not there; {_near(ask.x, grid.coords)}")

@@ -75,7 +75,7 @@ def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> Picked:
         if status[point] == "done":
             found[run_id] = (dict(zip(dims, point, strict=True)), labels, run_id)
         else:
-            name = ", ".join(dict.fromkeys(label.text for label in labels.values())) or run_id[:12]
+            name = ", ".join(dict.fromkeys(x.text for x in labels.values() if x.value != BASE)) or run_id[:12]
             missing[run_id] = f"{name}: {status[point]}"
     if not found and not missing:
         raise FigureError(f"{ask.name}: select = {dict(ask.select)} leaves no run")

@@ -65,7 +65,7 @@ def typeset(units: str) -> str:
     if units in ("", "1"):
         return ""
     text = units.strip()
-    if " " in text and not any(sign in text for sign in "*/"):
+    if not any(sign in text for sign in "*/^%"):
         text = _as_fraction(text)
     text = re.sub(r"(?:\*\*|\^)(-?\d+)", lambda found: found[1].translate(SUPERSCRIPTS), text)
     text = re.sub(r"\bu(?=[a-zA-Z])", "µ", text)

@@ -18,10 +18,6 @@ MOST_POINTS = 30
 
 
 def _line(run: Run, ask: Ask) -> Iterator[Series]:
-    if not ask.y:
-        raise FigureError(
-            f"{ask.name}: y names no variable; {choices('', sorted(map(str, run.data.data_vars)))}"
-        )
     several = len(ask.y) > 1
     for order, name in enumerate(ask.y):
         if name in run.data:

@@ -1,0 +1,179 @@
+"""A small store of made-up runs, every number of which tells where it came from."""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wearlab.figures.ask import Ask, read
+from wearlab.figures.drawing import draw, plotted
+from wearlab.runner.worker import _finished
+from wearlab.schema import VARIABLES, attributes
+from wearlab.store import Store
+from wearlab.store.outcome import Outcome
+
+SPEEDS = (800.0, 1100.0, 3720.0)
+CYCLES = np.array([0.0, 3e6, 1e8])
+PHASE = np.arange(16) / 16
+S = np.array([-7.0, -3.0, -1.0, -1.0, 0.0, 1.0, 1.0, 4.0, 7.0]) * 1e-3
+LETTERS = ["A", "", "B", "B", "C", "D", "D", "", "E"]
+RATIO = 1.75
+
+
+@dataclass(frozen=True)
+class Axis:
+    name: str
+    values: tuple[Any, ...]
+    units: str | None = None
+    key: str = ""
+    coordinates: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Case:
+    label: str
+    id: str
+    position: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Campaign:
+    cases: tuple[Case, ...]
+    axes: tuple[Axis, ...] = ()
+    title: str = "Three speeds · µ"
+    reference: str | None = None
+    figures: tuple[Any, ...] = ()
+    path: Path | None = None
+
+
+def run(speed: float | None, **sizes: int) -> xr.Dataset:
+    """Return a run at a speed [rpm]; None: static, without dynamics."""
+    rng = np.random.default_rng(int(speed or 1))
+    length = {
+        **{"update": 3, "flank": 2, "profile": len(S), "mesh": 1, "phase": 16, "mesh_period": 2, "pair": 3},
+        **{"member": 2, "harmonic": 5, "mode": 3},
+        **sizes,
+    }
+    dynamic = (
+        "dynamic",
+        "mesh_d",
+        "pair_force",
+        "dte",
+        "poincare",
+        "equivalent",
+        "natural",
+        "critical",
+        "response",
+    )
+    skipped = (
+        "count",
+        "run_time",
+        "residual",
+        "error",
+        "floquet",
+        "bearing",
+        "steps",
+        "slow",
+        "excitation",
+        "ste_mean",
+    )
+    data = xr.Dataset()
+    for name, variable in VARIABLES.items():
+        known = all(dim in length for dim in variable.dims)
+        if not known or variable.units == "" or name.startswith(skipped):
+            continue
+        if speed is None and name.startswith(dynamic):
+            continue
+        shape = [length[dim] for dim in variable.dims]
+        size = 1e8 if variable.units == "N m-1" else 1.0
+        data[name] = (variable.dims, size * (1.0 + rng.random(shape)), attributes(name))
+    given: dict[str, Any] = {
+        "cycle": CYCLES[: length["update"]], "phase": PHASE, "path_position": np.stack([S, S]),
+        "contact_ratio": [RATIO], "mesh_stiffness": 3e8 + 1e7 * np.arange(3)[:, None, None] + 1e6 * PHASE,
+        "max_wear_depth": np.array([[0.0, 0.0], [1e-6, 2e-6], [4e-6, 5e-6]]) * (speed or 1000.0) / 1000.0,
+        "static_mesh_force": [4800.0], "mesh_frequency": [50 * (speed or 0.0) / 60],
+        "natural_frequency": [2000.0, 3000.0, 4000.0],
+        "critical_speed": 2 * np.pi * np.array([2000.0, 3000.0, 4000.0]) / 50,
+    }  # fmt: skip
+    for name, values in given.items():
+        if name in data:
+            shape = data[name].shape
+            data[name] = (
+                data[name].dims,
+                np.broadcast_to(values, shape) if name == "mesh_stiffness" else values,
+                data[name].attrs,
+            )
+    if speed is not None:  # period two only in the last state
+        for name in (
+            "dynamic_mesh_force",
+            "mesh_deflection",
+            "mesh_deflection_rate",
+            "poincare_deflection",
+            "poincare_rate",
+        ):
+            data[name] = data[name].where((data.mesh_period == 0) | (data["update"] == 2))
+        data["dynamic_mesh_force"] *= speed
+    labels = {"flank": ["pinion", "gear"], "member": ["pinion", "gear"], "mesh": ["pinion-gear"],
+              "harmonic": np.arange(1, length["harmonic"] + 1), "pair": [1, 2, 3]}  # fmt: skip
+    data = data.assign_coords(labels | {"characteristic_point": ("profile", LETTERS)})
+    coordinates = [n for n in ("cycle", "phase", "path_position", "diameter", "roll_angle") if n in data]
+    return data.set_coords(coordinates).assign_attrs(source_hash="feed", wearlab_version="9.9")
+
+
+def put(store: Store, run_id: str, data: xr.Dataset | None) -> None:
+    with store.presence() as here:
+        store.claim([run_id], here.token, lambda entry: False)
+        made = _finished(data) if data is not None else {"reason": "no"}
+        state = "failed" if data is None else "done"
+        store.save([Outcome(run_id, state, "now", 1.0, "{}", **made)], here.token)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="session")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
+    store = Store(tmp_path_factory.mktemp("figures") / "store")
+    store.create()
+    for index, speed in enumerate((*SPEEDS, None)):
+        put(store, f"{index}" * 32, run(speed))
+    put(store, "f" * 32, None)
+    return store
+
+
+@pytest.fixture(scope="session")
+def campaign() -> Campaign:
+    """Three speeds and a static case, all there."""
+    cases = [Case("base", f"{i}" * 32, {"speed": i}) for i in range(3)]
+    return Campaign((*cases, Case("static", "3" * 32)), (Axis("speed", SPEEDS, "rpm", "operation.speed"),))
+
+
+@pytest.fixture
+def holed(campaign: Campaign) -> Campaign:
+    """The same, with the second speed failed and the third never run."""
+    cases = list(campaign.cases)
+    cases[1], cases[2] = replace(cases[1], id="f" * 32), replace(cases[2], id="e" * 32)
+    return replace(campaign, cases=tuple(cases))
+
+
+def asked(**wishes: Any) -> Ask:
+    return read(SimpleNamespace(**wishes), 1, None)
+
+
+@pytest.fixture(scope="session")
+def plot(store: Store, campaign: Campaign):
+    """Return a function that makes a figure as data, without drawing it."""
+    grid = store.open(campaign)
+    return lambda **wishes: plotted(grid, asked(**wishes))[0]
+
+
+@pytest.fixture
+def drawn(store: Store, campaign: Campaign, tmp_path: Path):
+    """Return a function that draws figures of a campaign and returns the files."""
+
+    def drawing(*wishes: dict[str, Any], of: Campaign = campaign, to: str = "out") -> list[Path]:
+        specs = tuple(SimpleNamespace(**one) for one in wishes)
+        return draw(replace(of, figures=specs), store, tmp_path / to)
+
+    return drawing

@@ -1,0 +1,48 @@
+"""Wishes that cannot be met say why, and what could be."""
+
+import pytest
+
+from wearlab.figures import FigureError
+
+
+@pytest.mark.parametrize(
+    "wishes, message",
+    [
+        ({"select": {"speed": 900}}, r"select.speed = 900 is not there; valid: 800 rpm, 1100 rpm, 3720 rpm"),
+        ({"select": {"case": "statik"}}, r"did you mean 'static'\?"),
+        ({"select": {"update": 3}}, r"select.update = 3 is not there; valid: 0 to 2"),
+        ({"select": {"cycle": "many"}}, r"not a number of cycles"),
+        ({"select": {"flanks": "pinion"}}, r"select.flanks: no such dimension; did you mean 'flank'\?"),
+        ({"hue": "torque"}, r"hue = 'torque' does not vary here; valid:"),
+        ({"x": "diametre"}, r"x = 'diametre' is not there; did you mean 'diameter'\?"),
+        ({"units": {"wear_depth": "rpm"}}, r"units of wear_depth: 'm' is not a unit like 'rpm'"),
+        ({"y": "wear_dept"}, r"y = 'wear_dept' is not there; did you mean 'wear_depth'\?"),
+    ],
+)
+def test_the_message_names_the_figure_and_the_choices(plot, wishes, message):
+    with pytest.raises(FigureError, match=rf"figure 1 \(wear-profile\): .*{message}"):
+        plot(kind="wear-profile", **wishes)
+
+
+def test_a_variable_that_no_selected_run_has(plot):
+    with pytest.raises(FigureError, match="no selected run has dynamic_mesh_force"):
+        plot(kind="mesh-force", select={"case": "static"})
+
+
+def test_runs_without_the_variable_are_left_out(plot):
+    assert len(plot(kind="mesh-force", select={"case": ["base", "static"]}).panels) == 3
+
+
+def test_more_varies_than_there_is_room_for(plot):
+    with pytest.raises(FigureError, match=r"speed still vary beside .*choose one place along each in select"):
+        plot(kind="line", y=["wear_depth", "wear_rate"], rows="variable", cols="flank", hue="update")
+
+
+def test_line_without_y(plot):
+    with pytest.raises(FigureError, match="y names no variable; valid: .*worn_mass"):
+        plot(kind="line")
+
+
+def test_text_is_no_number(plot):
+    with pytest.raises(FigureError, match="holds text"):
+        plot(kind="line", y="status")

@@ -1,0 +1,51 @@
+import numpy as np
+import pytest
+
+from wearlab.figures import FigureError
+
+
+@pytest.fixture
+def table(tmp_path):
+    def written(text):
+        path = tmp_path / "points.csv"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return written
+
+
+def test_points_in_their_units_and_the_colour_of_their_hue(plot, table):
+    path = table(
+        "# Fig. 13, read by eye\nx [million cycles], y [mm], hue\n3, 0.002, 800\n100, 0.01, 1100 rpm\n"
+    )
+    one = plot(kind="max-wear", published=path)
+    assert one.legend[-1].text == "published"
+    points = [c for c in one.panels[0].curves if c.look == "published"]
+    np.testing.assert_allclose([(*c.x, *c.y) for c in points], [(3.0, 2.0), (100.0, 10.0)])
+    pens = {entry.text: entry.pen for entry in one.legend}
+    assert [c.pen for c in points] == [pens["800 rpm"], pens["1100 rpm"]]
+
+
+def test_points_find_their_panel(plot, table):
+    path = table("x,y [N],speed\n0.5,100,1100\n")
+    panels = plot(kind="mesh-force", published=path).panels
+    assert [sum(c.look == "published" for c in panel.curves) for panel in panels] == [0, 1, 0]
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("x,y\n", "holds no points"),
+        ("a,b\n1,2\n", "columns x and y"),
+        ("x,y [rpm]\n1,2\n", "column 2"),
+        ("x,y\n1,b\n", "column 2"),
+    ],
+)
+def test_what_is_wrong_with_a_table(plot, table, text, message):
+    with pytest.raises(FigureError, match=message):
+        plot(kind="max-wear", published=table(text))
+
+
+def test_no_such_table(plot, tmp_path):
+    with pytest.raises(FigureError, match="No such file"):
+        plot(kind="max-wear", published=tmp_path / "none.csv")
