@@ -22,6 +22,19 @@ PHASE = np.arange(16) / 16
 S = np.array([-7.0, -3.0, -1.0, -1.0, 0.0, 1.0, 1.0, 4.0, 7.0]) * 1e-3
 LETTERS = ["A", "", "B", "B", "C", "D", "D", "", "E"]
 RATIO = 1.75
+DYNAMIC = ("dynamic", "mesh_d", "pair_f", "dte", "poincare", "equivalent", "natural", "critical", "response")
+SKIPPED = (
+    "count",
+    "run_time",
+    "residual",
+    "error",
+    "floquet",
+    "bearing",
+    "steps",
+    "slow",
+    "excit",
+    "ste_mean",
+)
 
 
 @dataclass(frozen=True)
@@ -58,35 +71,12 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
         **{"member": 2, "harmonic": 5, "mode": 3},
         **sizes,
     }
-    dynamic = (
-        "dynamic",
-        "mesh_d",
-        "pair_force",
-        "dte",
-        "poincare",
-        "equivalent",
-        "natural",
-        "critical",
-        "response",
-    )
-    skipped = (
-        "count",
-        "run_time",
-        "residual",
-        "error",
-        "floquet",
-        "bearing",
-        "steps",
-        "slow",
-        "excitation",
-        "ste_mean",
-    )
     data = xr.Dataset()
     for name, variable in VARIABLES.items():
         known = all(dim in length for dim in variable.dims)
-        if not known or variable.units == "" or name.startswith(skipped):
+        if not known or variable.units == "" or name.startswith(SKIPPED):
             continue
-        if speed is None and name.startswith(dynamic):
+        if speed is None and name.startswith(DYNAMIC):
             continue
         shape = [length[dim] for dim in variable.dims]
         size = 1e8 if variable.units == "N m-1" else 1.0
@@ -101,20 +91,10 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
     }  # fmt: skip
     for name, values in given.items():
         if name in data:
-            shape = data[name].shape
-            data[name] = (
-                data[name].dims,
-                np.broadcast_to(values, shape) if name == "mesh_stiffness" else values,
-                data[name].attrs,
-            )
+            values = np.broadcast_to(values, data[name].shape)
+            data[name] = (data[name].dims, values, data[name].attrs)
     if speed is not None:  # period two only in the last state
-        for name in (
-            "dynamic_mesh_force",
-            "mesh_deflection",
-            "mesh_deflection_rate",
-            "poincare_deflection",
-            "poincare_rate",
-        ):
+        for name in [n for n in data if "mesh_period" in data[n].dims and n != "pair_force"]:
             data[name] = data[name].where((data.mesh_period == 0) | (data["update"] == 2))
         data["dynamic_mesh_force"] *= speed
     labels = {"flank": ["pinion", "gear"], "member": ["pinion", "gear"], "mesh": ["pinion-gear"],

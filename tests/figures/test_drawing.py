@@ -79,5 +79,5 @@ def test_the_others_are_drawn_all_the_same(drawn):
 
 
 def test_the_table_of_kinds_needs_no_matplotlib():
-    code = "import sys; from wearlab.figures import KINDS; assert KINDS['tvms'].needs; assert 'matplotlib' not in sys.modules"
+    code = "import sys; from wearlab.figures import KINDS; assert KINDS and 'matplotlib' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)

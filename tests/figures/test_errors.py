@@ -39,7 +39,7 @@ def test_more_varies_than_there_is_room_for(plot):
 
 
 def test_line_without_y(plot):
-    with pytest.raises(FigureError, match="y names no variable; valid: .*worn_mass"):
+    with pytest.raises(FigureError, match=r"y names no variable; valid: .*worn_mass"):
         plot(kind="line")
 
 
