@@ -85,11 +85,22 @@ def compression(
 
 @jit
 def crossing(
-    kernel: Any, tables: Any, step: int, a: float, b: float, m: int, p: int, period: float, width: Any, s: Any
+    kernel: Any,
+    tables: Any,
+    step: int,
+    a: float,
+    b: float,
+    m: int,
+    p: int,
+    changed: bool,
+    period: float,
+    width: Any,
+    s: Any,
 ) -> float:
-    """Return the fraction between ``a`` and ``b`` where a compression passes zero, or 2.0 if it does not.
+    """Return the fraction between ``a`` and ``b`` where a compression x passes zero, or 2.0 if it does not.
 
-    Regula falsi with the Illinois correction on the sub-step itself, column 0 only.
+    Regula falsi with the Illinois correction on the sub-step itself, column 0 only. Where the flank has just
+    ``changed`` at ``a``, x is zero there, and the root of x/(fraction − a) is sought instead.
     """
     there = np.uint64(len(s.part) // 4)
     sign = 1.0 if s.contact[m, p] else -1.0
@@ -98,10 +109,19 @@ def crossing(
     for iteration in range(MOST_ITERATIONS):
         part_step(kernel, tables, step, a, x, period, np.uint64(1), width, s, np.uint64(0), there)
         value = sign * compression(kernel, tables, step, m, p, x, s, there, width)
+        if changed:
+            value /= x - a
         if iteration == 0:
             if not value < 0.0:
                 return 2.0
             high = value
+            if changed:
+                x = a + NUDGE * (b - a)
+                continue
+        elif iteration == 1 and changed:
+            if value <= 0.0:
+                return a
+            low = value
         elif value > 0.0:
             x0, low = x, value
             high *= 0.5 if kept == 1 else 1.0
@@ -110,30 +130,36 @@ def crossing(
             x1, high = x, value
             low *= 0.5 if kept == -1 else 1.0
             kept = -1
-        if iteration > 0 and (x1 - x0 < 1e-15 or abs(value) < 1e-15 * (abs(low) + abs(high))):
+        if iteration > 1 and (x1 - x0 < 1e-15 or abs(value) < 1e-15 * (abs(low) + abs(high))):
             break
         x = (x0 * high - x1 * low) / (high - low)
+        if x <= a:
+            break
     return x
 
 
 @jit
 def first_change(
-    kernel: Any, tables: Any, step: int, a: float, period: float, width: Any, s: Any
+    kernel: Any, tables: Any, step: int, a: float, mesh: int, flank: int, period: float, width: Any, s: Any
 ) -> tuple[float, int, int]:
-    """Return where contact first changes after ``a``, and which mesh and flank; 2.0 if none does."""
+    """Return where contact first changes after ``a``, and which mesh and flank; 2.0 if none does.
+
+    ``mesh`` and ``flank`` are those that changed at ``a``.
+    """
     pairs = len(kernel.pairs)
-    found, mesh, flank = 2.0, NOTHING, NOTHING
+    found, found_mesh, found_flank = 2.0, NOTHING, NOTHING
     for m in range(len(kernel.mesh_damping)):
         for p in range(pairs + 1):
             if p < pairs and not in_path(tables, step, m, p):
                 continue
-            x = 2.0
+            x, changed = 2.0, m == mesh and p == flank
             for half in range(1, 3):
                 if x > 1.0:
-                    x = crossing(kernel, tables, step, a, a + 0.5 * half * (1.0 - a), m, p, period, width, s)
+                    to = a + 0.5 * half * (1.0 - a)
+                    x = crossing(kernel, tables, step, a, to, m, p, changed, period, width, s)
             if x < found:
-                found, mesh, flank = x, m, p
-    return found, mesh, flank
+                found, found_mesh, found_flank = x, m, p
+    return found, found_mesh, found_flank
 
 
 @jit
@@ -183,9 +209,9 @@ def step_with_changes(
     size = np.uint64(len(s.part) // 4)
     s.part[:size] = states[i : i + size]
     s.cut[:] = 0.0
-    a, changes, ended = 0.0, 0, False
+    a, m, p, changes, ended = 0.0, NOTHING, NOTHING, 0, False
     while not ended:
-        b, m, p = first_change(kernel, tables, step, a, period, width, s)
+        b, m, p = first_change(kernel, tables, step, a, m, p, period, width, s)
         ended = b > 1.0 or changes == MOST_CHANGES
         if ended:
             b = 1.0

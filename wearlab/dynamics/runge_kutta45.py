@@ -57,17 +57,20 @@ class RungeKutta45:
     ) -> Response:
         """Return the steady response; parameters as in `wearlab.dynamics.periodic.Periodic.solve`."""
         steadiness = Steadiness(self.tolerance, self.most, self.longest, self.averaged)
-        marcher = _AdaptiveMarcher(self, system, tables, period)
+        marcher = AdaptiveMarcher(self, system, tables, period)
         return march_to_steady(marcher, steadiness, system, tables, period, start)
 
 
-class _AdaptiveMarcher:
+class AdaptiveMarcher:
+    """Marches with adaptive steps within each step of the tables."""
+
     def __init__(self, method: RungeKutta45, system: System, tables: StageTables, period: float) -> None:
         self.method, self.tables, self.period = method, tables, period
         self.kernel = kernel_of(system, tables.stiffness.shape[3], 1)
         self.right_hand_sides = 0
 
     def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
+        """March ``count`` periods and move ``state``; strobed states and the last ``keep`` periods."""
         steps, rows = len(self.tables.width), len(state)
         orbit, strobe = np.empty((keep * steps + 1, rows)), np.empty((count + 1, rows))
         self.right_hand_sides += march_adaptive(
