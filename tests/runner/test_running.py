@@ -61,7 +61,7 @@ def test_two_workers_end_to_end(store, log):
     assert warm.split()[1] in processes
     assert store.verify() == []
     assert not any((store.path / "runners").iterdir())
-    assert {m.position.get("speed") for m in store.catalogue.members()} >= {"800.0 rpm", None}
+    assert {m.position.get("speed") for m in store.catalogue.members()} >= {"800 rpm", None}
 
 
 def test_a_worker_that_dies_takes_only_its_own_case(store, log):

@@ -85,7 +85,7 @@ def test_points_without_data_are_nan_and_named(fill, act, state):
     campaign = alter(sweep(3), 1, act=act)
     grid = fill(campaign).open(campaign).compute()
     assert list(grid.status.values) == ["done", state, "done"]
-    assert grid.attrs["missing"] == [f"speed=900.0: {state}"]
+    assert grid.attrs["missing"] == [f"speed=900: {state}"]
     assert np.isnan(grid.wear_depth.values[1]).all()
     assert np.isnan(grid.count_steps.values[1])
     assert grid.verdict.values[1] == ""
@@ -96,7 +96,7 @@ def test_points_never_computed_are_missing(fill):
     store = fill(sweep(2))
     grid = store.open(sweep(3))
     assert list(grid.status.values) == ["done", "done", "missing"]
-    assert grid.attrs["missing"] == ["speed=1000.0: missing"]
+    assert grid.attrs["missing"] == ["speed=1000: missing"]
 
 
 def test_numbers_without_holes_keep_their_type(fill):
@@ -117,6 +117,16 @@ def test_cases_without_sweeps_stand_alone(fill):
     grid = fill(campaign).open(campaign)
     assert dict(grid.wear_depth.sizes)["case"] == 2
     assert grid.wear_depth.sel(case="fast")[0, 0, 0] == 2.0
+
+
+def test_keys_that_advance_together_are_coordinates(fill):
+    together = {"torque": Axis("torque", (300.0, 200.0), "N*m", "operation.torque")}
+    campaign = sweep(2)
+    campaign = replace(campaign, axes=(replace(campaign.axes[0], coordinates=together),))
+    grid = fill(campaign).open(campaign)
+    assert grid.torque.dims == ("speed",)
+    assert grid.torque.attrs["units"] == "N*m"
+    assert grid.torque.sel(speed=900) == 200.0
 
 
 def test_two_axes_with_a_point_left_out(fill):

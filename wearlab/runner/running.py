@@ -11,6 +11,7 @@ from wearlab.runner.report import CaseReport, Interrupted, Report
 from wearlab.runner.worker import SIMULATE, Task, execute, warm_up
 from wearlab.store.catalogue import Entry
 from wearlab.store.outcome import Outcome
+from wearlab.store.place import place
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
@@ -147,14 +148,7 @@ def _cluster(stack: ExitStack, workers: int | None, scheduler: str | None, simul
 
 def _record(campaign: "Campaign", store: "Store") -> None:
     """Enter the campaign's cases into the catalogue, with the values that set each apart."""
-    axes = {axis.name: axis for axis in campaign.axes}
-    members = []
-    for case in campaign.cases:
-        position = {
-            name: f"{axes[name].values[index]} {axes[name].units or ''}".strip()
-            for name, index in case.position.items()
-        }
-        members.append((case.id, case.label, position))
+    members = [(case.id, case.label, place(campaign, case)) for case in campaign.cases]
     path = getattr(campaign, "path", None)
     store.catalogue.record_campaign(
         campaign.title, campaign.reference, None if path is None else str(path), members

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from wearlab.store.catalogue import Entry
 from wearlab.store.image import read_variable
+from wearlab.store.place import value_text
 
 if TYPE_CHECKING:
-    from wearlab.campaign import Campaign
+    from wearlab.campaign import Axis, Campaign, Coordinate
 
 BASE = "base"
 MISSING = "missing"
@@ -247,8 +248,10 @@ def _dtype(stored: str, whole: bool) -> tuple[np.dtype[Any], Any]:
 def _axis_coordinates(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> dict[str, Any]:
     coordinates: dict[str, Any] = {}
     for axis in campaign.axes:
-        units = {} if not axis.units else {"units": axis.units}
-        coordinates[axis.name] = (axis.name, list(axis.values), {**units, "key": axis.key})
+        own: list[tuple[str, Axis | Coordinate]] = [(axis.name, axis), *axis.coordinates.items()]
+        for name, one in own:
+            units = {} if not one.units else {"units": one.units}
+            coordinates[name] = (axis.name, list(one.values), {**units, "key": one.key})
     if "case" in axes:
         coordinates["case"] = ("case", axes["case"])
     return coordinates
@@ -259,8 +262,9 @@ def _missing(axes: Mapping[str, list[Any]], ids: NDArray[np.object_], status: ND
     names = []
     for point in np.ndindex(ids.shape):
         if ids[point] and status[point] != "done":
-            place = ", ".join(f"{name}={axes[name][i]}" for name, i in zip(axes, point, strict=True))
-            names.append(f"{place or ids[point]}: {status[point]}")
+            places = zip(axes, point, strict=True)
+            where = ", ".join(f"{name}={value_text(axes[name][i], None)}" for name, i in places)
+            names.append(f"{where or ids[point]}: {status[point]}")
     return names
 
 

@@ -1,0 +1,333 @@
+"""The command line as users meet it: exit statuses, one message, nothing written where it should not be."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import fake_campaign
+import pytest
+from fake_campaign import alter, sweep
+
+import wearlab
+from wearlab.cli import app, output, working
+from wearlab.runner import Interrupted, running
+
+SPEEDS = Path(wearlab.__file__).parents[1] / "campaigns" / "spur_speeds.toml"
+
+
+class Result:
+    def __init__(self, status, captured):
+        self.status, self.out, self.err = status, captured.out, captured.err
+
+
+@pytest.fixture
+def command(capsys, tmp_path, monkeypatch):
+    """Return a function that runs a command in an empty folder and tells status and output."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("WEARLAB_STORE", raising=False)
+
+    def run(*words):
+        status = app.status_of([str(word) for word in words])
+        return Result(status, capsys.readouterr())
+
+    return run
+
+
+@pytest.fixture
+def campaign(monkeypatch):
+    """Let every FILE be a fake campaign, which cases of this process compute; return how to set it."""
+    current = {"campaign": sweep(3)}
+    monkeypatch.setattr(working, "load_campaign", lambda file: current["campaign"])
+    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)
+    original = wearlab.runner.run
+
+    def run(*arguments, **options):
+        return original(*arguments, **options, simulate=fake_campaign.SIMULATE)
+
+    monkeypatch.setattr("wearlab.runner.run", run)
+
+    def use(made):
+        current["campaign"] = made
+
+    return use
+
+
+def files(folder):
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+def test_run_then_ls_then_verify(command, campaign):
+    done = command("run", "any.toml")
+    assert (done.status, done.err) == (0, "")
+    assert done.out.startswith("3 of 3 done; 3 computed in ")
+    assert command("run", "any.toml").out.startswith("3 of 3 done; 0 computed")
+    listed = command("ls")
+    assert listed.status == 0
+    row = next(line for line in listed.out.splitlines() if "speed=900 rpm" in line)
+    assert row.split()[0] == sweep(3).cases[1].id[:10]
+    for word in ("five speeds", "base", "done", "1.111e+05 cycles"):
+        assert word in row
+    verified = command("verify")
+    assert (verified.status, verified.out) == (0, "3 runs compared, 0 problems\n")
+
+
+def test_trouble_is_named_and_gives_status_one(command, campaign):
+    campaign(alter(alter(alter(sweep(4), 0, act="fail"), 1, act="refuse"), 2, act="warn"))
+    done = command("run", "any.toml")
+    assert done.status == 1
+    assert done.out.startswith("2 of 4 done, 1 failed, 1 refused; 4 computed")
+    failed, refused, warned = sorted(done.err.splitlines())
+    assert failed.startswith("failed: base (speed=800 rpm), run ")
+    assert failed.endswith("FloatingPointError: the shooting did not converge")
+    assert "contact ratio 0.93 is below one" in refused
+    assert warned.endswith("RuntimeWarning: the film is thin")
+    assert command("run", "any.toml").status == 1
+    notes = {row["state"]: row for row in json.loads(command("ls", "--json").out)}
+    assert "Traceback" in notes["failed"]["reason"]
+    assert [r["state"] for r in json.loads(command("ls", "--json", "--state", "refused").out)] == ["refused"]
+
+
+def test_the_store_is_where_it_is_said(command, campaign, tmp_path, monkeypatch):
+    command("run", "any.toml")
+    command("run", "any.toml", "--store", "here")
+    monkeypatch.setenv("WEARLAB_STORE", "there")
+    command("run", "any.toml")
+    assert files(tmp_path) == ["here", "there", "wearlab-store"]
+
+
+def test_show(command, campaign):
+    command("run", "any.toml")
+    case = sweep(3).cases[0]
+    shown = command("show", case.id[:6])
+    assert shown.status == 0
+    for words in (case.id, "completed", "five speeds (base)", "speed = 800.0"):
+        assert words in shown.out
+    line = next(line for line in shown.out.splitlines() if line.startswith("wear_depth"))
+    assert "update 3, flank 2, profile 4" in line
+    assert line.split()[-1] == "m"
+    content = json.loads(command("show", case.id, "--json").out)
+    assert content["scene"]["speed"] == 800.0
+    assert content["variables"]["wear_depth"]["attrs"]["units"] == "m"
+    assert content["summary"]["life"] == 1e8 / 800
+
+
+def test_show_a_failure_with_its_traceback(command, campaign):
+    campaign(alter(sweep(1), 0, act="fail"))
+    command("run", "any.toml")
+    shown = command("show", alter(sweep(1), 0, act="fail").cases[0].id)
+    assert shown.status == 0
+    assert "Traceback" in shown.out
+    assert "the shooting did not converge" in shown.out
+
+
+def test_verify_names_damage(command, campaign, tmp_path):
+    command("run", "any.toml")
+    run = next((tmp_path / "wearlab-store" / "runs").rglob("*.nc"))
+    run.write_bytes(run.read_bytes()[:-1])
+    verified = command("verify")
+    assert verified.status == 1
+    assert f"truncated  wearlab-store/runs/{run.parent.name}/{run.name}" in verified.out
+    assert [problem["kind"] for problem in json.loads(command("verify", "--json").out)] == ["truncated"]
+    assert "lost" in command("ls").out
+
+
+def test_json_of_a_run(command, campaign):
+    report = json.loads(command("run", "any.toml", "--json").out)
+    assert (report["total"], report["done"], report["computed"]) == (3, 3, 3)
+
+
+def test_ls_tells_runs_of_other_code(command, campaign):
+    command("run", "any.toml")
+    assert "made by other code" in command("ls").out  # the fake's hash is no hash of these sources
+
+
+def test_an_interrupt_says_how_to_go_on(command, campaign, monkeypatch):
+    def interrupted(*_, **__):
+        raise Interrupted("interrupted: 1 done, 2 to go; run again to continue")
+
+    monkeypatch.setattr("wearlab.runner.run", interrupted)
+    done = command("run", "any.toml")
+    assert (done.status, done.out) == (130, "")
+    assert done.err == "wearlab: interrupted: 1 done, 2 to go; run again to continue\n"
+
+
+def test_figures_are_drawn_and_named(command, campaign, monkeypatch):
+    drawn = []
+
+    def draw(campaign, store, out):
+        drawn.append((campaign.title, str(store.path), out))
+        return [out / "01-tvms.png"]
+
+    monkeypatch.setattr("wearlab.figures.draw", draw, raising=False)
+    done = command("figures", "any.toml", "--out", "drawn")
+    assert (done.status, done.out) == (0, "drawn/01-tvms.png\n")
+    assert drawn == [("five speeds", "wearlab-store", Path("drawn"))]
+
+
+def test_a_figure_that_cannot_be_drawn_does_not_stop_the_others(command, campaign, monkeypatch):
+    from wearlab.figures import FigureError
+
+    def draw(campaign, store, out):
+        raise FigureError("figure 2: no such variable", (out / "01-tvms.png",))
+
+    monkeypatch.setattr("wearlab.figures.draw", draw, raising=False)
+    done = command("figures", "any.toml")
+    assert (done.status, done.out, done.err) == (1, "figures/01-tvms.png\n", "figure 2: no such variable\n")
+
+
+def test_figures_without_a_store(command, campaign, tmp_path):
+    done = command("figures", "any.toml")
+    assert (done.status, done.err) == (2, "wearlab: wearlab-store: there is no store here\n")
+    assert files(tmp_path) == []
+
+
+def test_modes_of_a_case(command, campaign, monkeypatch):
+    campaign(sweep(2, static=True))
+    rows = [{"mode": 1, "natural frequency [Hz]": 3100.123456}]
+    monkeypatch.setattr("wearlab.simulate.modes_table", lambda scene: rows, raising=False)
+    assert "3100.1" in command("modes", "any.toml").out
+    assert json.loads(command("modes", "any.toml", "--json").out) == rows
+    wrong = command("modes", "any.toml", "--case", "nothing")
+    assert (wrong.status, wrong.err) == (2, "wearlab: --case nothing: there are base, static\n")
+
+
+def test_check_shows_parts_and_cases(command, tmp_path):
+    checked = command("check", SPEEDS)
+    assert (checked.status, checked.err) == (0, "")
+    for words in (
+        "6 cases, 6 runs",
+        "speed: 800, 1100, 1860, 2200, 3720 rpm",
+        "+ dynamics: spur-3dof",
+        "left out: ",
+    ):
+        assert words in checked.out
+    content = json.loads(command("check", SPEEDS, "--json").out)
+    assert content["runs"] == 6
+    assert "dynamics" in content["parts"]["static"]["left_out"]
+    assert content["refused"] == []
+    assert files(tmp_path) == []
+
+
+def test_check_names_impossible_cases(command, tmp_path):
+    file = tmp_path / "bad.toml"
+    file.write_text(
+        f'extends = "{SPEEDS}"\n[[case]]\nlabel = "short teeth"\n"gears.pinion.tip_diameter" = "147 mm"\n'
+    )
+    checked = command("check", file)
+    assert checked.status == 1
+    assert "refused: short teeth: " in checked.err
+
+
+WRONG = {
+    "no such file": None,
+    "no TOML": "title = ",
+    "unknown key": "[gears]\nmodul = 3",
+    "negative torque": f'extends = "{SPEEDS}"\n[operation]\ntorque = "-340 N*m"',
+    "wrong unit": f'extends = "{SPEEDS}"\n[operation]\ntorque = "340 rpm"',
+    "no number": f'extends = "{SPEEDS}"\n[numerics]\ntolerance = nan',
+    "empty sweep": f'extends = "{SPEEDS}"\n[[sweep]]\n"operation.speed" = []',
+}
+
+
+@pytest.mark.parametrize("verb", ["check", "run", "figures", "modes"])
+@pytest.mark.parametrize("fault", WRONG)
+def test_a_bad_file_gives_one_message_and_writes_nothing(command, tmp_path, fault, verb):
+    text = WRONG[fault]
+    if text is not None:
+        (tmp_path / "bad.toml").write_text(text)
+    done = command(verb, "bad.toml")
+    assert (done.status, done.out) == (2, "")
+    assert done.err.startswith("wearlab: ")
+    assert "bad.toml" in done.err
+    assert "Traceback" not in done.err
+    assert files(tmp_path) == ([] if text is None else ["bad.toml"])
+
+
+@pytest.mark.parametrize(
+    "words, message",
+    [
+        (["--nonsense"], "No such option: --nonsense"),
+        (["lst"], "No such command 'lst'"),
+        (["run"], "Missing argument 'FILE'"),
+        (["run", "a.toml", "--worker", "2"], "No such option: --worker"),
+        (["run", "a.toml", "--workers", "0"], "Invalid value for '--workers'"),
+        (["run", "a.toml", "--workers", "two"], "Invalid value for '--workers'"),
+        (["ls", "extra"], "unexpected extra argument"),
+        (["ls"], "wearlab-store: there is no store here"),
+        (["show", "abc"], "wearlab-store: there is no store here"),
+        (["verify", "--store", "nowhere"], "nowhere: there is no store here"),
+    ],
+)
+def test_a_bad_argument_gives_one_message(command, tmp_path, words, message):
+    done = command(*words)
+    assert (done.status, done.out) == (2, "")
+    assert message in done.err
+    assert len(done.err.splitlines()) == 1
+    assert files(tmp_path) == []
+
+
+def test_an_unwritable_store(command, campaign, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    done = command("run", "any.toml", "--store", "file/store")
+    assert (done.status, done.out) == (2, "")
+    assert done.err.startswith("wearlab: file/store: no store can be made here")
+    assert files(tmp_path) == ["file"]
+
+
+def test_an_unreadable_store(command, campaign, tmp_path):
+    (tmp_path / "wearlab-store").mkdir()
+    (tmp_path / "wearlab-store" / "catalogue.sqlite").write_bytes(b"no database" * 100)
+    for words in (["ls"], ["run", "any.toml"], ["verify"], ["show", "a"], ["figures", "any.toml"]):
+        done = command(*words)
+        assert (done.status, done.out) == (2, ""), words
+        assert "catalogue cannot be used (file is not a database)" in done.err
+
+
+def test_a_scheduler_that_does_not_answer(command, monkeypatch):
+    monkeypatch.setattr("wearlab.runner.cluster.CONNECT_SECONDS", 0.3)
+    done = command("run", SPEEDS, "--scheduler", "tcp://127.0.0.1:9")
+    assert done.status == 2
+    assert done.err.startswith("wearlab: no dask scheduler answers at tcp://127.0.0.1:9")
+
+
+def test_a_fault_of_ours_keeps_its_traceback(command, monkeypatch):
+    monkeypatch.setattr(working, "load_campaign", lambda file: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        command("check", "any.toml")
+
+
+def test_help_and_nothing(command):
+    assert command("--help").status == 0
+    assert command().status == 2
+
+
+def test_what_is_not_finite_is_no_json():
+    with pytest.raises(ValueError, match="JSON"):
+        output.show_json(float("nan"))
+
+
+def test_a_reader_that_has_seen_enough(tmp_path):
+    """``wearlab schema | head -1`` ends quietly."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    code = "import sys; from wearlab.cli import app; sys.exit(app.status_of(['schema']))"
+    with subprocess.Popen(
+        [sys.executable, "-c", code],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+    ) as child:
+        assert child.stdout is not None and child.stderr is not None
+        child.stdout.read(1)
+        child.stdout.close()
+        assert child.stderr.read() == ""
+
+
+def test_equal_labels_and_scenes_do_not_confuse(command, campaign):
+    both = sweep(1)
+    campaign(replace(both, cases=(*both.cases, replace(both.cases[0], label="same", position={}))))
+    assert command("run", "any.toml").out.startswith("1 of 1 done")
+    assert {row["label"] for row in json.loads(command("ls", "--json").out)} == {"base", "same"}

@@ -1,0 +1,160 @@
+"""Imports run one way along the road of the design, and what must start fast stays light."""
+
+import ast
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import wearlab
+
+PACKAGE = Path(wearlab.__file__).parent
+ROAD = (
+    *("compiled", "units", "schema", "gears", "mesh", "dynamics", "wear", "life", "scene", "simulate"),
+    *("campaign", "store", "runner", "query", "compare", "figures", "accuracy", "report", "cli"),
+)
+PHYSICS = ROAD[ROAD.index("gears") : ROAD.index("scene")]
+SIBLINGS = (("dynamics", "wear"), ("compare", "figures", "accuracy"))
+LABELLED = {"xarray", "dask", "distributed", "netCDF4", "pandas", "matplotlib"}
+HEAVY = LABELLED | {"numba", "scipy"}
+MODULE = re.compile(r"wearlab(\.\w+)+(?=:|$)")
+
+
+def imported(source: str, module: str) -> Iterator[tuple[int, str]]:
+    """Yield line and name of every module that a source imports: anywhere in it, and by name as text."""
+    package = module.split(".")
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = package[: len(package) - node.level] if node.level else []
+            base = ".".join([*above, *filter(None, [node.module])])
+            yield node.lineno, base
+            yield from ((node.lineno, f"{base}.{alias.name}") for alias in node.names)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and MODULE.match(node.value):
+            yield node.lineno, node.value
+
+
+def room(module: str) -> str | None:
+    """Return the room of a module of wearlab, None for the package itself and for others."""
+    words = module.split(":")[0].split(".")
+    return words[1] if words[0] == "wearlab" and len(words) > 1 and words[1] in ROAD else None
+
+
+def backwards(source: str, module: str) -> list[str]:
+    """Return every import of a module that goes against the road."""
+    mine = room(module)
+    if mine is None:
+        return []
+    later = ROAD[ROAD.index(mine) + 1 :]
+    return sorted({f"line {line}: {name}" for line, name in imported(source, module) if room(name) in later})
+
+
+def modules() -> list[str]:
+    files = sorted(PACKAGE.rglob("*.py"))
+    return [".".join(("wearlab", *file.relative_to(PACKAGE).with_suffix("").parts)) for file in files]
+
+
+def source_of(module: str) -> str:
+    return (PACKAGE.parent / Path(*module.split("."))).with_suffix(".py").read_text()
+
+
+def below(*rooms: str) -> list[str]:
+    return [module for module in modules() if room(module) in rooms]
+
+
+def outsiders(module: str) -> set[str]:
+    return {name.split(".")[0] for _, name in imported(source_of(module), module)}
+
+
+def test_the_detector_sees_every_way_to_import():
+    """A test that cannot fail proves nothing."""
+    for line in (
+        "import wearlab.cli",
+        "from wearlab.cli import app",
+        "from wearlab import cli",
+        "from ..cli import app",
+        "def late():\n    from wearlab.cli.app import main",
+        "HOME = 'wearlab.cli'",
+        "SIMULATE = 'wearlab.cli:main'",
+    ):
+        assert backwards(line, "wearlab.store.grid"), line
+    for line in (
+        "import wearlab.scene",
+        "from wearlab.store import runs",
+        "'see wearlab.cli'",
+        "import numpy",
+    ):
+        assert not backwards(line, "wearlab.store.grid"), line
+
+
+def test_every_room_is_on_the_road():
+    rooms = {module.split(".")[1] for module in modules()} - {"__init__"}
+    assert rooms <= set(ROAD)
+
+
+@pytest.mark.parametrize("module", modules())
+def test_imports_run_one_way(module):
+    assert backwards(source_of(module), module) == []
+
+
+@pytest.mark.parametrize("module", [m for m in below("scene") if not m.startswith("wearlab.scene.build")])
+def test_sections_are_free_of_physics(module):
+    """Only ``scene/build`` turns sections into physics parts, and nobody in the room leans on it."""
+    names = [name for _, name in imported(source_of(module), module)]
+    assert [name for name in names if room(name) in PHYSICS or name.startswith("wearlab.scene.build")] == []
+
+
+@pytest.mark.parametrize("module", [*below(*PHYSICS), *below("compiled", "units", "schema")])
+def test_physics_knows_no_labels(module):
+    """Physics knows nothing of xarray; ``simulate`` labels."""
+    assert outsiders(module) & LABELLED == set()
+
+
+@pytest.mark.parametrize("module", below("store", "runner"))
+def test_the_store_knows_nothing_of_gears(module):
+    """It may know how physics refuses, and the source hash; nothing else of what is computed."""
+    known = {"wearlab.gears.errors", "wearlab.gears.errors.GearError"}
+    names = {name for _, name in imported(source_of(module), module)} - known
+    assert [name for name in names if room(name) in (*PHYSICS, "schema")] == []
+
+
+@pytest.mark.parametrize("module", below("figures", "query", "compare", "report"))
+def test_figures_never_simulate(module):
+    names = [name for _, name in imported(source_of(module), module)]
+    assert [name for name in names if room(name) in (*PHYSICS, "simulate", "runner")] == []
+
+
+@pytest.mark.parametrize("siblings", SIBLINGS, ids=" ".join)
+def test_siblings_do_not_import_each_other(siblings):
+    """Vibration and wear meet in ``life``; what is asked of datasets meets in ``report``."""
+    crossing = [
+        (module, name)
+        for module in below(*siblings)
+        for _, name in imported(source_of(module), module)
+        if room(name) in siblings and room(name) != room(module)
+    ]
+    assert crossing == []
+
+
+@pytest.mark.parametrize(
+    "module",
+    [
+        *("wearlab", "wearlab.scene", "wearlab.campaign", "wearlab.store.catalogue"),
+        *("wearlab.store.store", "wearlab.runner", "wearlab.cli"),
+    ],
+)
+def test_what_must_start_fast_is_light(module):
+    shown = subprocess.run(
+        [sys.executable, "-c", f"import sys, {module}; print(*sorted(sys.modules))"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    loaded = {name.split(".")[0] for name in shown.stdout.split()}
+    assert loaded & HEAVY == set()
+    if module == "wearlab.cli":
+        assert loaded & {"numpy", "pydantic", "pint", "rich"} == set()

@@ -1,0 +1,172 @@
+"""The commands and their options; everything heavy is imported by the command that needs it."""
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from wearlab.cli.output import REFUSALS, Status, Stop, complain, refusing
+from wearlab.store import Store
+
+app = typer.Typer(
+    name="wearlab",
+    help="Experiments and datasets of coupled gear wear and dynamics.",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+File = Annotated[str, typer.Argument(metavar="FILE", help="A campaign file (TOML).", show_default=False)]
+StoreFolder = Annotated[
+    Path, typer.Option("--store", metavar="DIR", envvar="WEARLAB_STORE", help="The folder of the runs.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Write JSON.")]
+STORE = Path("wearlab-store")
+
+
+@app.command()
+def check(file: File, json: Json = False) -> Status:
+    """Show what FILE asks for: parts present and left out, cases, and which of them cannot be."""
+    from wearlab.cli.working import check_campaign
+
+    return check_campaign(file, json)
+
+
+@app.command()
+def run(
+    file: File,
+    store: StoreFolder = STORE,
+    workers: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Worker processes.", show_default="the cores")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler to use, tcp://host:port.")
+    ] = None,
+    retry: Annotated[bool, typer.Option("--retry", help="Compute failed and refused cases again.")] = False,
+    json: Json = False,
+) -> Status:
+    """Compute what is missing of FILE."""
+    from wearlab.cli.working import run_campaign
+
+    return run_campaign(file, Store(store), workers, scheduler, retry, json)
+
+
+@app.command()
+def ls(
+    store: StoreFolder = STORE,
+    state: Annotated[
+        str | None,
+        typer.Option(
+            metavar="STATE", help="Only runs that are done, failed, refused, running, interrupted or lost."
+        ),
+    ] = None,
+    json: Json = False,
+) -> Status:
+    """List the runs of a store."""
+    from wearlab.cli.listing import list_runs
+
+    with refusing(*REFUSALS):
+        return list_runs(Store(store), state, json)
+
+
+@app.command()
+def show(
+    run: Annotated[str, typer.Argument(metavar="RUN", help="An id, or its beginning.", show_default=False)],
+    store: StoreFolder = STORE,
+    json: Json = False,
+) -> Status:
+    """Show one run: scene, variables with units, verdict, times."""
+    from wearlab.cli.listing import show_run
+
+    with refusing(*REFUSALS):
+        return show_run(Store(store), run, json)
+
+
+@app.command()
+def figures(
+    file: File,
+    store: StoreFolder = STORE,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the figures go.")] = Path("figures"),
+    json: Json = False,
+) -> Status:
+    """Draw the figures of FILE from the stored runs."""
+    from wearlab.cli.working import draw_figures
+
+    return draw_figures(file, Store(store), out, json)
+
+
+@app.command()
+def modes(
+    file: File,
+    case: Annotated[
+        str | None, typer.Option(metavar="LABEL", help="Which case.", show_default="the first")
+    ] = None,
+    json: Json = False,
+) -> Status:
+    """Show natural frequencies and critical speeds of FILE's gears."""
+    from wearlab.cli.working import show_modes
+
+    return show_modes(file, case, json)
+
+
+@app.command()
+def schema(
+    figures: Annotated[bool, typer.Option("--figures", help="List the kinds of figures instead.")] = False,
+) -> Status:
+    """Print the JSON Schema of campaign files: every option with unit, default and meaning."""
+    from wearlab.cli.working import show_schema
+
+    return show_schema(figures)
+
+
+@app.command()
+def verify(store: StoreFolder = STORE, json: Json = False) -> Status:
+    """Compare every run file with the hash of what was written."""
+    from wearlab.cli.listing import verify_store
+
+    with refusing(*REFUSALS):
+        return verify_store(Store(store), json)
+
+
+def status_of(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status; trouble is one message on standard error.
+
+    Parameters
+    ----------
+    arguments : words after ``wearlab`` [those of this process]
+    """
+    try:
+        result = app(
+            args=None if arguments is None else list(arguments), prog_name="wearlab", standalone_mode=False
+        )
+        sys.stdout.flush()
+        return int(result or Status.WELL)
+    except Stop as stop:
+        complain(f"wearlab: {stop}")
+        return stop.status
+    except KeyboardInterrupt:
+        complain("wearlab: interrupted")
+        return Status.INTERRUPTED
+    except BrokenPipeError:  # whoever read our output has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return Status.TROUBLE
+    except Exception as error:
+        return _misuse(error)
+
+
+def _misuse(error: Exception) -> int:
+    """Tell a wrong command or option in one message; a fault of ours keeps its traceback."""
+    tell = getattr(error, "format_message", None)
+    if tell is None:
+        raise error
+    complain(tell() if type(error).__name__ == "NoArgsIsHelpError" else f"wearlab: {tell()}")
+    return Status.REFUSED
+
+
+def main() -> None:
+    """Run the command line and leave with its exit status."""
+    sys.exit(status_of())

@@ -1,0 +1,204 @@
+"""``ls``, ``show`` and ``verify``: what is in a store."""
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from wearlab.cli.output import (
+    Status,
+    first_line,
+    say,
+    seconds_text,
+    show_json,
+    show_table,
+)
+from wearlab.store.catalogue import Entry, Member
+
+if TYPE_CHECKING:
+    from wearlab.store import Store
+
+SHORT_ID = 10
+MICROMETRES = 1e6
+
+
+def list_runs(store: "Store", state: str | None, as_json: bool) -> Status:
+    """Show every run once for each campaign it belongs to."""
+    rows = [row for row in _rows(store) if state in (None, row["state"])]
+    if as_json:
+        show_json(rows)
+        return Status.WELL
+    heads = ("id", "campaign", "case", "differs by", "state", "life or wear", "error", "time", "note")
+    show_table(heads, [_cells(row) for row in rows])
+    return Status.WELL
+
+
+def _rows(store: "Store") -> list[dict[str, Any]]:
+    entries = store.entries()
+    members = [member for member in store.catalogue.members() if member.run in entries]
+    named = {member.run for member in members}
+    alone = [Member("", None, run_id, "", {}) for run_id in entries if run_id not in named]
+    current = _current_source(entries)
+    return [_row(store, member, entries[member.run], current) for member in members + alone]
+
+
+def _row(store: "Store", member: Member, entry: Entry, current: str) -> dict[str, Any]:
+    errors = {name: value for name, value in entry.summary.items() if name.startswith("error_estimate")}
+    return {
+        "id": entry.id,
+        "campaign": member.campaign,
+        "file": member.path,
+        "label": member.label,
+        "position": member.position,
+        "state": state_of(store, entry),
+        "life": entry.summary.get("life"),
+        "max_wear_depth": entry.summary.get("max_wear_depth"),
+        "error_estimates": errors,
+        "verdict": entry.summary.get("verdict"),
+        "seconds": entry.seconds,
+        "started": entry.started,
+        "bytes": entry.size,
+        "reason": entry.reason,
+        "warnings": list(entry.warnings),
+        "other_code": bool(entry.source_hash) and entry.source_hash != current,
+    }
+
+
+def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
+    return (
+        row["id"][:SHORT_ID],
+        row["campaign"],
+        row["label"],
+        ", ".join(f"{name}={value}" for name, value in row["position"].items()),
+        row["state"],
+        _life_or_wear(row),
+        _error(row),
+        seconds_text(row["seconds"]),
+        _note(row),
+    )
+
+
+def state_of(store: "Store", entry: Entry) -> str:
+    """Return the state of a run; one whose process died is "interrupted", one whose file went is "lost"."""
+    if store.is_stale(entry):
+        return "interrupted"
+    return "lost" if store.is_lost(entry) else entry.state
+
+
+def _life_or_wear(row: Mapping[str, Any]) -> str:
+    if row["life"] is not None:
+        return f"{row['life']:.4g} cycles"
+    if row["max_wear_depth"] is not None:
+        return f"{row['max_wear_depth'] * MICROMETRES:.4g} µm"
+    return ""
+
+
+def _error(row: Mapping[str, Any]) -> str:
+    """Return the error estimate that belongs to the number before it, relative to it."""
+    name, value = ("life", row["life"]) if row["life"] is not None else ("wear_depth", row["max_wear_depth"])
+    error = row["error_estimates"].get(f"error_estimate_{name}")
+    return f"{100 * error / value:.2g} %" if error is not None and value else ""
+
+
+def _note(row: Mapping[str, Any]) -> str:
+    notes = [] if row["verdict"] in (None, "completed") else [row["verdict"]]
+    notes += [first_line(row["reason"])] if row["reason"] else []
+    notes += [f"{len(row['warnings'])} warnings"] if row["warnings"] else []
+    notes += ["made by other code"] if row["other_code"] else []
+    return "; ".join(notes)
+
+
+def _current_source(entries: Mapping[str, Entry]) -> str:
+    """Return the hash of the present sources, where there are runs to compare."""
+    if not any(entry.source_hash for entry in entries.values()):
+        return ""
+    from wearlab.compiled import source_hash
+
+    return source_hash()
+
+
+def show_run(store: "Store", prefix: str, as_json: bool) -> Status:
+    """Show one run: its scene, variables, verdict and times."""
+    entry = store.find(prefix)
+    layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
+    variables = layouts[entry.layout]["variables"] if entry.layout else {}
+    facts = _facts(store, entry)
+    scene = json.loads(entry.scene or "{}")
+    if as_json:
+        content = {
+            **facts,
+            "scene": scene,
+            "sizes": entry.sizes,
+            "variables": variables,
+            "summary": entry.summary,
+        }
+        show_json({**content, "reason": entry.reason, "warnings": list(entry.warnings)})
+        return Status.WELL
+    for name, value in facts.items():
+        if value not in (None, "", []):
+            say(f"{name:<16}{', '.join(value) if isinstance(value, list) else value}")
+    for name, text in (("reason", [entry.reason] if entry.reason else []), ("warnings", entry.warnings)):
+        for line in text:
+            say(f"{name:<16}{line.rstrip()}")
+    say("\nscene")
+    for path, value in sorted(_flat(scene)):
+        say(f"  {path} = {json.dumps(value, ensure_ascii=False)}")
+    if variables:
+        say()
+        show_table(("variable", "dims", "unit", "value", "meaning"), _variables(variables, entry))
+    return Status.WELL
+
+
+def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
+    members = [member for member in store.catalogue.members() if member.run == entry.id]
+    return {
+        "id": entry.id,
+        "state": state_of(store, entry),
+        "verdict": entry.summary.get("verdict"),
+        "campaigns": list(dict.fromkeys(f"{m.campaign} ({m.label})" for m in members)),
+        "file": str(store.files.path(entry.id)) if entry.state == "done" else None,
+        "bytes": entry.size,
+        "sha256": entry.sha256,
+        "started": entry.started,
+        "run time": seconds_text(entry.seconds),
+        "source hash": entry.source_hash,
+        "wearlab": entry.wearlab_version,
+    }
+
+
+def _flat(scene: Any, path: str = "") -> list[tuple[str, Any]]:
+    """Return a scene's values by dotted key; what is absent is left out."""
+    if isinstance(scene, dict):
+        return [
+            pair for key, value in scene.items() for pair in _flat(value, f"{path}.{key}" if path else key)
+        ]
+    return [] if scene is None else [(path, scene)]
+
+
+def _variables(variables: Mapping[str, dict[str, Any]], entry: Entry) -> list[tuple[str, ...]]:
+    return [
+        (
+            name,
+            ", ".join(f"{dim} {entry.sizes[dim]}" for dim in variable["dims"]),
+            str(variable["attrs"].get("units", "")),
+            "" if variable["dims"] else _value(entry.summary.get(name)),
+            str(variable["attrs"].get("long_name", "")),
+        )
+        for name, variable in variables.items()
+    ]
+
+
+def _value(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else "" if value is None else str(value)
+
+
+def verify_store(store: "Store", as_json: bool) -> Status:
+    """Compare every file with its recorded hash."""
+    problems = store.verify()
+    done = sum(entry.state == "done" for entry in store.entries().values())
+    if as_json:
+        show_json([{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems])
+    else:
+        for problem in problems:
+            say(f"{problem.kind:<11}{problem.path}: {problem.message}")
+        say(f"{done} runs compared, {len(problems)} problems")
+    return Status.TROUBLE if problems else Status.WELL

@@ -1,0 +1,106 @@
+"""What commands say: tables on standard output, one message on standard error, or JSON."""
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any
+
+from wearlab.store.errors import StoreError
+
+if TYPE_CHECKING:
+    from wearlab.campaign import Campaign
+
+WIDTH_OF_FILES = 240  # columns of a table that goes to a pipe
+
+
+class Status(IntEnum):
+    """Exit statuses."""
+
+    WELL = 0
+    TROUBLE = 1
+    REFUSED = 2
+    INTERRUPTED = 130
+
+
+class Stop(Exception):
+    """A command cannot go on: a message for the user, and the exit status."""
+
+    def __init__(self, message: str, status: Status = Status.REFUSED) -> None:
+        super().__init__(message)
+        self.status = status
+
+
+@contextmanager
+def refusing(*kinds: type[Exception]) -> Iterator[None]:
+    """Turn errors of these kinds into one message and exit status 2."""
+    try:
+        yield
+    except kinds as error:
+        raise Stop(str(error)) from error
+
+
+def load_campaign(file: str) -> "Campaign":
+    """Read a campaign file.
+
+    Raises
+    ------
+    Stop : it is absent, unreadable or wrong
+    """
+    from wearlab.campaign import load
+
+    try:
+        return load(file)
+    except OSError as error:
+        raise Stop(f"{error.filename or file}: {error.strerror or error}") from error
+    except ValueError as error:
+        raise Stop(str(error)) from error
+
+
+def say(text: str = "") -> None:
+    """Write a line on standard output."""
+    print(text)
+
+
+def complain(text: str) -> None:
+    """Write a message on standard error."""
+    print(text, file=sys.stderr)
+
+
+def show_json(content: Any) -> None:
+    """Write content as JSON."""
+    print(json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
+
+
+def show_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, title: str | None = None) -> None:
+    """Write a table, as wide as the terminal; columns without any entry are left out."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    used = [i for i, _ in enumerate(heads) if any(row[i] for row in rows)]
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    for i in used:
+        table.add_column(heads[i], overflow="fold", no_wrap=i == 0)
+    for row in rows:
+        table.add_row(*(Text(row[i]) for i in used))
+    console = Console(width=None if sys.stdout.isatty() else WIDTH_OF_FILES, highlight=False)
+    console.print(table)
+
+
+def first_line(text: str | None) -> str:
+    """Return what went wrong from a reason that may be a traceback: its last line."""
+    return (text or "").strip().rpartition("\n")[2]
+
+
+def seconds_text(seconds: float | None) -> str:
+    """Return a duration for people."""
+    if seconds is None:
+        return ""
+    if seconds < 1:
+        return f"{1000 * seconds:.0f} ms"
+    return f"{seconds:.1f} s" if seconds < 100 else f"{seconds / 60:.1f} min"
+
+
+REFUSALS: tuple[type[Exception], ...] = (StoreError,)

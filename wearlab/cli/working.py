@@ -1,0 +1,185 @@
+"""``check``, ``run``, ``figures``, ``modes``, ``schema``: what is done with a campaign."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wearlab.cli.output import (
+    REFUSALS,
+    Status,
+    Stop,
+    complain,
+    load_campaign,
+    refusing,
+    say,
+    seconds_text,
+    show_json,
+    show_table,
+)
+from wearlab.store.place import place, value_text
+
+if TYPE_CHECKING:
+    from wearlab.campaign import Campaign, Case
+    from wearlab.runner import Report
+    from wearlab.store import Store
+
+SHORT_ID = 10
+
+
+def check_campaign(file: str, as_json: bool) -> Status:
+    """Show what a campaign file asks for, and which of its cases cannot be."""
+    from wearlab.scene import parts_left_out, parts_present
+
+    campaign = load_campaign(file)
+    parts = {
+        label: (parts_present(case.scene), parts_left_out(case.scene))
+        for label, case in _first_of_each_label(campaign).items()
+    }
+    refused = _impossible(campaign)
+    runs = len({case.id for case in campaign.cases})
+    if as_json:
+        show_json(
+            {
+                "title": campaign.title,
+                "cases": len(campaign.cases),
+                "runs": runs,
+                "axes": [{"name": a.name, "values": list(a.values), "units": a.units} for a in campaign.axes],
+                "parts": {label: {"present": p, "left_out": out} for label, (p, out) in parts.items()},
+                "refused": refused,
+            }
+        )
+        return Status.TROUBLE if refused else Status.WELL
+    say(campaign.title)
+    for axis in campaign.axes:
+        values = ", ".join(value_text(value, None) for value in axis.values)
+        say(f"  {axis.name}: {values} {axis.units or ''}".rstrip())
+    say(f"  {len(campaign.cases)} cases, {runs} runs")
+    for label, (present, left_out) in parts.items():
+        say(f"\n{label}")
+        for part in present:
+            say(f"  + {part}")
+        say(f"  left out: {', '.join(left_out) or 'nothing'}")
+    for case in refused:
+        complain(f"\nrefused: {case['case']}: {case['reason']}")
+    return Status.TROUBLE if refused else Status.WELL
+
+
+def _first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
+    first: dict[str, Case] = {}
+    for case in campaign.cases:
+        first.setdefault(case.label, case)
+    return first
+
+
+def _impossible(campaign: "Campaign") -> list[dict[str, str]]:
+    """Return the cases whose gears cannot be, with the reason."""
+    from wearlab.gears.errors import GearError
+    from wearlab.scene.build.gears import build_pair
+
+    refused = []
+    for case in {case.id: case for case in campaign.cases}.values():
+        try:
+            build_pair(case.scene)
+        except GearError as error:
+            refused.append({"case": case_name(campaign, case), "id": case.id, "reason": str(error)})
+    return refused
+
+
+def case_name(campaign: "Campaign", case: "Case") -> str:
+    """Return what a person calls a case: its label and its place on the axes."""
+    words = ", ".join(f"{name}={value}" for name, value in place(campaign, case).items())
+    return f"{case.label} ({words})" if words else case.label
+
+
+def run_campaign(
+    file: str, store: "Store", workers: int | None, scheduler: str | None, retry: bool, as_json: bool
+) -> Status:
+    """Compute what is missing and report trouble."""
+    from wearlab.runner import Interrupted, RunnerError, run
+
+    campaign = load_campaign(file)
+    try:
+        with refusing(*REFUSALS, RunnerError):
+            report = run(
+                campaign, store, workers=workers, scheduler=scheduler, retry=retry, progress=not as_json
+            )
+    except Interrupted as interrupted:
+        raise Stop(str(interrupted), Status.INTERRUPTED) from None
+    if as_json:
+        show_json(asdict(report))
+    else:
+        _tell(campaign, report)
+    return Status.WELL if report.ok else Status.TROUBLE
+
+
+def _tell(campaign: "Campaign", report: "Report") -> None:
+    counts = [f"{report.done} of {report.total} done"]
+    counts += [f"{n} {word}" for n, word in ((report.failed, "failed"), (report.refused, "refused")) if n]
+    say(f"{', '.join(counts)}; {report.computed} computed in {seconds_text(report.seconds)}")
+    names: dict[str, str] = {case.id: case_name(campaign, case) for case in reversed(campaign.cases)}
+    for case in report.troubled:
+        if case.state != "done":
+            complain(f"{case.state}: {names[case.id]}, run {case.id[:SHORT_ID]}: {case.headline}")
+        for warning in case.warnings:
+            complain(f"warning: {names[case.id]}, run {case.id[:SHORT_ID]}: {warning}")
+
+
+def draw_figures(file: str, store: "Store", out: Path, as_json: bool) -> Status:
+    """Draw the figures of a campaign from its stored runs."""
+    from wearlab.figures import FigureError, draw
+
+    campaign = load_campaign(file)
+    status = Status.WELL
+    with refusing(*REFUSALS, OSError):
+        try:
+            drawn = tuple(draw(campaign, store, out))
+        except FigureError as error:
+            complain(str(error))
+            drawn, status = error.drawn, Status.TROUBLE
+    if as_json:
+        show_json([str(path) for path in drawn])
+    else:
+        for path in drawn:
+            say(str(path))
+    return status
+
+
+def show_modes(file: str, label: str | None, as_json: bool) -> Status:
+    """Show natural frequencies and critical speeds of one case of a campaign."""
+    campaign = load_campaign(file)
+    cases = _first_of_each_label(campaign)
+    if label is None:
+        label = campaign.cases[0].label
+    if label not in cases:
+        raise Stop(f"--case {label}: there are {', '.join(cases)}")
+    from wearlab.gears.errors import GearError
+    from wearlab.simulate import modes_table
+
+    with refusing(GearError, ValueError):
+        rows: list[dict[str, Any]] = modes_table(cases[label].scene)
+    if as_json:
+        show_json(rows)
+    elif rows:
+        show_table(list(rows[0]), [[_cell(value) for value in row.values()] for row in rows])
+    return Status.WELL
+
+
+def _cell(value: object) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def show_schema(figures: bool) -> Status:
+    """Print the JSON Schema of campaign files, or the kinds of figures."""
+    if figures:
+        from wearlab.figures import KINDS
+
+        show_json(sorted(KINDS))
+        return Status.WELL
+    from wearlab.campaign import schema_json
+
+    schema = schema_json()
+    if isinstance(schema, str):
+        say(schema)
+    else:
+        show_json(schema)
+    return Status.WELL
