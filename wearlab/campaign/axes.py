@@ -71,14 +71,15 @@ def read_axes(blocks: Any) -> tuple[Axis, ...]:
         )
         for key in axis.written:
             for other in swept:
-                if _overlap(key, other):
+                if overlap(key, other):
                     raise CampaignError([f"sweep[{number}].{key}: {swept[other]} sweeps {other!r} already"])
             swept[key] = f"sweep[{number}]"
         axes.append(axis)
     return tuple(axes)
 
 
-def _overlap(one: str, other: str) -> bool:
+def overlap(one: str, other: str) -> bool:
+    """Return whether one dotted key is, or lies within, the other."""
     return f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
 
 

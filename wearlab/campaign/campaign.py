@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from wearlab.campaign.axes import Axis, read_axes
+from wearlab.campaign.axes import Axis, flat, overlap, read_axes
 from wearlab.campaign.cases import Case, expand, read_differences
 from wearlab.campaign.errors import CampaignError
 from wearlab.campaign.figure import FigureSpec
@@ -83,8 +83,16 @@ def load(path: str | Path) -> Campaign:
 
 def _with_file(line: str, inherited: Inherited) -> str:
     """Return a problem with the file in front that wrote what it is about."""
-    path = line.split(": ")[0].removeprefix("scene.").split("[")[0]
+    about = line.split(": ")[0]
+    path = about.removeprefix("scene.").split("[")[0].split(" ")[0]
+    if about.startswith("scene.") and any(overlap(path, key) for key in _swept_keys(inherited.table)):
+        path = "sweep"
     return f"{inherited.file_of(path)}: {line}"
+
+
+def _swept_keys(table: Table) -> list[str]:
+    blocks = table.get("sweep", [])
+    return [key for block in blocks if isinstance(block, dict) for key in flat(block)]
 
 
 def _read(inherited: Inherited, file: Path) -> Campaign:

@@ -16,7 +16,7 @@ class FigureSpec(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: str = option(..., "kind of figure, listed by `wearlab schema --figures`")
-    select: dict[str, Any] = option({}, "dimension = label, or a list of labels")
+    select: dict[str, Any] = option({}, "dimension = label, or a list of labels", derived="the kind's")
     x: str | None = option(None, "dimension or coordinate along x", derived="the kind's")
     y: Names | None = option(None, "variables along y", derived="the kind's")
     hue: str | None = option(None, "dimension told apart by colour", derived="the kind's")

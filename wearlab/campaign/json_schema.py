@@ -19,6 +19,14 @@ from wearlab.units import convert, split
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 LIMITS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
 ROUND = 8
+SOURCES = {
+    "L16": "Liu, Yang & Zhang 2016, Tribology International, doi:10.1016/j.triboint.2016.05.006",
+    "W23": "Wang & Zhang 2023, Machines 11(2) 149, doi:10.3390/machines11020149",
+    "Y23": "Y. Wang et al. 2023, mesh relationship and mesh stiffness of internal spur gears with tooth wear",
+    "B23": "Bai & Ning 2023, Lubricants 11(6) 255, doi:10.3390/lubricants11060255",
+    "wearlab": "a decision of this package",
+}
+OTHER = "another generator"
 Names = str | tuple[str, ...]
 
 
@@ -27,9 +35,15 @@ class Spaced(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    linspace: tuple[float, float, int] | None = option(None, "[first, last, how many], equal differences")
-    logspace: tuple[float, float, int] | None = option(None, "[first, last, how many], equal ratios")
-    integers: tuple[int, int] | None = option(None, "[first, last] in whole numbers, both included")
+    linspace: tuple[float, float, int] | None = option(
+        None, "[first, last, how many], equal differences", derived=OTHER
+    )
+    logspace: tuple[float, float, int] | None = option(
+        None, "[first, last, how many], equal ratios", derived=OTHER
+    )
+    integers: tuple[int, int] | None = option(
+        None, "[first, last] in whole numbers, both included", derived=OTHER
+    )
     unit: str | None = option(None, "unit of the values", derived="plain numbers")
 
 
@@ -72,7 +86,7 @@ class _Plain(GenerateJsonSchema):
     def generate(self, schema: Any, mode: Any = "validation") -> JsonSchemaValue:
         """Return the schema of a campaign file."""
         found: dict[str, Any] = _plain(super().generate(schema, mode))
-        return {"$schema": DIALECT, "title": "wearlab campaign", **found}
+        return {"$schema": DIALECT, "title": "wearlab campaign", "sources": SOURCES, **found}
 
 
 def _plain(value: Any, names: bool = False) -> Any:

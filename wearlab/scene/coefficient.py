@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 
 from wearlab.scene.part import (
     NOT_NEGATIVE,
@@ -17,7 +17,7 @@ from wearlab.scene.part import (
 )
 
 MEMBERS = ("pinion", "gear")
-SOURCE = "PHYSICS §7"
+SOURCE = "Archard 1953"
 
 
 class Scattered(Part):
@@ -43,7 +43,7 @@ class ConstantCoefficient(Scattered):
 class HardnessCoefficient(Scattered):
     """A dimensionless coefficient over the hardness, K/H."""
 
-    model: Literal["hardness"] = option(..., "K/H", source="B23")
+    model: Literal["hardness"] = option(..., "Archard's K over the hardness", source="B23")
     k: Annotated[Number, NOT_NEGATIVE] = option(..., "Archard's dimensionless K", source="B23")
     hardness: Annotated[Pressure, POSITIVE] = option(..., "hardness H of the wearing flank", source="B23")
 
@@ -65,12 +65,11 @@ OneCoefficient = Annotated[
 
 
 def _per_member(value: Any) -> Any:
-    """Read per-member tables as overrides of the general one; two equal members are one coefficient."""
+    """Read per-member tables as overrides of the general one."""
     if not isinstance(value, dict) or not any(member in value for member in MEMBERS):
         return value
     general = {key: own for key, own in value.items() if key not in MEMBERS}
-    each = {member: _over(general, value.get(member, {})) for member in MEMBERS}
-    return each["pinion"] if each["pinion"] == each["gear"] else each
+    return {member: _over(general, value.get(member, {})) for member in MEMBERS}
 
 
 def _over(general: dict[str, Any], own: Any) -> Any:
@@ -81,6 +80,11 @@ def _over(general: dict[str, Any], own: Any) -> Any:
     return {**general, **own}
 
 
+def _one_if_equal(each: Any) -> Any:
+    """Return one coefficient where both members have the same."""
+    return each["pinion"] if isinstance(each, dict) and each["pinion"] == each["gear"] else each
+
+
 def _one_or_each(value: Any) -> str:
     return "each" if isinstance(value, dict) and any(member in value for member in MEMBERS) else "one"
 
@@ -89,4 +93,5 @@ Coefficient = Annotated[
     Annotated[OneCoefficient, Tag("one")] | Annotated[dict[str, OneCoefficient], Tag("each")],
     Discriminator(_one_or_each),
     BeforeValidator(_per_member),
+    AfterValidator(_one_if_equal),
 ]

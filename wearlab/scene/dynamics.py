@@ -90,8 +90,8 @@ class Supports(Part):
 class TorsionalDynamics(Part):
     """One degree of freedom along the line of action."""
 
-    model: Literal["torsional"] = option(..., "torsional pair, 1 DOF", source="PHYSICS §6")
-    method: Method = option("periodic", METHOD, source="NUMERICS §1")
+    model: Literal["torsional"] = option(..., "torsional pair, 1 DOF", source="L16 Eqs. 3–4")
+    method: Method = option("periodic", METHOD, source="wearlab")
     supports: TorsionalSupports = option(TorsionalSupports(), "torsional supports, none by default")
 
 
@@ -99,7 +99,7 @@ class Spur3dofDynamics(Part):
     """Rotation and both translations along the line of action."""
 
     model: Literal["spur-3dof"] = option(..., "spur pair on bearings, 3 DOF", source="L16 Eqs. 1–6")
-    method: Method = option("periodic", METHOD, source="NUMERICS §1")
+    method: Method = option("periodic", METHOD, source="wearlab")
     supports: Supports = option(..., "the bearings of both gears")
 
 

@@ -34,12 +34,12 @@ class Errors(Part):
     """Errors of the mesh besides wear."""
 
     seed: Annotated[Count, NOT_NEGATIVE] = option(
-        0, "seed of the initial angles, drawn once", source="PHYSICS §5"
+        0, "seed of the initial angles, drawn once", source="wearlab"
     )
     slow: Literal["averaged", "frozen", "hunting"] = option(
         "averaged",
         "once-per-revolution parts: quadrature over member angles, one drawn angle, or the full period",
-        source="PHYSICS §5",
+        source="wearlab",
     )
     pinion: MemberErrors | None = option(None, "errors of the pinion", derived="none")
     gear: MemberErrors | None = option(None, "errors of the gear", derived="none")

@@ -108,7 +108,7 @@ class Gear(Part):
         None,
         "shape of the tooth below the involute; a radial root is up to 22 % softer",
         derived="trochoid where it exists, else radial below the base circle",
-        source="PHYSICS §2",
+        source="wearlab",
     )
     bore_diameter: Annotated[Length, NOT_NEGATIVE] | None = option(
         None, "bore of the wheel body", derived="half the root diameter, flagged as assumed"

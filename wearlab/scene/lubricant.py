@@ -9,8 +9,8 @@ class Lubricant(Part):
     """Viscosity and its growth with pressure."""
 
     viscosity: Annotated[Viscosity, POSITIVE] = option(
-        ..., "dynamic viscosity η0 at ambient pressure", source="Dowson & Higginson, PHYSICS §7"
+        ..., "dynamic viscosity η0 at ambient pressure", source="Dowson & Higginson 1966"
     )
     pressure_viscosity: Annotated[PressureViscosity, POSITIVE] = option(
-        ..., "pressure-viscosity coefficient α", source="Dowson & Higginson, W23 Eq. 42"
+        ..., "pressure-viscosity coefficient α", source="Dowson & Higginson 1966, W23 Eq. 42"
     )

@@ -30,7 +30,7 @@ class DisplacementContact(Part):
     """Worn flanks touch on the line of action: gaps are wear depths and modifications added up."""
 
     model: Literal["displacement"] = option(
-        "displacement", "first-order form of worn contact", source="PHYSICS §4"
+        "displacement", "first-order form of worn contact", source="wearlab"
     )
     engagement: Literal["load", "threshold"] = option(
         "load", "pairs in contact: those that carry load, or those closer than a threshold", source="Y23"
@@ -43,7 +43,7 @@ class DisplacementContact(Part):
 class PairsExcitation(Part):
     """Every pair is a spring with its own gap: no truncation, nothing counted twice."""
 
-    model: Literal["pairs"] = option("pairs", "pair by pair", source="PHYSICS §5")
+    model: Literal["pairs"] = option("pairs", "pair by pair", source="wearlab")
 
 
 class FourierExcitation(Part):
@@ -131,5 +131,5 @@ class Mesh(Part):
     damping_in: Literal["contact", "always"] = option(
         "contact",
         "when the damping acts: while flanks touch, or always as in the papers",
-        source="PHYSICS §6",
+        source="wearlab",
     )

@@ -13,7 +13,7 @@ class Numerics(Part):
     """How accurate a run is."""
 
     tolerance: Annotated[Number, POSITIVE, Lt(1.0)] = option(
-        1e-3, "relative error in wear depth and life", source="NUMERICS §3"
+        1e-3, "relative error in wear depth and life", source="wearlab"
     )
     steps_per_period: Annotated[Count, Ge(4)] | None = option(
         None, "integration steps in a mesh period", derived=DERIVED

@@ -84,6 +84,8 @@ def _located(loc: tuple[str | int, ...], unknown: bool) -> tuple[Path, str, type
     for place, word in enumerate(loc):
         if isinstance(word, int):
             written += f"[{word}]"
+        elif len(models := _models(path)) > 1 and word in models and tag not in models:
+            tag = word
         elif is_known((*path, word)) or (unknown and place == len(loc) - 1):
             path, written = (*path, word), f"{written}.{word}" if written else word
             tag = tag if unknown and place == len(loc) - 1 else None

@@ -16,7 +16,7 @@ class PotentialEnergyStiffness(Part):
     """Bending, shear, compression, Hertz contact and fillet foundation in series."""
 
     model: Literal["potential-energy"] = option(
-        "potential-energy", "potential-energy method", source="PHYSICS §3"
+        "potential-energy", "potential-energy method", source="W23, Y23"
     )
     hertz: Literal["yang-sun", "weber"] = option(
         "yang-sun",
@@ -27,7 +27,7 @@ class PotentialEnergyStiffness(Part):
         "sainsot", "flexibility of the wheel body", source="Sainsot, Velex & Duverger 2004"
     )
     coupling: Literal["none", "shared"] = option(
-        "none", "whether simultaneous pairs share the wheel body", source="PHYSICS §3"
+        "none", "whether simultaneous pairs share the wheel body", source="wearlab"
     )
     correction: tuple[Annotated[Number, POSITIVE], Annotated[Number, POSITIVE]] = option(
         (1.0, 1.0), "factors λ on the foundation stiffness of the driving and the driven gear"
@@ -43,7 +43,7 @@ class PotentialEnergyStiffness(Part):
 class ConstantStiffness(Part):
     """A constant stiffness, of each pair while in the path, or of the mesh."""
 
-    model: Literal["constant"] = option("constant", "constant stiffness", source="PHYSICS §3")
+    model: Literal["constant"] = option("constant", "constant stiffness", source="wearlab")
     value: Annotated[SpringRate, POSITIVE] = option(..., "the stiffness")
     of: Of = option("pair", OF)
 
@@ -61,7 +61,7 @@ class TabulatedStiffness(Part):
 
     model_config = ConfigDict(json_schema_extra={"required": ["file", "units"]})
 
-    model: Literal["tabulated"] = option("tabulated", "stiffness from a file", source="PHYSICS §3")
+    model: Literal["tabulated"] = option("tabulated", "stiffness from a file", source="wearlab")
     file: str | None = option(
         None,
         "CSV file with columns phase or path_position, and stiffness",

@@ -27,5 +27,5 @@ class Store(Part):
     """What is kept of a run."""
 
     variables: Annotated[tuple[str, ...], MinLen(1), AfterValidator(_known)] | None = option(
-        None, "variables to store", derived="all that the present parts make", source="SCENE §4"
+        None, "variables to store", derived="all that the present parts make", source="wearlab"
     )

@@ -22,7 +22,7 @@ from wearlab.scene.part import (
 
 Positive = Annotated[Number, POSITIVE]
 PositiveDepth = Annotated[Depth, POSITIVE]
-SOURCE = "PHYSICS §7"
+SOURCE = "Archard 1953"
 FLANK = "the flank whose largest depth counts"
 
 
@@ -37,7 +37,7 @@ class InitialWear(Part):
     shape: Literal["worn", "quadratic", "uniform"] = option(
         "worn",
         "its course: by this wear law, depth·(s/s_far)² from the pitch point, or the same everywhere",
-        source="W23, PHYSICS §8",
+        source="W23",
     )
     sides: Literal["drive", "both"] = option("drive", "which flanks of each tooth carry it")
 
@@ -99,7 +99,7 @@ class AdaptiveStep(Part):
     """Second order with an error estimate and a stability bound."""
 
     chooser: ClassVar[str] = "method"
-    method: Literal["adaptive"] = option("adaptive", "adaptive steps over cycles", source="NUMERICS §2")
+    method: Literal["adaptive"] = option("adaptive", "adaptive steps over cycles", source="wearlab")
 
 
 class EulerStep(Part):
@@ -113,7 +113,7 @@ class EulerStep(Part):
 class StabilitySize(Part):
     """A step as a fraction of the stability limit."""
 
-    stability: Positive = option(..., "fraction of the stability limit", source="NUMERICS §5, case 15")
+    stability: Positive = option(..., "fraction of the stability limit", source="wearlab")
 
 
 def _size(value: Any) -> str:
@@ -124,7 +124,7 @@ class FixedStep(Part):
     """Equal explicit steps."""
 
     chooser: ClassVar[str] = "method"
-    method: Literal["fixed"] = option("fixed", "equal steps over cycles", source="NUMERICS §5")
+    method: Literal["fixed"] = option("fixed", "equal steps over cycles", source="wearlab")
     size: Annotated[
         Annotated[Positive, Tag("count")] | Annotated[StabilitySize, Tag("fraction")], Discriminator(_size)
     ] = option(..., "cycles per step, or {stability = 0.9} of the limit")
@@ -146,7 +146,7 @@ class Wear(Part):
     """Archard's law along the path, stepped over cycles."""
 
     coefficient: Coefficient | None = option(
-        None, "wear coefficient k; required with until", derived="nothing wears", source="PHYSICS §7"
+        None, "wear coefficient k; required with until", derived="nothing wears", source="Archard 1953"
     )
     load: Literal["instant", "equivalent", "static"] = option(
         None,
@@ -176,7 +176,7 @@ class Wear(Part):
     )
     until: Until | None = option(None, "where the life ends", derived="one wear state")
     snapshots: Snapshots | None = option(None, "states stored on the way", derived="accepted steps")
-    step: Step = option(AdaptiveStep(), "how the wear is stepped over cycles", source="NUMERICS §2")
+    step: Step = option(AdaptiveStep(), "how the wear is stepped over cycles", source="wearlab")
 
     def coefficient_of(self, member: str) -> Any:
         """Return the coefficient of one member, None when nothing wears."""

@@ -1,0 +1,132 @@
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from wearlab.campaign import schema_json
+from wearlab.scene import Scene
+from wearlab.scene.lookup import keys_at, parts_at
+from wearlab.units import KINDS, quantity
+
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
+SCHEMA = json.loads(schema_json())
+DIMENSIONAL = {
+    "amplitude",
+    "centre_distance",
+    "damping",
+    "density",
+    "depth",
+    "face_width",
+    "hardness",
+    "inertia",
+    "length",
+    "mass",
+    "module",
+    "normal_backlash",
+    "phase",
+    "preload",
+    "pressure_angle",
+    "pressure_viscosity",
+    "amount",
+    "radial_stiffness",
+    "root_diameter",
+    "roughness_ra",
+    "speed",
+    "tip_diameter",
+    "torque",
+    "torsional_damping",
+    "torsional_stiffness",
+    "tangential_stiffness",
+    "total_composite",
+    "viscosity",
+    "youngs_modulus",
+    "carrier",
+    "threshold",
+    "bore_diameter",
+    "profile_crowning",
+    "profile_slope",
+    "tooth_composite",
+    "fm",
+    "am_phase",
+}
+
+
+def properties(node=SCHEMA, name="campaign"):
+    """Yield every property of the schema with its owner and name."""
+    for key, inner in node.get("properties", {}).items():
+        yield name, key, inner
+    for key, inner in node.get("$defs", {}).items():
+        yield from properties(inner, key)
+
+
+PROPERTIES = list(properties())
+
+
+@pytest.mark.parametrize(("owner", "key", "node"), PROPERTIES, ids=[f"{o}.{k}" for o, k, _ in PROPERTIES])
+def test_every_option_says_what_it_means(owner, key, node):
+    assert len(node["description"]) > 3
+    required = next(d for n, d in [*SCHEMA["$defs"].items(), ("campaign", SCHEMA)] if n == owner).get(
+        "required", []
+    )
+    assert key in required or {"default", "derived", "$ref"} & set(node), "neither required, nor a default"
+    if "unit" in node:
+        kind = KINDS[node["kind"]]
+        assert node["unit"] == kind.unit and node["type"] == "string"
+        assert quantity(node["examples"][0], kind.name)
+        if "default" in node:
+            quantity(node["default"], kind.name)
+
+
+def leaves(node):
+    return (
+        [node]
+        + [leaf for key in ("anyOf", "oneOf") for inner in node.get(key, []) for leaf in leaves(inner)]
+        + (leaves(node["items"]) if isinstance(node.get("items"), dict) else [])
+    )
+
+
+def test_every_dimensional_option_has_a_unit():
+    plain = {"StiffnessUnits"}
+    for owner, key, node in PROPERTIES:
+        if key in DIMENSIONAL and owner not in plain and node.get("type") != "object":
+            assert any("unit" in leaf for leaf in leaves(node)), f"{owner}.{key}"
+
+
+def test_every_dimensional_option_is_known_to_this_test():
+    measured = {key for _, key, node in PROPERTIES if any("unit" in leaf for leaf in leaves(node))}
+    assert measured - DIMENSIONAL <= {"value", "mean", "carrier_phase", "fm_phase", "installation", "phase"}
+
+
+def test_every_key_of_a_scene_is_in_the_schema():
+    known = {key for _, key, _ in PROPERTIES}
+    pending = [()]
+    while pending:
+        path = pending.pop()
+        for key in keys_at(path):
+            assert key in known or key in ("along", "abscissa", "pinion", "gear"), (path, key)
+            if parts_at((*path, key)) and key not in path:
+                pending.append((*path, key))
+
+
+def test_sources_are_explained():
+    codes = {node["source"].split()[0].rstrip(",") for _, _, node in PROPERTIES if "source" in node}
+    assert {code for code in codes if code[0] in "LWYB" and code[1:].isdigit()} <= set(SCHEMA["sources"])
+
+
+def test_choices_may_be_written_as_a_word():
+    stiffness = SCHEMA["$defs"]["Mesh"]["properties"]["stiffness"]
+    assert (
+        stiffness["anyOf"][0] == {"enum": ["potential-energy"]} and stiffness["default"] == "potential-energy"
+    )
+    assert SCHEMA["$defs"]["Wear"]["properties"]["step"]["default"] == "adaptive"
+    assert SCHEMA["$defs"]["DisplacementContact"]["properties"]["threshold"]["default"] == "0.0001 rad"
+    assert SCHEMA["$defs"]["ExternalPair"]["properties"]["pressure_angle"]["default"] == "20 deg"
+    assert SCHEMA["$defs"]["Numerics"]["properties"]["tolerance"]["exclusiveMinimum"] == 0
+
+
+def test_top_level_keys():
+    own = {"title", "reference", "extends", "drop", "metadata", "sweep", "case", "figure"}
+    assert set(SCHEMA["properties"]) == own | set(Scene.model_fields)
+    for file in CAMPAIGNS.rglob("*.toml"):
+        assert set(tomllib.loads(file.read_text())) <= set(SCHEMA["properties"])

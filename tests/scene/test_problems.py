@@ -1,0 +1,153 @@
+import pickle
+
+import pytest
+
+from wearlab.scene import Scene, SceneError
+from wearlab.scene.merge import merge, nested
+
+CASES = [
+    ("wear.coeficient", 1, "scene.wear.coeficient: unknown key, did you mean 'coefficient'?"),
+    ("geers", {}, "scene.geers: unknown key, did you mean 'gears'?"),
+    ("operation.torque", 340, "scene.operation.torque: 340 has no unit: write a torque"),
+    ("operation.torque", "-3 N*m", "scene.operation.torque: '-3 N*m' must be at least 0"),
+    ("operation.torque", "nan N*m", "scene.operation.torque: 'nan N*m'"),
+    ("operation.speed", "25 Hz", "scene.operation.speed: '25 Hz': 'Hz' is not a unit like 'rad/s'"),
+    ("operation.speed", "0 rpm", "scene.operation.speed: '0 rpm' must be greater than 0"),
+    ("gears.pinion.teeth", "50", "scene.gears.pinion.teeth: '50' is not a plain number"),
+    ("gears.pinion.teeth", 50.5, "scene.gears.pinion.teeth: 50.5 is not a whole number"),
+    ("gears.pinion.teeth", True, "scene.gears.pinion.teeth: True is not a plain number"),
+    ("gears.material", "stel", "scene.gears.material: 'stel' is not a known material"),
+    ("gears.pinion", 3, "scene.gears.pinion: 3 is no table"),
+    ("gears.pinion.addendum_coefficient", float("nan"), "is not a finite number"),
+    ("gears.pinion.tip_relief", {"amount": "10 um"}, "scene.gears.pinion.tip_relief.length: required"),
+    ("mesh.stiffness", "potental-energy", "scene.mesh.stiffness.model: 'potental-energy' is not one of"),
+    ("mesh.stiffness", "potental-energy", "did you mean 'potential-energy'?"),
+    (
+        "mesh.stiffness.value",
+        3,
+        "scene.mesh.stiffness.value: not an option of 'potential-energy', but of 'constant'",
+    ),
+    ("mesh.stiffness.hertzz", 3, "scene.mesh.stiffness.hertzz: unknown key, did you mean 'hertz'?"),
+    ("mesh.stiffness.correction", [1], "scene.mesh.stiffness.correction[1]: required"),
+    ("mesh.stiffness.correction", 1, "scene.mesh.stiffness.correction: 1 is no list"),
+    ("mesh.excitation", "fourier", "scene.mesh.excitation.stiffness_harmonics: required: harmonics l"),
+    ("mesh.damping_in", "alway", "scene.mesh.damping_in: 'alway' is not one of 'contact', 'always'; did you"),
+    ("mesh.damping", "100 um", "scene.mesh.damping: '100 um': 'um' is not a unit like 'N*s/m'"),
+    ("dynamics.methd", "rk4", "scene.dynamics.methd: unknown key, did you mean 'method'?"),
+    (
+        "dynamics.method",
+        "rk5",
+        "scene.dynamics.method: 'rk5' is not one of 'periodic', 'rk4', 'rk45', 'newmark'",
+    ),
+    (
+        "dynamics.supports.gear.damping_ratio",
+        "3",
+        "scene.dynamics.supports.gear.damping_ratio: '3' is not a plain",
+    ),
+    ("errors.harmonic", [{"order": 1}], "scene.errors.harmonic[0].amplitude: required"),
+    ("errors.harmonic", {"order": 1}, "scene.errors.harmonic: {'order': 1} is no list"),
+    ("errors.seed", -1, "scene.errors.seed: -1 must be at least 0"),
+    ("wear", 7, "scene.wear: 7 is no table"),
+    ("wear.coefficient", "hardness", "scene.wear.coefficient.k: required"),
+    ("wear.coefficient.gear.valu", 1, "scene.wear.coefficient.gear.valu: unknown key, did you mean 'value'?"),
+    ("wear.coefficient.film", "yes", "scene.wear.coefficient.film: 'yes'"),
+    ("wear.coefficient.film", 1, "scene.wear.coefficient.film: 1"),
+    (
+        "wear.step",
+        {"method": "fixed", "size": {"stabilty": 1}},
+        "scene.wear.step.size.stabilty: unknown key, did",
+    ),
+    ("wear.step", {"method": "fixed", "size": -1}, "scene.wear.step.size: -1 must be greater than 0"),
+    ("wear.step", "eulr", "scene.wear.step.method: 'eulr' is not one of 'adaptive', 'euler', 'fixed'"),
+    ("wear.step", "euler", "scene.wear.step.threshold: required: wear per step, ε^q, such as '0.3 um'"),
+    ("wear.snapshots.cycles", [], "scene.wear.snapshots.cycles: [] has 0 entries"),
+    ("wear.snapshots.cycles", [-1], "scene.wear.snapshots.cycles[0]: -1 must be greater than 0"),
+    (
+        "wear.snapshots",
+        {"cycles": [1], "depth": ["1 um"]},
+        "scene.wear.snapshots: give one of 'cycles' and 'depth'",
+    ),
+    ("wear.snapshots", {"flank": "gear"}, "scene.wear.snapshots: give one of 'cycles'"),
+    ("wear.until", {"flank": "gear", "hours": 3}, "scene.wear.until: 'flank' belongs to a 'depth'"),
+    ("wear.until.hours", "3 h", "scene.wear.until.hours: '3 h' is not a plain number"),
+    ("numerics.tolerance", 2, "scene.numerics.tolerance: 2 must be less than 1"),
+    ("store.variables", ["wear_dept"], "scene.store.variables: 'wear_dept' is no variable"),
+]
+LATER = [
+    ("gears.kind", "planetary"),
+    ("gears.planets", 3),
+    ("gears.helix_angle", "10 deg"),
+    ("operation.power", "10 kW"),
+    ("mesh.face_load_factor", 1.1),
+    ("mesh.stiffness.plane", "strain"),
+    ("mesh.stiffness.model", "finite-element"),
+    ("mesh.contact", "exact"),
+    ("mesh.contact.extended_contact", True),
+    ("dynamics.model", "planetary"),
+    ("dynamics.friction", {}),
+    ("dynamics.response", {}),
+    ("wear.coefficient.model", "calibrated"),
+    ("wear.initial.pinion", {"file": "x.csv"}),
+    ("lubricant.temperature", "60 degC"),
+]
+
+
+@pytest.mark.parametrize(("key", "value", "said"), CASES, ids=[f"{key}={value}" for key, value, _ in CASES])
+def test_a_problem_names_path_value_and_remedy(table, key, value, said):
+    with pytest.raises(SceneError) as caught:
+        Scene.from_mapping(merge(table, nested(key, value)))
+    assert any(said in line for line in caught.value.problems), caught.value.problems
+
+
+@pytest.mark.parametrize(("key", "value"), LATER)
+def test_what_comes_later_is_refused_by_name(table, key, value):
+    with pytest.raises(SceneError, match="not part of this version") as caught:
+        Scene.from_mapping(merge(table, nested(key, value)))
+    assert any(key in line and "not part of" in line for line in caught.value.problems)
+
+
+def test_all_problems_are_collected_once(table):
+    table["operation"] = {"torqe": "3 N*m", "speed": "3 Hz"}
+    table["gears"]["pinion"] = {}
+    with pytest.raises(SceneError) as caught:
+        Scene.from_mapping(table)
+    paths = sorted(line.split(":")[0] for line in caught.value.problems)
+    assert paths == [
+        "scene.gears.pinion.teeth",
+        "scene.operation.speed",
+        "scene.operation.torqe",
+        "scene.operation.torque",
+    ]
+    assert str(caught.value).count("\n") == 3
+
+
+def test_both_alternatives_in_one_table_are_refused(table):
+    table["mesh"]["damping_ratio"] = 0.07
+    table["gears"]["pinion"]["dedendum_coefficient"] = 1.2
+    with pytest.raises(SceneError) as caught:
+        Scene.from_mapping(table)
+    assert "scene.mesh: give one of 'damping' and 'damping_ratio', not both" in caught.value.problems
+    assert any("'root_diameter' and 'dedendum_coefficient'" in line for line in caught.value.problems)
+
+
+def test_missing_sections(table):
+    with pytest.raises(SceneError) as caught:
+        Scene.from_mapping({})
+    assert [line.split(": ")[:2] for line in caught.value.problems] == [
+        ["scene.gears", "required"],
+        ["scene.operation", "required"],
+    ]
+
+
+def test_errors_travel_between_processes():
+    error = SceneError(["a", "b", "a"])
+    assert pickle.loads(pickle.dumps(error)).problems == ("a", "b")
+
+
+def test_a_choice_without_default_must_be_made(table):
+    table["wear"]["coefficient"] = {"gear": {"model": "constant", "value": "1e-18 m^2/N"}}
+    with pytest.raises(SceneError) as caught:
+        Scene.from_mapping(table)
+    assert caught.value.problems == (
+        "scene.wear.coefficient.pinion: required key 'model': one of 'constant', 'hardness', 'janakiraman'",
+    )

@@ -1,0 +1,173 @@
+import math
+import pickle
+
+import pytest
+
+from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
+from wearlab.scene.coefficient import ConstantCoefficient, HardnessCoefficient
+from wearlab.scene.dynamics import Spur3dofDynamics, TorsionalDynamics
+from wearlab.scene.mesh import DisplacementContact, FourierExcitation, PairsExcitation
+from wearlab.scene.stiffness import ConstantStiffness, PotentialEnergyStiffness
+from wearlab.scene.wear import AdaptiveStep, EulerStep
+
+
+def test_values_are_si(table):
+    scene = Scene.from_mapping(table)
+    assert scene.gears.module == 0.003
+    assert scene.gears.pressure_angle == math.radians(20)
+    assert scene.operation.speed == pytest.approx(1100 * math.pi / 30)
+    assert scene.mesh.damping == 1000.0
+    assert scene.dynamics.supports.get("gear").radial_stiffness == 1.15e9
+    assert scene.gears.material.youngs_modulus == 206e9
+    assert scene.gears.material.density == 7830.0
+
+
+def test_defaults(table):
+    scene = Scene.from_mapping(table)
+    assert (scene.operation.input, scene.operation.output) == ("pinion", "gear")
+    assert scene.mesh.stiffness == PotentialEnergyStiffness()
+    assert scene.mesh.stiffness.shear_factor == 1.2
+    assert scene.mesh.contact == DisplacementContact()
+    assert scene.mesh.contact.threshold == 1e-4
+    assert scene.mesh.excitation == PairsExcitation()
+    assert scene.mesh.normal_backlash is None
+    assert scene.mesh.damping_in == "contact"
+    assert scene.errors is None and scene.lubricant is None
+    assert scene.dynamics.method == "periodic"
+    assert scene.wear.load == "instant" and scene.wear.step == AdaptiveStep()
+    assert scene.wear.pressure == "mean" and scene.wear.projection == "normal"
+    assert scene.numerics.tolerance == 1e-3 and scene.numerics.phase_points is None
+    assert scene.store.variables is None
+
+
+def test_defaults_that_depend_on_other_keys(table):
+    pinion = Scene.from_mapping(table).gears.pinion
+    assert pinion.profile_shift_coefficient == 0.0
+    assert pinion.addendum_coefficient == 1.0 and pinion.tip_diameter is None
+    assert pinion.dedendum_coefficient is None and pinion.root_diameter == 0.14
+    table["gears"]["centre_distance"] = "151 mm"
+    table["gears"]["pinion"]["tip_diameter"] = "156 mm"
+    pinion = Scene.from_mapping(table).gears.pinion
+    assert pinion.profile_shift_coefficient is None
+    assert pinion.addendum_coefficient is None
+
+
+def test_the_other_member_is_driven(table):
+    table["operation"]["input"] = "gear"
+    assert Scene.from_mapping(table).operation.output == "pinion"
+    table["operation"]["output"] = "gear"
+    with pytest.raises(SceneError, match="input and output are both 'gear'"):
+        Scene.from_mapping(table)
+
+
+def test_without_dynamics_the_load_is_static(table):
+    del table["dynamics"]
+    assert Scene.from_mapping(table).wear.load == "static"
+
+
+def test_a_string_is_a_model(table):
+    table["mesh"]["stiffness"] = {"model": "constant", "value": "300 N/um"}
+    table["mesh"]["excitation"] = "modulated"
+    scene = Scene.from_mapping(table)
+    assert scene.mesh.stiffness == ConstantStiffness(value="300 N/um")
+    assert scene.mesh.excitation.stiffness_modulation is None
+    table["mesh"]["excitation"] = "pairs"
+    table["dynamics"] = "torsional"
+    assert isinstance(Scene.from_mapping(table).dynamics, TorsionalDynamics)
+
+
+def test_given_modulation(table):
+    given = {"mean": "300 N/um", "carrier": "30 N/um", "am": 0.1, "fm": "5 deg", "fm_phase": "1 rad"}
+    table["mesh"]["excitation"] = {"model": "modulated", "stiffness_modulation": given}
+    modulation = Scene.from_mapping(table).mesh.excitation.stiffness_modulation
+    assert (modulation.mean, modulation.carrier, modulation.am) == (3e8, 3e7, 0.1)
+    assert (modulation.fm, modulation.fm_phase, modulation.carrier_phase) == (math.radians(5), 1.0, 0.0)
+
+
+def test_every_option_at_once(full):
+    scene = Scene.from_mapping(full)
+    assert isinstance(scene.mesh.excitation, FourierExcitation)
+    assert isinstance(scene.dynamics, Spur3dofDynamics)
+    assert scene.gears.pinion.tip_relief.amount == 1e-5
+    assert scene.gears.pinion.profile_slope == -2e-6
+    assert scene.operation.torque_fluctuation.phase == math.pi / 2
+    assert scene.errors.members["pinion"].installation == (3e-6, 4e-6)
+    assert "gear" not in scene.errors.members
+    assert scene.errors.harmonic[0].amplitude == 3e-6
+    assert scene.mesh.normal_backlash == 0.0
+    assert scene.wear.snapshots.depth == (5e-6, 1e-5)
+    assert scene.wear.step.size.stability == 0.9
+    assert scene.store.variables == ("mesh_stiffness", "wear_depth")
+
+
+def test_one_coefficient_per_member(full):
+    wear = Scene.from_mapping(full).wear
+    assert wear.coefficient_of("pinion") == ConstantCoefficient(
+        model="constant", value="9.65e-19 m^2/N", film=True
+    )
+    assert wear.coefficient_of("gear") == HardnessCoefficient(model="hardness", k=1e-7, hardness="2.7 GPa")
+
+
+def test_a_member_overrides_the_general_coefficient(table):
+    table["wear"]["coefficient"]["gear"] = {"factor": 2}
+    wear = Scene.from_mapping(table).wear
+    assert (wear.coefficient_of("pinion").factor, wear.coefficient_of("gear").factor) == (1.0, 2.0)
+    assert wear.coefficient_of("gear").value == 9.65e-19
+    table["wear"]["coefficient"]["gear"] = {"factor": 1}
+    assert isinstance(Scene.from_mapping(table).wear.coefficient, ConstantCoefficient)
+
+
+def test_a_scene_is_frozen(table):
+    scene = Scene.from_mapping(table)
+    with pytest.raises(ValueError, match="frozen"):
+        scene.operation.torque = 3.0
+
+
+def test_a_scene_travels_to_workers(full):
+    scene = Scene.from_mapping(full)
+    copy = pickle.loads(pickle.dumps(scene))
+    assert copy == scene and copy.id == scene.id and hash(copy) == hash(scene)
+    assert copy.replace("operation.torque", "1 N*m") == scene.replace("operation.torque", "1 N*m")
+
+
+def test_replace_gives_a_new_scene(table):
+    scene = Scene.from_mapping(table)
+    other = scene.replace("operation.torque", "300 N*m")
+    assert other.operation.torque == 300.0 and scene.operation.torque == 340.0
+    assert other.id != scene.id
+    assert other.replace("operation.torque", "0.34 kNm") == scene
+
+
+def test_replace_makes_alternatives_and_models_make_way(table):
+    scene = Scene.from_mapping(table)
+    assert scene.replace("mesh.damping_ratio", 0.05).mesh.damping is None
+    assert scene.replace("dynamics.model", "torsional").dynamics == TorsionalDynamics(model="torsional")
+    assert scene.replace("mesh.stiffness.coupling", "shared").mesh.stiffness.coupling == "shared"
+    assert scene.replace("wear.step", {"method": "euler", "threshold": "1 um"}).wear.step == EulerStep(
+        threshold="1 um"
+    )
+
+
+def test_replace_with_nothing_regains_the_default(table):
+    scene = Scene.from_mapping(table)
+    static = scene.replace("dynamics", None)
+    assert static.dynamics is None and static.wear.load == "static"
+    with pytest.raises(SceneError, match=r"scene\.mesh\.dampin: .*did you mean 'mesh.damping'"):
+        scene.replace("mesh.dampin", None)
+
+
+def test_replace_refuses_bare_numbers_even_beside_stored_ones(table):
+    restored = Scene.from_canonical(Scene.from_mapping(table).canonical())
+    assert restored.replace("operation.torque", "300 N*m").operation.torque == 300.0
+    with pytest.raises(SceneError, match="300 has no unit"):
+        restored.replace("operation.torque", 300)
+
+
+def test_parts(table, full):
+    scene = Scene.from_mapping(table)
+    assert "dynamics: spur-3dof, periodic" in parts_present(scene)
+    assert {"back flank", "errors", "film", "initial wear"} <= set(parts_left_out(scene))
+    static = scene.replace("dynamics", None)
+    assert {"dynamics", "excitation"} <= set(parts_left_out(static))
+    assert "wear: constant coefficient, static load" in parts_present(static)
+    assert parts_left_out(Scene.from_mapping(full)) == []
