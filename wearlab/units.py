@@ -39,6 +39,11 @@ class Kind(NamedTuple):
     low: float
     high: float
 
+    @property
+    def article(self) -> str:
+        """The name with its article."""
+        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
+
 
 KINDS = {
     kind.name: kind
@@ -114,7 +119,7 @@ def quantity(text: object, kind: str) -> float:
         raise UnitError(f"{text!r}: {error}") from None
     if value != 0.0 and not wanted.low <= abs(value) <= wanted.high:
         raise UnitError(
-            f"{text!r} is {value:.3g} {wanted.unit}, outside the plausible range of a {wanted.name} "
+            f"{text!r} is {value:.3g} {wanted.unit}, outside the plausible range of {wanted.article} "
             f"({wanted.low:g} to {wanted.high:g} {wanted.unit}); is the unit right?"
         )
     return value
@@ -129,7 +134,7 @@ def split(text: object, wanted: Kind | None = None) -> tuple[str, str]:
         When ``text`` is no string of a finite number and a unit.
     """
     example = (
-        f"a {wanted.name} with its unit, such as {wanted.example!r}" if wanted else "a number with its unit"
+        f"{wanted.article} with its unit, such as {wanted.example!r}" if wanted else "a number with its unit"
     )
     if not isinstance(text, str):
         bare = isinstance(text, int | float) and not isinstance(text, bool)
@@ -190,7 +195,7 @@ def _to_si(number: str, unit: str, wanted: Kind) -> float:
 def _advice(unit: str, wanted: Kind) -> str:
     near = get_close_matches(unit, wanted.units, 1, 0.5)
     meant = f"did you mean {near[0]!r}? " if near else ""
-    return f"{meant}expected a {wanted.name} such as {wanted.example!r} (kept in {wanted.unit})"
+    return f"{meant}expected {wanted.article} such as {wanted.example!r} (kept in {wanted.unit})"
 
 
 @cache
@@ -217,7 +222,10 @@ def _between_temperatures(source: Any, target: Any, from_unit: str, to_unit: str
 def _hint(base: Any, other: Any) -> str:
     turns = _registry().Unit("radian")
     if base in (other / turns, other * turns):
-        return ": one counts angle, the other does not (Hz and 1/s say neither radians nor revolutions)"
+        frequency = base * _registry().Unit("second") == _registry().Unit("dimensionless")
+        return (
+            ": it says neither radians nor revolutions" if frequency else ": one counts angle, the other not"
+        )
     return ""
 
 

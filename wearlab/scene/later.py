@@ -55,4 +55,4 @@ LATER_CHOICES: dict[str, dict[str, str]] = {
 
 def later(what: str) -> str:
     """Return the sentence that refuses it."""
-    return f"{what} are not part of this version of wearlab"
+    return f"{what}: not part of this version of wearlab"
