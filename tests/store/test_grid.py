@@ -181,7 +181,9 @@ def test_a_dimension_coordinate_that_differs_is_kept_beside(fill, monkeypatch):
     assert list(grid.phase_values[:, 0].values) == [800.0, 900.0]
 
 
-def test_threads_read_safely(fill):
+def test_threads_read_safely(fill, monkeypatch):
+    """Many threads, more files than are kept open, garbage collected at the worst moments: no crash."""
+    monkeypatch.setattr(image, "OPEN_FILES", 2)
     campaign = sweep(8)
     store = fill(campaign)
     with dask.config.set(scheduler="threads", num_workers=8):

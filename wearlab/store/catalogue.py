@@ -264,6 +264,7 @@ class Catalogue:
     def _check_version(self, connection: sqlite3.Connection, create: bool) -> None:
         try:
             version = connection.execute("PRAGMA user_version").fetchone()[0]
+            connection.execute("PRAGMA journal_mode = PERSIST")  # the cheapest commit of the rollback journals
         except sqlite3.Error as error:
             raise self._unusable(error) from error
         if version > VERSION:

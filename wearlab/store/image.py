@@ -7,7 +7,6 @@ import hashlib
 import json
 import math
 from collections.abc import Hashable
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,6 +20,8 @@ from wearlab.store.errors import StoreError
 
 OPEN_FILES = 32
 COMPRESSION = {"zlib": True, "complevel": 1}
+
+_files: dict[tuple[str, int, int], netCDF4.Dataset] = {}  # open files, the one used last at the end
 
 
 class Description(NamedTuple):
@@ -67,18 +68,24 @@ def read_variable(path: str, name: str) -> NDArray[Any]:
     """Read one variable of a run, safely from any thread."""
     with NETCDFC_LOCK, HDF5_LOCK:
         try:
-            status = Path(path).stat()
-            variable = _open(path, status.st_mtime_ns, status.st_size).variables[name]
-            return np.asarray(variable[...])
+            return np.asarray(_open(path).variables[name][...])
         except (OSError, RuntimeError, KeyError) as error:
             raise StoreError(f"{path}: {name} cannot be read ({error}); try 'wearlab verify'") from error
 
 
-@lru_cache(maxsize=OPEN_FILES)
-def _open(path: str, _changed: int, _size: int) -> netCDF4.Dataset:
-    """Keep the last few files open: opening costs more than reading a variable."""
-    file = netCDF4.Dataset(path)
+def _open(path: str) -> netCDF4.Dataset:
+    """Return the open file, kept among the last few: opening costs more than reading a variable.
+
+    Called under the lock only. A file that is put out is closed here and now: left to the garbage collector,
+    it would be closed in some thread that does not hold the lock, and crash the process.
+    """
+    status = Path(path).stat()
+    key = (path, status.st_mtime_ns, status.st_size)
+    file = _files.pop(key, None) or netCDF4.Dataset(path)
     file.set_auto_maskandscale(False)
+    _files[key] = file
+    while len(_files) > OPEN_FILES:
+        _files.pop(next(iter(_files))).close()
     return file
 
 
