@@ -40,6 +40,8 @@ def changed(table, key, value):
         ("wear.load", "instant", "instant"),
         ("wear.snapshots.cycles", [3e6, 2e7], [2e7, 3000000, 3e6]),
         ("wear.coefficient.gear", {}, {"factor": 1}),
+        ("wear.coefficient.gear", {}, {"factor": 1.0000000000000002}),
+        ("wear.snapshots.cycles", [3e6], [3e6, 3000000.0000000005]),
         ("numerics.tolerance", 1e-3, 0.001),
         ("gears.pinion.profile_shift_coefficient", 0, 0.0),
         ("gears.pinion.profile_crowning", "0 um", "-0.0 um"),

@@ -4,6 +4,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 
+from wearlab.scene.identity import canonical
 from wearlab.scene.part import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -82,7 +83,10 @@ def _over(general: dict[str, Any], own: Any) -> Any:
 
 def _one_if_equal(each: Any) -> Any:
     """Return one coefficient where both members have the same."""
-    return each["pinion"] if isinstance(each, dict) and each["pinion"] == each["gear"] else each
+    if not isinstance(each, dict):
+        return each
+    first, second = (canonical(each[member].model_dump()) for member in MEMBERS)
+    return each["pinion"] if first == second else each
 
 
 def _one_or_each(value: Any) -> str:

@@ -20,7 +20,7 @@ class MemberErrors(Part):
 
 
 class ErrorHarmonic(Part):
-    """A prescribed error of a mesh, ``amplitude cos(2π order φ + phase)``."""
+    """A prescribed error of a mesh, ``amplitude sin(2π order φ + phase)``."""
 
     mesh: Literal["pinion-gear"] = option("pinion-gear", "the mesh it acts in")
     order: Annotated[Count, POSITIVE] = option(..., "multiple of the mesh frequency")

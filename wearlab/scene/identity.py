@@ -48,6 +48,11 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def rounded(value: float) -> float:
+    """Return a number to the digits in which scenes are told apart."""
+    return float(f"{value:.{DIGITS}g}")
+
+
 def _number(value: float) -> float | int:
-    rounded = float(f"{value:.{DIGITS}g}")
-    return int(rounded) if rounded == int(rounded) and abs(rounded) < WHOLE_BELOW else rounded
+    short = rounded(value)
+    return int(short) if short == int(short) and abs(short) < WHOLE_BELOW else short

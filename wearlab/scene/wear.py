@@ -7,6 +7,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 from pydantic_core import PydanticCustomError
 
 from wearlab.scene.coefficient import Coefficient
+from wearlab.scene.identity import rounded
 from wearlab.scene.operation import Member
 from wearlab.scene.part import (
     NOT_NEGATIVE,
@@ -27,7 +28,8 @@ FLANK = "the flank whose largest depth counts"
 
 
 def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
-    return tuple(sorted(set(values)))
+    """Sort values; those that identity does not tell apart are one."""
+    return tuple({rounded(value): value for value in sorted(values, reverse=True)}.values())[::-1]
 
 
 class InitialWear(Part):
