@@ -51,9 +51,9 @@ def test_pairs_are_tabulated_with_both_sides_of_every_jump(pair, grid, analysis,
         expected = 1e-6 + 3e-4 * np.abs(s) + 2e-6 * np.cos(300 * s) + 2e-6
         np.testing.assert_allclose(tables.stiffness[:, :, 0, slot], np.where(middle, K, 0.0))
         np.testing.assert_allclose(tables.gap[:, :, 0, slot][middle], expected[middle], atol=1e-11)
-    np.testing.assert_allclose(tables.error[:, :, 0], 1e-6 * np.cos(4 * np.pi * phase + 0.3), atol=1e-20)
+    np.testing.assert_allclose(tables.error[:, :, 0], 1e-6 * np.sin(4 * np.pi * phase + 0.3), atol=1e-20)
     np.testing.assert_allclose(
-        tables.error_rate[:, :, 0], -4e-6 * np.pi * np.sin(4 * np.pi * phase + 0.3), atol=1e-18
+        tables.error_rate[:, :, 0], 4e-6 * np.pi * np.cos(4 * np.pi * phase + 0.3), atol=1e-18
     )
 
 
@@ -101,7 +101,7 @@ def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, 
     assert tables.stiffness.shape[2:] == (1, 1) and not tables.gap.any()
     np.testing.assert_allclose(tables.stiffness[:, :, 0, 0], series.stiffness.value(phase))
     np.testing.assert_allclose(
-        tables.error[:, :, 0], series.error.value(phase) + 1e-6 * np.cos(2 * np.pi * phase), rtol=1e-12
+        tables.error[:, :, 0], series.error.value(phase) + 1e-6 * np.sin(2 * np.pi * phase), rtol=1e-12
     )
     where = lookup(grid, np.array([0.1, 0.85]))
     delta = np.array([2e-5, 1.5e-5])

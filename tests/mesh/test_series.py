@@ -71,7 +71,7 @@ def test_table_jumps_where_an_abscissa_stands_twice():
 def test_prescribed_error_and_its_rate():
     error = mesh_error((), ((1, 3e-6, 0.2), (3, 1e-6, -1.0)))
     phase = np.linspace(0, 1, 11)
-    expected = 3e-6 * np.cos(2 * np.pi * phase + 0.2) + 1e-6 * np.cos(6 * np.pi * phase - 1.0)
+    expected = 3e-6 * np.sin(2 * np.pi * phase + 0.2) + 1e-6 * np.sin(6 * np.pi * phase - 1.0)
     np.testing.assert_allclose(error.value(phase), expected, atol=1e-20)
     step = 1e-6
     slope = (error.value(phase + step) - error.value(phase - step)) / (2 * step)

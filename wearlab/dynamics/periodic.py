@@ -70,7 +70,8 @@ class Periodic:
     def _march(self, shooting: Shooting, found: Orbit | None, start: Response | None) -> Response:
         """March until a period shows, shoot on it; otherwise return the aperiodic response."""
         state = np.zeros(shooting.rows) if start is None else start.end.copy()
-        for count in (self.transient, 3 * self.transient):
+        settled = start is not None and start.period == 0
+        for count in (self.transient // 5,) if settled else (self.transient, 3 * self.transient):
             shooting.march(state, count)
             strobe, orbit = shooting.march(state, max(self.averaged, 2 * self.longest), self.averaged)
             for m in periods_of(strobe, self.longest, shooting.rate):

@@ -37,7 +37,9 @@ def tip_separation(pair: GearPair, end: str, distance: float) -> float:
     return abs(mate.base_radius * drift)
 
 
-def _drift(corner: complex, pair: GearPair, base_radius: float, turn: float, ratio: float, sign: int) -> float:
+def _drift(
+    corner: complex, pair: GearPair, base_radius: float, turn: float, ratio: float, sign: int
+) -> float:
     moved = corner * complex(math.cos(turn), math.sin(turn))
     before, after = (_base_angle(p - pair.centre_distance, base_radius, sign) for p in (corner, moved))
     return (after - before + turn * ratio + math.pi) % (2 * math.pi) - math.pi

@@ -5,6 +5,9 @@
 sum to the tolerance times the final depth (times at most 1 + steps/20), which makes the tolerance one of the
 whole life and not of a step; and noise of the rate below ``tolerance·D/20`` never shrinks a step. The local
 tolerance is half the one asked for: where wear brakes itself (h ∝ √N), a life is half as exact as its depth.
+
+**Rough stretches.** Averaged over an aperiodic response the rate is noisy, and no step is short enough for
+the test. There a step wears a fixed share of the depth, and its estimated error is recorded all the same.
 """
 
 from dataclasses import dataclass
@@ -33,6 +36,12 @@ FIRST_SHARE = 0.1
 MOST_SEARCHES = 3
 SUSPICIOUS = 10.0
 """Error ratio that a controlled smooth step does not reach."""
+MOST_JUMPS = 6
+"""Jumps that are located; in a life with more of them the rate counts as rough."""
+ROUGH_SHARE = 0.02
+"""Wear of a step through a rough stretch, over the depth reached."""
+NOTHING_KNOWN = Spectrum(0.0, 1.0, np.ones(0))
+"""Until the first look."""
 PROBE = 1e-3
 """Amplitude of the power iteration over the depth scale."""
 
@@ -75,7 +84,11 @@ class AdaptiveStepper:
         self.rejected = 0
         self.trying = 0.0
         self.saw_tooth = False
+        self.jumps = 0
+        self.most = np.inf
+        self.noise_before = 0.0
         self.age = 0
+        self.spectrum = NOTHING_KNOWN
         self._look(node, random_direction(node.rate))
         self.next_size = 0.1 / self.radius if self.radius > 0.0 else np.inf
 
@@ -91,19 +104,24 @@ class AdaptiveStepper:
 
     def advance(self, node: Node, largest: float) -> tuple[list[Step], Jump | None]:
         """Return the accepted step from ``node``, at most ``largest`` cycles long, and any jump it met."""
-        memory = self.rate.remember()
+        memory, self.noise_before = self.rate.remember(), self.rate.noise
         sizes: list[float] = []
         changes: list[float] = []
         if self.age >= STEPS_PER_SPECTRUM and self.next_size * self.radius > 0.5:
             self._look(node, self.spectrum.direction, memory)
         if not np.isfinite(self.next_size):
             self.next_size = FIRST_SHARE * largest
-        size, searches = self._bounded(self.next_size, largest), 0
+        if self._is_rough():
+            self.next_size = self._rough_size(node)
+        size, searches = self._bounded(min(self.next_size, self.most), largest), 0
         while True:
             tried = self._try(node, size)
             sizes.append(size)
             changes.append(float(np.linalg.norm(tried.end.rate - node.rate)))
             suspicious = tried.ratio > SUSPICIOUS or crosses_jump(sizes, changes)
+            if self._is_rough():
+                self.most = np.inf
+                return [self._step(node, tried)], None
             if searches < MOST_SEARCHES and suspicious:
                 searches += 1
                 beyond = self.rate.remember()
@@ -121,9 +139,19 @@ class AdaptiveStepper:
                 self._look(node, self.spectrum.direction, memory)
             size = self._bounded(size * self._factor(max(tried.ratio, 1.3)), 0.5 * size if sawtooth else size)
 
+    def _is_rough(self) -> bool:
+        """Whether the rate is noisy on either side of the step, or has jumped too often to be followed."""
+        return max(self.rate.noise, self.noise_before) > 0.0 or self.jumps >= MOST_JUMPS
+
+    def _rough_size(self, node: Node) -> float:
+        """Return the step that wears a fixed share of the depth reached: the error test is no guide here."""
+        reached = max(float(node.depth.max(initial=0.0)), self.scale)
+        fastest = float(node.rate.max(initial=0.0))
+        return ROUGH_SHARE * reached / fastest if fastest > 0.0 else np.inf
+
     def shorten(self, size: float) -> None:
         """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
-        self.next_size = min(self.next_size, size)
+        self.most = size
 
     def _across(self, node: Node, tried: _Try, memory: Any) -> tuple[list[Step], Jump] | None:
         width = 0.1 * self.tolerance * (node.cycle + tried.size)
@@ -131,6 +159,7 @@ class AdaptiveStepper:
         if found is None:
             return None
         up, across, jump = found
+        self.jumps += 1
         self._look(across.end, random_direction(across.end.rate), self.rate.remember())
         self.next_size = 0.1 / self.radius if self.radius > 0.0 else tried.size
         return [step for step in (up, across) if step.size > 0.0], jump
@@ -142,11 +171,11 @@ class AdaptiveStepper:
         end = Node(node.cycle + size, depth, self.rate(depth))
         error = rkc.local_error(node.depth, depth, node.rate, end.rate, size)
         largest = float(np.abs(error).max(initial=0.0))
-        return _Try(end, error, largest / self._allowed(node, depth), size)
+        return _Try(end, error, largest / self._allowed(node, end), size)
 
-    def _allowed(self, node: Node, depth: Array) -> float:
-        worn = float((depth - node.depth).max(initial=0.0))
-        reached = max(float(depth.max(initial=0.0)), self.scale)
+    def _allowed(self, node: Node, end: Node) -> float:
+        worn = float((end.depth - node.depth).max(initial=0.0))
+        reached = max(float(end.depth.max(initial=0.0)), self.scale)
         return SHARE_OF_TOLERANCE * self.tolerance * max(worn, SHARE_OF_DEPTH * reached)
 
     def _bounded(self, size: float, largest: float) -> float:
@@ -163,13 +192,18 @@ class AdaptiveStepper:
         trend = min(1.0, (self.last_ratio / ratio) ** 0.2)
         factor = min(self._factor(ratio) * trend, 1.0 if rejected else LARGEST_GROWTH)
         self.next_size = tried.size * factor
-        self.last_ratio, self.age = ratio, self.age + 1
+        self.last_ratio, self.age, self.most = ratio, self.age + 1, np.inf
 
     def _step(self, node: Node, tried: _Try) -> Step:
         return Step(node, tried.end, (node.rate, tried.end.rate), tried.error, growth(node, tried.end))
 
     def _look(self, node: Node, direction: Array, memory: Any = None) -> None:
-        self.spectrum: Spectrum = spectrum(self.rate, node.depth, direction, amplitude=PROBE * self.scale)
+        """Estimate the spectrum at a state; a noisy rate hides it, and the last estimate stays."""
+        if self.rate.noise > 0.0:
+            self.age = 0
+            return
+        direction = direction if direction.size else random_direction(node.rate)
+        self.spectrum = spectrum(self.rate, node.depth, direction, amplitude=PROBE * self.scale)
         if memory is not None:
             self.rate.recall(memory)
         self.age = 0

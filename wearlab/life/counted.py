@@ -56,6 +56,11 @@ class CountedRate:
             raise ValueError(f"wear rate {r.min():.3g} m per cycle is negative: wear cannot refill a flank")
         return r
 
+    @property
+    def noise(self) -> float:
+        """Standard error of the last rate, 0 unless the rate says otherwise [m per cycle]."""
+        return float(getattr(self.rate, "noise", 0.0))
+
     def remember(self) -> Any:
         """Return the rate's memory, None when it has none."""
         return self.rate.remember() if isinstance(self.rate, Remembering) else None

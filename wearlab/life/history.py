@@ -15,6 +15,12 @@ from wearlab.life.worn import worn
 
 Array = NDArray[np.float64]
 
+MOST_EVALUATIONS = 5_000
+"""Bound on the rates of one life at a tolerance of 1e-3; an ordinary life takes about a hundred."""
+
+
+Memory = tuple[Response | None, float]
+
 
 class History(NamedTuple):
     """The kept wear states of a life.
@@ -44,22 +50,23 @@ class PairRate:
     def __init__(self, coupling: Coupling) -> None:
         self.coupling = coupling
         self.response: Response | None = None
+        self.noise = 0.0
 
     def __call__(self, depth: Array) -> Array:
         """Return the wear per cycle at depths (2 n,), both (2 n,) [m]."""
         state = self.coupling.evaluate(depth.reshape(2, -1), self.response)
         if state.rate is None:
             raise ValueError("a scene without a wear law has no wear rate")
-        self.response = state.response
+        self.response, self.noise = state.response, state.noise
         return state.rate.ravel()
 
-    def remember(self) -> Response | None:
-        """Return the last orbit."""
-        return self.response
+    def remember(self) -> Memory:
+        """Return the last orbit, and the noise of its rate."""
+        return self.response, self.noise
 
-    def recall(self, memory: Response | None) -> None:
+    def recall(self, memory: Memory) -> None:
         """Put an earlier orbit back."""
-        self.response = memory
+        self.response, self.noise = memory
 
 
 def single_state(coupling: Coupling, wear: Array) -> History:
@@ -70,7 +77,7 @@ def single_state(coupling: Coupling, wear: Array) -> History:
 def worn_by_law(
     coupling: Coupling, wear: Array, depths: dict[int, float], *, tolerance: float
 ) -> tuple[Array, tuple[Life, ...]]:
-    """Return wear (2, n) after each named gear's flank (0 driving, 1 driven) has worn to its depth by this law [m]."""
+    """Return wear (2, n) [m] with each named flank (0 driving, 1 driven) worn to its depth by this law."""
     n = wear.shape[1]
     flanks = {gear: (slice(gear * n, (gear + 1) * n), depth) for gear, depth in depths.items()}
     flat, lives = worn(PairRate(coupling), wear.ravel(), flanks, tolerance=tolerance)
@@ -117,6 +124,7 @@ def history(
         snapshots=snapshots,
         tolerance=tolerance,
         progress=accepted,
+        most_evaluations=int(MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5)),
     )
     cycles, depths = life.updates()
     states = [

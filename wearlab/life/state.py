@@ -7,16 +7,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.response import Response, deflection_at
+from wearlab.dynamics.response import Response, coordinates_at, deflection_at
 from wearlab.dynamics.system import System
 from wearlab.life.limits import StopWear
 from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
 from wearlab.mesh.excitation import Excitation, Series, Stages, stage_tables
+from wearlab.mesh.profile import Lookup
+from wearlab.mesh.stages import StageGrid, StageTables
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw, wear_rate
 from wearlab.wear.miner import equivalent_load
 
 Array = NDArray[np.float64]
+
+BLOCK = 20
+"""Mesh periods of an aperiodic response that are averaged before their scatter counts as independent."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,7 @@ class Vibration:
     stages : where the integrator asks for the mesh
     period : duration of one mesh period [s]
     fluctuation : (n_steps, 3) factor on the fluctuating load [1], or None
+    hunting : mesh periods after which the same teeth meet, when the slow errors turn; else 1
     """
 
     system: System
@@ -64,11 +70,75 @@ class Vibration:
     stages: Stages
     period: float
     fluctuation: Array | None
+    hunting: int = 1
 
     @property
     def backlash(self) -> float | None:
         """Normal backlash, None without back flank [m]."""
         return None if self.system.backlash is None else float(self.system.backlash[0])
+
+    def solve(
+        self, analysis: ContactAnalysis, nodes: Nodes, fitted: Series | None, start: Response | None
+    ) -> Response:
+        """Return the steady response of one wear state, over the hunting period when slow errors turn."""
+        tables = stage_tables(self.excitation, analysis, nodes, fitted, self.stages, self.fluctuation)
+        if self.hunting > 1:
+            tables = over_hunting_period(tables, self.stages, self.hunting)
+        response: Response = self.method.solve(self.system, tables, self.period, start)
+        return response
+
+    def deflection(self, response: Response, where: Lookup) -> tuple[Array, Array]:
+        """Return δ and its rate at phases, (n_periods, n_phases) [m], [m/s]."""
+        found = deflection_at(response, *self._over_periods(where))
+        delta, rate = (self._by_period(values, len(where.phase)) for values in found)
+        return delta[:, 0], rate[:, 0]
+
+    def coordinates(self, response: Response, where: Lookup) -> tuple[Array, Array]:
+        """Return q and q̇ at phases, (n_periods, n, n_phases) [m], [m/s]."""
+        found = coordinates_at(response, *self._over_periods(where))
+        position, velocity = (self._by_period(values, len(where.phase)) for values in found)
+        return position, velocity
+
+    def _over_periods(self, where: Lookup) -> tuple[StageGrid, Array, NDArray[np.int64]]:
+        if self.hunting == 1:
+            return self.stages.grid, where.phase, where.segment
+        segments = int(self.stages.grid.segment[-1]) + 1
+        turns = np.repeat(np.arange(self.hunting), len(where.phase))
+        return (
+            hunting_grid(self.stages.grid, self.hunting),
+            np.tile(where.phase, self.hunting) + turns,
+            np.tile(where.segment, self.hunting) + segments * turns,
+        )
+
+    def _by_period(self, values: Array, phases: int) -> Array:
+        """Turn (n_kept, k, hunting · n_phases) into (n_kept · hunting, k, n_phases)."""
+        kept, rows = values.shape[:2]
+        apart = values.reshape(kept, rows, self.hunting, phases).transpose(0, 2, 1, 3)
+        return np.ascontiguousarray(apart).reshape(-1, rows, phases)
+
+
+def hunting_grid(grid: StageGrid, periods: int) -> StageGrid:
+    """Return the steps of ``periods`` mesh periods one after another, phases running on."""
+    turns = np.repeat(np.arange(periods), len(grid.start))
+    segments = int(grid.segment[-1]) + 1
+    return StageGrid(
+        np.tile(grid.start, periods) + turns,
+        np.tile(grid.width, periods),
+        np.tile(grid.segment, periods) + segments * turns,
+    )
+
+
+def over_hunting_period(tables: StageTables, stages: Stages, periods: int) -> StageTables:
+    """Repeat the tables of one mesh period and add the slow errors, which turn with their members."""
+    phase = hunting_grid(stages.grid, periods).phase
+    return StageTables(
+        np.tile(tables.width, periods),
+        np.tile(tables.stiffness, (periods, 1, 1, 1)),
+        np.tile(tables.gap, (periods, 1, 1, 1)),
+        np.tile(tables.error, (periods, 1, 1)) + stages.error.slow(phase)[..., None],
+        np.tile(tables.error_rate, (periods, 1, 1)) + stages.error.slow_rate(phase)[..., None],
+        None if tables.fluctuation is None else np.tile(tables.fluctuation, (periods, 1)),
+    )
 
 
 class WearState(NamedTuple):
@@ -84,6 +154,7 @@ class WearState(NamedTuple):
     elastic : (n_periods, n_phase_nodes) dynamic mesh force at the phase nodes [N]
     tooth_force : (n_periods, n) force on a pair when it touches at the node [N]
     rate : (2, n) wear depth per cycle, None without a wear law [m]
+    noise : standard error of the rate of an aperiodic response, largest over the nodes; else 0 [m]
     """
 
     wear: Array
@@ -94,6 +165,7 @@ class WearState(NamedTuple):
     elastic: Array
     tooth_force: Array
     rate: Array | None
+    noise: float
 
 
 @dataclass
@@ -155,9 +227,11 @@ class Coupling:
             elastic, pair_force = self._dynamic_forces(self.vibration, nodes, fitted, response)
         clock = self._spent("dynamics", clock)
         tooth_force = self._wearing_force(nodes, static, elastic, pair_force)
-        rate = None if self.law is None else self._rate(self.law, tooth_force)
+        rate, noise = (None, 0.0) if self.law is None else self._rate(self.law, tooth_force)
         self._spent("wear", clock)
-        return WearState(wear, nodes, static, fitted, response, elastic, tooth_force, rate)
+        if response is None or response.period > 0:
+            noise = 0.0
+        return WearState(wear, nodes, static, fitted, response, elastic, tooth_force, rate, noise)
 
     def _spent(self, stage: str, since: float) -> float:
         now = time.perf_counter()
@@ -168,10 +242,7 @@ class Coupling:
         self, vibration: Vibration, nodes: Nodes, start: Response | None
     ) -> tuple[Series | None, Response]:
         fitted = vibration.excitation.prepare(self.analysis, nodes)
-        tables = stage_tables(
-            vibration.excitation, self.analysis, nodes, fitted, vibration.stages, vibration.fluctuation
-        )
-        response = vibration.method.solve(vibration.system, tables, vibration.period, start)
+        response = vibration.solve(self.analysis, nodes, fitted, start)
         self.account.counts["period_maps"] += response.counts.period_maps
         self.account.counts["right_hand_sides"] += response.counts.right_hand_sides
         return fitted, response
@@ -181,9 +252,9 @@ class Coupling:
     ) -> tuple[Array, Array]:
         """Return mesh force (n_periods, n_phase_nodes) and pair forces (…, n_pairs) at the phase nodes [N]."""
         where = self.analysis.at_nodes
-        deflection, _ = deflection_at(response, vibration.stages.grid, where.phase, where.segment)
+        deflection, _ = vibration.deflection(response, where)
         forces = [
-            vibration.excitation.force(self.analysis, nodes, fitted, where, delta[0], vibration.backlash)  # type: ignore[arg-type]
+            vibration.excitation.force(self.analysis, nodes, fitted, where, delta, vibration.backlash)  # type: ignore[arg-type]
             for delta in deflection
         ]
         return np.stack([f.elastic for f in forces]), np.stack([f.pair for f in forces])
@@ -206,6 +277,11 @@ class Coupling:
         weights = np.tile(weight, len(elastic))
         return float(equivalent_load(np.maximum(0.0, elastic).ravel(), slope, weights))
 
-    def _rate(self, law: PreparedLaw, tooth_force: Array) -> Array:
-        rates = [wear_rate(law, force) for force in tooth_force]
-        return rates[0] if len(rates) == 1 else np.mean(rates, axis=0)
+    def _rate(self, law: PreparedLaw, tooth_force: Array) -> tuple[Array, float]:
+        """Return the rate averaged over the mesh periods, and its standard error from blocks of them."""
+        rates = np.stack([wear_rate(law, force) for force in tooth_force])
+        blocks = len(rates) // BLOCK
+        if blocks < 2:
+            return rates.mean(axis=0), 0.0
+        means = rates[: blocks * BLOCK].reshape(blocks, BLOCK, *rates.shape[1:]).mean(axis=1)
+        return rates.mean(axis=0), float(means.std(axis=0, ddof=1).max() / np.sqrt(blocks))

@@ -54,7 +54,7 @@ class Quasistatic(NamedTuple):
 
 @dataclass(frozen=True)
 class ContactAnalysis:
-    """Contact of one pair of worn flanks in the displacement form ``g_j = h1(s_j) + h2(s_j) + modifications``.
+    """Contact of one pair of worn flanks, in the displacement form ``g_j = h1 + h2 + modifications`` at s_j.
 
     Parameters
     ----------

@@ -32,9 +32,7 @@ class Curve:
         if np.any(np.diff(self.x) < 0):
             raise ValueError("the abscissae of a table must not descend")
         pieces = []
-        for x, y in zip(
-            np.split(self.x, self._cuts), np.split(self.y, self._cuts), strict=True
-        ):
+        for x, y in zip(np.split(self.x, self._cuts), np.split(self.y, self._cuts), strict=True):
             pieces.append(PchipInterpolator(x, y) if len(x) > 1 else _Constant(float(y[0])))
         object.__setattr__(self, "_pieces", tuple(pieces))
 

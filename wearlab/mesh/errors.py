@@ -1,6 +1,6 @@
 """Prescribed errors of a mesh: harmonics of the mesh frequency, and once-per-revolution parts of its members.
 
-``e(φ) = Σ_r a_r cos(2π r φ + p_r) + Σ_m slow_m sin(θ_m)`` with, per member (W23 Eqs. 28–30),
+``e(φ) = Σ_r a_r sin(2π r φ + p_r) + Σ_m slow_m sin(θ_m)`` with, per member (W23 Eqs. 28–30),
 ``½(F_i′ − f_i′) sin θ + ½ f_i′ sin zθ`` and installation tolerances ``Σ_q Δe_q sin θ_q``. Every initial
 angle is drawn once from the seed and never again.
 """
@@ -49,12 +49,12 @@ class MeshError(NamedTuple):
     def value(self, phase: Array) -> Array:
         """Return the mesh-periodic part at phases (…) [m]."""
         angle = 2 * np.pi * np.multiply.outer(phase, self.order) + self.phase
-        return np.cos(angle) @ self.amplitude
+        return np.sin(angle) @ self.amplitude
 
     def rate(self, phase: Array) -> Array:
         """Return d/dφ of the mesh-periodic part at phases (…) [m]."""
         angle = 2 * np.pi * np.multiply.outer(phase, self.order) + self.phase
-        return -np.sin(angle) @ (2 * np.pi * self.order * self.amplitude)
+        return np.cos(angle) @ (2 * np.pi * self.order * self.amplitude)
 
     def slow(self, turned: Array) -> Array:
         """Return the once-per-revolution part after ``turned`` mesh periods (…) [m]."""
@@ -85,7 +85,7 @@ def mesh_error(
         start = random.uniform(0.0, 2 * np.pi)
         directions = random.uniform(0.0, 2 * np.pi, len(member.installation))
         if member.tooth_composite:
-            mesh.append((1.0, 0.5 * member.tooth_composite, member.teeth * start - 0.5 * np.pi))
+            mesh.append((1.0, 0.5 * member.tooth_composite, member.teeth * start))
         if member.total_composite:
             amplitude = 0.5 * (member.total_composite - member.tooth_composite)
             slow.append((member.teeth, amplitude, start))

@@ -5,6 +5,7 @@ into equal steps of its own, and every step holds its three stage values (start,
 a jump are therefore present, and a fourth-order method stays of fourth order.
 """
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -71,7 +72,7 @@ def stage_grid(breaks: Array, steps: int) -> StageGrid:
     """
     edges = np.unique(np.concatenate([[0.0], np.asarray(breaks, float), [1.0]]))
     starts, widths, segments = [], [], []
-    for index, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for index, (low, high) in enumerate(pairwise(edges)):
         count = max(2, 2 * int(np.ceil(0.5 * steps * (high - low) - 1e-9)))
         width = (high - low) / count
         starts.append(low + width * np.arange(count))

@@ -79,7 +79,7 @@ class PotentialEnergy:
     foundation : whether the wheel bodies yield
     correction : λ of each gear's foundation [1]
     coupling : (n_apart, 2, n) for each gear the foundation compliance shared with the pair 1, 2 … base
-        pitches ahead, over the geometric mean of the two pairs' own; (0, 2, n): each pair has a body of its own
+        pitches ahead, over the geometric mean of the two pairs' own; (0, 2, n): nothing is shared
     partner : (n_apart, n) node of that pair, −1 when there is none
     scale : factor on the stiffness of the whole pair, 1 unless tuned [1]
     """

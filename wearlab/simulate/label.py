@@ -11,7 +11,9 @@ from wearlab.schema import VARIABLES, attributes
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 
 
-def labelled(values: Mapping[str, Any], coordinates: Mapping[str, Any], wanted: tuple[str, ...] | None) -> xr.Dataset:
+def labelled(
+    values: Mapping[str, Any], coordinates: Mapping[str, Any], wanted: tuple[str, ...] | None
+) -> xr.Dataset:
     """Return a dataset of the values, each with the dimensions, unit and name of the table.
 
     Parameters

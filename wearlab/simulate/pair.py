@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.response import Response, coordinates_at, deflection_at
+from wearlab.dynamics.response import Response
 from wearlab.life.history import History
 from wearlab.life.state import Vibration, WearState
 from wearlab.mesh.contact import Quasistatic
@@ -191,11 +191,16 @@ def dynamic_values(parts: PairParts, states: tuple[WearState, ...]) -> Values:
 def _response_values(parts: PairParts, vibration: Vibration, state: WearState) -> Values:
     response, where = state.response, parts.output
     assert response is not None
-    deflection, rate = deflection_at(response, vibration.stages.grid, where.phase, where.segment)
-    position, velocity = coordinates_at(response, vibration.stages.grid, where.phase, where.segment)
+    deflection, rate = vibration.deflection(response, where)
+    position, velocity = vibration.coordinates(response, where)
     forces = [
         vibration.excitation.force(
-            parts.analysis, state.nodes, state.fitted, where, one[0], vibration.backlash  # type: ignore[arg-type]
+            parts.analysis,
+            state.nodes,
+            state.fitted,
+            where,
+            one,
+            vibration.backlash,  # type: ignore[arg-type]
         )
         for one in deflection
     ]
@@ -205,18 +210,18 @@ def _response_values(parts: PairParts, vibration: Vibration, state: WearState) -
     static = parts.analysis.load
     values: Values = {
         "dynamic_mesh_force": elastic[None],
-        "mesh_damping_force": damping_force(parts, vibration, state, where, deflection[:, 0], rate[:, 0])[None],
-        "mesh_deflection": deflection.transpose(1, 0, 2),
-        "mesh_deflection_rate": rate.transpose(1, 0, 2),
+        "mesh_damping_force": damping_force(parts, vibration, state, where, deflection, rate)[None],
+        "mesh_deflection": deflection[None],
+        "mesh_deflection_rate": rate[None],
         "dynamic_transmission_error": transmission[None],
         "pair_force": np.stack([_slots(force.pair) for force in forces], axis=1)[None],
         "dte_harmonics": found.amplitude[None],
         "dte_rms": [found.rms],
-        "poincare_deflection": deflection[:, 0, :1].T,
-        "poincare_rate": rate[:, 0, :1].T,
+        "poincare_deflection": deflection[:, :1].T,
+        "poincare_rate": rate[:, :1].T,
         "dynamic_factor": [elastic.max() / static if static > 0.0 else np.nan],
         "separation_fraction": [separated(parts, vibration, state)],
-        "response_period": response.period,
+        "response_period": response.period * vibration.hunting,
         "floquet_multiplier": _as_parts(response, 2 * len(vibration.system.coordinates)),
         "residual_mean_force": mean_force_residual(parts, vibration, state),
         "residual_orbit": response.residual,
@@ -228,7 +233,9 @@ def _response_values(parts: PairParts, vibration: Vibration, state: WearState) -
         values["bearing_force"] = _bearing_force(parts, vibration, position, velocity)
     if state.fitted is not None:
         values["excitation_stiffness"] = state.fitted.stiffness.value(where.phase)[None]
-        values["excitation_error"] = (state.fitted.error.value(where.phase) + parts.error.value(where.phase))[None]
+        values["excitation_error"] = (state.fitted.error.value(where.phase) + parts.error.value(where.phase))[
+            None
+        ]
     return values
 
 
@@ -259,11 +266,11 @@ def separated(parts: PairParts, vibration: Vibration, state: WearState) -> float
     assert state.response is not None
     phases = (np.arange(2048) + 0.5) / 2048
     where = parts.look(phases)
-    deflection, _ = deflection_at(state.response, vibration.stages.grid, where.phase, where.segment)
+    deflection, _ = vibration.deflection(state.response, where)
     if state.fitted is None:
         _, gap, _ = parts.analysis.at(state.nodes, where)
-        return float(np.mean(deflection[:, 0] <= gap.min(axis=1)))
-    return float(np.mean(deflection[:, 0] <= 0.0))
+        return float(np.mean(deflection <= gap.min(axis=1)))
+    return float(np.mean(deflection <= 0.0))
 
 
 def mean_force_residual(parts: PairParts, vibration: Vibration, state: WearState) -> float:
@@ -271,8 +278,8 @@ def mean_force_residual(parts: PairParts, vibration: Vibration, state: WearState
     assert state.response is not None
     where = parts.analysis.at_nodes
     _, weight = parts.analysis.grid.phase_nodes
-    deflection, rate = deflection_at(state.response, vibration.stages.grid, where.phase, where.segment)
-    damping = damping_force(parts, vibration, state, where, deflection[:, 0], rate[:, 0])
+    deflection, rate = vibration.deflection(state.response, where)
+    damping = damping_force(parts, vibration, state, where, deflection, rate)
     mean = float(((state.elastic + damping) @ weight).mean())
     return mean / parts.analysis.load - 1.0 if parts.analysis.load > 0.0 else mean
 
@@ -287,7 +294,7 @@ def _transmission_error(vibration: Vibration, position: Array) -> Array:
 
 
 def _over_periods(values: Array, where: Lookup, count: int) -> Harmonics:
-    periods, phases = values.shape
+    periods = len(values)
     turned = (np.arange(periods)[:, None] + where.phase).ravel()
     return harmonics(turned, np.full(values.size, 1.0 / values.size), values.ravel(), count)
 

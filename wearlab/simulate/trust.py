@@ -1,15 +1,16 @@
 """What a run says of itself: verdict, validity, error estimates, time and work."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.response import deflection_at
+from wearlab.dynamics.response import Response
 from wearlab.gears import tip_contact
 from wearlab.life.history import History
 from wearlab.life.state import Vibration, WearState
-from wearlab.mesh.excitation import stage_tables, stages
+from wearlab.mesh.excitation import stages
 from wearlab.mesh.stages import StageGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import PairParts
@@ -85,28 +86,32 @@ def force_error(scene: Scene, parts: PairParts, state: WearState) -> float:
     coarse = _halved(vibration.stages.grid)
     if coarse is None:
         return float("nan")
-    where = parts.output
-    halves = stages(parts.analysis, coarse, parts.error)
-    tables = stage_tables(
-        vibration.excitation, parts.analysis, state.nodes, state.fitted, halves, fluctuation(scene, coarse.phase)
+    rougher = replace(
+        vibration,
+        stages=stages(parts.analysis, coarse, parts.error),
+        fluctuation=fluctuation(scene, coarse.phase),
     )
-    again = vibration.method.solve(vibration.system, tables, vibration.period, response)
+    again = rougher.solve(parts.analysis, state.nodes, state.fitted, response)
     if again.period != response.period:
         return float("nan")
-    fine, _ = deflection_at(response, vibration.stages.grid, where.phase, where.segment)
-    rough, _ = deflection_at(again, coarse, where.phase, where.segment)
-    return float(np.max(np.abs(_forces(parts, vibration, state, fine) - _forces(parts, vibration, state, rough)))) / RICHARDSON
+    fine, rough = (_forces(parts, one, state, two) for one, two in ((vibration, response), (rougher, again)))
+    return float(np.max(np.abs(fine - rough))) / RICHARDSON
 
 
-def _forces(parts: PairParts, vibration: Vibration, state: WearState, deflection: Array) -> Array:
-    return np.stack(
-        [
-            vibration.excitation.force(
-                parts.analysis, state.nodes, state.fitted, parts.output, one[0], vibration.backlash  # type: ignore[arg-type]
-            ).elastic
-            for one in deflection
-        ]
-    )
+def _forces(parts: PairParts, vibration: Vibration, state: WearState, response: Response) -> Array:
+    deflection, _ = vibration.deflection(response, parts.output)
+    forces = [
+        vibration.excitation.force(
+            parts.analysis,
+            state.nodes,
+            state.fitted,  # type: ignore[arg-type]
+            parts.output,
+            one,
+            vibration.backlash,
+        )
+        for one in deflection
+    ]
+    return np.stack([force.elastic for force in forces])
 
 
 def _halved(grid: StageGrid) -> StageGrid | None:

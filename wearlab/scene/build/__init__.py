@@ -1,4 +1,4 @@
-"""A scene becomes physics: the only place where sections of a campaign file meet gears, mesh, dynamics and wear."""
+"""A scene becomes physics: only here do sections of a campaign file meet gears, mesh, dynamics and wear."""
 
 from wearlab.scene.build.parts import PairParts, build
 

@@ -83,7 +83,9 @@ def _potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> Potentia
     )
 
 
-def _hertz(given: Any, pair: GearPair, grid: ProfileGrid, teeth: list[ToothFlexibility]) -> float | WeberContact:
+def _hertz(
+    given: Any, pair: GearPair, grid: ProfileGrid, teeth: list[ToothFlexibility]
+) -> float | WeberContact:
     first, second = (gear.material for gear in pair.gears)
     if given.hertz == "yang-sun":
         return yang_sun(first, second, pair.face_width)
@@ -123,9 +125,7 @@ def build_excitation(scene: Scene) -> Excitation:
     given = scene.mesh.excitation
     match given.model:
         case "fourier":
-            return Fourier(
-                given.stiffness_harmonics, given.error_harmonics, given.combination, given.error
-            )
+            return Fourier(given.stiffness_harmonics, given.error_harmonics, given.combination, given.error)
         case "modulated":
             return Modulated(
                 given.combination,

@@ -1,4 +1,4 @@
-"""A scene becomes physics: the only place where sections of a campaign file meet gears, mesh, dynamics and wear."""
+"""A scene becomes physics: only here do sections of a campaign file meet gears, mesh, dynamics and wear."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,9 +12,9 @@ from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.errors import MeshError
 from wearlab.mesh.profile import Lookup, lookup
 from wearlab.scene import Scene
-from wearlab.scene.build.vibration import build_vibration
 from wearlab.scene.build.gears import build_pair, gear_validity, modifications
 from wearlab.scene.build.mesh import build_analysis, build_error
+from wearlab.scene.build.vibration import build_vibration
 from wearlab.scene.build.wear import build_film, build_law, build_load
 from wearlab.wear.film import Film
 from wearlab.wear.law import PreparedLaw
@@ -144,8 +144,8 @@ def build(scene: Scene) -> PairParts:
 
 
 def _constant_error(scene: Scene, error: MeshError) -> float:
-    """Return the frozen once-per-revolution error; averaged errors enter as a quadrature of their own [m]."""
-    if scene.errors is None or scene.errors.slow == "averaged":
+    """Return the frozen once-per-revolution error [m]; averaged and hunting errors enter elsewhere."""
+    if scene.errors is None or scene.errors.slow != "frozen":
         return 0.0
     return float(error.slow(np.zeros(1))[0])
 
@@ -159,6 +159,9 @@ def _validity(scene: Scene, pair: GearPair) -> tuple[str, ...]:
     if build_film(scene, pair) is not None:
         flags.append("roughness: R_q = 1.25 R_a assumed")
     initial = scene.wear.initial if scene.wear is not None else None
-    if any(flank is not None and flank.sides == "both" for flank in (initial and (initial.pinion, initial.gear) or ())):
+    if any(
+        flank is not None and flank.sides == "both"
+        for flank in ((initial and (initial.pinion, initial.gear)) or ())
+    ):
         flags.append("initial wear of back flanks is not part of the back contact")
     return tuple(flags)

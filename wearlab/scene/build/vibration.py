@@ -1,5 +1,6 @@
 """``[dynamics]`` → the system in its one form, the method, and the stages at which the mesh is tabulated."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -33,7 +34,11 @@ def build_vibration(
     speed = scene.operation.speed
     period = 2 * np.pi / (speed * pair.driving.teeth)
     steps = scene.numerics.steps_per_period or steps_per_period(
-        system, float(healthy.tangent.max()), period, scene.numerics.tolerance
+        system,
+        float(healthy.tangent.max()),
+        period,
+        scene.numerics.tolerance,
+        len(analysis.grid.intervals),
     )
     grid = stage_grid(analysis.grid.breaks[:-1], steps)
     return Vibration(
@@ -43,7 +48,15 @@ def build_vibration(
         stages=stages(analysis, grid, error),
         period=period,
         fluctuation=fluctuation(scene, grid.phase),
+        hunting=hunting_period(scene, pair, error),
     )
+
+
+def hunting_period(scene: Scene, pair: GearPair, error: MeshError) -> int:
+    """Return the mesh periods until the same teeth meet again, 1 unless slow errors are to turn."""
+    if scene.errors is None or scene.errors.slow != "hunting" or not len(error.slow_amplitude):
+        return 1
+    return math.lcm(pair.driving.teeth, pair.driven.teeth)
 
 
 def _unworn(analysis: ContactAnalysis) -> Quasistatic:
@@ -76,7 +89,9 @@ def build_system(scene: Scene, pair: GearPair, stiffness: float) -> System:
         "damping_always": scene.mesh.damping_in == "always",
         "backlash": scene.mesh.normal_backlash,
         "fluctuation": None if wave is None else wave.amplitude,
-        "supports": tuple(_support(scene.dynamics.supports.get(gear.name), gear.base_radius) for gear in gears),
+        "supports": tuple(
+            _support(scene.dynamics.supports.get(gear.name), gear.base_radius) for gear in gears
+        ),
         "names": (gears[0].name, gears[1].name),
     }
     if scene.dynamics.model == "torsional":
@@ -102,7 +117,7 @@ def _support(given: Any, base_radius: float) -> Support:
 
 
 def fluctuation(scene: Scene, phase: Array) -> Array | None:
-    """Return the factor on the fluctuating torque at phases, ``cos(2π order φ + phase)``, None without one."""
+    """Return the factor on the fluctuating torque at phases, ``cos(2π order φ + phase)``, or None."""
     given = scene.operation.torque_fluctuation
     return None if given is None else np.cos(2 * np.pi * given.order * phase + given.phase)
 
