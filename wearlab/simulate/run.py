@@ -15,16 +15,13 @@ from wearlab.scene.build import PairParts, build
 from wearlab.scene.build.modes import build_modes
 from wearlab.scene.build.wear import build_limits, build_snapshots, build_step
 from wearlab.simulate import pair as named
+from wearlab.simulate.errors import Refused
 from wearlab.simulate.label import CONVENTIONS, labelled
 from wearlab.simulate.provenance import provenance
 from wearlab.simulate.trust import trust_values
 from wearlab.wear.initial import quadratic, uniform
 
 Array = NDArray[np.float64]
-
-
-class Refused(ValueError):
-    """A scene that cannot be: its gears cannot exist, or cannot run as told."""
 
 
 def simulate(scene: Scene) -> xr.Dataset:

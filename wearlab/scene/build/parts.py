@@ -158,6 +158,10 @@ def _validity(scene: Scene, pair: GearPair) -> tuple[str, ...]:
         flags.append(f"mesh.stiffness.scale = {stiffness.scale:g} is tuned")
     if build_film(scene, pair) is not None:
         flags.append("roughness: R_q = 1.25 R_a assumed")
+    if scene.wear is not None and scene.wear.coefficient is not None:
+        flags.append(
+            "wear coefficient: usually unknown within a decade; depth and 1/life are proportional to it"
+        )
     initial = scene.wear.initial if scene.wear is not None else None
     if any(
         flank is not None and flank.sides == "both"

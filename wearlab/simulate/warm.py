@@ -1,0 +1,38 @@
+"""Compile once, before workers start, what a set of scenes will call."""
+
+from collections.abc import Iterable
+from contextlib import suppress
+
+import numpy as np
+
+from wearlab.gears.errors import GearError
+from wearlab.life.limits import StopWear
+from wearlab.scene import Scene
+from wearlab.scene.build import build
+
+
+def warm_up(scenes: Iterable[Scene]) -> None:
+    """Evaluate one wear state of every kind of scene, so that its kernels are compiled and cached on disk.
+
+    Parameters
+    ----------
+    scenes : scenes to come; those that need the same kernels are evaluated once
+    """
+    for scene in {_kernels(scene): scene for scene in scenes}.values():
+        with suppress(GearError, StopWear):
+            parts = build(scene)
+            parts.coupling.evaluate(np.zeros((2, len(parts.analysis.grid.position))))
+
+
+def _kernels(scene: Scene) -> tuple[object, ...]:
+    """Return what decides which kernels a scene calls."""
+    dynamics = scene.dynamics and (
+        scene.dynamics.model,
+        scene.dynamics.method,
+        scene.mesh.normal_backlash is None,
+        scene.mesh.damping_in,
+        scene.mesh.excitation.model == "pairs",
+        scene.operation.torque_fluctuation is None,
+    )
+    law = scene.wear and (scene.wear.average_over_contact_width, str(scene.wear.coefficient))
+    return dynamics, scene.mesh.stiffness.model, law
