@@ -64,10 +64,13 @@ def test_two_workers_end_to_end(store, log):
     assert {m.position.get("speed") for m in store.catalogue.members()} >= {"800 rpm", None}
 
 
-def test_a_worker_that_dies_takes_only_its_own_case(store, log):
+@pytest.mark.parametrize("batch", [1, 4])
+def test_a_worker_that_dies_takes_only_its_own_case(store, log, monkeypatch, batch):
+    monkeypatch.setattr(cluster.Pace, "batch", lambda self, waiting, workers: min(batch, waiting))
     campaign = alter(sweep(4, log=str(log)), 1, act="die")
     report = run(campaign, store, workers=1)
     assert (report.done, report.failed) == (3, 1)
+    assert report.troubled[0].id == campaign.cases[1].id
     assert "worker process died" in report.troubled[0].reason
 
 

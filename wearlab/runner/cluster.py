@@ -59,7 +59,8 @@ class Cluster:
         """
         from dask.distributed import as_completed
 
-        waiting, flying, pace = deque(tasks), {}, Pace()
+        waiting, suspects, pace = deque(tasks), deque[Task](), Pace()
+        flying: dict[str, list[Task]] = {}
         width = max(1, len(self.client.scheduler_info(n_workers=-1)["workers"]))
         flow = as_completed()
 
@@ -73,6 +74,9 @@ class Cluster:
                 size = pace.batch(len(waiting), width)
                 if batch := claim([waiting.popleft() for _ in range(size)]):
                     send(batch)
+            alone = not flying and bool(suspects)
+            if alone:
+                send([suspects.popleft()])
             if not flying:
                 return
             future = next(flow)
@@ -82,9 +86,8 @@ class Cluster:
             except Exception as error:
                 if self.client.status != "running":
                     raise RunnerError(f"the scheduler went away ({error})") from error
-                if len(batch) > 1:  # one of them took the process down: find out which
-                    for task in batch:
-                        send([task])
+                if not alone:  # a case took its process down, and others with it: each is tried by itself
+                    suspects.extend(batch)
                     continue
                 outcomes = [_lost(batch[0], error)]
             pace.learn(outcomes)

@@ -77,10 +77,10 @@ def prepare(simulate: str) -> None:
 
 def refusals() -> tuple[type[Exception], ...]:
     """Return the errors by which physics says that a case is impossible."""
-    from wearlab import simulate
     from wearlab.gears.errors import GearError
+    from wearlab.simulate import Refused
 
-    return GearError, getattr(simulate, "Refused", GearError)
+    return GearError, Refused
 
 
 def _function(simulate: str) -> Callable[[Any], "xr.Dataset"]:
