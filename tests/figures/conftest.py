@@ -11,9 +11,9 @@ import xarray as xr
 
 from wearlab.figures.ask import Ask, read
 from wearlab.figures.drawing import draw, plotted
-from wearlab.runner.worker import _finished
 from wearlab.schema import VARIABLES, attributes
 from wearlab.store import Store
+from wearlab.store.image import describe, to_image
 from wearlab.store.outcome import Outcome
 
 SPEEDS = (800.0, 1100.0, 3720.0)
@@ -101,15 +101,18 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
               "harmonic": np.arange(1, length["harmonic"] + 1), "pair": [1, 2, 3]}  # fmt: skip
     data = data.assign_coords(labels | {"characteristic_point": ("profile", LETTERS)})
     coordinates = [n for n in ("cycle", "phase", "path_position", "diameter", "roll_angle") if n in data]
-    return data.set_coords(coordinates).assign_attrs(source_hash="feed", wearlab_version="9.9")
+    return data.set_coords(coordinates)
 
 
 def put(store: Store, run_id: str, data: xr.Dataset | None) -> None:
     with store.presence() as here:
         store.claim([run_id], here.token, lambda entry: False)
-        made = _finished(data) if data is not None else {"reason": "no"}
-        state = "failed" if data is None else "done"
-        store.save([Outcome(run_id, state, "now", 1.0, "{}", **made)], here.token)  # type: ignore[arg-type]
+        if data is None:
+            outcome = Outcome(run_id, "failed", "now", 1.0, "{}", reason="no")
+        else:
+            made = {"source_hash": "feed", "wearlab_version": "9.9", **describe(data)._asdict()}
+            outcome = Outcome(run_id, "done", "now", 1.0, "{}", *to_image(data), **made)
+        store.save([outcome], here.token)
 
 
 @pytest.fixture(scope="session")

@@ -36,7 +36,7 @@ def test_the_same_store_gives_the_same_bytes(drawn, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1")
     import matplotlib
 
-    monkeypatch.setitem(matplotlib.rcParams, "lines.linewidth", 9.0)
+    monkeypatch.setitem(matplotlib.rcParams, "axes.titleweight", "bold")
     assert [path.read_bytes() for path in drawn(*wishes, to="two")] == first
 
 

@@ -1,5 +1,7 @@
 """Wishes that cannot be met say why, and what could be."""
 
+from dataclasses import replace
+
 import pytest
 
 from wearlab.figures import FigureError
@@ -46,3 +48,10 @@ def test_line_without_y(plot):
 def test_text_is_no_number(plot):
     with pytest.raises(FigureError, match="holds text"):
         plot(kind="line", y="status")
+
+
+def test_a_case_where_there_are_none(drawn, campaign):
+    alone = replace(campaign, cases=campaign.cases[:3])
+    assert len(drawn({"kind": "tvms", "select": {"case": "base"}}, of=alone)) == 1
+    with pytest.raises(FigureError, match=r"select\.case: no such dimension"):
+        drawn({"kind": "tvms", "select": {"case": "static"}}, of=alone)

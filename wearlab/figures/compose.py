@@ -15,6 +15,7 @@ from wearlab.figures.wording import Label, axis_label, power_of_ten
 ROLES = ("cols", "rows", "hue")
 MOST_COLUMNS = 3
 SHOWS_ITSELF = ("variable", "part")  # what the y label tells
+ALONE = "#0072B2"  # a curve without a hue
 REFERENCE = Pen(GREY, ":")
 
 
@@ -207,7 +208,7 @@ def _pen(one: Series, hue: str | None, pen: Mapping[Label, Pen]) -> Pen:
         return REFERENCE
     if hue is not None and hue in one.key and one.key[hue] in pen:
         return pen[one.key[hue]]
-    return Pen(INK if one.look == "published" else "#0072B2", "-", "o")
+    return Pen(INK if one.look == "published" or (hue and one.look != "points") else ALONE, "-", "o")
 
 
 def _lettered(panels: list[Panel]) -> tuple[Panel, ...]:

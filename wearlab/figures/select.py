@@ -67,7 +67,7 @@ def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
     FigureError : an unknown dimension or label
     """
     for key, asked in ask.select.items():
-        if key in grid_dims or key == "case":
+        if key in grid_dims or (key, asked) == ("case", "base"):
             continue
         if key == "update":
             data = data.isel(update=_states(asked, data, ask)) if "update" in data.dims else data
