@@ -153,6 +153,22 @@ def test_an_unwritable_store_stops_before_anything_runs(tmp_path, log):
     assert not simulated(log)
 
 
+def test_a_scheduler_that_was_there_before(store, log):
+    from dask.distributed import LocalCluster
+
+    quiet = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
+    with LocalCluster(
+        n_workers=1,
+        threads_per_worker=1,
+        host="127.0.0.1",
+        scheduler_kwargs=quiet,
+        worker_dashboard_address=None,
+    ) as there:
+        assert run(sweep(3, log=str(log)), store, scheduler=there.scheduler_address).ok
+        assert run(sweep(3, log=str(log)), store, scheduler=there.scheduler_address).computed == 0
+    assert set(simulated(log).values()) == {1}
+
+
 def test_nobody_answers(store, log, monkeypatch):
     monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.3)
     with pytest.raises(RunnerError, match=r"no dask scheduler answers at tcp://127"):
