@@ -6,7 +6,15 @@ import pytest
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.curve import constant
 from wearlab.mesh.errors import mesh_error
-from wearlab.mesh.excitation import Fourier, Modulated, Pairs, combined_error, stage_tables, stages
+from wearlab.mesh.excitation import (
+    Fourier,
+    Modulated,
+    Pairs,
+    combined_error,
+    mesh_force,
+    stage_tables,
+    stages,
+)
 from wearlab.mesh.profile import lookup, profile_grid
 from wearlab.mesh.stages import stage_grid
 from wearlab.mesh.stiffness import GivenStiffness
@@ -43,7 +51,7 @@ def test_steps_land_on_breaks_in_pairs():
 
 def test_pairs_are_tabulated_with_both_sides_of_every_jump(pair, grid, analysis, nodes):
     at = stages(analysis, stage_grid(grid.breaks[:-1], 60), mesh_error((), ((2, 1e-6, 0.3),)))
-    tables = stage_tables(Pairs(), analysis, nodes, None, at, None)
+    tables = stage_tables(analysis, nodes, Pairs().prepare(analysis, nodes), at, None)
     phase = at.grid.phase
     for slot, ahead in ((0, 1), (1, 0)):
         s = pair.path.A + (phase + ahead) * pair.base_pitch
@@ -61,7 +69,7 @@ def test_force_of_pairs_is_that_of_its_springs_and_the_back_flank(grid, analysis
     where = lookup(grid, np.array([0.2, 0.6, 0.9]))
     _, gap, _ = analysis.at(nodes, where)
     for delta in (2e-5, 3e-6, -1e-6, -6e-5):
-        force = Pairs().force(analysis, nodes, None, where, np.full(3, delta), 5e-5)
+        force = mesh_force(analysis, nodes, None, where, np.full(3, delta), 5e-5)
         for i in range(3):
             present = np.isfinite(gap[i])
             expected = np.where(present, K * np.maximum(0.0, delta - np.where(present, gap[i], 0.0)), 0.0)
@@ -96,7 +104,7 @@ def test_combination_rules(analysis, nodes):
 def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, nodes, excitation):
     series = excitation.prepare(analysis, nodes)
     at = stages(analysis, stage_grid(grid.breaks[:-1], 40), mesh_error((), ((1, 1e-6, 0.0),)))
-    tables = stage_tables(excitation, analysis, nodes, series, at, None)
+    tables = stage_tables(analysis, nodes, series, at, None)
     phase = at.grid.phase
     assert tables.stiffness.shape[2:] == (1, 1) and not tables.gap.any()
     np.testing.assert_allclose(tables.stiffness[:, :, 0, 0], series.stiffness.value(phase))
@@ -105,7 +113,7 @@ def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, 
     )
     where = lookup(grid, np.array([0.1, 0.85]))
     delta = np.array([2e-5, 1.5e-5])
-    force = excitation.force(analysis, nodes, series, where, delta, None)
+    force = mesh_force(analysis, nodes, series, where, delta, None)
     np.testing.assert_allclose(force.elastic, series.stiffness.value(where.phase) * delta)
     np.testing.assert_allclose(force.pair.sum(axis=1), force.elastic)
     share = analysis.quasistatic(nodes, where).force / LOAD

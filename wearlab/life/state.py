@@ -11,7 +11,7 @@ from wearlab.dynamics.response import Response, coordinates_at, deflection_at
 from wearlab.dynamics.system import System
 from wearlab.life.limits import StopWear
 from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
-from wearlab.mesh.excitation import Excitation, Series, Stages, stage_tables
+from wearlab.mesh.excitation import Excitation, Series, Stages, mesh_force, stage_tables
 from wearlab.mesh.profile import Lookup
 from wearlab.mesh.stages import StageGrid, StageTables
 from wearlab.mesh.stiffness import SectionVanished
@@ -81,7 +81,7 @@ class Vibration:
         self, analysis: ContactAnalysis, nodes: Nodes, fitted: Series | None, start: Response | None
     ) -> Response:
         """Return the steady response of one wear state, over the hunting period when slow errors turn."""
-        tables = stage_tables(self.excitation, analysis, nodes, fitted, self.stages, self.fluctuation)
+        tables = stage_tables(analysis, nodes, fitted, self.stages, self.fluctuation)
         if self.hunting > 1:
             tables = over_hunting_period(tables, self.stages, self.hunting)
         response: Response = self.method.solve(self.system, tables, self.period, start)
@@ -250,12 +250,11 @@ class Coupling:
     def _dynamic_forces(
         self, vibration: Vibration, nodes: Nodes, fitted: Series | None, response: Response
     ) -> tuple[Array, Array]:
-        """Return mesh force (n_periods, n_phase_nodes) and pair forces (…, n_pairs) at the phase nodes [N]."""
+        """Return mesh force (n_periods, n_phase_nodes) and pair forces (…, n_pairs) there [N]."""
         where = self.analysis.at_nodes
         deflection, _ = vibration.deflection(response, where)
         forces = [
-            vibration.excitation.force(self.analysis, nodes, fitted, where, delta, vibration.backlash)  # type: ignore[arg-type]
-            for delta in deflection
+            mesh_force(self.analysis, nodes, fitted, where, delta, vibration.backlash) for delta in deflection
         ]
         return np.stack([f.elastic for f in forces]), np.stack([f.pair for f in forces])
 

@@ -90,6 +90,4 @@ def mesh_error(
             amplitude = 0.5 * (member.total_composite - member.tooth_composite)
             slow.append((member.teeth, amplitude, start))
         slow.extend((member.teeth, t, d) for t, d in zip(member.installation, directions, strict=True))
-    order, amplitude, phase = np.array(mesh, float).reshape(-1, 3).T
-    teeth, slow_amplitude, slow_phase = np.array(slow, float).reshape(-1, 3).T
-    return MeshError(order, amplitude, phase, teeth, slow_amplitude, slow_phase)
+    return MeshError(*np.array(mesh, float).reshape(-1, 3).T, *np.array(slow, float).reshape(-1, 3).T)

@@ -21,6 +21,7 @@ from wearlab.mesh.stages import StageGrid, StageTables
 
 Array = NDArray[np.float64]
 Combination = Literal["min", "max", "mean"]
+LoadedOrNot = Literal["unloaded", "loaded"]
 
 
 class MeshForce(NamedTuple):
@@ -61,56 +62,19 @@ def stages(analysis: ContactAnalysis, grid: StageGrid, error: MeshError) -> Stag
     return Stages(grid, where, error)
 
 
-@dataclass(frozen=True)
-class Pairs:
-    """Pair by pair: no truncation, sharing follows the dynamic load, nothing counted twice."""
-
-    def prepare(self, analysis: ContactAnalysis, nodes: Nodes) -> None:
-        """Nothing to fit: the tables come straight from the nodes."""
-
-    def tables(
-        self, analysis: ContactAnalysis, nodes: Nodes, fitted: None, stages: Stages
-    ) -> tuple[Array, Array, Array, Array]:
-        """Return stiffness, gap (n, n_pairs), error and error rate (n,) at the stages."""
-        compliance, gap, cross = analysis.at(nodes, stages.where)
-        stiffness, gaps = np.empty(compliance.shape), np.empty(compliance.shape)
-        equivalent_springs(compliance, gap, cross, stiffness, gaps)
-        phase = stages.where.phase
-        return stiffness, gaps, stages.error.value(phase), stages.error.rate(phase)
-
-    def force(
-        self,
-        analysis: ContactAnalysis,
-        nodes: Nodes,
-        fitted: None,
-        where: Lookup,
-        deflection: Array,
-        backlash: float | None,
-    ) -> MeshForce:
-        """Return the elastic force at phases for deflections (n,) [m]."""
-        compliance, gap, cross = analysis.at(nodes, where)
-        stiffness, gaps = np.empty(compliance.shape), np.empty(compliance.shape)
-        equivalent_springs(compliance, gap, cross, stiffness, gaps)
-        pair = stiffness * np.maximum(0.0, deflection[:, None] - gaps)
-        drive = pair.sum(axis=1)
-        if cross.shape[2]:
-            unused, tangent = np.empty(len(drive)), np.empty(len(drive))
-            share(compliance, gap, cross, drive, unused, pair, tangent)
-        return MeshForce(drive - back_force(stiffness.sum(axis=1), deflection, backlash), pair)
-
-
-def back_force(stiffness: Array, deflection: Array, backlash: float | None) -> Array | float:
-    """Return the force of the back flanks, ``k max(0, −j_bn − δ)``, 0 when they are not modelled [N]."""
-    if backlash is None:
-        return 0.0
-    return stiffness * np.maximum(0.0, -backlash - deflection)
-
-
 class Series(NamedTuple):
     """Mesh stiffness [N/m] and transmission error [m] as functions of phase."""
 
     stiffness: Harmonics | Modulation
     error: Harmonics | Modulation
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Pair by pair: no truncation, sharing follows the dynamic load, nothing counted twice."""
+
+    def prepare(self, analysis: ContactAnalysis, nodes: Nodes) -> None:
+        """Return None: nothing is fitted, the tables come straight from the nodes."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +91,7 @@ class Fourier:
     stiffness_harmonics: int
     error_harmonics: int
     combination: Combination = "min"
-    error: Literal["unloaded", "loaded"] = "unloaded"
+    error: LoadedOrNot = "unloaded"
 
     def prepare(self, analysis: ContactAnalysis, nodes: Nodes) -> Series:
         """Expand the contact analysis of this wear state."""
@@ -138,24 +102,6 @@ class Fourier:
             harmonics(phase, weight, state.tangent, self.stiffness_harmonics),
             harmonics(phase, weight, error, self.error_harmonics),
         )
-
-    def tables(
-        self, analysis: ContactAnalysis, nodes: Nodes, fitted: Series, stages: Stages
-    ) -> tuple[Array, Array, Array, Array]:
-        """Return stiffness, gap (n, 1), error and error rate (n,) at the stages."""
-        return _series_tables(fitted, stages)
-
-    def force(
-        self,
-        analysis: ContactAnalysis,
-        nodes: Nodes,
-        fitted: Series,
-        where: Lookup,
-        deflection: Array,
-        backlash: float | None,
-    ) -> MeshForce:
-        """Return the elastic force at phases for deflections (n,) [m]."""
-        return _series_force(analysis, nodes, fitted, where, deflection, backlash)
 
 
 @dataclass(frozen=True)
@@ -169,7 +115,7 @@ class Modulated:
     """
 
     combination: Combination = "min"
-    error: Literal["unloaded", "loaded"] = "unloaded"
+    error: LoadedOrNot = "unloaded"
     stiffness_given: Modulation | None = None
     error_given: Modulation | None = None
 
@@ -183,16 +129,11 @@ class Modulated:
             self.error_given or fit(phase, weight, error),
         )
 
-    tables = Fourier.tables
-    force = Fourier.force
-
 
 Excitation = Pairs | Fourier | Modulated
 
 
-def combined_error(
-    state: Quasistatic, combination: Combination, error: Literal["unloaded", "loaded"]
-) -> Array:
+def combined_error(state: Quasistatic, combination: Combination, error: LoadedOrNot) -> Array:
     """Return one transmission error for the mesh from the gaps of the pairs in the path, (n,) [m]."""
     if error == "loaded":
         return state.deflection
@@ -204,46 +145,95 @@ def combined_error(
     return np.where(present, state.gap, 0.0).sum(axis=1) / present.sum(axis=1)
 
 
-def _series_tables(fitted: Series, stages: Stages) -> tuple[Array, Array, Array, Array]:
-    phase = stages.where.phase
-    stiffness = fitted.stiffness.value(phase)[:, None]
-    error = fitted.error.value(phase) + stages.error.value(phase)
-    rate = fitted.error.rate(phase) + stages.error.rate(phase)
-    return stiffness, np.zeros_like(stiffness), error, rate
-
-
-def _series_force(
-    analysis: ContactAnalysis,
-    nodes: Nodes,
-    fitted: Series,
-    where: Lookup,
-    deflection: Array,
-    backlash: float | None,
-) -> MeshForce:
-    stiffness = fitted.stiffness.value(where.phase)
-    drive = stiffness * np.maximum(0.0, deflection)
-    state = analysis.quasistatic(nodes, where)
-    pair = drive[:, None] * state.force / state.force.sum(axis=1, keepdims=True)
-    return MeshForce(drive - back_force(stiffness, deflection, backlash), pair)
-
-
 def stage_tables(
-    excitation: Excitation,
     analysis: ContactAnalysis,
     nodes: Nodes,
-    fitted: Series | None,
+    series: Series | None,
     stages: Stages,
     fluctuation: Array | None,
 ) -> StageTables:
-    """Tabulate one mesh at every stage of an integration; the integrator evaluates nothing else."""
-    stiffness, gap, error, rate = excitation.tables(analysis, nodes, fitted, stages)  # type: ignore[arg-type]
+    """Tabulate one mesh at every stage of an integration; the integrator evaluates nothing else.
+
+    Parameters
+    ----------
+    analysis, nodes : the contact of this wear state
+    series : what the excitation was fitted to, None: pair by pair
+    stages : where to tabulate
+    fluctuation : (n_steps, 3) factor on the fluctuating load [1], or None
+    """
+    phase = stages.where.phase
+    error, rate = stages.error.value(phase), stages.error.rate(phase)
+    if series is None:
+        stiffness, gap = _springs(analysis, nodes, stages.where)[:2]
+    else:
+        stiffness = series.stiffness.value(phase)[:, None]
+        gap = np.zeros_like(stiffness)
+        error, rate = error + series.error.value(phase), rate + series.error.rate(phase)
     steps = len(stages.grid.width)
-    shape = (steps, 3, 1, stiffness.shape[1])
     return StageTables(
         stages.grid.width,
-        stiffness.reshape(shape),
-        gap.reshape(shape),
+        stiffness.reshape(steps, 3, 1, -1),
+        gap.reshape(steps, 3, 1, -1),
         error.reshape(steps, 3, 1),
         rate.reshape(steps, 3, 1),
         fluctuation,
     )
+
+
+def mesh_force(
+    analysis: ContactAnalysis,
+    nodes: Nodes,
+    series: Series | None,
+    where: Lookup,
+    deflection: Array,
+    backlash: float | None,
+) -> MeshForce:
+    """Return the elastic force at phases for deflections (n,) [m].
+
+    Parameters
+    ----------
+    analysis, nodes : the contact of this wear state
+    series : what the excitation was fitted to, None: pair by pair
+    where : the phases
+    deflection : (n,) mesh deflection δ there [m]
+    backlash : normal backlash, None: the back flank is not modelled [m]
+    """
+    if series is None:
+        return _force_of_pairs(analysis, nodes, where, deflection, backlash)
+    stiffness = series.stiffness.value(where.phase)
+    drive = stiffness * np.maximum(0.0, deflection)
+    share = load_share(analysis.quasistatic(nodes, where))
+    return MeshForce(drive - back_force(stiffness, deflection, backlash), drive[:, None] * share)
+
+
+def load_share(state: Quasistatic) -> Array:
+    """Return each pair's share of the static force, 0 without load, (n, n_pairs) [1]."""
+    total = state.force.sum(axis=1, keepdims=True)
+    return np.divide(state.force, total, out=np.zeros_like(state.force), where=total > 0.0)
+
+
+def _springs(analysis: ContactAnalysis, nodes: Nodes, where: Lookup) -> tuple[Array, ...]:
+    """Return stiffness and gap of the equivalent springs, and compliance, gap and cross of the pairs."""
+    compliance, gap, cross = analysis.at(nodes, where)
+    stiffness, gaps = np.empty(compliance.shape), np.empty(compliance.shape)
+    equivalent_springs(compliance, gap, cross, stiffness, gaps)
+    return stiffness, gaps, compliance, gap, cross
+
+
+def _force_of_pairs(
+    analysis: ContactAnalysis, nodes: Nodes, where: Lookup, deflection: Array, backlash: float | None
+) -> MeshForce:
+    stiffness, gaps, compliance, gap, cross = _springs(analysis, nodes, where)
+    pair = stiffness * np.maximum(0.0, deflection[:, None] - gaps)
+    drive = pair.sum(axis=1)
+    if cross.shape[2]:
+        unused, tangent = np.empty(len(drive)), np.empty(len(drive))
+        share(compliance, gap, cross, drive, unused, pair, tangent)
+    return MeshForce(drive - back_force(stiffness.sum(axis=1), deflection, backlash), pair)
+
+
+def back_force(stiffness: Array, deflection: Array, backlash: float | None) -> Array:
+    """Return the force of the back flanks, ``k max(0, −j_bn − δ)``, else 0, (n,) [N]."""
+    if backlash is None:
+        return np.zeros_like(deflection)
+    return stiffness * np.maximum(0.0, -backlash - deflection)

@@ -53,5 +53,5 @@ def harmonics(phase: Array, weight: Array, value: Array, count: int) -> Harmonic
     orders = np.arange(1, count + 1)
     kernel = np.exp(-2j * np.pi * np.multiply.outer(orders, phase))
     coefficient = 2.0 * kernel @ (weight * (value - mean))
-    rms = float(np.sqrt(max(0.0, weight @ (value - mean) ** 2)))
+    rms = float(np.sqrt(float(weight @ (value - mean) ** 2)))
     return Harmonics(mean, np.abs(coefficient), np.angle(coefficient), rms)

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from wearlab.dynamics.response import Response
 from wearlab.life.history import History
 from wearlab.life.state import Vibration, WearState
-from wearlab.mesh.contact import Quasistatic
 from wearlab.mesh.errors import MeshError
+from wearlab.mesh.excitation import load_share, mesh_force
 from wearlab.mesh.harmonics import Harmonics, harmonics
 from wearlab.mesh.profile import Lookup
 from wearlab.scene import Scene
@@ -72,19 +72,14 @@ def mesh_values(parts: PairParts, states: tuple[WearState, ...]) -> Values:
         "static_transmission_error": ste[:, None],
         "unloaded_transmission_error": unloaded[:, None],
         "pair_stiffness": np.stack([_slots(one.stiffness) for one in solved])[:, None],
-        "load_share": np.stack([_slots(_share(one)) for one in solved])[:, None],
+        "load_share": np.stack([_slots(load_share(one)) for one in solved])[:, None],
         "mesh_frequency": [parts.mesh_frequency],
         "contact_ratio": [parts.pair.contact_ratio],
         "mesh_phase_offset": [0.0],
         "static_mesh_force": [parts.analysis.load],
-        "residual_load_share": [np.max(np.abs(_share(one).sum(axis=1) - 1.0)) for one in solved],
+        "residual_load_share": [np.max(np.abs(load_share(one).sum(axis=1) - 1.0)) for one in solved],
     }
     return values | _static_harmonics(parts, states) | _slow_error(error)
-
-
-def _share(state: Quasistatic) -> Array:
-    total = state.force.sum(axis=1, keepdims=True)
-    return np.divide(state.force, total, out=np.zeros_like(state.force), where=total > 0.0)
 
 
 def _slots(values: Array) -> Array:
@@ -194,14 +189,7 @@ def _response_values(parts: PairParts, vibration: Vibration, state: WearState) -
     deflection, rate = vibration.deflection(response, where)
     position, velocity = vibration.coordinates(response, where)
     forces = [
-        vibration.excitation.force(
-            parts.analysis,
-            state.nodes,
-            state.fitted,
-            where,
-            one,
-            vibration.backlash,  # type: ignore[arg-type]
-        )
+        mesh_force(parts.analysis, state.nodes, state.fitted, where, one, vibration.backlash)
         for one in deflection
     ]
     elastic = np.stack([force.elastic for force in forces])

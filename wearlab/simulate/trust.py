@@ -10,7 +10,7 @@ from wearlab.dynamics.response import Response
 from wearlab.gears import tip_contact
 from wearlab.life.history import History
 from wearlab.life.state import Vibration, WearState
-from wearlab.mesh.excitation import stages
+from wearlab.mesh.excitation import mesh_force, stages
 from wearlab.mesh.stages import StageGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import PairParts
@@ -101,14 +101,7 @@ def force_error(scene: Scene, parts: PairParts, state: WearState) -> float:
 def _forces(parts: PairParts, vibration: Vibration, state: WearState, response: Response) -> Array:
     deflection, _ = vibration.deflection(response, parts.output)
     forces = [
-        vibration.excitation.force(
-            parts.analysis,
-            state.nodes,
-            state.fitted,  # type: ignore[arg-type]
-            parts.output,
-            one,
-            vibration.backlash,
-        )
+        mesh_force(parts.analysis, state.nodes, state.fitted, parts.output, one, vibration.backlash)
         for one in deflection
     ]
     return np.stack([force.elastic for force in forces])

@@ -27,16 +27,17 @@ DEFAULT_TOLERANCE = 1e-3
 
 def build_analysis(scene: Scene, pair: GearPair) -> ContactAnalysis:
     """Return the contact analysis of the pair at the static load of the scene."""
-    given = _given_curve(scene.mesh.stiffness, pair)
-    of_mesh = given is not None and scene.mesh.stiffness.of == "mesh"
+    asked: Any = scene.mesh.stiffness
+    given = _given_curve(asked, pair)
+    of_mesh = given is not None and asked.of == "mesh"
     jumps = given.jumps if given is not None and of_mesh else ()
     pair_jumps = tuple(x % 1.0 for x in given.jumps) if given is not None and not of_mesh else ()
     grid = profile_grid(pair, profile_points(scene), kinks(pair), jumps + pair_jumps)
     stiffness: PairStiffness
     if given is not None:
-        stiffness = GivenStiffness(given, scene.mesh.stiffness.of, grid)
+        stiffness = GivenStiffness(given, asked.of, grid)
     else:
-        stiffness = _potential_energy(scene.mesh.stiffness, pair, grid)
+        stiffness = _potential_energy(asked, pair, grid)
     contact = scene.mesh.contact
     return ContactAnalysis(
         grid,

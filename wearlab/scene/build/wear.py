@@ -120,6 +120,6 @@ def build_step(scene: Scene) -> Method:
             return Euler(step.threshold)
         case "fixed":
             stable = getattr(step.size, "stability", None)
-            return Fixed(stability=stable) if stable is not None else Fixed(cycles=step.size)
+            return Fixed(stability=stable) if stable is not None else Fixed(size=step.size)
         case _:
             return Adaptive()
