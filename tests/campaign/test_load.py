@@ -60,7 +60,7 @@ def test_figures(study):
         ("[opration]", "opration: unknown key, did you mean 'operation'?"),
         ("[sweeps]", "sweeps: unknown key, did you mean 'sweep'?"),
         ("title = 3", "title: 3 is no text"),
-        ("[expect]", "expect: expected verdicts: not part of this version"),
+        ("[exclude]", "exclude: excluding cases: not part of this version"),
         ('exclude = "x"', "exclude: excluding cases: not part of this version"),
         ("[start]", "start: continuing another run: not part of this version"),
     ],

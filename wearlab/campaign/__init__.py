@@ -4,6 +4,7 @@ from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.campaign import Campaign, Metadata, load
 from wearlab.campaign.cases import BASE, Case
 from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.expect import Expectation, Wanted
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.json_schema import schema_json
 
@@ -14,8 +15,10 @@ __all__ = [
     "CampaignError",
     "Case",
     "Coordinate",
+    "Expectation",
     "FigureSpec",
     "Metadata",
+    "Wanted",
     "load",
     "schema_json",
 ]

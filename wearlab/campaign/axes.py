@@ -219,6 +219,8 @@ def _others(
     """Return the further keys of a block, each by as few of its last words as make a free name."""
     named: dict[str, Coordinate] = {}
     for key in list(written)[1:]:
+        if key.partition(".")[0] == "expect":
+            continue
         words = key.split(".")
         names = ["_".join(words[-count:]) for count in range(1, len(words) + 1)]
         used = taken | RESERVED | set(named) | {name}

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from wearlab.campaign.axes import Axis, flat, overlap, read_axes
-from wearlab.campaign.cases import Case, expand, read_differences
+from wearlab.campaign.cases import EXPECT, Case, expand, read_differences
 from wearlab.campaign.errors import CampaignError
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.inheritance import Inherited, inherit
@@ -19,7 +19,7 @@ from wearlab.scene.merge import Table
 from wearlab.scene.part import option
 from wearlab.scene.problems import shown
 
-OWN_KEYS = ("title", "reference", "extends", "drop", "metadata", "sweep", "case", "figure")
+OWN_KEYS = ("title", "reference", "extends", "drop", "metadata", "sweep", "case", "figure", "expect")
 Model = TypeVar("Model", bound=BaseModel)
 Result = TypeVar("Result")
 
@@ -104,7 +104,7 @@ def _read(inherited: Inherited, file: Path) -> Campaign:
     figures = tried(_figures, table.get("figure", []))
     metadata = tried(_metadata, table.get("metadata", {}))
     texts = [tried(_text, table, key) for key in ("title", "reference")]
-    sections = {key: value for key, value in table.items() if key in Scene.model_fields}
+    sections = {key: value for key, value in table.items() if key in (*Scene.model_fields, EXPECT)}
     cases = tried(expand, sections, axes or (), differences or ())
     if problems:
         raise CampaignError(problems)

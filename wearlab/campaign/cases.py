@@ -8,12 +8,14 @@ from typing import Any, NamedTuple
 
 from wearlab.campaign.axes import Axis
 from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.expect import Expectation, merged, read_expectation
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.merge import DropError, Table, merge, nested, without
 from wearlab.scene.problems import shown
 
 BASE = "base"
 OWN_WORDS = ("label", "drop", "sweep")
+EXPECT = "expect"
 ENOUGH = 20
 
 
@@ -26,11 +28,13 @@ class Case:
     label : "base", or the label of a ``[[case]]``
     scene : what is run
     position : axis → index; an axis that is missing here is one the run is broadcast along
+    expect : what it is expected to come to, None when the file does not say
     """
 
     label: str
     scene: Scene
     position: dict[str, int]
+    expect: Expectation | None = None
 
     @property
     def id(self) -> str:
@@ -87,8 +91,8 @@ def _difference(block: dict[str, Any], where: str) -> Difference:
 
 def _section(key: str, value: Any, where: str) -> Table:
     section = key.partition(".")[0]
-    valid = [*Scene.model_fields, *OWN_WORDS]
-    if section not in Scene.model_fields:
+    valid = [*Scene.model_fields, EXPECT, *OWN_WORDS]
+    if section not in (*Scene.model_fields, EXPECT):
         near = get_close_matches(section, valid, 1)
         remedy = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(valid)}"
         raise CampaignError([f"{where}.{key}: unknown key{remedy}"])
@@ -115,8 +119,9 @@ def expand(table: Table, axes: tuple[Axis, ...], differences: tuple[Difference, 
     problems: list[str] = []
     for label, position, scene in _scenes(table, axes, differences):
         try:
-            cases.append(Case(label, Scene.from_mapping(scene), position))
-        except SceneError as error:
+            expected = read_expectation(scene.pop(EXPECT, None))
+            cases.append(Case(label, Scene.from_mapping(scene), position, expected))
+        except (SceneError, CampaignError) as error:
             about = "" if label == BASE else f"case {label!r}: "
             problems += [f"{about}{line}" for line in error.problems if not about or line not in problems]
             if len(set(problems)) >= ENOUGH:
@@ -139,6 +144,8 @@ def _scenes(
             except DropError as error:
                 raise CampaignError([f"case[{number}].drop: {error}"]) from None
         changed = merge(reduced, one.own)
+        if (expected := merged(reduced.get(EXPECT), one.own.get(EXPECT))) is not None:
+            changed[EXPECT] = expected
         for position, scene in _swept(changed, axes if one.sweep else ()):
             yield one.label, position, scene
 
@@ -146,7 +153,7 @@ def _scenes(
 def _swept(table: Table, axes: tuple[Axis, ...]) -> Iterator[tuple[dict[str, int], Table]]:
     """Yield the product of the axes, the last one fastest."""
     for place in product(*(range(len(axis.values)) for axis in axes)):
-        scene = table
+        scene = dict(table)
         for axis, index in zip(axes, place, strict=True):
             for key, values in axis.written.items():
                 scene = merge(scene, nested(key, values[index]))

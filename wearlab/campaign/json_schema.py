@@ -5,12 +5,13 @@ whose default is not a value has ``derived``, what its absence means.
 """
 
 import json
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
 from wearlab.campaign.campaign import Metadata
+from wearlab.campaign.expect import VERDICTS
 from wearlab.campaign.figure import FigureSpec
 from wearlab.scene import Scene
 from wearlab.scene.part import option
@@ -57,6 +58,31 @@ class Sweep(BaseModel):
     labels: list[str] | None = option(None, "names of values that are tables or lists", derived="the values")
 
 
+class ExpectedValue(BaseModel):
+    """The value of a variable, and how far from it counts as met."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    value: float | str = option(..., "value, with its unit where the variable has one")
+    tolerance: float | str = option(
+        ..., "absolute, in the value's unit; a plain number beside a value with a unit is relative"
+    )
+
+
+class Expect(BaseModel):
+    """What a case is expected to come to, ``<variable> = {value, tolerance}`` included.
+
+    A case's table is merged over the file's, unless it has another verdict.
+    """
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, ExpectedValue]
+
+    verdict: Literal[VERDICTS] | None = option(None, "verdict of the run", derived="any")  # type: ignore[valid-type]
+    response_period: int | None = option(None, "mesh periods; 0 is aperiodic", derived="any")
+    end_reason: str | None = option(None, "with what the reason of the end begins", derived="any")
+
+
 class CaseBlock(BaseModel):
     """A named difference from the file, in sections or dotted keys."""
 
@@ -78,6 +104,9 @@ class CampaignFile(Scene):
     sweep: tuple[Sweep, ...] = option((), "lists of values; the product of all blocks is run")
     case: tuple[CaseBlock, ...] = option((), "named differences from the file")
     figure: tuple[FigureSpec, ...] = option((), "figures drawn from the datasets")
+    expect: Expect | None = option(
+        None, "expected outcome, of every case or of its own; no part of any run's identity", derived="none"
+    )
 
 
 class _Plain(GenerateJsonSchema):

@@ -27,7 +27,19 @@ def list_runs(store: "Store", state: str | None, as_json: bool) -> Status:
     if as_json:
         show_json(rows)
         return Status.WELL
-    heads = ("id", "campaign", "case", "differs by", "state", "life or wear", "error", "time", "note")
+    heads = (
+        "id",
+        "campaign",
+        "case",
+        "differs by",
+        "state",
+        "life or wear",
+        "error",
+        "time",
+        "note",
+        "expected",
+        "measured",
+    )
     show_table(heads, [_cells(row) for row in rows])
     return Status.WELL
 
@@ -54,6 +66,7 @@ def _row(store: "Store", member: Member, entry: Entry, current: str) -> dict[str
         "max_wear_depth": entry.summary.get("max_wear_depth"),
         "error_estimates": errors,
         "verdict": entry.summary.get("verdict"),
+        "expected": None if member.comparison is None else member.comparison._asdict(),
         "seconds": entry.seconds,
         "started": entry.started,
         "bytes": entry.size,
@@ -74,7 +87,16 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         _error(row),
         seconds_text(row["seconds"]),
         _note(row),
+        *_expected(row),
     )
+
+
+def _expected(row: Mapping[str, Any]) -> tuple[str, str]:
+    """Return what the campaign expects and what was measured, a missed one marked."""
+    found = row["expected"]
+    if found is None:
+        return "", ""
+    return found["expected"], found["measured"] if found["met"] else f"MISSED {found['measured']}"
 
 
 def state_of(store: "Store", entry: Entry) -> str:

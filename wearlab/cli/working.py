@@ -36,6 +36,7 @@ def check_campaign(file: str, as_json: bool) -> Status:
         for label, case in _first_of_each_label(campaign).items()
     }
     refused = _impossible(campaign)
+    status = Status.WELL if all(case["expected"] for case in refused) else Status.TROUBLE
     runs = len({case.id for case in campaign.cases})
     if as_json:
         show_json(
@@ -48,7 +49,7 @@ def check_campaign(file: str, as_json: bool) -> Status:
                 "refused": refused,
             }
         )
-        return Status.TROUBLE if refused else Status.WELL
+        return status
     say(campaign.title)
     for axis in campaign.axes:
         values = ", ".join(value_text(value, None) for value in axis.values)
@@ -60,8 +61,9 @@ def check_campaign(file: str, as_json: bool) -> Status:
             say(f"  + {part}")
         say(f"  left out: {', '.join(left_out) or 'nothing'}")
     for case in refused:
-        complain(f"\nrefused: {case['case']}: {case['reason']}")
-    return Status.TROUBLE if refused else Status.WELL
+        foreseen = ", as expected" if case["expected"] else ""
+        complain(f"\nrefused{foreseen}: {case['case']}: {case['reason']}")
+    return status
 
 
 def _first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
@@ -71,8 +73,8 @@ def _first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
     return first
 
 
-def _impossible(campaign: "Campaign") -> list[dict[str, str]]:
-    """Return the cases whose gears cannot be, with the reason."""
+def _impossible(campaign: "Campaign") -> list[dict[str, Any]]:
+    """Return the cases whose gears cannot be, with the reason, and whether the file expects it."""
     from wearlab.gears.errors import GearError
     from wearlab.scene.build.gears import build_pair
 
@@ -81,7 +83,9 @@ def _impossible(campaign: "Campaign") -> list[dict[str, str]]:
         try:
             build_pair(case.scene)
         except GearError as error:
-            refused.append({"case": case_name(campaign, case), "id": case.id, "reason": str(error)})
+            expected = case.expect is not None and case.expect.verdict == "refused"
+            found = {"case": case_name(campaign, case), "id": case.id, "reason": str(error)}
+            refused.append({**found, "expected": expected})
     return refused
 
 
@@ -117,11 +121,28 @@ def _tell(campaign: "Campaign", report: "Report") -> None:
     counts += [f"{n} {word}" for n, word in ((report.failed, "failed"), (report.refused, "refused")) if n]
     say(f"{', '.join(counts)}; {report.computed} computed in {seconds_text(report.seconds)}")
     names: dict[str, str] = {case.id: case_name(campaign, case) for case in reversed(campaign.cases)}
+    foreseen = {case.id for case in report.expected if case.comparison.met}
     for case in report.troubled:
-        if case.state != "done":
+        if case.state != "done" and case.id not in foreseen:
             complain(f"{case.state}: {names[case.id]}, run {case.id[:SHORT_ID]}: {case.headline}")
         for warning in case.warnings:
             complain(f"warning: {names[case.id]}, run {case.id[:SHORT_ID]}: {warning}")
+    _tell_expected(report)
+
+
+def _tell_expected(report: "Report") -> None:
+    """Show case → verdict → expected → measured, where the campaign expects something."""
+    if not report.expected:
+        return
+    rows = []
+    for case in report.expected:
+        place_words = ", ".join(f"{name}={value}" for name, value in case.position.items())
+        verdict, expected, measured, met = case.comparison
+        rows.append((case.label, place_words, verdict, expected, measured, "yes" if met else "NO"))
+    say()
+    show_table(("case", "differs by", "verdict", "expected", "measured", "met"), rows)
+    missed = sum(not case.comparison.met for case in report.expected)
+    say(f"{len(rows) - missed} of {len(rows)} as expected")
 
 
 def draw_figures(file: str, store: "Store", out: Path, as_json: bool) -> Status:

@@ -1,6 +1,10 @@
 """What a call of ``run`` did."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from wearlab.runner.expectation import Expected
 
 
 class RunnerError(Exception):
@@ -46,6 +50,7 @@ class Report:
     done, failed, refused : states of all runs of the campaign, earlier calls included
     seconds : wall time of this call [s]
     troubled : the failed, the refused, and those computed with warnings
+    expected : the cases with an expectation, and what became of them
     """
 
     total: int
@@ -55,8 +60,12 @@ class Report:
     refused: int
     seconds: float
     troubled: tuple[CaseReport, ...] = ()
+    expected: "tuple[Expected, ...]" = ()
 
     @property
     def ok(self) -> bool:
-        """Whether every run of the campaign is done."""
-        return self.done == self.total
+        """Whether every expectation is met, and every run without one is done."""
+        foreseen = {case.id for case in self.expected}
+        without_data = {case.id for case in self.troubled if case.state != "done"}
+        missing = self.total - self.done - len(without_data)
+        return all(case.comparison.met for case in self.expected) and not (without_data - foreseen or missing)

@@ -6,6 +6,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from wearlab.runner.cluster import Cluster, connect
+from wearlab.runner.expectation import Expected, comparisons
 from wearlab.runner.progress import Progress, watched
 from wearlab.runner.report import CaseReport, Interrupted, Report
 from wearlab.runner.worker import SIMULATE, Task, execute, warm_up
@@ -58,7 +59,7 @@ def run(
     clock = time.perf_counter()
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
     store.create()
-    _record(campaign, store)
+    key = _record(campaign, store)
     with store.presence() as presence, watched(progress) as bar:
         work = _Work(store, presence.token, retry, bar, simulate)
         try:
@@ -68,7 +69,7 @@ def run(
             raise Interrupted(_interruption(tasks, store)) from None
         finally:
             store.catalogue.release(presence.token)
-    return _report(campaign, store, work.finished, time.perf_counter() - clock)
+    return _report(campaign, store, key, work.finished, time.perf_counter() - clock)
 
 
 class _Work:
@@ -146,11 +147,11 @@ def _cluster(stack: ExitStack, workers: int | None, scheduler: str | None, simul
     return Cluster(stack.enter_context(connect(workers, scheduler)), simulate)
 
 
-def _record(campaign: "Campaign", store: "Store") -> None:
-    """Enter the campaign's cases into the catalogue, with the values that set each apart."""
+def _record(campaign: "Campaign", store: "Store") -> str:
+    """Enter the campaign's cases into the catalogue, with the values that set each apart; return its key."""
     members = [(case.id, case.label, place(campaign, case)) for case in campaign.cases]
     path = getattr(campaign, "path", None)
-    store.catalogue.record_campaign(
+    return store.catalogue.record_campaign(
         campaign.title, campaign.reference, None if path is None else str(path), members
     )
 
@@ -160,7 +161,7 @@ def _interruption(tasks: "dict[str, Task]", store: "Store") -> str:
     return f"interrupted: {finished} done, {len(tasks) - finished} to go; run again to continue"
 
 
-def _report(campaign: "Campaign", store: "Store", computed: set[str], seconds: float) -> Report:
+def _report(campaign: "Campaign", store: "Store", key: str, computed: set[str], seconds: float) -> Report:
     entries = store.entries(case.id for case in campaign.cases)
     labels = {case.id: case.label for case in reversed(campaign.cases)}
     states = [entry.state for entry in entries.values()]
@@ -170,4 +171,11 @@ def _report(campaign: "Campaign", store: "Store", computed: set[str], seconds: f
         if entry.state != "done" or (entry.warnings and entry.id in computed)
     )
     counts = (states.count("done"), states.count("failed"), states.count("refused"))
-    return Report(len(labels), len(computed), *counts, seconds, troubled)
+    compared = list(comparisons(campaign, store, entries))
+    store.catalogue.record_comparisons(key, compared)
+    expected = tuple(
+        Expected(case.id, case.label, place(campaign, case), one)
+        for case, one in zip(campaign.cases, compared, strict=True)
+        if one is not None
+    )
+    return Report(len(labels), len(computed), *counts, seconds, troubled, expected)

@@ -7,7 +7,6 @@ LATER_KEYS: dict[str, dict[str, str]] = {
     "": {
         "start": "continuing another run",
         "exclude": "excluding cases",
-        "expect": "expected verdicts",
     },
     "gears": {"planets": PLANETARY, "planet_angles": PLANETARY, "helix_angle": "helical gears"}
     | dict.fromkeys(("sun", "planet", "carrier"), PLANETARY)

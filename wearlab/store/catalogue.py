@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from wearlab.store.errors import StoreError
-from wearlab.store.outcome import Outcome, State
+from wearlab.store.outcome import Comparison, Outcome, State
 
 VERSION = 1
 PATIENCE = 60.0  # s to wait for another process's transaction
@@ -39,6 +39,12 @@ CREATE TABLE members (
     PRIMARY KEY (campaign, number)
 ) WITHOUT ROWID;
 CREATE INDEX members_of_run ON members (run);
+"""
+EXPECTATIONS = """
+CREATE TABLE IF NOT EXISTS expectations (
+    campaign TEXT NOT NULL, number INTEGER NOT NULL, verdict TEXT, expected TEXT, measured TEXT, met INTEGER,
+    PRIMARY KEY (campaign, number)
+) WITHOUT ROWID
 """
 COLUMNS = (
     "id, state, owner, size, sha256, reason, started, seconds, source_hash, wearlab_version, scene, "
@@ -70,13 +76,17 @@ class Entry:
 
 @dataclass(frozen=True)
 class Member:
-    """One case of a recorded campaign: the campaign's title and file, its label, and what sets it apart."""
+    """One case of a recorded campaign: the campaign's title and file, its label, and what sets it apart.
+
+    ``comparison`` is how it compares with what the campaign expects of it, once it has run.
+    """
 
     campaign: str
     path: str | None
     run: str
     label: str
     position: dict[str, Any]
+    comparison: Comparison | None = None
 
 
 class Catalogue:
@@ -108,6 +118,7 @@ class Catalogue:
                 for statement in TABLES.split(";")[:-1]:
                     connection.execute(statement)
                 connection.execute(f"PRAGMA user_version = {VERSION}")
+            connection.execute(EXPECTATIONS)
 
     def close(self) -> None:
         """Let go of the file."""
@@ -196,8 +207,8 @@ class Catalogue:
         reference: str | None,
         path: str | None,
         members: Sequence[tuple[str, str, Mapping[str, Any]]],
-    ) -> None:
-        """Write a campaign's cases as (run id, label, position); the same campaign twice is one."""
+    ) -> str:
+        """Write a campaign's cases as (run id, label, position), return its key; the same twice is one."""
         rows = [(run_id, label, json.dumps(dict(position))) for run_id, label, position in members]
         key = _key(json.dumps([title, path, rows]))
         with self._transaction() as connection:
@@ -209,14 +220,33 @@ class Catalogue:
                 "INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)",
                 [(key, number, *row) for number, row in enumerate(rows)],
             )
+        return key
+
+    def record_comparisons(self, campaign: str, comparisons: Sequence[Comparison | None]) -> None:
+        """Write how a campaign's cases, in their order, compare with what it expects of them."""
+        rows = [(campaign, number, *one) for number, one in enumerate(comparisons) if one is not None]
+        with self._transaction() as connection:
+            connection.execute("DELETE FROM expectations WHERE campaign = ?", (campaign,))
+            connection.executemany("INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", rows)
+
+    def _comparisons(self) -> dict[tuple[str, int], Comparison]:
+        """Return the comparisons by campaign and case; a store of earlier versions has none."""
+        if not self._read("SELECT 1 FROM sqlite_master WHERE name = 'expectations'"):
+            return {}
+        rows = self._read("SELECT campaign, number, verdict, expected, measured, met FROM expectations")
+        return {(row[0], row[1]): Comparison(row[2], row[3], row[4], bool(row[5])) for row in rows}
 
     def members(self) -> list[Member]:
         """Return every case of every campaign, the campaign recorded last coming first."""
+        compared = self._comparisons()
         rows = self._read(
-            "SELECT title, path, run, label, position FROM members JOIN campaigns ON campaign = key "
-            "ORDER BY recorded DESC, campaign, number"
+            "SELECT title, path, run, label, position, campaign, number FROM members "
+            "JOIN campaigns ON campaign = key ORDER BY recorded DESC, campaign, number"
         )
-        return [Member(title, path, run, label, json.loads(text)) for title, path, run, label, text in rows]
+        return [
+            Member(title, path, run, label, json.loads(text), compared.get((key, number)))
+            for title, path, run, label, text, key, number in rows
+        ]
 
     # -- the file -----------------------------------------------------------------------------------------
 
@@ -264,7 +294,9 @@ class Catalogue:
     def _check_version(self, connection: sqlite3.Connection, create: bool) -> None:
         try:
             version = connection.execute("PRAGMA user_version").fetchone()[0]
-            connection.execute("PRAGMA journal_mode = PERSIST")  # the cheapest commit of the rollback journals
+            connection.execute(
+                "PRAGMA journal_mode = PERSIST"
+            )  # the cheapest commit of the rollback journals
         except sqlite3.Error as error:
             raise self._unusable(error) from error
         if version > VERSION:

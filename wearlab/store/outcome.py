@@ -1,9 +1,25 @@
 """What one case became: a finished file image, a refusal, or a failure."""
 
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 State = Literal["running", "done", "failed", "refused"]
+
+
+class Comparison(NamedTuple):
+    """What a case came to, beside what its campaign expects.
+
+    Parameters
+    ----------
+    verdict : the verdict of the run, or its state when it gave no data
+    expected, measured : both in words
+    met : whether they agree
+    """
+
+    verdict: str
+    expected: str
+    measured: str
+    met: bool
 
 
 @dataclass(frozen=True)
