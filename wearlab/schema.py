@@ -63,17 +63,26 @@ VARIABLES: dict[str, Variable] = {
     "operating_hours": Variable(("update",), "s", "h", "operating time since the initial state"),
     "load_cycles": Variable(("update", "flank"), "1", "1", "load cycles of one tooth flank"),
     "path_position": Variable(
-        ("flank", "profile"), "m", "mm", "position on the path of contact",
+        ("flank", "profile"),
+        "m",
+        "mm",
+        "position on the path of contact",
         "0 at the pitch point, positive towards recess",
     ),
     "diameter": Variable(("flank", "profile"), "m", "mm", "diameter of the contact point"),
     "roll_angle": Variable(("flank", "profile"), "rad", "deg", "roll angle of the contact point"),
     "distance_to_pitch_circle": Variable(
-        ("flank", "profile"), "m", "mm", "radial distance from the operating pitch circle",
+        ("flank", "profile"),
+        "m",
+        "mm",
+        "radial distance from the operating pitch circle",
         "positive towards the tip",
     ),
     "characteristic_point": Variable(
-        ("profile",), "", "", "name of the point of contact A, B, C, D or E, or empty",
+        ("profile",),
+        "",
+        "",
+        "name of the point of contact A, B, C, D or E, or empty",
     ),
     "phase": Variable(("phase",), "1", "1", "mesh phase"),
     "flank_side": Variable(("flank",), "", "", "side of the tooth that is loaded"),
@@ -81,7 +90,11 @@ VARIABLES: dict[str, Variable] = {
     "wear_depth": Variable(_WEAR, "m", "um", "wear depth", "along the flank normal"),
     "wear_rate": Variable(_WEAR, "m", "um", "wear depth per cycle"),
     "flank_deviation": Variable(
-        _WEAR, "m", "um", "flank deviation", "−(modifications + wear), as a measuring machine prints",
+        _WEAR,
+        "m",
+        "um",
+        "flank deviation",
+        "−(modifications + wear), as a measuring machine prints",
     ),
     "max_wear_depth": Variable(("update", "flank"), "m", "um", "largest wear depth"),
     "worn_mass": Variable(("update", "member"), "kg", "g", "mass worn off, all teeth"),
@@ -94,7 +107,9 @@ VARIABLES: dict[str, Variable] = {
     "lambda_ratio": Variable(_WEAR, "1", "1", "lambda ratio", "film thickness over composite roughness"),
     "effective_wear_coefficient": Variable(_WEAR, "m2 N-1", "m^2/N", "wear coefficient where it acts"),
     # mesh
-    "mesh_stiffness": Variable(_MESH, "N m-1", "N/um", "time-varying mesh stiffness", "tangent, loaded pairs"),
+    "mesh_stiffness": Variable(
+        _MESH, "N m-1", "N/um", "time-varying mesh stiffness", "tangent, loaded pairs"
+    ),
     "secant_stiffness": Variable(_MESH, "N m-1", "N/um", "secant mesh stiffness F/(δ − e)"),
     "static_transmission_error": Variable(_MESH, "m", "um", "static transmission error under load"),
     "unloaded_transmission_error": Variable(_MESH, "m", "um", "unloaded transmission error"),
@@ -137,12 +152,17 @@ VARIABLES: dict[str, Variable] = {
     "mesh_damping_force": Variable(_RESPONSE, "N", "N", "damping force of the mesh"),
     "mesh_deflection": Variable(_RESPONSE, "m", "um", "mesh deflection δ = d·q − e"),
     "mesh_deflection_rate": Variable(_RESPONSE, "m s-1", "mm/s", "rate of the mesh deflection"),
-    "dynamic_transmission_error": Variable(_RESPONSE, "m", "um", "dynamic transmission error r_b1 θ1 − r_b2 θ2"),
+    "dynamic_transmission_error": Variable(
+        _RESPONSE, "m", "um", "dynamic transmission error r_b1 θ1 − r_b2 θ2"
+    ),
     "pair_force": Variable(
         ("update", "mesh", "pair", "mesh_period", "phase"), "N", "N", "force on each pair's drive flank"
     ),
     "bearing_force": Variable(
-        ("update", "member", "axis", "mesh_period", "phase"), "N", "N", "force of the support on the gear",
+        ("update", "member", "axis", "mesh_period", "phase"),
+        "N",
+        "N",
+        "force of the support on the gear",
         "y is along the line of action",
     ),
     "dte_harmonics": Variable(
@@ -162,13 +182,31 @@ VARIABLES: dict[str, Variable] = {
     "floquet_multiplier": Variable(
         ("update", "multiplier", "part"), "1", "1", "Floquet multipliers of the response"
     ),
-    "attractor": Variable(("update",), "1", "1", "branch of the response", "changes where the response jumps"),
+    "attractor": Variable(
+        ("update",), "1", "1", "branch of the response", "changes where the response jumps"
+    ),
+    "coexisting_period": Variable(
+        ("update",),
+        "1",
+        "1",
+        "mesh periods per period of another attractor",
+        "0: aperiodic; NaN: released flanks return to the response stored",
+    ),
+    "coexisting_multiplier": Variable(
+        ("update",), "1", "1", "largest modulus of the Floquet multipliers of the other attractor"
+    ),
+    "coexisting_force_min": Variable(_STATE, "N", "N", "smallest mesh force of the other attractor"),
+    "coexisting_force_max": Variable(_STATE, "N", "N", "largest mesh force of the other attractor"),
     "natural_frequency": Variable(("mode",), "Hz", "Hz", "natural frequency at the mean mesh stiffness"),
     "critical_speed": Variable(
         ("mode",), "rad s-1", "rpm", "speed of the reference gear at which mesh and natural frequency meet"
     ),
     "mode_participation": Variable(
-        ("mesh", "mode"), "1", "1", "share of a mode in the compliance the mesh sees", "0: the mesh does not excite it"
+        ("mesh", "mode"),
+        "1",
+        "1",
+        "share of a mode in the compliance the mesh sees",
+        "0: the mesh does not excite it",
     ),
     # life
     "life": Variable((), "1", "1", "cycles to the depth limit"),
@@ -177,10 +215,16 @@ VARIABLES: dict[str, Variable] = {
     "end_reason": Variable((), "", "", "why the run ended"),
     # trust
     "verdict": Variable((), "", "", "what the run amounts to"),
-    "validity": Variable((), "", "", "assumed values and limits of validity that this run touches, one a line"),
-    "error_estimate_wear_depth": Variable(("update",), "m", "um", "estimated numerical error of the wear depth"),
+    "validity": Variable(
+        (), "", "", "assumed values and limits of validity that this run touches, one a line"
+    ),
+    "error_estimate_wear_depth": Variable(
+        ("update",), "m", "um", "estimated numerical error of the wear depth"
+    ),
     "error_estimate_life": Variable((), "1", "1", "estimated numerical error of the life, in cycles"),
-    "error_estimate_mesh_force": Variable(("update",), "N", "N", "estimated numerical error of the mesh force"),
+    "error_estimate_mesh_force": Variable(
+        ("update",), "N", "N", "estimated numerical error of the mesh force"
+    ),
     "residual_mean_force": Variable(
         ("update",), "1", "1", "mean of elastic and damping force over the static force, minus one"
     ),
@@ -201,7 +245,7 @@ VARIABLES: dict[str, Variable] = {
 
 
 def attributes(name: str) -> dict[str, str]:
-    """Return the CF attributes of a variable: units, display_units, long_name and comment where it has them."""
+    """Return the CF attributes of a variable: units, display_units, long_name, and comment if any."""
     variable = VARIABLES[name]
     named = {
         "units": variable.units,

@@ -15,6 +15,7 @@ from wearlab.scene.build import PairParts, build
 from wearlab.scene.build.modes import build_modes
 from wearlab.scene.build.wear import build_limits, build_snapshots, build_step
 from wearlab.simulate import pair as named
+from wearlab.simulate.attractors import attractor_values, other_attractors
 from wearlab.simulate.errors import Refused
 from wearlab.simulate.label import CONVENTIONS, labelled
 from wearlab.simulate.provenance import provenance
@@ -113,4 +114,6 @@ def _values(scene: Scene, parts: PairParts, lived: History) -> dict[str, Any]:
     if parts.vibration is not None:
         values |= named.dynamic_values(parts, states)
         values |= named.mode_values(build_modes(parts))
-    return values | named.life_values(scene, parts, lived) | trust_values(scene, parts, lived)
+    others = other_attractors(parts, states)
+    values |= attractor_values(others)
+    return values | named.life_values(scene, parts, lived) | trust_values(scene, parts, lived, others)

@@ -1,5 +1,6 @@
 """What a run says of itself: verdict, validity, error estimates, time and work."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -24,11 +25,13 @@ RICHARDSON = 15.0
 EXTENDED_CONTACT = 0.05
 
 
-def trust_values(scene: Scene, parts: PairParts, lived: History) -> Values:
+def trust_values(
+    scene: Scene, parts: PairParts, lived: History, others: Sequence[Response | None] = ()
+) -> Values:
     """Return verdict, validity, error estimates, run times and counts."""
     account = parts.coupling.account
     values: Values = {
-        "verdict": verdict(lived),
+        "verdict": verdict(lived, others),
         "validity": "\n".join(parts.validity + scene_validity(parts, lived)),
     }
     if parts.vibration is not None:
@@ -46,8 +49,14 @@ def trust_values(scene: Scene, parts: PairParts, lived: History) -> Values:
     return values | {f"count_{what}": count for what, count in account.counts.items()}
 
 
-def verdict(lived: History) -> str:
-    """Return in one word what the run amounts to; what deviates most from an ordinary run wins."""
+def verdict(lived: History, others: Sequence[Response | None] = ()) -> str:
+    """Return in one word what the run amounts to; what deviates most from an ordinary run wins.
+
+    Parameters
+    ----------
+    lived : the states
+    others : other attractors of the states, None where none is known
+    """
     if lived.life is not None and lived.life.end_reason not in ENDS_AS_ASKED:
         return "stopped"
     responses = [state.response for state in lived.state if state.response is not None]
@@ -59,7 +68,7 @@ def verdict(lived: History) -> str:
     ):
         if any(holds(response.verdict) for response in responses):
             return word
-    return "completed"
+    return "coexisting" if any(other is not None for other in others) else "completed"
 
 
 def scene_validity(parts: PairParts, lived: History) -> tuple[str, ...]:

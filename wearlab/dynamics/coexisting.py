@@ -1,0 +1,116 @@
+"""Another attractor beside the one found: |μ| < 1 says that an orbit attracts, not that it is the only one.
+
+A mesh that may separate has several steady responses, even where the one found never leaves contact. So
+flanks are let go from states that it does not visit: mostly they fall back within a few dozen periods, and
+the march ends there.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.periodic import Periodic, periods_of
+from wearlab.dynamics.response import Response, Verdict
+from wearlab.dynamics.shooting import Orbit, Shooting
+
+Array = NDArray[np.float64]
+
+BLOCK = 50
+"""Mesh periods between two looks whether the flanks have fallen back."""
+FALLEN_BACK = 1e-3
+"""Distance from the orbit, over the mean deflection, at which its attraction has won."""
+DISTINCT = 1e-2
+"""Distance of two orbits, over the mean deflection, from which they are two."""
+RELEASES = ((-1.0, True), (-2.0, True), (-1.0, False), (2.0, False), (-8.0, True), (3.0, True))
+"""Approach of the flanks at release over the mean deflection; of all coordinates, or of the last alone."""
+LONG = 3
+"""Transients that a march may take once more before it counts as aperiodic: chaos may be passing, too."""
+
+
+def coexisting(found: Response, method: Periodic) -> Response | None:
+    """Return another attractor that the released flanks reach, None when all return to the response found.
+
+    Parameters
+    ----------
+    found : a periodic, attracting response
+    method : how long to march, and how long a period may be
+
+    Notes
+    -----
+    A search, not a proof: an attractor that none of the releases reaches stays unknown.
+    """
+    if found.period == 0 or not found.verdict.unique or not found.system.load.any():
+        return None
+    shooting = Shooting(found.system, found.tables, found.mesh_period)
+    scale = _mean_deflection(found)
+    home = _Home(found, scale, shooting.rate)
+    for state in _releases(found, scale):
+        rival = _attractor(shooting, state, home, method)
+        if rival is not None:
+            return rival
+    return None
+
+
+class _Home:
+    """The strobed states of the response found."""
+
+    def __init__(self, found: Response, scale: float, rate: float) -> None:
+        self.scale, self.rate = scale, rate
+        self.states = found.state[:, 0]
+
+    def distance(self, state: Array) -> float:
+        """Return how far a strobed state is from the orbit, over the mean deflection [1]."""
+        n = len(state) // 2
+        apart = np.abs(self.states - state)
+        apart[:, n:] /= self.rate
+        return float(apart.max(axis=1).min()) / self.scale
+
+
+def _mean_deflection(found: Response) -> float:
+    n = len(found.system.load)
+    state = found.state[:, :-1, :n]
+    deflection = state @ found.system.direction.T - found.tables.error[:, 0]
+    return float(np.abs(deflection.mean(axis=(0, 1))).max())
+
+
+def _releases(found: Response, scale: float) -> Iterator[Array]:
+    direction = found.system.direction.sum(axis=0)
+    for approach, spread in RELEASES:
+        state = np.zeros(2 * len(direction))
+        if spread:
+            state[: len(direction)] = approach * scale * direction / (direction @ direction)
+        else:
+            state[len(direction) - 1] = approach * scale / direction[-1]
+        yield state
+
+
+def _falls_back(shooting: Shooting, state: Array, home: _Home, most: int) -> bool:
+    for _ in range(0, most, BLOCK):
+        shooting.march(state, BLOCK)
+        if home.distance(state) <= FALLEN_BACK:
+            return True
+    return not np.isfinite(state).all()
+
+
+def _attractor(shooting: Shooting, state: Array, home: _Home, method: Periodic) -> Response | None:
+    """Return the attractor that a march from ``state`` reaches, None when it is the one known."""
+    for transient in (method.transient, LONG * method.transient):
+        if _falls_back(shooting, state, home, transient):
+            return None
+        strobe, path = shooting.march(state, max(method.averaged, 2 * method.longest), method.averaged)
+        for m in periods_of(strobe, method.longest, shooting.rate):
+            orbit = shooting.shoot(m, strobe[-1].copy())
+            if orbit is not None and orbit.largest <= 1.0 + method.margin:
+                same = home.distance(orbit.state[0, 0]) <= DISTINCT
+                return None if same else _periodic(shooting, orbit, method)
+    if home.distance(strobe[-1]) <= DISTINCT:
+        return None
+    verdict = Verdict(periodic=False, attracting=None, unique=True, converged=True)
+    kept = path.reshape(method.averaged, -1, shooting.rows)
+    return shooting.response(0, kept, np.empty(0, complex), verdict, 0.0)
+
+
+def _periodic(shooting: Shooting, orbit: Orbit, method: Periodic) -> Response:
+    verdict = Verdict(True, orbit.largest < 1.0 - method.margin, orbit.unique, True)
+    return shooting.response(orbit.periods, orbit.state, orbit.multipliers, verdict, orbit.residual)
