@@ -96,7 +96,7 @@ def build_limits(scene: Scene, pair: GearPair, nodes: int, speed: float) -> Limi
     cycles = [
         until.cycles,
         None if until.mesh_cycles is None else until.mesh_cycles / teeth,
-        None if until.hours is None else until.hours * speed / (2 * np.pi),
+        None if until.hours is None else 3600.0 * until.hours * speed / (2 * np.pi),
     ]
     given = [value for value in cycles if value is not None]
     return Limits(min(given) if given else None, until.depth, flank_entries(until.flank, pair, nodes))
