@@ -1,1 +1,1 @@
-"""PLACEHOLDER."""
+"""Wear over cycles: the coupled state, the steps, the limits."""

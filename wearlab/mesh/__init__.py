@@ -1,1 +1,1 @@
-"""PLACEHOLDER."""
+"""Flanks in quasi-static contact: stiffness, gaps, load sharing, and what excites the dynamics."""

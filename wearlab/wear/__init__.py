@@ -1,1 +1,1 @@
-"""PLACEHOLDER."""
+"""Archard's wear along the path: law, coefficient, film, load."""
