@@ -6,6 +6,7 @@ import pytest
 from wearlab.gears.errors import GearError
 from wearlab.gears.materials import STEEL, Material
 from wearlab.gears.modification import Relief
+from wearlab.gears.outline import root_curve
 
 L16 = {"root_diameter": 0.140, "bore_diameter": 0.040}
 
@@ -128,3 +129,37 @@ def test_fillet_interference(pair_of):
 def test_just_above_undercut_runs(pair_of):
     pair = pair_of({"teeth": 12, "profile_shift_coefficient": 0.30}, {})
     assert pair.driving.form_radius == pytest.approx(pair.driving.base_radius, rel=1e-4)
+
+
+def test_slight_undercut_runs_as_in_practice(pair_of):
+    """17 unshifted teeth, 0.0057 modules short, meet a rack's rounding just above the base circle."""
+    pinion = pair_of({"teeth": 17}, {}).driving
+    assert pinion.base_radius < pinion.form_radius < 1.001 * pinion.base_radius
+    assert any("undercut by a rack edge 0.00566 modules" in flag for flag in pinion.assumed)
+    assert not any("undercut" in flag for flag in pair_of({"teeth": 18}, {}).driving.assumed)
+
+
+def test_undercut_root_curve_meets_the_involute(pair_of):
+    pinion = pair_of({"teeth": 14}, {"addendum_coefficient": 0.7}).driving
+    x, y, _ = root_curve(pinion, np.array([0.0, 0.999, 1.0]))
+    assert math.hypot(x[2], y[2]) == pytest.approx(pinion.form_radius, rel=1e-12)
+    assert math.atan2(y[2], x[2]) == pytest.approx(pinion.half_angle(pinion.form_radius), rel=1e-9)
+    assert math.hypot(x[0], y[0]) == pytest.approx(pinion.root_radius, rel=1e-12)
+    within = math.hypot(x[1], y[1])
+    assert math.atan2(y[1], x[1]) < pinion.half_angle(within)  # below it the rack has cut into the involute
+    assert pinion.form_radius > 1.0005 * pinion.base_radius
+
+
+def test_undercut_into_the_active_profile_is_refused(pair_of):
+    with pytest.raises(GearError, match="fillet interference: gear would touch pinion"):
+        pair_of({"teeth": 14}, {"addendum_coefficient": 0.86})
+
+
+def test_form_radius_is_continuous_at_the_start_of_undercut(pair_of):
+    """``ρ_form = 0`` from both sides: the practical tolerance adds no jump."""
+    limit = 1.0 - 8.5 * math.sin(math.radians(20.0)) ** 2
+    radii = [
+        pair_of({"teeth": 17, "profile_shift_coefficient": limit + step}, {}).driving.form_radius
+        for step in (-1e-6, 1e-6)
+    ]
+    assert radii[0] == pytest.approx(radii[1], rel=1e-6)

@@ -6,7 +6,7 @@ from wearlab.gears.errors import GearError
 from wearlab.gears.gear import Gear
 from wearlab.gears.materials import Material, check_material
 from wearlab.gears.modification import modification
-from wearlab.gears.root import form_radius, resolve_root
+from wearlab.gears.root import form_radius, resolve_root, undercut_flag
 from wearlab.gears.specification import GearSpec
 
 FEWEST_TEETH = 5
@@ -65,6 +65,7 @@ def build_gear(
         fillet=fillet,
         root_profile=root_profile,
     )
+    cut_flag = undercut_flag(root_profile, spec.teeth, pressure_angle, depth - profile_shift, fillet)
     own_material = spec.material or material
     check_material(own_material, spec.name)
     width = spec.face_width or face_width
@@ -88,7 +89,7 @@ def build_gear(
         material=own_material,
         mass=mass,
         inertia=inertia,
-        assumed=(*assumed, *root_flag, *bore_flag, *mass_flag),
+        assumed=(*assumed, *root_flag, *cut_flag, *bore_flag, *mass_flag),
         modification=modification(
             spec.tip_relief, spec.root_relief, spec.profile_crowning, spec.profile_slope
         ),

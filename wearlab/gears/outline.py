@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wearlab.gears.gear import Gear
+from wearlab.gears.trochoid import Rounding
 
 Array = NDArray[np.float64]
 
@@ -70,7 +71,8 @@ def root_curve(gear: Gear, fraction: ArrayLike) -> tuple[Array, Array, Array]:
     Trochoid: the envelope of the rack's tip rounding, whose normal passes through the pitch point. With γ the
     normal's angle to the pitch line, a the depth of the rounding's centre below it and b its distance
     from the tooth's centre line, ``φ = (a/tanγ + b)/r``, ``D = a/sinγ + ρ``:
-    ``x = r cosφ − D sin(γ − φ)``, ``y = r sinφ − D cos(γ − φ)``, from γ = π/2 (root) to γ = α (form).
+    ``x = r cosφ − D sin(γ − φ)``, ``y = r sinφ − D cos(γ − φ)``, from γ = π/2 (root) to γ = α (form), or to
+    where a slight undercut meets the involute.
     Radial: the straight line from the root circle to the base circle, or a point where the involute
     reaches the root circle.
 
@@ -106,7 +108,8 @@ def _trochoid(gear: Gear, t: Array) -> tuple[Array, Array, Array]:
     r, rho = gear.reference_radius, gear.fillet_radius
     a = r - gear.root_radius - rho
     b = _rounding_offset(gear)
-    span = gear.pressure_angle - math.pi / 2
+    rounding = Rounding(r, gear.base_radius, gear.pressure_angle, rho, a, b, gear.base_half_angle)
+    span = rounding.last_angle() - math.pi / 2
     gamma = math.pi / 2 + span * t
     sin, tan_inverse = np.sin(gamma), np.cos(gamma) / np.sin(gamma)
     phi, phi_rate = (a * tan_inverse + b) / r, -a / (r * sin**2)

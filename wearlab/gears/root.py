@@ -3,7 +3,12 @@
 import math
 
 from wearlab.gears.errors import GearError
+from wearlab.gears.involute import involute
 from wearlab.gears.specification import RootProfile
+from wearlab.gears.trochoid import Rounding
+
+PRACTICAL = 17.1 / 14.0
+"""Rack depth over the depth free of undercut that practice accepts: 14 teeth where theory asks for 17."""
 
 
 def rounding_centre(dedendum: float, fillet: float, pressure_angle: float) -> float:
@@ -56,6 +61,17 @@ def resolve_root(
     return "radial", (flag,)
 
 
+def undercut_flag(
+    root_profile: RootProfile, teeth: int, pressure_angle: float, depth: float, fillet: float
+) -> tuple[str, ...]:
+    """Return the flag of a gear whose rack, ``depth`` modules below the pitch circle, undercuts slightly."""
+    sin = math.sin(pressure_angle)
+    excess = depth - fillet * (1.0 - sin) - 0.5 * teeth * sin**2
+    if root_profile == "radial" or excess <= 0.0:
+        return ()
+    return (f"undercut by a rack edge {excess:.3g} modules too deep, within the practical limit",)
+
+
 def form_radius(
     *,
     name: str,
@@ -71,10 +87,16 @@ def form_radius(
 
     A rack's straight edge ends at depth ``h_e = h − ρ (1 − sinα) − x`` below the pitch line and leaves
     ``ρ_form = r sinα − h_e m / sinα``; a radial root begins at the base circle (or at the root circle).
+    A rack that reaches slightly deeper undercuts: the involute then begins where the root curve meets it,
+    and the gear runs as long as its mate touches it above (checked with the pair).
 
     Raises
     ------
-    GearError : undercut, ρ_form < 0
+    GearError : undercut beyond the practical limit, 1.22 times the depth free of it
+
+    References
+    ----------
+    DIN 3960: practical limit of the profile shift (14 − z)/17 instead of (17 − z)/17 at 20°.
     """
     r, alpha = 0.5 * module * teeth, pressure_angle
     r_b = r * math.cos(alpha)
@@ -82,11 +104,18 @@ def form_radius(
         return max(r_b, root_radius)
     depth = (r - root_radius) / module - fillet * (1.0 - math.sin(alpha))
     curvature = r * math.sin(alpha) - depth * module / math.sin(alpha)
-    if curvature < 0.0:
-        limit = 0.5 * teeth * math.sin(alpha) ** 2
+    if curvature >= 0.0:
+        return math.hypot(r_b, curvature)
+    limit = 0.5 * teeth * math.sin(alpha) ** 2
+    if depth > PRACTICAL * limit:
         raise GearError(
             f"{name}: undercut: {teeth} teeth allow a rack edge {limit:.4g} modules below the pitch circle, "
             f"it needs {depth:.4g}; raise profile_shift_coefficient to {profile_shift + depth - limit:.4g}, "
             'use more teeth, or set root_profile = "radial"'
         )
-    return math.hypot(r_b, curvature)
+    rho = fillet * module
+    dedendum = r + profile_shift * module - root_radius
+    offset = math.pi * module / 4 + (dedendum - rho) * math.tan(alpha) + rho / math.cos(alpha)
+    half = math.pi / (2 * teeth) + 2.0 * profile_shift * math.tan(alpha) / teeth + involute(alpha)
+    cut = Rounding(r, r_b, alpha, rho, r - root_radius - rho, offset, half)
+    return cut.point(cut.last_angle())[0]
