@@ -48,6 +48,12 @@ DIMENSIONS = (
     Dimension("part", "real and imaginary part"),
     Dimension("error_angle", "quadrature over the angles of the members"),
     Dimension("step", "accepted steps over cycles"),
+    Dimension("response_speed", "speeds of the input member at which the response is followed"),
+    Dimension("direction", "up, down: the order in which the speeds are passed"),
+    Dimension("strobe", "states once per mesh period"),
+    Dimension("order", "frequency over the mesh frequency"),
+    Dimension("jump", "jumps of the response, in the order in which they are met"),
+    Dimension("edge", "the last speed before a jump, the first after it"),
 )
 
 _WEAR = ("update", "flank", "profile")
@@ -55,6 +61,7 @@ _MESH = ("update", "mesh", "phase")
 _PAIR = ("update", "mesh", "pair", "phase")
 _RESPONSE = ("update", "mesh", "mesh_period", "phase")
 _STATE = ("update", "mesh")
+_OVER_SPEED = ("mesh", "direction", "response_speed")
 
 VARIABLES: dict[str, Variable] = {
     # coordinates
@@ -197,6 +204,40 @@ VARIABLES: dict[str, Variable] = {
     ),
     "coexisting_force_min": Variable(_STATE, "N", "N", "smallest mesh force of the other attractor"),
     "coexisting_force_max": Variable(_STATE, "N", "N", "largest mesh force of the other attractor"),
+    # response over speed
+    "response_speed": Variable(("response_speed",), "rad s-1", "rpm", "speed of the input member"),
+    "response_dynamic_factor": Variable(_OVER_SPEED, "1", "1", "largest dynamic over static mesh force"),
+    "response_force_peak_to_peak": Variable(_OVER_SPEED, "N", "N", "range of the dynamic mesh force"),
+    "response_force_rms": Variable(_OVER_SPEED, "N", "N", "RMS of the dynamic mesh force fluctuation"),
+    "response_dte_peak_to_peak": Variable(_OVER_SPEED, "m", "um", "range of the dynamic transmission error"),
+    "response_dte_rms": Variable(_OVER_SPEED, "m", "um", "RMS of the dynamic transmission error fluctuation"),
+    "response_separation_fraction": Variable(
+        _OVER_SPEED, "1", "%", "fraction of time without drive-flank contact"
+    ),
+    "response_orbit_period": Variable(
+        _OVER_SPEED[1:], "1", "1", "mesh periods per response period", "0: aperiodic"
+    ),
+    "response_multiplier": Variable(
+        _OVER_SPEED[1:], "1", "1", "largest modulus of the Floquet multipliers", "over one response period"
+    ),
+    "response_dte_orders": Variable(
+        (*_OVER_SPEED, "order"), "m", "um", "order amplitude of the dynamic transmission error"
+    ),
+    "response_force_orders": Variable(
+        (*_OVER_SPEED, "order"), "N", "N", "order amplitude of the dynamic mesh force"
+    ),
+    "response_poincare_deflection": Variable(
+        (*_OVER_SPEED, "strobe"), "m", "um", "mesh deflection once per mesh period"
+    ),
+    "response_poincare_rate": Variable(
+        (*_OVER_SPEED, "strobe"), "m s-1", "mm/s", "rate of the mesh deflection once per mesh period"
+    ),
+    "response_jump_speed": Variable(
+        ("direction", "jump", "edge"), "rad s-1", "rpm", "speeds between which the response jumps"
+    ),
+    "response_jump_extent": Variable(
+        ("direction", "jump", "edge"), "m", "um", "range of the mesh deflection before and after a jump"
+    ),
     "natural_frequency": Variable(("mode",), "Hz", "Hz", "natural frequency at the mean mesh stiffness"),
     "critical_speed": Variable(
         ("mode",), "rad s-1", "rpm", "speed of the reference gear at which mesh and natural frequency meet"

@@ -87,7 +87,7 @@ def leaves(node):
 
 
 def test_every_dimensional_option_has_a_unit():
-    plain = {"StiffnessUnits"}
+    plain = {"StiffnessUnits", "FrequencyResponse"}
     for owner, key, node in PROPERTIES:
         if key in DIMENSIONAL and owner not in plain and node.get("type") != "object":
             assert any("unit" in leaf for leaf in leaves(node)), f"{owner}.{key}"
@@ -95,7 +95,7 @@ def test_every_dimensional_option_has_a_unit():
 
 def test_every_dimensional_option_is_known_to_this_test():
     measured = {key for _, key, node in PROPERTIES if any("unit" in leaf for leaf in leaves(node))}
-    assert measured - DIMENSIONAL <= {"value", "mean", "carrier_phase", "fm_phase", "installation", "phase"}
+    assert measured - DIMENSIONAL <= {"value", "mean", "carrier_phase", "fm_phase", "installation", "phase", "from", "to"}
 
 
 def test_every_key_of_a_scene_is_in_the_schema():

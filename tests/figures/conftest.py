@@ -69,6 +69,7 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
     length = {
         **{"update": 3, "flank": 2, "profile": len(S), "mesh": 1, "phase": 16, "mesh_period": 2, "pair": 3},
         **{"member": 2, "harmonic": 5, "mode": 3},
+        **{"response_speed": 6, "direction": 2, "strobe": 4, "order": 8, "jump": 1, "edge": 2},
         **sizes,
     }
     data = xr.Dataset()
@@ -86,6 +87,7 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
         "contact_ratio": [RATIO], "mesh_stiffness": 3e8 + 1e7 * np.arange(3)[:, None, None] + 1e6 * PHASE,
         "max_wear_depth": np.array([[0.0, 0.0], [1e-6, 2e-6], [4e-6, 5e-6]]) * (speed or 1000.0) / 1000.0,
         "static_mesh_force": [4800.0], "mesh_frequency": [50 * (speed or 0.0) / 60],
+        "response_speed": np.linspace(80.0, 180.0, 6),
         "natural_frequency": [2000.0, 3000.0, 4000.0],
         "critical_speed": 2 * np.pi * np.array([2000.0, 3000.0, 4000.0]) / 50,
     }  # fmt: skip
@@ -98,9 +100,14 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
             data[name] = data[name].where((data.mesh_period == 0) | (data["update"] == 2))
         data["dynamic_mesh_force"] *= speed
     labels = {"flank": ["pinion", "gear"], "member": ["pinion", "gear"], "mesh": ["pinion-gear"],
-              "harmonic": np.arange(1, length["harmonic"] + 1), "pair": [1, 2, 3]}  # fmt: skip
+              "harmonic": np.arange(1, length["harmonic"] + 1), "pair": [1, 2, 3], "direction": ["up", "down"],
+              "order": np.arange(1, 9) / 4}  # fmt: skip
     data = data.assign_coords(labels | {"characteristic_point": ("profile", LETTERS)})
-    coordinates = [n for n in ("cycle", "phase", "path_position", "diameter", "roll_angle") if n in data]
+    coordinates = [
+        n
+        for n in ("cycle", "phase", "path_position", "diameter", "roll_angle", "response_speed")
+        if n in data
+    ]
     return data.set_coords(coordinates)
 
 

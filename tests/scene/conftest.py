@@ -45,6 +45,10 @@ FULL = {
         "damping_ratio": 0.07,
         "damping_in": "always",
     },
+    "dynamics": {
+        **TABLE["dynamics"],
+        "response": {"speed": {"from": "800 rpm", "to": "5000 rpm", "points": 9}, "direction": "up"},
+    },
     "errors": {
         "seed": 7,
         "slow": "frozen",

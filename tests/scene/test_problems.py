@@ -85,7 +85,6 @@ LATER = [
     ("mesh.contact.extended_contact", True),
     ("dynamics.model", "planetary"),
     ("dynamics.friction", {}),
-    ("dynamics.response", {}),
     ("wear.coefficient.model", "calibrated"),
     ("wear.initial.pinion", {"file": "x.csv"}),
     ("lubricant.temperature", "60 degC"),

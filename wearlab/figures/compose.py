@@ -223,7 +223,7 @@ def _lettered(panels: list[Panel]) -> tuple[Panel, ...]:
 def _legend(
     series: Sequence[Series], hues: list[Label | None], pen: Mapping[Label, Pen], hue: str | None
 ) -> tuple[Entry, ...]:
-    coloured = [s for s in reversed(series) if s.look in ("line", "line-points")]
+    coloured = [s for s in reversed(series) if s.look in ("line", "line-points", "dots")]
     looks = {s.key[hue]: s.look for s in coloured if hue is not None and hue in s.key}
     entries = [Entry(h.text, pen[h], looks.get(h, "line")) for h in hues if h is not None]
     extra = {s.text: s for s in reversed(series) if s.text}

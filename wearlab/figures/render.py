@@ -101,7 +101,8 @@ def _by_rows(handles: list[Line2D], columns: int) -> list[Line2D]:
 
 
 def _handle(entry: Entry) -> Line2D:
-    return Line2D([], [], label=entry.text, **_strokes(entry.pen, entry.look))
+    look = "points" if entry.look == "dots" else entry.look
+    return Line2D([], [], label=entry.text, **_strokes(entry.pen, look))
 
 
 def _strokes(pen: Pen, look: str) -> dict[str, Any]:
@@ -109,6 +110,10 @@ def _strokes(pen: Pen, look: str) -> dict[str, Any]:
     colour, dash = pen.colour, pen.dash
     if look == "points":
         return {"color": colour, "ls": "", "marker": "o", "mec": "white", "mew": 0.6, "ms": 5.0, "zorder": 4}
+    if look == "dots":
+        return {"color": colour, "ls": "", "marker": "o", "mew": 0.0, "ms": 1.8, "alpha": 0.7, "zorder": 3}
+    if look == "hairline":
+        return {"color": colour, "ls": dash, "lw": 0.6, "zorder": 3}
     if look == "published":
         return {
             "color": colour,

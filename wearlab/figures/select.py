@@ -79,7 +79,8 @@ def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
             )
         elif key in data.dims:
             values = data[key].values if key in data.coords else np.arange(data.sizes[key])
-            data = data.isel({key: index_of(asked, list(values), key, ask.name)})
+            units = data[key].attrs.get("units") if key in data.coords else None
+            data = data.isel({key: index_of(asked, list(values), key, ask.name, units)})
         elif key not in RUN_DIMENSIONS:
             valid = sorted({*grid_dims, *map(str, data.dims), *STATE_COORDINATES})
             raise FigureError(f"{ask.name}: select.{key}: no such dimension; {choices(key, valid)}")

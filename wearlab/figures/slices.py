@@ -39,6 +39,10 @@ WORDS = {
     "natural_frequency": "natural frequency",
     "mesh_cycles": "mesh cycles",
     "operating_hours": "operating time",
+    "response_dynamic_factor": "dynamic factor",
+    "response_separation_fraction": "time without drive-flank contact",
+    "response_poincare_deflection": "mesh deflection",
+    "response_poincare_rate": "rate of mesh deflection",
 }
 
 
@@ -106,6 +110,10 @@ def label(run: Run, dim: str, index: int) -> Label:
     if dim == "update" and index < len(run.states):
         return run.states[index]
     value = run.data[dim].values[index] if dim in run.data.coords else index
+    units = run.data[dim].attrs.get("units", "1") if dim in run.data.coords else "1"
+    if units != "1" and not isinstance(value, str):
+        wanted = run.data[dim].attrs.get("display_units", units)
+        return place(dim, float(f"{converted(np.array(float(value)), units, wanted):.6g}"), wanted)
     return place(dim, value.item() if isinstance(value, np.generic) else value, None)
 
 

@@ -1,17 +1,20 @@
 """``[dynamics]``: which coordinates move, how the steady response is found, and what holds the gears."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from annotated_types import Ge
+from pydantic import Field, create_model
 
 from wearlab.scene.part import (
     NOT_NEGATIVE,
     POSITIVE,
     Alternatives,
+    Count,
     DampingRate,
     Force,
     Number,
     Part,
+    Speed,
     SpringRate,
     TorsionalDampingRate,
     TorsionalSpringRate,
@@ -87,12 +90,40 @@ class Supports(Part):
         return {"pinion": self.pinion, "gear": self.gear}[member]
 
 
+SPEEDS: Any = {
+    "from": (Annotated[Speed, POSITIVE], option(..., "lowest speed")),
+    "to": (Annotated[Speed, POSITIVE], option(..., "highest speed")),
+    "points": (Annotated[Count, Ge(2)], option(61, "number of speeds")),
+}
+SpeedRange = create_model(
+    "SpeedRange",
+    __base__=Part,
+    __doc__="Equally spaced speeds of the input member; ``from`` is no name that Python could spell.",
+    **SPEEDS,
+)
+
+
+class FrequencyResponse(Part):
+    """The response over speed of the first wear state, each speed from the response of the last."""
+
+    speed: SpeedRange = option(..., "speeds of the input member")
+    direction: Literal["up", "down", "both"] = option(
+        "both", "whether the speed rises, falls, or rises and then falls"
+    )
+    transient: Annotated[Count, POSITIVE] = option(200, "mesh periods marched at a speed before it counts")
+    strobe: Annotated[Count, POSITIVE] = option(64, "mesh periods whose strobed states are kept")
+
+
+RESPONSE = "the response over speed, followed up and down"
+
+
 class TorsionalDynamics(Part):
     """One degree of freedom along the line of action."""
 
     model: Literal["torsional"] = option(..., "torsional pair, 1 DOF", source="L16 Eqs. 3–4")
     method: Method = option("periodic", METHOD, source="wearlab")
     supports: TorsionalSupports = option(TorsionalSupports(), "torsional supports, none by default")
+    response: FrequencyResponse | None = option(None, RESPONSE, derived="none", source="wearlab")
 
 
 class Spur3dofDynamics(Part):
@@ -101,6 +132,7 @@ class Spur3dofDynamics(Part):
     model: Literal["spur-3dof"] = option(..., "spur pair on bearings, 3 DOF", source="L16 Eqs. 1–6")
     method: Method = option("periodic", METHOD, source="wearlab")
     supports: Supports = option(..., "the bearings of both gears")
+    response: FrequencyResponse | None = option(None, RESPONSE, derived="none", source="wearlab")
 
 
 Dynamics = Annotated[Annotated[TorsionalDynamics | Spur3dofDynamics, Field(discriminator="model")], *named()]

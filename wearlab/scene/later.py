@@ -1,7 +1,7 @@
 """What campaign files may say one day, and this version refuses by name."""
 
 PLANETARY, INTERNAL = "planetary gear sets", "internal gear pairs and exact contact"
-FRICTION, RESPONSE = "friction and power", "frequency responses"
+FRICTION = "friction and power"
 
 LATER_KEYS: dict[str, dict[str, str]] = {
     "": {
@@ -30,7 +30,7 @@ LATER_KEYS: dict[str, dict[str, str]] = {
     "mesh.contact": {"extended_contact": INTERNAL},
     "errors.pinion": {"planet_position": PLANETARY},
     "errors.gear": {"planet_position": PLANETARY},
-    "dynamics": {"friction": FRICTION, "rotation": PLANETARY, "response": RESPONSE},
+    "dynamics": {"friction": FRICTION, "rotation": PLANETARY},
     "lubricant": dict.fromkeys(
         ("kinematic_viscosity_40", "kinematic_viscosity_100", "density", "temperature"),
         "viscosity at a temperature",

@@ -23,6 +23,9 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "dynamics": None if dynamics is None else f"{dynamics.model}, {dynamics.method}",
         "excitation": None if dynamics is None else mesh.excitation.model,
         "back flank": None if dynamics is None or mesh.normal_backlash is None else "",
+        "response over speed": None
+        if dynamics is None or dynamics.response is None
+        else dynamics.response.direction,
         "torque fluctuation": None if dynamics is None or scene.operation.torque_fluctuation is None else "",
         "film": "" if oil else None,
         "film in the coefficient": "" if any(one.film for one in coefficients) else None,

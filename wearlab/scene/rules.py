@@ -1,7 +1,7 @@
 """What the sections of a scene ask of each other."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from wearlab.scene.coefficient import MEMBERS, JanakiramanCoefficient
 from wearlab.scene.dynamics import Spur3dofDynamics, Support, TorsionalDynamics
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 def broken_rules(scene: "Scene") -> list[str]:
     """Return one line for each rule that a scene breaks."""
-    rules = (_damping, _supports, _load, _limits, _initial, _oil)
+    rules = (_damping, _supports, _response, _load, _limits, _initial, _oil)
     return [f"scene.{path}: {reason}" for rule in rules for path, reason in rule(scene)]
 
 
@@ -42,6 +42,21 @@ def _supports(scene: "Scene") -> Problems:
                 path,
                 "a torsional spring needs 'torsional_damping' such as '2 N*m*s/rad', or 'damping_ratio'",
             )
+
+
+def _response(scene: "Scene") -> Problems:
+    if scene.dynamics is None or scene.dynamics.response is None:
+        return
+    speed: Any = scene.dynamics.response.speed
+    if getattr(speed, "from") >= speed.to:
+        yield "dynamics.response.speed", "'from' must be below 'to'; direction = \"down\" goes the other way"
+    if scene.dynamics.method != "periodic":
+        yield (
+            "dynamics.response",
+            f"follows orbits and needs method 'periodic', not {scene.dynamics.method!r}",
+        )
+    if scene.errors is not None and scene.errors.slow == "hunting":
+        yield "dynamics.response", "does not follow errors.slow = 'hunting'; give 'averaged' or 'frozen'"
 
 
 def _load(scene: "Scene") -> Problems:

@@ -193,7 +193,7 @@ def _response_values(parts: PairParts, vibration: Vibration, state: WearState) -
         for one in deflection
     ]
     elastic = np.stack([force.elastic for force in forces])
-    transmission = _transmission_error(vibration, position) + parts.constant_error
+    transmission = transmission_error(vibration, position) + parts.constant_error
     found = _over_periods(transmission, where, parts.harmonics)
     static = parts.analysis.load
     values: Values = {
@@ -272,7 +272,7 @@ def mean_force_residual(parts: PairParts, vibration: Vibration, state: WearState
     return mean / parts.analysis.load - 1.0 if parts.analysis.load > 0.0 else mean
 
 
-def _transmission_error(vibration: Vibration, position: Array) -> Array:
+def transmission_error(vibration: Vibration, position: Array) -> Array:
     """Return r_b1 θ1 − r_b2 θ2 from the coordinates, (n_periods, n_phases) [m]."""
     names = vibration.system.coordinates
     if "mesh.x" in names:

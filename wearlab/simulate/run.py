@@ -19,10 +19,12 @@ from wearlab.simulate.attractors import attractor_values, other_attractors
 from wearlab.simulate.errors import Refused
 from wearlab.simulate.label import CONVENTIONS, labelled
 from wearlab.simulate.provenance import provenance
+from wearlab.simulate.response import response_values
 from wearlab.simulate.trust import trust_values
 from wearlab.wear.initial import quadratic, uniform
 
 Array = NDArray[np.float64]
+ALONG_SPEED = ("response_speed", "direction", "order", "edge")
 
 
 def simulate(scene: Scene) -> xr.Dataset:
@@ -58,6 +60,7 @@ def simulate(scene: Scene) -> xr.Dataset:
         coordinates["axis"] = ["x", "y"]
     if "floquet_multiplier" in values:
         coordinates["part"] = ["real", "imaginary"]
+    coordinates |= {name: values.pop(name) for name in ALONG_SPEED if name in values}
     values["run_time_total"] = time.perf_counter() - clock
     dataset = labelled(values, coordinates, scene.store.variables)
     dataset.attrs = {"Conventions": CONVENTIONS, **provenance(scene, begun)}
@@ -116,4 +119,6 @@ def _values(scene: Scene, parts: PairParts, lived: History) -> dict[str, Any]:
         values |= named.mode_values(build_modes(parts))
     others = other_attractors(parts, states)
     values |= attractor_values(others)
+    if scene.dynamics is not None and scene.dynamics.response is not None:
+        values |= response_values(scene, parts, states[0])
     return values | named.life_values(scene, parts, lived) | trust_values(scene, parts, lived, others)

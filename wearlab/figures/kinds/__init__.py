@@ -10,12 +10,14 @@ from wearlab.figures.kinds.modes import NATURAL_MODES
 from wearlab.figures.kinds.orbit import PHASE_PLANE
 from wearlab.figures.kinds.pair import LOAD_SHARE, PAIR_FORCE
 from wearlab.figures.kinds.path import ALONG_PATH, WEAR_PROFILE
+from wearlab.figures.kinds.speed import BIFURCATION, POINCARE, RESPONSE_CURVE, WATERFALL
 
 KINDS: dict[str, Kind] = {
     kind.name: kind
     for kind in (
         *(TVMS, STIFFNESS_HARMONICS, STE, STE_HARMONICS, LOAD_SHARE),
         *(MESH_FORCE, PAIR_FORCE, EQUIVALENT_LOAD, DYNAMIC_FACTOR, DTE_HARMONICS, PHASE_PLANE, NATURAL_MODES),
+        *(RESPONSE_CURVE, BIFURCATION, POINCARE, WATERFALL),
         *(WEAR_PROFILE, MAX_WEAR, ALONG_PATH, LINE),
     )
 }
