@@ -64,6 +64,9 @@ class Periodic:
         found = shooting.shoot(1, state, touch=True)
         if found is not None or shooting.singular:
             return found or shooting.family(state)
+        if not (shooting.loaded or shooting.grounded):
+            if (member := shooting.family(np.zeros(shooting.rows))) is not None:
+                return member
         shooting.march(state, 50)
         return shooting.shoot(1, state)
 

@@ -31,7 +31,7 @@ def share(
     gap : (n, n_pairs) gap of each pair, inf when absent [m]
     cross : (n, n_pairs, n_apart) compliance shared by slot p with slot p − 1 − a; n_apart = 0: none [m/N]
     load : (n,) total normal force [N]
-    deflection, tangent : (n,) filled with δ [m] and dF/dδ [N/m]
+    deflection, tangent : (n,) filled with δ [m] and dF/dδ [N/m], where pairs engage that of a growing load
     force : (n, n_pairs) filled with the pair forces [N]
     """
     n, n_pairs = compliance.shape
@@ -60,7 +60,7 @@ def _share_uncoupled(compliance, gap, load, active, force):  # type: ignore[no-u
             if not active[p] and gap[p] < np.inf and compliance[p] < np.inf:
                 if following < 0 or gap[p] < gap[following]:
                     following = p
-        if following < 0 or gap[following] >= deflection:
+        if following < 0 or gap[following] > deflection:
             break
         active[following] = True
         stiffness += 1.0 / compliance[following]
@@ -153,7 +153,7 @@ def _share_coupled(matrix, gap, load, active, unit, offset, force):  # type: ign
         stiffness, moment = unit.sum(), offset.sum()
         deflection = (load + moment) / stiffness
         following, where = _next_to_touch(matrix, gap, active, unit, offset)
-        if following < 0 or where >= deflection:
+        if following < 0 or where > deflection:
             break
         active[following] = True
     for p in range(len(gap)):

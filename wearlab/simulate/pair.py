@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from wearlab.dynamics.response import Response
 from wearlab.life.history import History
 from wearlab.life.state import Vibration, WearState
+from wearlab.mesh.contact import Quasistatic
 from wearlab.mesh.errors import MeshError
 from wearlab.mesh.excitation import load_share, mesh_force
 from wearlab.mesh.harmonics import Harmonics, harmonics
@@ -68,7 +69,7 @@ def mesh_values(parts: PairParts, states: tuple[WearState, ...]) -> Values:
     unloaded = np.stack([one.unloaded for one in solved]) + prescribed
     values: Values = {
         "mesh_stiffness": np.stack([one.tangent for one in solved])[:, None],
-        "secant_stiffness": (parts.analysis.load / (ste - unloaded))[:, None],
+        "secant_stiffness": np.stack([_secant(parts.analysis.load, one) for one in solved])[:, None],
         "static_transmission_error": ste[:, None],
         "unloaded_transmission_error": unloaded[:, None],
         "pair_stiffness": np.stack([_slots(one.stiffness) for one in solved])[:, None],
@@ -77,9 +78,21 @@ def mesh_values(parts: PairParts, states: tuple[WearState, ...]) -> Values:
         "contact_ratio": [parts.pair.contact_ratio],
         "mesh_phase_offset": [0.0],
         "static_mesh_force": [parts.analysis.load],
-        "residual_load_share": [np.max(np.abs(load_share(one).sum(axis=1) - 1.0)) for one in solved],
+        "residual_load_share": [_share_residual(parts.analysis.load, one) for one in solved],
     }
     return values | _static_harmonics(parts, states) | _slow_error(error)
+
+
+def _secant(load: float, state: Quasistatic) -> Array:
+    """Return F/(δ − e), (n_phases,); without load its limit, the tangent [N/m]."""
+    if load == 0.0:
+        return state.tangent
+    return np.asarray(load / (state.deflection - state.unloaded))
+
+
+def _share_residual(load: float, state: Quasistatic) -> float:
+    """Return the largest |Σ load shares − 1|; without load there is nothing to share."""
+    return float(np.max(np.abs(load_share(state).sum(axis=1) - 1.0))) if load > 0.0 else 0.0
 
 
 def _slots(values: Array) -> Array:

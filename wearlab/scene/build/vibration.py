@@ -16,11 +16,18 @@ from wearlab.life.state import Vibration
 from wearlab.mesh.contact import ContactAnalysis, Quasistatic
 from wearlab.mesh.errors import MeshError
 from wearlab.mesh.excitation import stages
-from wearlab.mesh.stages import stage_grid
+from wearlab.mesh.profile import lookup
+from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
 
 Array = NDArray[np.float64]
+
+RESOLVED = 0.3
+"""Share of the tolerance that the stages may miss of mesh stiffness and error."""
+RISE = 1.5
+MOST_FOR_MESH = 2000
+"""Steps beyond which a finer mesh table is no reason for more."""
 
 
 def build_vibration(
@@ -33,14 +40,7 @@ def build_vibration(
     system = build_system(scene, pair, mean_stiffness(analysis, healthy))
     speed = scene.operation.speed
     period = 2 * np.pi / (speed * pair.driving.teeth)
-    steps = scene.numerics.steps_per_period or steps_per_period(
-        system,
-        float(healthy.tangent.max()),
-        period,
-        scene.numerics.tolerance,
-        len(analysis.grid.intervals),
-    )
-    grid = stage_grid(analysis.grid.breaks[:-1], steps)
+    grid = _grid(scene, analysis, error, system, float(healthy.tangent.max()), period)
     return Vibration(
         system=system,
         method=METHODS[scene.dynamics.method](scene),
@@ -50,6 +50,61 @@ def build_vibration(
         fluctuation=fluctuation(scene, grid.phase),
         hunting=hunting_period(scene, pair, error),
     )
+
+
+def _grid(
+    scene: Scene,
+    analysis: ContactAnalysis,
+    error: MeshError,
+    system: System,
+    stiffness: float,
+    period: float,
+) -> StageGrid:
+    """Return the steps: as many as asked for, or as system and mesh need at the scene's tolerance."""
+    breaks, tolerance = analysis.grid.breaks[:-1], scene.numerics.tolerance
+    if scene.numerics.steps_per_period is not None:
+        return stage_grid(breaks, scene.numerics.steps_per_period)
+    steps = steps_per_period(system, stiffness, period, tolerance, len(analysis.grid.intervals))
+    grid = stage_grid(breaks, steps)
+    while len(grid.width) < MOST_FOR_MESH and unresolved(analysis, error, grid) > RESOLVED * tolerance:
+        steps = int(np.ceil(RISE * steps))
+        grid = stage_grid(breaks, steps)
+    return grid
+
+
+def unresolved(analysis: ContactAnalysis, error: MeshError, grid: StageGrid) -> float:
+    """Return the share of mesh stiffness and of prescribed error that the stages of a grid miss [1].
+
+    Three stages of a step say as much as the parabola through them. Its mean distance from the curve, taken
+    at the quarters of each step, is compared with the mean stiffness and with the size of the error: a steep
+    ramp in a table, or an error of high order, needs more steps than the motion does.
+    """
+    ends = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+    phase = grid.start[:, None] + grid.width[:, None] * ends
+    middle = grid.start + 0.5 * grid.width
+    segment = np.searchsorted(analysis.grid.breaks, middle, side="right") - 1
+    where = lookup(analysis.grid, phase, np.repeat(segment, len(ends)))
+    nodes = analysis.nodes(np.zeros((2, len(analysis.grid.position))))
+    compliance, _, _ = analysis.at(nodes, where)
+    shares = [
+        _missed(values.reshape(phase.shape), grid.width, scale)
+        for values, scale in (
+            ((1.0 / compliance).sum(axis=1), np.mean),
+            (error.value(where.phase), np.ptp),
+        )
+    ]
+    return max(shares)
+
+
+def _missed(values: Array, width: Array, scale: Callable[[Array], Any]) -> float:
+    """Return the mean distance of values (n, 5) from the parabolas through their 1st, 3rd and 5th."""
+    first, _, middle, _, last = values.T
+    quarters = np.stack(
+        [0.375 * first + 0.75 * middle - 0.125 * last, -0.125 * first + 0.75 * middle + 0.375 * last], axis=1
+    )
+    size = float(scale(values))
+    distance = np.abs(quarters - values[:, [1, 3]]).mean(axis=1)
+    return float(width @ distance) / size if size > 0.0 else 0.0
 
 
 def hunting_period(scene: Scene, pair: GearPair, error: MeshError) -> int:
