@@ -1,0 +1,25 @@
+"""The stiff and extreme cases of ``campaigns/extremes``: each ends as its file expects."""
+
+from pathlib import Path
+
+import pytest
+
+import wearlab
+from wearlab.campaign import load
+from wearlab.runner import running
+from wearlab.store import Store
+
+FILES = sorted((Path(__file__).parents[1] / "campaigns" / "extremes").glob("*.toml"))
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_every_extreme_case_ends_as_its_file_expects(file, tmp_path, monkeypatch):
+    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)  # in this process
+    campaign = load(file)
+    assert all(case.expect is not None and case.expect.verdict is not None for case in campaign.cases)
+    store = Store(tmp_path / "store")
+    report = wearlab.run(campaign, store, progress=False)
+    store.close()
+    missed = [(case.label, *case.comparison) for case in report.expected if not case.comparison.met]
+    assert missed == []
+    assert len(report.expected) == len(campaign.cases)
