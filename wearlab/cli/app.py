@@ -114,6 +114,24 @@ def modes(
 
 
 @app.command()
+def accuracy(
+    file: File,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where dataset and figures go.")] = Path(
+        "accuracy"
+    ),
+    error: Annotated[
+        float | None,
+        typer.Option(metavar="E", help="Relative error asked for.", show_default="numerics.tolerance"),
+    ] = None,
+    json: Json = False,
+) -> Status:
+    """Measure error against run time of FILE's scenes, beside other integrators."""
+    from wearlab.cli.measuring import measure_accuracy
+
+    return measure_accuracy(file, out, error, json)
+
+
+@app.command()
 def schema(
     figures: Annotated[bool, typer.Option("--figures", help="List the kinds of figures instead.")] = False,
 ) -> Status:

@@ -1,0 +1,97 @@
+"""Ladders show the orders that methods have, and choose the cheapest rung that is good enough."""
+
+import numpy as np
+import pytest
+
+from wearlab.accuracy import life_ladders, lives, steady_ladders
+from wearlab.accuracy.ladder import Curve, Rung, best_time, interpolated
+from wearlab.accuracy.peers import peers
+from wearlab.accuracy.reference import reference
+from wearlab.accuracy.steady_ladders import marched_curve, peer_curves, steps_curve
+from wearlab.dynamics.methods import Newmark, RungeKutta4
+from wearlab.life.euler import Euler
+
+
+@pytest.fixture(autouse=True)
+def untimed(monkeypatch):
+    monkeypatch.setattr(steady_ladders, "best_time", lambda action, **more: action() is None or 1e-3)
+
+
+@pytest.fixture(scope="module")
+def known(problem):
+    return reference(problem)
+
+
+def test_period_map_is_of_fourth_order(problem, known):
+    curve = steps_curve(problem, known, (64, 128, 256))
+    assert curve.order(known.disagreement) == pytest.approx(4.0, abs=0.25)
+    assert curve.rungs[-1].error < 1e-5
+    assert curve.rungs[1].work > curve.rungs[0].work
+
+
+@pytest.mark.parametrize(("method", "order"), [(RungeKutta4, 4.0), (Newmark, 2.0)])
+def test_marched_methods_have_their_order(problem, known, method, order):
+    curve = marched_curve(problem, known, "any", (64, 128, 256), lambda left: method(tolerance=left))
+    assert curve.order(known.disagreement) == pytest.approx(order, abs=0.25)
+
+
+def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
+    few = [type(peer)(peer.name, peer.march, (1e-4, 1e-7)) for peer in peers() if peer.name != "SciPy RK45"]
+    monkeypatch.setattr(steady_ladders, "peers", lambda: few)
+    told = []
+    curves = list(peer_curves(problem, known, told.append))
+    assert told == [peer.name for peer in few] and "SciPy DOP853" in told
+    for curve in curves:
+        coarse, fine = curve.rungs
+        assert fine.error < 3e-4 and fine.error < coarse.error, curve.name
+
+
+def test_euler_over_cycles_is_of_first_order_and_lives_agree(wears):
+    problem = lives.wearing(wears)
+    known = lives.lived(problem, life_ladders.Adaptive(), 1e-5)
+    other = lives.second_life(problem, known.cycle)
+    assert max(lives.errors(known, other)) < 3e-5
+    deepest = float(known.depth.max())
+    found = [(deepest / n, lives.lived(problem, Euler(deepest / n), 1e-3)) for n in (40, 80, 160)]
+    curves = {c.quantity: c for c in life_ladders._both("Euler", "threshold", "as published", found, other)}
+    assert curves["life"].order(1e-6) == pytest.approx(1.0, abs=0.1)
+    assert [rung.work for rung in curves["life"].rungs] == sorted(r.work for r in curves["life"].rungs)
+
+
+def ladder(errors, seconds=(1.0, 2.0, 4.0), settings=(10.0, 20.0, 40.0)):
+    rungs = tuple(Rung(*values, work=1.0) for values in zip(settings, errors, seconds, strict=True))
+    return Curve("ours", "steps_per_period", "mesh_force", "wearlab", rungs)
+
+
+def test_cheapest_is_the_fastest_rung_from_which_all_finer_ones_are_good():
+    assert ladder((1e-2, 1e-4, 1e-6)).cheapest(1e-3) == (
+        20.0,
+        1e-4,
+        2.0,
+        1.0,
+        pytest.approx(np.nan, nan_ok=True),
+    )
+    assert ladder((1e-4, 1e-2, 1e-6)).cheapest(1e-3).setting == 40.0  # the first was luck
+    assert ladder((1e-4, 1e-5, 1e-6), seconds=(5.0, 1.0, 4.0)).cheapest(1e-3).setting == 20.0
+    assert ladder((1e-2, 1e-3, 1e-4)).cheapest(1e-6) is None
+    assert ladder((1e-2, np.nan, np.nan)).cheapest(1e-3) is None
+
+
+def test_order_leaves_out_what_the_reference_cannot_tell():
+    curve = ladder((1.6e-2, 1e-3, 1e-3 / 16))
+    assert curve.order(0.0) == pytest.approx(4.0)
+    assert curve.order(3e-5) == pytest.approx(4.0)
+    assert ladder((1e-2, 1e-12, 1e-12)).order(1e-12) != ladder((1e-2, 1e-12, 1e-12)).order(1e-12)  # NaN
+
+
+def test_costs_are_interpolated_in_logarithms():
+    assert interpolated((1e-2, 1e-4), (1.0, 4.0), 1e-3) == pytest.approx(2.0)
+    assert interpolated((1e-4, 1e-6), (1.0, 4.0), 1e-3) == 1.0
+    assert np.isnan(interpolated((1e-2, 1e-4), (1.0, 4.0), 1e-6))
+    assert interpolated((1e-2, np.inf, 1e-4), (1.0, 9.0, 4.0), 1e-3) == pytest.approx(2.0)
+
+
+def test_best_time_warms_up_and_repeats():
+    calls = []
+    assert best_time(lambda: calls.append(1), least=3, most=3) >= 0.0
+    assert len(calls) == 4

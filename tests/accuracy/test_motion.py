@@ -1,0 +1,90 @@
+"""What foreign integrators are given is the equation of motion that ours tabulate."""
+
+import numpy as np
+import pytest
+
+from wearlab.accuracy.cells import Motion
+from wearlab.accuracy.motion import approaches, motion_at, motion_held, motion_of, motion_packed
+from wearlab.accuracy.steady import Steady, steady
+from wearlab.mesh.excitation import stage_tables
+from wearlab.scene import Scene
+
+
+def by_hand(problem: Steady, time: float, y: np.ndarray) -> np.ndarray:
+    """ẏ from the tables' own look-up, with dense matrices and plain NumPy."""
+    vibration, system = problem.vibration, problem.vibration.system
+    phase = (time / vibration.period) % 1.0
+    where = problem.parts.look(np.array([phase]))
+    stages = vibration.stages.__class__(_one_step(phase), _thrice(where), problem.parts.error)
+    tables = stage_tables(problem.parts.analysis, problem.nodes, problem.series, stages, None)
+    k, g = tables.stiffness[0, 0, 0], tables.gap[0, 0, 0]
+    n, d = len(system.load), system.direction[0]
+    delta = d @ y[:n] - tables.error[0, 0, 0]
+    rate = d @ y[n:] - tables.error_rate[0, 0, 0] / vibration.period
+    drive = np.where(k > 0.0, k * np.maximum(0.0, delta - np.where(k > 0.0, g, 0.0)), 0.0).sum()
+    back = k.sum() * max(0.0, -float(system.backlash[0]) - delta)
+    touching = system.damping_always or drive > 0.0 or back > 0.0
+    force = drive - back + touching * system.mesh_damping[0] * rate
+    load = system.load - system.total_stiffness @ y[:n] - system.total_damping @ y[n:] - d * force
+    return np.concatenate([y[n:], np.linalg.solve(system.mass, load)])
+
+
+def _one_step(phase: float):
+    from wearlab.mesh.stages import StageGrid
+
+    return StageGrid(np.array([phase]), np.array([0.0]), np.array([0]))
+
+
+def _thrice(where):
+    return where._replace(**{name: np.repeat(value, 3, axis=0) for name, value in where._asdict().items()})
+
+
+@pytest.fixture(scope="module")
+def case(parting: Scene) -> tuple[Steady, Motion]:
+    built = steady(parting)
+    return built, built.motion()
+
+
+def states(n: int, seed: int = 4) -> np.ndarray:
+    """States on both sides of both flanks."""
+    random = np.random.default_rng(seed)
+    states = random.normal(size=(40, 2 * n)) * np.r_[np.full(n, 8e-6), np.full(n, 0.05)]
+    states[:, n - 1] += np.linspace(-2e-5, 2e-5, 40)
+    return states
+
+
+def test_motion_is_the_tables(case):
+    problem, given = case
+    times = np.random.default_rng(1).uniform(0.0, 5.0, 40) * given.period
+    for time, y in zip(times, states(given.n), strict=True):
+        exact = by_hand(problem, time, y)
+        np.testing.assert_allclose(
+            motion_of(time, y, given.flat), exact, rtol=1e-7, atol=1e-6 * abs(exact).max()
+        )
+        out, packed = np.empty_like(y), np.empty_like(y)
+        motion_at(time, y, out, given.flat)
+        motion_packed(time, y, packed, (given.flat,))
+        assert np.array_equal(out, motion_of(time, y, given.flat)) and np.array_equal(packed, out)
+
+
+def test_held_contact_agrees_where_it_is_right_and_differs_where_it_is_wrong(case):
+    _, given = case
+    cells = int(given.first_cell[0]), int(given.first_cell[1])
+    time = 0.4 * given.breaks[1] * given.period
+    differing = 0
+    for y in states(given.n):
+        contact = approaches(time, y, given.flat, *cells) > 0.0
+        held = motion_held(time, y, given.flat, *cells, contact)
+        np.testing.assert_allclose(held, motion_of(time, y, given.flat), rtol=1e-13)
+        differing += not np.allclose(motion_held(time, y, given.flat, *cells, ~contact), held)
+    assert differing == 40
+
+
+def test_each_side_of_a_jump_can_be_asked_for(problem):
+    given = problem.motion()
+    jump, y = given.breaks[1] * given.period, states(given.n)[30]
+    bounds = [int(cell) for cell in given.first_cell]
+    left = motion_held(jump, y, given.flat, bounds[0], bounds[1], np.array([True, True, False]))
+    right = motion_held(jump, y, given.flat, bounds[1], bounds[2], np.array([True, True, False]))
+    np.testing.assert_allclose(right, motion_of(jump * (1 + 1e-9), y, given.flat), rtol=1e-5)
+    assert np.abs(left - right).max() > 1e-2 * np.abs(right).max()

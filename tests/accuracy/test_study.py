@@ -1,0 +1,100 @@
+"""What is told of a study: comparison, cheapest setting, dataset, figures."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wearlab.accuracy import table
+from wearlab.accuracy.dataset import dataset, netcdf
+from wearlab.accuracy.figure import pages, png
+from wearlab.accuracy.ladder import Curve, Rung
+from wearlab.accuracy.study import Study, cheapest_setting, comparison, knob_settings
+from wearlab.figures.style import DPI, RC
+
+
+def curve(name, knob, role, power, speed, quantity="mesh_force", settings=(50, 100, 200, 400)):
+    rungs = tuple(
+        Rung(s, 1.3e7 * s**-power if role != "peer" else 10.0 * s, speed * s, 10.0 * s, 0.5 * speed * s)
+        for s in settings
+    )
+    return Curve(name, knob, quantity, role, rungs)
+
+
+@pytest.fixture(scope="module")
+def found(loaded):
+    curves = (
+        curve("periodic", "steps_per_period", "wearlab", 5.0, 1e-6),
+        curve("newmark", "steps_per_period", "as published", 4.0, 1e-5),
+        curve("CyRK VERN7", "relative", "peer", 0.0, 2e-1, settings=(1e-2, 1e-3)),
+        Curve(
+            "SciPy RK45", "relative", "mesh_force", "peer",
+            (
+                Rung(1e-3, 1e-2, 1e-2, 1.0, 1e-2),
+                Rung(1e-5, 1e-4, 4e-2, 1.0, 2e-2),
+                Rung(1e-7, 1e-7, 9e-2, 1.0, 9e-2),
+            ),
+        ),
+        curve("adaptive", "cycle_tolerance", "wearlab", 5.0, 1e-3, "life"),
+        curve("Euler", "threshold", "as published", 4.0, 1e-3, "life"),
+    )  # fmt: skip
+    one = Study("800 rpm", loaded, curves, {"mesh_force": 1e-11, "life": 1e-9}, 0.6, ())
+    return [one, Study("static", loaded, curves[4:], {"life": 1e-9}, np.nan, ("nothing moves",))]
+
+
+def test_ours_is_compared_with_the_fastest_peer_that_gets_there(found):
+    told = comparison(found[0], 1e-3)
+    assert told.name == "SciPy RK45"  # the other one never gets there
+    assert told.peer == pytest.approx(2e-2)
+    steps = 1.3e10**0.2
+    assert told.ours == pytest.approx(1e-6 * steps, rel=1e-6)
+    assert told.ratio == pytest.approx(told.peer / told.ours)
+    assert told.warm_ratio == pytest.approx(2 * told.ratio)
+    assert comparison(found[1], 1e-3) is None
+
+
+def test_cheapest_setting_and_every_knob(found):
+    chosen, rung = cheapest_setting(found[0], "mesh_force", 1e-3)
+    assert (chosen.name, rung.setting) == ("periodic", 200)
+    assert cheapest_setting(found[0], "mesh_force", 1e-9) is None
+    assert knob_settings(found[0], "life", 1e-3) == {"cycle_tolerance": 200}
+
+
+def test_dataset_is_labelled_and_read_back(found, tmp_path):
+    made = dataset("two cases", found, 0.0)
+    (tmp_path / "accuracy.nc").write_bytes(netcdf(made))
+    with xr.open_dataset(tmp_path / "accuracy.nc") as read:
+        assert dict(read.sizes) == {
+            "case": 2, "curve": 6, "rung": 4, "requested_error": 2, "quantity_compared": 2,
+        }  # fmt: skip
+        ours = read.isel(curve=int(np.flatnonzero(read.name == "periodic")[0])).sel(case="800 rpm")
+        assert ours.error.values == pytest.approx([r.error for r in found[0].curves[0].rungs])
+        assert float(ours.observed_order) == pytest.approx(5.0)
+        assert np.isnan(read.error.sel(case="static")[0]).all()
+        assert read.run_time.attrs["units"] == "s" and read.attrs["title"] == "two cases"
+        assert "nothing moves" in read.attrs["notes"]
+        assert all("long_name" in read[name].attrs for name in read.data_vars)
+
+
+def test_figures_are_the_same_bytes_twice(found):
+    made = dataset("two cases", found, 0.0)
+    drawn = pages(made)
+    assert [page.file for page in drawn] == ["work-precision", "knobs", "life"]
+    assert [len(page.panels) for page in drawn] == [1, 1, 2]
+    for page in drawn:
+        image = png(page, RC, DPI, {"Title": "two"})
+        assert image == png(page, RC, DPI, {"Title": "two"}) and image[:4] == b"\x89PNG"
+    stroke = drawn[0].panels[0][2][0]
+    assert stroke.name == "periodic" and stroke.x == pytest.approx([0.05, 0.1, 0.2, 0.4])  # ms
+
+
+def test_tables_have_a_cell_for_every_head(found):
+    for heads, rows in (
+        (table.CURVE_HEADS, table.curve_rows(found)),
+        (table.PEER_HEADS, table.peer_rows(found)),
+        (table.LIFE_HEADS, table.life_rows(found)),
+        (table.CHEAPEST_HEADS, table.cheapest_rows(found, None)),
+        (table.REFERENCE_HEADS, table.reference_rows(found)),
+    ):
+        assert rows and all(len(row) == len(heads) for row in rows)
+    asked = table.cheapest_rows(found, 1e-3)[0]
+    assert "periodic, steps_per_period = 200" in asked

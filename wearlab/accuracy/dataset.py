@@ -1,0 +1,125 @@
+"""Studies as one labelled dataset, and as the bytes of a netCDF file."""
+
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearlab.accuracy.peers import missing_peers
+from wearlab.accuracy.study import TARGETS, Study
+from wearlab.simulate.label import CONVENTIONS
+from wearlab.simulate.provenance import provenance
+
+ATTRIBUTES: dict[str, dict[str, str]] = {
+    "setting": {"long_name": "value of the knob", "units": "1"},
+    "error": {"long_name": "relative error against the reference", "units": "1"},
+    "run_time": {"long_name": "best wall time of several", "units": "s", "display_units": "ms"},
+    "run_time_warm": {
+        "long_name": "best wall time from the answer of a neighbouring wear state",
+        "units": "s",
+        "display_units": "ms",
+    },
+    "work": {
+        "long_name": "right-hand sides of a steady state, contact analyses of a life",
+        "units": "1",
+    },
+    "observed_order": {
+        "long_name": "observed order: slope of the error over the setting, both logarithmic",
+        "units": "1",
+    },
+    "time_to_error": {
+        "long_name": "wall time to a relative error, interpolated between rungs",
+        "units": "s",
+        "display_units": "ms",
+    },
+    "warm_time_to_error": {
+        "long_name": "as time_to_error, from the answer of a neighbouring wear state",
+        "units": "s",
+        "display_units": "ms",
+    },
+    "work_to_error": {"long_name": "as time_to_error, the work", "units": "1"},
+    "reference_disagreement": {
+        "long_name": "relative difference between the reference and the second method",
+        "units": "1",
+    },
+    "largest_multiplier": {"long_name": "largest modulus of the Floquet multipliers", "units": "1"},
+}
+
+
+def dataset(title: str, found: Sequence[Study], begun: float) -> xr.Dataset:
+    """Return studies as a dataset with dimensions case, curve and rung; shorter ladders are padded with NaN.
+
+    Parameters
+    ----------
+    title : of the campaign
+    found : the studies
+    begun : start of the run, seconds since the epoch [s]
+    """
+    keys = list(dict.fromkeys((c.name, c.knob, c.quantity, c.role) for one in found for c in one.curves))
+    rungs = max((len(c.rungs) for one in found for c in one.curves), default=0)
+    quantities = sorted({key[2] for key in keys})
+    by_rung: dict[str, Any] = {
+        name: np.full((len(found), len(keys), rungs), np.nan)
+        for name in ("setting", "error", "run_time", "work", "run_time_warm")
+    }
+    order = np.full((len(found), len(keys)), np.nan)
+    reached: dict[str, Any] = {
+        name: np.full((len(found), len(keys), len(TARGETS)), np.nan)
+        for name in ("time_to_error", "warm_time_to_error", "work_to_error")
+    }
+    apart = np.full((len(found), len(quantities)), np.nan)
+    for i, one in enumerate(found):
+        apart[i] = [one.disagreement.get(quantity, np.nan) for quantity in quantities]
+        for curve in one.curves:
+            at = keys.index((curve.name, curve.knob, curve.quantity, curve.role))
+            for name, values in zip(by_rung, zip(*curve.rungs, strict=True), strict=True):
+                by_rung[name][i, at, : len(values)] = values
+            order[i, at] = curve.order(one.uncertainty(curve.quantity))
+            for k, error in enumerate(TARGETS):
+                reached["time_to_error"][i, at, k] = curve.seconds_to(error)
+                reached["warm_time_to_error"][i, at, k] = curve.seconds_to(error, warm=True)
+                reached["work_to_error"][i, at, k] = curve.work_to(error)
+    made = xr.Dataset(
+        {
+            **{name: (("case", "curve", "rung"), values) for name, values in by_rung.items()},
+            "observed_order": (("case", "curve"), order),
+            **{name: (("case", "curve", "requested_error"), values) for name, values in reached.items()},
+            "reference_disagreement": (("case", "quantity_compared"), apart),
+            "largest_multiplier": (("case",), [one.multiplier for one in found]),
+        },
+        coords={
+            "case": [one.label for one in found],
+            "curve": [f"{name} ({knob}, {quantity})" for name, knob, quantity, _ in keys],
+            "name": ("curve", [key[0] for key in keys]),
+            "knob": ("curve", [key[1] for key in keys]),
+            "quantity": ("curve", [key[2] for key in keys]),
+            "role": ("curve", [key[3] for key in keys]),
+            "run_id": ("case", [one.scene.id for one in found]),
+            "requested_error": list(TARGETS),
+            "quantity_compared": quantities,
+        },
+    )
+    for name, attributes in ATTRIBUTES.items():
+        made[name].attrs = attributes
+    made.attrs = _attributes(title, found, begun)
+    return made
+
+
+def _attributes(title: str, found: Sequence[Study], begun: float) -> dict[str, str]:
+    made_by = provenance(found[0].scene, begun)
+    kept = ("model_version", "source", "source_hash", "packages", "machine", "commit", "dirty")
+    return {
+        "Conventions": CONVENTIONS,
+        "title": title,
+        **{key: made_by[key] for key in kept if key in made_by},
+        "peers_missing": ", ".join(missing_peers()),
+        "notes": "\n".join(f"{one.label}: {note}" for one in found for note in one.notes),
+        "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),
+    }
+
+
+def netcdf(made: xr.Dataset) -> bytes:
+    """Return the netCDF-4 file of a dataset."""
+    return bytes(made.to_netcdf(engine="netcdf4"))

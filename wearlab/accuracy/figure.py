@@ -1,0 +1,268 @@
+"""Work–precision figures: error against wall time, against each knob, against contact analyses."""
+
+import io
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLOURS = {
+    "periodic": "#0072B2",
+    "adaptive": "#0072B2",
+    "rk4": "#009E73",
+    "rk45": "#CC79A7",
+    "newmark": "#D55E00",
+    "Euler": "#D55E00",
+}
+PEER_COLOURS = ("#444444", "#777777", "#E69F00", "#56B4E9", "#a0522d", "#9467bd", "#8aa300")
+CASE_COLOURS = ("#2d1160", "#721f81", "#b73779", "#f1605d", "#f39a3d", "#0072B2", "#009E73", "#000000")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
+COLUMNS = 3
+PANEL = (2.4, 2.05)  # inches
+LEAST_WIDTH = 4.8
+NOTE = 0.15
+DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
+NAMES = {"mesh_force": "mesh force", "wear_depth": "wear depth", "dynamic_factor": "dynamic factor"}
+
+
+class Stroke(NamedTuple):
+    """One curve of a panel."""
+
+    x: np.ndarray
+    y: np.ndarray
+    name: str
+    look: dict[str, Any]
+    order: float
+
+
+class Page(NamedTuple):
+    """A figure as data.
+
+    Parameters
+    ----------
+    file : its name without ending
+    title, note : texts
+    panels : title, label of the abscissa and curves of each
+    """
+
+    file: str
+    title: str
+    note: str
+    panels: tuple[tuple[str, str, tuple[Stroke, ...]], ...]
+
+
+def pages(made: xr.Dataset) -> tuple[Page, ...]:
+    """Return the figures that a dataset of studies gives, as data."""
+    wanted = (_work_precision(made), _knobs(made), _lives(made))
+    return tuple(page for page in wanted if page.panels)
+
+
+def _work_precision(made: xr.Dataset) -> Page:
+    methods = [
+        i
+        for i in range(made.sizes["curve"])
+        if str(made.quantity[i].item()) == "mesh_force"
+        and (str(made.role[i].item()) != "wearlab" or str(made.name[i].item()) == "periodic")
+    ]
+    panels = []
+    for case in range(made.sizes["case"]):
+        strokes = [
+            _stroke(made, case, i, "run_time", 1e3, _method_look(made, i), named=True) for i in methods
+        ]
+        strokes = [stroke for stroke in strokes if len(stroke.x)]
+        if strokes:
+            panels.append((str(made["case"][case].item()), "wall time in ms", tuple(strokes)))
+    return Page(
+        "work-precision",
+        "Error of the steady mesh force against wall time",
+        "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: told how long to "
+        "march, from the static equilibrium, with a compiled right-hand side.",
+        tuple(panels),
+    )
+
+
+def _knobs(made: xr.Dataset) -> Page:
+    ours = [
+        i
+        for i in range(made.sizes["curve"])
+        if str(made.role[i].item()) == "wearlab" and str(made.knob[i].item()) != "cycle_tolerance"
+    ]
+    panels = []
+    for i in ours:
+        strokes = [
+            _stroke(made, case, i, "setting", 1.0, _case_look(case), name=str(made["case"][case].item()))
+            for case in range(made.sizes["case"])
+        ]
+        strokes = [stroke for stroke in strokes if len(stroke.x)]
+        quantity = str(made.quantity[i].item())
+        if strokes:
+            title = NAMES.get(quantity, quantity)
+            panels.append((title, str(made.knob[i].item()).replace("_", " "), tuple(strokes)))
+    return Page(
+        "knobs",
+        "Error against every knob",
+        "Numbers: observed order. Each against its own limit: steps against a tight orbit on the same nodes, "
+        "nodes against 3201 (a life: 801), the dynamic factor against 8192 phases.",
+        tuple(panels),
+    )
+
+
+def _lives(made: xr.Dataset) -> Page:
+    steppers = [
+        i for i in range(made.sizes["curve"]) if str(made.knob[i].item()) in ("cycle_tolerance", "threshold")
+    ]
+    panels = []
+    for case in range(made.sizes["case"]):
+        for quantity in ("life", "wear_depth"):
+            strokes = [
+                _stroke(made, case, i, "work", 1.0, _method_look(made, i), named=True)
+                for i in steppers
+                if str(made.quantity[i].item()) == quantity
+            ]
+            strokes = [stroke for stroke in strokes if len(stroke.x)]
+            if strokes:
+                title = f"{made['case'][case].item()}: {NAMES.get(quantity, quantity)}"
+                panels.append((title, "contact analyses", tuple(strokes)))
+    return Page(
+        "life",
+        "Error of a life against the contact analyses it takes",
+        "Numbers: observed order over tolerance or threshold. Adaptive: stabilised second order (RKC2). "
+        "Euler: L16's wear threshold.",
+        tuple(panels),
+    )
+
+
+def _stroke(
+    made: xr.Dataset,
+    case: int,
+    curve: int,
+    x: str,
+    factor: float,
+    look: dict[str, Any],
+    *,
+    named: bool = False,
+    name: str = "",
+) -> Stroke:
+    at = {"case": case, "curve": curve}
+    across, error = factor * made[x].isel(at).values, made.error.isel(at).values
+    good = np.isfinite(across) & np.isfinite(error) & (error > 0.0)
+    text = str(made.name[curve].item()) if named else name
+    return Stroke(across[good], error[good], text, look, float(made.observed_order.isel(at)))
+
+
+def _method_look(made: xr.Dataset, curve: int) -> dict[str, Any]:
+    name, role = str(made.name[curve].item()), str(made.role[curve].item())
+    if role != "peer":
+        width = 1.8 if role == "wearlab" else 1.1
+        return {"color": COLOURS.get(name, "#000000"), "lw": width, "marker": "o", "ms": 3.2, "zorder": 4}
+    peers = [str(n.item()) for n, r in zip(made.name, made.role, strict=True) if str(r.item()) == "peer"]
+    at = peers.index(name)
+    return {
+        "color": PEER_COLOURS[at % len(PEER_COLOURS)],
+        "lw": 0.8,
+        "ls": "--",
+        "marker": MARKERS[(at + 1) % len(MARKERS)],
+        "ms": 2.6,
+        "zorder": 3,
+    }
+
+
+def _case_look(case: int) -> dict[str, Any]:
+    return {
+        "color": CASE_COLOURS[case % len(CASE_COLOURS)],
+        "lw": 1.1,
+        "marker": MARKERS[case % len(MARKERS)],
+        "ms": 3.0,
+        "zorder": 3,
+    }
+
+
+def png(page: Page, style: Mapping[str, Any], dpi: float, metadata: Mapping[str, str]) -> bytes:
+    """Return the PNG of a page: equal pages give equal bytes.
+
+    Parameters
+    ----------
+    page : what to draw
+    style : matplotlib settings on top of its defaults
+    dpi : dots per inch
+    metadata : keyword → text
+    """
+    settings: Any = DEFAULTS | dict(style) | {"axes.xmargin": 0.05}
+    with matplotlib.rc_context(settings):
+        figure = _draw(page)
+        stream = io.BytesIO()
+        figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None, **metadata})
+    return stream.getvalue()
+
+
+def _draw(page: Page) -> Figure:
+    columns = 2 if len(page.panels) == 4 else min(COLUMNS, len(page.panels))
+    rows = -(-len(page.panels) // columns)
+    width = max(LEAST_WIDTH, columns * PANEL[0] + 0.3)
+    note = textwrap.wrap(page.note, int(width * 21.5))
+    names = list(dict.fromkeys(stroke.name for _, _, strokes in page.panels for stroke in strokes))
+    per_line = max(1, int(width / 1.25))
+    above = 0.3 + 0.17 * -(-len(names) // per_line) + 0.1
+    below = NOTE * len(note) + 0.1
+    height = rows * PANEL[1] + above + below
+    figure = Figure(figsize=(width, height))
+    FigureCanvasAgg(figure)
+    figure.set_layout_engine("constrained", rect=(0.0, below / height, 1.0, 1.0 - (above + below) / height))
+    axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
+    for index, ax in enumerate(axes.flat):
+        if index >= len(page.panels):
+            ax.remove()
+            continue
+        _panel(ax, *page.panels[index])
+        if index % columns == 0:
+            ax.set_ylabel("relative error")
+    figure.text(0.08 / width, 1.0 - 0.08 / height, page.title, size=10.5, weight="bold", va="top")
+    for number, line in enumerate(reversed(note)):
+        y = (0.06 + number * NOTE) / height
+        figure.text(0.08 / width, y, line, size=7.5, color="#555555", va="bottom")
+    handles = _handles(axes.flat, names)
+    legend = figure.legend(
+        handles=handles, ncols=per_line, loc="upper left", bbox_to_anchor=(0.08 / width, 1.0 - 0.3 / height)
+    )
+    legend.set_in_layout(False)
+    return figure
+
+
+def _handles(axes: Any, names: Sequence[str]) -> list[Any]:
+    known = {line.get_label(): line for ax in axes if ax.figure is not None for line in ax.lines}
+    return [known[name] for name in names if name in known]
+
+
+def _panel(ax: "Axes", title: str, x_label: str, strokes: Sequence[Stroke]) -> None:
+    ax.set_title(title)
+    ax.set_xlabel(x_label)
+    for stroke in strokes:
+        ax.loglog(stroke.x, stroke.y, label=stroke.name, **stroke.look)
+    beside = sorted((s for s in strokes if np.isfinite(s.order)), key=lambda s: s.y.min())
+    ax.margins(x=0.08, y=0.1)
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_minor_formatter(NullFormatter())
+    low, high = ax.get_xlim()
+    if high < 30.0 * low:
+        ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    told: list[tuple[float, float]] = []
+    for stroke in beside:
+        at = int(np.argmin(stroke.y))
+        place = (float(np.log10(stroke.x[at])), float(np.log10(stroke.y[at])))
+        if any(abs(place[0] - x) < 0.25 and abs(place[1] - y) < 0.6 for x, y in told):
+            continue  # where curves end together, one number speaks for them
+        told.append(place)
+        ax.annotate(
+            f"{stroke.order:.1f}", (stroke.x[at], stroke.y[at]), (3, -3), textcoords="offset points",
+            size=6.5, color=stroke.look["color"], va="top", ha="left",
+        )  # fmt: skip

@@ -1,0 +1,127 @@
+"""Ladders: one knob turned step by step, what each step costs and how wrong it still is."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+Role = Literal["wearlab", "as published", "peer"]
+
+FLOOR = 10.0
+"""Errors below this many times the uncertainty of the reference say nothing of the order."""
+COARSEST = 0.1
+"""Errors above this say nothing of the order either."""
+
+
+class Rung(NamedTuple):
+    """One setting of a knob.
+
+    Parameters
+    ----------
+    setting : value of the knob
+    error : relative error against the reference [1]
+    seconds : best wall time of several [s]
+    work : right-hand sides of a steady state, contact analyses of a life [1]
+    warm_seconds : best wall time from the answer of a neighbouring wear state; NaN: not measured [s]
+    """
+
+    setting: float
+    error: float
+    seconds: float
+    work: float
+    warm_seconds: float = np.nan
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A work–precision curve.
+
+    Parameters
+    ----------
+    name : what is drawn, such as "rk4" or "CyRK VERN7"
+    knob : name of the setting, such as "steps_per_period"
+    quantity : whose error it is: "mesh_force", "wear_depth", "life" …
+    role : wearlab's default road, a method named as published, or a peer
+    rungs : from coarse to fine
+    fixed : what was set besides, as text, such as 'dynamics.method = "rk4"'; empty: nothing
+    """
+
+    name: str
+    knob: str
+    quantity: str
+    role: Role
+    rungs: tuple[Rung, ...]
+    fixed: str = ""
+
+    def order(self, uncertainty: float) -> float:
+        """Return the observed order: |d log error / d log setting|, the median over rungs; NaN: too few.
+
+        Parameters
+        ----------
+        uncertainty : relative uncertainty of the reference [1]
+        """
+        told = [r for r in self.rungs if FLOOR * uncertainty < r.error < COARSEST]
+        slopes = [
+            abs(np.log(a.error / b.error) / np.log(a.setting / b.setting))
+            for a, b in pairwise(told)
+            if a.setting != b.setting and a.error > b.error
+        ]
+        return float(np.median(slopes)) if slopes else float("nan")
+
+    def cheapest(self, error: float) -> Rung | None:
+        """Return the fastest rung that is good enough, where all finer ones are, too; None: there is none."""
+        good: list[Rung] = []
+        for rung in reversed(self.rungs):
+            if not rung.error <= error:
+                break
+            good.append(rung)
+        return min(good, key=lambda rung: rung.seconds, default=None)
+
+    def seconds_to(self, error: float, *, warm: bool = False) -> float:
+        """Return the wall time to a relative error [s]; see `interpolated`."""
+        times = [rung.warm_seconds if warm else rung.seconds for rung in self.rungs]
+        return interpolated([rung.error for rung in self.rungs], times, error)
+
+    def work_to(self, error: float) -> float:
+        """Return the work to a relative error [1]; see `interpolated`."""
+        return interpolated([rung.error for rung in self.rungs], [rung.work for rung in self.rungs], error)
+
+
+def interpolated(errors: Sequence[float], costs: Sequence[float], error: float) -> float:
+    """Return the least cost to reach ``error``, between rungs by a straight line in logarithms.
+
+    NaN when no rung reaches it. A coarsest rung that is already good enough costs what it costs.
+    """
+    known = [(e, c) for e, c in zip(errors, costs, strict=True) if np.isfinite(e) and np.isfinite(c)]
+    reached = [c for e, c in known if e <= error]
+    for (e1, c1), (e2, c2) in pairwise(known):
+        if e2 <= error < e1 and e2 > 0.0:
+            share = np.log(e1 / error) / np.log(e1 / e2)
+            reached.append(float(np.exp(np.log(c1) + share * np.log(c2 / c1))))
+    return min(reached, default=float("nan"))
+
+
+def best_time(action: Callable[[], object], *, least: int = 3, most: int = 25, budget: float = 0.15) -> float:
+    """Return the shortest of several wall times [s]; the first call is not counted unless it is long.
+
+    Parameters
+    ----------
+    action : what is timed
+    least, most : repetitions
+    budget : stop between them after this time [s]
+    """
+    begun = time.perf_counter()
+    action()
+    first = time.perf_counter() - begun
+    shortest, spent, done = np.inf, 0.0, 0
+    if first > budget:  # long enough for its warm-up not to matter
+        least, shortest, spent, done = 2, first, first, 1
+    while done < least or (done < most and spent < budget):
+        begun = time.perf_counter()
+        action()
+        taken = time.perf_counter() - begun
+        shortest, spent, done = min(shortest, taken), spent + taken, done + 1
+    return float(shortest)

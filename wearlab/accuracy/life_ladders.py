@@ -1,0 +1,97 @@
+"""Work–precision curves of a life: stepping over cycles, and the knobs below it."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from wearlab.accuracy.ladder import Curve, Rung
+from wearlab.accuracy.lives import (
+    Lived,
+    Wearing,
+    errors,
+    lived,
+    second_life,
+    tight_life,
+    wearing,
+)
+from wearlab.life.adaptive import Adaptive
+from wearlab.life.euler import Euler
+from wearlab.scene import Scene
+
+CYCLE_TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
+EULER_PARTS = (5, 10, 20, 40, 80, 160, 320, 640, 1280, 2560)
+"""Euler's thresholds: the largest depth at the end over these."""
+TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
+PROFILE_POINTS = (25, 51, 101, 201, 401)
+STEPS = (32, 64, 128, 256, 512)
+STEADY = 3e-6
+"""Cycle tolerance while other knobs are turned."""
+FINEST = {"numerics.profile_points": 801, "numerics.steps_per_period": 2048}
+
+Report = Callable[[str], None]
+
+
+def life_study(scene: Scene, report: Report) -> tuple[tuple[Curve, ...], float]:
+    """Return the curves of a scene's life, and how far a second method is from their reference [1]."""
+    report("life, reference")
+    problem = wearing(scene)
+    known = tight_life(problem)
+    other = second_life(problem, known.cycle)
+    return tuple(life_curves(scene, problem, known, report)), max(errors(other, known))
+
+
+def life_curves(scene: Scene, problem: Wearing, known: Lived, report: Report) -> Iterator[Curve]:
+    """Yield the curves, each for the life and for the wear depth at its end."""
+    report("life, cycle_tolerance")
+    ours = [(tolerance, lived(problem, Adaptive(), tolerance)) for tolerance in CYCLE_TOLERANCES]
+    yield from _both("adaptive", "cycle_tolerance", "wearlab", ours, known)
+    report("life, Euler thresholds")
+    deepest = float(known.depth.max())
+    published = [
+        (deepest / parts, lived(problem, Euler(deepest / parts), TOLERANCES[1])) for parts in EULER_PARTS
+    ]
+    yield from _both("Euler", "threshold", "as published", published, known, 'step.method = "euler"')
+    truth = lived(wearing(_with(scene, FINEST)), Adaptive(), STEADY)
+    knobs = [("numerics.profile_points", PROFILE_POINTS), ("numerics.tolerance", TOLERANCES)]
+    if scene.dynamics is not None:
+        knobs.insert(1, ("numerics.steps_per_period", STEPS))
+    for key, values in knobs:
+        report(f"life, {key.rpartition('.')[2]}")
+        yield from _knob(scene, key, values, truth)
+
+
+def _knob(scene: Scene, key: str, values: tuple[float, ...], truth: Lived) -> Iterator[Curve]:
+    """Yield the curve of a knob that changes the rate of wear itself, all others at their finest.
+
+    The tolerance moves all the others, as it does in a run. What ends the life is exact, the other counts.
+    """
+    name = key.rpartition(".")[2]
+    found = []
+    for value in values:
+        alone = name == "tolerance"
+        turned = (scene if alone else _with(scene, FINEST)).replace(key, value)
+        found.append((float(value), lived(wearing(turned), Adaptive(), float(value) if alone else STEADY)))
+    counts = "wear_depth" if wearing(scene).limits.depth is None else "life"
+    yield from (c for c in _both(name, name, "wearlab", found, truth) if c.quantity == counts)
+
+
+def _with(scene: Scene, values: dict[str, int]) -> Scene:
+    for key, value in values.items():
+        scene = scene.replace(key, value)
+    return scene
+
+
+def _both(
+    name: str,
+    knob: str,
+    role: str,
+    found: list[tuple[float, Lived]],
+    known: Lived,
+    fixed: str = "",
+) -> Iterator[Curve]:
+    for index, quantity in enumerate(("life", "wear_depth")):
+        rungs = tuple(
+            Rung(setting, errors(one, known)[index], one.seconds, one.analyses) for setting, one in found
+        )
+        if np.any([rung.error > 0.0 for rung in rungs]):
+            yield Curve(name, knob, quantity, role, rungs, fixed)  # type: ignore[arg-type]

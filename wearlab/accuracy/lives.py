@@ -1,0 +1,135 @@
+"""A life as a problem: how long the flanks last, and how worn they are, at given settings."""
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from wearlab.life.adaptive import Adaptive
+from wearlab.life.counted import CountedRate
+from wearlab.life.history import PairRate
+from wearlab.life.limits import Limits
+from wearlab.life.march import Method, evolve
+from wearlab.scene import Scene
+from wearlab.scene.build import PairParts, build
+from wearlab.scene.build.wear import build_limits
+from wearlab.simulate.run import initial_wear
+
+Array = NDArray[np.float64]
+
+TIGHT = 3e-7
+SECOND_METHOD = 1e-8
+MOST_ANALYSES = 200_000
+
+
+class Wearing(NamedTuple):
+    """A scene that wears.
+
+    Parameters
+    ----------
+    parts : its physics
+    wear : (2, n) wear at cycle 0 [m]
+    limits : where the life ends
+    """
+
+    parts: PairParts
+    wear: Array
+    limits: Limits
+
+
+class Lived(NamedTuple):
+    """One life.
+
+    Parameters
+    ----------
+    cycle : its end [1]
+    depth : (2 n,) wear depth there [m]
+    analyses : contact analyses it took
+    seconds : wall time [s]
+    saw_tooth : whether steps were longer than the stability limit
+    """
+
+    cycle: float
+    depth: Array
+    analyses: int
+    seconds: float
+    saw_tooth: bool
+
+
+def wearing(scene: Scene) -> Wearing:
+    """Build the life of a scene."""
+    parts = build(scene)
+    nodes = len(parts.analysis.grid.position)
+    return Wearing(parts, initial_wear(scene, parts)[0], build_limits(scene, parts.pair, nodes, parts.speed))
+
+
+def has_life(scene: Scene) -> bool:
+    """Whether a scene wears until something."""
+    return scene.wear is not None and scene.wear.until is not None and scene.wear.coefficient is not None
+
+
+def lived(problem: Wearing, method: Method, tolerance: float) -> Lived:
+    """Return the life by a method of stepping over cycles."""
+    begun = time.perf_counter()
+    rate = PairRate(problem.parts.coupling)
+    life = evolve(
+        rate,
+        problem.wear.ravel(),
+        limits=problem.limits,
+        method=method,
+        tolerance=tolerance,
+        most_evaluations=MOST_ANALYSES,
+    )
+    return Lived(
+        float(life.cycle[-1]),
+        life.depth[-1],
+        life.count_rate_evaluations,
+        time.perf_counter() - begun,
+        life.saw_tooth,
+    )
+
+
+def tight_life(problem: Wearing) -> Lived:
+    """Return the life to about ``TIGHT``, by the default method."""
+    return lived(problem, Adaptive(), TIGHT)
+
+
+def second_life(problem: Wearing, end: float) -> Lived:
+    """Return the life by SciPy's DOP853, which shares no step with ours.
+
+    Parameters
+    ----------
+    problem : the life
+    end : a guess of its end [1]
+    """
+    begun = time.perf_counter()
+    rate = CountedRate(PairRate(problem.parts.coupling), MOST_ANALYSES)
+    scale = float(problem.limits.depth or 1e-6)
+    longest = problem.limits.cycles or 3.0 * end
+
+    def reaches_depth(cycle: float, depth: Array) -> float:
+        return float(depth[problem.limits.flank].max()) - (problem.limits.depth or np.inf)
+
+    reaches_depth.terminal = True  # type: ignore[attr-defined]
+    solution = solve_ivp(
+        lambda cycle, depth: rate(np.maximum(depth, 0.0)), (0.0, longest), problem.wear.ravel(),
+        method="DOP853", rtol=SECOND_METHOD, atol=SECOND_METHOD * scale, first_step=1e-4 * end,
+        events=reaches_depth if problem.limits.depth is not None else None,
+    )  # fmt: skip
+    return Lived(
+        float(solution.t[-1]), solution.y[:, -1], rate.count, time.perf_counter() - begun, saw_tooth=False
+    )
+
+
+def errors(one: Lived, reference: Lived) -> tuple[float, float]:
+    """Return the relative errors of the life and of the wear depth at its end [1].
+
+    On other nodes only the deepest point of each flank is compared.
+    """
+    mine, exact = one.depth, reference.depth
+    if mine.shape != exact.shape:
+        mine, exact = mine.reshape(2, -1).max(axis=1), exact.reshape(2, -1).max(axis=1)
+    depth = np.abs(mine - exact).max() / exact.max()
+    return abs(one.cycle / reference.cycle - 1.0), float(depth)

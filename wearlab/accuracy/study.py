@@ -1,0 +1,157 @@
+"""A campaign's scenes studied one by one: error against run time of every knob, method and peer."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from wearlab.accuracy.ladder import Curve, Rung
+from wearlab.accuracy.life_ladders import life_study
+from wearlab.accuracy.lives import has_life
+from wearlab.accuracy.peers import peers
+from wearlab.accuracy.reference import Unsuited
+from wearlab.accuracy.steady_ladders import steady_study
+from wearlab.scene import Scene
+
+TARGETS = (1e-3, 1e-6)
+"""Relative errors at which wall times are compared."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """What was found of one scene.
+
+    Parameters
+    ----------
+    label : the case
+    scene : its scene
+    curves : work–precision curves
+    disagreement : by quantity, relative difference between the reference and the second method [1]
+    multiplier : largest modulus of the Floquet multipliers; NaN without dynamics [1]
+    notes : what could not be studied, and why
+    """
+
+    label: str
+    scene: Scene
+    curves: tuple[Curve, ...]
+    disagreement: dict[str, float]
+    multiplier: float
+    notes: tuple[str, ...]
+
+    def of(self, role: str, quantity: str) -> tuple[Curve, ...]:
+        """Return the curves of a role and a quantity."""
+        return tuple(c for c in self.curves if c.role == role and c.quantity == quantity)
+
+    def uncertainty(self, quantity: str) -> float:
+        """Return the relative uncertainty of the reference of a quantity [1]."""
+        return self.disagreement.get(quantity, self.disagreement.get("mesh_force", 0.0))
+
+
+def study(label: str, scene: Scene, report: Callable[[str], None]) -> Study:
+    """Study one scene: its steady state where it has dynamics, its life where it wears.
+
+    Parameters
+    ----------
+    label : its name
+    scene : the scene; both may be absent, then there is nothing to tell
+    report : told what comes next
+    """
+    curves: tuple[Curve, ...] = ()
+    disagreement: dict[str, float] = {}
+    multiplier, notes = float("nan"), []
+    if scene.dynamics is not None:
+        try:
+            curves, disagreement["mesh_force"], multiplier = steady_study(scene, report)
+        except Unsuited as unsuited:
+            notes.append(f"steady state not studied: {unsuited}")
+    if has_life(scene):
+        lives, apart = life_study(scene, report)
+        curves += lives
+        disagreement |= {"life": apart, "wear_depth": apart}
+    return Study(label, scene, curves, disagreement, multiplier, tuple(notes))
+
+
+def expected_reports(scene: Scene) -> int:
+    """Return about how often a study reports, for a progress bar."""
+    steady = 8 + len(list(peers())) if scene.dynamics is not None else 0
+    return steady + (6 if has_life(scene) else 0)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Our default method against the fastest peer, in one run.
+
+    Parameters
+    ----------
+    error : relative error at which both are compared [1]
+    ours, warm : wall time of a cold start (look-up and tables included) and of one from a neighbour [s]
+    peer, peer_warm : fastest peer from the static equilibrium, and from the same neighbour [s]
+    name : the fastest peer
+    """
+
+    error: float
+    ours: float
+    warm: float
+    peer: float
+    peer_warm: float
+    name: str
+
+    @property
+    def ratio(self) -> float:
+        """How many times faster ours is, both from a cold start."""
+        return self.peer / self.ours
+
+    @property
+    def warm_ratio(self) -> float:
+        """Ours from a neighbour against the peer from a cold start."""
+        return self.peer / self.warm
+
+    @property
+    def both_warm_ratio(self) -> float:
+        """Both from the same neighbour."""
+        return self.peer_warm / self.warm
+
+
+def comparison(found: Study, error: float) -> Comparison | None:
+    """Return ours against the fastest peer at one error; None without peers or out of reach."""
+    ours = next((c for c in found.of("wearlab", "mesh_force") if c.knob == "steps_per_period"), None)
+    rivals = found.of("peer", "mesh_force")
+    times = {c.name: c.seconds_to(error) for c in rivals}
+    reached = {name: seconds for name, seconds in times.items() if np.isfinite(seconds)}
+    if ours is None or not reached or not np.isfinite(ours.seconds_to(error)):
+        return None
+    fastest = min(reached, key=reached.__getitem__)
+    warm = np.nanmin([c.seconds_to(error, warm=True) for c in rivals])
+    return Comparison(
+        error,
+        ours.seconds_to(error),
+        ours.seconds_to(error, warm=True),
+        reached[fastest],
+        float(warm),
+        fastest,
+    )
+
+
+def cheapest_setting(found: Study, quantity: str, error: float) -> tuple[Curve, Rung] | None:
+    """Return the fastest of our own settings whose error of a quantity is small enough, None: there is none.
+
+    The numerical knobs of the same scene are compared, not those that change what the answer converges to.
+    """
+    known = [
+        (curve, rung)
+        for curve in found.curves
+        if curve.role != "peer" and curve.quantity == quantity
+        for rung in [curve.cheapest(error)]
+        if rung is not None and curve.knob in ("steps_per_period", "relative", "cycle_tolerance", "threshold")
+    ]
+    return min(known, key=lambda pair: pair[1].seconds, default=None)
+
+
+def knob_settings(found: Study, quantity: str, error: float) -> dict[str, float]:
+    """Return for each of our knobs the cheapest setting that keeps a quantity within ``error``."""
+    settings = {}
+    for curve in found.of("wearlab", quantity):
+        rung = curve.cheapest(error)
+        if rung is not None:
+            settings[curve.knob] = rung.setting
+    return settings

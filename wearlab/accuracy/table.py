@@ -1,0 +1,136 @@
+"""What a study says in rows: who is how fast at which error, and which setting is cheapest."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from wearlab.accuracy.study import TARGETS, Study, cheapest_setting, comparison, knob_settings
+
+Rows = list[tuple[str, ...]]
+
+DEFAULT_TOLERANCE = 1e-3
+
+CURVE_HEADS = (
+    "case", "quantity", "curve", "knob", "order", "to 1e-3", "to 1e-6", "warm to 1e-6", "work to 1e-3",
+)  # fmt: skip
+PEER_HEADS = (
+    "case", "error", "ours", "fastest peer", "its time", "ratio", "ours warm", "warm ratio", "both warm",
+)  # fmt: skip
+LIFE_HEADS = ("case", "quantity", "error", "adaptive", "Euler", "ratio")
+CHEAPEST_HEADS = ("case", "quantity", "asked for", "cheapest", "error", "time", "enough of each knob")
+REFERENCE_HEADS = ("case", "largest |multiplier|", "reference against second method")
+
+
+def curve_rows(found: Sequence[Study]) -> Rows:
+    """Return a row for every curve of every case."""
+    return [
+        (
+            one.label,
+            curve.quantity,
+            curve.name,
+            curve.knob,
+            _number(curve.order(one.uncertainty(curve.quantity)), ".2f"),
+            *(_milliseconds(curve.seconds_to(error)) for error in TARGETS),
+            _milliseconds(curve.seconds_to(TARGETS[-1], warm=True)),
+            _number(curve.work_to(TARGETS[0]), ".0f"),
+        )
+        for one in found
+        for curve in one.curves
+    ]
+
+
+def peer_rows(found: Sequence[Study]) -> Rows:
+    """Return ours against the fastest peer, and the medians over the cases."""
+    rows: Rows = []
+    for error in TARGETS:
+        told = [(one.label, comparison(one, error)) for one in found]
+        known = [(label, c) for label, c in told if c is not None]
+        rows += [
+            (
+                label,
+                f"{error:.0e}",
+                _milliseconds(c.ours),
+                c.name,
+                _milliseconds(c.peer),
+                _times(c.ratio),
+                _milliseconds(c.warm),
+                _times(c.warm_ratio),
+                _times(c.both_warm_ratio),
+            )
+            for label, c in known
+        ]
+        if len(known) > 1:
+            ratios = [(c.ratio, c.warm_ratio, c.both_warm_ratio) for _, c in known]
+            cold, warm, both = np.median(np.array(ratios), axis=0)
+            rows.append(("median", f"{error:.0e}", "", "", "", _times(cold), "", _times(warm), _times(both)))
+    return rows
+
+
+def life_rows(found: Sequence[Study]) -> Rows:
+    """Return the contact analyses of a life by adaptive steps and by Euler's, at equal errors."""
+    rows: Rows = []
+    for one in found:
+        for quantity in ("life", "wear_depth"):
+            curves = {c.name: c for c in one.curves if c.quantity == quantity}
+            if not {"adaptive", "Euler"} <= set(curves):
+                continue
+            ours, euler = curves["adaptive"], curves["Euler"]
+            targets = [(f"{error:.0e}", error, ours.work_to(error)) for error in (1e-2, 1e-3, 1e-4)]
+            targets += [
+                (f"{r.error:.1e} (cycle_tolerance {r.setting:g})", r.error, r.work)
+                for r in ours.rungs
+                if np.isclose(r.setting, DEFAULT_TOLERANCE)
+            ]
+            for text, error, mine in targets:
+                theirs = euler.work_to(error)
+                row = (text, _number(mine, ".0f"), _number(theirs, ".0f"), _times(theirs / mine))
+                rows.append((one.label, quantity, *row))
+    return rows
+
+
+def cheapest_rows(found: Sequence[Study], error: float | None) -> Rows:
+    """Return the cheapest setting for an error, by default each scene's ``numerics.tolerance``."""
+    rows: Rows = []
+    for one in found:
+        asked = error or one.scene.numerics.tolerance
+        for quantity in dict.fromkeys(curve.quantity for curve in one.curves):
+            best = cheapest_setting(one, quantity, asked)
+            knobs = knob_settings(one, quantity, asked)
+            if best is None and not knobs:
+                rows.append((one.label, quantity, f"{asked:.0e}", "none reaches it", "", "", ""))
+                continue
+            chosen = ("", "", "")
+            if best is not None:
+                curve, rung = best
+                chosen = (
+                    f"{curve.name}, {curve.knob} = {rung.setting:.4g}",
+                    f"{rung.error:.1e}",
+                    _milliseconds(rung.seconds),
+                )
+            settings = ", ".join(f"{knob} {value:g}" for knob, value in knobs.items())
+            rows.append((one.label, quantity, f"{asked:.0e}", *chosen, settings))
+    return rows
+
+
+def reference_rows(found: Sequence[Study]) -> Rows:
+    """Return how well the second method agrees with each reference."""
+    return [
+        (
+            one.label,
+            _number(one.multiplier, ".4f"),
+            ", ".join(f"{quantity} {apart:.1e}" for quantity, apart in one.disagreement.items()),
+        )
+        for one in found
+    ]
+
+
+def _number(value: float, form: str) -> str:
+    return format(value, form) if np.isfinite(value) else ""
+
+
+def _milliseconds(seconds: float) -> str:
+    return f"{1e3 * seconds:.3g} ms" if np.isfinite(seconds) else ""
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.1f}×" if np.isfinite(ratio) else ""

@@ -1,0 +1,49 @@
+"""How long a transient lasts: what marching methods are told for free."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.accuracy.reference import Reference
+from wearlab.accuracy.steady import Steady
+from wearlab.dynamics.periodic import Periodic
+from wearlab.dynamics.runge_kutta4 import TableMarcher
+
+Array = NDArray[np.float64]
+
+MOST_PERIODS = 2000
+SMALLEST = 1e-11
+STEPS_SHARE = 4
+
+
+def transient(problem: Steady, reference: Reference, start: Array) -> Array:
+    """Return the relative error of the mesh force that is left after 0, 1, 2 … mesh periods, (n + 1,) [1].
+
+    Parameters
+    ----------
+    problem, reference : the scene and its answer
+    start : (2n,) state at phase 0 from which is marched
+    """
+    steps = max(64, len(reference.response.tables.width) // STEPS_SHARE)
+    vibration = problem.with_steps(steps, Periodic())
+    orbit = problem.solve(vibration)
+    decay = min(reference.multiplier, 1.0 - 1e-9) or 0.5
+    count = int(min(MOST_PERIODS, np.ceil(np.log(SMALLEST) / np.log(decay)) + 30 * orbit.period))
+    marcher = TableMarcher(vibration.system, orbit.tables, orbit.mesh_period)
+    _, path = marcher.march(start.copy(), count, count)
+    path = path[..., : len(start) // 2] @ vibration.system.direction[0]
+    goal = orbit.state[..., : len(start) // 2] @ vibration.system.direction[0]
+    stiffest = orbit.tables.stiffness.sum(axis=3).max()
+    turns = (_worst(path, np.roll(goal, turn, axis=0)) for turn in range(orbit.period))
+    left = min(turns, key=lambda worst: worst[-1]) * stiffest / np.abs(reference.force).max()
+    return np.maximum.accumulate(left[::-1])[::-1]
+
+
+def _worst(path: Array, goal: Array) -> Array:
+    repeated = np.tile(goal, (-(-len(path) // len(goal)), 1))[: len(path)]
+    return np.abs(path - repeated).max(axis=1)
+
+
+def periods_to(left: Array, error: float) -> int:
+    """Return the mesh periods until no more than ``error`` of a transient is left, at least one."""
+    enough = np.flatnonzero(left <= error)
+    return max(1, int(enough[0])) if len(enough) else len(left)

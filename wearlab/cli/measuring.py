@@ -1,0 +1,139 @@
+"""``accuracy``: error against run time of a campaign's scenes."""
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wearlab.cli.output import Status, complain, load_campaign, refusing, say, show_json, show_table
+from wearlab.cli.working import case_name
+
+if TYPE_CHECKING:
+    from wearlab.accuracy.study import Study
+    from wearlab.campaign import Campaign
+
+FILE = "accuracy.nc"
+
+
+def measure_accuracy(file: str, out: Path, error: float | None, as_json: bool) -> Status:
+    """Study every case of a campaign; print tables, store the dataset and draw the figures."""
+    campaign = load_campaign(file)
+    from wearlab.accuracy.contact import contact_text, contact_time
+    from wearlab.accuracy.dataset import dataset
+    from wearlab.gears.errors import GearError
+
+    with refusing(OSError):
+        out.mkdir(parents=True, exist_ok=True)
+    begun = time.time()
+    with refusing(GearError):
+        found = _studies(campaign, silent=as_json)
+    made = dataset(campaign.title, found, begun)
+    with refusing(OSError):
+        files = _write(made, out)
+    contact = contact_time(campaign.cases[0].scene)
+    for one in found:
+        for note in one.notes:
+            complain(f"{one.label}: {note}")
+    if as_json:
+        show_json(_content(found, error, files, contact.total))
+    else:
+        _tell(found, error)
+        say(f"\n{contact_text(contact)}\n")
+        for path in files:
+            say(str(path))
+    return Status.WELL if any(one.curves for one in found) else Status.TROUBLE
+
+
+def _studies(campaign: "Campaign", *, silent: bool) -> list["Study"]:
+    from wearlab.accuracy.study import expected_reports, study
+
+    total = sum(expected_reports(case.scene) for case in campaign.cases)
+    names = _labels(campaign)
+    with _bar(total, silent) as tell:
+        return [
+            study(name, case.scene, lambda what, name=name: tell(f"{name}: {what}"))  # type: ignore[misc]
+            for name, case in zip(names, campaign.cases, strict=True)
+        ]
+
+
+def _labels(campaign: "Campaign") -> list[str]:
+    """Return short names: the place on the axes where there is one, else the label."""
+    full = [case_name(campaign, case) for case in campaign.cases]
+    short = [name.partition("(")[2].rstrip(")") or name for name in full]
+    return short if len(set(short)) == len(short) else full
+
+
+@contextmanager
+def _bar(total: int, silent: bool) -> Iterator[Callable[[str], None]]:
+    """Show what is measured on standard error; silent where nobody watches."""
+    from rich import progress
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if silent or not console.is_terminal:
+        yield lambda text: None
+        return
+    columns = (
+        progress.SpinnerColumn(),
+        progress.TextColumn("{task.description}"),
+        progress.BarColumn(),
+        progress.TimeElapsedColumn(),
+        progress.TextColumn("left"),
+        progress.TimeRemainingColumn(),
+    )
+    with progress.Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=total)
+        yield lambda text: bar.update(task, advance=1, description=text)
+
+
+def _write(made: Any, out: Path) -> list[Path]:
+    """Write the dataset and its figures, each whole or not at all."""
+    from wearlab.accuracy.dataset import netcdf
+    from wearlab.accuracy.figure import pages, png
+    from wearlab.figures.style import DPI, RC
+
+    texts = {"Title": made.attrs["title"], "runs": " ".join(made.run_id.values.tolist())}
+    images = {f"{page.file}.png": png(page, RC, DPI, texts) for page in pages(made)}
+    written = []
+    for name, image in {FILE: netcdf(made), **images}.items():
+        part = out / f"{name}.part"
+        part.write_bytes(image)
+        os.replace(part, out / name)
+        written.append(out / name)
+    return written
+
+
+def _tables(found: list["Study"], error: float | None) -> dict[str, tuple[tuple[str, ...], Any]]:
+    from wearlab.accuracy import table
+
+    return {
+        "Reference": (table.REFERENCE_HEADS, table.reference_rows(found)),
+        "Work and precision": (table.CURVE_HEADS, table.curve_rows(found)),
+        "Against the fastest peer": (table.PEER_HEADS, table.peer_rows(found)),
+        "Contact analyses of a life": (table.LIFE_HEADS, table.life_rows(found)),
+        "Cheapest setting": (table.CHEAPEST_HEADS, table.cheapest_rows(found, error)),
+    }
+
+
+def _tell(found: list["Study"], error: float | None) -> None:
+    from wearlab.accuracy.peers import missing_peers
+
+    for title, (heads, rows) in _tables(found, error).items():
+        if rows:
+            say()
+            show_table(heads, rows, title=title)
+    if missing_peers():
+        say(f'\nnot installed: {", ".join(missing_peers())} (the extra "peers")')
+
+
+def _content(found: list["Study"], error: float | None, files: list[Path], contact: float) -> dict[str, Any]:
+    return {
+        **{
+            title: [dict(zip(heads, row, strict=True)) for row in rows]
+            for title, (heads, rows) in _tables(found, error).items()
+        },
+        "contact_analysis_seconds": contact,
+        "files": [str(path) for path in files],
+    }
