@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,8 +10,9 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.spur import Support, effective_mass, mesh_damping_of, spur_3dof, torsional
-from wearlab.dynamics.steps import steps_per_period
+from wearlab.dynamics.steps import fastest_rate, steps_per_period
 from wearlab.dynamics.system import System
+from wearlab.gears.errors import GearError
 from wearlab.gears.pair import GearPair
 from wearlab.life.state import Vibration
 from wearlab.mesh.contact import ContactAnalysis, Quasistatic
@@ -26,6 +28,11 @@ Array = NDArray[np.float64]
 RESOLVED = 0.3
 """Share of the tolerance that the stages may miss of mesh stiffness and error."""
 RISE = 1.5
+STABILITY_OF_RK4 = 2.78
+MOST_STEPS = 30_000
+"""Steps of a mesh period beyond which a motion is refused: it is quasi-static."""
+AFFORDED = 4_000
+"""Steps of a mesh period up to which marches are as long as the method wants them."""
 MOST_FOR_MESH = 2000
 """Steps beyond which a finer mesh table is no reason for more."""
 
@@ -43,7 +50,7 @@ def build_vibration(
     grid = _grid(scene, analysis, error, system, float(healthy.tangent.max()), period)
     return Vibration(
         system=system,
-        method=METHODS[scene.dynamics.method](scene),
+        method=patient(METHODS[scene.dynamics.method](scene), len(grid.width)),
         excitation=build_excitation(scene),
         stages=stages(analysis, grid, error),
         period=period,
@@ -62,14 +69,48 @@ def _grid(
 ) -> StageGrid:
     """Return the steps: as many as asked for, or as system and mesh need at the scene's tolerance."""
     breaks, tolerance = analysis.grid.breaks[:-1], scene.numerics.tolerance
+    turned = fastest_rate(system, stiffness) * period
     if scene.numerics.steps_per_period is not None:
+        _check_stable(scene, turned)
         return stage_grid(breaks, scene.numerics.steps_per_period)
+    if turned > MOST_STEPS:
+        raise GearError(
+            f"a mesh period lasts {period:.3g} s, in which the fastest mode turns by {turned:.3g} rad: that "
+            f"takes more than {MOST_STEPS} steps; so slow a motion is quasi-static: drop [dynamics], raise "
+            "the speed, or give numerics.steps_per_period"
+        )
     steps = steps_per_period(system, stiffness, period, tolerance, len(analysis.grid.intervals))
+    steps = min(steps, MOST_STEPS)
     grid = stage_grid(breaks, steps)
     while len(grid.width) < MOST_FOR_MESH and unresolved(analysis, error, grid) > RESOLVED * tolerance:
         steps = int(np.ceil(RISE * steps))
         grid = stage_grid(breaks, steps)
     return grid
+
+
+def _check_stable(scene: Scene, turned: float) -> None:
+    """Refuse steps beyond the stability of the method asked for; ``turned``: by the fastest mode [rad]."""
+    steps = scene.numerics.steps_per_period
+    if steps is None or scene.dynamics is None or scene.dynamics.method not in ("periodic", "rk4"):
+        return
+    if turned > STABILITY_OF_RK4 * steps:
+        raise GearError(
+            f"numerics.steps_per_period = {steps} is beyond the stability of Runge-Kutta 4 by a factor "
+            f"{turned / (STABILITY_OF_RK4 * steps):.3g}: give {int(np.ceil(turned))} or more, or leave it out"
+        )
+
+
+def patient(method: Method, steps: int) -> Method:
+    """Return the method with marches that take a bounded number of steps, however many a period has."""
+    if not isinstance(method, Periodic) or steps <= AFFORDED:
+        return method
+    share = AFFORDED / steps
+    return replace(
+        method,
+        transient=max(20, int(method.transient * share)),
+        longest=max(2, int(method.longest * share)),
+        averaged=max(8, int(method.averaged * share)),
+    )
 
 
 def unresolved(analysis: ContactAnalysis, error: MeshError, grid: StageGrid) -> float:

@@ -1,0 +1,124 @@
+"""Random scenes over many decades, and what must hold of each."""
+
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+
+from wearlab.gears.errors import GearError
+from wearlab.scene import Scene
+from wearlab.simulate import Refused, simulate
+
+MAY_BE_ABSENT = (
+    "floquet_multiplier",  # of an aperiodic response
+    "error_estimate_mesh_force",  # likewise
+    *("life", "remaining_useful_life", "service_life", "error_estimate_life"),  # not reached
+    "coexisting_multiplier",
+)
+WORST_RESIDUAL = 0.01
+MOST_MAPS = 2_000_000
+
+
+def decades(low: float, high: float) -> Any:
+    """Draw log-uniformly between 10^low and 10^high."""
+    return st.floats(low, high).map(lambda exponent: float(f"{10.0**exponent:.4g}"))
+
+
+@st.composite
+def scenes(draw: Any) -> dict[str, Any]:
+    """Draw the mapping of a scene that gears could have."""
+    module = draw(decades(-3.7, -1.52))
+    teeth = draw(st.integers(12, 400)), draw(st.integers(17, 400))
+    shift = max(0.0, round((17.5 - teeth[0]) / 17.0, 3)) + draw(st.sampled_from([0.0, 0.0, 0.2]))
+    width = module * draw(decades(0.0, 2.0))
+    torque = 1e7 * width * module * 0.5 * module * teeth[0] * draw(decades(-5.0, 1.5))
+    mapping: dict[str, Any] = {
+        "gears": {
+            "kind": "external-pair",
+            "module": f"{module} m",
+            "face_width": f"{width} m",
+            "pinion": {"teeth": teeth[0], "profile_shift_coefficient": shift},
+            "gear": {"teeth": teeth[1]},
+        },
+        "operation": {"torque": f"{torque:.6g} N*m", "speed": f"{draw(decades(1.5, 4.5))} rpm"},
+        "mesh": {"stiffness": draw(stiffness(width))},
+    }
+    if draw(st.booleans()):
+        mapping["mesh"]["normal_backlash"] = f"{draw(st.just(0.0) | decades(-9.0, -3.0))} m"
+    if draw(st.sampled_from([True, True, False])):
+        mapping["mesh"] |= {"damping_ratio": draw(st.just(0.0) | decades(-4.0, 0.3))}
+        mapping["mesh"] |= {"damping_in": draw(st.sampled_from(["contact", "always"]))}
+        mapping["dynamics"] = draw(dynamics(width))
+        if draw(st.booleans()):
+            amplitude, order = module * draw(decades(-7.0, -2.5)), draw(st.integers(1, 6))
+            mapping["errors"] = {"harmonic": [{"order": order, "amplitude": f"{amplitude} m"}]}
+    if draw(st.booleans()):
+        coefficient = {"model": "constant", "value": f"{draw(decades(-20.0, -14.0))} m^2/N"}
+        mapping["wear"] = {"coefficient": coefficient}
+        if draw(st.booleans()):
+            mapping["wear"]["until"] = {"depth": f"{module * draw(decades(-5.5, -2.5)):.4g} m"}
+    return mapping
+
+
+def stiffness(width: float) -> Any:
+    """Draw a stiffness: computed, tuned, or constant over decades."""
+    constant = decades(7.5, 12.0).map(lambda k: f"{k * width:.6g} N/m")
+    return (
+        st.just({"model": "potential-energy"})
+        | st.builds(lambda s: {"model": "potential-energy", "scale": s}, decades(-2.0, 2.0))
+        | st.just({"model": "potential-energy", "coupling": "shared", "hertz": "weber"})
+        | st.builds(
+            lambda k, of: {"model": "constant", "value": k, "of": of},
+            constant,
+            st.sampled_from(["pair", "mesh"]),
+        )
+    )
+
+
+@st.composite
+def dynamics(draw: Any, width: float) -> dict[str, Any]:
+    """Draw moving coordinates."""
+    if draw(st.booleans()):
+        return {"model": "torsional"}
+    bearing = {
+        "radial_stiffness": f"{width * draw(decades(9.0, 12.0)):.6g} N/m",
+        "damping_ratio": draw(decades(-3.0, -0.3)),
+    }
+    return {"model": "spur-3dof", "supports": {"pinion": bearing, "gear": bearing}}
+
+
+def outcome(mapping: dict[str, Any]) -> tuple[str, list[str]]:
+    """Return the verdict of a random scene ("refused" included), and every rule that its data breaks."""
+    try:
+        dataset = simulate(Scene.from_mapping(mapping))
+    except (Refused, GearError) as refusal:
+        return "refused", [] if str(refusal) else ["a refusal without a reason"]
+    return str(dataset.verdict.item()), broken(dataset)
+
+
+def broken(dataset: Any) -> list[str]:
+    """Return every rule that a dataset breaks."""
+    rules = [f"{name} is not finite" for name in dataset.variables if not _finite(dataset, str(name))]
+    if float(dataset.residual_load_share.max()) > 1e-9:
+        rules.append(f"load shares sum to 1 ± {float(dataset.residual_load_share.max()):.3g}")
+    if "residual_mean_force" in dataset and dataset.verdict.item() not in ("aperiodic", "not converged"):
+        residual = float(np.abs(dataset.residual_mean_force).max())
+        peak = float(np.nanmax(dataset.dynamic_factor))  # short blows are hard to integrate
+        if residual > WORST_RESIDUAL * max(1.0, peak):
+            rules.append(f"mean force is off by {residual:.3g}")
+    if "wear_depth" in dataset:
+        depth = dataset.wear_depth.values
+        if depth.min() < 0.0 or np.diff(depth, axis=0).min(initial=0.0) < 0.0:
+            rules.append("wear is negative or shrinks")
+    if "count_period_maps" in dataset and int(dataset.count_period_maps) > MOST_MAPS:
+        rules.append(f"{int(dataset.count_period_maps)} period maps")
+    return rules
+
+
+def _finite(dataset: Any, name: str) -> bool:
+    variable = dataset[name]
+    if variable.dtype.kind != "f" or name in MAY_BE_ABSENT:
+        return True
+    if "mesh_period" in variable.dims:  # padded where other updates have a longer period
+        variable = variable.isel(mesh_period=0)
+    return bool(np.isfinite(variable.values).all())

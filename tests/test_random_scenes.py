@@ -1,0 +1,75 @@
+"""Random scenes over many decades: finite data whose invariants close, or a named refusal."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+import random_scenes
+from hypothesis import HealthCheck, Phase, given, settings
+
+from wearlab.scene import Scene
+from wearlab.simulate import Refused, simulate
+
+EXAMPLES = 25
+
+
+def test_random_scenes_are_finite_or_refused_by_name():
+    verdicts: Counter[str] = Counter()
+
+    @settings(
+        max_examples=EXAMPLES, derandomize=True, deadline=None, database=None, phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )  # fmt: skip
+    @given(random_scenes.scenes())
+    def run(mapping):
+        verdict, rules = random_scenes.outcome(mapping)
+        verdicts[verdict] += 1
+        assert rules == [], mapping
+
+    run()
+    assert verdicts["refused"] <= 0.2 * verdicts.total()
+    assert verdicts["completed"] >= 0.3 * verdicts.total()
+
+
+def test_the_rules_see_what_is_broken():
+    mapping = {
+        "gears": {
+            "kind": "external-pair", "module": "3 mm", "face_width": "20 mm",
+            "pinion": {"teeth": 50}, "gear": {"teeth": 50},
+        },
+        "operation": {"torque": "340 N*m", "speed": "1100 rpm"},
+        "mesh": {"damping_ratio": 0.05},
+        "dynamics": {"model": "torsional"},
+        "wear": {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}, "until": {"depth": "2 um"}},
+    }  # fmt: skip
+    good = simulate(Scene.from_mapping(mapping))
+    assert random_scenes.broken(good) == []
+    for name, factor in (
+        ("mesh_stiffness", np.nan),
+        ("residual_load_share", np.inf),
+        ("wear_depth", -1.0),
+        ("residual_mean_force", 1e9),
+    ):
+        assert random_scenes.broken(good.assign({name: good[name] * factor + 0 * factor})), name
+
+
+@pytest.mark.parametrize(
+    ("numerics", "speed", "reason"),
+    [
+        ({}, "0.1 rpm", "quasi-static: drop"),
+        ({"steps_per_period": 8}, "300 rpm", "beyond the stability of Runge-Kutta 4"),
+    ],
+)
+def test_work_without_bound_and_unstable_steps_are_refused(numerics, speed, reason):
+    mapping = {
+        "gears": {
+            "kind": "external-pair", "module": "0.5 mm", "face_width": "5 mm",
+            "pinion": {"teeth": 20}, "gear": {"teeth": 40},
+        },
+        "operation": {"torque": "0.1 N*m", "speed": speed},
+        "mesh": {"damping_ratio": 0.05},
+        "dynamics": {"model": "torsional"},
+        "numerics": numerics,
+    }  # fmt: skip
+    with pytest.raises(Refused, match=reason):
+        simulate(Scene.from_mapping(mapping))
