@@ -57,6 +57,12 @@ class Periodic:
     def _simple_orbit(self, shooting: Shooting, start: Response | None) -> Orbit | None:
         """Shoot from the neighbour, then from the loaded mesh, then from a marched state."""
         if start is not None and start.period > 0 and start.state.shape[2] == shooting.rows:
+            if start.period == 1 and start.counts.newton_iterations == 1:
+                # One pass was exact there, so its contact never changed; most likely it still does not, and
+                # the affine map of a loaded mesh is half the work: no step asks which pairs touch.
+                found = shooting.shoot(1, start.state[0, 0].copy(), touch=True, most=1)
+                if found is not None and found.largest <= 1.0 + self.margin:
+                    return found
             found = shooting.shoot(start.period, start.state[0, 0].copy(), most=8)
             if found is not None and found.largest <= 1.0 + self.margin:
                 return found
