@@ -80,7 +80,7 @@ def test_cheapest_is_the_fastest_rung_from_which_all_finer_ones_are_good():
 def test_order_leaves_out_what_the_reference_cannot_tell():
     curve = ladder((1.6e-2, 1e-3, 1e-3 / 16))
     assert curve.order(0.0) == pytest.approx(4.0)
-    assert curve.order(3e-5) == pytest.approx(4.0)
+    assert np.isnan(curve.order(3e-5))  # one slope is no order
     assert ladder((1e-2, 1e-12, 1e-12)).order(1e-12) != ladder((1e-2, 1e-12, 1e-12)).order(1e-12)  # NaN
 
 

@@ -12,6 +12,7 @@ Role = Literal["wearlab", "as published", "peer"]
 
 FLOOR = 10.0
 """Errors below this many times the uncertainty of the reference say nothing of the order."""
+LEAST_SLOPES = 2
 COARSEST = 0.1
 """Errors above this say nothing of the order either."""
 
@@ -69,7 +70,7 @@ class Curve:
             for a, b in pairwise(told)
             if a.setting != b.setting and a.error > b.error
         ]
-        return float(np.median(slopes)) if slopes else float("nan")
+        return float(np.median(slopes)) if len(slopes) >= LEAST_SLOPES else float("nan")
 
     def cheapest(self, error: float) -> Rung | None:
         """Return the fastest rung that is good enough, where all finer ones are, too; None: there is none."""

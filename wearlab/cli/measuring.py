@@ -62,6 +62,8 @@ def _labels(campaign: "Campaign") -> list[str]:
     """Return short names: the place on the axes where there is one, else the label."""
     full = [case_name(campaign, case) for case in campaign.cases]
     short = [name.partition("(")[2].rstrip(")") or name for name in full]
+    if len(campaign.axes) == 1:
+        short = [name.rpartition("=")[2] for name in short]
     return short if len(set(short)) == len(short) else full
 
 
