@@ -1,0 +1,45 @@
+"""An absent part changes nothing where its effect is zero, and stores less."""
+
+import numpy as np
+import pytest
+
+from wearlab.accuracy.leaving_out import PARTS, saving, scene
+from wearlab.scene.build import build
+from wearlab.simulate import simulate
+
+
+@pytest.mark.parametrize("part", PARTS, ids=lambda part: part.name)
+def test_results_are_identical_where_the_effect_is_zero(part):
+    found = saving(part, repeats=1)
+    assert found.difference <= part.tolerance
+    assert scene(part.present).id != scene(part.absent).id
+
+
+def test_absent_parts_are_neither_computed_nor_stored():
+    by_name = {part.name: part for part in PARTS}
+    still = simulate(scene(by_name["dynamics"].absent))
+    assert not {"dynamic_mesh_force", "response_period", "natural_frequency"} & set(still.variables)
+    assert still.count_period_maps.item() == 0
+    dry = simulate(scene(by_name["film factor"].absent))
+    assert not {"film_thickness", "lambda_ratio"} & set(dry.variables)
+    unworn = simulate(scene(by_name["the wear law"].absent))
+    assert not {"wear_rate", "wear_depth"} & set(unworn.variables)
+
+
+def test_an_effect_that_is_not_zero_is_seen():
+    """The comparison can tell: the same parts with an effect change the results."""
+    part = {part.name: part for part in PARTS}["torque fluctuation"]
+    wave = {"order": 1, "amplitude": "10 N*m", "phase": "0 deg"}
+    assert saving(part._replace(present={"operation.torque_fluctuation": wave}), repeats=1).difference > 1e-3
+
+
+def test_proven_linear_contact_takes_one_period_map_a_state():
+    part = {part.name: part for part in PARTS}["events (contact proven linear)"]
+    maps = []
+    for change in (part.absent, part.present):
+        parts = build(scene(change))
+        unworn = np.zeros((2, len(parts.analysis.grid.position)))
+        maps.append(parts.coupling.evaluate(unworn).response.counts.period_maps)
+    linear, marched = maps
+    assert linear == 1
+    assert marched > 50
