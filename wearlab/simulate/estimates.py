@@ -1,0 +1,223 @@
+"""Estimates of the numerical error: of the steps over cycles, of the integrator, of the nodes on the flanks.
+
+A few states of the life are evaluated once more with half the steps and half the nodes. What the wear rate
+changes by is carried along the cycles, and added to what the steps over cycles report of themselves.
+"""
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.response import Response
+from wearlab.gears.errors import GearError
+from wearlab.life.history import History
+from wearlab.life.limits import StopWear
+from wearlab.life.state import WearState
+from wearlab.mesh.excitation import mesh_force
+from wearlab.mesh.profile import ProfileGrid, interpolate, lookup
+from wearlab.scene import Scene
+from wearlab.scene.build import PairParts, build
+from wearlab.scene.build.mesh import profile_points
+
+Array = NDArray[np.float64]
+
+MOST_SAMPLES = 5
+"""States that are evaluated once more."""
+COARSENED = 0.5
+RATE_SHARE = 1.0
+FORCE_SHARE = 0.3
+WORN_SHARE = 1.0
+"""Weights of the rougher twin, set on scenes of seed 1 (`wearlab.accuracy.estimates`)."""
+DEEPEST = 0.95
+"""Share of the largest depth from which a node counts as one that may end the life."""
+
+
+class Rougher(NamedTuple):
+    """One state evaluated once more, with half the steps and half the nodes.
+
+    Parameters
+    ----------
+    cycle : of the state [1]
+    wear : (2, n_rough) its wear depth at the rougher nodes [m]
+    rate : (2, n_rough) change of the wear rate, None without a wear law [m]
+    force : largest change of the mesh force, NaN without dynamics [N]
+    """
+
+    cycle: float
+    wear: Array
+    rate: Array | None
+    force: float
+
+
+class Estimates(NamedTuple):
+    """Estimated errors.
+
+    Parameters
+    ----------
+    wear_depth : (n_updates,) [m], None when nothing wears on
+    mesh_force : (n_updates,) [N], None without dynamics
+    life : [1], None without a depth limit that was reached
+    """
+
+    wear_depth: Array | None
+    mesh_force: Array | None
+    life: float | None
+
+
+def rough_parts(scene: Scene, parts: PairParts) -> PairParts | None:
+    """Return the scene's physics with half the steps and half the nodes, None when that cannot be."""
+    changed: dict[str, int] = {"profile_points": max(9, int(COARSENED * profile_points(scene)))}
+    if parts.vibration is not None:
+        changed["steps_per_period"] = max(4, int(COARSENED * len(parts.vibration.stages.grid.width)))
+    numerics = scene.numerics.model_copy(update=changed)
+    try:
+        return build(scene.model_copy(update={"numerics": numerics}))
+    except GearError:
+        return None
+
+
+def carried(fine: ProfileGrid, values: Array, rough: ProfileGrid) -> Array:
+    """Return values (k, n) at the nodes of a grid on those of another that has the same breaks, (k, n')."""
+    phases, _ = rough.phase_nodes
+    segment = np.repeat(np.arange(len(rough.intervals)), rough.intervals + 1)
+    where = lookup(fine, phases, segment)
+    pairs = rough.pairs_at_phase_nodes
+    present = pairs >= 0
+    found = np.empty((len(values), len(rough.position)))
+    for row, one in zip(found, values, strict=True):
+        at_phases = np.empty(pairs.shape)
+        interpolate(fine.first, where, np.ascontiguousarray(one), 0.0, at_phases)
+        row[pairs[present]] = at_phases[present]
+    return found
+
+
+def rougher(parts: PairParts, rough: PairParts, cycle: float, state: WearState) -> Rougher | None:
+    """Evaluate one state once more, None when the response is another one or none."""
+    response = state.response
+    if response is not None and response.period == 0:
+        return None
+    fine_grid, grid = parts.analysis.grid, rough.analysis.grid
+    try:
+        again = rough.coupling.evaluate(np.maximum(0.0, carried(fine_grid, state.wear, grid)), response)
+    except StopWear:
+        return None
+    if response is not None and (again.response is None or again.response.period != response.period):
+        return None
+    rate = None
+    if state.rate is not None and again.rate is not None:
+        rate = again.rate - carried(fine_grid, state.rate, grid)
+    force = np.nan
+    if response is not None and again.response is not None:
+        force = _change_of_force(parts, state, response, rough, again, again.response)
+    return Rougher(cycle, again.wear, rate, force)
+
+
+def _change_of_force(
+    parts: PairParts, state: WearState, response: Response,
+    rough: PairParts, again: WearState, other: Response,
+) -> float:  # fmt: skip
+    fine, coarse = _force(parts, state, response), _force(rough, again, other)
+    turns = range(len(fine))
+    return float(min(np.abs(np.roll(coarse, turn, axis=0) - fine).max() for turn in turns))
+
+
+def _force(parts: PairParts, state: WearState, response: Response) -> Array:
+    vibration = parts.vibration
+    assert vibration is not None
+    deflection, _ = vibration.deflection(response, parts.output)
+    return np.stack([
+        mesh_force(parts.analysis, state.nodes, state.fitted, parts.output, one, vibration.backlash).elastic
+        for one in deflection
+    ])  # fmt: skip
+
+
+def samples(lived: History) -> list[int]:
+    """Return which of the kept states are evaluated once more: the first, the last, some between."""
+    count = len(lived.state)
+    return sorted({round(at) for at in np.linspace(0, count - 1, min(count, MOST_SAMPLES))})
+
+
+def estimated(scene: Scene, parts: PairParts, lived: History) -> Estimates:
+    """Estimate the errors of a life at its kept states.
+
+    Parameters
+    ----------
+    scene, parts, lived : the scene, its physics, its history
+
+    Notes
+    -----
+    Wear depth: what the steps over cycles accumulate, and the integral of the change of rate over the cycles.
+    Mesh force: its own change, and what the error of the wear depth is worth at the mean mesh stiffness.
+    A state whose rougher twin responds otherwise counts as its neighbours do; without any twin there is no
+    estimate of the force.
+    """
+    clock = time.perf_counter()
+    rough = rough_parts(scene, parts)
+    chosen = samples(lived) if rough is not None else []
+    twins = [rougher(parts, rough, float(lived.cycle[k]), lived.state[k]) for k in chosen if rough]
+    found = [twin for twin in twins if twin is not None]
+    parts.coupling.account.seconds["dynamics"] += time.perf_counter() - clock
+    depth = _depth(lived, found)
+    force = None if parts.vibration is None else _force_error(parts, lived, found, depth)
+    return Estimates(depth, force, _life(lived, found))
+
+
+def _depth(lived: History, found: list[Rougher]) -> Array | None:
+    life = lived.life
+    if life is None:
+        return None
+    stepping = np.interp(lived.cycle, life.cycle, life.accumulated_error)
+    noise = np.array([state.noise for state in lived.state])
+    total = stepping + _integral(lived.cycle, noise)
+    known = [(twin.cycle, twin.rate) for twin in found if twin.rate is not None]
+    if not known:
+        return total
+    cycle = np.array([at for at, _ in known])
+    change = np.stack([rate for _, rate in known])
+    carried_on = np.abs(_integral(cycle, change)).max(axis=(1, 2))
+    if len(cycle) == 1:
+        carried_on, cycle = np.abs(change).max() * lived.cycle, lived.cycle
+    return np.asarray(total + RATE_SHARE * np.interp(lived.cycle, cycle, carried_on))
+
+
+def _integral(cycle: Array, values: Array) -> Array:
+    """Return the integral of values (n, …) over cycles (n,), 0 at the first."""
+    step = np.diff(cycle).reshape(-1, *(1,) * (values.ndim - 1))
+    pieces = 0.5 * step * (values[1:] + values[:-1])
+    return np.concatenate([np.zeros_like(values[:1]), np.cumsum(pieces, axis=0)])
+
+
+def _force_error(parts: PairParts, lived: History, found: list[Rougher], depth: Array | None) -> Array:
+    known = [twin for twin in found if np.isfinite(twin.force)]
+    if not known:
+        return np.full(len(lived.state), np.nan)
+    force = np.interp(lived.cycle, [twin.cycle for twin in known], [twin.force for twin in known])
+    _, weight = parts.analysis.grid.phase_nodes
+    stiffness = np.array([weight @ state.static.tangent for state in lived.state])
+    worn = 0.0 if depth is None else stiffness * depth
+    aperiodic = [state.response is not None and state.response.period == 0 for state in lived.state]
+    return np.where(aperiodic, np.nan, FORCE_SHARE * force + WORN_SHARE * worn)
+
+
+def _life(lived: History, found: list[Rougher]) -> float | None:
+    """Return the error of the deepest depth over the fastest wear, at the end of the life [1]."""
+    life = lived.life
+    if life is None or life.end_reason != "depth":
+        return None
+    fastest = float(life.rate[-1].max(initial=0.0))
+    if fastest <= 0.0:
+        return 0.0
+    return (float(life.accumulated_error[-1]) + RATE_SHARE * _deepest_change(found)) / fastest
+
+
+def _deepest_change(found: list[Rougher]) -> float:
+    """Return the integral of the change of rate where a flank is worn most [m]."""
+    known = [(twin.cycle, twin.rate, twin.wear) for twin in found if twin.rate is not None]
+    if len(known) < 2:
+        return 0.0
+    cycle = np.array([at for at, _, _ in known])
+    carried_on = np.abs(_integral(cycle, np.stack([rate for _, rate, _ in known]))[-1])
+    deepest = known[-1][2] >= DEEPEST * known[-1][2].max(axis=1, keepdims=True)
+    return float(carried_on[deepest].max())
