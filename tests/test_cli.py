@@ -41,6 +41,7 @@ def campaign(monkeypatch):
     """Let every FILE be a fake campaign, which cases of this process compute; return how to set it."""
     current = {"campaign": sweep(3)}
     monkeypatch.setattr(working, "load_campaign", lambda file: current["campaign"])
+    monkeypatch.setattr(working, "_refuse_the_impossible", lambda campaign: None)
     monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)
     original = wearlab.runner.run
 
@@ -331,3 +332,38 @@ def test_equal_labels_and_scenes_do_not_confuse(command, campaign):
     campaign(replace(both, cases=(*both.cases, replace(both.cases[0], label="same", position={}))))
     assert command("run", "any.toml").out.startswith("1 of 1 done")
     assert {row["label"] for row in json.loads(command("ls", "--json").out)} == {"base", "same"}
+
+
+PAIR = """
+title = "one pair"
+[gears]
+kind = "external-pair"
+module = "3 mm"
+face_width = "20 mm"
+[gears.pinion]
+teeth = 50
+{pinion}
+[gears.gear]
+teeth = 50
+[operation]
+torque = "340 N*m"
+speed = "1100 rpm"
+"""
+
+
+@pytest.mark.parametrize(
+    ("pinion", "figure", "says"),
+    [
+        ('tip_diameter = "149 mm"', "", "contact ratio"),
+        ("", '[[figure]]\nkind = "tvsm"', "did you mean 'tvms'"),
+        ("", '[[figure]]\nkind = "tvms"\nselect = { flnk = "pinion" }', "did you mean 'flank'"),
+        ("", '[[figure]]\nkind = "line"\ny = "wear_deepth"', "did you mean 'wear_depth'"),
+    ],
+)
+def test_what_can_never_work_stops_before_anything_is_written(command, tmp_path, pinion, figure, says):
+    file = tmp_path / "study.toml"
+    file.write_text(PAIR.replace("{pinion}", pinion) + figure)
+    for verb in ("run", "check"):
+        done = command(verb, file)
+        assert done.status == 2 and says in done.err and "Traceback" not in done.err
+    assert files(tmp_path) == ["study.toml"]

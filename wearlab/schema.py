@@ -91,7 +91,7 @@ VARIABLES: dict[str, Variable] = {
         "",
         "name of the point of contact A, B, C, D or E, or empty",
     ),
-    "phase": Variable(("phase",), "1", "1", "mesh phase"),
+    "phase": Variable(("phase",), "1", "1", "mesh phase", "equally spaced: a jump lies between two of them"),
     "flank_side": Variable(("flank",), "", "", "side of the tooth that is loaded"),
     # wear
     "wear_depth": Variable(_WEAR, "m", "um", "wear depth", "along the flank normal"),
@@ -170,7 +170,7 @@ VARIABLES: dict[str, Variable] = {
         "N",
         "N",
         "force of the support on the gear",
-        "y is along the line of action",
+        "y: along the line of action, as the driving gear pushes the driven",
     ),
     "dte_harmonics": Variable(
         (*_STATE, "harmonic"), "m", "um", "harmonic amplitude of the dynamic transmission error"

@@ -95,7 +95,16 @@ def test_every_dimensional_option_has_a_unit():
 
 def test_every_dimensional_option_is_known_to_this_test():
     measured = {key for _, key, node in PROPERTIES if any("unit" in leaf for leaf in leaves(node))}
-    assert measured - DIMENSIONAL <= {"value", "mean", "carrier_phase", "fm_phase", "installation", "phase", "from", "to"}
+    assert measured - DIMENSIONAL <= {
+        "value",
+        "mean",
+        "carrier_phase",
+        "fm_phase",
+        "installation",
+        "phase",
+        "from",
+        "to",
+    }
 
 
 def test_every_key_of_a_scene_is_in_the_schema():

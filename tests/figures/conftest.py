@@ -99,9 +99,15 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
         for name in [n for n in data if "mesh_period" in data[n].dims and n != "pair_force"]:
             data[name] = data[name].where((data.mesh_period == 0) | (data["update"] == 2))
         data["dynamic_mesh_force"] *= speed
-    labels = {"flank": ["pinion", "gear"], "member": ["pinion", "gear"], "mesh": ["pinion-gear"],
-              "harmonic": np.arange(1, length["harmonic"] + 1), "pair": [1, 2, 3], "direction": ["up", "down"],
-              "order": np.arange(1, 9) / 4}  # fmt: skip
+    labels = {
+        "flank": ["pinion", "gear"],
+        "member": ["pinion", "gear"],
+        "mesh": ["pinion-gear"],
+        "harmonic": np.arange(1, length["harmonic"] + 1),
+        "pair": [1, 2, 3],
+        "direction": ["up", "down"],
+        "order": np.arange(1, 9) / 4,
+    }
     data = data.assign_coords(labels | {"characteristic_point": ("profile", LETTERS)})
     coordinates = [
         n

@@ -98,3 +98,9 @@ def test_zero_torque_and_zero_damping_are_legal(table):
     table["mesh"]["damping"] = "0 N*s/m"
     scene = Scene.from_mapping(table)
     assert scene.operation.torque == 0.0 and scene.mesh.damping == 0.0
+
+
+def test_springs_on_both_rotations_are_refused(table):
+    spring = {"torsional_stiffness": "1e6 N*m/rad", "torsional_damping": "2 N*m*s/rad"}
+    table["dynamics"] = {"model": "torsional", "supports": {"pinion": spring, "gear": spring}}
+    assert "hold both gears" in one(table)

@@ -305,3 +305,13 @@ def test_invariants_close_in_every_run(run, scene):
         assert float(np.abs(data.residual_mean_force).max()) < 1e-4
         assert float(data.residual_load_share.max()) < 1e-12
         assert np.all(np.diff(data.wear_depth, axis=0) >= 0)
+
+
+def test_supports_push_back_and_one_branch_is_one_attractor(run):
+    data = run("base case")
+    held = data.bearing_force.sel(axis="y").mean("phase").isel(update=0, mesh_period=0)
+    np.testing.assert_allclose(
+        held, [FORCE, -FORCE], rtol=1e-3
+    )  # the driving gear pushes the driven along +y
+    assert np.all(data.bearing_force.sel(axis="x") == 0.0)
+    assert list(data.attractor.values) == [1.0, 1.0, 1.0]

@@ -30,7 +30,8 @@ def check_campaign(file: str, as_json: bool) -> Status:
     """Show what a campaign file asks for, and which of its cases cannot be."""
     from wearlab.scene import parts_left_out, parts_present
 
-    campaign = load_campaign(file)
+    campaign = _sound_campaign(file)
+    _refuse_the_impossible(campaign)
     parts = {
         label: (parts_present(case.scene), parts_left_out(case.scene))
         for label, case in _first_of_each_label(campaign).items()
@@ -64,6 +65,25 @@ def check_campaign(file: str, as_json: bool) -> Status:
         foreseen = ", as expected" if case["expected"] else ""
         complain(f"\nrefused{foreseen}: {case['case']}: {case['reason']}")
     return status
+
+
+def _sound_campaign(file: str) -> "Campaign":
+    """Read a campaign file whose figures name kinds, variables, dimensions and cases that exist."""
+    campaign = load_campaign(file)
+    if campaign.figures:
+        from wearlab.figures.checking import figure_problems
+
+        problems = figure_problems(campaign)
+        if problems:
+            raise Stop("\n".join(f"{file}: {problem}" for problem in problems))
+    return campaign
+
+
+def _refuse_the_impossible(campaign: "Campaign") -> None:
+    """Stop before anything is written when not one case can be, and none is expected to be refused."""
+    refused = _impossible(campaign)
+    if len(refused) == len({case.id for case in campaign.cases}) and not any(r["expected"] for r in refused):
+        raise Stop("\n".join(f"{case['case']}: {case['reason']}" for case in refused))
 
 
 def _first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
@@ -101,7 +121,8 @@ def run_campaign(
     """Compute what is missing and report trouble."""
     from wearlab.runner import Interrupted, RunnerError, run
 
-    campaign = load_campaign(file)
+    campaign = _sound_campaign(file)
+    _refuse_the_impossible(campaign)
     try:
         with refusing(*REFUSALS, RunnerError):
             report = run(
@@ -149,7 +170,7 @@ def draw_figures(file: str, store: "Store", out: Path, as_json: bool) -> Status:
     """Draw the figures of a campaign from its stored runs."""
     from wearlab.figures import FigureError, draw
 
-    campaign = load_campaign(file)
+    campaign = _sound_campaign(file)
     status = Status.WELL
     with refusing(*REFUSALS, OSError):
         try:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from wearlab.scene.coefficient import MEMBERS, JanakiramanCoefficient
-from wearlab.scene.dynamics import Spur3dofDynamics, Support, TorsionalDynamics
+from wearlab.scene.dynamics import Spur3dofDynamics, Support, TorsionalDynamics, TorsionalSupport
 
 if TYPE_CHECKING:
     from wearlab.scene.scene import Scene
@@ -30,18 +30,29 @@ def _supports(scene: "Scene") -> Problems:
             supports = {member: scene.dynamics.supports.get(member) for member in MEMBERS}
         case _:
             return
+    held = [member for member, support in supports.items() if support is not None and _holds(support)]
+    if len(held) == len(supports):
+        yield (
+            "dynamics.supports",
+            "torsional springs hold both gears: nothing turns, and the torque does not set the mesh force; "
+            "hold the output alone",
+        )
     for member, support in supports.items():
         path = f"dynamics.supports.{member}"
         if support is None or support.damping_ratio is not None:
             continue
         if isinstance(support, Support) and support.damping is None:
             yield path, "give 'damping' such as '5360 N*s/m', or 'damping_ratio'"
-        turns = support.torsional_stiffness is not None or support.tangential_stiffness is not None
-        if turns and support.torsional_damping is None:
+        if _holds(support) and support.torsional_damping is None:
             yield (
                 path,
                 "a torsional spring needs 'torsional_damping' such as '2 N*m*s/rad', or 'damping_ratio'",
             )
+
+
+def _holds(support: TorsionalSupport) -> bool:
+    """Whether a torsional spring ties the gear to ground."""
+    return support.torsional_stiffness is not None or support.tangential_stiffness is not None
 
 
 def _response(scene: "Scene") -> Problems:

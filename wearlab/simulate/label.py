@@ -30,14 +30,21 @@ def labelled(
         }
     )
     named = {
-        name: (VARIABLES[name].dims if name in VARIABLES else (name,), np.asarray(value), _attributes(name))
+        name: (
+            VARIABLES[name].dims if name in VARIABLES else (name,),
+            np.asarray(value),
+            _attributes(name, value),
+        )
         for name, value in coordinates.items()
     }
     return dataset.assign_coords(named)
 
 
-def _attributes(name: str) -> dict[str, str]:
-    return attributes(name) if name in VARIABLES else {"long_name": name.replace("_", " ")}
+def _attributes(name: str, value: Any) -> dict[str, str]:
+    if name in VARIABLES:
+        return attributes(name)
+    counts = {"units": "1"} if np.asarray(value).dtype.kind in "iuf" else {}
+    return {"long_name": name.replace("_", " "), **counts}
 
 
 def padded(arrays: list[np.ndarray], axis: int) -> np.ndarray:

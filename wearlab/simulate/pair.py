@@ -1,5 +1,6 @@
 """The arrays of a gear pair's life, named as the dataset names them."""
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -220,7 +221,7 @@ def _response_values(parts: PairParts, vibration: Vibration, state: WearState) -
         "dte_rms": [found.rms],
         "poincare_deflection": deflection[:, :1].T,
         "poincare_rate": rate[:, :1].T,
-        "dynamic_factor": [elastic.max() / static if static > 0.0 else np.nan],
+        "dynamic_factor": [max(elastic.max(), state.elastic.max()) / static if static > 0.0 else np.nan],
         "separation_fraction": [separated(parts, vibration, state)],
         "response_period": response.period * vibration.hunting,
         "floquet_multiplier": _as_parts(response, 2 * len(vibration.system.coordinates)),
@@ -301,12 +302,12 @@ def _over_periods(values: Array, where: Lookup, count: int) -> Harmonics:
 
 
 def _bearing_force(parts: PairParts, vibration: Vibration, position: Array, velocity: Array) -> Array:
-    """Return k y + c ẏ of each member, (member, axis, n_periods, n_phases) [N]; nothing acts along x."""
+    """Return −(k y + c ẏ) of each member, (member, axis, n_periods, n_phases) [N]; nothing along x."""
     system, names = vibration.system, vibration.system.coordinates
     force = np.zeros((2, 2, *position[:, 0].shape))
     for row, member in enumerate(parts.names):
         i = names.index(f"{member}.y")
-        force[row, 1] = system.stiffness[i, i] * position[:, i] + system.damping[i, i] * velocity[:, i]
+        force[row, 1] = -(system.stiffness[i, i] * position[:, i] + system.damping[i, i] * velocity[:, i])
     return force
 
 
@@ -325,6 +326,20 @@ def mode_values(found: SceneModes) -> Values:
         "critical_speed": found.critical_speed[0],
         "mode_participation": found.modes.participation.T,
     }
+
+
+def attractor(lived: History) -> NDArray[np.float64]:
+    """Return which branch each kept response is on, counted from 1 along the life, (n_updates,).
+
+    The count rises where the wear rate jumped, and where the period of the response changes.
+    """
+    jumps = [] if lived.life is None else [jump.cycle for jump in lived.life.jumps]
+    periods = [state.response.period for state in lived.state if state.response is not None]
+    branch = [1]
+    for (before, after), (start, end) in zip(pairwise(periods), pairwise(lived.cycle), strict=True):
+        passed = sum(start < jump <= end for jump in jumps)
+        branch.append(branch[-1] + max(passed, int(before != after)))
+    return np.array(branch, float)
 
 
 def life_values(scene: Scene, parts: PairParts, lived: History) -> Values:

@@ -12,6 +12,7 @@ from wearlab.compiled import source_hash
 from wearlab.scene import Scene
 from wearlab.scene.identity import MODEL_VERSION
 
+UNKNOWN = {"commit": "unknown", "dirty": "unknown"}
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
 
 
@@ -40,13 +41,16 @@ def provenance(scene: Scene, begun: float) -> dict[str, str]:
 
 @cache
 def _commit() -> dict[str, str]:
-    """Return the commit of the checkout this code runs from, and whether it was changed since."""
+    """Return the commit of the checkout this code runs from, and whether it was changed since.
+
+    An installed copy has none: there the hash of its sources tells the code.
+    """
     top = Path(__file__).resolve().parents[2]
     if not (top / ".git").exists():
-        return {}
+        return UNKNOWN
     commit = _git(top, "rev-parse", "HEAD")
     if not commit:
-        return {}
+        return UNKNOWN
     dirty = _git(top, "status", "--porcelain", "--", "wearlab", "pyproject.toml")
     return {"commit": commit, "dirty": "true" if dirty else "false"}
 

@@ -117,6 +117,7 @@ def _values(scene: Scene, parts: PairParts, lived: History) -> dict[str, Any]:
     if parts.vibration is not None:
         values |= named.dynamic_values(parts, states)
         values |= named.mode_values(build_modes(parts))
+        values["attractor"] = named.attractor(lived)
     others = other_attractors(parts, states)
     values |= attractor_values(others)
     if scene.dynamics is not None and scene.dynamics.response is not None:
