@@ -50,7 +50,7 @@ def _supports(scene: "Scene") -> Problems:
             )
 
 
-def _holds(support: TorsionalSupport) -> bool:
+def _holds(support: TorsionalSupport | Support) -> bool:
     """Whether a torsional spring ties the gear to ground."""
     return support.torsional_stiffness is not None or support.tangential_stiffness is not None
 
