@@ -182,7 +182,9 @@ VARIABLES: dict[str, Variable] = {
     "poincare_rate": Variable(
         ("update", "mesh", "mesh_period"), "m s-1", "mm/s", "rate of the mesh deflection once per mesh period"
     ),
-    "dynamic_factor": Variable(_STATE, "1", "1", "largest dynamic over static mesh force"),
+    "dynamic_factor": Variable(
+        _STATE, "1", "1", "largest dynamic over static mesh force", "over the stored phases"
+    ),
     "separation_fraction": Variable(_STATE, "1", "%", "fraction of time without drive-flank contact"),
     "equivalent_load": Variable(_STATE, "N m", "N*m", "equivalent torque by Miner's rule (L16 Eq. 25)"),
     "response_period": Variable(("update",), "1", "1", "mesh periods per response period", "0: aperiodic"),

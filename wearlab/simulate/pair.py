@@ -221,7 +221,7 @@ def _response_values(parts: PairParts, vibration: Vibration, state: WearState) -
         "dte_rms": [found.rms],
         "poincare_deflection": deflection[:, :1].T,
         "poincare_rate": rate[:, :1].T,
-        "dynamic_factor": [max(elastic.max(), state.elastic.max()) / static if static > 0.0 else np.nan],
+        "dynamic_factor": [elastic.max() / static if static > 0.0 else np.nan],
         "separation_fraction": [separated(parts, vibration, state)],
         "response_period": response.period * vibration.hunting,
         "floquet_multiplier": _as_parts(response, 2 * len(vibration.system.coordinates)),
