@@ -12,7 +12,7 @@ from wearlab.mesh.excitation import mesh_force
 from wearlab.scene import Scene
 from wearlab.scene.build import PairParts
 from wearlab.scene.build.response import SpeedResponse, build_response
-from wearlab.simulate.pair import separated, transmission_error
+from wearlab.simulate.vibration import separated, transmission_error
 
 Array = NDArray[np.float64]
 Values = dict[str, Any]

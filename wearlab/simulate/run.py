@@ -15,6 +15,7 @@ from wearlab.scene.build import PairParts, build
 from wearlab.scene.build.modes import build_modes
 from wearlab.scene.build.wear import build_limits, build_snapshots, build_step
 from wearlab.simulate import pair as named
+from wearlab.simulate import vibration as vibrating
 from wearlab.simulate.attractors import attractor_values, other_attractors
 from wearlab.simulate.errors import Refused
 from wearlab.simulate.label import CONVENTIONS, labelled
@@ -115,9 +116,9 @@ def _values(scene: Scene, parts: PairParts, lived: History) -> dict[str, Any]:
     if scene.wear is not None:
         values |= named.wear_values(parts, lived.cycle, states)
     if parts.vibration is not None:
-        values |= named.dynamic_values(parts, states)
-        values |= named.mode_values(build_modes(parts))
-        values["attractor"] = named.attractor(lived)
+        values |= vibrating.dynamic_values(parts, states)
+        values |= vibrating.mode_values(build_modes(parts))
+        values["attractor"] = vibrating.attractor(lived)
     others = other_attractors(parts, states)
     values |= attractor_values(others)
     if scene.dynamics is not None and scene.dynamics.response is not None:
