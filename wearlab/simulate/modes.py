@@ -29,7 +29,7 @@ def modes_table(scene: Scene) -> list[dict[str, Any]]:
         found = build_modes(build(scene))
     except GearError as error:
         raise Refused(str(error)) from error
-    rows = []
+    rows, excited = [], found.modes.excited()
     for mode in range(len(found.modes.frequency)):
         shape = np.abs(found.modes.shape[mode])
         share = found.modes.participation[mode].max()
@@ -42,7 +42,7 @@ def modes_table(scene: Scene) -> list[dict[str, Any]]:
                     for name, size in zip(found.coordinates, shape, strict=True)
                     if size > 0.3 * shape.max()
                 ),
-                "excited by the mesh": bool(share > 1e-6),
+                "excited by the mesh": bool(excited[mode]),
                 "participation": float(share),
             }
             | {

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.annulus import body_coupling
 from wearlab.mesh.contact import ContactAnalysis
@@ -15,7 +16,7 @@ from wearlab.mesh.hertz import yang_sun
 from wearlab.mesh.modulation import Modulation
 from wearlab.mesh.profile import ProfileGrid, profile_grid
 from wearlab.mesh.stiffness import GivenStiffness, PairStiffness, PotentialEnergy, WeberContact
-from wearlab.mesh.tooth import ToothFlexibility, tooth_flexibility
+from wearlab.mesh.tooth import tooth_flexibility
 from wearlab.scene import Scene
 from wearlab.scene.build.gears import kinks, modifications
 
@@ -75,7 +76,7 @@ def _potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> Potentia
     coupling, partner = _coupling(given, pair, grid)
     return PotentialEnergy(
         teeth=(teeth[0], teeth[1]),
-        hertz=_hertz(given, pair, grid, teeth),
+        hertz=_hertz(given, pair, grid),
         foundation=given.foundation == "sainsot",
         correction=tuple(given.correction),
         coupling=coupling,
@@ -84,15 +85,15 @@ def _potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> Potentia
     )
 
 
-def _hertz(
-    given: Any, pair: GearPair, grid: ProfileGrid, teeth: list[ToothFlexibility]
-) -> float | WeberContact:
+def _hertz(given: Any, pair: GearPair, grid: ProfileGrid) -> float | WeberContact:
     first, second = (gear.material for gear in pair.gears)
     if given.hertz == "yang-sun":
         return yang_sun(first, second, pair.face_width)
     return WeberContact(
         equivalent_radius=pair.equivalent_curvature(grid.position),
-        depth=np.stack([tooth.half_thickness / tooth.cosine for tooth in teeth]),
+        depth=np.stack(
+            [contact_depth(gear, pair.radius(i, grid.position)) for i, gear in enumerate(pair.gears)]
+        ),
         modulus=(first.youngs_modulus, second.youngs_modulus),
         poisson=(first.poisson_ratio, second.poisson_ratio),
         face_width=pair.face_width,

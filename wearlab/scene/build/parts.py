@@ -23,6 +23,7 @@ from wearlab.wear.path import WearPath, contact_modulus, wear_path
 Array = NDArray[np.float64]
 
 HARMONICS = 10
+PHASE_POINTS = 256
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,8 @@ def build(scene: Scene) -> PairParts:
     )
     vibration = build_vibration(scene, pair, analysis, error)
     law = build_law(scene, pair, path)
-    phases = np.arange(scene.numerics.phase_points or 256) / (scene.numerics.phase_points or 256)
+    count = scene.numerics.phase_points or PHASE_POINTS
+    phases = np.arange(count) / count
     wear: Any = scene.wear
     return PairParts(
         pair=pair,
