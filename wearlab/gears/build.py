@@ -43,7 +43,8 @@ def build_gear(
     ------
     GearError : with the reason, its numbers and a remedy
     """
-    _check_specification(spec, face_width)
+    check_specification(spec, face_width)
+    _check_external(spec)
     r = 0.5 * module * spec.teeth
     r_b = r * math.cos(pressure_angle)
     r_a = _tip_radius(spec, module, profile_shift, tip_alteration)
@@ -69,8 +70,8 @@ def build_gear(
     own_material = spec.material or material
     check_material(own_material, spec.name)
     width = spec.face_width or face_width
-    assert width is not None  # _check_specification
-    mass, inertia, mass_flag = _solid(spec, own_material.density, width, r, bore)
+    assert width is not None  # check_specification
+    mass, inertia, mass_flag = solid(spec, own_material.density, width, r, bore)
     gear = Gear(
         name=spec.name,
         teeth=spec.teeth,
@@ -98,7 +99,13 @@ def build_gear(
     return gear
 
 
-def _check_specification(spec: GearSpec, face_width: float | None) -> None:
+def check_specification(spec: GearSpec, face_width: float | None) -> None:
+    """Refuse what no gear can be: too few teeth, two answers to one question, sizes that are not positive.
+
+    Raises
+    ------
+    GearError : naming the key and its remedy
+    """
     name = spec.name
     if spec.teeth < FEWEST_TEETH:
         raise GearError(f"{name}: {spec.teeth} teeth cannot carry an involute; give at least {FEWEST_TEETH}")
@@ -113,10 +120,26 @@ def _check_specification(spec: GearSpec, face_width: float | None) -> None:
         raise GearError(
             f"{name}: face_width is missing or not positive; give it for the gear or for the pair"
         )
+    if spec.tip_alteration is not None and (
+        spec.tip_diameter is not None or spec.tip_alteration_coefficient is not None
+    ):
+        raise GearError(
+            f"{name}: give tip_alteration, tip_alteration_coefficient or tip_diameter, not two of them"
+        )
     for word in ("mass", "inertia", "bore_diameter"):
         value = getattr(spec, word)
         if value is not None and not value > 0.0:
             raise GearError(f"{name}: {word} must be positive, not {value:g}")
+
+
+def _check_external(spec: GearSpec) -> None:
+    if spec.rim_diameter is not None or spec.tip_alteration is not None:
+        key = "rim_diameter" if spec.rim_diameter is not None else "tip_alteration"
+        raise GearError(
+            f"{spec.name}: {key} belongs to a ring, and this gear has external teeth; leave it out"
+        )
+    if spec.root_profile == "fillet":
+        raise GearError(f'{spec.name}: root_profile "fillet" belongs to a ring; give "trochoid" or "radial"')
 
 
 def _tip_radius(spec: GearSpec, module: float, x: float, alteration: float) -> float:
@@ -157,18 +180,19 @@ def _check_circles(name: str, r_b: float, r_a: float, r_f: float, bore: float) -
         )
 
 
-def _solid(
-    spec: GearSpec, density: float, width: float, radius: float, bore: float
+def solid(
+    spec: GearSpec, density: float, width: float, outer: float, inner: float
 ) -> tuple[float, float, tuple[str, ...]]:
-    """Return mass and inertia of the solid between bore and reference circle, where they are not given."""
+    """Return mass and inertia of the solid between two radii, where they are not given, and flags of it."""
+    between = "rim" if spec.rim_diameter is not None else "bore"
     mass, flags = spec.mass, []
     if mass is None:
-        mass = density * math.pi * width * (radius**2 - bore**2)
-        flags.append("mass of the solid between bore and reference circle")
+        mass = density * math.pi * width * (outer**2 - inner**2)
+        flags.append(f"mass of the solid between {between} and reference circle")
     inertia = spec.inertia
     if inertia is None:
-        inertia = 0.5 * mass * (radius**2 + bore**2)
-        flags.append("inertia of the solid between bore and reference circle")
+        inertia = 0.5 * mass * (outer**2 + inner**2)
+        flags.append(f"inertia of the solid between {between} and reference circle")
     return mass, inertia, tuple(flags)
 
 

@@ -48,7 +48,9 @@ def external_pair(
     ----------
     ISO 21771:2007, clauses 4 and 5.
     """
-    _check_basics(first, second, module, pressure_angle, driving)
+    check_basics(first, second, module, pressure_angle)
+    if driving not in (None, first.name, second.name):
+        raise GearError(f"driving gear {driving!r} is neither {first.name!r} nor {second.name!r}")
     operating = operating_position(
         (first.teeth, second.teeth),
         (first.profile_shift_coefficient, second.profile_shift_coefficient),
@@ -71,28 +73,32 @@ def external_pair(
     ]
     if driving == second.name:
         gears.reverse()
-    pair = _assemble(gears[0], gears[1], operating.centre_distance, operating.working_pressure_angle)
+    pair = assemble_external(gears[0], gears[1], operating.centre_distance, operating.working_pressure_angle)
     check_pair(pair)
     return pair
 
 
-def _check_basics(
-    first: GearSpec, second: GearSpec, module: float, pressure_angle: float, driving: str | None
-) -> None:
+def check_basics(first: GearSpec, second: GearSpec, module: float, pressure_angle: float) -> None:
+    """Refuse a module or a pressure angle that no gear has, and two gears of one name.
+
+    Raises
+    ------
+    GearError : naming the value
+    """
     if not module > 0.0:
         raise GearError(f"the module must be positive, not {module:g} m")
     if not 0.0 < pressure_angle < math.pi / 4:
         raise GearError(
             f"the pressure angle must lie between 0 and 45 deg, not {math.degrees(pressure_angle):.4g} deg"
         )
-    if driving not in (None, first.name, second.name):
-        raise GearError(f"driving gear {driving!r} is neither {first.name!r} nor {second.name!r}")
+    if first.name == second.name:
+        raise GearError(f"both gears are called {first.name!r}; give them two names")
 
 
-def _assemble(driving: Gear, driven: Gear, centre_distance: float, alpha_w: float) -> GearPair:
-    """Return the pair with its path of contact cut off by the two tip circles."""
-    s_A = driven.base_radius * math.tan(alpha_w) - _tip_curvature(driven)
-    s_E = _tip_curvature(driving) - driving.base_radius * math.tan(alpha_w)
+def assemble_external(driving: Gear, driven: Gear, centre_distance: float, alpha_w: float) -> GearPair:
+    """Return the pair with its path of contact cut off by the two tip circles, not yet checked."""
+    s_A = driven.base_radius * math.tan(alpha_w) - tip_curvature(driven)
+    s_E = tip_curvature(driving) - driving.base_radius * math.tan(alpha_w)
     p_b = math.pi * driving.module * math.cos(driving.pressure_angle)
     whole = math.floor((s_E - s_A) / p_b)
     return GearPair(
@@ -106,8 +112,8 @@ def _assemble(driving: Gear, driven: Gear, centre_distance: float, alpha_w: floa
     )
 
 
-def _tip_curvature(gear: Gear) -> float:
-    """Radius of curvature of the involute at the tip, √(r_a² − r_b²) [m]."""
+def tip_curvature(gear: Gear) -> float:
+    """Return the radius of curvature of the involute at the tip, √(r_a² − r_b²) [m]."""
     return math.sqrt(gear.tip_radius**2 - gear.base_radius**2)
 
 

@@ -11,7 +11,7 @@ from wearlab.gears.specification import RootProfile
 
 @dataclass(frozen=True)
 class Gear:
-    """An external involute spur gear.
+    """An involute spur gear, external or internal (a ring).
 
     Parameters
     ----------
@@ -19,17 +19,18 @@ class Gear:
     teeth : number of teeth z [1]
     module : m [m]
     pressure_angle : α at the reference circle [rad]
-    profile_shift : profile shift coefficient x [1]
+    profile_shift : profile shift coefficient x [1]; positive moves the profile outwards, ring or not
     base_radius, reference_radius, tip_radius, root_radius : r_b, r, r_a, r_f [m]
     form_radius : where the involute ends and the root curve begins [m]
-    fillet_radius : tip rounding of the generating rack [m]
-    root_profile : "trochoid" or "radial", resolved
-    bore_radius : radius at which the body is clamped [m]
+    fillet_radius : tip rounding of the generating rack, or the root fillet of a ring [m]
+    root_profile : "trochoid", "radial" or "fillet" (a ring's), resolved
+    bore_radius : radius at which the body is clamped [m]; a ring's is the outside radius of its rim
     face_width : [m]
     material : elastic constants and density
     mass, inertia : [kg], [kg·m²]
     assumed : what nobody gave and was assumed, in words
     modification : profile modification, or None
+    internal : whether the teeth point inwards: tip_radius < reference_radius < root_radius < bore_radius
     """
 
     name: str
@@ -51,18 +52,22 @@ class Gear:
     inertia: float
     assumed: tuple[str, ...] = ()
     modification: Modification | None = None
+    internal: bool = False
 
     @property
     def base_half_angle(self) -> float:
-        """Half the tooth angle at the base circle, π/2z + 2x tanα/z + inv α [rad]."""
+        """Half the tooth's (ring: the tooth space's) angle at the base circle, π/2z + 2x tanα/z + inv α [rad]."""
         z, x, alpha = self.teeth, self.profile_shift, self.pressure_angle
         return math.pi / (2 * z) + 2.0 * x * math.tan(alpha) / z + involute(alpha)
 
     @property
     def dedendum(self) -> float:
-        """Depth of the generating rack below its own reference line [m]."""
+        """Depth of the generating rack below its own reference line [m]; of a ring's root beyond its own."""
+        if self.internal:
+            return self.root_radius - self.reference_radius - self.profile_shift * self.module
         return self.reference_radius + self.profile_shift * self.module - self.root_radius
 
     def half_angle(self, radius: float) -> float:
-        """Return half the tooth angle at a radius on the involute [rad]."""
-        return self.base_half_angle - involute(math.acos(min(1.0, self.base_radius / radius)))
+        """Return half the tooth angle at a radius on the involute, α2 − inv α_r (ring: π/z − α2 + inv α_r) [rad]."""
+        half = self.base_half_angle - involute(math.acos(min(1.0, self.base_radius / radius)))
+        return math.pi / self.teeth - half if self.internal else half

@@ -1,7 +1,8 @@
 """The outline of one tooth: half thickness against height, on the tooth's own centre line.
 
 Heights x are measured from the gear's centre along the tooth's centre line, half thicknesses y across it.
-From the root circle up to the form circle runs the root curve, from there to the tip the involute.
+From the root circle to the form circle runs the root curve, from there to the tip the involute; x rises on the
+way from root to tip, and falls in a ring, whose teeth point inwards.
 """
 
 import math
@@ -18,6 +19,8 @@ Array = NDArray[np.float64]
 def load_angle(gear: Gear, radius: ArrayLike) -> Array:
     """Return the angle between the flank normal and the thickness direction, λ = ρ/r_b − α2.
 
+    In a ring, with α2 half the tooth space's angle at the base circle, λ = ρ/r_b − α2 + π/z.
+
     Parameters
     ----------
     gear : the gear
@@ -29,13 +32,19 @@ def load_angle(gear: Gear, radius: ArrayLike) -> Array:
     """
     r = np.asarray(radius, dtype=float)
     rho = np.sqrt(np.maximum(r**2 - gear.base_radius**2, 0.0))
-    return rho / gear.base_radius - gear.base_half_angle
+    return rho / gear.base_radius - _start_angle(gear)
+
+
+def _start_angle(gear: Gear) -> float:
+    """Return α2, and α2 − π/z of a ring: how far the involute's start stands from the centre line [rad]."""
+    return gear.base_half_angle - math.pi / gear.teeth if gear.internal else gear.base_half_angle
 
 
 def involute_point(gear: Gear, angle: ArrayLike) -> tuple[Array, Array]:
     """Return the point of the involute whose flank normal has the load angle λ.
 
-    ``x = r_b [(λ + α2) sinλ + cosλ]``, ``y = r_b [(λ + α2) cosλ − sinλ]``
+    ``x = r_b [(λ + α2) sinλ + cosλ]``, ``y = r_b [(λ + α2) cosλ − sinλ]``; in a ring α2 − π/z takes the place
+    of α2, and y its sign the other way: the flank is that of the space beside the tooth.
 
     Parameters
     ----------
@@ -47,21 +56,25 @@ def involute_point(gear: Gear, angle: ArrayLike) -> tuple[Array, Array]:
     height x and half thickness y, each (n,) [m]
     """
     lam = np.asarray(angle, dtype=float)
-    rolled = lam + gear.base_half_angle
+    rolled = lam + _start_angle(gear)
     sin, cos = np.sin(lam), np.cos(lam)
-    return gear.base_radius * (rolled * sin + cos), gear.base_radius * (rolled * cos - sin)
+    side = -gear.base_radius if gear.internal else gear.base_radius
+    return gear.base_radius * (rolled * sin + cos), side * (rolled * cos - sin)
 
 
 def involute_rise(gear: Gear, angle: ArrayLike) -> Array:
     """Return the height gained per load angle on the involute, dx/dλ = r_b (λ + α2) cosλ, (n,) [m/rad]."""
     lam = np.asarray(angle, dtype=float)
-    return gear.base_radius * (lam + gear.base_half_angle) * np.cos(lam)
+    return gear.base_radius * (lam + _start_angle(gear)) * np.cos(lam)
 
 
 def root_half_angle(gear: Gear) -> float:
     """Return half the tooth angle where the root curve meets the root circle, θ_f [rad]."""
     if gear.root_profile == "trochoid":
         return _rounding_offset(gear) / gear.reference_radius
+    if gear.root_profile == "fillet":
+        centre = gear.root_radius - gear.fillet_radius
+        return gear.half_angle(centre) + gear.fillet_radius / gear.base_radius
     return gear.half_angle(max(gear.root_radius, gear.base_radius))
 
 
@@ -75,6 +88,9 @@ def root_curve(gear: Gear, fraction: ArrayLike) -> tuple[Array, Array, Array]:
     where a slight undercut meets the involute.
     Radial: the straight line from the root circle to the base circle, or a point where the involute
     reaches the root circle.
+    Fillet (a ring's): the circle of radius ρ_F that touches the root circle at the half angle θ_f and the
+    involute at its form radius, where the load angle is λ_F. With the direction τ from its centre, from θ_f
+    to λ_F − π/2: ``x = (r_f − ρ_F) cosθ_f + ρ_F cosτ``, ``y = (r_f − ρ_F) sinθ_f + ρ_F sinτ``.
 
     Parameters
     ----------
@@ -92,6 +108,8 @@ def root_curve(gear: Gear, fraction: ArrayLike) -> tuple[Array, Array, Array]:
     t = np.asarray(fraction, dtype=float)
     if gear.root_profile == "trochoid":
         return _trochoid(gear, t)
+    if gear.root_profile == "fillet":
+        return _fillet(gear, t)
     half, start = root_half_angle(gear), gear.root_radius
     rise = gear.form_radius - start
     radius = start + rise * t
@@ -121,6 +139,15 @@ def _trochoid(gear: Gear, t: Array) -> tuple[Array, Array, Array]:
     return x, y, rise * span
 
 
+def _fillet(gear: Gear, t: Array) -> tuple[Array, Array, Array]:
+    rho, half = gear.fillet_radius, root_half_angle(gear)
+    centre = gear.root_radius - rho
+    span = float(load_angle(gear, gear.form_radius)) - math.pi / 2 - half
+    tau = half + span * t
+    x, y = centre * math.cos(half) + rho * np.cos(tau), centre * math.sin(half) + rho * np.sin(tau)
+    return x, y, -rho * np.sin(tau) * span
+
+
 def half_thickness(gear: Gear, height: ArrayLike) -> Array:
     """Return the half thickness of the tooth at heights on its centre line, found by bisection.
 
@@ -137,7 +164,8 @@ def half_thickness(gear: Gear, height: ArrayLike) -> Array:
     low_angle = load_angle(gear, gear.form_radius)
     high_angle = load_angle(gear, gear.tip_radius)
     low, high = np.zeros_like(x), np.ones_like(x)
-    above = x >= involute_point(gear, low_angle)[0]
+    rise = -1.0 if gear.internal else 1.0
+    above = rise * x >= rise * involute_point(gear, low_angle)[0]
     for _ in range(60):
         middle = 0.5 * (low + high)
         reached = np.where(
@@ -145,7 +173,10 @@ def half_thickness(gear: Gear, height: ArrayLike) -> Array:
             involute_point(gear, low_angle + (high_angle - low_angle) * middle)[0],
             root_curve(gear, middle)[0],
         )
-        low, high = np.where(reached < x, middle, low), np.where(reached < x, high, middle)
+        low, high = (
+            np.where(rise * reached < rise * x, middle, low),
+            np.where(rise * reached < rise * x, high, middle),
+        )
     middle = 0.5 * (low + high)
     involute_y = involute_point(gear, low_angle + (high_angle - low_angle) * middle)[1]
     return np.where(above, involute_y, root_curve(gear, middle)[1])

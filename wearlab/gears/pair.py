@@ -39,7 +39,7 @@ class GearPair:
     base_pitch : p_b [m]
     path : the points A–E [m]
     face_width : common face width [m]
-    kind : "external" (the driven flank is convex) or "internal" (it is concave)
+    kind : "external", or "internal" (one of the gears is a ring, driving or driven)
     """
 
     driving: Gear
@@ -71,13 +71,11 @@ class GearPair:
         """What was assumed about either gear, with its name."""
         return tuple(f"{gear.name}: {flag}" for gear in self.gears for flag in gear.assumed)
 
-    @property
-    def _sense(self) -> float:
-        """How the driven flank's curvature radius changes along the path: −1 external, +1 internal."""
-        return -1.0 if self.kind == "external" else 1.0
-
     def curvature(self, s: ArrayLike) -> tuple[Array, Array]:
-        """Return the radii of curvature, ρ1 = r_b1 tanα_w + s, ρ2 = r_b2 tanα_w ∓ s (external, internal).
+        """Return the radii of curvature, ρ1 = r_b1 tanα_w ± s, ρ2 = r_b2 tanα_w ∓ s (upper sign: no ring).
+
+        Contact moves from root to tip on the driving and from tip to root on the driven gear; a ring's root
+        is where its radius is large, so a ring's sign is the lower one.
 
         Parameters
         ----------
@@ -89,12 +87,17 @@ class GearPair:
         """
         position = np.asarray(s, dtype=float)
         t = math.tan(self.working_pressure_angle)
-        return self.driving.base_radius * t + position, self.driven.base_radius * t + self._sense * position
+        first, second = (-1.0 if gear.internal else 1.0 for gear in self.gears)
+        return (
+            self.driving.base_radius * t + first * position,
+            self.driven.base_radius * t - second * position,
+        )
 
     def equivalent_curvature(self, s: ArrayLike) -> Array:
-        """Return the equivalent radius, 1/ρ = 1/ρ1 ± 1/ρ2 (external, internal), (n,) [m]."""
+        """Return the equivalent radius, 1/ρ = ±1/ρ1 ± 1/ρ2 with minus for a ring, (n,) [m]."""
         rho1, rho2 = self.curvature(s)
-        return rho1 * rho2 / (rho2 - self._sense * rho1)
+        first, second = (-1.0 if gear.internal else 1.0 for gear in self.gears)
+        return rho1 * rho2 / (first * rho2 + second * rho1)
 
     def radius(self, gear: int, s: ArrayLike) -> Array:
         """Return the radius at which a gear (0 driving, 1 driven) touches at s, √(r_b² + ρ²), (n,) [m]."""

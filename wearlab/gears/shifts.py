@@ -58,6 +58,7 @@ def operating_position(
     ISO 21771:2007, 4.3 and 4.5: Σx, α_w; tip alteration ``k = (a − a_d)/m − Σx``.
     """
     a_d = 0.5 * module * sum(teeth)
+    word = "sum" if min(teeth) > 0 else "difference"
     alpha = pressure_angle
     per_shift = 2.0 * math.tan(alpha) / sum(teeth)
     assumed: tuple[str, ...] = ()
@@ -69,23 +70,64 @@ def operating_position(
         a = centre_distance
         if not a > a_d * math.cos(alpha):
             raise GearError(
-                f"no involute contact: the centre distance {a * 1e3:.5g} mm is not above the sum of the base "
+                f"no involute contact: the centre distance {a * 1e3:.5g} mm is not above the {word} of the base "
                 f"radii, {a_d * math.cos(alpha) * 1e3:.5g} mm; give about {a_d * 1e3:.5g} mm"
             )
         alpha_w = math.acos(a_d * math.cos(alpha) / a)
-        x1, x2, assumed = _shared(shifts, (involute(alpha_w) - involute(alpha)) / per_shift, a)
+        x1, x2, assumed = _shared(shifts, (involute(alpha_w) - involute(alpha)) / per_shift, a, word)
     return Operating(a, alpha_w, (x1, x2), (a - a_d) / module - (x1 + x2), assumed)
 
 
+def internal_position(
+    teeth: tuple[int, int],
+    shifts: tuple[float | None, float | None],
+    *,
+    module: float,
+    pressure_angle: float,
+    centre_distance: float | None = None,
+) -> Operating:
+    """Solve ``inv α_w = inv α + 2 (x_r − x_p) tanα / (z_r − z_p)`` for what is not given.
+
+    Parameters
+    ----------
+    teeth : (pinion, ring) numbers of teeth [1]
+    shifts : (pinion, ring) profile shift coefficients, None where absent [1]
+    module, pressure_angle, centre_distance : as in :func:`operating_position`
+
+    Returns
+    -------
+    Operating : (pinion, ring); without tip alteration, since ``a ≤ a_d + m (x_r − x_p)`` leaves every tip
+        clearance at the standard one or above
+
+    Raises
+    ------
+    GearError : no involute contact at that distance, or shifts that contradict it
+
+    References
+    ----------
+    ISO 21771:2007, 4.3 and 4.5, with the ring's teeth and shift counted positive.
+    """
+    minus = None if shifts[0] is None else -shifts[0]
+    mirrored = operating_position(
+        (-teeth[0], teeth[1]),
+        (minus, shifts[1]),
+        module=module,
+        pressure_angle=pressure_angle,
+        centre_distance=centre_distance,
+    )
+    x1, x2 = mirrored.shifts
+    return mirrored._replace(shifts=(0.0 - x1, x2), tip_alteration=0.0)
+
+
 def _shared(
-    shifts: tuple[float | None, float | None], total: float, centre_distance: float
+    shifts: tuple[float | None, float | None], total: float, centre_distance: float, word: str
 ) -> tuple[float, float, tuple[str, ...]]:
     """Return both shifts so that they sum to ``total``, and what had to be assumed."""
     match shifts:
         case (None, None):
             if abs(total) < 1e-12:
                 return 0.0, 0.0, ()
-            return 0.5 * total, 0.5 * total, (f"profile shift sum {total:.4f} split in halves",)
+            return 0.5 * total, 0.5 * total, (f"profile shift {word} {total:.4f} split in halves",)
         case (float() | int() as x1, None):
             return x1, total - x1, ()
         case (None, float() | int() as x2):
@@ -93,7 +135,7 @@ def _shared(
         case (float() | int() as x1, float() | int() as x2):
             if abs(x1 + x2 - total) > ROUNDING:
                 raise GearError(
-                    f"the profile shifts sum to {x1 + x2:.4f}, but the centre distance "
+                    f"the {word} of the profile shifts is {x1 + x2:.4f}, but the centre distance "
                     f"{centre_distance * 1e3:.5g} mm needs {total:.4f}; leave out one of the three"
                 )
             return x1, x2, ()

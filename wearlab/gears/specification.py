@@ -6,24 +6,30 @@ from typing import Literal
 from wearlab.gears.materials import Material
 from wearlab.gears.modification import Relief
 
-RootProfile = Literal["trochoid", "radial"]
+RootProfile = Literal["trochoid", "radial", "fillet"]
+TipAlteration = Literal["wang-2023"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class GearSpec:
-    """The given properties of one external gear; ``None`` is derived.
+    """The given properties of one gear, external or ring; ``None`` is derived.
 
     Parameters
     ----------
     name : the member's name, used in messages
     teeth : number of teeth [1]
-    profile_shift_coefficient : x [1]; absent: 0, or derived from a given centre distance
+    profile_shift_coefficient : x [1]; absent: 0, or derived from a given centre distance. Positive: thicker
+        teeth, farther out (external); larger tooth spaces, farther out (ring; ISO 21771 and DIN 3960 count a
+        ring's teeth negative, and its shift with the opposite sign)
     addendum_coefficient : h_a* [1]; absent: 1. Not together with ``tip_diameter``
     dedendum_coefficient : h_f* [1]; absent: 1.25. Not together with ``root_diameter``
     tip_alteration_coefficient : k [1]; absent: keeps the standard tip clearance (ISO 21771)
+    tip_alteration : "wang-2023" shortens a ring's teeth as Y23 does; not with another tip alteration
     tip_diameter, root_diameter : explicit diameters [m]
-    fillet_radius_coefficient : tip rounding of the generating rack over the module [1]
-    root_profile : "trochoid" or "radial"; absent: a trochoid where a rack can generate it, else radial
+    fillet_radius_coefficient : tip rounding of the generating rack, or a ring's root fillet, over the module [1]
+    root_profile : "trochoid" or "radial"; absent: a trochoid where a rack can generate it, else radial.
+        A ring: "fillet" (absent) or "radial", the involute up to the root circle
+    rim_diameter : outside diameter of a ring's rim [m], required for a ring
     bore_diameter : bore of the wheel body [m]; absent: half the root diameter, flagged as assumed
     face_width : [m]; absent: that of the pair
     material : absent: that of the pair
@@ -39,10 +45,12 @@ class GearSpec:
     addendum_coefficient: float | None = None
     dedendum_coefficient: float | None = None
     tip_alteration_coefficient: float | None = None
+    tip_alteration: TipAlteration | None = None
     tip_diameter: float | None = None
     root_diameter: float | None = None
     fillet_radius_coefficient: float = 0.38
     root_profile: RootProfile | None = None
+    rim_diameter: float | None = None
     bore_diameter: float | None = None
     face_width: float | None = None
     material: Material | None = None

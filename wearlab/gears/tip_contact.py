@@ -15,33 +15,36 @@ def tip_separation(pair: GearPair, end: str, distance: float) -> float:
     """Return the gap along the line of action between a tip corner and the mating flank [m].
 
     The tip corner turns on by ``distance / r_b``; through it passes one involute of the mate, and the gap is
-    how far that involute lies from where the mate's flank has turned to.
+    how far that involute lies from where the mate's flank has turned to. The corner of a ring's tip lies on the
+    other side of the pitch point, and moves the other way.
 
     Parameters
     ----------
-    pair : an external pair
+    pair : the pair
     end : "A" (tip of the driven gear) or "E" (tip of the driving gear)
     distance : how far beyond the end of the path the gears have turned, along the line of action [m]
     """
     own, mate = (pair.driving, pair.driven) if end == "E" else (pair.driven, pair.driving)
-    s = abs(getattr(pair.path, end))
+    direction = -1.0 if own.internal else 1.0
+    centre = -pair.centre_distance if mate.internal else pair.centre_distance
     angle = pair.working_pressure_angle
     along = complex(math.sin(angle), math.cos(angle))
-    corner = own.base_radius / math.cos(angle) + s * along
-    turn = distance / own.base_radius
-    moved = corner * complex(math.cos(turn), math.sin(turn))
-    ratio = own.teeth / mate.teeth
-    sign = min((1, -1), key=lambda sign: abs(_drift(corner, pair, mate.base_radius, 1e-6, ratio, sign)))
-    before, after = (_base_angle(p - pair.centre_distance, mate.base_radius, sign) for p in (corner, moved))
-    drift = (after - before + turn * ratio + math.pi) % (2 * math.pi) - math.pi
+    corner = own.base_radius / math.cos(angle) + direction * abs(getattr(pair.path, end)) * along
+    # the mate turns against an external gear and with a ring
+    ratio = own.teeth / mate.teeth * (1.0 if pair.kind == "external" else -1.0)
+    seen = corner - centre
+    sign = min((1, -1), key=lambda sign: abs(_drift(corner, seen, mate.base_radius, 1e-6, ratio, sign)))
+    drift = _drift(corner, seen, mate.base_radius, direction * distance / own.base_radius, ratio, sign)
     return abs(mate.base_radius * drift)
 
 
-def _drift(
-    corner: complex, pair: GearPair, base_radius: float, turn: float, ratio: float, sign: int
-) -> float:
-    moved = corner * complex(math.cos(turn), math.sin(turn))
-    before, after = (_base_angle(p - pair.centre_distance, base_radius, sign) for p in (corner, moved))
+def _drift(corner: complex, seen: complex, base_radius: float, turn: float, ratio: float, sign: int) -> float:
+    """Return by how much the involute through the corner leaves the mate's flank [rad].
+
+    ``seen`` is the corner from the mate's centre before both gears turn.
+    """
+    turned = seen + corner * (complex(math.cos(turn), math.sin(turn)) - 1.0)
+    before, after = (_base_angle(point, base_radius, sign) for point in (seen, turned))
     return (after - before + turn * ratio + math.pi) % (2 * math.pi) - math.pi
 
 
@@ -56,7 +59,7 @@ def extension(pair: GearPair, deflection: float) -> float:
 
     Parameters
     ----------
-    pair : an external pair
+    pair : the pair
     deflection : along the line of action [m]
     """
     total = 0.0

@@ -1,0 +1,210 @@
+"""Ring gears: from a specification to an internal gear, its tooth space and its root.
+
+A ring's tooth *space* has the shape of an external tooth of the same numbers: half its angle at a radius is
+``ψ(r) = π/2z + 2x tanα/z + inv α − inv α_r``, and half the tooth's is ``π/z − ψ(r)``, wider towards the root
+outside. A positive profile shift moves the space outwards and widens it.
+
+The cutter that made a ring is rarely known, so its root is the simple one: the involute ends on a circular
+fillet that touches it and the root circle. With ``r_c = r_f − ρ_F`` and ``ρ_c = √(r_c² − r_b²)`` of the
+fillet's centre, the involute ends at ``√(r_b² + (ρ_c + ρ_F)²)`` (centre and end lie on one normal), and the
+centre stands ``ψ_c = π/2z + 2x tanα/z + inv α − ρ_F/r_b − inv α_c`` from the space's centre line.
+"""
+
+import math
+
+from wearlab.gears.build import check_specification, solid
+from wearlab.gears.errors import GearError
+from wearlab.gears.gear import Gear
+from wearlab.gears.involute import involute
+from wearlab.gears.materials import Material, check_material
+from wearlab.gears.modification import modification
+from wearlab.gears.specification import GearSpec, RootProfile
+
+BISECTIONS = 60
+
+
+def build_ring(
+    spec: GearSpec,
+    *,
+    module: float,
+    pressure_angle: float,
+    profile_shift: float,
+    face_width: float | None,
+    material: Material,
+    assumed: tuple[str, ...] = (),
+) -> Gear:
+    """Resolve every dimension of one ring gear.
+
+    ``r_a = m (z/2 + x − h_a − k)``, ``r_f = m (z/2 + x + h_f)``, or the given diameters. Without a tip
+    alteration of its own k = 0: profile shifts leave a ring's tip clearances at the standard ones or
+    above. ``tip_alteration = "wang-2023"`` shortens the teeth so that the tip lies at
+    ``r − m h_a + m/(z tan²α)``, about where contact begins at the end of an unshifted pinion's involute.
+
+    Parameters
+    ----------
+    spec : what is given; ``rim_diameter`` is required
+    module, pressure_angle : m [m], α [rad]
+    profile_shift : x [1]; positive: larger tooth spaces, farther out
+    face_width, material : the pair's, used when the ring has none of its own
+    assumed : flags to carry along
+
+    Returns
+    -------
+    Gear : with ``internal``; its ``bore_radius`` is the outside radius of the rim
+
+    Raises
+    ------
+    GearError : with the reason, its numbers and a remedy
+
+    References
+    ----------
+    ISO 21771:2007, 4; Wang et al., Appl. Sci. 13 (2023) 2022, Table 1, for the tip alteration.
+    """
+    _check_ring_specification(spec, face_width)
+    r = 0.5 * module * spec.teeth
+    r_b = r * math.cos(pressure_angle)
+    r_a = _tip_radius(spec, module, pressure_angle, profile_shift)
+    r_f = _root_radius(spec, module, profile_shift)
+    assert spec.rim_diameter is not None  # _check_ring_specification
+    rim = 0.5 * spec.rim_diameter
+    _check_circles(spec.name, r_b, r_a, r_f, rim)
+    space = math.pi / (2 * spec.teeth) + 2.0 * profile_shift * math.tan(pressure_angle) / spec.teeth
+    space += involute(pressure_angle)
+    wanted = 0.0 if spec.root_profile == "radial" else spec.fillet_radius_coefficient * module
+    fillet, fillet_flag = _fitting_fillet(spec.name, wanted, r_b, r_a, r_f, space, module)
+    root_profile: RootProfile = "fillet" if fillet > 0.0 else "radial"
+    own_material = spec.material or material
+    check_material(own_material, spec.name)
+    width = spec.face_width or face_width
+    assert width is not None  # check_specification
+    mass, inertia, mass_flag = solid(spec, own_material.density, width, rim, r)
+    ring = Gear(
+        name=spec.name,
+        teeth=spec.teeth,
+        module=module,
+        pressure_angle=pressure_angle,
+        profile_shift=profile_shift,
+        base_radius=r_b,
+        reference_radius=r,
+        tip_radius=r_a,
+        root_radius=r_f,
+        form_radius=_form_radius(r_b, r_f, fillet),
+        fillet_radius=fillet,
+        root_profile=root_profile,
+        bore_radius=rim,
+        face_width=width,
+        material=own_material,
+        mass=mass,
+        inertia=inertia,
+        assumed=(*assumed, *fillet_flag, *mass_flag),
+        modification=modification(
+            spec.tip_relief, spec.root_relief, spec.profile_crowning, spec.profile_slope
+        ),
+        internal=True,
+    )
+    _check_tooth(ring)
+    return ring
+
+
+def _check_ring_specification(spec: GearSpec, face_width: float | None) -> None:
+    check_specification(spec, face_width)
+    if spec.rim_diameter is None or not spec.rim_diameter > 0.0:
+        raise GearError(
+            f"{spec.name}: rim_diameter is missing: a ring needs the outside diameter of its rim, above its "
+            "root diameter"
+        )
+    if spec.bore_diameter is not None:
+        raise GearError(f"{spec.name}: a ring has no bore_diameter; give rim_diameter, outside its teeth")
+    if spec.root_profile == "trochoid":
+        raise GearError(
+            f'{spec.name}: root_profile "trochoid" needs the cutter that made the ring; give "fillet" (a '
+            'circle between involute and root circle) or "radial" (the involute up to the root circle)'
+        )
+    if spec.fillet_radius_coefficient < 0.0:
+        raise GearError(
+            f"{spec.name}: fillet_radius_coefficient must not be negative, not "
+            f"{spec.fillet_radius_coefficient:g}"
+        )
+
+
+def _tip_radius(spec: GearSpec, module: float, pressure_angle: float, x: float) -> float:
+    if spec.tip_diameter is not None:
+        return 0.5 * spec.tip_diameter
+    h_a = 1.0 if spec.addendum_coefficient is None else spec.addendum_coefficient
+    if spec.tip_alteration == "wang-2023":
+        k = -1.0 / (spec.teeth * math.tan(pressure_angle) ** 2)
+    else:
+        k = spec.tip_alteration_coefficient or 0.0
+    return module * (0.5 * spec.teeth + x - h_a - k)
+
+
+def _root_radius(spec: GearSpec, module: float, x: float) -> float:
+    if spec.root_diameter is not None:
+        return 0.5 * spec.root_diameter
+    h_f = 1.25 if spec.dedendum_coefficient is None else spec.dedendum_coefficient
+    return module * (0.5 * spec.teeth + x + h_f)
+
+
+def _check_circles(name: str, r_b: float, r_a: float, r_f: float, rim: float) -> None:
+    if not r_a > r_b:
+        raise GearError(
+            f"{name}: involute interference: the ring's tip diameter {2e3 * r_a:.5g} mm is not above its "
+            f"base diameter {2e3 * r_b:.5g} mm, where the involute ends; shorten the tip with "
+            'tip_alteration = "wang-2023", a larger tip_diameter or a smaller addendum_coefficient'
+        )
+    if not r_f > r_a:
+        raise GearError(
+            f"{name}: the root diameter {2e3 * r_f:.5g} mm of a ring must lie above its tip diameter "
+            f"{2e3 * r_a:.5g} mm"
+        )
+    if not rim > r_f:
+        raise GearError(
+            f"{name}: rim_diameter {2e3 * rim:.5g} mm must lie above the root diameter {2e3 * r_f:.5g} mm"
+        )
+
+
+def _centre_half_angle(fillet: float, r_b: float, r_f: float, space: float) -> float:
+    """Return ψ_c, how far a fillet's centre stands from the centre line of the tooth space [rad]."""
+    return space - fillet / r_b - involute(math.acos(r_b / (r_f - fillet)))
+
+
+def _form_radius(r_b: float, r_f: float, fillet: float) -> float:
+    return math.hypot(r_b, math.sqrt((r_f - fillet) ** 2 - r_b**2) + fillet)
+
+
+def _fitting_fillet(
+    name: str, wanted: float, r_b: float, r_a: float, r_f: float, space: float, module: float
+) -> tuple[float, tuple[str, ...]]:
+    """Return the wanted fillet radius, or the largest that two flanks of one tooth space leave room for."""
+    width = _centre_half_angle(0.0, r_b, r_f, space)
+    if width <= 0.0:
+        raise GearError(
+            f"{name}: the tooth space ends in a point below the root diameter {2e3 * r_f:.5g} mm; reduce the "
+            "dedendum or raise profile_shift_coefficient"
+        )
+    limit = min(r_f - r_a, 0.999 * (r_f - r_b))
+    if wanted <= limit and _centre_half_angle(wanted, r_b, r_f, space) >= 0.0:
+        return wanted, ()
+    low, high = 0.0, min(wanted, limit)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _centre_half_angle(middle, r_b, r_f, space) >= 0.0 else (low, middle)
+    flag = (
+        f"root fillet reduced from {wanted / module:.3g} to {low / module:.3g} modules: "
+        "the largest in its tooth space"
+    )
+    return low, (flag,)
+
+
+def _check_tooth(ring: Gear) -> None:
+    if not ring.tip_radius < ring.form_radius:
+        raise GearError(
+            f"{ring.name}: no involute is left between the tip diameter {2e3 * ring.tip_radius:.5g} mm and "
+            f"the form diameter {2e3 * ring.form_radius:.5g} mm; reduce fillet_radius_coefficient"
+        )
+    half = ring.half_angle(ring.tip_radius)
+    if half <= 0.0:
+        raise GearError(
+            f"{ring.name}: pointed tip: at the tip diameter {2e3 * ring.tip_radius:.5g} mm the tooth is "
+            f"{2e3 * ring.tip_radius * half:.3g} mm thick; shorten it or reduce profile_shift_coefficient"
+        )
