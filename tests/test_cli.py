@@ -158,20 +158,20 @@ def test_an_interrupt_says_how_to_go_on(command, campaign, monkeypatch):
 def test_figures_are_drawn_and_named(command, campaign, monkeypatch):
     drawn = []
 
-    def draw(campaign, store, out):
-        drawn.append((campaign.title, str(store.path), out))
+    def draw(campaign, store, out, ending):
+        drawn.append((campaign.title, str(store.path), out, ending))
         return [out / "01-tvms.png"]
 
     monkeypatch.setattr("wearlab.figures.draw", draw, raising=False)
     done = command("figures", "any.toml", "--out", "drawn")
     assert (done.status, done.out) == (0, "drawn/01-tvms.png\n")
-    assert drawn == [("five speeds", "wearlab-store", Path("drawn"))]
+    assert drawn == [("five speeds", "wearlab-store", Path("drawn"), "png")]
 
 
 def test_a_figure_that_cannot_be_drawn_does_not_stop_the_others(command, campaign, monkeypatch):
     from wearlab.figures import FigureError
 
-    def draw(campaign, store, out):
+    def draw(campaign, store, out, ending):
         raise FigureError("figure 2: no such variable", (out / "01-tvms.png",))
 
     monkeypatch.setattr("wearlab.figures.draw", draw, raising=False)

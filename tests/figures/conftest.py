@@ -1,131 +1,16 @@
 """A small store of made-up runs, every number of which tells where it came from."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
-import xarray as xr
+from made_up import SPEEDS, Axis, Campaign, Case, put, run
 
 from wearlab.figures.ask import Ask, read
 from wearlab.figures.drawing import draw, plotted
-from wearlab.schema import VARIABLES, attributes
 from wearlab.store import Store
-from wearlab.store.image import describe, to_image
-from wearlab.store.outcome import Outcome
-
-SPEEDS = (800.0, 1100.0, 3720.0)
-CYCLES = np.array([0.0, 3e6, 1e8])
-PHASE = np.arange(16) / 16
-S = np.array([-7.0, -3.0, -1.0, -1.0, 0.0, 1.0, 1.0, 4.0, 7.0]) * 1e-3
-LETTERS = ["A", "", "B", "B", "C", "D", "D", "", "E"]
-RATIO = 1.75
-DYNAMIC = ("dynamic", "mesh_d", "pair_f", "dte", "poincare", "equivalent", "natural", "critical", "response")
-SKIPPED = (
-    "count",
-    "run_time",
-    "residual",
-    "error",
-    "floquet",
-    "bearing",
-    "steps",
-    "slow",
-    "excit",
-    "ste_mean",
-)
-
-
-@dataclass(frozen=True)
-class Axis:
-    name: str
-    values: tuple[Any, ...]
-    units: str | None = None
-    key: str = ""
-    coordinates: dict[str, Any] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Case:
-    label: str
-    id: str
-    position: dict[str, int] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Campaign:
-    cases: tuple[Case, ...]
-    axes: tuple[Axis, ...] = ()
-    title: str = "Three speeds · µ"
-    reference: str | None = None
-    figures: tuple[Any, ...] = ()
-    path: Path | None = None
-
-
-def run(speed: float | None, **sizes: int) -> xr.Dataset:
-    """Return a run at a speed [rpm]; None: static, without dynamics."""
-    rng = np.random.default_rng(int(speed or 1))
-    length = {
-        **{"update": 3, "flank": 2, "profile": len(S), "mesh": 1, "phase": 16, "mesh_period": 2, "pair": 3},
-        **{"member": 2, "harmonic": 5, "mode": 3},
-        **{"response_speed": 6, "direction": 2, "strobe": 4, "order": 8, "jump": 1, "edge": 2},
-        **sizes,
-    }
-    data = xr.Dataset()
-    for name, variable in VARIABLES.items():
-        known = all(dim in length for dim in variable.dims)
-        if not known or variable.units == "" or name.startswith(SKIPPED):
-            continue
-        if speed is None and name.startswith(DYNAMIC):
-            continue
-        shape = [length[dim] for dim in variable.dims]
-        size = 1e8 if variable.units == "N m-1" else 1.0
-        data[name] = (variable.dims, size * (1.0 + rng.random(shape)), attributes(name))
-    given: dict[str, Any] = {
-        "cycle": CYCLES[: length["update"]], "phase": PHASE, "path_position": np.stack([S, S]),
-        "contact_ratio": [RATIO], "mesh_stiffness": 3e8 + 1e7 * np.arange(3)[:, None, None] + 1e6 * PHASE,
-        "max_wear_depth": np.array([[0.0, 0.0], [1e-6, 2e-6], [4e-6, 5e-6]]) * (speed or 1000.0) / 1000.0,
-        "static_mesh_force": [4800.0], "mesh_frequency": [50 * (speed or 0.0) / 60],
-        "response_speed": np.linspace(80.0, 180.0, 6),
-        "natural_frequency": [2000.0, 3000.0, 4000.0],
-        "critical_speed": 2 * np.pi * np.array([2000.0, 3000.0, 4000.0]) / 50,
-    }  # fmt: skip
-    for name, values in given.items():
-        if name in data:
-            values = np.broadcast_to(values, data[name].shape)
-            data[name] = (data[name].dims, values, data[name].attrs)
-    if speed is not None:  # period two only in the last state
-        for name in [n for n in data if "mesh_period" in data[n].dims and n != "pair_force"]:
-            data[name] = data[name].where((data.mesh_period == 0) | (data["update"] == 2))
-        data["dynamic_mesh_force"] *= speed
-    labels = {
-        "flank": ["pinion", "gear"],
-        "member": ["pinion", "gear"],
-        "mesh": ["pinion-gear"],
-        "harmonic": np.arange(1, length["harmonic"] + 1),
-        "pair": [1, 2, 3],
-        "direction": ["up", "down"],
-        "order": np.arange(1, 9) / 4,
-    }
-    data = data.assign_coords(labels | {"characteristic_point": ("profile", LETTERS)})
-    coordinates = [
-        n
-        for n in ("cycle", "phase", "path_position", "diameter", "roll_angle", "response_speed")
-        if n in data
-    ]
-    return data.set_coords(coordinates)
-
-
-def put(store: Store, run_id: str, data: xr.Dataset | None) -> None:
-    with store.presence() as here:
-        store.claim([run_id], here.token, lambda entry: False)
-        if data is None:
-            outcome = Outcome(run_id, "failed", "now", 1.0, "{}", reason="no")
-        else:
-            made = {"source_hash": "feed", "wearlab_version": "9.9", **describe(data)._asdict()}
-            outcome = Outcome(run_id, "done", "now", 1.0, "{}", *to_image(data), **made)
-        store.save([outcome], here.token)
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,6 @@
-"""``check``, ``run``, ``figures``, ``modes``, ``schema``: what is done with a campaign."""
+"""``check``, ``run``, ``modes``, ``schema``: what is done with a campaign."""
 
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wearlab.cli.output import (
@@ -30,7 +29,7 @@ def check_campaign(file: str, as_json: bool) -> Status:
     """Show what a campaign file asks for, and which of its cases cannot be."""
     from wearlab.scene import parts_left_out, parts_present
 
-    campaign = _sound_campaign(file)
+    campaign = sound_campaign(file)
     _refuse_the_impossible(campaign)
     parts = {
         label: (parts_present(case.scene), parts_left_out(case.scene))
@@ -67,7 +66,7 @@ def check_campaign(file: str, as_json: bool) -> Status:
     return status
 
 
-def _sound_campaign(file: str) -> "Campaign":
+def sound_campaign(file: str) -> "Campaign":
     """Read a campaign file whose figures name kinds, variables, dimensions and cases that exist."""
     campaign = load_campaign(file)
     if campaign.figures:
@@ -121,7 +120,7 @@ def run_campaign(
     """Compute what is missing and report trouble."""
     from wearlab.runner import Interrupted, RunnerError, run
 
-    campaign = _sound_campaign(file)
+    campaign = sound_campaign(file)
     _refuse_the_impossible(campaign)
     try:
         with refusing(*REFUSALS, RunnerError):
@@ -164,26 +163,6 @@ def _tell_expected(report: "Report") -> None:
     show_table(("case", "differs by", "verdict", "expected", "measured", "met"), rows)
     missed = sum(not case.comparison.met for case in report.expected)
     say(f"{len(rows) - missed} of {len(rows)} as expected")
-
-
-def draw_figures(file: str, store: "Store", out: Path, as_json: bool) -> Status:
-    """Draw the figures of a campaign from its stored runs."""
-    from wearlab.figures import FigureError, draw
-
-    campaign = _sound_campaign(file)
-    status = Status.WELL
-    with refusing(*REFUSALS, OSError):
-        try:
-            drawn = tuple(draw(campaign, store, out))
-        except FigureError as error:
-            complain(str(error))
-            drawn, status = error.drawn, Status.TROUBLE
-    if as_json:
-        show_json([str(path) for path in drawn])
-    else:
-        for path in drawn:
-            say(str(path))
-    return status
 
 
 def show_modes(file: str, label: str | None, as_json: bool) -> Status:

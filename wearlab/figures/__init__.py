@@ -1,4 +1,4 @@
-"""Figures drawn from the store alone: one PNG per ``[[figure]]`` of a campaign; physics never runs here."""
+"""Figures drawn from the store alone: one file per ``[[figure]]`` of a campaign; physics never runs here."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -8,10 +8,15 @@ from wearlab.figures.errors import FigureError
 if TYPE_CHECKING:
     from wearlab.figures.drawing import draw as draw
     from wearlab.figures.kinds import KINDS as KINDS
+    from wearlab.figures.again import redraw as redraw
 
-__all__ = ["KINDS", "FigureError", "draw"]
+__all__ = ["KINDS", "FigureError", "draw", "redraw"]
 
-HOMES = {"draw": "wearlab.figures.drawing", "KINDS": "wearlab.figures.kinds"}
+HOMES = {
+    "draw": "wearlab.figures.drawing",
+    "KINDS": "wearlab.figures.kinds",
+    "redraw": "wearlab.figures.again",
+}
 
 
 def __getattr__(name: str) -> object:

@@ -3,9 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from wearlab.figures.errors import FigureError
+
+
+class Points(NamedTuple):
+    """The CSV of points read from a paper: its name and its text."""
+
+    name: str
+    text: str
 
 
 @dataclass(frozen=True)
@@ -21,7 +28,7 @@ class Ask:
     y : names of variables
     units : variable → unit
     title, note : texts
-    published : CSV of points from a paper
+    published : CSV of points from a paper: where it is, or what it says
     """
 
     name: str
@@ -35,7 +42,7 @@ class Ask:
     units: Mapping[str, str] = field(default_factory=dict)
     title: str | None = None
     note: str | None = None
-    published: Path | None = None
+    published: Path | Points | None = None
 
 
 def read(spec: Any, number: int, folder: Path | None) -> Ask:

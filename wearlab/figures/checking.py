@@ -1,6 +1,7 @@
 """What can be said of a campaign's figures before anything is computed or drawn."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wearlab.figures.ask import read
@@ -46,5 +47,5 @@ def _problems(campaign: "Campaign", spec: Any, number: int, folder: Any) -> Iter
     for name in ask.y:
         if name not in VARIABLES:
             yield f"{ask.name}: y = {name!r} is no variable; {choices(name, VARIABLES)}"
-    if ask.published is not None and not ask.published.is_file():
+    if isinstance(ask.published, Path) and not ask.published.is_file():
         yield f"{ask.name}: published file {spec.published} is not there"

@@ -1,6 +1,5 @@
 """Every figure of a campaign, drawn from the store."""
 
-import json
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from wearlab.figures.ask import Ask, read
+from wearlab.figures.ask import Ask
 from wearlab.figures.compose import compose, hue_of
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
@@ -17,6 +16,7 @@ from wearlab.figures.kinds import KINDS
 from wearlab.figures.kinds.line import joined
 from wearlab.figures.plot import Plot
 from wearlab.figures.published import published
+from wearlab.figures.question import Question, question, texts
 from wearlab.figures.runs import Picked, Run, load, pick, require
 
 if TYPE_CHECKING:
@@ -24,14 +24,18 @@ if TYPE_CHECKING:
     from wearlab.store import Store
 
 
-def draw(campaign: "Campaign", store: "Store", out: Path) -> list[Path]:
-    """Draw one PNG for every ``[[figure]]`` of a campaign, named by its number and kind.
+FORMATS = ("png", "svg", "pdf")
+
+
+def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -> list[Path]:
+    """Draw one file for every ``[[figure]]`` of a campaign, named by its number and kind.
 
     Parameters
     ----------
     campaign : its figures, and the runs to draw
     store : where the runs are; nothing is computed
     out : folder of the figures, made when absent
+    ending : png, svg or pdf
 
     Returns
     -------
@@ -44,23 +48,52 @@ def draw(campaign: "Campaign", store: "Store", out: Path) -> list[Path]:
     StoreError
         When there is no store.
     """
+    check_format(ending)
     grid = store.open(campaign)
-    folder = campaign.path.parent if campaign.path else None
     drawn: list[Path] = []
     problems: list[str] = []
     for number, spec in enumerate(campaign.figures, 1):
         try:
-            ask = read(spec, number, folder)
-            plot, runs, missing = plotted(grid, ask)
-            from wearlab.figures.render import png
-
-            image = png(plot, _metadata(campaign, store, ask, runs, missing))
-            drawn.append(_write(out / f"{number:02d}-{ask.kind}.png", image))
+            asked = question(campaign, spec, number)
+            image, _ = answer(asked, grid, store, ending)
+            drawn.append(write(out / f"{asked.name}.{ending}", image))
         except FigureError as error:
             problems.append(str(error))
     if problems:
         raise FigureError("\n".join(problems), tuple(drawn))
     return drawn
+
+
+def check_format(ending: str) -> None:
+    """Refuse a format that figures are not written in.
+
+    Raises
+    ------
+    FigureError : no such format
+    """
+    if ending not in FORMATS:
+        raise FigureError(f"format {ending!r}: {choices(ending, FORMATS)}")
+
+
+def answer(asked: Question, grid: xr.Dataset, store: "Store", ending: str) -> tuple[bytes, tuple[str, ...]]:
+    """Return the file of a figure, and the names of the runs that are missing.
+
+    Parameters
+    ----------
+    asked : the question
+    grid : the campaign as the store has it
+    store : of the grid, for what it knows of the runs
+    ending : png, svg or pdf
+
+    Raises
+    ------
+    FigureError : it cannot be drawn
+    """
+    ask = asked.ask
+    plot, runs, missing = plotted(grid, ask)
+    from wearlab.figures.render import rendered
+
+    return rendered(plot, texts(asked, ask, store.entries(run.id for run in runs), missing), ending), missing
 
 
 def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...]]:
@@ -122,29 +155,9 @@ def _notes(ask: Ask, missing: Sequence[str]) -> list[str]:
     return ([ask.note] if ask.note else []) + absent
 
 
-def _metadata(
-    campaign: "Campaign", store: "Store", ask: Ask, runs: Sequence[Run], missing: Sequence[str]
-) -> dict[str, str]:
-    """Return the text chunks of the PNG."""
-    ids = [run.id for run in runs]
-    entries = store.entries(ids)
-    made_by = {(e.wearlab_version or "", e.source_hash or "") for e in entries.values()}
-    texts = {
-        "Title": ask.title or KINDS[ask.kind].title,
-        "campaign": campaign.title,
-        "figure": ask.kind,
-        "select": json.dumps(dict(ask.select), sort_keys=True, ensure_ascii=False),
-        "runs": " ".join(ids),
-        "missing": "; ".join(missing),
-        "wearlab": ", ".join(sorted({version for version, _ in made_by})),
-        "source_hash": ", ".join(sorted({source for _, source in made_by})),
-    }
-    return {key: text for key, text in texts.items() if text}
-
-
-def _write(path: Path, image: bytes) -> Path:
+def write(path: Path, image: bytes) -> Path:
     """Put a figure in place, all of it or nothing."""
-    part = path.with_suffix(".part")
+    part = path.with_name(f"{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         part.write_bytes(image)

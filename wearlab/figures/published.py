@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from wearlab.figures.ask import Ask
+from wearlab.figures.ask import Ask, Points
 from wearlab.figures.errors import FigureError
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.wording import Label, converted
@@ -23,20 +23,32 @@ COUNTS = {"million cycles": 1e6, "millions": 1e6, "thousand cycles": 1e3, "cycle
 HEADER = re.compile(r"\s*([^\[\]]+?)\s*(?:\[([^\]]*)\])?\s*")
 
 
-def published(path: Path, series: Sequence[Series], hue: str | None, ask: Ask) -> Iterator[Series]:
+def points_of(source: Path | Points, ask: Ask) -> Points:
+    """Return the name and text of a CSV of points."""
+    if isinstance(source, Points):
+        return source
+    try:
+        return Points(source.name, source.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FigureError(f"{ask.name}: published: {source}: {reason}") from error
+
+
+def published(source: Path | Points, series: Sequence[Series], hue: str | None, ask: Ask) -> Iterator[Series]:
     """Yield the points of a CSV, one series for each hue and panel.
 
     Parameters
     ----------
-    path : the CSV
+    source : the CSV, or what it says
     series : our curves, whose axes and labels the points take
     hue : dimension of the hue, None when there is none
     """
-    names, rows = _table(path, ask)
+    points = points_of(source, ask)
+    names, rows = _table(points, ask)
     columns = {name: i for i, (name, _) in enumerate(names)}
     if not {"x", "y"} <= set(columns):
         raise FigureError(
-            f"{ask.name}: {path.name}: columns x and y are required, found {', '.join(columns)}"
+            f"{ask.name}: {points.name}: columns x and y are required, found {', '.join(columns)}"
         )
     first = series[0]
     x = _column(rows, columns["x"], names[columns["x"]][1], first.across, ask)
@@ -49,14 +61,11 @@ def published(path: Path, series: Sequence[Series], hue: str | None, ask: Ask) -
         yield Series(labels, x[inside], y[inside], first.across, first.up, "published", TEXT)
 
 
-def _table(path: Path, ask: Ask) -> tuple[list[tuple[str, str]], list[list[str]]]:
-    try:
-        lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
-    except OSError as error:
-        raise FigureError(f"{ask.name}: published: {path}: {error.strerror or error}") from error
+def _table(points: Points, ask: Ask) -> tuple[list[tuple[str, str]], list[list[str]]]:
+    lines = [line for line in points.text.splitlines() if line.strip()]
     rows = list(csv.reader(line for line in lines if not line.lstrip().startswith("#")))
     if len(rows) < 2:
-        raise FigureError(f"{ask.name}: published: {path.name} holds no points")
+        raise FigureError(f"{ask.name}: published: {points.name} holds no points")
     matches = [HEADER.fullmatch(cell) for cell in rows[0]]
     return [
         (m[1], (m[2] or "").strip()) if m else (cell, "") for m, cell in zip(matches, rows[0], strict=True)

@@ -1,6 +1,7 @@
-"""A plot becomes a PNG: the only file that knows matplotlib. Equal plots give equal bytes."""
+"""A plot becomes a file: the only one that knows matplotlib. Equal plots give equal bytes."""
 
 import io
+import json
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
+from PIL.PngImagePlugin import PngInfo
 
 from wearlab.figures import style
 from wearlab.figures.plot import Curve, Entry, Panel, Pen, Plot
@@ -20,23 +22,53 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LEAST_SPAN = 0.02  # of the values
+SHORT_TEXT, LONG_TEXT = (
+    1_000,
+    500_000,
+)  # characters: packed between, since readers refuse large unpacked texts
+REPRODUCIBLE = {"svg.hashsalt": "wearlab", "svg.fonttype": "path", "pdf.fonttype": 42}
 DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
 
 
-def png(plot: Plot, metadata: Mapping[str, str]) -> bytes:
-    """Return the PNG of a plot, with text chunks and without any date or software name.
+def rendered(plot: Plot, texts: Mapping[str, str], ending: str = "png") -> bytes:
+    """Return the file of a plot, with its texts and without any date or software name.
 
     Parameters
     ----------
     plot : what to draw
-    metadata : keyword → text
+    texts : keyword → text; PNG holds each as a text chunk, SVG and PDF all as JSON in their description
+    ending : png, svg or pdf
     """
-    settings: Any = DEFAULTS | style.RC  # whatever matplotlibrc a reader keeps at home
+    settings: Any = DEFAULTS | style.RC | REPRODUCIBLE  # whatever matplotlibrc a reader keeps at home
     with matplotlib.rc_context(settings):
         figure = draw(plot)
         stream = io.BytesIO()
-        figure.savefig(stream, format="png", dpi=style.DPI, metadata={"Software": None, **metadata})
+        figure.savefig(stream, format=ending, dpi=style.DPI, **_saved(texts, ending))
     return stream.getvalue()
+
+
+def _saved(texts: Mapping[str, str], ending: str) -> dict[str, Any]:
+    """Return the options of ``savefig`` that write texts and suppress dates."""
+    title = texts.get("Title", "")
+    match ending:
+        case "svg":
+            described = json.dumps(texts, ensure_ascii=False)
+            return {"metadata": {"Title": title, "Description": described, "Date": None, "Creator": None}}
+        case "pdf":
+            undated = dict.fromkeys(("CreationDate", "Creator", "Producer"))
+            return {"metadata": {"Title": title, "Subject": json.dumps(texts), **undated}}
+        case _:
+            return {"pil_kwargs": {"pnginfo": _chunks(texts)}}
+
+
+def _chunks(texts: Mapping[str, str]) -> PngInfo:
+    """Return the text chunks of a PNG, long ones compressed as far as readers accept it."""
+    chunks = PngInfo()
+    for key, text in texts.items():
+        packed = SHORT_TEXT < len(text) < LONG_TEXT
+        add = chunks.add_text if text.isascii() else chunks.add_itxt
+        add(key, text, zip=packed)
+    return chunks
 
 
 def draw(plot: Plot) -> Figure:

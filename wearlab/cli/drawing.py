@@ -1,0 +1,60 @@
+"""``figures``: those of a campaign, or one again by what its own file says."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from wearlab.cli.output import REFUSALS, Status, complain, refusing, say, show_json
+from wearlab.cli.working import sound_campaign
+
+if TYPE_CHECKING:
+    from wearlab.figures.again import Redrawn
+    from wearlab.store import Store
+
+
+def draw_figures(file: str, store: "Store", out: Path, ending: str, as_json: bool) -> Status:
+    """Draw the figures of a campaign from its stored runs."""
+    from wearlab.figures import FigureError, draw
+    from wearlab.figures.drawing import check_format
+
+    with refusing(FigureError):
+        check_format(ending)
+    campaign = sound_campaign(file)
+    status = Status.WELL
+    with refusing(*REFUSALS, OSError):
+        try:
+            drawn = tuple(draw(campaign, store, out, ending))
+        except FigureError as error:
+            complain(str(error))
+            drawn, status = error.drawn, Status.TROUBLE
+    if as_json:
+        show_json([str(path) for path in drawn])
+    else:
+        for path in drawn:
+            say(str(path))
+    return status
+
+
+def redraw_figures(figures: Sequence[Path], store: "Store", out: Path, as_json: bool) -> Status:
+    """Draw figures again from the store, and say which of their runs are missing or stale."""
+    from wearlab.figures import FigureError, redraw
+
+    with refusing(*REFUSALS, FigureError, OSError):
+        drawn = [redraw(figure, store, out) for figure in figures]
+    if as_json:
+        show_json([{**vars(one), "path": str(one.path)} for one in drawn])
+    else:
+        for one in drawn:
+            _tell(one)
+    return Status.TROUBLE if any(one.missing for one in drawn) else Status.WELL
+
+
+def _tell(one: "Redrawn") -> None:
+    say(f"{one.path}: {'the same bytes' if one.same else 'differs from the figure it was drawn from'}")
+    for words, runs in (
+        ("missing", one.missing),
+        ("stale, made by other code", one.stale),
+        ("computed again since the figure was drawn", one.changed),
+    ):
+        if runs:
+            complain(f"{words}: {', '.join(runs)}")

@@ -1,0 +1,151 @@
+"""A figure as a question: what was asked of which runs, written into the figure's own file.
+
+The campaign is recorded as far as its grid needs it, so a figure is drawn again from a store alone, without
+the campaign file; the points of a paper travel along.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+from wearlab.campaign.record import RecordedCampaign, from_record, to_record
+from wearlab.campaign.source import fingerprint, source_text
+from wearlab.figures.ask import Ask, Points, read
+from wearlab.figures.errors import FigureError
+from wearlab.figures.kinds import KINDS
+from wearlab.figures.published import points_of
+
+if TYPE_CHECKING:
+    from wearlab.campaign import Campaign
+    from wearlab.store.catalogue import Entry
+
+QUESTION = "question"
+FORMAT = 1
+KEYS = ("kind", "select", "x", "y", "hue", "rows", "cols", "units", "title", "note")
+
+
+@dataclass(frozen=True)
+class Question:
+    """What a figure asks.
+
+    Parameters
+    ----------
+    number : the figure's place in its campaign, from 1
+    table : its ``[[figure]]`` block, ``published`` apart
+    points : name and text of the CSV of published points
+    campaign : the cases it is asked of, with their axes
+    text, hash : the campaign file with all it extends, and its hash
+    runs : id → hash of the file, of the runs that were drawn
+    """
+
+    number: int
+    table: Mapping[str, Any]
+    points: Points | None
+    campaign: "Campaign | RecordedCampaign"
+    text: str = ""
+    hash: str = ""
+    runs: Mapping[str, str] | None = None
+
+    @property
+    def ask(self) -> Ask:
+        """The figure's wishes."""
+        ask = read(SimpleNamespace(**self.table), self.number, None)
+        return replace(ask, published=self.points)
+
+    @property
+    def name(self) -> str:
+        """The name of its file, without ending."""
+        return f"{self.number:02d}-{self.table['kind']}"
+
+
+def question(campaign: "Campaign", spec: Any, number: int) -> Question:
+    """Return what one ``[[figure]]`` of a campaign asks.
+
+    Raises
+    ------
+    FigureError : its units or published points cannot be read
+    """
+    folder = campaign.path.parent if campaign.path else None
+    ask = read(spec, number, folder)
+    table = {key: value for key in KEYS if (value := getattr(spec, key, None)) not in (None, {}, (), "")}
+    points = None if ask.published is None else points_of(ask.published, ask)
+    text = source_text(campaign.path)
+    return Question(number, json.loads(json.dumps(table)), points, campaign, text, fingerprint(text))
+
+
+def texts(
+    asked: Question, ask: Ask, entries: "Mapping[str, Entry]", missing: Sequence[str]
+) -> dict[str, str]:
+    """Return what a figure's file says about itself, text by keyword; nothing that changes by itself.
+
+    Parameters
+    ----------
+    asked : the question
+    ask : as it was drawn
+    entries : the runs drawn
+    missing : names of the runs that had no data
+    """
+    code = {(e.wearlab_version or "", e.source_hash or "") for e in entries.values()}
+    found = {
+        "Title": ask.title or KINDS[ask.kind].title,
+        "campaign": asked.campaign.title,
+        "campaign_hash": asked.hash,
+        "campaign_text": asked.text,
+        "figure": ask.kind,
+        "table": _json(asked.table),
+        "select": _json(dict(ask.select)),
+        "runs": " ".join(entries),
+        "missing": "; ".join(missing),
+        "wearlab": ", ".join(sorted({version for version, _ in code})),
+        "source_hash": ", ".join(sorted({source for _, source in code})),
+        QUESTION: _json(_written(asked, entries)),
+    }
+    return {key: text for key, text in found.items() if text}
+
+
+def _written(asked: Question, entries: "Mapping[str, Entry]") -> dict[str, Any]:
+    campaign: Any = asked.campaign
+    return {
+        "format": FORMAT,
+        "number": asked.number,
+        "table": asked.table,
+        "points": None if asked.points is None else list(asked.points),
+        "campaign": to_record(campaign),
+        "runs": {run_id: entry.sha256 for run_id, entry in entries.items()},
+    }
+
+
+def asked_by(found: Mapping[str, str], file: Path) -> Question:
+    """Return the question that a figure's texts hold.
+
+    Raises
+    ------
+    FigureError : they hold none, or one that this wearlab cannot read
+    """
+    if QUESTION not in found:
+        raise FigureError(f"{file}: carries no question of wearlab: it was not drawn by 'wearlab figures'")
+    try:
+        written = json.loads(found[QUESTION])
+        if written["format"] != FORMAT:
+            raise ValueError(f"question of format {written['format']!r}, this wearlab reads {FORMAT}")
+        table, points = dict(written["table"]), written["points"]
+        if table["kind"] not in KINDS:
+            raise ValueError(f"no kind of figure: {table['kind']!r}")
+        return Question(
+            int(written["number"]),
+            {key: value for key, value in table.items() if key in KEYS},
+            None if points is None else Points(*map(str, points)),
+            from_record(written["campaign"]),
+            found.get("campaign_text", ""),
+            found.get("campaign_hash", ""),
+            {str(run_id): str(sha256) for run_id, sha256 in written["runs"].items()},
+        )
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise FigureError(f"{file}: its question cannot be read ({error})") from None
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, sort_keys=True, ensure_ascii=False, separators=(",", ":"))
