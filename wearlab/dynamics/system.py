@@ -14,6 +14,11 @@ class System(NamedTuple):
     ``M q̈ + (C + ω_c G) q̇ + (K − ω_c² K_ω) q + Σ_i d_i W_i = F`` with ``δ_i = d_i·q − e_i`` and
     ``W_i = elastic(δ_i, phase) + c_i δ̇_i``. What is ``None`` is absent: neither evaluated nor compiled.
 
+    Tooth friction adds ``Σ_i Σ_p Λμ_p F_p (f0_i + s_p f1_i)`` to the left-hand side, F_p the elastic force on
+    the drive flank of pair p and s_p its path position: lever arms are linear in s, so two constant vectors
+    a mesh say all. The kinematic direction d stays. Friction on back flanks is left out: they carry load in
+    rattle alone.
+
     Parameters
     ----------
     coordinates : names of q, e.g. ``("pinion.y", "gear.y", "mesh.x")``
@@ -27,6 +32,10 @@ class System(NamedTuple):
     fluctuation_direction : (n,) load that the tabulated fluctuation multiplies [N], or None
     gyroscopic, centripetal : (n, n) G [kg], K_ω [kg], or None
     rotation : ω_c [rad/s]
+    meshes : names of the meshes, e.g. ``("sun-planet-1", …, "planet-ring-N")``; () where one needs no name
+    friction_constant, friction_slope : (n_mesh, n) f0 [1], f1 [1/m], or None without friction
+    balance : (n,) a load of unknown size that keeps the mean speed of a system free to turn; None: the loads
+        given must be in balance [1]
     """
 
     coordinates: tuple[str, ...]
@@ -43,6 +52,10 @@ class System(NamedTuple):
     gyroscopic: Array | None = None
     centripetal: Array | None = None
     rotation: float = 0.0
+    meshes: tuple[str, ...] = ()
+    friction_constant: Array | None = None
+    friction_slope: Array | None = None
+    balance: Array | None = None
 
     @property
     def total_damping(self) -> Array:

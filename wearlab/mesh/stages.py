@@ -48,6 +48,9 @@ class StageTables(NamedTuple):
     error : (n_steps, 3, n_mesh) prescribed mesh error e [m]
     error_rate : (n_steps, 3, n_mesh) de/dphase [m]
     fluctuation : (n_steps, 3) factor on the system's fluctuating load [1], or None
+    sliding : (n_steps, 3, n_mesh, n_pairs) Λμ of each pair's drive flank: coefficient of friction times the
+        sign of sliding, 0 out of the path [1]; None: no friction. It jumps at the pitch point, a break
+    position : (n_steps, 3, n_mesh, n_pairs) path position s of each pair [m]; None: no friction
     """
 
     width: Array
@@ -56,6 +59,8 @@ class StageTables(NamedTuple):
     error: Array
     error_rate: Array
     fluctuation: Array | None
+    sliding: Array | None = None
+    position: Array | None = None
 
 
 def stage_grid(breaks: Array, steps: int) -> StageGrid:
