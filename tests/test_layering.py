@@ -14,7 +14,7 @@ import wearlab
 PACKAGE = Path(wearlab.__file__).parent
 ROAD = (
     *("compiled", "units", "schema", "gears", "mesh", "dynamics", "wear", "life", "scene", "simulate"),
-    *("campaign", "store", "runner", "query", "compare", "figures", "accuracy", "report", "cli"),
+    *("query", "campaign", "store", "runner", "compare", "figures", "accuracy", "report", "cli"),
 )
 PHYSICS = ROAD[ROAD.index("gears") : ROAD.index("scene")]
 SIBLINGS = (("dynamics", "wear"), ("compare", "figures", "accuracy"))

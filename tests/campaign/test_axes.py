@@ -98,7 +98,7 @@ def test_generators(generator, values):
         ({"integers": [4, 3]}, "whole numbers"),
         ({"integers": [1, 2.5]}, "whole numbers"),
         ({"integers": [1, 2], "unit": "mm"}, "'unit' does not belong"),
-        ({"lognormal": {"median": 1}}, "not part of this version"),
+        ({"lognormal": {"median": 1, "cov": 0.1}}, "add sample = {method"),
         ([1, math.nan], "not finite"),
         ([1, "a"], "mixes"),
         ([1, 2, 1.0], "stands twice"),
@@ -112,7 +112,20 @@ def test_wrong_values_are_refused(value, said):
 def test_a_block_without_keys_is_empty():
     assert "an empty sweep" in refused({})
     assert "an empty sweep" in refused({"name": "x"})
-    assert "not part of this version" in refused({"sample": {"method": "sobol"}})
+    assert "an empty sweep" in refused({"sample": {"method": "sobol"}})
+    assert "at the top of the file" in refused({"a.b": [1], "exclude": "a > 1"})
+
+
+@pytest.mark.parametrize(
+    "key", [{"integers": [1, 10**12]}, {"linspace": [0, 1, 1e9]}, {"logspace": [1, 2, 1e9]}]
+)
+def test_absurd_axes_are_counted_not_expanded(key):
+    assert "more than 100,000" in refused({"a.b": key})
+
+
+def test_an_absurd_product_is_counted_not_expanded():
+    said = refused(*({f"a.{name}": {"integers": [1, 2000]}} for name in "uvw"))
+    assert "u 2000 × v 2000 × w 2000 = 8,000,000,000 cases" in said and "sample = " in said
 
 
 def test_names():

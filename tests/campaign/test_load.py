@@ -60,8 +60,8 @@ def test_figures(study):
         ("[opration]", "opration: unknown key, did you mean 'operation'?"),
         ("[sweeps]", "sweeps: unknown key, did you mean 'sweep'?"),
         ("title = 3", "title: 3 is no text"),
-        ("[exclude]", "exclude: excluding cases: not part of this version"),
-        ('exclude = "x"', "exclude: excluding cases: not part of this version"),
+        ("[exclude]", "exclude: {} is no condition"),
+        ('exclude = "x"', "exclude[0]: unknown name 'x'"),
         ("[start]", "start: continuing another run: not part of this version"),
     ],
 )

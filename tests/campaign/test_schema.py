@@ -135,7 +135,18 @@ def test_choices_may_be_written_as_a_word():
 
 
 def test_top_level_keys():
-    own = {"title", "reference", "extends", "drop", "metadata", "sweep", "case", "figure", "expect"}
+    own = {
+        "title",
+        "reference",
+        "extends",
+        "drop",
+        "metadata",
+        "sweep",
+        "case",
+        "figure",
+        "expect",
+        "exclude",
+    }
     assert set(SCHEMA["properties"]) == own | set(Scene.model_fields)
     for file in CAMPAIGNS.rglob("*.toml"):
         assert set(tomllib.loads(file.read_text())) <= set(SCHEMA["properties"])

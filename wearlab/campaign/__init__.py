@@ -4,6 +4,7 @@ from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.campaign import Campaign, Metadata, load
 from wearlab.campaign.cases import BASE, Case
 from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.exclusion import Excluded
 from wearlab.campaign.expect import Expectation, Wanted
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.json_schema import schema_json
@@ -15,6 +16,7 @@ __all__ = [
     "CampaignError",
     "Case",
     "Coordinate",
+    "Excluded",
     "Expectation",
     "FigureSpec",
     "Metadata",

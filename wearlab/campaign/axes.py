@@ -5,15 +5,16 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from wearlab.campaign.errors import CampaignError
-from wearlab.scene.later import later
+from wearlab.campaign.sampling import DISTRIBUTIONS, draw, read_distribution, read_sample
 from wearlab.scene.problems import shown
 from wearlab.schema import DIMENSIONS, VARIABLES
 from wearlab.units import UnitError, convert, is_quantity, split
 
 RESERVED = {dimension.name for dimension in DIMENSIONS} | set(VARIABLES) | {"case"}
 GENERATORS = ("linspace", "logspace", "integers")
-DISTRIBUTIONS = ("lognormal", "normal", "uniform")
+OWN_WORDS = ("name", "labels", "sample")
 DIGITS = 12
+MOST_CASES = 100_000
 
 
 class Coordinate(NamedTuple):
@@ -59,7 +60,7 @@ def read_axes(blocks: Any) -> tuple[Axis, ...]:
     Raises
     ------
     CampaignError
-        When a block is empty or malformed, or two names clash.
+        When a block is empty or malformed, two names clash, or the product is beyond `MOST_CASES`.
     """
     if not isinstance(blocks, list) or not all(isinstance(block, dict) for block in blocks):
         raise CampaignError([f"sweep: {shown(blocks)} is no list of tables: write [[sweep]]"])
@@ -75,7 +76,19 @@ def read_axes(blocks: Any) -> tuple[Axis, ...]:
                     raise CampaignError([f"sweep[{number}].{key}: {swept[other]} sweeps {other!r} already"])
             swept[key] = f"sweep[{number}]"
         axes.append(axis)
+    count = math.prod(len(axis.values) for axis in axes)
+    if count > MOST_CASES:
+        listed = " × ".join(f"{axis.name} {len(axis.values)}" for axis in axes)
+        raise CampaignError([f"sweep: {listed} = {too_many(count)}"])
     return tuple(axes)
+
+
+def too_many(count: int) -> str:
+    """Return why a grid is refused before it is spread out, and what to do instead."""
+    return (
+        f"{count:,} cases, more than {MOST_CASES:,}: take fewer values, split the file, "
+        f'or draw a sample = {{method = "sobol", n = …, seed = …}}'
+    )
 
 
 def overlap(one: str, other: str) -> bool:
@@ -84,13 +97,15 @@ def overlap(one: str, other: str) -> bool:
 
 
 def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
-    for word in ("sample", "exclude"):
-        if word in block:
-            raise CampaignError([f"{where}.{word}: {later('samples and exclusions')}"])
-    keys = flat({key: value for key, value in block.items() if key not in ("name", "labels")})
+    if "exclude" in block:
+        raise CampaignError([f"{where}.exclude: write it at the top of the file, before its first table"])
+    keys = flat({key: value for key, value in block.items() if key not in OWN_WORDS})
     if not keys:
         raise CampaignError([f'{where}: an empty sweep: give a dotted key a list, such as "operation.speed"'])
-    written = {key: _values(value, f"{where}.{key}") for key, value in keys.items()}
+    if "sample" in block:
+        written = _sampled(block["sample"], keys, where)
+    else:
+        written = {key: _values(value, f"{where}.{key}") for key, value in keys.items()}
     lengths = {key: len(values) for key, values in written.items()}
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{key} has {n}" for key, n in lengths.items())
@@ -118,6 +133,20 @@ def flat(table: dict[str, Any], above: str = "") -> dict[str, Any]:
     return found
 
 
+def _sampled(sample: Any, keys: dict[str, Any], where: str) -> dict[str, tuple[Any, ...]]:
+    """Return the values of a block whose keys are drawn."""
+    for key, value in keys.items():
+        if not isinstance(value, dict) or not any(word in value for word in DISTRIBUTIONS):
+            raise CampaignError(
+                [
+                    f"{where}.{key}: {shown(value)} is no distribution ({', '.join(DISTRIBUTIONS)}); "
+                    "what is not drawn belongs into a block of its own"
+                ]
+            )
+    found = {key: read_distribution(value, f"{where}.{key}") for key, value in keys.items()}
+    return draw(read_sample(sample, where, MOST_CASES), found)
+
+
 def _values(value: Any, where: str) -> tuple[Any, ...]:
     if isinstance(value, dict):
         return _generated(value, where)
@@ -131,7 +160,8 @@ def _values(value: Any, where: str) -> tuple[Any, ...]:
 def _generated(value: dict[str, Any], where: str) -> tuple[Any, ...]:
     for word in DISTRIBUTIONS:
         if word in value:
-            raise CampaignError([f"{where}.{word}: {later('samples and distributions')}"])
+            remedy = 'add sample = {method = "sobol", n = …, seed = …} to the block'
+            raise CampaignError([f"{where}.{word}: a distribution is drawn from: {remedy}"])
     generator = next(word for word in GENERATORS if word in value)
     extra = [key for key in value if key not in (generator, "unit")]
     if extra or (generator == "integers" and "unit" in value):
@@ -154,10 +184,14 @@ def _numbers(generator: str, given: Any, where: str) -> tuple[float, ...]:
     if generator == "integers":
         if low != int(low) or high != int(high) or high < low:
             raise CampaignError([f"{where}.integers: {shown(given)} is not [first, last] in whole numbers"])
+        if high - low >= MOST_CASES:
+            raise CampaignError([f"{where}.integers: {too_many(int(high - low) + 1)}"])
         return tuple(range(int(low), int(high) + 1))
     n = given[2]
     if n != int(n) or n < 1 or (n == 1 and low != high):
         raise CampaignError([f"{where}.{generator}: {n!r} values from {low!r} to {high!r} do not exist"])
+    if n > MOST_CASES:
+        raise CampaignError([f"{where}.{generator}: {too_many(int(n))}"])
     if generator == "logspace" and (low <= 0 or high <= 0):
         raise CampaignError([f"{where}.logspace: both ends of {shown(given)} must be greater than 0"])
     shares = [i / (n - 1) if n > 1 else 0.0 for i in range(int(n))]

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from wearlab.campaign.axes import Axis, flat, overlap, read_axes
 from wearlab.campaign.cases import EXPECT, Case, expand, read_differences
 from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.exclusion import Excluded, read_conditions, without_excluded
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.inheritance import Inherited, inherit
 from wearlab.scene import Scene
@@ -19,7 +20,18 @@ from wearlab.scene.merge import Table
 from wearlab.scene.part import option
 from wearlab.scene.problems import shown
 
-OWN_KEYS = ("title", "reference", "extends", "drop", "metadata", "sweep", "case", "figure", "expect")
+OWN_KEYS = (
+    "title",
+    "reference",
+    "extends",
+    "drop",
+    "metadata",
+    "sweep",
+    "case",
+    "exclude",
+    "figure",
+    "expect",
+)
 Model = TypeVar("Model", bound=BaseModel)
 Result = TypeVar("Result")
 
@@ -43,6 +55,7 @@ class Campaign:
     ----------
     title, reference, metadata : texts, not part of any run
     cases : every run; equal scenes share an id
+    excluded : cases that a condition of the file keeps from being run
     axes : sweep axes, the dimensions of the grid
     figures : what is to be drawn
     path : the file
@@ -55,6 +68,7 @@ class Campaign:
     axes: tuple[Axis, ...] = ()
     figures: tuple[FigureSpec, ...] = field(default=(), repr=False)
     path: Path | None = None
+    excluded: tuple[Excluded, ...] = field(default=(), repr=False)
 
 
 def load(path: str | Path) -> Campaign:
@@ -105,10 +119,13 @@ def _read(inherited: Inherited, file: Path) -> Campaign:
     metadata = tried(_metadata, table.get("metadata", {}))
     texts = [tried(_text, table, key) for key in ("title", "reference")]
     sections = {key: value for key, value in table.items() if key in (*Scene.model_fields, EXPECT)}
+    conditions = tried(read_conditions, table.get("exclude", []))
     cases = tried(expand, sections, axes or (), differences or ())
     if problems:
         raise CampaignError(problems)
-    return Campaign(texts[0] or file.stem, texts[1] or None, metadata, cases, axes, figures, file)
+    cases, excluded = without_excluded(cases, conditions)
+    title, reference = texts[0] or file.stem, texts[1] or None
+    return Campaign(title, reference, metadata, cases, axes, figures, file, excluded)
 
 
 def _tried(problems: list[str], read: Callable[..., Result], *arguments: Any) -> Result | None:

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import product
+from math import prod
 from typing import Any, NamedTuple
 
-from wearlab.campaign.axes import Axis
+from wearlab.campaign.axes import MOST_CASES, Axis, too_many
 from wearlab.campaign.errors import CampaignError
 from wearlab.campaign.expect import Expectation, merged, read_expectation
 from wearlab.scene import Scene, SceneError
@@ -115,6 +116,9 @@ def expand(table: Table, axes: tuple[Axis, ...], differences: tuple[Difference, 
     CampaignError
         With the problems of every scene that is not valid.
     """
+    swept = sum(one.sweep for one in differences) + 1
+    if (count := swept * prod(len(axis.values) for axis in axes)) > MOST_CASES:
+        raise CampaignError([f"sweep: {swept} swept cases make {too_many(count)}"])
     cases: list[Case] = []
     problems: list[str] = []
     for label, position, scene in _scenes(table, axes, differences):

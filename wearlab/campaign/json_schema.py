@@ -13,6 +13,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from wearlab.campaign.campaign import Metadata
 from wearlab.campaign.expect import VERDICTS
 from wearlab.campaign.figure import FigureSpec
+from wearlab.campaign.sampling import METHODS
 from wearlab.scene import Scene
 from wearlab.scene.part import option
 from wearlab.units import convert, split
@@ -48,14 +49,55 @@ class Spaced(BaseModel):
     unit: str | None = option(None, "unit of the values", derived="plain numbers")
 
 
+class Lognormal(BaseModel):
+    """Log-normally distributed values."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    median: float | str = option(..., "median, with its unit where the key has one")
+    cov: float = option(..., "coefficient of variation: standard deviation over mean")
+
+
+class Normal(BaseModel):
+    """Normally distributed values."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    mean: float | str = option(..., "mean, with its unit where the key has one")
+    sd: float | str = option(..., "standard deviation, with its unit where the key has one")
+
+
+class Drawn(BaseModel):
+    """Values drawn from one distribution, in a block with ``sample``."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    lognormal: Lognormal | None = option(None, "log-normal", derived=OTHER)
+    normal: Normal | None = option(None, "normal", derived=OTHER)
+    uniform: tuple[float | str, float | str] | None = option(None, "[low, high], uniform", derived=OTHER)
+
+
+class Sample(BaseModel):
+    """How the keys of a block are drawn, independently of each other."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    method: Literal[METHODS] = option(  # type: ignore[valid-type]
+        ..., "sobol and random keep their first points when n grows; a Latin hypercube is made for its n"
+    )
+    n: int = option(..., "number of points")
+    seed: int = option(..., "seed; the same seed draws the same points")
+
+
 class Sweep(BaseModel):
     """A block of dotted keys, each to a list of values; they advance together, blocks multiply."""
 
     model_config = ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, list[Any] | Spaced]
+    __pydantic_extra__: dict[str, list[Any] | Spaced | Drawn]
 
     name: str | None = option(None, "name of the axis", derived="the first key's last word")
     labels: list[str] | None = option(None, "names of values that are tables or lists", derived="the values")
+    sample: Sample | None = option(None, "draw the values of every key", derived="keys list their values")
 
 
 class ExpectedValue(BaseModel):
@@ -103,6 +145,10 @@ class CampaignFile(Scene):
     metadata: Metadata = option(Metadata(), "who made it; no part of any run's identity")
     sweep: tuple[Sweep, ...] = option((), "lists of values; the product of all blocks is run")
     case: tuple[CaseBlock, ...] = option((), "named differences from the file")
+    exclude: Names = option(
+        (),
+        "conditions on keys, contact_ratio, mesh_frequency and speed_ratio; cases that meet one are not run",
+    )
     figure: tuple[FigureSpec, ...] = option((), "figures drawn from the datasets")
     expect: Expect | None = option(
         None, "expected outcome, of every case or of its own; no part of any run's identity", derived="none"

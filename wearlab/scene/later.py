@@ -6,7 +6,6 @@ FRICTION = "friction and power"
 LATER_KEYS: dict[str, dict[str, str]] = {
     "": {
         "start": "continuing another run",
-        "exclude": "excluding cases",
     },
     "gears": {"planets": PLANETARY, "planet_angles": PLANETARY, "helix_angle": "helical gears"}
     | dict.fromkeys(("sun", "planet", "carrier"), PLANETARY)

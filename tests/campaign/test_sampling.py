@@ -1,0 +1,108 @@
+import math
+import statistics
+
+import pytest
+
+from wearlab.campaign import CampaignError
+from wearlab.campaign.axes import read_axes
+from wearlab.campaign.sampling import Distribution
+
+BLOCK = {
+    "operation.torque": {"normal": {"mean": "340 N*m", "sd": "0.01 kN*m"}},
+    "wear.coefficient.factor": {"lognormal": {"median": 2.0, "cov": 0.3}},
+    "errors.pinion.total_composite": {"uniform": ["5 um", "0.025 mm"]},
+}
+
+
+def sampled(method="sobol", n=64, seed=7, **block):
+    (axis,) = read_axes([{**(block or BLOCK), "sample": {"method": method, "n": n, "seed": seed}}])
+    return axis
+
+
+def refused(block):
+    with pytest.raises(CampaignError) as caught:
+        read_axes([block])
+    return str(caught.value)
+
+
+def columns(axis):
+    return axis.values, axis.coordinates["factor"].values, axis.coordinates["total_composite"].values
+
+
+@pytest.mark.parametrize("method", ["sobol", "latin-hypercube", "random"])
+def test_drawn_values_follow_their_distributions(method):
+    axis = sampled(method, 2048)
+    torque, factor, error = columns(axis)
+    assert (axis.name, axis.units, axis.coordinates["total_composite"].units) == ("torque", "N*m", "um")
+    assert statistics.mean(torque) == pytest.approx(340.0, abs=0.7)
+    assert statistics.stdev(torque) == pytest.approx(10.0, rel=0.05)
+    assert statistics.median(factor) == pytest.approx(2.0, rel=0.03)
+    assert statistics.stdev(factor) / statistics.mean(factor) == pytest.approx(0.3, rel=0.08)
+    assert min(error) >= 5.0 and max(error) <= 25.0
+    assert statistics.mean(error) == pytest.approx(15.0, rel=0.03)
+    assert axis.written["operation.torque"][0] == f"{torque[0]!r} N*m"
+
+
+@pytest.mark.parametrize("method", ["sobol", "latin-hypercube", "random"])
+def test_keys_are_drawn_independently_and_reproducibly(method):
+    torque, factor, error = columns(sampled(method, 1024))
+    for one, other in ((torque, factor), (torque, error), (factor, error)):
+        assert abs(statistics.correlation(one, other)) < 0.1
+    assert columns(sampled(method, 1024)) == (torque, factor, error)
+    assert columns(sampled(method, 1024, seed=8)) != (torque, factor, error)
+
+
+@pytest.mark.parametrize(("method", "keeps"), [("sobol", True), ("random", True), ("latin-hypercube", False)])
+def test_what_can_be_extended_keeps_its_first_points(method, keeps):
+    few, more = sampled(method, 12), sampled(method, 20)
+    assert (more.values[:12] == few.values) is keeps
+
+
+def test_a_latin_hypercube_has_one_point_in_every_stratum():
+    _, _, error = columns(sampled("latin-hypercube", 20))
+    assert sorted(math.floor(value - 5.0) for value in error) == list(range(20))
+
+
+def test_probabilities_become_values():
+    assert Distribution("normal", 3.0, 2.0, None).at(0.5) == 3.0
+    assert Distribution("normal", 0.0, 1.0, None).at(0.975) == pytest.approx(1.959963985)
+    one = Distribution("lognormal", 2.0, 0.5, None)
+    assert one.at(0.975) / 2.0 == pytest.approx(math.exp(1.959963985 * math.sqrt(math.log(1.25))))
+    assert math.isfinite(one.at(0.0)) and math.isfinite(one.at(1.0))
+
+
+@pytest.mark.parametrize(
+    ("block", "said"),
+    [
+        ({"a.b": [1, 2]}, "sweep[0].a.b: [1, 2] is no distribution"),
+        ({"a.b": {"normal": {"mean": 1}}}, "is not {mean = …, sd = …}"),
+        ({"a.b": {"normal": {"mean": 1, "sd": 0}}}, "sd: 0 must be greater than 0"),
+        ({"a.b": {"normal": {"mean": "1 mm", "sd": 2}}}, "one value has a unit, the other has none"),
+        ({"a.b": {"normal": {"mean": "1 mm", "sd": "2 N"}}}, "'N' is not a unit like 'mm'"),
+        ({"a.b": {"lognormal": {"median": -1, "cov": 0.1}}}, "median: -1 must be greater than 0"),
+        ({"a.b": {"lognormal": {"median": 1, "cov": "1 mm"}}}, "cov: a plain number"),
+        ({"a.b": {"uniform": [2, 1]}}, "from 2 to 1 there is nothing"),
+        ({"a.b": {"uniform": [1]}}, "[1] is not [low, high]"),
+        ({"a.b": {"uniform": [1, math.inf]}}, "inf is neither"),
+        ({"a.b": {"uniform": [1, 2], "unit": "mm"}}, "'unit' does not belong"),
+    ],
+)
+def test_wrong_distributions_are_refused(block, said):
+    assert said in refused({**block, "sample": {"method": "random", "n": 2, "seed": 0}})
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"method": "sobel"}, "did you mean 'sobol'?"),
+        ({"n": 0}, "sample.n: 0 is no whole number from 1 on"),
+        ({"n": 10**9}, "more than 100000; draw fewer"),
+        ({"n": 2.0}, "no whole number"),
+        ({"seed": -1}, "sample.seed: -1 is no whole number"),
+        ({"sead": 1}, "is not {method = …, n = …, seed = …}"),
+    ],
+)
+def test_wrong_samples_are_refused(change, said):
+    assert said in refused(
+        {"a.b": {"uniform": [1, 2]}, "sample": {"method": "random", "n": 2, "seed": 0} | change}
+    )

@@ -1,0 +1,94 @@
+"""``exclude``: conditions on keys and derived quantities; the cases that meet one are not run.
+
+What is excluded is no part of any run's identity: a case that is not excluded is the same run without it.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from wearlab.campaign.cases import Case
+from wearlab.campaign.derived import DERIVED, KEYS, Derivation
+from wearlab.campaign.errors import CampaignError
+from wearlab.query import QueryError, Vocabulary, holds, read_condition
+from wearlab.query.scene_keys import flat, scene_key
+from wearlab.scene import Scene
+from wearlab.scene.problems import shown
+
+
+@dataclass(frozen=True)
+class Excluded:
+    """A case that is not run.
+
+    Parameters
+    ----------
+    label, position : as of a case
+    condition : the one that excludes it, as the file writes it
+    """
+
+    label: str
+    position: dict[str, int]
+    condition: str
+
+
+class _Values:
+    """The values of one case, each found when it is asked for."""
+
+    def __init__(self, scene: Scene, values: dict[str, Any], derivation: Derivation) -> None:
+        self.scene, self.values, self.derivation = scene, values, derivation
+
+    def get(self, name: str) -> Any:
+        """Return a value of the scene, or one derived from it."""
+        if name in DERIVED and name not in self.values:
+            self.values[name] = self.derivation(name, self.scene)
+        return self.values.get(name)
+
+
+def read_conditions(given: Any) -> tuple[str, ...]:
+    """Return the conditions of ``exclude``, one text or a list of them."""
+    texts = [given] if isinstance(given, str) else given
+    if not isinstance(texts, list) or not all(isinstance(text, str) and text.strip() for text in texts):
+        raise CampaignError([f"exclude: {shown(given)} is no condition, such as 'speed_ratio > 1.2'"])
+    return tuple(texts)
+
+
+def without_excluded(
+    cases: Sequence[Case], conditions: Sequence[str]
+) -> tuple[tuple[Case, ...], tuple[Excluded, ...]]:
+    """Return the cases that no condition excludes, and the others.
+
+    Raises
+    ------
+    CampaignError
+        When a condition cannot be read, or none of the cases is left.
+    """
+    if not conditions:
+        return tuple(cases), ()
+    values = [dict(flat(json.loads(case.scene.canonical()))) for case in cases]
+    bound = _bound(conditions, values)
+    derivation = Derivation()
+    kept, excluded = [], []
+    for case, known in zip(cases, values, strict=True):
+        asked: Any = _Values(case.scene, known, derivation)
+        met = next((text for text, tree in zip(conditions, bound, strict=True) if holds(tree, asked)), None)
+        if met is None:
+            kept.append(case)
+        else:
+            excluded.append(Excluded(case.label, case.position, met))
+    if not kept:
+        raise CampaignError([f"exclude: every one of {len(cases)} cases is excluded"])
+    return tuple(kept), tuple(excluded)
+
+
+def _bound(conditions: Sequence[str], values: Sequence[dict[str, Any]]) -> list[Any]:
+    texts = {name: isinstance(value, str) for known in values for name, value in known.items()}
+    vocabulary = Vocabulary([*KEYS, *(scene_key(name, text) for name, text in texts.items())])
+    bound = []
+    for number, text in enumerate(conditions):
+        try:
+            bound.append(read_condition(text, vocabulary))
+        except QueryError as error:
+            where = f"at character {error.position + 1} of {error.text!r}"
+            raise CampaignError([f"exclude[{number}]: {error.reason} ({where})"]) from None
+    return bound

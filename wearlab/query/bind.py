@@ -1,0 +1,187 @@
+"""Names become keys, quantities become SI: a condition is bound to what is known."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from typing import Any
+
+from wearlab.query import grammar
+from wearlab.query.errors import QueryError
+from wearlab.query.grammar import All, Compare, FirstCycle, Literal, Missing, Name, Not, Some
+from wearlab.units import KINDS, UnitError, convert, quantity
+
+PLAIN = ("", "1", "cycles")
+SHOWN = 12
+
+
+@dataclass(frozen=True)
+class Key:
+    """Something a condition may ask for.
+
+    Parameters
+    ----------
+    name : full dotted name
+    kind : number | text | date
+    unit : of its stored value, "" for plain numbers
+    quantity : key of `wearlab.units.KINDS` when it is a quantity of a scene
+    display_unit : what people read it in
+    is_path : whether a beginning of its words may be left out
+    history : whether it has a value at every wear state
+    """
+
+    name: str
+    kind: str = "number"
+    unit: str = ""
+    quantity: str | None = None
+    display_unit: str = ""
+    is_path: bool = False
+    history: bool = False
+
+
+class Vocabulary:
+    """All keys that may be asked for, found by their name or by its last words."""
+
+    def __init__(self, keys: Iterable[Key], aliases: dict[str, str] | None = None) -> None:
+        self.keys = {key.name: key for key in keys}
+        self.aliases = aliases or {}
+        self.ends: dict[str, list[str]] = {}
+        for key in self.keys.values():
+            words = key.name.split(".") if key.is_path else [key.name]
+            for start in range(1, len(words)):
+                self.ends.setdefault(".".join(words[start:]), []).append(key.name)
+
+    def find(self, name: Name, text: str) -> Key:
+        """Return the key that a name means.
+
+        Raises
+        ------
+        QueryError : no key is called so, or several are; the message lists them
+        """
+        wanted = name.text.removeprefix("scene.")
+        wanted = self.aliases.get(wanted, wanted)
+        if wanted in self.keys:
+            return self.keys[wanted]
+        candidates = self.ends.get(wanted, [])
+        if len(candidates) == 1:
+            return self.keys[candidates[0]]
+        if candidates:
+            raise QueryError(
+                f"{name.text!r} may mean {_listed(sorted(candidates), 'or')}: write more of it", text, name.at
+            )
+        near = get_close_matches(wanted, [*self.keys, *self.ends, *self.aliases], 3)
+        remedy = f"did you mean {_listed(near, 'or')}?" if near else "nothing here is called so"
+        raise QueryError(f"unknown name {name.text!r}; {remedy}", text, name.at)
+
+
+def _listed(words: list[str], joint: str) -> str:
+    quoted = [repr(word) for word in words[:SHOWN]] + (["…"] if len(words) > SHOWN else [])
+    return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} {joint} {quoted[-1]}"
+
+
+def read_condition(text: str, vocabulary: Vocabulary) -> Any:
+    """Return the tree of a condition with keys for names and SI values for quantities.
+
+    Raises
+    ------
+    QueryError : it cannot be read, a name is unknown, or a value does not fit
+    """
+    return _Binder(text, vocabulary).condition(grammar.parse(text))
+
+
+def read_column(text: str, vocabulary: Vocabulary) -> Any:
+    """Return the key, or the ``first_cycle(…)`` of a key, that a column shows."""
+    return _Binder(text, vocabulary).operand(grammar.parse_operand(text))
+
+
+@dataclass(frozen=True)
+class _Binder:
+    text: str
+    vocabulary: Vocabulary
+
+    def condition(self, tree: Any) -> Any:
+        match tree:
+            case All(conditions):
+                return All(tuple(self.condition(one) for one in conditions))
+            case Some(conditions):
+                return Some(tuple(self.condition(one) for one in conditions))
+            case Not(inner):
+                return Not(self.condition(inner))
+            case Missing(operand):
+                return Missing(self.operand(operand))
+            case Compare():
+                return self.comparison(tree)
+        raise AssertionError(tree)
+
+    def operand(self, operand: Any) -> Any:
+        if isinstance(operand, FirstCycle):
+            inner = self.comparison(operand.condition)
+            if not isinstance(inner.left, Key) or not isinstance(inner.right, Literal):
+                raise QueryError("first_cycle(…) compares a name with a value", self.text, operand.at)
+            if not inner.left.history:
+                known = sorted(key.name for key in self.vocabulary.keys.values() if key.history)
+                remedy = f"there are {_listed(known, 'and')}" if known else "no run has any"
+                raise QueryError(
+                    f"{inner.left.name!r} is not kept along a life; {remedy}", self.text, operand.at
+                )
+            return replace(operand, condition=inner)
+        return self.vocabulary.find(operand, self.text)
+
+    def comparison(self, tree: Compare) -> Compare:
+        left = self.operand(tree.left)
+        key = Key("cycle", history=False) if isinstance(left, FirstCycle) else left
+        if tree.sign == "contains" and key.kind == "number":
+            raise QueryError(f"{key.name!r} is a number and contains no text", self.text, tree.left.at)
+        return Compare(tree.sign, left, self.value(tree.right, key, tree.sign))
+
+    def value(self, given: Any, key: Key, sign: str) -> Any:
+        """Return what a key is compared with: a literal in its unit, or another key of the same unit."""
+        if isinstance(given, Name) and key.kind != "number":
+            return Literal(given.text, given.at)  # a word without quotes
+        if isinstance(given, Name | FirstCycle):
+            other = self.operand(given)
+            unit = "1" if isinstance(other, FirstCycle) else other.unit
+            if isinstance(other, Key) and other.kind == key.kind and _same(unit, key.unit):
+                return other
+            raise QueryError(f"{key.name!r} and this have different units", self.text, given.at)
+        if isinstance(given.value, str):
+            return self._text(given, key)
+        if key.kind != "number":
+            raise QueryError(f"{key.name!r} is a text: write the value in quotes", self.text, given.at)
+        return replace(
+            given, value=given.value if isinstance(given.value, bool) else self._number(given, key)
+        )
+
+    def _text(self, given: Literal, key: Key) -> Literal:
+        if key.kind == "number":
+            example = f", such as {_example(key)}" if key.unit not in PLAIN else ""
+            raise QueryError(f"{key.name!r} is a number{example}", self.text, given.at)
+        return given
+
+    def _number(self, given: Literal, key: Key) -> float:
+        number = float(given.value)
+        if given.unit in ("cycle", "cycles") and key.unit in PLAIN:
+            return number
+        if not given.unit:
+            if key.unit not in PLAIN and number != 0.0:
+                raise QueryError(f"{key.name!r} needs a unit, such as {_example(key)}", self.text, given.at)
+            return number
+        try:
+            if key.quantity:
+                return quantity(f"{number!r} {given.unit}", key.quantity)
+            return float(convert(number, given.unit, key.unit or "1"))
+        except UnitError as error:
+            raise QueryError(str(error), self.text, given.at) from None
+
+
+def _same(one: str, other: str) -> bool:
+    if one == other or {one, other} <= set(PLAIN):
+        return True
+    try:
+        return math.isclose(float(convert(1.0, one, other)), 1.0)
+    except UnitError:
+        return False
+
+
+def _example(key: Key) -> str:
+    return f"'{KINDS[key.quantity].example}'" if key.quantity else f"'1 {key.display_unit or key.unit}'"

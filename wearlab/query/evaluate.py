@@ -1,0 +1,56 @@
+"""A bound condition asked of one mapping of values, as SQL would answer: true, false, or unknown (None)."""
+
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from wearlab.query.bind import Key
+from wearlab.query.grammar import All, Compare, Literal, Missing, Not, Some
+
+SIGNS: dict[str, Callable[[Any, Any], bool]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "=": operator.eq,
+    "!=": operator.ne,
+    "contains": lambda one, other: str(other).lower() in str(one).lower(),
+}
+
+
+def holds(condition: Any, values: Mapping[str, Any]) -> bool | None:
+    """Return whether a condition holds; None when a value it depends on is missing.
+
+    Parameters
+    ----------
+    condition : as `wearlab.query.bind.read_condition` returns it
+    values : by full name, SI; looked up only when needed
+    """
+    match condition:
+        case All(conditions):
+            return _joined(conditions, values, False)
+        case Some(conditions):
+            return _joined(conditions, values, True)
+        case Not(inner):
+            found = holds(inner, values)
+            return None if found is None else not found
+        case Missing(operand):
+            return _value(operand, values) is None
+        case Compare(sign, left, right):
+            one, other = _value(left, values), _value(right, values)
+            return None if one is None or other is None else SIGNS[sign](one, other)
+    raise AssertionError(condition)
+
+
+def _joined(conditions: tuple[Any, ...], values: Mapping[str, Any], decisive: bool) -> bool | None:
+    unknown = False
+    for one in conditions:
+        found = holds(one, values)
+        if found is decisive:
+            return decisive
+        unknown = unknown or found is None
+    return None if unknown else not decisive
+
+
+def _value(operand: Key | Literal, values: Mapping[str, Any]) -> Any:
+    return operand.value if isinstance(operand, Literal) else values.get(operand.name)

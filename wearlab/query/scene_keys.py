@@ -1,0 +1,58 @@
+"""What a scene can be asked for: its values by dotted key, with the kind of quantity each is."""
+
+from collections.abc import Iterable, Iterator
+from typing import Any, get_args
+
+from wearlab.query.bind import Key
+from wearlab.scene.lookup import field_at
+from wearlab.scene.part import Unit
+from wearlab.units import KINDS, split
+
+
+def flat(scene: Any, above: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values of a canonical scene; entries of a list are numbered from 0."""
+    inner: Iterable[tuple[Any, Any]]
+    if isinstance(scene, dict):
+        inner = scene.items()
+    elif isinstance(scene, list):
+        inner = enumerate(scene)
+    else:
+        if scene is not None:
+            yield above, scene
+        return
+    for key, value in inner:
+        yield from flat(value, f"{above}.{key}" if above else str(key))
+
+
+def scene_key(name: str, text: bool) -> Key:
+    """Return the key of a scene's value.
+
+    Parameters
+    ----------
+    name : dotted
+    text : whether its value is a text
+    """
+    if text:
+        return Key(name, "text", is_path=True)
+    kind = quantity_at(name)
+    if kind is None:
+        return Key(name, is_path=True)
+    return Key(name, "number", KINDS[kind].unit, kind, split(KINDS[kind].example)[1], is_path=True)
+
+
+def quantity_at(name: str) -> str | None:
+    """Return the kind of quantity that a dotted key holds, None for plain values."""
+    field = field_at(tuple(word for word in name.split(".") if not word.isdigit()))
+    if field is None:
+        return None
+    unit = _unit(field.metadata) or _within(field.annotation)
+    return unit.kind if unit else None
+
+
+def _unit(metadata: Iterable[Any]) -> Unit | None:
+    return next((one for one in metadata if isinstance(one, Unit)), None)
+
+
+def _within(annotation: Any) -> Unit | None:
+    own = _unit(getattr(annotation, "__metadata__", ()))
+    return own or next((unit for inner in get_args(annotation) if (unit := _within(inner))), None)
