@@ -74,13 +74,9 @@ CASES = [
     ("store.variables", ["wear_dept"], "scene.store.variables: 'wear_dept' is no variable"),
 ]
 LATER = [
-    ("gears.kind", "planetary"),
-    ("gears.planets", 3),
     ("gears.helix_angle", "10 deg"),
     ("operation.power", "10 kW"),
     ("mesh.face_load_factor", 1.1),
-    ("mesh.stiffness.plane", "strain"),
-    ("mesh.stiffness.model", "finite-element"),
     ("mesh.contact", "exact"),
     ("mesh.contact.extended_contact", True),
     ("dynamics.model", "planetary"),

@@ -25,7 +25,6 @@ LATER_KEYS: dict[str, dict[str, str]] = {
         "sun_planet": PLANETARY,
         "planet_ring": PLANETARY,
     },
-    "mesh.stiffness": {"plane": "finite-element stiffness"},
     "mesh.contact": {"extended_contact": INTERNAL},
     "errors.pinion": {"planet_position": PLANETARY},
     "errors.gear": {"planet_position": PLANETARY},
@@ -44,7 +43,6 @@ LATER_KEYS: dict[str, dict[str, str]] = {
 
 LATER_CHOICES: dict[str, dict[str, str]] = {
     "gears.kind": {"internal-pair": INTERNAL, "planetary": PLANETARY},
-    "mesh.stiffness": {"finite-element": "finite-element stiffness"},
     "mesh.contact": {"exact": INTERNAL, "algorithm-1": INTERNAL},
     "dynamics": {"planetary": PLANETARY, "planetary-torsional": FRICTION},
     "wear.coefficient": {"calibrated": "calibrated coefficients"},

@@ -1,14 +1,17 @@
 """``[mesh.stiffness]``: how stiff one tooth pair, or the mesh, is."""
 
+from importlib.util import find_spec
 from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, ValidationInfo, model_validator
 from pydantic.json_schema import SkipJsonSchema
+from pydantic_core import PydanticCustomError
 
 from wearlab.scene.part import POSITIVE, Number, Part, SpringRate, named, option
 from wearlab.scene.tables import read_stiffness
 
 Of = Literal["pair", "mesh"]
+LIBRARY_MISSING = "'finite-element' needs scikit-fem, which is not installed: pip install wearlab[fem]"
 OF = "whose stiffness it is: one pair's, or the whole mesh's"
 
 
@@ -38,6 +41,31 @@ class PotentialEnergyStiffness(Part):
     scale: Annotated[Number, POSITIVE] = option(
         1.0, "factor on the stiffness; anything but 1 is flagged as tuned"
     )
+
+
+class FiniteElementStiffness(Part):
+    """Plane finite elements of both gears, their bodies included, and the Hertz contact in series."""
+
+    model: Literal["finite-element"] = option(
+        "finite-element", "plane finite elements; needs wearlab[fem]", source="wearlab"
+    )
+    plane: Literal["strain", "stress"] = option("strain", "plane strain, or plane stress for narrow faces")
+    hertz: Literal["weber", "yang-sun"] = option(
+        "weber",
+        "contact stiffness: load-dependent, which completes the elements exactly, or constant",
+        source="Weber & Banaschek 1953",
+    )
+    scale: Annotated[Number, POSITIVE] = option(
+        1.0, "factor on the stiffness; anything but 1 is flagged as tuned"
+    )
+
+    @model_validator(mode="after")
+    def _library(self, info: ValidationInfo) -> "FiniteElementStiffness":
+        """Refuse a campaign file early; a stored run can still be read where the library is missing."""
+        from_file = (info.context or {}).get("base_directory") is not None
+        if from_file and find_spec("skfem") is None:
+            raise PydanticCustomError("library", LIBRARY_MISSING)
+        return self
 
 
 class ConstantStiffness(Part):
@@ -90,7 +118,8 @@ class TabulatedStiffness(Part):
 
 Stiffness = Annotated[
     Annotated[
-        PotentialEnergyStiffness | ConstantStiffness | TabulatedStiffness, Field(discriminator="model")
+        PotentialEnergyStiffness | FiniteElementStiffness | ConstantStiffness | TabulatedStiffness,
+        Field(discriminator="model"),
     ],
     *named("potential-energy"),
 ]

@@ -18,6 +18,7 @@ from wearlab.mesh.profile import ProfileGrid, profile_grid
 from wearlab.mesh.stiffness import GivenStiffness, PairStiffness, PotentialEnergy, WeberContact
 from wearlab.mesh.tooth import tooth_flexibility
 from wearlab.scene import Scene
+from wearlab.scene.build.finite_element import finite_element
 from wearlab.scene.build.gears import kinks, modifications
 
 Array = NDArray[np.float64]
@@ -37,6 +38,8 @@ def build_analysis(scene: Scene, pair: GearPair) -> ContactAnalysis:
     stiffness: PairStiffness
     if given is not None:
         stiffness = GivenStiffness(given, asked.of, grid)
+    elif asked.model == "finite-element":
+        stiffness = finite_element(asked, pair, grid, _hertz(asked, pair, grid))
     else:
         stiffness = _potential_energy(asked, pair, grid)
     contact = scene.mesh.contact

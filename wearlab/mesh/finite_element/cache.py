@@ -1,0 +1,78 @@
+"""A gear's compliance is computed once: kept in the process, and on disk beside the compiled code."""
+
+import hashlib
+import os
+import tempfile
+from dataclasses import replace
+from functools import cache, lru_cache
+from pathlib import Path
+
+import numba
+import numpy as np
+
+from wearlab import gears
+from wearlab.gears.gear import Gear
+from wearlab.mesh.finite_element.gear_compliance import GearCompliance, solve_gear
+from wearlab.mesh.finite_element.options import Options
+
+KEPT_IN_PROCESS = 64
+
+
+def gear_compliance(gear: Gear, options: Options) -> GearCompliance:
+    """Return the compliance of an unworn gear, from memory or disk when the same shape was solved before.
+
+    Parameters
+    ----------
+    gear : the gear; its name, face width, mass, inertia and modifications do not matter
+    options : of mesh and load
+    """
+    shape = replace(gear, name="", face_width=1.0, mass=0.0, inertia=0.0, assumed=(), modification=None)
+    return _remembered(shape, options)
+
+
+@lru_cache(KEPT_IN_PROCESS)
+def _remembered(shape: Gear, options: Options) -> GearCompliance:
+    file = _folder() / f"{_key(shape, options)}.npz"
+    found = _read(file)
+    if found is None:
+        found = solve_gear(shape, options)
+        _write(file, found)
+    return found
+
+
+def _folder() -> Path:
+    """Return the folder of this build's results: it goes when the build's compiled code goes."""
+    return Path(numba.config.CACHE_DIR) / "finite-element"  # type: ignore[attr-defined]
+
+
+def _key(shape: Gear, options: Options) -> str:
+    return hashlib.sha256(f"{_sources()} {shape!r} {options!r}".encode()).hexdigest()[:32]
+
+
+@cache
+def _sources() -> str:
+    """Return the hash of what decides the numbers: this room and the shapes of gears."""
+    folders = (Path(__file__).parent, Path(gears.__file__).parent)
+    digest = hashlib.sha256()
+    for file in (file for folder in folders for file in sorted(folder.glob("*.py"))):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def _read(file: Path) -> GearCompliance | None:
+    try:
+        with np.load(file) as stored:
+            return GearCompliance(stored["parameter"], stored["own"], stored["across"])
+    except (OSError, ValueError, KeyError, EOFError):
+        return None  # not there, or not whole: compute it
+
+
+def _write(file: Path, found: GearCompliance) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=file.parent, suffix=".part")
+        with os.fdopen(handle, "wb") as stream:
+            np.savez(stream, parameter=found.parameter, own=found.own, across=found.across)
+        os.replace(temporary, file)
+    except OSError:
+        pass  # an unwritable folder: computed again next time

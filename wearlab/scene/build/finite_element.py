@@ -1,0 +1,16 @@
+"""``[mesh.stiffness] model = "finite-element"`` → the stiffness of a pair from finite elements."""
+
+from typing import Any
+
+from wearlab.gears.pair import GearPair
+from wearlab.mesh.finite_element import FiniteElement, Options, pair_compliance
+from wearlab.mesh.profile import ProfileGrid
+from wearlab.mesh.stiffness import WeberContact
+
+
+def finite_element(
+    asked: Any, pair: GearPair, grid: ProfileGrid, hertz: float | WeberContact
+) -> FiniteElement:
+    """Return the stiffness of a pair at the nodes of its path, from the elements of both gears."""
+    own, shared = pair_compliance(pair, grid.position, grid.n_pairs, Options(plane=asked.plane))
+    return FiniteElement(own, shared, hertz, asked.scale)
