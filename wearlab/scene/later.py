@@ -7,11 +7,7 @@ LATER_KEYS: dict[str, dict[str, str]] = {
     "": {
         "start": "continuing another run",
     },
-    "gears": {"planets": PLANETARY, "planet_angles": PLANETARY, "helix_angle": "helical gears"}
-    | dict.fromkeys(("sun", "planet", "carrier"), PLANETARY)
-    | {"ring": INTERNAL},
-    "gears.pinion": {"eccentricity": PLANETARY, "rim_diameter": INTERNAL},
-    "gears.gear": {"eccentricity": PLANETARY, "rim_diameter": INTERNAL},
+    "gears": {"helix_angle": "helical gears"},
     "operation": {
         "power": FRICTION,
         "fixed": PLANETARY,
@@ -42,7 +38,6 @@ LATER_KEYS: dict[str, dict[str, str]] = {
 }
 
 LATER_CHOICES: dict[str, dict[str, str]] = {
-    "gears.kind": {"internal-pair": INTERNAL, "planetary": PLANETARY},
     "mesh.contact": {"exact": INTERNAL, "algorithm-1": INTERNAL},
     "dynamics": {"planetary": PLANETARY, "planetary-torsional": FRICTION},
     "wear.coefficient": {"calibrated": "calibrated coefficients"},

@@ -7,7 +7,7 @@ from wearlab.scene.scene import Scene
 def _parts(scene: Scene) -> dict[str, str | None]:
     """Return every part by its word; with what is chosen of it, None when it is left out."""
     mesh, wear, dynamics, errors = scene.mesh, scene.wear, scene.dynamics, scene.errors
-    gears = [scene.gears.pinion, scene.gears.gear]
+    gears = list(scene.gears.gears().values())
     oil = scene.lubricant is not None and all(g.roughness_ra is not None for g in gears)
     modified = any(g.tip_relief or g.root_relief or g.profile_crowning or g.profile_slope for g in gears)
     coefficients = (

@@ -120,8 +120,8 @@ def _oil(scene: "Scene") -> Problems:
         return
     if scene.lubricant is None:
         yield "lubricant", f"{' and '.join(needs)} in wear.coefficient needs [lubricant]"
-    for member in MEMBERS:
-        if getattr(scene.gears, member).roughness_ra is None:
+    for member, gear in scene.gears.gears().items():
+        if gear.roughness_ra is None:
             yield (
                 f"gears.{member}.roughness_ra",
                 f"{' and '.join(needs)} in wear.coefficient needs both roughnesses, such as '0.3 um'",

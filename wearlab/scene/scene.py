@@ -10,7 +10,7 @@ from pydantic import PrivateAttr, ValidationError, model_validator
 
 from wearlab.scene.dynamics import Dynamics
 from wearlab.scene.errors import Errors
-from wearlab.scene.gears import ExternalPair
+from wearlab.scene.gears import Gears
 from wearlab.scene.identity import canonical, identity, stored
 from wearlab.scene.lubricant import Lubricant
 from wearlab.scene.merge import DropError, merge, nested, without
@@ -31,7 +31,7 @@ class Scene(Part):
     Two scenes are equal when they have the same canonical form.
     """
 
-    gears: ExternalPair = option(..., "shape of the gears")
+    gears: Gears = option(..., "shape of the gears")
     operation: Operation = option(..., "how they are driven")
     mesh: Mesh = option(Mesh(), "contact, stiffness, excitation and damping")
     errors: Errors | None = option(None, "prescribed errors", derived="none")

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.gears.external import external_pair
+from wearlab.gears.internal import internal_pair
 from wearlab.gears.materials import Material
 from wearlab.gears.modification import Relief
 from wearlab.gears.pair import GearPair
@@ -21,10 +22,12 @@ GIVEN = (
     "addendum_coefficient",
     "dedendum_coefficient",
     "tip_alteration_coefficient",
+    "tip_alteration",
     "tip_diameter",
     "root_diameter",
     "fillet_radius_coefficient",
     "root_profile",
+    "rim_diameter",
     "bore_diameter",
     "face_width",
     "mass",
@@ -36,17 +39,22 @@ GIVEN = (
 
 def build_pair(scene: Scene) -> GearPair:
     """Return the pair of ``[gears]``, driven by ``operation.input``."""
-    gears = scene.gears
-    return external_pair(
-        specification("pinion", gears.pinion),
-        specification("gear", gears.gear),
-        module=gears.module,
-        pressure_angle=gears.pressure_angle,
-        face_width=gears.face_width,
-        material=material(gears.material),
-        centre_distance=gears.centre_distance,
-        driving=scene.operation.input,
-    )
+    gears: Any = scene.gears
+    specs = [specification(name, member) for name, member in gears.gears().items()]
+    driving = scene.operation.input
+    common: dict[str, Any] = {
+        "module": gears.module,
+        "pressure_angle": gears.pressure_angle,
+        "face_width": gears.face_width,
+        "material": material(gears.material),
+        "centre_distance": gears.centre_distance,
+    }
+    match gears.kind:
+        case "external-pair":
+            return external_pair(*specs, **common, driving=driving)
+        case "internal-pair":
+            return internal_pair(*specs, **common, driving="ring" if driving == "ring" else "pinion")
+    raise TypeError(f"a {gears.kind} set is no pair")
 
 
 def specification(name: str, member: Any) -> GearSpec:
@@ -56,7 +64,7 @@ def specification(name: str, member: Any) -> GearSpec:
         material=None if member.material is None else material(member.material),
         tip_relief=relief(member.tip_relief),
         root_relief=relief(member.root_relief),
-        **{key: getattr(member, key) for key in GIVEN if getattr(member, key) is not None},
+        **{key: getattr(member, key) for key in GIVEN if getattr(member, key, None) is not None},
     )
 
 
