@@ -1,5 +1,6 @@
 """Natural frequencies, modes, and the speeds at which the mesh excites them."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +10,9 @@ from scipy.linalg import eigh
 from wearlab.dynamics.system import System
 
 Array = NDArray[np.float64]
+MeshStiffness = Mapping[str, float] | Array | float
+RIGID = 1e-6
+"""Frequency over the highest one below which a mode is a rigid-body mode."""
 
 
 class Modes(NamedTuple):
@@ -31,25 +35,90 @@ class Modes(NamedTuple):
         return np.asarray((self.participation > threshold).any(axis=1))
 
 
-def modes(system: System, mesh_stiffness: Array | float) -> Modes:
+def per_mesh(system: System, mesh_stiffness: MeshStiffness) -> Array:
+    """Return the stiffness of every mesh, (n_mesh,) [N/m].
+
+    Parameters
+    ----------
+    system : the one form; a mapping needs its ``meshes`` named
+    mesh_stiffness : one value, (n_mesh,) values, or by kind: ``{"sun_planet": …, "planet_ring": …}`` [N/m]
+    """
+    if not isinstance(mesh_stiffness, Mapping):
+        return np.broadcast_to(np.asarray(mesh_stiffness, float), (len(system.direction),))
+    kinds = [name.rpartition("-")[0].replace("-", "_") for name in system.meshes]
+    if not kinds or set(kinds) != set(mesh_stiffness):
+        wanted = ", ".join(dict.fromkeys(kinds)) or "one value, this system's mesh has no kind"
+        raise ValueError(
+            f"mesh_stiffness names {', '.join(mesh_stiffness)}; the system's meshes are: {wanted}"
+        )
+    return np.array([float(mesh_stiffness[kind]) for kind in kinds])
+
+
+def natural_frequencies(system: System, mesh_stiffness: MeshStiffness) -> Array:
+    """Return the undamped natural frequencies, ascending, 0 for rigid-body modes, (n,) [Hz].
+
+    ``(λ² M + λ ω_c G + K − ω_c² K_ω + Σ k_i d_i d_iᵀ) φ = 0``, λ = 2πi f: gyroscopic terms count where the
+    system has them.
+
+    Parameters
+    ----------
+    system : the one form; damping is left out
+    mesh_stiffness : mean stiffness of the meshes, see `per_mesh` [N/m]
+
+    Raises
+    ------
+    ValueError
+        When the stiffness is indefinite and the motion diverges.
+    """
+    d, k = system.direction, per_mesh(system, mesh_stiffness)
+    stiffness = system.total_stiffness + d.T @ (k[:, None] * d)
+    if system.gyroscopic is None:
+        return modes(system, mesh_stiffness).frequency
+    square, shapes = eigh(stiffness, system.mass)
+    spin = shapes.T @ (system.rotation * system.gyroscopic) @ shapes
+    rigid = np.abs(square) <= RIGID**2 * np.abs(square).max()
+    free = ~rigid
+    # The momentum of a free rotation is conserved: its speed follows from the positions of the other modes,
+    # and what it returns to them acts as a spring.
+    spring = np.diag(square[free]) + spin[np.ix_(rigid, free)].T @ spin[np.ix_(rigid, free)]
+    n = len(spring)
+    roots = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-spring, -spin[np.ix_(free, free)]]]))
+    if roots.real.max() > RIGID * np.abs(roots).max():
+        raise ValueError(_diverges(roots.real.max()))
+    frequency = np.sort(np.abs(roots.imag))[::2] / (2.0 * np.pi)
+    return np.concatenate([np.zeros(int(rigid.sum())), frequency])
+
+
+def _diverges(rate: float) -> str:
+    return (
+        f"K − ω_c² K_ω with these mesh stiffnesses is indefinite: a motion grows at {rate:.3g} 1/s; give the "
+        "members stiffer supports or the carrier a lower speed"
+    )
+
+
+def modes(system: System, mesh_stiffness: MeshStiffness) -> Modes:
     """Solve ``(K − ω_c² K_ω + Σ k_i d_i d_iᵀ) φ = ω² M φ``.
 
     Parameters
     ----------
     system : the one form; damping and gyroscopic terms are left out
-    mesh_stiffness : mean stiffness of each mesh, (n_mesh,) or one value [N/m]
+    mesh_stiffness : mean stiffness of the meshes, see `per_mesh` [N/m]
 
-    Returns
-    -------
-    Modes
+    Raises
+    ------
+    ValueError
+        When the stiffness is indefinite.
     """
-    d = system.direction
-    k = np.broadcast_to(np.asarray(mesh_stiffness, float), (len(d),))
+    d, k = system.direction, per_mesh(system, mesh_stiffness)
     stiffness = system.total_stiffness + d.T @ (k[:, None] * d)
     square, vectors = eigh(stiffness, system.mass)
     mobility = np.einsum("mi,ij,mj->m", d, np.linalg.inv(system.mass), d)
     participation = (vectors.T @ d.T) ** 2 / mobility
-    return Modes(np.sqrt(np.maximum(square, 0.0)) / (2.0 * np.pi), vectors.T.copy(), participation)
+    rigid = np.abs(square) <= RIGID**2 * np.abs(square).max()
+    if square[~rigid].min(initial=0.0) < 0.0:
+        raise ValueError(_diverges(float(np.sqrt(-square.min()))))
+    frequency = np.sqrt(np.where(rigid, 0.0, square)) / (2.0 * np.pi)
+    return Modes(frequency, vectors.T.copy(), participation)
 
 
 def critical_speeds(frequency: Array, teeth: int, orders: int = 1) -> Array:

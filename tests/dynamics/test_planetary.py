@@ -1,0 +1,202 @@
+"""The planetary model with translations: published modes, a free Lagrangian, and what may not float."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from wearlab.dynamics.mode_kinds import mode_kinds
+from wearlab.dynamics.modes import modes, natural_frequencies
+from wearlab.dynamics.planetary import assemble, balanced_torques
+from wearlab.dynamics.system import System
+
+ALPHA = np.deg2rad(24.6)
+RADIUS = {"sun": 38.71e-3, "ring": 137.515e-3, "planet": 50.175e-3}
+PIN = 88.4e-3
+EQUIVALENT = {"sun": 0.39, "ring": 3.0, "carrier": 6.29, "planet": 0.61}
+"""I/r² of Lin & Parker (1999), Table 1 [kg]."""
+MESH = {"sun_planet": 5e8, "planet_ring": 5e8}
+
+
+def lin_parker(angles: Any = 3, **changes: Any) -> System:
+    if isinstance(angles, int):
+        angles = 2 * np.pi * np.arange(angles) / angles
+    radius = RADIUS | {"carrier": PIN}
+    given: dict[str, Any] = {
+        "mass": {"sun": 0.4, "ring": 2.35, "carrier": 5.43, "planet": 0.66},
+        "inertia": {member: value * radius[member] ** 2 for member, value in EQUIVALENT.items()},
+        "base_radius": RADIUS,
+        "pin_circle_radius": PIN,
+        "pressure_angle": {"sun_planet": ALPHA, "planet_ring": ALPHA},
+        "planet_angles": angles,
+        "radial_stiffness": dict.fromkeys(("sun", "ring", "carrier", "planet"), 1e8),
+        "tangential_stiffness": {"ring": 1e9},
+    }
+    return assemble(**(given | changes))
+
+
+PUBLISHED = {
+    3: {
+        "rotational": [1475.7, 1930.3, 2658.3, 7462.8, 11775.3],
+        "translational": [743.2, 1102.4, 1896.0, 2276.4, 6986.3, 9647.9],
+    },
+    4: {
+        "translational": [727.0, 1091.0, 1892.8, 2342.5, 7189.9, 10437.6],
+        "planet": [1808.2, 5963.8, 6981.7],
+    },
+}
+"""Lin & Parker (1999), Table 2 [Hz]."""
+
+
+@pytest.mark.parametrize("planets", PUBLISHED)
+def test_published_natural_frequencies_and_kinds(planets: int) -> None:
+    system = lin_parker(planets)
+    found = modes(system, MESH)
+    kinds = np.array(mode_kinds(system, found))
+    for kind, frequencies in PUBLISHED[planets].items():
+        ours = found.frequency[kinds == kind]
+        ours = ours[::2] if kind == "translational" else ours
+        np.testing.assert_allclose(ours, frequencies, rtol=4e-4, err_msg=kind)
+    assert (kinds == "rigid-body").sum() == 1 and found.frequency[0] == 0.0
+    np.testing.assert_allclose(natural_frequencies(system, MESH), found.frequency)
+
+
+@pytest.mark.parametrize("planets", [3, 4, 5, 6])
+def test_kinds_count_as_the_symmetry_says(planets: int) -> None:
+    system = lin_parker(planets)
+    kinds = mode_kinds(system, modes(system, MESH))
+    assert (kinds.count("rotational"), kinds.count("translational")) == (5, 12)
+    assert kinds.count("planet") == 3 * (planets - 3)
+
+
+def test_kinds_do_not_depend_on_the_basis_of_equal_modes() -> None:
+    system = lin_parker(5)
+    found = modes(system, MESH)
+    shape, frequency = found.shape.copy(), found.frequency.copy()
+    kinds = mode_kinds(system, found)
+    one, two = kinds.index("rotational"), kinds.index("translational")
+    frequency[one] = frequency[two]  # an accidental degeneracy, and its shapes mixed
+    order = np.argsort(frequency, kind="stable")
+    mixed = (shape[one] + shape[two]) / np.sqrt(2), (shape[one] - shape[two]) / np.sqrt(2)
+    shape[one], shape[two] = mixed
+    again = mode_kinds(system, found._replace(frequency=frequency[order], shape=shape[order]))
+    assert sorted(again) == sorted(kinds)
+
+
+def test_unequal_spacing_mixes_modes() -> None:
+    system = lin_parker(np.deg2rad([0.0, 100.0, 215.0]))
+    assert "mixed" in mode_kinds(system, modes(system, MESH))
+
+
+def test_stiffness_by_kind_value_and_array_are_the_same() -> None:
+    system = lin_parker(3)
+    each = np.repeat([4e8, 6e8], 3)
+    np.testing.assert_array_equal(
+        natural_frequencies(system, {"sun_planet": 4e8, "planet_ring": 6e8}),
+        natural_frequencies(system, each),
+    )
+    with pytest.raises(ValueError, match="sun_planet, planet_ring"):
+        natural_frequencies(system, {"sun": 1e8})
+
+
+def inertial_accelerations(system: System, angles: np.ndarray, omega: float, masses: np.ndarray) -> Any:
+    """Newton's law in the inertial frame; forces act along the turning axes of the carrier frame."""
+    members = len(masses)
+    home = np.zeros((members, 2))
+    home[3:] = PIN * np.stack([np.cos(angles), np.sin(angles)], 1)
+    inertia = system.mass.diagonal()[2::3]
+    d = system.direction
+    stiffness = system.stiffness + 5e8 * d.T @ d
+
+    def rate(time: float, y: np.ndarray) -> np.ndarray:
+        c, s = np.cos(omega * time), np.sin(omega * time)
+        turn = np.array([[c, -s], [s, c]])
+        position, u = y[: 2 * members].reshape(-1, 2), y[2 * members : 3 * members]
+        q = np.zeros(3 * members)
+        in_frame = position @ turn - home
+        q[0::3], q[1::3], q[2::3] = in_frame[:, 0], in_frame[:, 1], u
+        force = -stiffness @ q
+        # The pin, carried along its circle, holds the planet against the centrifugal force as it turns on.
+        force[8] -= 0.66 * len(angles) * omega**2 / (1 - 0.66 * omega**2 / 1e8) * q[8]
+        planar = np.stack([force[0::3], force[1::3]], 1) @ turn.T
+        return np.r_[y[3 * members :], (planar / masses[:, None]).ravel(), force[2::3] / inertia]
+
+    return home, rate
+
+
+def test_gyroscopic_and_centripetal_terms_are_those_of_an_inertial_frame() -> None:
+    omega, angles = 300.0, 2 * np.pi * np.arange(3) / 3
+    system = lin_parker(3, carrier_speed=omega, torque={"sun": 0.0})
+    masses = system.mass.diagonal()[0::3]
+    home, rate = inertial_accelerations(system, angles, omega, masses)
+    rng = np.random.default_rng(2)
+    q, v = 1e-5 * rng.normal(size=18), 0.05 * rng.normal(size=18)
+    position = home + np.stack([q[0::3], q[1::3]], 1)
+    velocity = np.stack([v[0::3], v[1::3]], 1) + omega * np.stack([-position[:, 1], position[:, 0]], 1)
+    start = np.r_[position.ravel(), q[2::3], velocity.ravel(), v[2::3]]
+    end = 4e-3
+    options: dict[str, Any] = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-15}
+    inertial = solve_ivp(rate, (0.0, end), start, **options).y[:, -1]
+    d = system.direction
+    stiffness = system.total_stiffness + 5e8 * d.T @ d
+
+    def in_carrier_frame(_: float, y: np.ndarray) -> np.ndarray:
+        force = system.load - stiffness @ y[:18] - system.total_damping @ y[18:]
+        return np.r_[y[18:], force / system.mass.diagonal()]
+
+    ours = solve_ivp(in_carrier_frame, (0.0, end), np.r_[q, v], **options).y[:18, -1]
+    c, s = np.cos(omega * end), np.sin(omega * end)
+    found = inertial[:12].reshape(-1, 2) @ np.array([[c, -s], [s, c]]) - home
+    np.testing.assert_allclose(found, np.stack([ours[0::3], ours[1::3]], 1), atol=1e-10)
+    np.testing.assert_allclose(inertial[12:18], ours[2::3], atol=1e-10)
+
+
+def test_gyroscopic_forces_do_no_work() -> None:
+    gyroscopic = lin_parker(4, carrier_speed=100.0).gyroscopic
+    assert gyroscopic is not None and gyroscopic.any()
+    np.testing.assert_array_equal(gyroscopic, -gyroscopic.T)
+
+
+def test_a_turning_carrier_splits_translational_pairs_only() -> None:
+    still, turning = lin_parker(3), lin_parker(3, carrier_speed=100.0)
+    kinds = np.array(mode_kinds(still, modes(still, MESH)))
+    slow, fast = natural_frequencies(still, MESH), natural_frequencies(turning, MESH)
+    shift = np.abs(fast - slow)
+    assert fast[0] == 0.0
+    assert shift[kinds == "translational"].max() > 5.0 and shift[kinds == "rotational"].max() < 1.0
+
+
+def test_balanced_torques_do_no_work_on_the_free_rotation() -> None:
+    torque = balanced_torques(90.0, RADIUS, PIN, {"sun_planet": ALPHA, "planet_ring": 0.3})
+    system = lin_parker(
+        3, pressure_angle={"sun_planet": ALPHA, "planet_ring": 0.3}, torque=torque, tangential_stiffness={}
+    )
+    assert system.load.any()
+    with pytest.raises(ValueError, match="not in balance"):
+        lin_parker(3, torque={"sun": 90.0})
+
+
+def test_what_floats_is_refused_with_its_name() -> None:
+    with pytest.raises(ValueError, match=r"carrier, ring, sun float"):
+        lin_parker(3, radial_stiffness={"planet": 1e8})
+    with pytest.raises(ValueError, match=r"planet-1.*float"):
+        lin_parker([0.0], radial_stiffness={"sun": 1e8, "ring": 1e8, "carrier": 1e8})
+    with pytest.raises(ValueError, match=r"indefinite.*planet"):
+        lin_parker(3, carrier_speed=5e4)
+    with pytest.raises(ValueError, match=r"indefinite.*carrier"):
+        lin_parker(3, carrier_speed=6e3)
+    with pytest.raises(ValueError, match=r"unknown member 'planets'"):
+        lin_parker(3, radial_stiffness={"planets": 1e8})
+    lin_parker(3, radial_stiffness={"carrier": 1e8, "ring": 1e8, "planet": 1e8})  # a floating sun is usual
+
+
+def test_one_planet_on_rigid_bearings_is_a_pair() -> None:
+    """Everything held but the rotations: two meshes in series on one planet, as three free discs."""
+    stiff = dict.fromkeys(("sun", "ring", "carrier", "planet"), 1e16)
+    system = lin_parker([0.7], radial_stiffness=stiff, tangential_stiffness={"ring": 1e16, "carrier": 1e16})
+    frequency = natural_frequencies(system, {"sun_planet": 3e8, "planet_ring": 5e8})[:2]
+    mass = np.diag([0.39, 0.61])
+    stiffness = np.array([[3e8, 3e8], [3e8, 8e8]])
+    expected = np.sqrt(np.linalg.eigvals(np.linalg.inv(mass) @ stiffness)) / (2 * np.pi)
+    np.testing.assert_allclose(frequency, np.sort(expected), rtol=1e-6)

@@ -1,0 +1,208 @@
+"""Builder of the planetary model with translations and rotations, 3(N + 3) degrees of freedom (W23)."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from wearlab.dynamics.planetary_mesh import CENTRAL, U, bearing_vectors, coordinates, mesh_vectors
+from wearlab.dynamics.rigid import require_held
+from wearlab.dynamics.system import Array, System
+
+MEMBERS = (*CENTRAL, "planet")
+MESHES = ("sun_planet", "planet_ring")
+
+
+def assemble(
+    *,
+    mass: Mapping[str, float],
+    inertia: Mapping[str, float],
+    base_radius: Mapping[str, float],
+    pin_circle_radius: float,
+    pressure_angle: Mapping[str, float],
+    planet_angles: Sequence[float] | Array,
+    radial_stiffness: Mapping[str, float],
+    tangential_stiffness: Mapping[str, float],
+    carrier_speed: float = 0.0,
+    torque: Mapping[str, float] | None = None,
+    radial_damping: Mapping[str, float] | None = None,
+    tangential_damping: Mapping[str, float] | None = None,
+    mesh_damping: Mapping[str, float] | None = None,
+    damping_always: bool = False,
+    backlash: Mapping[str, float] | None = None,
+    friction: bool = False,
+    balanced: str | None = None,
+    centrifugal_load: bool = True,
+) -> System:
+    """Build W23's model in the carrier frame, Eqs. 7–14 with the misprints mended.
+
+    ``M q̈ + (C + ω_c G) q̇ + (K − ω_c² K_ω) q + Σ d_i W_i = F`` with q = (x, y, u) of sun, ring, carrier
+    and planets 1…N, u = r_b θ (carrier: r_c θ), inertias I/r². Meshes are ordered sun–planet 1…N,
+    planet–ring 1…N. The sun's positive torque loads the drive flanks.
+
+    Parameters
+    ----------
+    mass, inertia : of ``sun``, ``ring``, ``carrier``, ``planet`` [kg], [kg m²]
+    base_radius : of ``sun``, ``ring``, ``planet`` [m]
+    pin_circle_radius : r_c, the carrier's radius to the planets' centres [m]
+    pressure_angle : operating, of ``sun_planet`` and ``planet_ring`` [rad]
+    planet_angles : (N,) ψ_n [rad]
+    radial_stiffness : supports k_x = k_y of every member; the planet's is its bearing on the pin; missing: 0
+        [N/m]
+    tangential_stiffness : torsional supports k_u at the base radius, the carrier's at the pin circle;
+        missing: 0 [N/m]
+    carrier_speed : ω_c, of the gyroscopic and centripetal terms [rad/s]
+    torque : on ``sun``, ``ring``, ``carrier``, positive as their angles [N m]; see `balanced_torques`
+    radial_damping, tangential_damping : of the same supports [N s/m]; see `support_damping`
+    mesh_damping : c of ``sun_planet`` and ``planet_ring`` [N s/m]; see `effective_masses`
+    damping_always : the mesh damping acts in separation too
+    backlash : j_bn of ``sun_planet`` and ``planet_ring`` [m]; None: no back flanks
+    friction : the meshes get friction vectors (the tables then carry ``sliding`` and ``position``)
+    balanced : the member whose torque is solved for, so that a set free to turn keeps its speed; None: the
+        torques given must be in balance
+    centrifugal_load : the planets pull at their bearings with m_p ω_c² r_c (the papers leave it out)
+
+    Returns
+    -------
+    System
+
+    Raises
+    ------
+    ValueError
+        When something floats in a plane or would accelerate, or a key is unknown.
+
+    Notes
+    -----
+    A carrier that turns by u_c carries its planets along a circle, on which the centrifugal force does no
+    work. The preload P of the pins that holds them there adds P/r_c a planet to the stiffness of u_c, with
+    ``P/r_c = m_p ω_c²/(1 − m_p ω_c²/k_p)`` (a negative entry of K_ω): a rigid rotation stays neutral at any
+    speed. W23 and Lin & Parker leave this term out: without it ``K − ω_c² K_ω`` of an ungrounded carrier is
+    indefinite; beside a grounded one it is nothing.
+
+    References
+    ----------
+    W23 Eqs. 1–14; J. Lin, R. G. Parker, J. Vib. Acoust. 121 (1999) 316, Eqs. 1–9.
+    """
+    for given in (mass, inertia, base_radius, radial_stiffness, tangential_stiffness):
+        _known(given, MEMBERS)
+    for optional in (torque, radial_damping, tangential_damping):
+        _known(optional or {}, MEMBERS)
+    angles = np.asarray(planet_angles, float)
+    alpha = {mesh: float(pressure_angle[mesh]) for mesh in MESHES}
+    planets, names = len(angles), coordinates(len(angles))
+    vectors = mesh_vectors(angles, alpha["sun_planet"], alpha["planet_ring"], dict(base_radius))
+    pins = bearing_vectors(angles)
+    radius = _radii(base_radius, pin_circle_radius)
+
+    def per_mesh(given: Mapping[str, float]) -> Array:
+        return np.repeat([float(given.get(mesh, 0.0)) for mesh in MESHES], planets)
+
+    def supports(radial: Mapping[str, float], tangential: Mapping[str, float]) -> Array:
+        held = [(radial.get(m, 0.0), radial.get(m, 0.0), tangential.get(m, 0.0)) for m in CENTRAL]
+        spin = (0.0, 0.0, tangential.get("planet", 0.0))
+        own = np.diag(np.array([*held, *[spin] * planets], float).ravel())
+        return own + radial.get("planet", 0.0) * pins.T @ pins
+
+    members = (*CENTRAL, *["planet"] * planets)
+    inertial = [(mass[m], mass[m], inertia[m] / radius[m] ** 2) for m in members]
+    stretched = mass["planet"] * (1.0 + _stretch(mass["planet"], radial_stiffness, carrier_speed))
+    spin, swing = _rotation(mass, members, planets * stretched)
+    load = np.zeros(len(names))
+    for member, value in (torque or {}).items():
+        load[names.index(f"{member}.u")] += value / radius[member]
+    if centrifugal_load:
+        pull = mass["planet"] * carrier_speed**2 * pin_circle_radius
+        for planet, angle in enumerate(angles):
+            at = 3 * (planet + 3)
+            load[at : at + 2] += pull * np.array([np.cos(angle), np.sin(angle)])
+    turning = carrier_speed != 0.0
+    system = System(
+        coordinates=names,
+        mass=np.diag(np.array(inertial, float).ravel()),
+        damping=supports(radial_damping or {}, tangential_damping or {}),
+        stiffness=supports(radial_stiffness, tangential_stiffness),
+        direction=vectors.direction,
+        load=load,
+        mesh_damping=per_mesh(mesh_damping or {}),
+        damping_always=damping_always,
+        mesh_mass=per_mesh(effective_masses(inertia, base_radius)),
+        backlash=None if backlash is None else per_mesh(backlash),
+        gyroscopic=spin if turning else None,
+        centripetal=swing if turning else None,
+        rotation=float(carrier_speed),
+        meshes=vectors.names,
+        friction_constant=vectors.friction_constant if friction else None,
+        friction_slope=vectors.friction_slope if friction else None,
+        balance=None if balanced is None else np.array([float(name == f"{balanced}.u") for name in names]),
+    )
+    require_held(system)
+    return system
+
+
+def effective_masses(inertia: Mapping[str, float], base_radius: Mapping[str, float]) -> dict[str, float]:
+    """Return the torsional effective mass of one mesh of each kind, ``1/m = r_1²/I_1 + r_2²/I_2`` [kg].
+
+    A mesh damping ratio refers to it and to the mean mesh stiffness, ``c = 2 ζ √(k̄ m)``.
+    """
+    equivalent = {m: inertia[m] / base_radius[m] ** 2 for m in ("sun", "planet", "ring")}
+    return {
+        mesh: 1.0 / sum(1.0 / equivalent[member] for member in mesh.split("_"))
+        for mesh in MESHES
+    }  # fmt: skip
+
+
+def support_damping(ratio: float, stiffness: float, mass: float) -> float:
+    """Return ``c = 2 ζ √(k m)`` of a support on the mass (or I/r²) of its own member [N s/m]."""
+    return 2.0 * ratio * float(np.sqrt(stiffness * mass))
+
+
+def balanced_torques(
+    sun_torque: float,
+    base_radius: Mapping[str, float],
+    pin_circle_radius: float,
+    pressure_angle: Mapping[str, float],
+) -> dict[str, float]:
+    """Return the torques on sun, ring and carrier in equilibrium without friction [N m].
+
+    ``F_r = F_s``, ``F_c = −(cos α_s + cos α_r) F_s`` with F = T/r: no work on any rigid rotation.
+    """
+    force = sun_torque / base_radius["sun"]
+    reduction = sum(np.cos(pressure_angle[mesh]) for mesh in MESHES)
+    return {
+        "sun": sun_torque,
+        "ring": force * base_radius["ring"],
+        "carrier": -float(reduction) * force * pin_circle_radius,
+    }
+
+
+def _stretch(mass: float, radial_stiffness: Mapping[str, float], carrier_speed: float) -> float:
+    """Return how far the centrifugal force pulls a planet off its pin, over the pin circle radius [1]."""
+    share = mass * carrier_speed**2 / (radial_stiffness.get("planet", 0.0) or np.inf)
+    if share >= 1.0:
+        raise ValueError(
+            f"K − ω_c² K_ω is indefinite: at {carrier_speed:.4g} rad/s a planet's centrifugal force grows "
+            f"faster with its path than the bearing's, {radial_stiffness['planet']:.3g} N/m"
+        )
+    return share / (1.0 - share)
+
+
+def _rotation(mass: Mapping[str, float], members: Sequence[str], preloaded: float) -> tuple[Array, Array]:
+    """Return G and K_ω: ``m (ẍ − 2 ω ẏ − ω² x)``, ``m (ÿ + 2 ω ẋ − ω² y)``, and the pins' preload on u_c."""
+    size = 3 * len(members)
+    gyroscopic, centripetal = np.zeros((size, size)), np.zeros((size, size))
+    for index, member in enumerate(members):
+        x, y = 3 * index, 3 * index + 1
+        gyroscopic[x, y], gyroscopic[y, x] = -2.0 * mass[member], 2.0 * mass[member]
+        centripetal[x, x] = centripetal[y, y] = mass[member]
+    carrier = 3 * CENTRAL.index("carrier") + U
+    centripetal[carrier, carrier] = -preloaded
+    return gyroscopic, centripetal
+
+
+def _radii(base_radius: Mapping[str, float], pin_circle_radius: float) -> dict[str, float]:
+    return {**{m: float(base_radius[m]) for m in ("sun", "ring", "planet")}, "carrier": pin_circle_radius}
+
+
+def _known(given: Mapping[str, float], allowed: Sequence[str]) -> None:
+    unknown = sorted(set(given) - set(allowed))
+    if unknown:
+        raise ValueError(f"unknown member {unknown[0]!r}; members are {', '.join(allowed)}")

@@ -1,0 +1,84 @@
+"""Motions that nothing resists: a set free to turn is wanted, anything else that floats is refused."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from wearlab.dynamics.system import System
+
+Array = NDArray[np.float64]
+NOTHING = 1e-9
+"""Stiffness of a rigid motion over the largest of its kind (eigenvalues of K against M)."""
+MOVES = 1e-3
+
+
+def held_stiffness(system: System) -> float:
+    """Return a mesh stiffness as large as the system's own, to see what the meshes hold [N/m]."""
+    d, mobility = system.direction, np.linalg.inv(system.mass)
+    inertia = 1.0 / float(np.einsum("mi,ij,mj->m", d, mobility, d).min())
+    fastest = float(np.abs(eigh(system.stiffness, system.mass, eigvals_only=True)).max())
+    return inertia * max(fastest, 1e6)
+
+
+def rigid_modes(system: System) -> Array:
+    """Return motions φ that no stiffness, no damping and no mesh resists, (n_rigid, n), ``φᵀ M φ = 1``."""
+    d = system.direction
+    k, c = held_stiffness(system), system.damping
+    square, shapes = eigh(system.total_stiffness + k * d.T @ d, system.mass)
+    found = shapes[:, np.abs(square) <= NOTHING * np.abs(square).max()].T
+    limit = 1e-9 * max(float(np.abs(c).max()), 1e-300)
+    resisted = np.abs(found @ c).max(axis=1, initial=0.0) > limit * np.abs(found).max(axis=1, initial=0.0)
+    rigid: Array = found[~resisted]
+    return rigid
+
+
+def require_held(system: System) -> None:
+    """Refuse a system in which anything but a rotation in balance floats.
+
+    Raises
+    ------
+    ValueError
+        Naming the coordinates that float, or the load that would accelerate a free rotation.
+    """
+    d, k = system.direction, held_stiffness(system)
+    square, shapes = eigh(system.total_stiffness + k * d.T @ d, system.mass)
+    limit = NOTHING * np.abs(square).max()
+    if square[0] < -limit:
+        raise ValueError(
+            f"K − ω_c² K_ω is indefinite ({square[0]:.3g} 1/s²): at {system.rotation:.4g} rad/s the "
+            f"centripetal term tears {', '.join(_moved(system, shapes[:, :1]))} away even from rigid meshes; "
+            "give stiffer supports or a lower carrier speed"
+        )
+    free = shapes[:, square <= limit]
+    floating = _floating(system, free)
+    if floating:
+        raise ValueError(
+            f"{', '.join(floating)} float: neither supports nor meshes hold them; give a radial stiffness to "
+            "the sun, the ring or the carrier, and to the planets"
+        )
+    if system.balance is None and free.size:
+        work = np.abs(free.T @ system.load).max() / np.linalg.norm(free)
+        if work > 1e-9 * np.linalg.norm(system.load):
+            raise ValueError(
+                f"the set is free to turn and its torques are not in balance (net force {work:.4g} N): "
+                "ground a member or let the load torque balance"
+            )
+
+
+def _floating(system: System, free: Array) -> list[str]:
+    """Return the members that free motions (n, n_free) move otherwise than by turning the set."""
+    central = np.array([not name.startswith("planet") for name in system.coordinates])
+    turns = np.array([name.endswith(".u") for name in system.coordinates])
+    found = set(_moved(system, free * (central & ~turns)[:, None]))
+    if not found and free.size:
+        # Motions in which no central member turns are no rotation of the set.
+        _, size, combinations = np.linalg.svd(free[central & turns] * np.sqrt(system.mass.diagonal().mean()))
+        still = combinations[int((size > MOVES).sum()) :]
+        found = set(_moved(system, free @ still.T))
+    return sorted(found)
+
+
+def _moved(system: System, shapes: Array) -> list[str]:
+    size = np.abs(shapes).max(axis=1, initial=0.0) * np.sqrt(system.mass.diagonal().mean())
+    names = zip(system.coordinates, size, strict=True)
+    return sorted({name.split(".")[0] for name, moves in names if moves > MOVES})
