@@ -50,7 +50,10 @@ def test_tip_alteration_keeps_the_standard_clearance():
 def test_refusals():
     with pytest.raises(GearError, match="no involute contact: the centre distance 51 mm"):
         operating_position((20, 29), (None, None), centre_distance=0.051, **W23)
-    with pytest.raises(GearError, match=r"sum of the profile shifts is 0\.6000, but the centre distance 56\.5 mm needs 0\.664"):
+    with pytest.raises(
+        GearError,
+        match=r"sum of the profile shifts is 0\.6000, but .* 56\.5 mm needs 0\.664",
+    ):
         operating_position((20, 29), (0.3, 0.3), centre_distance=0.0565, **W23)
     rounded = operating_position((20, 29), (0.35, 0.314), centre_distance=0.0565, **W23)
     assert rounded.shifts == (0.35, 0.314)

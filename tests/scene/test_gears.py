@@ -68,8 +68,8 @@ def test_internal_pair_of_a_given_distance():
         (INTERNAL, "gears.gear", {"teeth": 50}, "not an option of 'internal-pair', but of 'external-pair'"),
         (INTERNAL, "gears.ring.eccentricity", "5 um", "gears.ring.eccentricity"),
         (PLANETARY, "gears.planets", 1, "must be at least 2"),
-        (PLANETARY, "gears.planet_angles", ["0 deg", "120 deg"], "planet_angles has 2 entries for 3 planets"),
-        (PLANETARY, "gears.centre_distance", {"sun_planet": "55 mm"}, "centre_distance.planet_ring: required"),
+        (PLANETARY, "gears.planet_angles", ["0 deg", "1 rad"], "planet_angles has 2 entries for 3 planets"),
+        (PLANETARY, "gears.centre_distance", {"sun_planet": "55 mm"}, "distance.planet_ring: required"),
         (PLANETARY, "gears.centre_distance", "-1 mm", "must be greater than 0"),
     ],
 )  # fmt: skip

@@ -56,7 +56,7 @@ class Gear:
 
     @property
     def base_half_angle(self) -> float:
-        """Half the tooth's (ring: the tooth space's) angle at the base circle, π/2z + 2x tanα/z + inv α [rad]."""
+        """Half the tooth (ring: space) angle at the base circle, π/2z + 2x tanα/z + inv α [rad]."""
         z, x, alpha = self.teeth, self.profile_shift, self.pressure_angle
         return math.pi / (2 * z) + 2.0 * x * math.tan(alpha) / z + involute(alpha)
 
@@ -68,6 +68,6 @@ class Gear:
         return self.reference_radius + self.profile_shift * self.module - self.root_radius
 
     def half_angle(self, radius: float) -> float:
-        """Return half the tooth angle at a radius on the involute, α2 − inv α_r (ring: π/z − α2 + inv α_r) [rad]."""
+        """Return half the tooth angle at a radius, α2 − inv α_r (ring: π/z − α2 + inv α_r) [rad]."""
         half = self.base_half_angle - involute(math.acos(min(1.0, self.base_radius / radius)))
         return math.pi / self.teeth - half if self.internal else half

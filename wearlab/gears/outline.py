@@ -1,8 +1,8 @@
 """The outline of one tooth: half thickness against height, on the tooth's own centre line.
 
 Heights x are measured from the gear's centre along the tooth's centre line, half thicknesses y across it.
-From the root circle to the form circle runs the root curve, from there to the tip the involute; x rises on the
-way from root to tip, and falls in a ring, whose teeth point inwards.
+From the root circle to the form circle runs the root curve, from there to the tip the involute; x rises on
+the way from root to tip, and falls in a ring, whose teeth point inwards.
 """
 
 import math

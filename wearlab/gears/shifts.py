@@ -70,8 +70,8 @@ def operating_position(
         a = centre_distance
         if not a > a_d * math.cos(alpha):
             raise GearError(
-                f"no involute contact: the centre distance {a * 1e3:.5g} mm is not above the {word} of the base "
-                f"radii, {a_d * math.cos(alpha) * 1e3:.5g} mm; give about {a_d * 1e3:.5g} mm"
+                f"no involute contact: the centre distance {a * 1e3:.5g} mm is not above the {word} of the "
+                f"base radii, {a_d * math.cos(alpha) * 1e3:.5g} mm; give about {a_d * 1e3:.5g} mm"
             )
         alpha_w = math.acos(a_d * math.cos(alpha) / a)
         x1, x2, assumed = _shared(shifts, (involute(alpha_w) - involute(alpha)) / per_shift, a, word)

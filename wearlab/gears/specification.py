@@ -26,7 +26,7 @@ class GearSpec:
     tip_alteration_coefficient : k [1]; absent: keeps the standard tip clearance (ISO 21771)
     tip_alteration : "wang-2023" shortens a ring's teeth as Y23 does; not with another tip alteration
     tip_diameter, root_diameter : explicit diameters [m]
-    fillet_radius_coefficient : tip rounding of the generating rack, or a ring's root fillet, over the module [1]
+    fillet_radius_coefficient : tip rounding of the generating rack, or a ring's root fillet, in modules [1]
     root_profile : "trochoid" or "radial"; absent: a trochoid where a rack can generate it, else radial.
         A ring: "fillet" (absent) or "radial", the involute up to the root circle
     rim_diameter : outside diameter of a ring's rim [m], required for a ring

@@ -15,8 +15,8 @@ def tip_separation(pair: GearPair, end: str, distance: float) -> float:
     """Return the gap along the line of action between a tip corner and the mating flank [m].
 
     The tip corner turns on by ``distance / r_b``; through it passes one involute of the mate, and the gap is
-    how far that involute lies from where the mate's flank has turned to. The corner of a ring's tip lies on the
-    other side of the pitch point, and moves the other way.
+    how far that involute lies from where the mate's flank has turned to. The corner of a ring's tip lies on
+    the other side of the pitch point, and moves the other way.
 
     Parameters
     ----------
