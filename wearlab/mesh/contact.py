@@ -6,9 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.mesh.exact.gaps import ExactGaps, Gaps
 from wearlab.mesh.profile import Lookup, ProfileGrid, interpolate, lookup
 from wearlab.mesh.sharing import share
-from wearlab.mesh.stiffness import GivenStiffness, PairStiffness
+from wearlab.mesh.stiffness import GivenStiffness, PairStiffness, PotentialEnergy
 
 Array = NDArray[np.float64]
 
@@ -17,7 +18,7 @@ HERTZ_TOLERANCE = 1e-10
 
 
 class Nodes(NamedTuple):
-    """One wear state at the nodes of the path.
+    """One wear state at the touching nodes.
 
     Parameters
     ----------
@@ -54,7 +55,10 @@ class Quasistatic(NamedTuple):
 
 @dataclass(frozen=True)
 class ContactAnalysis:
-    """Contact of one pair of worn flanks, in the displacement form ``g_j = h1 + h2 + modifications`` at s_j.
+    """Contact of one pair of worn flanks.
+
+    The gap of a pair at s_j is ``g_j = h1 + h2 + modifications`` in the displacement form, or comes from the
+    exact mesh relationship; then teeth bend at the flank points that really touch.
 
     Parameters
     ----------
@@ -64,6 +68,7 @@ class ContactAnalysis:
     load : static normal force [N]
     engagement_gap : pairs whose gap exceeds the smallest by more than this do not engage (an angle
         threshold times the driven base radius); inf: the load alone decides [m]
+    gaps : where the gaps come from; None: the displacement form on A–E
     """
 
     grid: ProfileGrid
@@ -71,6 +76,7 @@ class ContactAnalysis:
     modification: Array
     load: float
     engagement_gap: float = np.inf
+    gaps: Gaps | None = None
     _at_nodes: Lookup = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -85,19 +91,33 @@ class ContactAnalysis:
 
     def nodes(self, wear: Array) -> Nodes:
         """Return compliance and gap for wear depths (2, n) ordered (driving, driven) [m]."""
-        gap = wear[0] + wear[1] + self.modification
-        body = self.stiffness.body(wear)
+        carried = self.grid.beyond(wear)
+        gap, body = self._gap_and_body(wear, carried)
+        cross = self.stiffness.cross(carried)
         if not self.stiffness.load_dependent:
-            return Nodes(body + self.stiffness.contact(None), gap, self.stiffness.cross(wear))
+            return Nodes(body + self.stiffness.contact(None), gap, cross)
         force = np.full(gap.shape, self.load)
-        cross = self.stiffness.cross(wear)
         for _ in range(HERTZ_ITERATIONS):
             nodes = Nodes(body + self.stiffness.contact(force), gap, cross)
-            updated = self.force_at_nodes(self.quasistatic(nodes, self._at_nodes).force)
+            updated = self._force_where_touching(self.quasistatic(nodes, self._at_nodes).force)
             if np.max(np.abs(updated - force)) <= HERTZ_TOLERANCE * self.load:
                 break
             force = updated
         return nodes
+
+    def _gap_and_body(self, wear: Array, carried: Array) -> tuple[Array, Array]:
+        if self.gaps is None:
+            gap = self.grid.beyond(wear[0] + wear[1] + self.modification)
+            return gap, self.stiffness.body(carried)
+        if not (isinstance(self.gaps, ExactGaps) and isinstance(self.stiffness, PotentialEnergy)):
+            return self.gaps.at(wear), self.stiffness.body(carried)
+        touching = self.gaps.touching(wear)
+        each = self.stiffness.bodies(carried)
+        moved = [
+            np.interp(where, self.grid.touching, values)
+            for where, values in zip((touching.driving, touching.driven), each, strict=True)
+        ]
+        return touching.gap, moved[0] + moved[1]
 
     def at(self, nodes: Nodes, where: Lookup) -> tuple[Array, Array, Array]:
         """Return compliance, gap (n, n_pairs) and cross compliance (n, n_pairs, n_apart) at phases."""
@@ -130,8 +150,11 @@ class ContactAnalysis:
 
     def force_at_nodes(self, force: Array) -> Array:
         """Carry pair forces (n_phase_nodes, n_pairs) to the profile nodes (n,) [N]."""
+        return self._force_where_touching(force)[self.grid.on_flank]
+
+    def _force_where_touching(self, force: Array) -> Array:
         pairs = self.grid.pairs_at_phase_nodes
         present = pairs >= 0
-        nodal = np.empty(len(self.grid.position))
+        nodal = np.empty(len(self.grid.touching))
         nodal[pairs[present]] = force[present]
         return nodal

@@ -26,12 +26,16 @@ class ProfileGrid(NamedTuple):
     Parameters
     ----------
     breaks : (n_segments + 1,) phases that bound the smooth segments, 0 first and 1 last [1]
-    first : (n_segments, n_pairs) node with which the pair slot begins in that segment, −1 when the pair is
-        out of the path; slots are leading first (slot p holds pair ⌈ε⌉ − 1 − p)
+    first : (n_segments, n_pairs) touching node with which the pair slot begins in that segment, −1
+        when the pair is out of the path; slots are leading first (slot p holds pair ``leading − p``)
     intervals : (n_segments,) node intervals in each segment (even, so that Simpson's rule applies)
     position : (n,) path position s of the nodes, ascending, twice where wear may jump [m]
     phase : (n,) phase of the nodes, a segment's end counting as its left limit [1]
     weight : (n,) Simpson weights, so that ``sum(weight * f)`` is the integral of f over the path [m]
+    touching : (n_touching,) where pairs may touch: ``position`` and, with extended contact, nodes before A
+        and after E, in ascending order; ``first`` counts among these [m]
+    before : number of nodes before A
+    leading : which pair the first slot holds; pair j touches at ``s_A + (φ + j) p_b``
     """
 
     breaks: Array
@@ -40,11 +44,32 @@ class ProfileGrid(NamedTuple):
     position: Array
     phase: Array
     weight: Array
+    touching: Array
+    before: int
+    leading: int
 
     @property
     def n_pairs(self) -> int:
         """Largest number of pairs in contact."""
         return self.first.shape[1]
+
+    @property
+    def pair_numbers(self) -> Index:
+        """Which pair each slot holds, j = −1 being the one that approaches A, (n_pairs,)."""
+        return self.leading - np.arange(self.n_pairs)
+
+    @property
+    def on_flank(self) -> slice:
+        """Which of the touching nodes lie on the active flank A–E."""
+        return slice(self.before, self.before + len(self.position))
+
+    def beyond(self, values: Array) -> Array:
+        """Carry node values (…, n) to all touching nodes (…, n_touching), beyond A and E the end values."""
+        after = len(self.touching) - len(self.position) - self.before
+        if not self.before and not after:
+            return values
+        pad = [(0, 0)] * (values.ndim - 1) + [(self.before, after)]
+        return np.pad(values, pad, mode="edge")
 
     @property
     def phase_nodes(self) -> tuple[Array, Array]:
@@ -57,7 +82,7 @@ class ProfileGrid(NamedTuple):
 
     @property
     def pairs_at_phase_nodes(self) -> Index:
-        """Node of each pair slot at each phase node, −1 when out of the path, (n_phase_nodes, n_pairs)."""
+        """Touching node of each slot at each phase node, −1 without, (n_phase_nodes, n_pairs)."""
         rows = []
         for first, count in zip(self.first, self.intervals, strict=True):
             steps = np.arange(count + 1)[:, None]
@@ -73,8 +98,27 @@ def simpson_weights(intervals: int) -> Array:
     return weights / (3.0 * intervals)
 
 
+class Extension(NamedTuple):
+    """How far pairs may touch beyond the path, along the line of action [m].
+
+    Parameters
+    ----------
+    approach, recess : before A and after E
+    """
+
+    approach: float
+    recess: float
+
+
+NO_EXTENSION = Extension(0.0, 0.0)
+
+
 def profile_grid(
-    pair: GearPair, points: int, kinks: tuple[float, ...] = (), jumps: tuple[float, ...] = ()
+    pair: GearPair,
+    points: int,
+    kinks: tuple[float, ...] = (),
+    jumps: tuple[float, ...] = (),
+    extension: Extension = NO_EXTENSION,
 ) -> ProfileGrid:
     """Lay about ``points`` nodes on the path of contact.
 
@@ -84,31 +128,39 @@ def profile_grid(
     points : nodes wanted on the path A–E; every smooth segment gets at least five
     kinks : further path positions at which the flank bends (ends of reliefs) [m]
     jumps : further phases at which a prescribed stiffness jumps [1]
+    extension : how far pairs may touch beyond A and E
     """
     pitch, start, ratio = pair.base_pitch, pair.path.A, pair.contact_ratio
+    earliest, latest = -extension.approach / pitch, ratio + extension.recess / pitch
     jumps = tuple(_distinct([0.0, ratio % 1.0, *jumps]))
     bends = [((s - start) / pitch) % 1.0 for s in (pair.path.C, *kinks)]
-    breaks = np.array([*_distinct([*jumps, *bends]), 1.0])
+    breaks = np.array([*_distinct([*jumps, *bends, earliest % 1.0, latest % 1.0]), 1.0])
     density = points / ratio
     intervals = np.array([_even(density * width) for width in np.diff(breaks)])
-    n_pairs = int(np.ceil(ratio - SAME_PHASE))
-    first = np.full((len(intervals), n_pairs), -1, dtype=np.int64)
-    position, phase, weight = np.empty(0), np.empty(0), np.empty(0)
-    for j in range(n_pairs):
+    pairs = range(-int(np.ceil(-earliest - SAME_PHASE)), int(np.ceil(latest - SAME_PHASE)))
+    first = np.full((len(intervals), len(pairs)), -1, dtype=np.int64)
+    touching, phase, weight = np.empty(0), np.empty(0), np.empty(0)
+    flank = np.empty(0, dtype=bool)
+    for j in pairs:
         for m, count in enumerate(intervals):
             low, high = breaks[m], breaks[m + 1]
-            if j + 0.5 * (low + high) > ratio:
+            middle = j + 0.5 * (low + high)
+            if not earliest < middle < latest:
                 continue
             nodes = np.linspace(low, high, count + 1)
             weights = simpson_weights(count) * (high - low) * pitch
-            shared = len(position) > 0 and not any(abs(low - jump) < SAME_PHASE for jump in jumps)
-            first[m, n_pairs - 1 - j] = len(position) - shared
+            shared = len(touching) > 0 and not any(abs(low - jump) < SAME_PHASE for jump in jumps)
+            first[m, pairs[-1] - j] = len(touching) - shared
             if shared:
                 weight[-1] += weights[0]
-            position = np.concatenate([position, (start + (nodes + j) * pitch)[shared:]])
+            touching = np.concatenate([touching, (start + (nodes + j) * pitch)[shared:]])
             phase = np.concatenate([phase, nodes[shared:]])
             weight = np.concatenate([weight, weights[shared:]])
-    return ProfileGrid(breaks, first, intervals, position, phase, weight)
+            flank = np.concatenate([flank, np.full(len(nodes) - shared, 0.0 < middle < ratio)])
+    position, before = touching[flank], int(np.argmax(flank))
+    return ProfileGrid(
+        breaks, first, intervals, position, phase[flank], weight[flank], touching, before, pairs[-1]
+    )
 
 
 def _even(count: float) -> int:

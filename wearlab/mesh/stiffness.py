@@ -105,14 +105,23 @@ class PotentialEnergy:
         SectionVanished
             When a worn section of a tooth has no thickness left.
         """
-        total = np.zeros(wear.shape[1])
-        tooth, body = np.empty_like(total), np.empty_like(total)
-        for flexibility, depth, factor in zip(self.teeth, wear, self.correction, strict=True):
-            if not tooth_compliance(flexibility, depth, tooth, body):
+        return np.asarray(self.bodies(wear).sum(axis=0))
+
+    def bodies(self, wear: Array) -> Array:
+        """Return the compliance of each gear's tooth and body for wear (2, n), (2, n) [m/N].
+
+        Raises
+        ------
+        SectionVanished
+            When a worn section of a tooth has no thickness left.
+        """
+        total = np.empty_like(wear)
+        body = np.empty(wear.shape[1])
+        for flexibility, depth, factor, out in zip(self.teeth, wear, self.correction, total, strict=True):
+            if not tooth_compliance(flexibility, depth, out, body):
                 raise SectionVanished("section vanished")
-            total += tooth
             if self.foundation:
-                total += body / factor
+                out += body / factor
         return total / self.scale
 
     def contact(self, force: Array | None) -> Array | float:
@@ -158,7 +167,7 @@ class GivenStiffness:
             middle = 0.5 * (self.grid.breaks[where.segment] + self.grid.breaks[where.segment + 1])
             value = self.curve.value(where.phase, middle)[:, None] / present.sum(axis=1, keepdims=True)
         else:
-            ahead = np.arange(self.grid.n_pairs)[::-1]
+            ahead = self.grid.pair_numbers
             value = self.curve.value(where.phase[:, None] + ahead, where.phase[:, None] + ahead)
         return np.where(present, value, 0.0)
 
@@ -167,7 +176,7 @@ class GivenStiffness:
         phases, _ = self.grid.phase_nodes
         segment = np.repeat(np.arange(len(self.grid.intervals)), self.grid.intervals + 1)
         pairs = self.grid.pairs_at_phase_nodes
-        nodal = np.empty(len(self.grid.position))
+        nodal = np.empty(len(self.grid.touching))
         nodal[pairs[pairs >= 0]] = self.at(lookup(self.grid, phases, segment))[pairs >= 0]
         return 1.0 / nodal
 
@@ -177,4 +186,4 @@ class GivenStiffness:
 
     def cross(self, wear: Array) -> Array:
         """Return no shared compliance, (0, n) [m/N]."""
-        return np.zeros((0, len(self.grid.position)))
+        return np.zeros((0, len(self.grid.touching)))

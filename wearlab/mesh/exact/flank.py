@@ -1,0 +1,247 @@
+"""A worn flank as a plane curve, in one form for external and internal gears, driving and driven.
+
+Coordinates are (n, u): u along the line of action as the driving gear pushes, n normal to it, the origin
+at the pitch point. The flank point that would touch at path position s if it were not worn lies, after its
+gear has turned to the position x [m along the line of action], at
+
+    P = O + R(κ) (t r_b, t ρ_0 + s + w(s)),   κ = t (x − s) / r_b,   O = −(t r_b, t ρ_0),
+
+with R(κ) a rotation, ρ_0 = r_b tanα_w, and t = ±1 the side of its base circle on which the gear lies: +1 for
+an external driving or an internal driven gear, −1 for an external driven or an internal driving one. Wear
+moves the point along the healthy normal u: w = −h on the driving flank, w = +h on the driven one.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.compiled import jit
+from wearlab.gears.pair import DRIVING, GearPair
+from wearlab.mesh.profile import ProfileGrid
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class FoldedFlank(ValueError):
+    """A worn flank that is no flank any more: it overhangs, or wear reaches its base circle."""
+
+
+class Flank(NamedTuple):
+    """A worn flank between the radius where its involute begins and its tip corner, piecewise cubic.
+
+    Intervals ascend along the path; within a piece the wear is smooth, between pieces it may bend or jump.
+
+    Parameters
+    ----------
+    base_radius, curvature : r_b and ρ_0, the radius of curvature at the pitch point [m]
+    side : t, ±1
+    start, width : (m,) where each interval begins on the path, and its length [m]
+    shift : (m, 2) w at both ends of each interval [m]
+    slope : (m, 2) dw/ds there [1]
+    reached : (m, 2) s + w there [m]
+    piece : (n_pieces + 1,) first interval of each piece, and m
+    """
+
+    base_radius: float
+    curvature: float
+    side: float
+    start: Array
+    width: Array
+    shift: Array
+    slope: Array
+    reached: Array
+    piece: Index
+
+
+class Pieces(NamedTuple):
+    """How the nodes of a profile grid make smooth pieces; nothing here changes with wear.
+
+    Parameters
+    ----------
+    first, last : (n_runs,) nodes with which each smooth run begins and ends
+    """
+
+    first: Index
+    last: Index
+
+
+def pieces(grid: ProfileGrid) -> Pieces:
+    """Return the smooth runs of nodes on A–E: from one break of the grid to the next."""
+    runs = []
+    for column in grid.first.T:
+        for first, count in zip(column, grid.intervals, strict=True):
+            begin = first - grid.before
+            if first >= 0 and 0 <= begin < len(grid.position):
+                runs.append((begin, begin + count))
+    runs.sort()
+    first, last = np.array(runs, dtype=np.int64).T
+    return Pieces(np.ascontiguousarray(first), np.ascontiguousarray(last))
+
+
+def healthy_reach(pair: GearPair, gear: int) -> tuple[float, float]:
+    """Return the path positions between which a gear has an involute, from its form circle to its tip [m].
+
+    Parameters
+    ----------
+    pair : the pair
+    gear : 0 driving, 1 driven
+    """
+    body = pair.gears[gear]
+    form = math.sqrt(max(body.form_radius**2 - body.base_radius**2, 0.0))
+    at_pitch, side = body.base_radius * math.tan(pair.working_pressure_angle), side_of(pair, gear)
+    s_form = side * (form - at_pitch)
+    begin, end = pair.path.A, pair.path.E
+    return (min(begin, s_form), end) if tip_ends(pair, gear) else (begin, max(end, s_form))
+
+
+def side_of(pair: GearPair, gear: int) -> float:
+    """Return t: +1 when the gear's curvature radius grows along the path, −1 when it falls."""
+    rho = pair.curvature(np.array([0.0, pair.path.E]))[gear]
+    return 1.0 if rho[1] > rho[0] else -1.0
+
+
+def tip_ends(pair: GearPair, gear: int) -> bool:
+    """Whether a gear's tip is at the end E of the path: so for the driving gear, external or internal."""
+    return gear == DRIVING
+
+
+def worn_flank(pair: GearPair, gear: int, position: Array, depth: Array, runs: Pieces) -> Flank:
+    """Return the flank with material removed at the nodes; between them a cubic with fourth-order slopes.
+
+    Between the form circle and the active flank nothing touches in ideal contact; there the flank is taken
+    to be as low as where the active flank begins, so that no ridge stands in the way of the mating tip.
+
+    Parameters
+    ----------
+    pair, gear : the pair; 0 driving, 1 driven
+    position : (n,) path positions of the nodes, A to E [m]
+    depth : (n,) material removed along the normal, wear and modification [m]
+    runs : smooth runs of nodes, each of five or more, equally spaced
+
+    Raises
+    ------
+    FoldedFlank
+        Where the flank overhangs, or wear reaches the base circle.
+    """
+    signed = np.asarray(-depth if gear == DRIVING else depth, dtype=float)
+    low, high = healthy_reach(pair, gear)
+    return _flank(_form(pair, gear), low, high, np.asarray(position, float), signed, runs)
+
+
+def _form(pair: GearPair, gear: int) -> tuple[float, float, float]:
+    base_radius = pair.gears[gear].base_radius
+    return base_radius, base_radius * math.tan(pair.working_pressure_angle), side_of(pair, gear)
+
+
+def _flank(
+    form: tuple[float, float, float], low: float, high: float, position: Array, shift: Array, runs: Pieces
+) -> Flank:
+    n = int((runs.last - runs.first).sum()) + (low < position[0]) + (high > position[-1])
+    start, width = np.empty(n), np.empty(n)
+    ends, slope = np.empty((n, 2)), np.empty((n, 2))
+    piece = np.empty(len(runs.first) + (low < position[0]) + (high > position[-1]) + 1, dtype=np.int64)
+    _fill(position, shift, runs, low, high, start, width, ends, slope, piece)
+    reached = np.stack([start + ends[:, 0], start + width + ends[:, 1]], axis=1)
+    flank = Flank(*form, start, width, ends, slope, reached, piece)
+    _check(flank)
+    return flank
+
+
+@jit
+def _fill(position, shift, runs, low, high, start, width, ends, slope, piece):  # type: ignore[no-untyped-def]
+    k, p, n = 0, 0, len(position)
+    if low < position[0]:
+        piece[p] = k
+        start[k], width[k] = low, position[0] - low
+        ends[k, :] = shift[0]
+        slope[k, :] = 0.0
+        k, p = k + 1, p + 1
+    for r in range(len(runs.first)):
+        first, last = runs.first[r], runs.last[r]
+        piece[p] = k
+        p += 1
+        step = (position[last] - position[first]) / (last - first)
+        for i in range(first, last):
+            start[k], width[k] = position[i], position[i + 1] - position[i]
+            ends[k, 0], ends[k, 1] = shift[i], shift[i + 1]
+            slope[k, 0] = _slope(shift, i, first, last) / step
+            slope[k, 1] = _slope(shift, i + 1, first, last) / step
+            k += 1
+    if high > position[n - 1]:
+        piece[p] = k
+        start[k], width[k] = position[n - 1], high - position[n - 1]
+        ends[k, :] = shift[n - 1]
+        slope[k, :] = 0.0
+        k, p = k + 1, p + 1
+    piece[p] = k
+
+
+@jit
+def _slope(y, i, first, last):  # type: ignore[no-untyped-def]
+    """Return the slope per node spacing from five neighbours of the same run, exact for quartics."""
+    if i == first:
+        return (-25 * y[i] + 48 * y[i + 1] - 36 * y[i + 2] + 16 * y[i + 3] - 3 * y[i + 4]) / 12.0
+    if i == first + 1:
+        return (-3 * y[i - 1] - 10 * y[i] + 18 * y[i + 1] - 6 * y[i + 2] + y[i + 3]) / 12.0
+    if i == last:
+        return (25 * y[i] - 48 * y[i - 1] + 36 * y[i - 2] - 16 * y[i - 3] + 3 * y[i - 4]) / 12.0
+    if i == last - 1:
+        return (3 * y[i + 1] + 10 * y[i] - 18 * y[i - 1] + 6 * y[i - 2] - y[i - 3]) / 12.0
+    return (y[i - 2] - 8 * y[i - 1] + 8 * y[i + 1] - y[i + 2]) / 12.0
+
+
+def _check(flank: Flank) -> None:
+    """Refuse a flank that folds back on itself (1 + dw/ds ≤ 0) or reaches its base circle."""
+    steepest = steepest_shift(flank.width, flank.shift, flank.slope)
+    if steepest <= -1.0:
+        raise FoldedFlank(
+            f"the worn flank overhangs: its wear changes by {-steepest:.3g} m per m of path; give wear "
+            "that varies over a longer part of the flank"
+        )
+    rho = flank.curvature + flank.side * flank.reached
+    if rho.min() <= 0.0:
+        raise FoldedFlank(f"wear reaches {-1e3 * rho.min():.3g} mm below the base circle")
+
+
+@jit
+def steepest_shift(width: Array, shift: Array, slope: Array) -> float:
+    """Return the smallest dw/ds over all intervals [1]."""
+    least = np.inf
+    for k in range(len(width)):
+        d0, d1 = slope[k, 0], slope[k, 1]
+        secant = (shift[k, 1] - shift[k, 0]) / width[k]
+        least = min(least, d0, d1)
+        bend = 3.0 * (d0 + d1 - 2.0 * secant)
+        if bend != 0.0:
+            t = -(3.0 * secant - 2.0 * d0 - d1) / bend
+            if 0.0 < t < 1.0:
+                least = min(least, d0 + t * (2.0 * (3.0 * secant - 2.0 * d0 - d1) + bend * t))
+    return least
+
+
+@jit
+def shift_at(flank: Flank, k: int, s: float) -> tuple[float, float]:
+    """Return w [m] and dw/ds [1] at s in interval k, by Hermite's cubic."""
+    width = flank.width[k]
+    t = (s - flank.start[k]) / width
+    d0, d1 = flank.slope[k, 0], flank.slope[k, 1]
+    rise = (flank.shift[k, 1] - flank.shift[k, 0]) / width
+    b = 3.0 * rise - 2.0 * d0 - d1
+    c = d0 + d1 - 2.0 * rise
+    return flank.shift[k, 0] + width * t * (d0 + t * (b + t * c)), d0 + t * (2.0 * b + 3.0 * c * t)
+
+
+@jit
+def interval_of(flank: Flank, s: float) -> int:
+    """Return the interval that contains s, the first or last one beyond the ends."""
+    low, high = 0, len(flank.start)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if flank.start[middle] <= s:
+            low = middle
+        else:
+            high = middle
+    return low

@@ -1,0 +1,142 @@
+"""Gaps of the pairs from the exact mesh relationship, as a contact analysis asks for them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.gears.outline import contact_depth
+from wearlab.gears.pair import GearPair
+from wearlab.mesh.exact.algorithm_1 import algorithm_1
+from wearlab.mesh.exact.flank import Flank, FoldedFlank, Pieces, pieces, worn_flank
+from wearlab.mesh.exact.minimum_gap import minimum_gap
+from wearlab.mesh.exact.tangency import Touching
+from wearlab.mesh.profile import ProfileGrid
+from wearlab.mesh.stiffness import SectionVanished
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class WornFlanks:
+    """What makes worn flanks of wear depths at the nodes.
+
+    Parameters
+    ----------
+    pair : the gears
+    grid : the nodes
+    modification : (2, n) material removed on purpose, (driving, driven) [m]
+    """
+
+    pair: GearPair
+    grid: ProfileGrid
+    modification: Array
+
+    @cached_property
+    def runs(self) -> Pieces:
+        """Smooth runs of nodes."""
+        return pieces(self.grid)
+
+    @cached_property
+    def thickness(self) -> Array:
+        """Thickness of each tooth along the flank normal at the nodes, (2, n) [m]."""
+        s = self.grid.position
+        radius = [self.pair.radius(i, s) for i in (0, 1)]
+        return np.stack([2.0 * contact_depth(gear, radius[i]) for i, gear in enumerate(self.pair.gears)])
+
+    def worn(self, wear: Array) -> tuple[Flank, Flank]:
+        """Return both flanks with wear (2, n) (driving, driven) [m].
+
+        Raises
+        ------
+        SectionVanished
+            When wear is deeper than the tooth is thick, or leaves no flank.
+        """
+        if np.any(wear >= self.thickness):
+            gear, node = np.argwhere(wear >= self.thickness)[0]
+            raise SectionVanished(
+                f"{self.pair.gears[gear].name}: wear of {1e3 * wear[gear, node]:.4g} mm is deeper than the "
+                f"tooth, {1e3 * self.thickness[gear, node]:.4g} mm thick there along its normal"
+            )
+        depth, s = wear + self.modification, self.grid.position
+        try:
+            first, second = (worn_flank(self.pair, i, s, depth[i], self.runs) for i in (0, 1))
+        except FoldedFlank as error:
+            raise SectionVanished(str(error)) from error
+        return first, second
+
+
+@dataclass(frozen=True)
+class ExactGaps:
+    """Gaps by the smallest rotation gap of the worn flanks, beyond A and E against the tip corners.
+
+    Parameters
+    ----------
+    flanks : the flanks
+    """
+
+    flanks: WornFlanks
+
+    def touching(self, wear: Array) -> Touching:
+        """Return where the flanks of each pair touch, for wear (2, n) [m], at every touching node."""
+        return minimum_gap(*self.flanks.worn(wear), self.flanks.grid.touching)
+
+    def at(self, wear: Array) -> Array:
+        """Return the gap at every touching node for wear (2, n), (n_touching,) [m]."""
+        return self.touching(wear).gap
+
+
+@dataclass(frozen=True)
+class DisplacementBeyond:
+    """First-order gaps on A–E, carried on beyond by the rotation gap of the tip corners.
+
+    Beyond A and E the corner's gap is shifted by the difference of the two forms at that end, so that the gap
+    is continuous there.
+
+    Parameters
+    ----------
+    flanks : the flanks
+    """
+
+    flanks: WornFlanks
+
+    def at(self, wear: Array) -> Array:
+        """Return the gap at every touching node for wear (2, n), (n_touching,) [m]."""
+        grid, inside = self.flanks.grid, self.flanks.grid.on_flank
+        gap = grid.beyond((wear + self.flanks.modification).sum(axis=0))
+        ends = np.array([grid.position[0], grid.position[-1]])
+        first, second = self.flanks.worn(wear)
+        at_ends = minimum_gap(first, second, ends).gap
+        for part, end in ((slice(0, inside.start), 0), (slice(inside.stop, None), 1)):
+            beyond = minimum_gap(first, second, grid.touching[part]).gap
+            gap[part] += beyond - at_ends[end]
+        return gap
+
+
+@dataclass(frozen=True)
+class AlgorithmOneGaps:
+    """Gaps by Y23's Algorithm 1, to half a step of its search.
+
+    Parameters
+    ----------
+    flanks : the flanks
+    points : NUM, points searched on each flank
+    """
+
+    flanks: WornFlanks
+    points: int
+
+    def at(self, wear: Array) -> Array:
+        """Return the gap at every node for wear (2, n), (n_touching,) [m].
+
+        Between the points found it is interpolated; beyond the last of them it keeps their gap.
+        """
+        found = algorithm_1(self.flanks.pair, *self.flanks.worn(wear), self.points)
+        have = np.isfinite(found.gap)
+        order = np.argsort(found.x_driving[have])
+        x, gap = found.x_driving[have][order], found.gap[have][order]
+        return np.interp(self.flanks.grid.touching, x, gap)
+
+
+Gaps = ExactGaps | DisplacementBeyond | AlgorithmOneGaps
