@@ -86,10 +86,11 @@ VARIABLES: dict[str, Variable] = {
         "positive towards the tip",
     ),
     "characteristic_point": Variable(
-        ("profile",),
+        ("flank", "profile"),
         "",
         "",
         "name of the point of contact A, B, C, D or E, or empty",
+        "along the profile alone where both flanks of a pair share their nodes",
     ),
     "phase": Variable(("phase",), "1", "1", "mesh phase", "equally spaced: a jump lies between two of them"),
     "flank_side": Variable(("flank",), "", "", "side of the tooth that is loaded"),

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.life.state import Vibration
-from wearlab.mesh.contact import ContactAnalysis, Nodes
-from wearlab.mesh.excitation import Series, stage_tables, stages
+from wearlab.life.vibration import Vibration
+from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.excitation import Touching, stage_tables, stages
 from wearlab.mesh.stages import StageGrid
 from wearlab.mesh.stiffness import GivenStiffness
 
@@ -50,15 +50,15 @@ class Motion(NamedTuple):
     period: float
 
 
-def motion(analysis: ContactAnalysis, nodes: Nodes, series: Series | None, vibration: Vibration) -> Motion:
+def motion(mesh: Touching, vibration: Vibration) -> Motion:
     """Write a wear state as a :class:`Motion`.
 
     Parameters
     ----------
-    analysis, nodes : contact of the wear state
-    series : what the excitation was fitted to, None: pair by pair
+    mesh : contact of the wear state, and what the excitation was fitted to
     vibration : the dynamics; its slow errors must not turn (no hunting)
     """
+    analysis = mesh.analysis
     edges, segment = _edges(analysis)
     width = np.diff(edges)
     halves = StageGrid(
@@ -66,7 +66,8 @@ def motion(analysis: ContactAnalysis, nodes: Nodes, series: Series | None, vibra
         np.repeat(0.5 * width, 2),
         np.repeat(segment, 2),
     )
-    tables = stage_tables(analysis, nodes, series, stages(analysis, halves, vibration.stages.error), None)
+    given = vibration.stages
+    tables = stage_tables([mesh], stages([analysis.grid], given.meshes, given.edges, halves), None)
     cells, pairs = len(width), tables.stiffness.shape[3]
     quantities = [
         *(tables.stiffness[:, :, 0, p] for p in range(pairs)),

@@ -44,14 +44,14 @@ def contact_time(scene: Scene) -> ContactTime:
     for key, value in (("numerics.profile_points", NODES), ("numerics.phase_points", PHASES)):
         scene = scene.replace(key, value)
     parts = build(scene)
-    analysis = parts.analysis
+    analysis, where = parts.kinds[0].analysis, parts.look(0, parts.phase)
     worn = np.stack([quadratic(analysis.grid.position, DEPTH)] * 2)
     nodes = analysis.nodes(worn)
     return ContactTime(
         len(parts.phase),
         len(analysis.grid.position),
         best_time(lambda: analysis.nodes(worn), most=200),
-        best_time(lambda: analysis.quasistatic(nodes, parts.output), most=200),
+        best_time(lambda: analysis.quasistatic(nodes, where), most=200),
     )
 
 

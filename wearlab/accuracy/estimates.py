@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.simulate import Refused, simulate
@@ -106,7 +107,7 @@ def score(scene: Scene) -> Score | None:
     if truth.sizes["update"] != data.sizes["update"] or _aperiodic(truth):
         return None
     worn, truly = data.wear_depth.values[-1], truth.wear_depth.values[-1]
-    there = carried(build(tight).analysis.grid, truly, build(scene).analysis.grid)
+    there = carried(_grid(tight), truly, _grid(scene))
     fastest = float(data.wear_rate.values[-1].max())
     limit = float(np.asarray(data.max_wear_depth.values)[-1, 0])
     force = None
@@ -118,6 +119,10 @@ def score(scene: Scene) -> Score | None:
         (abs(limit - float(truly[0].max())) / fastest, float(data.error_estimate_life)),
         force,
     )
+
+
+def _grid(scene: Scene) -> ProfileGrid:
+    return build(scene).kinds[0].analysis.grid
 
 
 def _aperiodic(data: xr.Dataset) -> bool:

@@ -9,11 +9,11 @@ from scipy.integrate import solve_ivp
 
 from wearlab.life.adaptive import Adaptive
 from wearlab.life.counted import CountedRate
-from wearlab.life.history import PairRate
+from wearlab.life.history import SetRate
 from wearlab.life.limits import Limits
 from wearlab.life.march import Method, evolve
 from wearlab.scene import Scene
-from wearlab.scene.build import PairParts, build
+from wearlab.scene.build import Parts, build
 from wearlab.scene.build.wear import build_limits
 from wearlab.simulate.run import initial_wear
 
@@ -30,11 +30,11 @@ class Wearing(NamedTuple):
     Parameters
     ----------
     parts : its physics
-    wear : (2, n) wear at cycle 0 [m]
+    wear : (n_entries,) wear of all flanks at cycle 0 [m]
     limits : where the life ends
     """
 
-    parts: PairParts
+    parts: Parts
     wear: Array
     limits: Limits
 
@@ -61,8 +61,8 @@ class Lived(NamedTuple):
 def wearing(scene: Scene) -> Wearing:
     """Build the life of a scene."""
     parts = build(scene)
-    nodes = len(parts.analysis.grid.position)
-    return Wearing(parts, initial_wear(scene, parts)[0], build_limits(scene, parts.pair, nodes, parts.speed))
+    wear = parts.coupling.flat(initial_wear(scene, parts)[0])
+    return Wearing(parts, wear, build_limits(scene, parts.gears, parts.coupling))
 
 
 def has_life(scene: Scene) -> bool:
@@ -73,10 +73,10 @@ def has_life(scene: Scene) -> bool:
 def lived(problem: Wearing, method: Method, tolerance: float) -> Lived:
     """Return the life by a method of stepping over cycles."""
     begun = time.perf_counter()
-    rate = PairRate(problem.parts.coupling)
+    rate = SetRate(problem.parts.coupling)
     life = evolve(
         rate,
-        problem.wear.ravel(),
+        problem.wear,
         limits=problem.limits,
         method=method,
         tolerance=tolerance,
@@ -105,7 +105,7 @@ def second_life(problem: Wearing, end: float) -> Lived:
     end : a guess of its end [1]
     """
     begun = time.perf_counter()
-    rate = CountedRate(PairRate(problem.parts.coupling), MOST_ANALYSES)
+    rate = CountedRate(SetRate(problem.parts.coupling), MOST_ANALYSES)
     scale = float(problem.limits.depth or 1e-6)
     longest = problem.limits.cycles or 3.0 * end
 
@@ -114,7 +114,7 @@ def second_life(problem: Wearing, end: float) -> Lived:
 
     reaches_depth.terminal = True  # type: ignore[attr-defined]
     solution = solve_ivp(
-        lambda cycle, depth: rate(np.maximum(depth, 0.0)), (0.0, longest), problem.wear.ravel(),
+        lambda cycle, depth: rate(np.maximum(depth, 0.0)), (0.0, longest), problem.wear,
         method="DOP853", rtol=SECOND_METHOD, atol=SECOND_METHOD * scale, first_step=1e-4 * end,
         events=reaches_depth if problem.limits.depth is not None else None,
     )  # fmt: skip

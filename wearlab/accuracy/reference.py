@@ -76,10 +76,9 @@ def reference(problem: Steady) -> Reference:
 
 def tight_steps(problem: Steady) -> int:
     """Return the steps a mesh period that make RK4's error about ``TIGHT``."""
-    grid, vibration = problem.parts.analysis.grid, problem.vibration
-    stiffest = float(
-        problem.parts.analysis.quasistatic(problem.nodes, problem.parts.analysis.at_nodes).tangent.max()
-    )
+    analysis, vibration = problem.analysis, problem.vibration
+    grid = analysis.grid
+    stiffest = float(analysis.quasistatic(problem.mesh.nodes, analysis.at_nodes).tangent.max())
     return steps_per_period(vibration.system, stiffest, vibration.period, TIGHT, len(grid.intervals))
 
 

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from wearlab.accuracy.cells import Motion, motion
 from wearlab.dynamics.response import Response
-from wearlab.life.state import Vibration
-from wearlab.mesh.contact import Nodes
-from wearlab.mesh.excitation import Series, mesh_force, stages
+from wearlab.life.vibration import Vibration
+from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.excitation import Touching, mesh_force, stages
 from wearlab.mesh.profile import Lookup
 from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
-from wearlab.scene.build import PairParts, build
+from wearlab.scene.build import Parts, build
 from wearlab.scene.build.vibration import fluctuation
 from wearlab.simulate.run import initial_wear
 from wearlab.wear.initial import quadratic
@@ -32,18 +32,21 @@ class Steady:
     Parameters
     ----------
     scene, parts : the scene and its physics
-    nodes, series : contact of the first wear state, and what the excitation was fitted to
-    near, near_series : those of a neighbouring, slightly more worn state
+    mesh : contact of the first wear state, and what the excitation was fitted to
+    near : those of a neighbouring, slightly more worn state
     where : phases at which mesh forces are compared
     """
 
     scene: Scene
-    parts: PairParts
-    nodes: Nodes
-    series: Series | None
-    near: Nodes
-    near_series: Series | None
+    parts: Parts
+    mesh: Touching
+    near: Touching
     where: Lookup
+
+    @property
+    def analysis(self) -> ContactAnalysis:
+        """Contact of the mesh."""
+        return self.mesh.analysis
 
     @property
     def vibration(self) -> Vibration:
@@ -53,44 +56,41 @@ class Steady:
 
     def motion(self) -> Motion:
         """Return the equation of motion for foreign integrators."""
-        return motion(self.parts.analysis, self.nodes, self.series, self.vibration)
+        return motion(self.mesh, self.vibration)
 
     def with_steps(self, steps: int, method: Any = None) -> Vibration:
         """Return the dynamics with about ``steps`` steps a mesh period, by ``method`` if one is given."""
-        grid = stage_grid(self.parts.analysis.grid.breaks[:-1], steps)
+        parts = self.parts
+        grid = stage_grid(parts.edges[:-1], steps)
         return replace(
             self.vibration,
             method=method or self.vibration.method,
-            stages=stages(self.parts.analysis, grid, self.parts.error),
+            stages=stages([self.analysis.grid], parts.meshes, parts.edges, grid),
             fluctuation=fluctuation(self.scene, grid.phase),
         )
 
     def solve(self, vibration: Vibration, start: Response | None = None) -> Response:
         """Return the response, tables included."""
-        return vibration.solve(self.parts.analysis, self.nodes, self.series, start)
+        return vibration.solve([self.mesh], None if start is None else (start,))[0]
 
     def solve_near(self, vibration: Vibration) -> Response:
         """Return the response of the neighbouring wear state."""
-        return vibration.solve(self.parts.analysis, self.near, self.near_series, None)
+        return vibration.solve([self.near], None)[0]
 
     def force_of(self, vibration: Vibration, response: Response) -> Array:
         """Return the elastic mesh force, (n_periods, n_phases) [N]."""
-        return self.force(vibration.deflection(response, self.where)[0])
+        when = vibration.look(self.parts.phase)
+        return self.force(vibration.deflection(response, when)[0][:, 0])
 
     def force(self, deflection: Array) -> Array:
         """Return the elastic mesh force for mesh deflections, both (n_periods, n_phases) [m], [N]."""
         backlash = self.vibration.backlash
-        return np.stack(
-            [
-                mesh_force(self.parts.analysis, self.nodes, self.series, self.where, one, backlash).elastic
-                for one in deflection
-            ]
-        )
+        return np.stack([mesh_force(self.mesh, self.where, one, backlash).elastic for one in deflection])
 
     def force_of_states(self, states: Array) -> Array:
         """Return the elastic mesh force for states (n_periods, n_phases, 2n), (n_periods, n_phases) [N]."""
         direction = self.vibration.system.direction[0]
-        error = self.parts.error.value(self.where.phase)
+        error = self.parts.meshes[0].error.value(self.where.phase)
         return self.force(states[..., : len(direction)] @ direction - error)
 
 
@@ -99,10 +99,17 @@ def steady(scene: Scene) -> Steady:
     parts = build(scene)
     assert parts.vibration is not None
     wear = initial_wear(scene, parts)[0]
-    more = quadratic(parts.analysis.grid.position, NEIGHBOUR)
-    nodes, near = (parts.analysis.nodes(depth) for depth in (wear, wear + more))
-    series = [parts.vibration.excitation.prepare(parts.analysis, one) for one in (nodes, near)]
-    return Steady(scene, parts, nodes, series[0], near, series[1], parts.output)
+    analysis = parts.kinds[0].analysis
+    more = quadratic(analysis.grid.position, NEIGHBOUR)
+    mesh, near = (_touching(parts, depth) for depth in (wear[0], wear[0] + more))
+    return Steady(scene, parts, mesh, near, parts.look(0, parts.phase))
+
+
+def _touching(parts: Parts, wear: Array) -> Touching:
+    assert parts.vibration is not None
+    analysis = parts.kinds[0].analysis
+    nodes = analysis.nodes(wear)
+    return Touching(analysis, nodes, parts.vibration.excitation.prepare(analysis, nodes))
 
 
 def relative_error(force: Array, reference: Array) -> float:

@@ -155,7 +155,8 @@ def _knob(scene: Scene, key: str, values: tuple[float, ...], truth: Array) -> Cu
 
 def _knob_rung(scene: Scene, setting: float, truth: Array) -> Rung:
     problem, force, response = _solved(scene)
-    coupling, wear = problem.parts.coupling, np.zeros((2, len(problem.parts.analysis.grid.position)))
+    coupling = problem.parts.coupling
+    wear = coupling.unworn()
     seconds = best_time(lambda: coupling.evaluate(wear), most=5)
     return Rung(setting, relative_error(force, truth), seconds, response.counts.right_hand_sides)
 
@@ -174,8 +175,9 @@ def phase_points_curve(problem: Steady, known: Reference) -> Curve:
     vibration = problem.with_steps(tight_steps(problem), Periodic())
 
     def largest(points: int) -> float:
-        where = problem.parts.look(np.arange(points) / points)
-        deflection = vibration.deflection(response, where)[0]
+        phases = np.arange(points) / points
+        where = problem.parts.look(0, phases)
+        deflection = vibration.deflection(response, vibration.look(phases))[0][:, 0]
         return float(replace(problem, where=where).force(deflection).max())
 
     truth = largest(FINEST_PHASE)

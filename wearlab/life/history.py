@@ -1,4 +1,4 @@
-"""A life of one pair of flanks: march the wear, then evaluate in full every state that is kept."""
+"""A life of a gear set: march the wear, then evaluate in full every state that is kept."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.response import Response
 from wearlab.life.limits import Limits, Snapshots, StopWear
 from wearlab.life.march import Life, Method, evolve
-from wearlab.life.state import Coupling, WearState
+from wearlab.life.state import Coupling, Wear, WearState
 from wearlab.life.step import Node
+from wearlab.life.vibration import Responses
 from wearlab.life.worn import worn
 
 Array = NDArray[np.float64]
@@ -19,7 +19,7 @@ MOST_EVALUATIONS = 5_000
 """Bound on the rates of one life at a tolerance of 1e-3; an ordinary life takes about a hundred."""
 
 
-Memory = tuple[Response | None, float]
+Memory = tuple[Responses, float]
 
 
 class History(NamedTuple):
@@ -39,54 +39,52 @@ class History(NamedTuple):
     worn_first: tuple[Life, ...] = ()
 
 
-class PairRate:
-    """The wear rate of both flanks as the march sees it: flat, and with the last orbit as its memory.
+class SetRate:
+    """The wear rate of all flanks as the march sees it: flat, and with the last orbits as its memory.
 
     Parameters
     ----------
-    coupling : contact, dynamics and wear of the pair
+    coupling : contact, dynamics and wear of the gear set
     """
 
     def __init__(self, coupling: Coupling) -> None:
         self.coupling = coupling
-        self.response: Response | None = None
+        self.responses: Responses = ()
         self.noise = 0.0
 
     def __call__(self, depth: Array) -> Array:
-        """Return the wear per cycle at depths (2 n,), both (2 n,) [m]."""
-        state = self.coupling.evaluate(depth.reshape(2, -1), self.response)
-        if state.rate is None:
+        """Return the wear per cycle at depths (n_entries,), both flat over all flanks [m]."""
+        state = self.coupling.evaluate(self.coupling.split(depth), self.responses)
+        if not state.wears:
             raise ValueError("a scene without a wear law has no wear rate")
-        self.response, self.noise = state.response, state.noise
-        return state.rate.ravel()
+        self.responses, self.noise = state.responses, state.noise
+        return self.coupling.flat(state.rate)
 
     def remember(self) -> Memory:
-        """Return the last orbit, and the noise of its rate."""
-        return self.response, self.noise
+        """Return the last orbits, and the noise of their rate."""
+        return self.responses, self.noise
 
     def recall(self, memory: Memory) -> None:
-        """Put an earlier orbit back."""
-        self.response, self.noise = memory
+        """Put earlier orbits back."""
+        self.responses, self.noise = memory
 
 
-def single_state(coupling: Coupling, wear: Array) -> History:
-    """Return the history of a scene in which nothing wears on: its one state, for wear (2, n) [m]."""
+def single_state(coupling: Coupling, wear: Wear) -> History:
+    """Return the history of a scene in which nothing wears on: its one state, for wear of every kind [m]."""
     return History(np.zeros(1), (coupling.evaluate(wear),), None)
 
 
 def worn_by_law(
-    coupling: Coupling, wear: Array, depths: dict[int, float], *, tolerance: float
-) -> tuple[Array, tuple[Life, ...]]:
-    """Return wear (2, n) [m] with each named flank (0 driving, 1 driven) worn to its depth by this law."""
-    n = wear.shape[1]
-    flanks = {gear: (slice(gear * n, (gear + 1) * n), depth) for gear, depth in depths.items()}
-    flat, lives = worn(PairRate(coupling), wear.ravel(), flanks, tolerance=tolerance)
-    return flat.reshape(2, -1), lives
+    coupling: Coupling, wear: Wear, flanks: dict[str, tuple[slice, float]], *, tolerance: float
+) -> tuple[Wear, tuple[Life, ...]]:
+    """Return wear with each named flank (its entries in the flat state) worn to its depth by this law [m]."""
+    flat, lives = worn(SetRate(coupling), coupling.flat(wear), flanks, tolerance=tolerance)
+    return coupling.split(flat), lives
 
 
 def history(
     coupling: Coupling,
-    wear: Array,
+    wear: Wear,
     *,
     limits: Limits,
     method: Method,
@@ -94,12 +92,12 @@ def history(
     tolerance: float,
     progress: Callable[[Node], None] | None = None,
 ) -> History:
-    """March the wear of a pair to its limit and evaluate every kept state.
+    """March the wear of a gear set to its limit and evaluate every kept state.
 
     Parameters
     ----------
-    coupling : contact, dynamics and wear of the pair
-    wear : (2, n) wear depth at cycle 0, (driving, driven) [m]
+    coupling : contact, dynamics and wear of the gear set
+    wear : wear depth of every kind of mesh at cycle 0 [m]
     limits, method, snapshots, tolerance, progress : see :func:`wearlab.life.march.evolve`
 
     Notes
@@ -107,18 +105,18 @@ def history(
     A kept state starts from the orbit at the last accepted state before it, so that asking for further
     snapshots changes none of the others.
     """
-    rate = PairRate(coupling)
-    rate.response = coupling.evaluate(wear).response
-    anchors: list[tuple[float, Response | None]] = [(-np.inf, rate.response)]
+    rate = SetRate(coupling)
+    rate.responses = coupling.evaluate(wear).responses
+    anchors: list[tuple[float, Responses]] = [(-np.inf, rate.responses)]
 
     def accepted(node: Node) -> None:
-        anchors.append((node.cycle, rate.response))
+        anchors.append((node.cycle, rate.responses))
         if progress is not None:
             progress(node)
 
     life = evolve(
         rate,
-        wear.ravel(),
+        coupling.flat(wear),
         limits=limits,
         method=method,
         snapshots=snapshots,
@@ -128,18 +126,18 @@ def history(
     )
     cycles, depths = life.updates()
     states = [
-        _in_full(coupling, depth.reshape(2, -1), _orbit_before(anchors, cycle))
+        _in_full(coupling, coupling.split(depth), _orbits_before(anchors, cycle))
         for cycle, depth in zip(cycles, depths, strict=True)
     ]
     kept = [i for i, state in enumerate(states) if state is not None]
     return History(cycles[kept], tuple(state for state in states if state is not None), life)
 
 
-def _orbit_before(anchors: list[tuple[float, Response | None]], cycle: float) -> Response | None:
-    return [orbit for reached, orbit in anchors if reached < cycle][-1]
+def _orbits_before(anchors: list[tuple[float, Responses]], cycle: float) -> Responses:
+    return [orbits for reached, orbits in anchors if reached < cycle][-1]
 
 
-def _in_full(coupling: Coupling, wear: Array, start: Response | None) -> WearState | None:
+def _in_full(coupling: Coupling, wear: Wear, start: Responses) -> WearState | None:
     """Return the state, or None when the gears can no longer run in it (it ended the life)."""
     try:
         return coupling.evaluate(wear, start)

@@ -1,148 +1,33 @@
-"""One wear state, wholly evaluated: contact analysis → steady response → tooth forces → wear rate."""
+"""One wear state, wholly evaluated: contact analysis → steady responses → tooth forces → wear rate."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.response import Response, coordinates_at, deflection_at
-from wearlab.dynamics.system import System
+from wearlab.dynamics.response import Response
+from wearlab.life.averaging import averaged_rate, scatter
 from wearlab.life.limits import StopWear
+from wearlab.life.load import Forces, Load, still, wearing_force
+from wearlab.life.vibration import Responses, Vibration
+from wearlab.mesh.clock import Instants, Mesh, instants_of, of_kind, repeated
 from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
-from wearlab.mesh.excitation import Excitation, Series, Stages, mesh_force, stage_tables
-from wearlab.mesh.profile import Lookup
-from wearlab.mesh.stages import StageGrid, StageTables
+from wearlab.mesh.excitation import Series, Touching, mesh_force
 from wearlab.mesh.stiffness import SectionVanished
-from wearlab.wear.law import PreparedLaw, wear_rate
-from wearlab.wear.miner import equivalent_load
+from wearlab.wear.law import PreparedLaw
 
 Array = NDArray[np.float64]
-
-BLOCK = 20
-"""Mesh periods of an aperiodic response that are averaged before their scatter counts as independent."""
-
-
-@dataclass(frozen=True)
-class InstantLoad:
-    """The force at the moment each point of the flank is in contact."""
+Wear = tuple[Array, ...]
+"""Wear depths of every kind of mesh, each (2, n) ordered (driving, driven) [m]."""
 
 
-@dataclass(frozen=True)
-class EquivalentLoad:
-    """Miner's equivalent torque in place of the static one, shared quasi-statically (L16 Eq. 25).
+class KindState(NamedTuple):
+    """One kind of mesh in a wear state.
 
-    Parameters
-    ----------
-    wohler_slope : exponent l of the damage line [1]
-    """
-
-    wohler_slope: float
-
-
-@dataclass(frozen=True)
-class StaticLoad:
-    """The static force, shared quasi-statically, whatever the dynamics do."""
-
-
-Load = InstantLoad | EquivalentLoad | StaticLoad
-
-
-@dataclass(frozen=True)
-class Vibration:
-    """What it takes to find the steady response of one wear state.
-
-    Parameters
-    ----------
-    system : the one form
-    method : how the response is found
-    excitation : how the mesh force reaches the system
-    stages : where the integrator asks for the mesh
-    period : duration of one mesh period [s]
-    fluctuation : (n_steps, 3) factor on the fluctuating load [1], or None
-    hunting : mesh periods after which the same teeth meet, when the slow errors turn; else 1
-    """
-
-    system: System
-    method: Any
-    excitation: Excitation
-    stages: Stages
-    period: float
-    fluctuation: Array | None
-    hunting: int = 1
-
-    @property
-    def backlash(self) -> float | None:
-        """Normal backlash, None without back flank [m]."""
-        return None if self.system.backlash is None else float(self.system.backlash[0])
-
-    def solve(
-        self, analysis: ContactAnalysis, nodes: Nodes, fitted: Series | None, start: Response | None
-    ) -> Response:
-        """Return the steady response of one wear state, over the hunting period when slow errors turn."""
-        tables = stage_tables(analysis, nodes, fitted, self.stages, self.fluctuation)
-        if self.hunting > 1:
-            tables = over_hunting_period(tables, self.stages, self.hunting)
-        response: Response = self.method.solve(self.system, tables, self.period, start)
-        return response
-
-    def deflection(self, response: Response, where: Lookup) -> tuple[Array, Array]:
-        """Return δ and its rate at phases, (n_periods, n_phases) [m], [m/s]."""
-        found = deflection_at(response, *self._over_periods(where))
-        delta, rate = (self._by_period(values, len(where.phase)) for values in found)
-        return delta[:, 0], rate[:, 0]
-
-    def coordinates(self, response: Response, where: Lookup) -> tuple[Array, Array]:
-        """Return q and q̇ at phases, (n_periods, n, n_phases) [m], [m/s]."""
-        found = coordinates_at(response, *self._over_periods(where))
-        position, velocity = (self._by_period(values, len(where.phase)) for values in found)
-        return position, velocity
-
-    def _over_periods(self, where: Lookup) -> tuple[StageGrid, Array, NDArray[np.int64]]:
-        if self.hunting == 1:
-            return self.stages.grid, where.phase, where.segment
-        segments = int(self.stages.grid.segment[-1]) + 1
-        turns = np.repeat(np.arange(self.hunting), len(where.phase))
-        return (
-            hunting_grid(self.stages.grid, self.hunting),
-            np.tile(where.phase, self.hunting) + turns,
-            np.tile(where.segment, self.hunting) + segments * turns,
-        )
-
-    def _by_period(self, values: Array, phases: int) -> Array:
-        """Turn (n_kept, k, hunting · n_phases) into (n_kept · hunting, k, n_phases)."""
-        kept, rows = values.shape[:2]
-        apart = values.reshape(kept, rows, self.hunting, phases).transpose(0, 2, 1, 3)
-        return np.ascontiguousarray(apart).reshape(-1, rows, phases)
-
-
-def hunting_grid(grid: StageGrid, periods: int) -> StageGrid:
-    """Return the steps of ``periods`` mesh periods one after another, phases running on."""
-    turns = np.repeat(np.arange(periods), len(grid.start))
-    segments = int(grid.segment[-1]) + 1
-    return StageGrid(
-        np.tile(grid.start, periods) + turns,
-        np.tile(grid.width, periods),
-        np.tile(grid.segment, periods) + segments * turns,
-    )
-
-
-def over_hunting_period(tables: StageTables, stages: Stages, periods: int) -> StageTables:
-    """Repeat the tables of one mesh period and add the slow errors, which turn with their members."""
-    phase = hunting_grid(stages.grid, periods).phase
-    return StageTables(
-        np.tile(tables.width, periods),
-        np.tile(tables.stiffness, (periods, 1, 1, 1)),
-        np.tile(tables.gap, (periods, 1, 1, 1)),
-        np.tile(tables.error, (periods, 1, 1)) + stages.error.slow(phase)[..., None],
-        np.tile(tables.error_rate, (periods, 1, 1)) + stages.error.slow_rate(phase)[..., None],
-        None if tables.fluctuation is None else np.tile(tables.fluctuation, (periods, 1)),
-    )
-
-
-class WearState(NamedTuple):
-    """Everything known of one wear state.
+    Rows are mesh periods of every mesh of the kind at every error angle; their weights sum to 1.
 
     Parameters
     ----------
@@ -150,22 +35,61 @@ class WearState(NamedTuple):
     nodes : compliance and gaps at the nodes
     static : sharing of the static load at the phase nodes
     fitted : the series the dynamics received, None for pairs
-    response : steady response, None without dynamics
-    elastic : (n_periods, n_phase_nodes) dynamic mesh force at the phase nodes [N]
-    tooth_force : (n_periods, n) force on a pair when it touches at the node [N]
+    weight : (n_rows,) of each row [1]
+    elastic : (n_rows, n_phase_nodes) dynamic mesh force at the phase nodes [N]
+    tooth_force : (n_rows, n), one row for loads that know no rows: force on a pair at the node [N]
     rate : (2, n) wear depth per cycle, None without a wear law [m]
-    noise : standard error of the rate of an aperiodic response, largest over the nodes; else 0 [m]
     """
 
     wear: Array
     nodes: Nodes
     static: Quasistatic
     fitted: Series | None
-    response: Response | None
+    weight: Array
     elastic: Array
     tooth_force: Array
     rate: Array | None
+
+    @property
+    def mean_tooth_force(self) -> Array:
+        """Force on a pair at the node, averaged over the rows, (n,) [N]."""
+        one = len(self.tooth_force) == 1
+        return np.asarray(self.tooth_force[0] if one else self.weight @ self.tooth_force)
+
+
+class WearState(NamedTuple):
+    """Everything known of one wear state.
+
+    Parameters
+    ----------
+    kind : the flanks of every kind of mesh
+    responses : the steady responses, none without dynamics
+    noise : standard error of the rate of aperiodic responses, largest over the nodes; else 0 [m]
+    """
+
+    kind: tuple[KindState, ...]
+    responses: Responses
     noise: float
+
+    @property
+    def response(self) -> Response | None:
+        """The steady response (at the first error angle), None without dynamics."""
+        return self.responses[0] if self.responses else None
+
+    @property
+    def wear(self) -> Wear:
+        """Wear depths of every kind of mesh."""
+        return tuple(one.wear for one in self.kind)
+
+    @property
+    def wears(self) -> bool:
+        """Whether there is a wear law."""
+        return all(one.rate is not None for one in self.kind)
+
+    @property
+    def rate(self) -> Wear:
+        """Wear rates of every kind of mesh [m per cycle]."""
+        return tuple(one.rate for one in self.kind if one.rate is not None)
 
 
 @dataclass
@@ -179,31 +103,81 @@ class Account:
 
 
 @dataclass(frozen=True)
-class Coupling:
-    """Contact, dynamics and wear of one pair, joined.
+class Kind:
+    """One kind of mesh: its contact, its wear law, and when its meshes meet on the clock.
 
     Parameters
     ----------
     analysis : contact of the worn flanks
-    vibration : the dynamics, None: quasi-static
     law : the wear law, None: no wear
+    meshes : (m,) which meshes of the set are of this kind
+    when : when each of these meshes meets its own phase nodes
+    """
+
+    analysis: ContactAnalysis
+    law: PreparedLaw | None
+    meshes: NDArray[np.int64]
+    when: tuple[Instants, ...]
+
+
+def kinds_of(
+    analyses: Sequence[ContactAnalysis],
+    laws: Sequence[PreparedLaw | None],
+    meshes: Sequence[Mesh],
+    edges: Array,
+) -> tuple[Kind, ...]:
+    """Return the kinds of mesh of a set whose clock has breaks at ``edges``."""
+    found = []
+    for kind, (analysis, law) in enumerate(zip(analyses, laws, strict=True)):
+        own = of_kind(meshes, kind)
+        when = tuple(instants_of(analysis.grid, meshes[i].lag, analysis.at_nodes, edges) for i in own)
+        found.append(Kind(analysis, law, own, when))
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """Contact, dynamics and wear of a gear set, joined.
+
+    Parameters
+    ----------
+    kinds : the kinds of mesh
+    vibration : the dynamics, None: quasi-static
     load : which force wears
     account : where time and work are written down
     """
 
-    analysis: ContactAnalysis
+    kinds: tuple[Kind, ...]
     vibration: Vibration | None
-    law: PreparedLaw | None
     load: Load
     account: Account = field(default_factory=Account)
 
-    def evaluate(self, wear: Array, start: Response | None = None) -> WearState:
+    def flat(self, wear: Sequence[Array]) -> Array:
+        """Return depths or rates of every kind, each (2, n), as one array."""
+        return np.concatenate([one.ravel() for one in wear])
+
+    def split(self, flat: Array) -> Wear:
+        """Return one array of depths or rates as those of every kind, each (2, n)."""
+        ends = np.cumsum([2 * len(kind.analysis.grid.position) for kind in self.kinds])[:-1]
+        return tuple(part.reshape(2, -1) for part in np.split(flat, ends))
+
+    def entries(self, kind: int, gear: int) -> slice:
+        """Return where a flank of a kind of mesh, 0 driving or 1 driven, lies in the flat array."""
+        sizes = [len(one.analysis.grid.position) for one in self.kinds]
+        first = 2 * sum(sizes[:kind]) + gear * sizes[kind]
+        return slice(first, first + sizes[kind])
+
+    def unworn(self) -> Wear:
+        """Return no wear."""
+        return tuple(np.zeros((2, len(kind.analysis.grid.position))) for kind in self.kinds)
+
+    def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
         """Evaluate one wear state.
 
         Parameters
         ----------
-        wear : (2, n) wear depth, (driving, driven) [m]
-        start : response of a neighbouring state to start from
+        wear : of every kind of mesh, each (2, n), (driving, driven) [m]
+        start : responses of a neighbouring state to start from
 
         Raises
         ------
@@ -211,76 +185,75 @@ class Coupling:
             When the teeth can no longer bear: their section vanishes.
         """
         clock = time.perf_counter()
-        try:
-            nodes = self.analysis.nodes(wear)
-        except SectionVanished as error:
-            raise StopWear(str(error)) from error
-        static = self.analysis.quasistatic(nodes, self.analysis.at_nodes)
+        touching = [self._touching(kind, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
+        static = [one.analysis.quasistatic(one.nodes, one.analysis.at_nodes) for one in touching]
         clock = self._spent("contact", clock)
         self.account.counts["contact_analyses"] += 1
-        if self.vibration is None:
-            fitted, response = None, None
-            elastic = np.full((1, len(static.deflection)), self.analysis.load)
-            pair_force = static.force[None]
-        else:
-            fitted, response = self._respond(self.vibration, nodes, start)
-            elastic, pair_force = self._dynamic_forces(self.vibration, nodes, fitted, response)
+        responses = self._respond(self.vibration, touching, start or None) if self.vibration else ()
+        forces = [
+            self._forces(kind, one, responses) if responses else still(one, state)
+            for kind, one, state in zip(self.kinds, touching, static, strict=True)
+        ]
         clock = self._spent("dynamics", clock)
-        tooth_force = self._wearing_force(nodes, static, elastic, pair_force)
-        rate, noise = (None, 0.0) if self.law is None else self._rate(self.law, tooth_force)
+        states, noises = [], [0.0]
+        for depth, one, state, kind, force in zip(wear, touching, static, self.kinds, forces, strict=True):
+            tooth_force = wearing_force(self.load, one, state, force)
+            rate = None if kind.law is None else averaged_rate(kind.law, force.weight, tooth_force)
+            if kind.law is not None and any(response.period == 0 for response in responses):
+                noises.append(scatter(kind.law, tooth_force, len(kind.meshes), force.periods))
+            states.append(
+                KindState(depth, one.nodes, state, one.series, force.weight, force.elastic, tooth_force, rate)
+            )
         self._spent("wear", clock)
-        if response is None or response.period > 0:
-            noise = 0.0
-        return WearState(wear, nodes, static, fitted, response, elastic, tooth_force, rate, noise)
+        return WearState(tuple(states), responses, max(noises))
+
+    def touching(self, state: WearState) -> list[Touching]:
+        """Return the flanks of every kind of mesh in a wear state."""
+        return [
+            Touching(kind.analysis, one.nodes, one.fitted)
+            for kind, one in zip(self.kinds, state.kind, strict=True)
+        ]
+
+    def _touching(self, kind: Kind, depth: Array) -> Touching:
+        try:
+            nodes = kind.analysis.nodes(depth)
+        except SectionVanished as error:
+            raise StopWear(str(error)) from error
+        if self.vibration is None:
+            return Touching(kind.analysis, nodes, None)
+        return Touching(kind.analysis, nodes, self.vibration.excitation.prepare(kind.analysis, nodes))
 
     def _spent(self, stage: str, since: float) -> float:
         now = time.perf_counter()
         self.account.seconds[stage] += now - since
         return now
 
-    def _respond(
-        self, vibration: Vibration, nodes: Nodes, start: Response | None
-    ) -> tuple[Series | None, Response]:
-        fitted = vibration.excitation.prepare(self.analysis, nodes)
-        response = vibration.solve(self.analysis, nodes, fitted, start)
-        self.account.counts["period_maps"] += response.counts.period_maps
-        self.account.counts["right_hand_sides"] += response.counts.right_hand_sides
-        return fitted, response
+    def _respond(self, vibration: Vibration, touching: list[Touching], start: Responses | None) -> Responses:
+        responses = vibration.solve(touching, start)
+        self.account.counts["period_maps"] += sum(one.counts.period_maps for one in responses)
+        self.account.counts["right_hand_sides"] += sum(one.counts.right_hand_sides for one in responses)
+        return responses
 
-    def _dynamic_forces(
-        self, vibration: Vibration, nodes: Nodes, fitted: Series | None, response: Response
-    ) -> tuple[Array, Array]:
-        """Return mesh force (n_periods, n_phase_nodes) and pair forces (…, n_pairs) there [N]."""
-        where = self.analysis.at_nodes
-        deflection, _ = vibration.deflection(response, where)
-        forces = [
-            mesh_force(self.analysis, nodes, fitted, where, delta, vibration.backlash) for delta in deflection
-        ]
-        return np.stack([f.elastic for f in forces]), np.stack([f.pair for f in forces])
-
-    def _wearing_force(self, nodes: Nodes, static: Quasistatic, elastic: Array, pair_force: Array) -> Array:
-        """Return the force that wears each node, one row a mesh period, (n_periods, n) [N]."""
-        match self.load:
-            case InstantLoad():
-                return np.stack([self.analysis.force_at_nodes(force) for force in pair_force])
-            case EquivalentLoad(slope):
-                load = np.full(len(static.deflection), self.equivalent_force(elastic, slope))
-                state = self.analysis.quasistatic(nodes, self.analysis.at_nodes, load)
-                return self.analysis.force_at_nodes(state.force)[None]
-            case StaticLoad():
-                return self.analysis.force_at_nodes(static.force)[None]
-
-    def equivalent_force(self, elastic: Array, slope: float) -> float:
-        """Return the Miner-equivalent of a mesh force (n_periods, n_phase_nodes), drive side only [N]."""
-        _, weight = self.analysis.grid.phase_nodes
-        weights = np.tile(weight, len(elastic))
-        return float(equivalent_load(np.maximum(0.0, elastic).ravel(), slope, weights))
-
-    def _rate(self, law: PreparedLaw, tooth_force: Array) -> tuple[Array, float]:
-        """Return the rate averaged over the mesh periods, and its standard error from blocks of them."""
-        rates = np.stack([wear_rate(law, force) for force in tooth_force])
-        blocks = len(rates) // BLOCK
-        if blocks < 2:
-            return rates.mean(axis=0), 0.0
-        means = rates[: blocks * BLOCK].reshape(blocks, BLOCK, *rates.shape[1:]).mean(axis=1)
-        return rates.mean(axis=0), float(means.std(axis=0, ddof=1).max() / np.sqrt(blocks))
+    def _forces(self, kind: Kind, one: Touching, responses: Responses) -> Forces:
+        """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle."""
+        vibration = self.vibration
+        assert vibration is not None
+        where = one.analysis.at_nodes
+        rows: list[Array] = []
+        weights: list[float] = []
+        counts: list[int] = []
+        for response in responses:
+            each = [
+                vibration.deflection(response, when)[0][:, mesh]
+                for mesh, when in zip(kind.meshes, kind.when, strict=True)
+            ]
+            periods = len(each[0])
+            rows += [row for found in each for row in found]
+            counts.append(periods)
+            weights += [1.0 / (len(responses) * periods * len(each))] * (periods * len(each))
+        backlash = vibration.backlash_of(int(kind.meshes[0]))
+        found = mesh_force(one, repeated(where, len(rows)), np.concatenate(rows), backlash)
+        shape = (len(rows), len(where.phase))
+        return Forces(
+            np.array(weights), found.elastic.reshape(shape), found.pair.reshape(*shape, -1), tuple(counts)
+        )

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wearlab.life.counted import Rate
-from wearlab.life.limits import Index, Limits
+from wearlab.life.limits import Limits
 from wearlab.life.march import ELASTIC_SCALE, Life, evolve
 
 Array = NDArray[np.float64]
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 def worn(
     rate: Rate,
     initial: ArrayLike,
-    flanks: Mapping[int, tuple[Index, float]],
+    flanks: Mapping[str, tuple[slice, float]],
     *,
     tolerance: float = 1e-3,
     scale: float = ELASTIC_SCALE,
@@ -29,7 +29,7 @@ def worn(
     ----------
     rate : h (n,) [m] -> dh/dN (n,) [m per cycle]
     initial : (n,) depths before [m]
-    flanks : any label -> (entries of h on that flank, largest depth wanted there [m])
+    flanks : name -> (entries of h on that flank, largest depth wanted there [m])
     tolerance, scale : see :func:`wearlab.life.march.evolve`
 
     Returns
@@ -45,12 +45,12 @@ def worn(
     h0 = np.array(initial, float)
     h = h0.copy()
     lives = []
-    for label, (flank, depth) in flanks.items():
+    for name, (flank, depth) in flanks.items():
         if depth == 0.0:
             continue
         life = evolve(rate, h0, limits=Limits(depth=depth, flank=flank), tolerance=tolerance, scale=scale)
         if life.end_reason != "depth":
-            raise ValueError(f"flank {label} cannot be worn to {depth:.3g} m by this law: {life.end_reason}")
+            raise ValueError(f"flank {name!r} cannot be worn to {depth:.3g} m by this law: {life.end_reason}")
         h[flank] = life.depth[-1][flank]
         lives.append(life)
     return h, tuple(lives)

@@ -5,6 +5,9 @@
 angle is drawn once from the seed and never again.
 """
 
+import math
+from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -95,3 +98,36 @@ def mesh_error(
             slow.append((member.teeth, amplitude, start))
         slow.extend((member.teeth, t, d) for t, d in zip(member.installation, directions, strict=True))
     return MeshError(*np.array(mesh, float).reshape(-1, 3).T, *np.array(slow, float).reshape(-1, 3).T)
+
+
+ANGLES = 8
+"""Angles of the members over which slow errors are averaged."""
+MOST_TRIED = 400
+
+
+@lru_cache
+def turns_of(teeth: tuple[int, ...], count: int) -> tuple[int, ...]:
+    """Return ``count`` numbers of mesh periods after which the members stand at well spread angles.
+
+    The members pass through angles ``t / z`` together, along one closed line: samples every τ mesh periods
+    lie on it, and τ is the one whose samples keep farthest apart on the torus of all angles.
+
+    Parameters
+    ----------
+    teeth : numbers of teeth of the members
+    count : how many
+    """
+    period = math.lcm(*teeth)
+    index = np.arange(1, count)
+    best, chosen = -1.0, 1
+    for step in np.unique(np.linspace(1, period, min(period, MOST_TRIED)).astype(int)):
+        apart = np.multiply.outer(index * step, 1.0 / np.array(teeth))
+        distance = float(np.linalg.norm(apart - np.round(apart), axis=1).min())
+        if distance > best + 1e-12:
+            best, chosen = distance, int(step)
+    return tuple(int(k) * chosen for k in range(count))
+
+
+def quadrature(teeth: Sequence[int], count: int = ANGLES) -> Array:
+    """Return the mesh periods turned at which slow errors are averaged with equal weights, (count,) [1]."""
+    return np.array(turns_of(tuple(sorted(set(teeth))), count), float)

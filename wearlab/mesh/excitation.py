@@ -5,17 +5,18 @@ are the papers' forms ``W = k(φ) f(u)`` with ``u = d·q − e(φ)``; their trun
 their force is handed to the pairs by the quasi-static share.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.mesh.clock import Mesh, look_within, of_kind
 from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
-from wearlab.mesh.errors import MeshError
 from wearlab.mesh.harmonics import Harmonics, harmonics
 from wearlab.mesh.modulation import Modulation, fit
-from wearlab.mesh.profile import Lookup, lookup
+from wearlab.mesh.profile import Lookup, ProfileGrid
 from wearlab.mesh.sharing import equivalent_springs, share
 from wearlab.mesh.stages import StageGrid, StageTables
 
@@ -39,27 +40,36 @@ class MeshForce(NamedTuple):
 
 @dataclass(frozen=True)
 class Stages:
-    """The stages of one integration, and the look-up that serves them.
+    """The stages of one integration, and the look-ups that serve them.
 
     Parameters
     ----------
-    grid : the steps
-    where : look-up of the (n_steps · 3) stages among the nodes
-    error : prescribed error of the mesh
+    grid : the steps, on the clock
+    edges : (n_segments + 1,) breaks of the clock between which every mesh is smooth [1]
+    meshes : the meshes
+    where : for each kind of mesh, look-up of the (n_steps · 3) stages, one mesh of the kind after another
     """
 
     grid: StageGrid
-    where: Lookup
-    error: MeshError
+    edges: Array
+    meshes: tuple[Mesh, ...]
+    where: tuple[Lookup, ...]
+
+    def error(self, mesh: int) -> tuple[Array, Array]:
+        """Return the prescribed error of a mesh and its rate at the stages, both (n_steps, 3) [m]."""
+        one = self.meshes[mesh]
+        phase = self.grid.phase - one.lag
+        return one.error.value(phase), one.error.rate(phase)
 
 
-def stages(analysis: ContactAnalysis, grid: StageGrid, error: MeshError) -> Stages:
-    """Prepare the look-up of an integrator's stages among the profile nodes."""
-    phases = grid.phase
+def stages(grids: Sequence[ProfileGrid], meshes: tuple[Mesh, ...], edges: Array, grid: StageGrid) -> Stages:
+    """Prepare the look-ups of an integrator's stages among the profile nodes of every kind of mesh."""
     middle = grid.start + 0.5 * grid.width
-    segment = np.searchsorted(analysis.grid.breaks, middle, side="right") - 1
-    where = lookup(analysis.grid, phases, np.repeat(segment, 3))
-    return Stages(grid, where, error)
+    where = tuple(
+        look_within(nodes, [mesh.lag for mesh in meshes if mesh.kind == kind], grid.phase, middle)
+        for kind, nodes in enumerate(grids)
+    )
+    return Stages(grid, edges, meshes, where)
 
 
 class Series(NamedTuple):
@@ -145,64 +155,74 @@ def combined_error(state: Quasistatic, combination: Combination, error: LoadedOr
     return np.where(present, state.gap, 0.0).sum(axis=1) / present.sum(axis=1)
 
 
-def stage_tables(
-    analysis: ContactAnalysis,
-    nodes: Nodes,
-    series: Series | None,
-    stages: Stages,
-    fluctuation: Array | None,
-) -> StageTables:
-    """Tabulate one mesh at every stage of an integration; the integrator evaluates nothing else.
+class Touching(NamedTuple):
+    """The flanks of one kind of mesh in one wear state.
 
     Parameters
     ----------
     analysis, nodes : the contact of this wear state
     series : what the excitation was fitted to, None: pair by pair
+    """
+
+    analysis: ContactAnalysis
+    nodes: Nodes
+    series: Series | None
+
+
+def stage_tables(kinds: Sequence[Touching], stages: Stages, fluctuation: Array | None) -> StageTables:
+    """Tabulate every mesh at every stage of an integration; the integrator evaluates nothing else.
+
+    Parameters
+    ----------
+    kinds : the flanks of each kind of mesh
     stages : where to tabulate
     fluctuation : (n_steps, 3) factor on the fluctuating load [1], or None
     """
-    phase = stages.where.phase
-    error, rate = stages.error.value(phase), stages.error.rate(phase)
-    if series is None:
-        stiffness, gap = _springs(analysis, nodes, stages.where)[:2]
+    steps, count = len(stages.grid.width), len(stages.meshes)
+    springs = [_stage_springs(one, where, steps) for one, where in zip(kinds, stages.where, strict=True)]
+    pairs = max(stiffness.shape[-1] for stiffness, _ in springs)
+    stiffness, gap = np.zeros((steps, 3, count, pairs)), np.zeros((steps, 3, count, pairs))
+    error, rate = np.empty((steps, 3, count)), np.empty((steps, 3, count))
+    for kind, (k, g) in enumerate(springs):
+        meshes = of_kind(stages.meshes, kind)
+        stiffness[:, :, meshes, : k.shape[-1]] = k
+        gap[:, :, meshes, : g.shape[-1]] = g
+    for mesh, one in enumerate(stages.meshes):
+        error[:, :, mesh], rate[:, :, mesh] = stages.error(mesh)
+        series = kinds[one.kind].series
+        if series is not None:
+            own = stages.grid.phase - one.lag
+            error[:, :, mesh] += series.error.value(own)
+            rate[:, :, mesh] += series.error.rate(own)
+    return StageTables(stages.grid.width, stiffness, gap, error, rate, fluctuation)
+
+
+def _stage_springs(one: Touching, where: Lookup, steps: int) -> tuple[Array, Array]:
+    """Return stiffness and gap of the pairs of each mesh of a kind, (n_steps, 3, n_meshes, n_pairs)."""
+    if one.series is None:
+        stiffness, gap = _springs(one.analysis, one.nodes, where)[:2]
     else:
-        stiffness = series.stiffness.value(phase)[:, None]
+        stiffness = one.series.stiffness.value(where.phase)[:, None]
         gap = np.zeros_like(stiffness)
-        error, rate = error + series.error.value(phase), rate + series.error.rate(phase)
-    steps = len(stages.grid.width)
-    return StageTables(
-        stages.grid.width,
-        stiffness.reshape(steps, 3, 1, -1),
-        gap.reshape(steps, 3, 1, -1),
-        error.reshape(steps, 3, 1),
-        rate.reshape(steps, 3, 1),
-        fluctuation,
-    )
+    shape = (-1, steps, 3, stiffness.shape[-1])
+    return tuple(values.reshape(shape).transpose(1, 2, 0, 3) for values in (stiffness, gap))  # type: ignore[return-value]
 
 
-def mesh_force(
-    analysis: ContactAnalysis,
-    nodes: Nodes,
-    series: Series | None,
-    where: Lookup,
-    deflection: Array,
-    backlash: float | None,
-) -> MeshForce:
+def mesh_force(one: Touching, where: Lookup, deflection: Array, backlash: float | None) -> MeshForce:
     """Return the elastic force at phases for deflections (n,) [m].
 
     Parameters
     ----------
-    analysis, nodes : the contact of this wear state
-    series : what the excitation was fitted to, None: pair by pair
+    one : the flanks of the mesh
     where : the phases
     deflection : (n,) mesh deflection δ there [m]
     backlash : normal backlash, None: the back flank is not modelled [m]
     """
-    if series is None:
-        return _force_of_pairs(analysis, nodes, where, deflection, backlash)
-    stiffness = series.stiffness.value(where.phase)
+    if one.series is None:
+        return _force_of_pairs(one.analysis, one.nodes, where, deflection, backlash)
+    stiffness = one.series.stiffness.value(where.phase)
     drive = stiffness * np.maximum(0.0, deflection)
-    share = load_share(analysis.quasistatic(nodes, where))
+    share = load_share(one.analysis.quasistatic(one.nodes, where))
     return MeshForce(drive - back_force(stiffness, deflection, backlash), drive[:, None] * share)
 
 

@@ -133,3 +133,8 @@ class Mesh(Part):
         "when the damping acts: while flanks touch, or always as in the papers",
         source="wearlab",
     )
+
+    def of(self, section: str) -> "Mesh":
+        """Return what holds for one kind of mesh; ``section`` names its own table, "" for a pair."""
+        own: Mesh | None = getattr(self, section) if section else None
+        return self if own is None else own

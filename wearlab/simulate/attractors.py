@@ -10,12 +10,12 @@ from wearlab.dynamics.coexisting import coexisting
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response, step_forces
 from wearlab.life.state import WearState
-from wearlab.scene.build import PairParts
+from wearlab.scene.build import Parts
 
 Values = dict[str, Any]
 
 
-def other_attractors(parts: PairParts, states: Sequence[WearState]) -> list[Response | None]:
+def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Response | None]:
     """Return another attractor of each state, None where released flanks return to the response stored.
 
     The methods of the papers march from one start alone, and so do errors that turn with their members.

@@ -14,11 +14,11 @@ from wearlab.dynamics.response import Response
 from wearlab.gears.errors import GearError
 from wearlab.life.history import History
 from wearlab.life.limits import StopWear
-from wearlab.life.state import WearState
+from wearlab.life.state import Wear, WearState
 from wearlab.mesh.excitation import mesh_force
 from wearlab.mesh.profile import ProfileGrid, interpolate, lookup
 from wearlab.scene import Scene
-from wearlab.scene.build import PairParts, build
+from wearlab.scene.build import Parts, build
 from wearlab.scene.build.mesh import profile_points
 
 Array = NDArray[np.float64]
@@ -40,14 +40,16 @@ class Rougher(NamedTuple):
     Parameters
     ----------
     cycle : of the state [1]
-    wear : (2, n_rough) its wear depth at the rougher nodes [m]
-    rate : (2, n_rough) change of the wear rate, None without a wear law [m]
+    wear : (n_rough,) its wear depth at the rougher nodes of all flanks [m]
+    rate : (n_rough,) change of the wear rate, None without a wear law [m]
+    flank : (n_rough,) which flank each node is on
     force : largest change of the mesh force, NaN without dynamics [N]
     """
 
     cycle: float
     wear: Array
     rate: Array | None
+    flank: NDArray[np.int64]
     force: float
 
 
@@ -66,7 +68,7 @@ class Estimates(NamedTuple):
     life: float | None
 
 
-def rough_parts(scene: Scene, parts: PairParts) -> PairParts | None:
+def rough_parts(scene: Scene, parts: Parts) -> Parts | None:
     """Return the scene's physics with half the steps and half the nodes, None when that cannot be."""
     changed: dict[str, int] = {"profile_points": max(9, int(COARSENED * profile_points(scene)))}
     if parts.vibration is not None:
@@ -93,44 +95,63 @@ def carried(fine: ProfileGrid, values: Array, rough: ProfileGrid) -> Array:
     return found
 
 
-def rougher(parts: PairParts, rough: PairParts, cycle: float, state: WearState) -> Rougher | None:
+def rougher(parts: Parts, rough: Parts, cycle: float, state: WearState) -> Rougher | None:
     """Evaluate one state once more, None when the response is another one or none."""
-    response = state.response
-    if response is not None and response.period == 0:
+    responses = state.responses
+    if any(response.period == 0 for response in responses):
         return None
-    fine_grid, grid = parts.analysis.grid, rough.analysis.grid
     try:
-        again = rough.coupling.evaluate(np.maximum(0.0, carried(fine_grid, state.wear, grid)), response)
+        wear = tuple(np.maximum(0.0, one) for one in _carried(parts, state.wear, rough))
+        again = rough.coupling.evaluate(wear, responses)
     except StopWear:
         return None
-    if response is not None and (again.response is None or again.response.period != response.period):
+    if [one.period for one in again.responses] != [one.period for one in responses]:
         return None
     rate = None
-    if state.rate is not None and again.rate is not None:
-        rate = again.rate - carried(fine_grid, state.rate, grid)
+    if state.wears and again.wears:
+        rate = rough.coupling.flat(again.rate) - rough.coupling.flat(_carried(parts, state.rate, rough))
     force = np.nan
-    if response is not None and again.response is not None:
-        force = _change_of_force(parts, state, response, rough, again, again.response)
-    return Rougher(cycle, again.wear, rate, force)
+    if responses:
+        force = max(
+            _change_of_force(_force(parts, state, one), _force(rough, again, other))
+            for one, other in zip(responses, again.responses, strict=True)
+        )
+    sizes = [len(one.analysis.grid.position) for one in rough.kinds for _ in (0, 1)]
+    flank = np.repeat(np.arange(len(sizes)), sizes)
+    return Rougher(cycle, rough.coupling.flat(again.wear), rate, flank, force)
 
 
-def _change_of_force(
-    parts: PairParts, state: WearState, response: Response,
-    rough: PairParts, again: WearState, other: Response,
-) -> float:  # fmt: skip
-    fine, coarse = _force(parts, state, response), _force(rough, again, other)
+def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
+    return tuple(
+        carried(fine.analysis.grid, one, other.analysis.grid)
+        for fine, one, other in zip(parts.kinds, values, rough.kinds, strict=True)
+    )
+
+
+def _change_of_force(fine: Array, coarse: Array) -> float:
+    """Return the largest difference of two forces that may begin in any of their periods [N]."""
     turns = range(len(fine))
     return float(min(np.abs(np.roll(coarse, turn, axis=0) - fine).max() for turn in turns))
 
 
-def _force(parts: PairParts, state: WearState, response: Response) -> Array:
+def _force(parts: Parts, state: WearState, response: Response) -> Array:
+    """Return the force of every mesh, (n_periods, n_mesh, n_phases) [N]."""
     vibration = parts.vibration
     assert vibration is not None
-    deflection, _ = vibration.deflection(response, parts.output)
-    return np.stack([
-        mesh_force(parts.analysis, state.nodes, state.fitted, parts.output, one, vibration.backlash).elastic
-        for one in deflection
-    ])  # fmt: skip
+    deflection, _ = vibration.deflection(response, vibration.look(parts.phase))
+    touching = parts.coupling.touching(state)
+    return np.stack(
+        [
+            np.stack([
+                mesh_force(
+                    touching[one.kind], parts.look(mesh, parts.phase), row, vibration.backlash_of(mesh)
+                ).elastic
+                for row in deflection[:, mesh]
+            ])
+            for mesh, one in enumerate(parts.meshes)
+        ],
+        axis=1,
+    )  # fmt: skip
 
 
 def samples(lived: History) -> list[int]:
@@ -139,7 +160,7 @@ def samples(lived: History) -> list[int]:
     return sorted({round(at) for at in np.linspace(0, count - 1, min(count, MOST_SAMPLES))})
 
 
-def estimated(scene: Scene, parts: PairParts, lived: History) -> Estimates:
+def estimated(scene: Scene, parts: Parts, lived: History) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
     Parameters
@@ -176,7 +197,7 @@ def _depth(lived: History, found: list[Rougher]) -> Array | None:
         return total
     cycle = np.array([at for at, _ in known])
     change = np.stack([rate for _, rate in known])
-    carried_on = np.abs(_integral(cycle, change)).max(axis=(1, 2))
+    carried_on = np.abs(_integral(cycle, change)).max(axis=1)
     if len(cycle) == 1:
         carried_on, cycle = np.abs(change).max() * lived.cycle, lived.cycle
     return np.asarray(total + RATE_SHARE * np.interp(lived.cycle, cycle, carried_on))
@@ -189,15 +210,18 @@ def _integral(cycle: Array, values: Array) -> Array:
     return np.concatenate([np.zeros_like(values[:1]), np.cumsum(pieces, axis=0)])
 
 
-def _force_error(parts: PairParts, lived: History, found: list[Rougher], depth: Array | None) -> Array:
+def _force_error(parts: Parts, lived: History, found: list[Rougher], depth: Array | None) -> Array:
     known = [twin for twin in found if np.isfinite(twin.force)]
     if not known:
         return np.full(len(lived.state), np.nan)
     force = np.interp(lived.cycle, [twin.cycle for twin in known], [twin.force for twin in known])
-    _, weight = parts.analysis.grid.phase_nodes
-    stiffness = np.array([weight @ state.static.tangent for state in lived.state])
+    weights = [one.analysis.grid.phase_nodes[1] for one in parts.kinds]
+    stiffness = np.array([
+        max(weight @ one.static.tangent for weight, one in zip(weights, state.kind, strict=True))
+        for state in lived.state
+    ])  # fmt: skip
     worn = 0.0 if depth is None else stiffness * depth
-    aperiodic = [state.response is not None and state.response.period == 0 for state in lived.state]
+    aperiodic = [any(one.period == 0 for one in state.responses) for state in lived.state]
     return np.where(aperiodic, np.nan, FORCE_SHARE * force + WORN_SHARE * worn)
 
 
@@ -214,10 +238,11 @@ def _life(lived: History, found: list[Rougher]) -> float | None:
 
 def _deepest_change(found: list[Rougher]) -> float:
     """Return the integral of the change of rate where a flank is worn most [m]."""
-    known = [(twin.cycle, twin.rate, twin.wear) for twin in found if twin.rate is not None]
+    known = [(twin.cycle, twin.rate) for twin in found if twin.rate is not None]
     if len(known) < 2:
         return 0.0
-    cycle = np.array([at for at, _, _ in known])
-    carried_on = np.abs(_integral(cycle, np.stack([rate for _, rate, _ in known]))[-1])
-    deepest = known[-1][2] >= DEEPEST * known[-1][2].max(axis=1, keepdims=True)
-    return float(carried_on[deepest].max())
+    last = next(twin for twin in reversed(found) if twin.rate is not None)
+    cycle = np.array([at for at, _ in known])
+    carried_on = np.abs(_integral(cycle, np.stack([rate for _, rate in known]))[-1])
+    deepest_of_flank = np.array([last.wear[last.flank == flank].max() for flank in np.unique(last.flank)])
+    return float(carried_on[last.wear >= DEEPEST * deepest_of_flank[last.flank]].max())

@@ -31,13 +31,18 @@ def labelled(
     )
     named = {
         name: (
-            VARIABLES[name].dims if name in VARIABLES else (name,),
+            _dimensions(name, np.asarray(value)),
             np.asarray(value),
             _attributes(name, value),
         )
         for name, value in coordinates.items()
     }
     return dataset.assign_coords(named)
+
+
+def _dimensions(name: str, value: np.ndarray) -> tuple[str, ...]:
+    """Return the dimensions of a coordinate; what all flanks share lies along the profile alone."""
+    return VARIABLES[name].dims[-value.ndim :] if name in VARIABLES and value.ndim else (name,)
 
 
 def _attributes(name: str, value: Any) -> dict[str, str]:

@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.continuation import JumpOfResponse, Point
-from wearlab.life.state import Vibration, WearState
+from wearlab.life.state import WearState
+from wearlab.life.vibration import Vibration
 from wearlab.mesh.excitation import mesh_force
 from wearlab.scene import Scene
-from wearlab.scene.build import PairParts
+from wearlab.scene.build import Parts
 from wearlab.scene.build.response import SpeedResponse, build_response
 from wearlab.simulate.vibration import separated, transmission_error
 
@@ -24,7 +25,7 @@ LINES = 24
 ORDERS = 5
 
 
-def response_values(scene: Scene, parts: PairParts, state: WearState) -> Values:
+def response_values(scene: Scene, parts: Parts, state: WearState) -> Values:
     """Follow the response of one wear state over speed and return what is read off it."""
     clock = time.perf_counter()
     wanted = build_response(scene, parts, state)
@@ -69,18 +70,16 @@ def _loaded(wanted: SpeedResponse) -> Array:
 def _described(wanted: SpeedResponse, point: Point) -> Values:
     parts, response = wanted.parts, point.response
     vibration = wanted.vibration(point.speed)
-    where = parts.look(np.arange(SAMPLES) / SAMPLES)
-    deflection, _ = vibration.deflection(response, where)
-    position, _ = vibration.coordinates(response, where)
-    state = wanted.state
-    force = np.stack(
-        [
-            mesh_force(parts.analysis, state.nodes, state.fitted, where, one, vibration.backlash).elastic
-            for one in deflection
-        ]
-    )
+    phases = np.arange(SAMPLES) / SAMPLES
+    where, when = parts.look(0, phases), vibration.look(phases)
+    deflection = vibration.deflection(response, when)[0][:, 0]
+    position, _ = vibration.coordinates(response, when)
+    touching = parts.coupling.touching(wanted.state)
+    force = np.stack([mesh_force(touching[0], where, row, vibration.backlash).elastic for row in deflection])
     transmission = transmission_error(vibration, position)
-    static = parts.analysis.load
+    if transmission is None:
+        transmission = deflection
+    static = parts.kinds[0].analysis.load
     poincare = _strobed(vibration, point)
     multiplier = abs(response.multipliers[0]) if len(response.multipliers) else np.nan
     return {
@@ -89,7 +88,7 @@ def _described(wanted: SpeedResponse, point: Point) -> Values:
         "force_rms": force.std(),
         "dte_peak_to_peak": np.ptp(transmission),
         "dte_rms": transmission.std(),
-        "separation_fraction": separated(parts, vibration, state._replace(response=response)),
+        "separation_fraction": separated(parts, vibration, touching, response)[0],
         "orbit_period": response.period,
         "multiplier": multiplier,
         "dte_orders": order_amplitudes(transmission),

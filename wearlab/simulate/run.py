@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from wearlab.gears.errors import GearError
 from wearlab.life.history import History, history, single_state, worn_by_law
 from wearlab.life.limits import StopWear
+from wearlab.life.state import Wear
 from wearlab.scene import Scene
-from wearlab.scene.build import PairParts, build
+from wearlab.scene.build import Parts, build
 from wearlab.scene.build.modes import build_modes
 from wearlab.scene.build.wear import build_limits, build_snapshots, build_step
-from wearlab.simulate import pair as named
+from wearlab.simulate import static as named
 from wearlab.simulate import vibration as vibrating
 from wearlab.simulate.attractors import attractor_values, other_attractors
 from wearlab.simulate.errors import Refused
@@ -68,40 +69,40 @@ def simulate(scene: Scene) -> xr.Dataset:
     return dataset
 
 
-def live(scene: Scene, parts: PairParts) -> History:
+def live(scene: Scene, parts: Parts) -> History:
     """March the wear of a scene to its end, or evaluate its one state."""
     wear, worn_first = initial_wear(scene, parts)
-    nodes = len(parts.analysis.grid.position)
     if scene.wear is None or scene.wear.until is None:
         return single_state(parts.coupling, wear)._replace(worn_first=worn_first)
     lived = history(
         parts.coupling,
         wear,
-        limits=build_limits(scene, parts.pair, nodes, parts.speed),
+        limits=build_limits(scene, parts.gears, parts.coupling),
         method=build_step(scene),
-        snapshots=build_snapshots(scene, parts.pair, nodes),
+        snapshots=build_snapshots(scene, parts.gears, parts.coupling),
         tolerance=scene.numerics.cycle_tolerance or scene.numerics.tolerance,
     )
     return lived._replace(worn_first=worn_first)
 
 
-def initial_wear(scene: Scene, parts: PairParts) -> tuple[Array, tuple[Any, ...]]:
-    """Return the wear before the first cycle, (2, n) (driving, driven) [m], and the lives that made it."""
-    position = parts.analysis.grid.position
-    wear = np.zeros((2, len(position)))
+def initial_wear(scene: Scene, parts: Parts) -> tuple[Wear, tuple[Any, ...]]:
+    """Return the wear before the first cycle, of every kind of mesh [m], and the lives that made it."""
+    wear = parts.coupling.unworn()
     given = scene.wear.initial if scene.wear is not None else None
-    by_law: dict[int, float] = {}
-    for index, gear in enumerate(parts.pair.gears):
-        flank = getattr(given, gear.name, None)
+    by_law: dict[str, tuple[slice, float]] = {}
+    for name in parts.gears.flanks:
+        flank = getattr(given, name.replace("-", "_"), None)
         if flank is None:
             continue
+        kind, gear = parts.gears.flank(name)
+        position = parts.kinds[kind].analysis.grid.position
         match flank.shape:
             case "uniform":
-                wear[index] = uniform(position, flank.depth)
+                wear[kind][gear] = uniform(position, flank.depth)
             case "quadratic":
-                wear[index] = quadratic(position, flank.depth)
+                wear[kind][gear] = quadratic(position, flank.depth)
             case _:
-                by_law[index] = flank.depth
+                by_law[name] = parts.coupling.entries(kind, gear), flank.depth
     if not by_law:
         return wear, ()
     try:
@@ -110,7 +111,7 @@ def initial_wear(scene: Scene, parts: PairParts) -> tuple[Array, tuple[Any, ...]
         raise Refused(str(error)) from error
 
 
-def _values(scene: Scene, parts: PairParts, lived: History) -> dict[str, Any]:
+def _values(scene: Scene, parts: Parts, lived: History) -> dict[str, Any]:
     states = lived.state
     values = named.mesh_values(parts, states) | named.path_values(parts, states)
     if scene.wear is not None:

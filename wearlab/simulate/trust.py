@@ -7,7 +7,7 @@ from wearlab.dynamics.response import Response
 from wearlab.gears import tip_contact
 from wearlab.life.history import History
 from wearlab.scene import Scene
-from wearlab.scene.build import PairParts
+from wearlab.scene.build import Parts
 from wearlab.simulate.estimates import estimated
 
 Values = dict[str, Any]
@@ -17,7 +17,7 @@ EXTENDED_CONTACT = 0.05
 
 
 def trust_values(
-    scene: Scene, parts: PairParts, lived: History, others: Sequence[Response | None] = ()
+    scene: Scene, parts: Parts, lived: History, others: Sequence[Response | None] = ()
 ) -> Values:
     """Return verdict, validity, error estimates, run times and counts."""
     account = parts.coupling.account
@@ -63,13 +63,16 @@ def verdict(lived: History, others: Sequence[Response | None] = ()) -> str:
     return "coexisting" if any(other is not None for other in others) else "completed"
 
 
-def scene_validity(parts: PairParts, lived: History) -> tuple[str, ...]:
+def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
     """Return limits of validity that show only once the scene has run."""
     flags = []
-    deflection = max(float(state.static.deflection.max()) for state in lived.state)
-    extension = tip_contact.extension(parts.pair, deflection) / (parts.pair.path.E - parts.pair.path.A)
-    if extension > EXTENDED_CONTACT:
-        flags.append(f"deflection would extend the path of contact by {100 * extension:.0f} %")
+    for kind, one in enumerate(parts.kinds):
+        if one.pair.kind == "internal":
+            continue
+        deflection = max(float(state.kind[kind].static.deflection.max()) for state in lived.state)
+        extension = tip_contact.extension(one.pair, deflection) / (one.pair.path.E - one.pair.path.A)
+        if extension > EXTENDED_CONTACT:
+            flags.append(f"deflection would extend the path of contact by {100 * extension:.0f} %")
     if lived.life is not None and lived.life.saw_tooth:
         flags.append("saw-tooth: steps over cycles beyond the stability limit")
     return tuple(flags)

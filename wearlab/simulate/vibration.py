@@ -1,4 +1,4 @@
-"""The arrays of a gear pair's steady responses, named as the dataset names them."""
+"""The arrays of a gear set's steady responses, named as the dataset names them."""
 
 from itertools import pairwise
 from typing import Any
@@ -8,144 +8,215 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.response import Response
 from wearlab.life.history import History
-from wearlab.life.state import Vibration, WearState
-from wearlab.mesh.excitation import mesh_force
+from wearlab.life.load import equivalent_force
+from wearlab.life.state import WearState
+from wearlab.life.vibration import Vibration
+from wearlab.mesh.excitation import Touching, mesh_force
 from wearlab.mesh.harmonics import Harmonics, harmonics
 from wearlab.mesh.profile import Lookup
-from wearlab.scene.build import PairParts
+from wearlab.scene.build import Parts
 from wearlab.scene.build.modes import SceneModes
 from wearlab.simulate.label import padded
-from wearlab.simulate.pair import pair_slots
+from wearlab.simulate.static import pair_slots
 
 Array = NDArray[np.float64]
 Values = dict[str, Any]
 
+SEPARATION_SAMPLES = 2048
 
-def dynamic_values(parts: PairParts, states: tuple[WearState, ...]) -> Values:
-    """Return the steady responses at the stored phases, and what is read off them."""
+
+def dynamic_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
+    """Return the steady responses at the stored phases, and what is read off them.
+
+    Averaged slow errors that the set answers to make one response an angle, along ``error_angle``.
+    """
     vibration = parts.vibration
     assert vibration is not None
-    each = [_response_values(parts, vibration, state) for state in states]
     along_periods = {"bearing_force": 2, "pair_force": 2}
-    values: Values = {}
-    for name in each[0]:
-        arrays = [np.asarray(one[name]) for one in each]
-        ragged = arrays[0].ndim > 0 and len({array.shape for array in arrays}) > 1
-        values[name] = padded(arrays, along_periods.get(name, 1)) if ragged else np.stack(arrays)
-    return values
+    angles = len(states[0].responses)
+    each = []
+    for angle in range(angles):
+        found = [_response_values(parts, vibration, state, state.responses[angle]) for state in states]
+        each.append(
+            {
+                name: stacked([np.asarray(one[name]) for one in found], along_periods.get(name, 1))
+                for name in found[0]
+            }
+        )
+    if angles == 1:
+        return each[0]
+    return {name: stacked([one[name] for one in each], None) for name in each[0]}
 
 
-def _response_values(parts: PairParts, vibration: Vibration, state: WearState) -> Values:
-    response, where = state.response, parts.output
-    assert response is not None
-    deflection, rate = vibration.deflection(response, where)
-    position, velocity = vibration.coordinates(response, where)
-    forces = [
-        mesh_force(parts.analysis, state.nodes, state.fitted, where, one, vibration.backlash)
-        for one in deflection
+def stacked(arrays: list[Array], along: int | None) -> Array:
+    """Stack arrays; those that differ in length along the mesh periods are padded with NaN."""
+    if arrays[0].ndim == 0 or len({array.shape for array in arrays}) == 1:
+        return np.stack(arrays)
+    if along is None:
+        along = next(i for i in range(arrays[0].ndim) if len({array.shape[i] for array in arrays}) > 1)
+    return padded(arrays, along)
+
+
+def _response_values(parts: Parts, vibration: Vibration, state: WearState, response: Response) -> Values:
+    when = vibration.look(parts.phase)
+    deflection, rate = vibration.deflection(response, when)
+    position, velocity = vibration.coordinates(response, when)
+    touching = parts.coupling.touching(state)
+    found = [
+        _mesh_response(parts, vibration, touching, mesh, deflection[:, mesh], rate[:, mesh])
+        for mesh in range(len(parts.meshes))
     ]
-    elastic = np.stack([force.elastic for force in forces])
-    transmission = transmission_error(vibration, position) + parts.constant_error
-    found = _over_periods(transmission, where, parts.harmonics)
-    static = parts.analysis.load
-    values: Values = {
-        "dynamic_mesh_force": elastic[None],
-        "mesh_damping_force": damping_force(parts, vibration, state, where, deflection, rate)[None],
-        "mesh_deflection": deflection[None],
-        "mesh_deflection_rate": rate[None],
-        "dynamic_transmission_error": transmission[None],
-        "pair_force": np.stack([pair_slots(force.pair) for force in forces], axis=1)[None],
-        "dte_harmonics": found.amplitude[None],
-        "dte_rms": [found.rms],
-        "poincare_deflection": deflection[:, :1].T,
-        "poincare_rate": rate[:, :1].T,
-        "dynamic_factor": [elastic.max() / static if static > 0.0 else np.nan],
-        "separation_fraction": [separated(parts, vibration, state)],
+    pairs = max(one["pair_force"].shape[0] for one in found)
+    for one in found:
+        short = pairs - one["pair_force"].shape[0]
+        one["pair_force"] = np.pad(one["pair_force"], ((0, short), (0, 0), (0, 0)))
+    values: Values = {name: np.stack([one[name] for one in found]) for name in found[0]}
+    transmission = transmission_error(vibration, position)
+    if transmission is not None:
+        series = _over_periods(transmission + parts.constant_error[0], parts.phase, parts.harmonics)
+        values["dynamic_transmission_error"] = (transmission + parts.constant_error[0])[None]
+        values["dte_harmonics"] = series.amplitude[None]
+        values["dte_rms"] = [series.rms]
+    values |= {
+        "separation_fraction": separated(parts, vibration, touching, response),
         "response_period": response.period * vibration.hunting,
         "floquet_multiplier": _as_parts(response, 2 * len(vibration.system.coordinates)),
-        "residual_mean_force": mean_force_residual(parts, vibration, state),
+        "residual_mean_force": mean_force_residual(parts, vibration, touching, response),
         "residual_orbit": response.residual,
     }
     if parts.wohler_slope is not None:
-        force = parts.coupling.equivalent_force(state.elastic, parts.wohler_slope)
-        values["equivalent_load"] = [force * parts.pair.gears[parts.order[0]].base_radius]
-    if parts.has_bearings:
-        values["bearing_force"] = _bearing_force(parts, vibration, position, velocity)
-    if state.fitted is not None:
-        values["excitation_stiffness"] = state.fitted.stiffness.value(where.phase)[None]
-        values["excitation_error"] = (state.fitted.error.value(where.phase) + parts.error.value(where.phase))[
-            None
+        equivalent = [
+            parts.gears.lever(k)
+            * equivalent_force(parts.kinds[k].analysis, one.weight, one.elastic, parts.wohler_slope)
+            for k, one in enumerate(state.kind)
         ]
+        values["equivalent_load"] = [equivalent[mesh.kind] for mesh in parts.meshes]
+    if has_bearings(parts):
+        values["bearing_force"] = _bearing_force(parts, vibration, position, velocity)
+    return values
+
+
+def _mesh_response(
+    parts: Parts, vibration: Vibration, touching: list[Touching], mesh: int, deflection: Array, rate: Array
+) -> dict[str, Array]:
+    """Return what one mesh does at the stored phases, the mesh periods first (the pairs before them)."""
+    one, where = parts.meshes[mesh], parts.look(mesh, parts.phase)
+    mine = touching[one.kind]
+    forces = [mesh_force(mine, where, row, vibration.backlash_of(mesh)) for row in deflection]
+    elastic = np.stack([force.elastic for force in forces])
+    static = mine.analysis.load
+    values = {
+        "dynamic_mesh_force": elastic,
+        "mesh_damping_force": damping_force(vibration, mine, mesh, where, deflection, rate),
+        "mesh_deflection": deflection,
+        "mesh_deflection_rate": rate,
+        "pair_force": np.stack([pair_slots(force.pair) for force in forces], axis=1),
+        "poincare_deflection": deflection[:, 0],
+        "poincare_rate": rate[:, 0],
+        "dynamic_factor": np.asarray(elastic.max() / static if static > 0.0 else np.nan),
+    }
+    if mine.series is not None:
+        own = where.phase
+        values["excitation_stiffness"] = mine.series.stiffness.value(own)
+        values["excitation_error"] = mine.series.error.value(own) + one.error.value(own)
     return values
 
 
 def damping_force(
-    parts: PairParts, vibration: Vibration, state: WearState, where: Lookup, deflection: Array, rate: Array
+    vibration: Vibration, mine: Touching, mesh: int, where: Lookup, deflection: Array, rate: Array
 ) -> Array:
     """Return c δ̇, 0 in separation unless the damping acts always, (n_periods, n_phases) [N]."""
-    force = vibration.system.mesh_damping[0] * rate
+    force = vibration.system.mesh_damping[mesh] * rate
     if vibration.system.damping_always:
         return force
-    return np.where(touching(parts, vibration, state, where, deflection), force, 0.0)
+    return np.where(flanks_touch(mine, where, deflection, vibration.backlash_of(mesh)), force, 0.0)
 
 
-def touching(
-    parts: PairParts, vibration: Vibration, state: WearState, where: Lookup, deflection: Array
+def flanks_touch(
+    mine: Touching, where: Lookup, deflection: Array, backlash: float | None
 ) -> NDArray[np.bool_]:
     """Return whether any flank, drive or back, is in contact, (n_periods, n_phases)."""
-    if state.fitted is None:
-        _, gap, _ = parts.analysis.at(state.nodes, where)
-        contact = deflection > gap.min(axis=1)
-    else:
-        contact = deflection > 0.0
-    return contact if vibration.backlash is None else contact | (deflection < -vibration.backlash)
+    contact = drive_touches(mine, where, deflection)
+    return contact if backlash is None else contact | (deflection < -backlash)
 
 
-def separated(parts: PairParts, vibration: Vibration, state: WearState) -> float:
-    """Return the fraction of time in which no drive flank touches [1]."""
-    assert state.response is not None
-    phases = (np.arange(2048) + 0.5) / 2048
-    where = parts.look(phases)
-    deflection, _ = vibration.deflection(state.response, where)
-    if state.fitted is None:
-        _, gap, _ = parts.analysis.at(state.nodes, where)
-        return float(np.mean(deflection <= gap.min(axis=1)))
-    return float(np.mean(deflection <= 0.0))
+def drive_touches(mine: Touching, where: Lookup, deflection: Array) -> NDArray[np.bool_]:
+    """Return whether a drive flank is in contact, (n_periods, n_phases)."""
+    if mine.series is not None:
+        return np.asarray(deflection > 0.0)
+    _, gap, _ = mine.analysis.at(mine.nodes, where)
+    return np.asarray(deflection > gap.min(axis=1))
 
 
-def mean_force_residual(parts: PairParts, vibration: Vibration, state: WearState) -> float:
-    """Return mean(elastic + damping) over the static force, minus one."""
-    assert state.response is not None
-    where = parts.analysis.at_nodes
-    _, weight = parts.analysis.grid.phase_nodes
-    deflection, rate = vibration.deflection(state.response, where)
-    damping = damping_force(parts, vibration, state, where, deflection, rate)
-    mean = float(((state.elastic + damping) @ weight).mean())
-    return mean / parts.analysis.load - 1.0 if parts.analysis.load > 0.0 else mean
+def separated(parts: Parts, vibration: Vibration, touching: list[Touching], response: Response) -> Array:
+    """Return the fraction of time in which no drive flank of a mesh touches, (n_mesh,) [1]."""
+    phases = (np.arange(SEPARATION_SAMPLES) + 0.5) / SEPARATION_SAMPLES
+    deflection, _ = vibration.deflection(response, vibration.look(phases))
+    return np.array([
+        1.0 - np.mean(drive_touches(touching[one.kind], parts.look(mesh, phases), deflection[:, mesh]))
+        for mesh, one in enumerate(parts.meshes)
+    ])  # fmt: skip
 
 
-def transmission_error(vibration: Vibration, position: Array) -> Array:
-    """Return r_b1 θ1 − r_b2 θ2 from the coordinates, (n_periods, n_phases) [m]."""
+def mean_force_residual(
+    parts: Parts, vibration: Vibration, touching: list[Touching], response: Response
+) -> float:
+    """Return mean(elastic + damping) over the static force, minus one: the largest of the kinds of mesh.
+
+    Meshes of one kind share the load among them, so their mean is what the load decides.
+    """
+    found = []
+    for kind, mine in zip(parts.coupling.kinds, touching, strict=True):
+        where, (_, weight) = mine.analysis.at_nodes, mine.analysis.grid.phase_nodes
+        means = []
+        for mesh, when in zip(kind.meshes, kind.when, strict=True):
+            deflection, rate = (values[:, mesh] for values in vibration.deflection(response, when))
+            elastic = np.stack(
+                [mesh_force(mine, where, row, vibration.backlash_of(mesh)).elastic for row in deflection]
+            )
+            damping = damping_force(vibration, mine, mesh, where, deflection, rate)
+            means.append(float(((elastic + damping) @ weight).mean()))
+        mean, load = float(np.mean(means)), mine.analysis.load
+        found.append(mean / load - 1.0 if load > 0.0 else mean)
+    return max(found, key=abs)
+
+
+def transmission_error(vibration: Vibration, position: Array) -> Array | None:
+    """Return r_b1 θ1 − r_b2 θ2 from the coordinates, (n_periods, n_phases) [m]; None for several meshes."""
     names = vibration.system.coordinates
+    if len(vibration.system.direction) > 1:
+        return None
     if "mesh.x" in names:
         return position[:, names.index("mesh.x")]
     driving, driven = (i for i, name in enumerate(names) if name.endswith(".u"))
     return position[:, driving] - position[:, driven]
 
 
-def _over_periods(values: Array, where: Lookup, count: int) -> Harmonics:
+def _over_periods(values: Array, phase: Array, count: int) -> Harmonics:
     periods = len(values)
-    turned = (np.arange(periods)[:, None] + where.phase).ravel()
+    turned = (np.arange(periods)[:, None] + phase).ravel()
     return harmonics(turned, np.full(values.size, 1.0 / values.size), values.ravel(), count)
 
 
-def _bearing_force(parts: PairParts, vibration: Vibration, position: Array, velocity: Array) -> Array:
-    """Return −(k y + c ẏ) of each member, (member, axis, n_periods, n_phases) [N]; nothing along x."""
+def has_bearings(parts: Parts) -> bool:
+    """Whether a member moves on its support."""
+    return parts.vibration is not None and any(
+        name.endswith((".x", ".y")) and not name.startswith("mesh.")
+        for name in parts.vibration.system.coordinates
+    )
+
+
+def _bearing_force(parts: Parts, vibration: Vibration, position: Array, velocity: Array) -> Array:
+    """Return −(k q + c q̇) of each member's translations, (member, axis, n_periods, n_phases) [N]."""
     system, names = vibration.system, vibration.system.coordinates
-    force = np.zeros((2, 2, *position[:, 0].shape))
-    for row, member in enumerate(parts.names):
-        i = names.index(f"{member}.y")
-        force[row, 1] = -(system.stiffness[i, i] * position[:, i] + system.damping[i, i] * velocity[:, i])
+    force = np.zeros((len(parts.gears.members), 2, *position[:, 0].shape))
+    for row, member in enumerate(parts.gears.members):
+        for axis, letter in enumerate("xy"):
+            if f"{member}.{letter}" in names:
+                i = names.index(f"{member}.{letter}")
+                force[row, axis] = -(
+                    system.stiffness[i, i] * position[:, i] + system.damping[i, i] * velocity[:, i]
+                )
     return force
 
 
@@ -172,7 +243,7 @@ def attractor(lived: History) -> NDArray[np.float64]:
     The count rises where the wear rate jumped, and where the period of the response changes.
     """
     jumps = [] if lived.life is None else [jump.cycle for jump in lived.life.jumps]
-    periods = [state.response.period for state in lived.state if state.response is not None]
+    periods = [tuple(one.period for one in state.responses) for state in lived.state]
     branch = [1]
     for (before, after), (start, end) in zip(pairwise(periods), pairwise(lived.cycle), strict=True):
         passed = sum(start < jump <= end for jump in jumps)

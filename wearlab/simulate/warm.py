@@ -3,8 +3,6 @@
 from collections.abc import Iterable
 from contextlib import suppress
 
-import numpy as np
-
 from wearlab.gears.errors import GearError
 from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
@@ -21,7 +19,7 @@ def warm_up(scenes: Iterable[Scene]) -> None:
     for scene in {_kernels(scene): scene for scene in scenes}.values():
         with suppress(GearError, StopWear):
             parts = build(scene)
-            parts.coupling.evaluate(np.zeros((2, len(parts.analysis.grid.position))))
+            parts.coupling.evaluate(parts.coupling.unworn())
 
 
 def _kernels(scene: Scene) -> tuple[object, ...]:

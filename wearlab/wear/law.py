@@ -62,6 +62,11 @@ class PreparedLaw(NamedTuple):
     lightest: Array
     average: bool
 
+    @property
+    def linear(self) -> bool:
+        """Whether the rate is proportional to the force."""
+        return not self.average and self.lambda_scale is None and not self.exponent.any()
+
 
 def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
     """Return the law with its constants along the path tabulated."""

@@ -16,9 +16,9 @@ class WearPath(NamedTuple):
     Parameters
     ----------
     curvature : (2, n) radii of curvature of the unworn flanks at the nodes [m]
-    equivalent_radius : (n,) R' = 1/(1/ρ1 + 1/ρ2) [m]
+    equivalent_radius : (n,) R' = 1/(1/ρ1 ± 1/ρ2), minus for a ring [m]
     surface_velocity : (2, n) velocity of each flank along itself, v = ρ ω [m/s]
-    slide_ratio : (2, n) |1 − v_other/v_own|: sliding over one contact width, per width [1]
+    specific_sliding : (2, n) ζ = 1 − v_other/v_own, negative below the pitch circle, 0 on it [1]
     arc_weight : (2, n) trapezoidal weights of the flank arc, dL = ρ dρ / r_b [m]
     arc : (2, n) flank arc from the base circle, L = ρ²/(2 r_b) [m]
     pressure_angle : (2, n) transverse pressure angle at the radius of the node, tan α = ρ/r_b [rad]
@@ -30,13 +30,18 @@ class WearPath(NamedTuple):
     curvature: Array
     equivalent_radius: Array
     surface_velocity: Array
-    slide_ratio: Array
+    specific_sliding: Array
     arc_weight: Array
     arc: Array
     pressure_angle: Array
     passes: Array
     face_width: float
     contact_modulus: float
+
+    @property
+    def slide_ratio(self) -> Array:
+        """Sliding over one contact width, per width, |ζ|, (2, n) [1]."""
+        return np.abs(self.specific_sliding)
 
 
 def wear_path(
@@ -45,13 +50,14 @@ def wear_path(
     base_radius: ArrayLike,
     teeth: ArrayLike,
     driving_speed: float,
+    passes: ArrayLike,
     face_width: float,
     contact_modulus: float,
-    reference: int = 0,
+    concave: bool = False,
 ) -> WearPath:
     """Return the constants of the wear law along a path of contact.
 
-    ``v_i = ρ_i ω_i`` with ``ω2 = ω1 z1/z2``; passes of a flank per cycle ``z_reference / z_i`` (PHYSICS §1).
+    ``v_i = ρ_i ω_i`` with ``ω2 = ω1 z1/z2``, speeds relative to the carrier (PHYSICS §1).
 
     Parameters
     ----------
@@ -59,9 +65,10 @@ def wear_path(
     base_radius : (2,) [m]
     teeth : (2,) [1]
     driving_speed : angular speed of the driving gear, ≥ 0 [rad/s]
+    passes : (2,) passes of one flank per cycle [1]
     face_width : B [m]
     contact_modulus : E* of :func:`contact_modulus` [Pa]
-    reference : index of the gear whose turns are the cycles (the pinion): 0 when it drives
+    concave : one gear is a ring: the smaller curvature is the difference of the two, not their sum
 
     Returns
     -------
@@ -82,13 +89,13 @@ def wear_path(
     arc = rho**2 / (2.0 * r_b[:, None])
     return WearPath(
         curvature=rho,
-        equivalent_radius=1.0 / (1.0 / rho[0] + 1.0 / rho[1]),
+        equivalent_radius=1.0 / np.abs(1.0 / rho[0] + (-1.0 if concave else 1.0) / rho[1]),
         surface_velocity=rho * omega[:, None],
-        slide_ratio=_slide_ratio(rho, z),
+        specific_sliding=_specific_sliding(rho, z),
         arc_weight=_trapezoid(arc),
         arc=arc,
         pressure_angle=np.arctan(rho / r_b[:, None]),
-        passes=z[reference] / z,
+        passes=np.asarray(passes, float),
         face_width=float(face_width),
         contact_modulus=float(contact_modulus),
     )
@@ -109,12 +116,6 @@ def contact_modulus(youngs_modulus: ArrayLike, poisson_ratio: ArrayLike) -> floa
     return float(1.0 / np.sum((1.0 - nu**2) / E))
 
 
-def specific_sliding(path: WearPath) -> Array:
-    """Return ``ζ_i = 1 − v_other/v_own``, (2, n) [1]; negative below the pitch circle, 0 on it."""
-    v = path.curvature * path.passes[:, None]
-    return np.asarray(1.0 - v[::-1] / v)
-
-
 def sliding_velocity(path: WearPath) -> Array:
     """Return ``v_own − v_other`` of each flank, (2, n) [m/s]."""
     return np.asarray(path.surface_velocity - path.surface_velocity[::-1])
@@ -125,9 +126,9 @@ def rolling_velocity(path: WearPath) -> Array:
     return np.asarray(path.surface_velocity.mean(axis=0))
 
 
-def _slide_ratio(rho: Array, z: Array) -> Array:
+def _specific_sliding(rho: Array, z: Array) -> Array:
     v = rho / z[:, None]  # a common factor of the speeds cancels, also at standstill
-    return np.asarray(np.abs(1.0 - v[::-1] / v))
+    return np.asarray(1.0 - v[::-1] / v)
 
 
 def _trapezoid(arc: Array) -> Array:

@@ -97,9 +97,8 @@ def kinks(pair: GearPair) -> tuple[float, ...]:
     return tuple(found)
 
 
-def gear_validity(scene: Scene, pair: GearPair) -> tuple[str, ...]:
-    """Return what was assumed of the gears, and where formulas leave their range."""
-    stiffness = scene.mesh.stiffness
+def foundation_flags(pair: GearPair, stiffness: Any) -> tuple[str, ...]:
+    """Return where the formula of the fillet foundation leaves its range."""
     if stiffness.model != "potential-energy" or stiffness.foundation != "sainsot":
-        return pair.assumed
-    return pair.assumed + tuple(flag for gear in pair.gears for flag in foundation_validity(gear))
+        return ()
+    return tuple(flag for gear in pair.gears for flag in foundation_validity(gear))

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.annulus import body_coupling
+from wearlab.mesh.clock import Mesh
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.curve import Curve, constant
 from wearlab.mesh.errors import MemberError, MeshError, mesh_error
@@ -20,6 +21,7 @@ from wearlab.mesh.tooth import tooth_flexibility
 from wearlab.scene import Scene
 from wearlab.scene.build.finite_element import finite_element
 from wearlab.scene.build.gears import kinks, modifications
+from wearlab.scene.build.sets import GearSet, PairOfSet
 
 Array = NDArray[np.float64]
 
@@ -27,9 +29,15 @@ NODES_AT_DEFAULT = 201
 DEFAULT_TOLERANCE = 1e-3
 
 
-def build_analysis(scene: Scene, pair: GearPair) -> ContactAnalysis:
-    """Return the contact analysis of the pair at the static load of the scene."""
-    asked: Any = scene.mesh.stiffness
+def build_analyses(scene: Scene, gears: GearSet) -> tuple[ContactAnalysis, ...]:
+    """Return the contact analysis of every kind of mesh at the static load of the scene."""
+    return tuple(build_analysis(scene, one) for one in gears.kinds)
+
+
+def build_analysis(scene: Scene, one: PairOfSet) -> ContactAnalysis:
+    """Return the contact analysis of one kind of mesh at its static load."""
+    pair, mesh = one.pair, scene.mesh.of(one.section)
+    asked: Any = mesh.stiffness
     given = _given_curve(asked, pair)
     of_mesh = given is not None and asked.of == "mesh"
     jumps = given.jumps if given is not None and of_mesh else ()
@@ -42,12 +50,12 @@ def build_analysis(scene: Scene, pair: GearPair) -> ContactAnalysis:
         stiffness = finite_element(asked, pair, grid, _hertz(asked, pair, grid))
     else:
         stiffness = _potential_energy(asked, pair, grid)
-    contact = scene.mesh.contact
+    contact = mesh.contact
     return ContactAnalysis(
         grid,
         stiffness,
         modifications(pair, grid.position).sum(axis=0),
-        scene.operation.torque / pair.driving.base_radius,
+        one.load,
         contact.threshold * pair.driven.base_radius if contact.engagement == "threshold" else np.inf,
     )
 
@@ -150,19 +158,29 @@ def _modulation(given: Any) -> Modulation | None:
     )
 
 
-def build_error(scene: Scene, pair: GearPair) -> MeshError:
-    """Return one realisation of the errors of the mesh, drawn in the order pinion, gear."""
+def build_meshes(scene: Scene, gears: GearSet) -> tuple[Mesh, ...]:
+    """Return the meshes on their clock, each with one realisation of its errors."""
+    found = build_errors(scene, gears)
+    return tuple(
+        Mesh(kind, float(lag), error)
+        for kind, lag, error in zip(gears.mesh_kinds, gears.mesh_lags, found, strict=True)
+    )
+
+
+def build_errors(scene: Scene, gears: GearSet) -> list[MeshError]:
+    """Return one realisation of the errors of each mesh, drawn member after member."""
     errors = scene.errors
     if errors is None:
-        return mesh_error(())
+        return [mesh_error(()) for _ in gears.mesh_names]
     members = []
-    for gear in sorted(pair.gears, key=lambda gear: gear.name != "pinion"):
-        given = errors.members.get(gear.name)
+    for name in gears.members:
+        given = errors.members.get(name)
+        teeth = gears.gears[name].teeth
         if given is None:
-            members.append(MemberError(gear.teeth))
+            members.append(MemberError(teeth))
             continue
         members.append(
-            MemberError(gear.teeth, given.total_composite, given.tooth_composite, tuple(given.installation))
+            MemberError(teeth, given.total_composite, given.tooth_composite, tuple(given.installation))
         )
     harmonics = tuple((h.order, h.amplitude, h.phase) for h in errors.harmonic)
-    return mesh_error(tuple(members), harmonics, errors.seed)
+    return [mesh_error(tuple(members), harmonics, errors.seed)]

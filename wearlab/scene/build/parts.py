@@ -1,5 +1,6 @@
 """A scene becomes physics: only here do sections of a campaign file meet gears, mesh, dynamics and wear."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,18 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.gears.pair import GearPair
-from wearlab.life.state import Coupling, Vibration
+from wearlab.life.state import Coupling, kinds_of
+from wearlab.life.vibration import Vibration
+from wearlab.mesh.clock import Instants, Mesh, breaks_on_clock, instants, look
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.errors import MeshError
-from wearlab.mesh.profile import Lookup, lookup
+from wearlab.mesh.profile import Lookup
 from wearlab.scene import Scene
-from wearlab.scene.build.gears import build_pair, gear_validity, modifications
-from wearlab.scene.build.mesh import build_analysis, build_error
+from wearlab.scene.build.gears import foundation_flags, modifications
+from wearlab.scene.build.mesh import build_analyses, build_meshes
+from wearlab.scene.build.sets import GearSet, build_set
 from wearlab.scene.build.vibration import build_vibration
-from wearlab.scene.build.wear import build_film, build_law, build_load
+from wearlab.scene.build.wear import build_film, build_law, build_load, build_path
 from wearlab.wear.film import Film
 from wearlab.wear.law import PreparedLaw
-from wearlab.wear.path import WearPath, contact_modulus, wear_path
+from wearlab.wear.path import WearPath
 
 Array = NDArray[np.float64]
 
@@ -27,24 +30,39 @@ PHASE_POINTS = 256
 
 
 @dataclass(frozen=True)
-class PairParts:
-    """The physics of a scene with one gear pair; what the scene leaves out is ``None``.
+class KindParts:
+    """The physics of one kind of mesh; what the scene leaves out is ``None``.
 
     Parameters
     ----------
     pair : the gears in their operating position
-    names : members as datasets order them, ("pinion", "gear")
-    order : for each of them its index among (driving, driven)
     analysis : contact of the worn flanks
-    error : prescribed errors of the mesh
-    constant_error : frozen once-per-revolution error [m]
     modification : (2, n) material removed on purpose, (driving, driven) [m]
-    wear_path : velocities and radii along the path
-    vibration, law, film : present parts
-    coupling : all of them joined
-    speed : of the reference gear, the pinion [rad/s]
+    path : velocities and radii along the path
+    law, film : present parts of the wear law
+    """
+
+    pair: GearPair
+    analysis: ContactAnalysis
+    modification: Array
+    path: WearPath
+    law: PreparedLaw | None
+    film: Film | None
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The physics of a scene; what the scene leaves out is ``None``.
+
+    Parameters
+    ----------
+    gears : the gear set in operation
+    kinds : the physics of each kind of mesh
+    meshes : the meshes, their lags and errors
+    edges : breaks of the clock
+    constant_error : (n_mesh,) frozen once-per-revolution errors [m]
+    coupling : contact, dynamics and wear joined
     phase : (n_phases,) stored phases [1]
-    output : their look-up among the nodes
     harmonics : number of harmonics stored
     drive_flank : "right" or "left"
     peak_pressure : whether the stored pressure is the peak of Hertz's ellipse
@@ -52,21 +70,13 @@ class PairParts:
     validity : assumed values and limits this scene touches, in words
     """
 
-    pair: GearPair
-    names: tuple[str, str]
-    order: list[int]
-    analysis: ContactAnalysis
-    error: MeshError
-    constant_error: float
-    modification: Array
-    wear_path: WearPath
-    vibration: Vibration | None
-    law: PreparedLaw | None
-    film: Film | None
+    gears: GearSet
+    kinds: tuple[KindParts, ...]
+    meshes: tuple[Mesh, ...]
+    edges: Array
+    constant_error: Array
     coupling: Coupling
-    speed: float
     phase: Array
-    output: Lookup
     harmonics: int
     drive_flank: str
     peak_pressure: bool
@@ -74,21 +84,26 @@ class PairParts:
     validity: tuple[str, ...]
 
     @property
-    def mesh_frequency(self) -> float:
-        """Mesh frequency [Hz]."""
-        return self.speed / (2 * np.pi) * self.pair.gears[self.order[0]].teeth
+    def vibration(self) -> Vibration | None:
+        """The dynamics."""
+        return self.coupling.vibration
 
     @property
-    def has_bearings(self) -> bool:
-        """Whether the gears move on their supports."""
-        return self.vibration is not None and f"{self.names[0]}.y" in self.vibration.system.coordinates
+    def speed(self) -> float:
+        """Speed of the reference gear relative to the carrier [rad/s]."""
+        return self.gears.speed
 
-    def look(self, phases: Array) -> Lookup:
-        """Return the look-up of phases (n,) among the nodes."""
-        return lookup(self.analysis.grid, phases)
+    def look(self, mesh: int, phases: Array) -> Lookup:
+        """Return the look-up of clock phases (n,) among the nodes of a mesh."""
+        one = self.meshes[mesh]
+        return look(self.kinds[one.kind].analysis.grid, [one.lag], phases)
+
+    def instants(self, phases: Array) -> Instants:
+        """Return clock phases (n,) as instants."""
+        return instants(self.edges, phases)
 
 
-def build(scene: Scene) -> PairParts:
+def build(scene: Scene) -> Parts:
     """Turn a scene into physics.
 
     Raises
@@ -96,78 +111,69 @@ def build(scene: Scene) -> PairParts:
     GearError
         When no such gears can exist or run.
     """
-    pair = build_pair(scene)
-    order = [0, 1] if pair.driving.name == "pinion" else [1, 0]
-    teeth = [gear.teeth for gear in pair.gears]
-    driving_speed = scene.operation.speed or 0.0
-    speed = driving_speed * teeth[0] / teeth[order[0]]
-    analysis = build_analysis(scene, pair)
-    grid = analysis.grid
-    error = build_error(scene, pair)
-    path = wear_path(
-        np.stack(pair.curvature(grid.position)),
-        base_radius=[gear.base_radius for gear in pair.gears],
-        teeth=teeth,
-        driving_speed=driving_speed,
-        face_width=pair.face_width,
-        contact_modulus=contact_modulus(
-            [gear.material.youngs_modulus for gear in pair.gears],
-            [gear.material.poisson_ratio for gear in pair.gears],
-        ),
-        reference=order[0],
+    gears = build_set(scene)
+    analyses = build_analyses(scene, gears)
+    meshes = build_meshes(scene, gears)
+    edges = breaks_on_clock([one.grid for one in analyses], meshes)
+    kinds = tuple(_kind(scene, gears, kind, analysis) for kind, analysis in enumerate(analyses))
+    vibration = build_vibration(scene, gears, analyses, meshes, edges)
+    coupling = Coupling(
+        kinds_of(analyses, [one.law for one in kinds], meshes, edges), vibration, build_load(scene)
     )
-    vibration = build_vibration(scene, pair, analysis, error)
-    law = build_law(scene, pair, path)
     count = scene.numerics.phase_points or PHASE_POINTS
-    phases = np.arange(count) / count
     wear: Any = scene.wear
-    return PairParts(
-        pair=pair,
-        names=("pinion", "gear"),
-        order=order,
-        analysis=analysis,
-        error=error,
-        constant_error=_constant_error(scene, error),
-        modification=modifications(pair, grid.position),
-        wear_path=path,
-        vibration=vibration,
-        law=law,
-        film=build_film(scene, pair),
-        coupling=Coupling(analysis, vibration, law, build_load(scene)),
-        speed=speed,
-        phase=phases,
-        output=lookup(grid, phases),
+    return Parts(
+        gears=gears,
+        kinds=kinds,
+        meshes=meshes,
+        edges=edges,
+        constant_error=_constant_error(scene, meshes),
+        coupling=coupling,
+        phase=np.arange(count) / count,
         harmonics=HARMONICS,
         drive_flank=scene.operation.drive_flank,
         peak_pressure=wear is not None and wear.pressure == "peak",
         wohler_slope=None if wear is None else wear.wohler_slope,
-        validity=_validity(scene, pair),
+        validity=_validity(scene, gears),
     )
 
 
-def _constant_error(scene: Scene, error: MeshError) -> float:
-    """Return the frozen once-per-revolution error [m]; averaged and hunting errors enter elsewhere."""
+def _kind(scene: Scene, gears: GearSet, kind: int, analysis: ContactAnalysis) -> KindParts:
+    one = gears.kinds[kind]
+    path = build_path(one, analysis.grid.position)
+    return KindParts(
+        pair=one.pair,
+        analysis=analysis,
+        modification=modifications(one.pair, analysis.grid.position),
+        path=path,
+        law=build_law(scene, one.pair, path),
+        film=build_film(scene, one.pair),
+    )
+
+
+def _constant_error(scene: Scene, meshes: Sequence[Mesh]) -> Array:
+    """Return the frozen once-per-revolution errors [m]; averaged and hunting errors enter elsewhere."""
     if scene.errors is None or scene.errors.slow != "frozen":
-        return 0.0
-    return float(error.slow(np.zeros(1))[0])
+        return np.zeros(len(meshes))
+    return np.array([float(mesh.error.slow(np.zeros(1))[0]) for mesh in meshes])
 
 
-def _validity(scene: Scene, pair: GearPair) -> tuple[str, ...]:
+def _validity(scene: Scene, gears: GearSet) -> tuple[str, ...]:
     """Return assumed values and limits of validity that the scene touches, one line each."""
-    flags = list(gear_validity(scene, pair))
-    stiffness = scene.mesh.stiffness
-    if stiffness.model == "potential-energy" and stiffness.scale != 1.0:
-        flags.append(f"mesh.stiffness.scale = {stiffness.scale:g} is tuned")
-    if build_film(scene, pair) is not None:
+    flags = list(gears.assumed)
+    for one in gears.kinds:
+        stiffness = scene.mesh.of(one.section).stiffness
+        flags += [flag for flag in foundation_flags(one.pair, stiffness) if flag not in flags]
+        if stiffness.model == "potential-energy" and stiffness.scale != 1.0:
+            flags.append(f"{one.key('stiffness.scale')} = {stiffness.scale:g} is tuned")
+    if any(build_film(scene, one.pair) is not None for one in gears.kinds):
         flags.append("roughness: R_q = 1.25 R_a assumed")
     if scene.wear is not None and scene.wear.coefficient is not None:
         flags.append(
             "wear coefficient: usually unknown within a decade; depth and 1/life are proportional to it"
         )
     initial = scene.wear.initial if scene.wear is not None else None
-    if any(
-        flank is not None and flank.sides == "both"
-        for flank in ((initial and (initial.pinion, initial.gear)) or ())
-    ):
+    given = [getattr(initial, flank, None) for flank in gears.flanks] if initial is not None else []
+    if any(flank is not None and flank.sides == "both" for flank in given):
         flags.append("initial wear of back flanks is not part of the back contact")
     return tuple(flags)

@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.continuation import Continuation
 from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.steps import steps_per_period
 from wearlab.dynamics.system import System
-from wearlab.life.state import Vibration, WearState
+from wearlab.life.state import WearState
+from wearlab.life.vibration import Vibration
 from wearlab.mesh.excitation import stage_tables, stages
-from wearlab.mesh.stages import StageTables, stage_grid
+from wearlab.mesh.stages import StageTables
 from wearlab.scene import Scene
-from wearlab.scene.build.parts import PairParts
-from wearlab.scene.build.vibration import fluctuation
+from wearlab.scene.build.parts import Parts
+from wearlab.scene.build.vibration import fluctuation, steps_grid
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class SpeedResponse:
     """
 
     scene: Scene
-    parts: PairParts
+    parts: Parts
     state: WearState
     speeds: Array
     directions: tuple[str, ...]
@@ -43,18 +43,14 @@ class SpeedResponse:
         """Return the dynamics at a speed [rad/s], with steps by the rule for that speed."""
         scene, parts, vibration = self.scene, self.parts, self.parts.vibration
         assert vibration is not None
-        period = 2 * np.pi / (speed * parts.pair.driving.teeth)
-        steps = scene.numerics.steps_per_period or steps_per_period(
-            vibration.system,
-            float(self.state.static.tangent.max()),
-            period,
-            scene.numerics.tolerance,
-            len(parts.analysis.grid.intervals),
-        )
-        grid = stage_grid(parts.analysis.grid.breaks[:-1], steps)
+        assert scene.operation.speed is not None
+        period = parts.gears.period * scene.operation.speed / speed
+        analyses = [one.analysis for one in parts.kinds]
+        stiffest = np.array([self.state.kind[mesh.kind].static.tangent.max() for mesh in parts.meshes])
+        grid = steps_grid(scene, analyses, parts.meshes, parts.edges, vibration.system, stiffest, period)
         return replace(
             vibration,
-            stages=stages(parts.analysis, grid, parts.error),
+            stages=stages([one.grid for one in analyses], parts.meshes, parts.edges, grid),
             period=period,
             fluctuation=fluctuation(scene, grid.phase),
         )
@@ -62,12 +58,11 @@ class SpeedResponse:
     def mesh_at(self, speed: float) -> tuple[System, StageTables, float]:
         """Return system, tables and duration of a mesh period at a speed [rad/s]."""
         one = self.vibration(speed)
-        state = self.state
-        tables = stage_tables(self.parts.analysis, state.nodes, state.fitted, one.stages, one.fluctuation)
+        tables = stage_tables(self.parts.coupling.touching(self.state), one.stages, one.fluctuation)
         return one.system, tables, one.period
 
 
-def build_response(scene: Scene, parts: PairParts, state: WearState) -> SpeedResponse:
+def build_response(scene: Scene, parts: Parts, state: WearState) -> SpeedResponse:
     """Return the continuation that ``dynamics.response`` asks for, at one wear state."""
     assert scene.dynamics is not None and scene.dynamics.response is not None
     assert parts.vibration is not None and isinstance(parts.vibration.method, Periodic)

@@ -1,7 +1,7 @@
 """``[dynamics]`` → the system in its one form, the method, and the stages at which the mesh is tabulated."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,14 +14,14 @@ from wearlab.dynamics.steps import fastest_rate, steps_per_period
 from wearlab.dynamics.system import System
 from wearlab.gears.errors import GearError
 from wearlab.gears.pair import GearPair
-from wearlab.life.state import Vibration
+from wearlab.life.vibration import Vibration
+from wearlab.mesh.clock import Mesh, look_within
 from wearlab.mesh.contact import ContactAnalysis, Quasistatic
-from wearlab.mesh.errors import MeshError
 from wearlab.mesh.excitation import stages
-from wearlab.mesh.profile import lookup
 from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
+from wearlab.scene.build.sets import GearSet
 
 Array = NDArray[np.float64]
 
@@ -38,37 +38,44 @@ MOST_FOR_MESH = 2000
 
 
 def build_vibration(
-    scene: Scene, pair: GearPair, analysis: ContactAnalysis, error: MeshError
+    scene: Scene,
+    gears: GearSet,
+    analyses: Sequence[ContactAnalysis],
+    meshes: tuple[Mesh, ...],
+    edges: Array,
 ) -> Vibration | None:
-    """Return the dynamics of the pair, None when the scene has none."""
+    """Return the dynamics of the gear set, None when the scene has none."""
     if scene.dynamics is None:
         return None
-    healthy = _unworn(analysis)
-    system = build_system(scene, pair, mean_stiffness(analysis, healthy))
-    speed = scene.operation.speed
-    period = 2 * np.pi / (speed * pair.driving.teeth)
-    grid = _grid(scene, analysis, error, system, float(healthy.tangent.max()), period)
+    healthy = [unworn(analysis) for analysis in analyses]
+    mean = [mean_stiffness(one, state) for one, state in zip(analyses, healthy, strict=True)]
+    stiffest = np.array([float(healthy[mesh.kind].tangent.max()) for mesh in meshes])
+    system = build_system(scene, gears, np.array([mean[mesh.kind] for mesh in meshes]))
+    grid = steps_grid(scene, analyses, meshes, edges, system, stiffest, gears.period)
+    slow = slow_errors(scene, gears, meshes, system)
     return Vibration(
         system=system,
         method=patient(METHODS[scene.dynamics.method](scene), len(grid.width)),
         excitation=build_excitation(scene),
-        stages=stages(analysis, grid, error),
-        period=period,
+        stages=stages([one.grid for one in analyses], meshes, edges, grid),
+        period=gears.period,
         fluctuation=fluctuation(scene, grid.phase),
-        hunting=hunting_period(scene, pair, error),
+        hunting=hunting_period(scene, gears, meshes),
+        slow=slow,
     )
 
 
-def _grid(
+def steps_grid(
     scene: Scene,
-    analysis: ContactAnalysis,
-    error: MeshError,
+    analyses: Sequence[ContactAnalysis],
+    meshes: tuple[Mesh, ...],
+    edges: Array,
     system: System,
-    stiffness: float,
+    stiffness: Array,
     period: float,
 ) -> StageGrid:
-    """Return the steps: as many as asked for, or as system and mesh need at the scene's tolerance."""
-    breaks, tolerance = analysis.grid.breaks[:-1], scene.numerics.tolerance
+    """Return the steps: as many as asked for, or as system and meshes need at the scene's tolerance."""
+    breaks, tolerance = edges[:-1], scene.numerics.tolerance
     turned = fastest_rate(system, stiffness) * period
     if scene.numerics.steps_per_period is not None:
         _check_stable(scene, turned)
@@ -79,10 +86,10 @@ def _grid(
             f"takes more than {MOST_STEPS} steps; so slow a motion is quasi-static: drop [dynamics], raise "
             "the speed, or give numerics.steps_per_period"
         )
-    steps = steps_per_period(system, stiffness, period, tolerance, len(analysis.grid.intervals))
+    steps = steps_per_period(system, stiffness, period, tolerance, len(breaks))
     steps = min(steps, MOST_STEPS)
     grid = stage_grid(breaks, steps)
-    while len(grid.width) < MOST_FOR_MESH and unresolved(analysis, error, grid) > RESOLVED * tolerance:
+    while len(grid.width) < MOST_FOR_MESH and _missing(analyses, meshes, edges, grid) > RESOLVED * tolerance:
         steps = int(np.ceil(RISE * steps))
         grid = stage_grid(breaks, steps)
     return grid
@@ -113,7 +120,13 @@ def patient(method: Method, steps: int) -> Method:
     )
 
 
-def unresolved(analysis: ContactAnalysis, error: MeshError, grid: StageGrid) -> float:
+def _missing(
+    analyses: Sequence[ContactAnalysis], meshes: Sequence[Mesh], edges: Array, grid: StageGrid
+) -> float:
+    return max(unresolved(analyses[mesh.kind], mesh, grid) for mesh in meshes)
+
+
+def unresolved(analysis: ContactAnalysis, mesh: Mesh, grid: StageGrid) -> float:
     """Return the share of mesh stiffness and of prescribed error that the stages of a grid miss [1].
 
     Three stages of a step say as much as the parabola through them. Its mean distance from the curve, taken
@@ -122,16 +135,14 @@ def unresolved(analysis: ContactAnalysis, error: MeshError, grid: StageGrid) -> 
     """
     ends = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
     phase = grid.start[:, None] + grid.width[:, None] * ends
-    middle = grid.start + 0.5 * grid.width
-    segment = np.searchsorted(analysis.grid.breaks, middle, side="right") - 1
-    where = lookup(analysis.grid, phase, np.repeat(segment, len(ends)))
+    where = look_within(analysis.grid, [mesh.lag], phase, grid.start + 0.5 * grid.width)
     nodes = analysis.nodes(np.zeros((2, len(analysis.grid.position))))
     compliance, _, _ = analysis.at(nodes, where)
     shares = [
         _missed(values.reshape(phase.shape), grid.width, scale)
         for values, scale in (
             ((1.0 / compliance).sum(axis=1), np.mean),
-            (error.value(where.phase), np.ptp),
+            (mesh.error.value(where.phase), np.ptp),
         )
     ]
     return max(shares)
@@ -148,14 +159,21 @@ def _missed(values: Array, width: Array, scale: Callable[[Array], Any]) -> float
     return float(width @ distance) / size if size > 0.0 else 0.0
 
 
-def hunting_period(scene: Scene, pair: GearPair, error: MeshError) -> int:
+def hunting_period(scene: Scene, gears: GearSet, meshes: Sequence[Mesh]) -> int:
     """Return the mesh periods until the same teeth meet again, 1 unless slow errors are to turn."""
-    if scene.errors is None or scene.errors.slow != "hunting" or not len(error.slow_amplitude):
+    slow = any(len(mesh.error.slow_amplitude) for mesh in meshes)
+    if scene.errors is None or scene.errors.slow != "hunting" or not slow:
         return 1
-    return math.lcm(pair.driving.teeth, pair.driven.teeth)
+    return math.lcm(*(gear.teeth for gear in gears.gears.values()))
 
 
-def _unworn(analysis: ContactAnalysis) -> Quasistatic:
+def slow_errors(scene: Scene, gears: GearSet, meshes: Sequence[Mesh], system: System) -> Array | None:
+    """Return once-per-revolution errors (n_angles, n_mesh) [m], None where none is or nothing answers."""
+    return None
+
+
+def unworn(analysis: ContactAnalysis) -> Quasistatic:
+    """Return unworn flanks under their static load."""
     nodes = analysis.nodes(np.zeros((2, len(analysis.grid.position))))
     return analysis.quasistatic(nodes, analysis.at_nodes)
 
@@ -166,8 +184,12 @@ def mean_stiffness(analysis: ContactAnalysis, state: Quasistatic) -> float:
     return float(weight @ state.tangent)
 
 
-def build_system(scene: Scene, pair: GearPair, stiffness: float) -> System:
-    """Return the system of ``dynamics.model``; a damping ratio refers to the mean stiffness [N/m]."""
+def build_system(scene: Scene, gears: GearSet, stiffness: Array) -> System:
+    """Return the system of ``dynamics.model``; damping ratios refer to mean stiffnesses (n_mesh,) [N/m]."""
+    return _of_pair(scene, gears.kinds[0].pair, float(stiffness[0]))
+
+
+def _of_pair(scene: Scene, pair: GearPair, stiffness: float) -> System:
     assert scene.dynamics is not None
     gears = pair.gears
     inertia = (gears[0].inertia, gears[1].inertia)

@@ -9,14 +9,16 @@ from wearlab.gears.pair import GearPair
 from wearlab.life.adaptive import Adaptive
 from wearlab.life.euler import Euler, Fixed
 from wearlab.life.limits import Limits, Snapshots
+from wearlab.life.load import EquivalentLoad, InstantLoad, Load, StaticLoad
 from wearlab.life.march import Method
-from wearlab.life.state import EquivalentLoad, InstantLoad, Load, StaticLoad
+from wearlab.life.state import Coupling
 from wearlab.scene import Scene
+from wearlab.scene.build.sets import GearSet, PairOfSet
 from wearlab.wear.archard import MEAN_PRESSURE, PEAK_PRESSURE, NormalProjection, OverCosine
 from wearlab.wear.coefficient import Coefficient, Constant, Hardness, Janakiraman
 from wearlab.wear.film import Film, composite_rq
 from wearlab.wear.law import PreparedLaw, WearLaw, prepare
-from wearlab.wear.path import WearPath
+from wearlab.wear.path import WearPath, contact_modulus, wear_path
 
 Array = NDArray[np.float64]
 
@@ -81,35 +83,48 @@ def build_load(scene: Scene) -> Load:
             return StaticLoad()
 
 
-def flank_entries(flank: str | None, pair: GearPair, nodes: int) -> slice:
+def build_path(one: PairOfSet, position: Array) -> WearPath:
+    """Return what the wear law needs to know of the path of contact at positions (n,) [m]."""
+    gears = one.pair.gears
+    return wear_path(
+        np.stack(one.pair.curvature(position)),
+        base_radius=[gear.base_radius for gear in gears],
+        teeth=[gear.teeth for gear in gears],
+        driving_speed=one.speed,
+        passes=one.passes,
+        face_width=one.pair.face_width,
+        contact_modulus=contact_modulus(
+            [gear.material.youngs_modulus for gear in gears],
+            [gear.material.poisson_ratio for gear in gears],
+        ),
+        concave=one.pair.kind == "internal",
+    )
+
+
+def flank_entries(flank: str | None, gears: GearSet, coupling: Coupling) -> slice:
     """Return where a flank's depths lie in the flat state; all of them when no flank is named."""
-    for index, gear in enumerate(pair.gears):
-        if gear.name == flank:
-            return slice(index * nodes, (index + 1) * nodes)
-    return slice(None)
+    return slice(None) if flank is None else coupling.entries(*gears.flank(flank))
 
 
-def build_limits(scene: Scene, pair: GearPair, nodes: int, speed: float) -> Limits:
-    """Return where the life ends, in cycles of the pinion and depth."""
+def build_limits(scene: Scene, gears: GearSet, coupling: Coupling) -> Limits:
+    """Return where the life ends, in cycles of the reference gear and depth."""
     until: Any = scene.wear.until if scene.wear else None
-    teeth = next(gear.teeth for gear in pair.gears if gear.name == "pinion")
     cycles = [
         until.cycles,
-        None if until.mesh_cycles is None else until.mesh_cycles / teeth,
-        None if until.hours is None else 3600.0 * until.hours * speed / (2 * np.pi),
+        None if until.mesh_cycles is None else until.mesh_cycles / gears.reference_teeth,
+        None if until.hours is None else 3600.0 * until.hours * gears.speed / (2 * np.pi),
     ]
     given = [value for value in cycles if value is not None]
-    return Limits(min(given) if given else None, until.depth, flank_entries(until.flank, pair, nodes))
+    return Limits(min(given) if given else None, until.depth, flank_entries(until.flank, gears, coupling))
 
 
-def build_snapshots(scene: Scene, pair: GearPair, nodes: int) -> Snapshots:
+def build_snapshots(scene: Scene, gears: GearSet, coupling: Coupling) -> Snapshots:
     """Return the states asked for on the way."""
     asked: Any = scene.wear.snapshots if scene.wear else None
     if asked is None:
         return Snapshots()
-    teeth = next(gear.teeth for gear in pair.gears if gear.name == "pinion")
-    cycles = tuple(asked.cycles or ()) + tuple(n / teeth for n in asked.mesh_cycles or ())
-    return Snapshots(cycles, tuple(asked.depth or ()), flank_entries(asked.flank, pair, nodes))
+    cycles = tuple(asked.cycles or ()) + tuple(n / gears.reference_teeth for n in asked.mesh_cycles or ())
+    return Snapshots(cycles, tuple(asked.depth or ()), flank_entries(asked.flank, gears, coupling))
 
 
 def build_step(scene: Scene) -> Method:

@@ -1,0 +1,117 @@
+"""Meshes on one clock: every mesh of a gear set lags the first by a fraction of the mesh period.
+
+A mesh meets its own phase ``(φ − γ) mod 1`` when the clock shows φ. Meshes of one kind share their flanks,
+and so one contact analysis; what differs is the lag and the error each of them sees.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.mesh.errors import MeshError
+from wearlab.mesh.profile import SAME_PHASE, Lookup, ProfileGrid, lookup
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+INSIDE = 1e-6
+"""How far into its segment a phase is moved to find the segment of the clock it belongs to, of its width."""
+
+
+class Mesh(NamedTuple):
+    """One mesh of a gear set.
+
+    Parameters
+    ----------
+    kind : which of the set's contact analyses is its own
+    lag : γ, phase of the clock at which a pair enters at A, in [0, 1) [1]
+    error : prescribed error; its mesh-periodic part is a function of the own phase
+    """
+
+    kind: int
+    lag: float
+    error: MeshError
+
+
+class Instants(NamedTuple):
+    """Moments of a mesh period on the clock.
+
+    Parameters
+    ----------
+    phase : (n,) in [0, 1] [1]
+    segment : (n,) smooth segment of the clock each belongs to
+    """
+
+    phase: Array
+    segment: Index
+
+
+def of_kind(meshes: Sequence[Mesh], kind: int) -> Index:
+    """Return which meshes are of a kind."""
+    return np.array([i for i, mesh in enumerate(meshes) if mesh.kind == kind], dtype=np.int64)
+
+
+def breaks_on_clock(grids: Sequence[ProfileGrid], meshes: Sequence[Mesh]) -> Array:
+    """Return the phases of the clock between which every mesh is smooth, 0 first and 1 last [1]."""
+    lagged = [(grids[mesh.kind].breaks[:-1] + mesh.lag) % 1.0 for mesh in meshes]
+    kept = [0.0]
+    for phase in np.sort(np.concatenate(lagged)):
+        if phase - kept[-1] > SAME_PHASE and 1.0 - phase > SAME_PHASE:
+            kept.append(float(phase))
+    return np.array([*kept, 1.0])
+
+
+def own_phase(phase: Array, lag: float) -> Array:
+    """Return the phases (n,) of a mesh when the clock shows ``phase``; a whole period but round-off is 0."""
+    return np.asarray(phase - lag - np.floor(phase - lag + SAME_PHASE))
+
+
+def look(grid: ProfileGrid, lags: Sequence[float], phase: Array) -> Lookup:
+    """Return the look-up of clock phases (n,) among the nodes, one mesh after another (n_meshes · n)."""
+    return joined([lookup(grid, own_phase(phase, lag)) for lag in lags])
+
+
+def look_within(grid: ProfileGrid, lags: Sequence[float], phase: Array, middle: Array) -> Lookup:
+    """Return the look-up of phases (n, k) that lie within steps about ``middle`` (n,), mesh after mesh."""
+    found = []
+    for lag in lags:
+        turns = np.floor(middle - lag)
+        segment = np.searchsorted(grid.breaks, middle - lag - turns, side="right") - 1
+        own = phase - lag - turns[:, None]
+        found.append(lookup(grid, own, np.repeat(segment, phase.shape[1])))
+    return joined(found)
+
+
+def joined(lookups: Sequence[Lookup]) -> Lookup:
+    """Return look-ups one after another."""
+    return Lookup(*(np.concatenate(parts) for parts in zip(*lookups, strict=True)))
+
+
+def repeated(where: Lookup, times: int) -> Lookup:
+    """Return a look-up of own phases, once for each of several meshes."""
+    return where if times == 1 else joined([where] * times)
+
+
+def instants(edges: Array, phase: Array) -> Instants:
+    """Return clock phases (n,) with their segments, each the one that begins at or before the phase."""
+    segment = np.searchsorted(edges, phase + SAME_PHASE, side="right") - 1
+    return Instants(phase, np.clip(segment, 0, len(edges) - 2))
+
+
+def instants_of(grid: ProfileGrid, lag: float, where: Lookup, edges: Array) -> Instants:
+    """Return when, on the clock, a mesh meets its own phases, each on its own side of a break.
+
+    Parameters
+    ----------
+    grid : nodes of the mesh
+    lag : γ [1]
+    where : own phases with their segments
+    edges : breaks of the clock
+    """
+    middle = 0.5 * (grid.breaks[where.segment] + grid.breaks[where.segment + 1])
+    inside = where.phase + INSIDE * (middle - where.phase)
+    turns = np.floor(inside + lag)
+    segment = np.searchsorted(edges, inside + lag - turns, side="right") - 1
+    return Instants(where.phase + lag - turns, np.clip(segment, 0, len(edges) - 2))

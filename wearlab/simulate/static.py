@@ -1,0 +1,269 @@
+"""The arrays of a gear set's life, named as the dataset names them."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.life.history import History
+from wearlab.life.state import WearState
+from wearlab.mesh.contact import Quasistatic
+from wearlab.mesh.excitation import load_share
+from wearlab.mesh.harmonics import Harmonics, harmonics
+from wearlab.scene import Scene
+from wearlab.scene.build import KindParts, Parts
+from wearlab.wear.archard import PEAK_PRESSURE, mean_pressure
+from wearlab.wear.film import film_thickness
+from wearlab.wear.law import effective_coefficient
+from wearlab.wear.mass import worn_mass
+from wearlab.wear.path import sliding_velocity
+
+Array = NDArray[np.float64]
+Values = dict[str, Any]
+
+POINT_TOLERANCE = 1e-12
+
+
+def coordinates(parts: Parts) -> Values:
+    """Return the labels of the dimensions and the places of the nodes on each flank."""
+    pairs = max(one.analysis.grid.n_pairs for one in parts.kinds)
+    position, radius, roll, beyond = [], [], [], []
+    for kind, gear in parts.gears.flank_places:
+        one = parts.kinds[kind]
+        s, own = one.analysis.grid.position, one.pair.gears[gear]
+        position.append(s)
+        radius.append(one.pair.radius(gear, s))
+        roll.append(one.pair.roll_angle(gear, s))
+        beyond.append(radius[-1] - own.base_radius / np.cos(one.pair.working_pressure_angle))
+    return {
+        "flank": list(parts.gears.flanks),
+        "member": list(parts.gears.members),
+        "mesh": list(parts.gears.mesh_names),
+        "phase": parts.phase,
+        "pair": np.arange(1, pairs + 2),
+        "harmonic": np.arange(1, parts.harmonics + 1),
+        "path_position": along(position),
+        "diameter": 2.0 * along(radius),
+        "roll_angle": along(roll),
+        "distance_to_pitch_circle": along(beyond),
+        "characteristic_point": characteristic_points(parts),
+        "flank_side": [parts.drive_flank] * len(parts.gears.flanks),
+    }
+
+
+def along(values: Sequence[Array]) -> Array:
+    """Stack values along the nodes of each flank, NaN where one kind of mesh has fewer nodes than another."""
+    longest = max(one.shape[-1] for one in values)
+    return np.stack(
+        [
+            np.pad(one, [(0, 0)] * (one.ndim - 1) + [(0, longest - one.shape[-1])], constant_values=np.nan)
+            if one.shape[-1] < longest
+            else one
+            for one in values
+        ],
+        axis=-2,
+    )
+
+
+def by_flank(parts: Parts, of_kind: Sequence[Array]) -> Array:
+    """Return values of every kind of mesh, each (…, 2, n), flank after flank, (…, n_flanks, n)."""
+    return along([of_kind[kind][..., gear, :] for kind, gear in parts.gears.flank_places])
+
+
+def characteristic_points(parts: Parts) -> list[Any]:
+    """Return the letter of each node that is one of the points A–E, else an empty string.
+
+    One list (n,) for the two flanks of a pair; a list for each flank where meshes of several kinds differ.
+    """
+    longest = max(len(one.analysis.grid.position) for one in parts.kinds)
+    found = []
+    for one in parts.kinds:
+        letters = [""] * longest
+        for letter, where in one.pair.path._asdict().items():
+            for node in np.flatnonzero(np.abs(one.analysis.grid.position - where) < POINT_TOLERANCE):
+                letters[node] = letter
+        found.append(letters)
+    return found[0] if len(found) == 1 else [found[kind] for kind, _ in parts.gears.flank_places]
+
+
+def mesh_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
+    """Return what the quasi-static contact analysis says at the stored phases."""
+    each = [_of_mesh(parts, mesh, states) for mesh in range(len(parts.meshes))]
+    values: Values = {name: _meshes_together([one[name] for one in each]) for name in each[0]}
+    gears = parts.gears
+    values |= {
+        "mesh_frequency": [gears.mesh_frequency] * len(each),
+        "contact_ratio": [gears.kinds[mesh.kind].pair.contact_ratio for mesh in parts.meshes],
+        "mesh_phase_offset": gears.mesh_lags,
+        "static_mesh_force": [gears.kinds[mesh.kind].load for mesh in parts.meshes],
+        "residual_load_share": [
+            max(_share_residual(gears.kinds[k].load, one.static) for k, one in enumerate(state.kind))
+            for state in states
+        ],
+    }
+    return values | _slow_error(parts)
+
+
+def _of_mesh(parts: Parts, mesh: int, states: tuple[WearState, ...]) -> dict[str, Array]:
+    """Return the contact analysis of one mesh, every array with the updates first."""
+    one = parts.meshes[mesh]
+    kind, where = parts.kinds[one.kind], parts.look(mesh, parts.phase)
+    solved = [kind.analysis.quasistatic(state.kind[one.kind].nodes, where) for state in states]
+    prescribed = one.error.value(where.phase) + parts.constant_error[mesh]
+    values = {
+        "mesh_stiffness": np.stack([found.tangent for found in solved]),
+        "secant_stiffness": np.stack([_secant(kind.analysis.load, found) for found in solved]),
+        "static_transmission_error": np.stack([found.deflection for found in solved]) + prescribed,
+        "unloaded_transmission_error": np.stack([found.unloaded for found in solved]) + prescribed,
+        "pair_stiffness": np.stack([pair_slots(found.stiffness) for found in solved]),
+        "load_share": np.stack([pair_slots(load_share(found)) for found in solved]),
+    }
+    return values | _static_harmonics(parts, mesh, [state.kind[one.kind].static for state in states])
+
+
+def _meshes_together(values: Sequence[Array]) -> Array:
+    """Stack (n_updates, …) of every mesh along a new second axis; absent pair slots are 0."""
+    shape = np.max([one.shape for one in values], axis=0)
+    padded = [np.pad(one, [(0, n - m) for n, m in zip(shape, one.shape, strict=True)]) for one in values]
+    return np.stack(padded, axis=1)
+
+
+def _secant(load: float, state: Quasistatic) -> Array:
+    """Return F/(δ − e), (n_phases,); without load its limit, the tangent [N/m]."""
+    if load == 0.0:
+        return state.tangent
+    return np.asarray(load / (state.deflection - state.unloaded))
+
+
+def _share_residual(load: float, state: Quasistatic) -> float:
+    """Return the largest |Σ load shares − 1|; without load there is nothing to share."""
+    return float(np.max(np.abs(load_share(state).sum(axis=1) - 1.0))) if load > 0.0 else 0.0
+
+
+def pair_slots(values: Array) -> Array:
+    """Return (n_pairs + 1, n_phases): the last slot is the pair that approaches A, here never in contact."""
+    return np.vstack([values.T, np.zeros(len(values))])
+
+
+def _static_harmonics(parts: Parts, mesh: int, states: Sequence[Quasistatic]) -> dict[str, Array]:
+    one = parts.meshes[mesh]
+    phase, weight = parts.kinds[one.kind].analysis.grid.phase_nodes
+    prescribed = one.error.value(phase) + parts.constant_error[mesh]
+    clock = phase + one.lag
+    stiffness = [harmonics(clock, weight, state.tangent, parts.harmonics) for state in states]
+    ste = [harmonics(clock, weight, state.deflection + prescribed, parts.harmonics) for state in states]
+    return _harmonic_values("stiffness", stiffness) | _harmonic_values("ste", ste)
+
+
+def _harmonic_values(name: str, found: list[Harmonics]) -> dict[str, Array]:
+    return {
+        f"{name}_mean": np.array([one.mean for one in found]),
+        f"{name}_rms": np.array([one.rms for one in found]),
+        f"{name}_harmonics": np.stack([one.amplitude for one in found]),
+        f"{name}_harmonics_phase": np.stack([one.phase for one in found]),
+    }
+
+
+def _slow_error(parts: Parts) -> Values:
+    """Return the once-per-revolution errors over equally weighted member angles, when there are any."""
+    found = parts.gears.slow_errors(parts.meshes)
+    return (
+        {}
+        if found is None
+        else {"slow_error": found.T, "error_weight": np.full(len(found), 1.0 / len(found))}
+    )
+
+
+def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
+    """Return forces, pressures, sliding and film where the flanks touch."""
+    factor = PEAK_PRESSURE if parts.peak_pressure else 1.0
+    forces = [[state.kind[k].mean_tooth_force for state in states] for k in range(len(parts.kinds))]
+
+    def on_both(of_force: Callable[[KindParts, Array], Array]) -> Array:
+        """Return what both flanks of a mesh have in common, (n_updates, n_flanks, n)."""
+        each = [
+            np.stack([of_force(one, force) for force in found])
+            for one, found in zip(parts.kinds, forces, strict=True)
+        ]
+        return by_flank(parts, [np.stack([one, one], axis=1) for one in each])
+
+    steady = np.ones((len(states), 1, 1))
+    values: Values = {
+        "tooth_force": on_both(lambda one, force: force),
+        "contact_pressure": on_both(lambda one, force: factor * mean_pressure(force, one.path)),
+        "sliding_velocity": steady * by_flank(parts, [sliding_velocity(one.path) for one in parts.kinds]),
+        "specific_sliding": steady * by_flank(parts, [one.path.specific_sliding for one in parts.kinds]),
+    }
+    if all(one.film is not None for one in parts.kinds):
+        values["film_thickness"] = on_both(lambda one, force: _thickness(one, force)[0])
+        values["lambda_ratio"] = on_both(lambda one, force: _thickness(one, force)[1])
+    laws = [one.law for one in parts.kinds]
+    if all(law is not None for law in laws):
+        values["effective_wear_coefficient"] = by_flank(
+            parts,
+            [
+                np.stack([effective_coefficient(law, force) for force in found])
+                for law, found in zip(laws, forces, strict=True)
+                if law is not None
+            ],
+        )
+    return values
+
+
+def _thickness(one: KindParts, force: Array) -> tuple[Array, Array]:
+    """Return film thickness [m] and λ [1] along the path, both (n,)."""
+    assert one.film is not None
+    thickness = film_thickness(one.film, one.path, force)
+    return thickness, thickness / one.film.roughness
+
+
+def wear_values(parts: Parts, cycle: Array, states: tuple[WearState, ...]) -> Values:
+    """Return depths, rates, worn mass and the counts of cycles."""
+    gears, kinds = parts.gears, range(len(parts.kinds))
+    depth = by_flank(parts, [np.stack([state.kind[k].wear for state in states]) for k in kinds])
+    modification = by_flank(parts, [one.modification for one in parts.kinds])
+    passes = np.array([gears.kinds[kind].passes[gear] for kind, gear in gears.flank_places])
+    values: Values = {
+        "wear_depth": depth,
+        "flank_deviation": -(depth + modification),
+        "max_wear_depth": np.nanmax(depth, axis=2),
+        "worn_mass": _worn_mass(parts, states),
+        "mesh_cycles": cycle * gears.reference_teeth,
+        "load_cycles": cycle[:, None] * passes,
+    }
+    if parts.speed > 0.0:
+        values["operating_hours"] = cycle * 2 * np.pi / parts.speed
+    if all(state.wears for state in states):
+        values["wear_rate"] = by_flank(parts, [np.stack([state.rate[k] for state in states]) for k in kinds])
+    return values
+
+
+def _worn_mass(parts: Parts, states: tuple[WearState, ...]) -> Array:
+    """Return the mass worn off every member, both its flanks together, (n_updates, n_members) [kg]."""
+    total = np.zeros((len(states), len(parts.gears.members)))
+    for kind, one in enumerate(parts.kinds):
+        found = worn_mass(
+            np.stack([state.kind[kind].wear for state in states]),
+            one.path,
+            density=[gear.material.density for gear in one.pair.gears],
+            teeth=[gear.teeth for gear in one.pair.gears],
+        )
+        for gear, own in enumerate(one.pair.gears):
+            for column in parts.gears.columns_of(own.name):
+                total[:, column] += found[:, gear]
+    return total
+
+
+def life_values(scene: Scene, parts: Parts, lived: History) -> Values:
+    """Return the life to a depth limit and what is left of it at every kept state."""
+    if lived.life is None or scene.wear is None or scene.wear.until is None:
+        return {}
+    values: Values = {"end_reason": lived.life.end_reason}
+    if scene.wear.until.depth is None:
+        return values
+    life = float(lived.life.cycle[-1]) if lived.life.end_reason == "depth" else np.nan
+    values |= {"life": life, "remaining_useful_life": life - lived.cycle}
+    if parts.speed > 0.0:
+        values["service_life"] = life * 2 * np.pi / parts.speed
+    return values
