@@ -9,6 +9,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from wearlab import compare as compare
     from wearlab import simulate as simulate
     from wearlab.campaign import load as load
     from wearlab.runner import run as run
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from wearlab.store import Store as Store
 
 __version__ = "0.1.0"
-__all__ = ["Scene", "Store", "load", "run", "simulate"]
+__all__ = ["Scene", "Store", "compare", "load", "run", "simulate"]
 
 HOMES = {
     "Scene": "wearlab.scene",
@@ -24,11 +25,12 @@ HOMES = {
     "load": "wearlab.campaign",
     "run": "wearlab.runner",
 }
+CALLABLE_ROOMS = ("compare", "simulate")
 
 
 def __getattr__(name: str) -> object:
-    if name == "simulate":
-        return import_module("wearlab.simulate")
+    if name in CALLABLE_ROOMS:
+        return import_module(f"wearlab.{name}")
     if name in HOMES:
         return getattr(import_module(HOMES[name]), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -38,19 +40,19 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
 
 
-class _Simulate(ModuleType):
-    """The room ``wearlab.simulate``, which can be called as the function of the same name."""
+class _CallableRoom(ModuleType):
+    """A room such as ``wearlab.simulate``, which can be called as the function of the same name."""
 
-    def __call__(self, scene: Any) -> Any:
-        return self.simulate(scene)
+    def __call__(self, *arguments: Any, **options: Any) -> Any:
+        return getattr(self, self.__name__.rpartition(".")[2])(*arguments, **options)
 
 
 class _Package(ModuleType):
-    """The package itself: rooms become attributes here as they are imported, one of them a function too."""
+    """The package itself: rooms become attributes here as they are imported, some of them functions too."""
 
     def __setattr__(self, name: str, value: object) -> None:
-        if name == "simulate" and isinstance(value, ModuleType):
-            value.__class__ = _Simulate
+        if name in CALLABLE_ROOMS and isinstance(value, ModuleType):
+            value.__class__ = _CallableRoom
         super().__setattr__(name, value)
 
 

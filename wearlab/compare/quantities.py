@@ -1,0 +1,145 @@
+"""What of a run is compared: stored variables, and what is read off them at every wear state."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from wearlab.schema import VARIABLES
+
+Array = NDArray[np.float64]
+ORDERS = 10
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One thing compared.
+
+    Parameters
+    ----------
+    name : its variable in a comparison
+    source : the variable of the run that it comes from, whose unit it has
+    long_name : in words
+    of : variable of the run → values at its wear states
+    """
+
+    name: str
+    source: str
+    long_name: str
+    of: Callable[[xr.DataArray], xr.DataArray]
+
+
+def _itself(values: xr.DataArray) -> xr.DataArray:
+    return values
+
+
+def _mean_over_periods(force: xr.DataArray) -> xr.DataArray:
+    """Return the wave over one mesh period: the mean over the periods of the response."""
+    return force.mean("mesh_period", skipna=True) if "mesh_period" in force.dims else force
+
+
+def _range(values: xr.DataArray) -> xr.DataArray:
+    """Return the largest minus the smallest value over the phases, all mesh periods together."""
+    dims = [dim for dim in ("mesh_period", "phase") if dim in values.dims]
+    return values.max(dims) - values.min(dims)
+
+
+def _peak(values: xr.DataArray) -> xr.DataArray:
+    return values.max([dim for dim in ("mesh_period", "phase") if dim in values.dims])
+
+
+def _orders(force: xr.DataArray) -> xr.DataArray:
+    """Return the amplitudes at whole multiples of the mesh frequency, 1 to ``ORDERS``."""
+    return _spectrum(force, _whole_orders, {"order": np.arange(1, ORDERS + 1)})
+
+
+def _between_orders(force: xr.DataArray) -> xr.DataArray:
+    """Return the RMS of what lies between those multiples: subharmonics and what is not periodic."""
+    return _spectrum(force, _rest, {})
+
+
+def _spectrum(
+    force: xr.DataArray, reduced: Callable[[Array, int], Array], coordinates: dict[str, Any]
+) -> xr.DataArray:
+    """Reduce the Fourier amplitudes of each response, as many mesh periods long as it is."""
+    if "mesh_period" not in force.dims:
+        force = force.expand_dims("mesh_period", axis=-2)
+    outer = [dim for dim in force.dims if dim not in ("mesh_period", "phase")]
+    values = force.transpose(*outer, "mesh_period", "phase").values
+    found = np.array([_of_one(values[place], reduced) for place in np.ndindex(*values.shape[: len(outer)])])
+    shape = values.shape[: len(outer)] + found.shape[1:]
+    inside = {name: force[name] for name in outer if name in force.coords}
+    return xr.DataArray(found.reshape(shape), dims=[*outer, *coordinates], coords={**inside, **coordinates})
+
+
+def _of_one(waves: Array, reduced: Callable[[Array, int], Array]) -> Array:
+    held = waves[np.isfinite(waves).all(axis=-1)]
+    if not len(held):
+        return reduced(np.full(ORDERS + 1, np.nan), 1)
+    return reduced(2.0 * np.abs(np.fft.rfft(held.ravel())) / held.size, len(held))
+
+
+def _whole_orders(amplitude: Array, periods: int) -> Array:
+    whole = amplitude[periods::periods][:ORDERS]
+    return np.pad(whole, (0, ORDERS - len(whole)), constant_values=np.nan)
+
+
+def _rest(amplitude: Array, periods: int) -> Array:
+    between = np.arange(len(amplitude)) % periods != 0
+    return np.sqrt(0.5 * np.sum(amplitude[between] ** 2) + 0.0 * amplitude[0])
+
+
+QUANTITIES = (
+    Quantity("wear_depth", "wear_depth", "wear depth", _itself),
+    Quantity("max_wear_depth", "max_wear_depth", "largest wear depth", _itself),
+    Quantity("mesh_stiffness", "mesh_stiffness", "mesh stiffness (TVMS)", _itself),
+    Quantity("stiffness_peak_to_peak", "mesh_stiffness", "range of the mesh stiffness", _range),
+    Quantity("stiffness_harmonics", "stiffness_harmonics", "harmonics of the mesh stiffness", _itself),
+    Quantity("static_transmission_error", "static_transmission_error", "static transmission error", _itself),
+    Quantity(
+        "ste_peak_to_peak", "static_transmission_error", "range of the static transmission error", _range
+    ),
+    Quantity("ste_harmonics", "ste_harmonics", "harmonics of the static transmission error", _itself),
+    Quantity(
+        "dynamic_mesh_force",
+        "dynamic_mesh_force",
+        "dynamic mesh force, mean over mesh periods",
+        _mean_over_periods,
+    ),
+    Quantity("mesh_force_peak", "dynamic_mesh_force", "largest dynamic mesh force", _peak),
+    Quantity("mesh_force_peak_to_peak", "dynamic_mesh_force", "range of the dynamic mesh force", _range),
+    Quantity("mesh_force_orders", "dynamic_mesh_force", "mesh orders of the dynamic mesh force", _orders),
+    Quantity(
+        "mesh_force_between_orders",
+        "dynamic_mesh_force",
+        "RMS of the dynamic mesh force between mesh orders",
+        _between_orders,
+    ),
+)
+SCALARS = ("life", "service_life")
+
+
+def attributes(quantity: Quantity) -> dict[str, str]:
+    """Return unit, display unit and name of a quantity."""
+    variable = VARIABLES[quantity.source]
+    return {
+        "units": variable.units,
+        "display_units": variable.display_units,
+        "long_name": quantity.long_name,
+    }
+
+
+def described(names: list[str]) -> dict[str, tuple[str, list[str]]]:
+    """Return unit, display unit and name of each quantity, as coordinates along ``quantity``."""
+    table = {quantity.name: attributes(quantity) for quantity in QUANTITIES}
+    return {
+        coordinate: ("quantity", [table[name][key] for name in names])
+        for coordinate, key in (
+            ("quantity_units", "units"),
+            ("quantity_display_units", "display_units"),
+            ("quantity_name", "long_name"),
+        )
+    }

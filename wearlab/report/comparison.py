@@ -1,0 +1,144 @@
+"""The figure of a comparison: A beside B, where they can be seen to differ."""
+
+import json
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from wearlab.figures.palette import NAMES
+from wearlab.figures.plot import Curve, Entry, Panel, Pen, Plot
+from wearlab.figures.render import rendered
+from wearlab.figures.wording import axis_label, converted, cycles, power_of_ten
+
+Array = NDArray[np.float64]
+PENS = {"A": Pen(NAMES[0], "-", "o", 1.5), "B": Pen(NAMES[1], "--", "s", 1.0)}
+WAVES = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
+SHOWN_PAIRS = 40
+
+
+def comparison_figure(comparison: xr.Dataset, ending: str = "png") -> bytes:
+    """Return the figure of a comparison of two runs, or of two campaigns; equal comparisons, equal bytes.
+
+    Parameters
+    ----------
+    comparison : from `wearlab.compare`
+    ending : png, svg or pdf
+    """
+    plot = _campaigns(comparison) if "pair" in comparison.dims else _runs(comparison)
+    said = {key: str(value) for key, value in comparison.attrs.items() if value}
+    return rendered(plot, {"Title": plot.title, **said}, ending)
+
+
+def _runs(comparison: xr.Dataset) -> Plot:
+    panels = [*_over_life(comparison), *_waves(comparison)]
+    placed = [
+        Panel(*divmod(i, 2), f"({chr(ord('a') + i)}) {p.title}", p.x_label, p.y_label, p.curves)
+        for i, p in enumerate(panels)
+    ]
+    names = {
+        side: f"{side}: run {comparison.attrs[f'run_{side.lower()}'][:10] or 'unnamed'}" for side in PENS
+    }
+    legend = tuple(Entry(names[side], pen, "line") for side, pen in PENS.items())
+    rows = -(-len(placed) // 2)
+    return Plot(
+        "Two runs compared", tuple(placed), rows, min(2, len(placed)), "none", legend, _notes(comparison)
+    )
+
+
+def _notes(comparison: xr.Dataset) -> tuple[str, ...]:
+    changed = json.loads(comparison.attrs.get("scene_differences") or "[]")
+    words = [f"{one['key']} {_said(one, 'a')} → {_said(one, 'b')}" for one in changed[:6]]
+    more = f" and {len(changed) - 6} more" if len(changed) > 6 else ""
+    return (f"Asked differently: {'; '.join(words)}{more}.",) if words else ("No key of the scenes differs.",)
+
+
+def _said(one: dict[str, object], side: str) -> str:
+    value = one[side]
+    if value is None:
+        return "absent"
+    return f"{value:.6g} {one['units'] or ''}".rstrip() if isinstance(value, float) else str(value)
+
+
+def _over_life(comparison: xr.Dataset) -> Iterator[Panel]:
+    """Yield the largest wear and how much everything differs, over cycles or depth."""
+    across, x = _positions(comparison)
+    if "max_wear_depth" in comparison and comparison.attrs["aligned_on"] == "cycle":
+        values = comparison["max_wear_depth"].max("flank")
+        yield _panel("largest wear depth", x, values, across, line="line-points")
+    share = 100.0 * comparison["relative_difference"]
+    yield _differences(comparison, share, x, across)
+
+
+def _differences(comparison: xr.Dataset, share: xr.DataArray, x: Array, across: str) -> Panel:
+    """Return the largest difference of any quantity over the states, and the tolerance."""
+    largest = share.max("quantity", skipna=True).values
+    tolerance = 100.0 * float(comparison.attrs["tolerance"])
+    curves = (
+        Curve(x, np.full(len(x), tolerance), Pen("#7a7a7a", ":"), "reference"),
+        Curve(x, largest, Pen("#222222", "-", "o"), "line-points"),
+    )
+    return Panel(
+        0, 0, "largest difference of all quantities (dotted: tolerance)", across, "Difference (%)", curves
+    )
+
+
+def _positions(comparison: xr.Dataset) -> tuple[str, Array]:
+    if comparison.attrs["aligned_on"] == "cycle":
+        x, words, units = comparison["cycle"].values, "wear cycles", "1"
+    else:
+        x, words, units = converted(comparison["aligned_depth"].values, "m", "um"), "largest wear depth", "um"
+    power = power_of_ten([x], units)
+    return axis_label(words, units, power), x / 10.0**power
+
+
+def _waves(comparison: xr.Dataset) -> Iterator[Panel]:
+    """Yield the waves over the mesh phase at the last common state, of the first mesh."""
+    last = comparison.isel(state=-1)
+    for name in WAVES:
+        if name in comparison and "phase" in comparison[name].dims:
+            wave = last[name].isel(mesh=0, missing_dims="ignore")
+            count = wave.sizes["phase"]
+            phase = np.asarray(
+                wave["phase"].values if "phase" in wave.coords else np.arange(count) / count, float
+            )
+            yield _panel(
+                f"{wave.attrs['long_name'].split(',')[0]}, {_state(comparison)}", phase, wave, "Mesh phase"
+            )
+
+
+def _state(comparison: xr.Dataset) -> str:
+    if comparison.attrs["aligned_on"] == "cycle":
+        return cycles(float(comparison["cycle"].values[-1])).text
+    return f"{1e6 * float(comparison['aligned_depth'].values[-1]):.3g} µm worn"
+
+
+def _panel(title: str, x: Array, values: xr.DataArray, across: str, line: str = "line") -> Panel:
+    shown = values.attrs.get("display_units") or "1"
+    sides = {side: converted(values.sel(run=side).values, values.attrs["units"], shown) for side in PENS}
+    power = power_of_ten(list(sides.values()), shown)
+    curves = tuple(Curve(x, y / 10.0**power, PENS[side], line) for side, y in sides.items())  # type: ignore[arg-type]
+    words = str(values.attrs["long_name"]).split(",")[0]
+    return Panel(0, 0, title, across, axis_label(words, shown, power), curves)
+
+
+def _campaigns(comparison: xr.Dataset) -> Plot:
+    """Return one dot for every pair and quantity: how much they differ at most."""
+    shown = comparison.isel(pair=slice(SHOWN_PAIRS))
+    share = 100.0 * shown["largest_relative_difference"].values
+    names = [str(name) for name in shown["quantity_name"].values]
+    keep = [i for i in range(len(names)) if np.nanmax(share[:, i], initial=0.0) > 0.0] or [0]
+    pen = {i: Pen(NAMES[k % len(NAMES)], "-", "o") for k, i in enumerate(keep)}
+    number = np.arange(1.0, len(share) + 1)
+    curves = tuple(Curve(number, share[:, i], pen[i], "line-points") for i in keep)
+    title = f"{comparison.attrs['campaign_a']} (A) and {comparison.attrs['campaign_b']} (B)"
+    panel = Panel(0, 0, "", "Pair of runs", "Largest difference (%)", curves)
+    legend = tuple(Entry(names[i], pen[i], "line-points") for i in keep)
+    return Plot(
+        title, (panel,), 1, 1, "none", legend, (*_notes(comparison), _list(shown["pair"].values.tolist()))
+    )
+
+
+def _list(names: Sequence[object]) -> str:
+    return "; ".join(f"{i}: {name}" for i, name in enumerate(names, 1)) + "."
