@@ -280,13 +280,17 @@ SMALL = {"teeth": 46, "rim_diameter": 0.4, "addendum_coefficient": 0.7, **SHORT}
         ({}, {"teeth": 30, "rim_diameter": 0.3}, "ring: 30 teeth cannot surround a pinion of 40"),
         ({}, {**SHORT, "tip_diameter": 0.56}, "interference: the ring's tip diameter 560 mm"),
         ({"teeth": 18, "root_profile": "radial"}, SHORT, "interference: the tip of ring reaches"),
-        ({}, SHORT, "fillet interference: ring would touch pinion at diameter"),
+        (
+            {},
+            {"tip_alteration": None, "tip_alteration_coefficient": 0.0},
+            "fillet interference: ring would touch",
+        ),
         ({"addendum_coefficient": 1.3}, {}, "fillet interference: pinion would touch ring"),
         ({}, {**SHORT, "tip_diameter": 0.6012}, r"contact ratio 0\.\d+ is below 1"),
         ({}, SMALL, "tip interference: with 46 − 40 = 6 teeth .* overlap by 0.22"),
         ({}, {"dedendum_coefficient": 2.6}, "ring: the tooth space ends in a point"),
         (
-            {"dedendum_coefficient": 1.0, "fillet_radius_coefficient": 0.0},
+            {"dedendum_coefficient": 0.9, "root_profile": "radial"},
             {},
             "tip runs .* into the root of p",
         ),
@@ -302,3 +306,22 @@ def test_pointed_ring_tooth_is_refused():
     shifts = {"profile_shift_coefficient": 1.0}, {"profile_shift_coefficient": 2.0}
     with pytest.raises(GearError, match=r"ring: pointed tip: at the tip diameter"):
         make(shifts[0], {**shifts[1], **SHORT, "addendum_coefficient": 2.3})
+
+
+def test_ring_tip_nobody_gave_is_shortened_to_the_pinions_involute():
+    pair = make({"fillet_radius_coefficient": 0.38}, SHORT)
+    assert 0.0755 < (pair.driven.tip_radius - 0.294) / 0.006 < 0.078
+    assert pair.radius(0, pair.path.A) == pytest.approx(pair.driving.form_radius, rel=1e-12)
+    assert any("tip shortened by 0.077" in flag for flag in pair.driven.assumed)
+
+
+def test_rounding_just_too_large_for_a_given_ring_tip_is_reduced():
+    pair = make({"fillet_radius_coefficient": 0.38})
+    assert pair.path == PAIR.path
+    assert 0.95 * 0.38 < pair.driving.fillet_radius / 0.006 < 0.38
+    assert pair.driving.form_radius == pytest.approx(pair.radius(0, pair.path.A), rel=1e-12)
+    assert any("rounding of the rack reduced from 0.38 to 0.377" in flag for flag in pair.driving.assumed)
+    x, y, _ = root_curve(pair.driving, 1.0)
+    assert math.hypot(x, y) == pytest.approx(pair.driving.form_radius, rel=1e-12)
+    with pytest.raises(GearError, match="fillet interference: ring would touch pinion"):
+        make({"fillet_radius_coefficient": 0.38}, {"tip_alteration": None, "tip_diameter": 0.5885})

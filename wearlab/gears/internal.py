@@ -12,6 +12,7 @@ from wearlab.gears.materials import STEEL, Material
 from wearlab.gears.modification import check_reliefs
 from wearlab.gears.pair import GearPair, PathOfContact
 from wearlab.gears.ring import build_ring
+from wearlab.gears.room import make_room
 from wearlab.gears.shifts import internal_position
 from wearlab.gears.specification import GearSpec
 
@@ -84,7 +85,9 @@ def internal_pair(
         material=material,
         assumed=operating.assumed,
     )
-    return assemble_internal(inner, outer, operating.centre_distance, ring_drives=driving == "ring")
+    a = operating.centre_distance
+    inner, outer = make_room(inner, outer, a, shorten=ring.tip_is_derived)
+    return assemble_internal(inner, outer, a, ring_drives=driving == "ring")
 
 
 def assemble_internal(pinion: Gear, ring: Gear, centre_distance: float, *, ring_drives: bool) -> GearPair:

@@ -36,9 +36,9 @@ def build_ring(
     """Resolve every dimension of one ring gear.
 
     ``r_a = m (z/2 + x − h_a − k)``, ``r_f = m (z/2 + x + h_f)``, or the given diameters. Without a tip
-    alteration of its own k = 0: profile shifts leave a ring's tip clearances at the standard ones or
-    above. ``tip_alteration = "wang-2023"`` shortens the teeth so that the tip lies at
-    ``r − m h_a + m/(z tan²α)``, about where contact begins at the end of an unshifted pinion's involute.
+    alteration of its own k = 0: profile shifts leave a ring's tip clearances at the standard ones or above,
+    and the pair may shorten it further (:mod:`wearlab.gears.room`). ``tip_alteration = "wang-2023"`` puts
+    the tip at ``r − m h_a + m/(z tan²α)``, about where an unshifted pinion's involute begins.
 
     Parameters
     ----------

@@ -140,3 +140,83 @@ def _shared(
                 )
             return x1, x2, ()
     raise AssertionError(shifts)
+
+
+class PlanetaryPosition(NamedTuple):
+    """The operating position of a planetary set.
+
+    Parameters
+    ----------
+    centre_distances : a of (sun–planet, planet–ring) [m]
+    shifts : profile shift coefficients (sun, planet, ring) [1]
+    tip_alteration : k of sun and planet that keeps their standard tip clearance [1]
+    assumed : how shifts nobody gave were split, in words
+    """
+
+    centre_distances: tuple[float, float]
+    shifts: tuple[float, float, float]
+    tip_alteration: float
+    assumed: tuple[str, ...]
+
+
+def planetary_position(
+    teeth: tuple[int, int, int],
+    shifts: tuple[float | None, float | None, float | None],
+    *,
+    module: float,
+    pressure_angle: float,
+    centre_distance: float | tuple[float, float] | None = None,
+) -> PlanetaryPosition:
+    """Solve both meshes of a planetary set for what is not given; the planet's shift is common to them.
+
+    Parameters
+    ----------
+    teeth : (sun, planet, ring) [1]
+    shifts : (sun, planet, ring) profile shift coefficients, None where absent [1]
+    module, pressure_angle : m [m], α [rad]
+    centre_distance : of both meshes, or (sun–planet, planet–ring) [m]; None: from the shifts
+
+    Returns
+    -------
+    PlanetaryPosition
+
+    Raises
+    ------
+    GearError : no involute contact, or shifts and tooth numbers that contradict each other
+    """
+    z_s, z_p, z_r = teeth
+    x_s, x_p, x_r = shifts
+    if not z_r > z_p:
+        raise GearError(f"ring: {z_r} teeth cannot surround a planet of {z_p}: give the ring more teeth")
+    if centre_distance is None:
+        return _planetary_from_shifts(teeth, shifts, module, pressure_angle)
+    a_sp, a_pr = centre_distance if isinstance(centre_distance, tuple) else (centre_distance,) * 2
+    rack = {"module": module, "pressure_angle": pressure_angle}
+    if x_s is None and x_p is None and x_r is not None:
+        x_p = internal_position((z_p, z_r), (None, x_r), centre_distance=a_pr, **rack).shifts[0]
+    outer = operating_position((z_s, z_p), (x_s, x_p), centre_distance=a_sp, **rack)
+    inner = internal_position((z_p, z_r), (outer.shifts[1], x_r), centre_distance=a_pr, **rack)
+    return PlanetaryPosition(
+        (a_sp, a_pr), (*outer.shifts, inner.shifts[1]), outer.tip_alteration, outer.assumed
+    )
+
+
+def _planetary_from_shifts(
+    teeth: tuple[int, int, int],
+    shifts: tuple[float | None, float | None, float | None],
+    module: float,
+    pressure_angle: float,
+) -> PlanetaryPosition:
+    """Return the position with shifts 0 where absent, whose two centre distances must be one."""
+    rack = {"module": module, "pressure_angle": pressure_angle}
+    outer = operating_position(teeth[:2], shifts[:2], **rack)
+    inner = internal_position(teeth[1:], shifts[1:], **rack)
+    a_sp, a_pr = outer.centre_distance, inner.centre_distance
+    if abs(a_sp - a_pr) > ROUNDING * module:
+        raise GearError(
+            f"the centre distances differ: {a_sp * 1e3:.5g} mm of sun and planets, {a_pr * 1e3:.5g} mm of "
+            f"planets and ring ({teeth[0]} + {teeth[1]} and {teeth[2]} − {teeth[1]} teeth); give a common "
+            "centre_distance and leave the ring's shift to it, or {sun_planet, planet_ring} as printed"
+        )
+    x_s, x_p, x_r = (x or 0.0 for x in shifts)
+    return PlanetaryPosition((a_sp, a_sp), (x_s, x_p, x_r), outer.tip_alteration, ())

@@ -23,7 +23,8 @@ class GearSpec:
         ring's teeth negative, and its shift with the opposite sign)
     addendum_coefficient : h_a* [1]; absent: 1. Not together with ``tip_diameter``
     dedendum_coefficient : h_f* [1]; absent: 1.25. Not together with ``root_diameter``
-    tip_alteration_coefficient : k [1]; absent: keeps the standard tip clearance (ISO 21771)
+    tip_alteration_coefficient : k [1], negative shortens; absent: keeps the standard tip clearance
+        (ISO 21771), and a ring's tip clear of its mate's root curve
     tip_alteration : "wang-2023" shortens a ring's teeth as Y23 does; not with another tip alteration
     tip_diameter, root_diameter : explicit diameters [m]
     fillet_radius_coefficient : tip rounding of the generating rack, or a ring's root fillet, in modules [1]
@@ -60,3 +61,12 @@ class GearSpec:
     root_relief: Relief | None = None
     profile_crowning: float | None = None
     profile_slope: float | None = None
+
+    @property
+    def tip_is_derived(self) -> bool:
+        """Whether nothing was said about the tip but its addendum."""
+        return (
+            self.tip_diameter is None
+            and self.tip_alteration is None
+            and self.tip_alteration_coefficient is None
+        )
