@@ -6,6 +6,7 @@ import tempfile
 from dataclasses import replace
 from functools import cache, lru_cache
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numba
 import numpy as np
@@ -61,9 +62,9 @@ def _sources() -> str:
 
 def _read(file: Path) -> GearCompliance | None:
     try:
-        with np.load(file) as stored:
+        with file.open("rb") as stream, np.load(stream) as stored:
             return GearCompliance(stored["parameter"], stored["own"], stored["across"])
-    except (OSError, ValueError, KeyError, EOFError):
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
         return None  # not there, or not whole: compute it
 
 

@@ -21,8 +21,9 @@ DISTANCE_SLACK = 1e-9
 class FiniteElement:
     """Teeth and bodies of both gears by plane finite elements, and the contact in series.
 
-    Wear of micrometres changes teeth and bodies by less than 0.3 per cent, below the error of a plane model:
-    they are those of the unworn gears. What wear does to gaps and load sharing is not part of a stiffness.
+    Teeth and bodies are those of the unworn gears: 10 µm off both flanks make a tooth of module 3 mm softer
+    by 0.25 per cent near its tip and by less below, 100 µm by 2.7 per cent (:func:`solve_gear` takes a worn
+    outline for such studies). What wear does to gaps and load sharing is not part of a stiffness.
 
     Parameters
     ----------

@@ -94,10 +94,14 @@ def sector(chart: Chart, material: Material, plane: Plane, refinement: int) -> S
     squares = squares.remove_elements(np.flatnonzero((np.abs(middle[0]) > 1.0) & (middle[1] > 1.0)))
     plain = MeshQuad2.from_mesh(squares)
     mesh = MeshQuad2(chart.map(*plain.doflocs), plain.t)
+    return Sector(chart, mesh, plain.doflocs, *assemble(mesh, material, plane))
+
+
+def assemble(mesh: MeshQuad2, material: Material, plane: Plane) -> tuple[Index, csr_matrix]:
+    """Return the unknowns of the nodes, (2, n_nodes), and the stiffness matrix for unit face width [Pa]."""
     basis = Basis(mesh, ElementVector(ElementQuad2()))
     dofs = np.hstack([basis.nodal_dofs, basis.facet_dofs, basis.interior_dofs])
-    stiffness = asm(linear_elasticity(*lame(material, plane)), basis)
-    return Sector(chart, mesh, plain.doflocs, dofs, stiffness)
+    return dofs, asm(linear_elasticity(*lame(material, plane)), basis)
 
 
 def lame(material: Material, plane: Plane) -> tuple[float, float]:
