@@ -54,6 +54,11 @@ class ProfileGrid(NamedTuple):
         return self.first.shape[1]
 
     @property
+    def slots(self) -> int:
+        """Number of pair slots with the pair that approaches A, whether or not it can touch."""
+        return self.leading + 2
+
+    @property
     def pair_numbers(self) -> Index:
         """Which pair each slot holds, j = −1 being the one that approaches A, (n_pairs,)."""
         return self.leading - np.arange(self.n_pairs)
@@ -62,6 +67,11 @@ class ProfileGrid(NamedTuple):
     def on_flank(self) -> slice:
         """Which of the touching nodes lie on the active flank A–E."""
         return slice(self.before, self.before + len(self.position))
+
+    @property
+    def loaded(self) -> Array:
+        """Where teeth are taken to bend when pairs touch: no further than A and E, (n_touching,) [m]."""
+        return np.clip(self.touching, self.position[0], self.position[-1])
 
     def beyond(self, values: Array) -> Array:
         """Carry node values (…, n) to all touching nodes (…, n_touching), beyond A and E the end values."""

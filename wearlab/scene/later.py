@@ -1,6 +1,6 @@
 """What campaign files may say one day, and this version refuses by name."""
 
-PLANETARY, INTERNAL = "planetary gear sets", "internal gear pairs and exact contact"
+PLANETARY = "planetary gear sets"
 FRICTION = "friction and power"
 
 LATER_KEYS: dict[str, dict[str, str]] = {
@@ -16,12 +16,10 @@ LATER_KEYS: dict[str, dict[str, str]] = {
         "stage": "stages of operation",
     },
     "mesh": {
-        "extended_contact": INTERNAL,
         "face_load_factor": PLANETARY,
         "sun_planet": PLANETARY,
         "planet_ring": PLANETARY,
     },
-    "mesh.contact": {"extended_contact": INTERNAL},
     "errors.pinion": {"planet_position": PLANETARY},
     "errors.gear": {"planet_position": PLANETARY},
     "dynamics": {"friction": FRICTION, "rotation": PLANETARY},
@@ -38,7 +36,6 @@ LATER_KEYS: dict[str, dict[str, str]] = {
 }
 
 LATER_CHOICES: dict[str, dict[str, str]] = {
-    "mesh.contact": {"exact": INTERNAL, "algorithm-1": INTERNAL},
     "dynamics": {"planetary": PLANETARY, "planetary-torsional": FRICTION},
     "wear.coefficient": {"calibrated": "calibrated coefficients"},
 }

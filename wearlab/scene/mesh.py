@@ -2,6 +2,7 @@
 
 from typing import Annotated, ClassVar, Literal
 
+from annotated_types import Ge
 from pydantic import Field
 
 from wearlab.scene.part import (
@@ -14,6 +15,7 @@ from wearlab.scene.part import (
     Depth,
     Number,
     Part,
+    Switch,
     named,
     option,
 )
@@ -23,6 +25,8 @@ from wearlab.scene.stiffness import PotentialEnergyStiffness, Stiffness
 Combination = Literal["min", "max", "mean"]
 Error = Literal["unloaded", "loaded"]
 COMBINATION = "how the gaps of the pairs in the path make one transmission error"
+ENGAGEMENT = "pairs in contact: those that carry load, or those closer than a threshold"
+THRESHOLD = "rotation of the driven gear within which a pair counts as engaged"
 ERROR = "transmission error that excites: unloaded, or loaded (counts F/k twice)"
 
 
@@ -32,12 +36,8 @@ class DisplacementContact(Part):
     model: Literal["displacement"] = option(
         "displacement", "first-order form of worn contact", source="wearlab"
     )
-    engagement: Literal["load", "threshold"] = option(
-        "load", "pairs in contact: those that carry load, or those closer than a threshold", source="Y23"
-    )
-    threshold: Annotated[Angle, POSITIVE] = option(
-        1e-4, "rotation of the driven gear within which a pair counts as engaged", source="Y23 Algorithm 1"
-    )
+    engagement: Literal["load", "threshold"] = option("load", ENGAGEMENT, source="Y23")
+    threshold: Annotated[Angle, POSITIVE] = option(1e-4, THRESHOLD, source="Y23 Algorithm 1")
 
 
 class PairsExcitation(Part):
@@ -96,7 +96,27 @@ class ModulatedExcitation(Part):
     )
 
 
-Contact = Annotated[DisplacementContact, *named("displacement")]
+class ExactContact(Part):
+    """Worn flanks touch where they really meet, off the line of action."""
+
+    model: Literal["exact"] = option("exact", "smallest rotation gap of the worn flanks", source="Y23")
+    engagement: Literal["load", "threshold"] = option("load", ENGAGEMENT, source="Y23")
+    threshold: Annotated[Angle, POSITIVE] = option(1e-4, THRESHOLD, source="Y23 Algorithm 1")
+
+
+class AlgorithmOneContact(Part):
+    """Y23's own search of one flank's points against the other's, half a step of it off (as published)."""
+
+    model: Literal["algorithm-1"] = option("algorithm-1", "Y23's search", source="Y23 Algorithm 1")
+    points: Annotated[Count, Ge(9)] = option(1849, "points searched on each flank", source="Y23 Table 1")
+    engagement: Literal["load", "threshold"] = option("load", ENGAGEMENT, source="Y23")
+    threshold: Annotated[Angle, POSITIVE] = option(1e-4, THRESHOLD, source="Y23 Algorithm 1")
+
+
+Contact = Annotated[
+    Annotated[DisplacementContact | ExactContact | AlgorithmOneContact, Field(discriminator="model")],
+    *named("displacement"),
+]
 Excitation = Annotated[
     Annotated[PairsExcitation | FourierExcitation | ModulatedExcitation, Field(discriminator="model")],
     *named("pairs"),
@@ -110,6 +130,11 @@ class Mesh(Part):
 
     stiffness: Stiffness = option(PotentialEnergyStiffness(), "stiffness of a tooth pair")
     contact: Contact = option(DisplacementContact(), "how worn flanks touch")
+    extended_contact: Switch = option(
+        False,
+        "let tip corners touch beyond A and E, so that pairs engage and leave gradually under load",
+        source="Munro, Morrish & Palmer 1999",
+    )
     excitation: Excitation = option(PairsExcitation(), "how the mesh force reaches the dynamics")
     normal_backlash: Annotated[Depth, NOT_NEGATIVE] | None = option(
         None,

@@ -87,12 +87,12 @@ def carried(fine: ProfileGrid, values: Array, rough: ProfileGrid) -> Array:
     where = lookup(fine, phases, segment)
     pairs = rough.pairs_at_phase_nodes
     present = pairs >= 0
-    found = np.empty((len(values), len(rough.position)))
-    for row, one in zip(found, values, strict=True):
+    found = np.empty((len(values), len(rough.touching)))
+    for row, one in zip(found, fine.beyond(values), strict=True):
         at_phases = np.empty(pairs.shape)
         interpolate(fine.first, where, np.ascontiguousarray(one), 0.0, at_phases)
         row[pairs[present]] = at_phases[present]
-    return found
+    return found[:, rough.on_flank]
 
 
 def rougher(parts: Parts, rough: Parts, cycle: float, state: WearState) -> Rougher | None:

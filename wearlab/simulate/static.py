@@ -11,6 +11,7 @@ from wearlab.life.state import WearState
 from wearlab.mesh.contact import Quasistatic
 from wearlab.mesh.excitation import load_share
 from wearlab.mesh.harmonics import Harmonics, harmonics
+from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import KindParts, Parts
 from wearlab.wear.archard import PEAK_PRESSURE, mean_pressure
@@ -27,7 +28,7 @@ POINT_TOLERANCE = 1e-12
 
 def coordinates(parts: Parts) -> Values:
     """Return the labels of the dimensions and the places of the nodes on each flank."""
-    pairs = max(one.analysis.grid.n_pairs for one in parts.kinds)
+    slots = max(one.analysis.grid.slots for one in parts.kinds)
     position, radius, roll, beyond = [], [], [], []
     for kind, gear in parts.gears.flank_places:
         one = parts.kinds[kind]
@@ -41,7 +42,7 @@ def coordinates(parts: Parts) -> Values:
         "member": list(parts.gears.members),
         "mesh": list(parts.gears.mesh_names),
         "phase": parts.phase,
-        "pair": np.arange(1, pairs + 2),
+        "pair": np.arange(1, slots + 1),
         "harmonic": np.arange(1, parts.harmonics + 1),
         "path_position": along(position),
         "diameter": 2.0 * along(radius),
@@ -116,8 +117,8 @@ def _of_mesh(parts: Parts, mesh: int, states: tuple[WearState, ...]) -> dict[str
         "secant_stiffness": np.stack([_secant(kind.analysis.load, found) for found in solved]),
         "static_transmission_error": np.stack([found.deflection for found in solved]) + prescribed,
         "unloaded_transmission_error": np.stack([found.unloaded for found in solved]) + prescribed,
-        "pair_stiffness": np.stack([pair_slots(found.stiffness) for found in solved]),
-        "load_share": np.stack([pair_slots(load_share(found)) for found in solved]),
+        "pair_stiffness": np.stack([pair_slots(found.stiffness, kind.analysis.grid) for found in solved]),
+        "load_share": np.stack([pair_slots(load_share(found), kind.analysis.grid) for found in solved]),
     }
     return values | _static_harmonics(parts, mesh, [state.kind[one.kind].static for state in states])
 
@@ -141,9 +142,9 @@ def _share_residual(load: float, state: Quasistatic) -> float:
     return float(np.max(np.abs(load_share(state).sum(axis=1) - 1.0))) if load > 0.0 else 0.0
 
 
-def pair_slots(values: Array) -> Array:
-    """Return (n_pairs + 1, n_phases): the last slot is the pair that approaches A, here never in contact."""
-    return np.vstack([values.T, np.zeros(len(values))])
+def pair_slots(values: Array, grid: ProfileGrid) -> Array:
+    """Return values (n_phases, n_pairs) as (slots, n_phases): the last slot is the pair that approaches A."""
+    return np.pad(values.T, [(0, grid.slots - grid.n_pairs), (0, 0)])
 
 
 def _static_harmonics(parts: Parts, mesh: int, states: Sequence[Quasistatic]) -> dict[str, Array]:

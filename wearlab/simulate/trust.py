@@ -4,16 +4,15 @@ from collections.abc import Sequence
 from typing import Any
 
 from wearlab.dynamics.response import Response
-from wearlab.gears import tip_contact
 from wearlab.life.history import History
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
+from wearlab.scene.build.contact import reached_limits
 from wearlab.simulate.estimates import estimated
 
 Values = dict[str, Any]
 
 ENDS_AS_ASKED = ("cycles", "depth")
-EXTENDED_CONTACT = 0.05
 
 
 def trust_values(
@@ -65,14 +64,13 @@ def verdict(lived: History, others: Sequence[Response | None] = ()) -> str:
 
 def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
     """Return limits of validity that show only once the scene has run."""
-    flags = []
+    flags: list[str] = []
     for kind, one in enumerate(parts.kinds):
-        if one.pair.kind == "internal":
-            continue
-        deflection = max(float(state.kind[kind].static.deflection.max()) for state in lived.state)
-        extension = tip_contact.extension(one.pair, deflection) / (one.pair.path.E - one.pair.path.A)
-        if extension > EXTENDED_CONTACT:
-            flags.append(f"deflection would extend the path of contact by {100 * extension:.0f} %")
+        state = max(lived.state, key=lambda state: float(state.kind[kind].static.deflection.max()))
+        found = state.kind[kind]
+        flags += reached_limits(
+            one.pair, one.analysis, state.wear[kind], found.nodes.gap, found.static.deflection
+        )
     if lived.life is not None and lived.life.saw_tooth:
         flags.append("saw-tooth: steps over cycles beyond the stability limit")
     return tuple(flags)

@@ -110,7 +110,7 @@ def _mesh_response(
         "mesh_damping_force": damping_force(vibration, mine, mesh, where, deflection, rate),
         "mesh_deflection": deflection,
         "mesh_deflection_rate": rate,
-        "pair_force": np.stack([pair_slots(force.pair) for force in forces], axis=1),
+        "pair_force": np.stack([pair_slots(force.pair, mine.analysis.grid) for force in forces], axis=1),
         "poincare_deflection": deflection[:, 0],
         "poincare_rate": rate[:, 0],
         "dynamic_factor": np.asarray(elastic.max() / static if static > 0.0 else np.nan),

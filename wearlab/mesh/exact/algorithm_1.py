@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.exact.angles import local_points, position_of
 from wearlab.mesh.exact.flank import Flank
-from wearlab.mesh.exact.tangency import Touching
+from wearlab.mesh.exact.tangency import FlankContact
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ def algorithm_1(
     driven: Flank,
     points: int = PUBLISHED_POINTS,
     tolerance: float = CENTRE_TOLERANCE,
-) -> Touching:
+) -> FlankContact:
     """Return the mesh relationship by Y23's search over NUM × NUM points.
 
     For each point of the driving flank the point of the driven one is taken for which the centre distance
@@ -37,7 +37,7 @@ def algorithm_1(
 
     Returns
     -------
-    Touching, each (points,), NaN without a partner
+    FlankContact, each (points,), NaN without a partner
 
     References
     ----------
@@ -47,7 +47,7 @@ def algorithm_1(
     gamma1, R1, lam1 = local_points(pair, 0, driving, s)
     gamma2, R2, lam2 = local_points(pair, 1, driven, s)
     side = driving.side * driven.side
-    found = Touching(s.copy(), *(np.full(points, np.nan) for _ in range(3)))
+    found = FlankContact(s.copy(), *(np.full(points, np.nan) for _ in range(3)))
     for begin in range(0, points, BLOCK):
         rows = np.arange(begin, min(begin + BLOCK, points))
         turned = gamma2 + lam2 - lam1[rows, None]

@@ -1,8 +1,8 @@
 """Angles in which Y23 tells where flanks touch: α on the flank, φ of the gear, points in a tooth's axes.
 
 A gear's axis X runs along the centre line of a tooth, a ring's along that of a tooth space; φ is counted
-forwards from the line of centres. For an internal pair without shifts ``r_b1 φ1 = r_b2 φ2`` unworn; for others a
-constant lies between them, and errors are told as differences x_driving − x_driven instead.
+forwards from the line of centres. For an internal pair without shifts ``r_b1 φ1 = r_b2 φ2`` unworn; for
+others a constant lies between them, and errors are told as differences x_driving − x_driven instead.
 """
 
 import numpy as np

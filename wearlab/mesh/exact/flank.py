@@ -25,6 +25,12 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
+BELOW_ACTIVE = 0.1
+"""Base pitches below its active part that a flank is described."""
+OFF_BASE_CIRCLE = 0.5
+"""Radius of curvature down to which it is, over that where its active part begins."""
+
+
 class FoldedFlank(ValueError):
     """A worn flank that is no flank any more: it overhangs, or wear reaches its base circle."""
 
@@ -82,30 +88,34 @@ def pieces(grid: ProfileGrid) -> Pieces:
 
 
 def healthy_reach(pair: GearPair, gear: int) -> tuple[float, float]:
-    """Return the path positions between which a gear has an involute, from its form circle to its tip [m].
+    """Return the path positions between which a flank can be touched, from below its active part to its tip.
+
+    Below the active flank that is a tenth of a base pitch, if the involute reaches so far and stays well off
+    its base circle: no deeper can a worn or deflected mate's tip corner come.
 
     Parameters
     ----------
     pair : the pair
     gear : 0 driving, 1 driven
+
+    Returns
+    -------
+    begin and end, one of them A or E, the tip [m]
     """
-    body = pair.gears[gear]
+    body, begin, end = pair.gears[gear], pair.path.A, pair.path.E
+    tip, start = (end, begin) if gear == DRIVING else (begin, end)
+    rho_tip, rho_start = pair.curvature(np.array([tip, start]))[gear]
     form = math.sqrt(max(body.form_radius**2 - body.base_radius**2, 0.0))
-    at_pitch, side = body.base_radius * math.tan(pair.working_pressure_angle), side_of(pair, gear)
-    s_form = side * (form - at_pitch)
-    begin, end = pair.path.A, pair.path.E
-    return (min(begin, s_form), end) if tip_ends(pair, gear) else (begin, max(end, s_form))
+    outwards = 1.0 if rho_start < rho_tip else -1.0  # from root to tip, in ρ
+    room = outwards * (rho_start - (max(form, OFF_BASE_CIRCLE * rho_start) if outwards > 0.0 else form))
+    below = min(max(room, 0.0), BELOW_ACTIVE * pair.base_pitch)
+    return (begin - below, end) if gear == DRIVING else (begin, end + below)
 
 
 def side_of(pair: GearPair, gear: int) -> float:
     """Return t: +1 when the gear's curvature radius grows along the path, −1 when it falls."""
     rho = pair.curvature(np.array([0.0, pair.path.E]))[gear]
     return 1.0 if rho[1] > rho[0] else -1.0
-
-
-def tip_ends(pair: GearPair, gear: int) -> bool:
-    """Whether a gear's tip is at the end E of the path: so for the driving gear, external or internal."""
-    return gear == DRIVING
 
 
 def worn_flank(pair: GearPair, gear: int, position: Array, depth: Array, runs: Pieces) -> Flank:

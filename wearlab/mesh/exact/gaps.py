@@ -11,7 +11,7 @@ from wearlab.gears.pair import GearPair
 from wearlab.mesh.exact.algorithm_1 import algorithm_1
 from wearlab.mesh.exact.flank import Flank, FoldedFlank, Pieces, pieces, worn_flank
 from wearlab.mesh.exact.minimum_gap import minimum_gap
-from wearlab.mesh.exact.tangency import Touching
+from wearlab.mesh.exact.tangency import FlankContact
 from wearlab.mesh.profile import ProfileGrid
 from wearlab.mesh.stiffness import SectionVanished
 
@@ -78,7 +78,7 @@ class ExactGaps:
 
     flanks: WornFlanks
 
-    def touching(self, wear: Array) -> Touching:
+    def touching(self, wear: Array) -> FlankContact:
         """Return where the flanks of each pair touch, for wear (2, n) [m], at every touching node."""
         return minimum_gap(*self.flanks.worn(wear), self.flanks.grid.touching)
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from wearlab.compiled import jit
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 from wearlab.mesh.exact.kinematics import corner_gap, rotation_gap
-from wearlab.mesh.exact.tangency import Touching
+from wearlab.mesh.exact.tangency import FlankContact
 
 Array = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ MINIMISER_TOLERANCE = 3e-9  # [m]: the gap is quadratic in it
 SAFETY = 0.5  # on the quadratic by which unworn flanks part
 
 
-def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> Touching:
+def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact:
     """Return where the flanks touch first when the driving gear has turned to given positions.
 
     ``g(x) = min_s [x − x_driven(s; x)]`` over the driving flank from its form circle to its tip corner, and
@@ -36,10 +36,10 @@ def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> Touching:
 
     Returns
     -------
-    Touching; its ``gap`` is inf, and the points NaN, where the flanks cannot meet at all
+    FlankContact; its ``gap`` is inf, and the points NaN, where the flanks cannot meet at all
     """
     x = np.ascontiguousarray(np.ravel(np.asarray(position, float)))
-    found = Touching(np.full(len(x), np.nan), np.full(len(x), np.nan), x.copy(), np.empty(len(x)))
+    found = FlankContact(np.full(len(x), np.nan), np.full(len(x), np.nan), x.copy(), np.empty(len(x)))
     _search(driving, driven, parting(driving, driven), x, found.driving, found.driven, found.x_driven)
     return found
 

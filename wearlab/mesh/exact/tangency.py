@@ -22,7 +22,7 @@ ITERATIONS = 60
 RESOLUTION = 1e-17
 
 
-class Touching(NamedTuple):
+class FlankContact(NamedTuple):
     """Points of two flanks that touch; NaN where none does.
 
     Parameters
@@ -42,7 +42,7 @@ class Touching(NamedTuple):
         return self.x_driving - self.x_driven
 
 
-def tangency(driving: Flank, driven: Flank, position: ArrayLike) -> Touching:
+def tangency(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact:
     """Return where points of the driving flank touch the driven one with a common tangent.
 
     Parameters
@@ -52,14 +52,14 @@ def tangency(driving: Flank, driven: Flank, position: ArrayLike) -> Touching:
 
     Returns
     -------
-    Touching, NaN where a point finds no partner (Algorithm 1: "fail to get corresponding meshing point")
+    FlankContact, NaN where a point finds no partner (Algorithm 1: "fail to get corresponding meshing point")
 
     References
     ----------
     Y23 Eqs. 9–23, Algorithm 1 line 11 for φ1.
     """
     s = np.ascontiguousarray(np.ravel(np.asarray(position, float)))
-    found = Touching(s.copy(), *(np.full(len(s), np.nan) for _ in range(3)))
+    found = FlankContact(s.copy(), *(np.full(len(s), np.nan) for _ in range(3)))
     _solve(driving, driven, s, found.driven, found.x_driving, found.x_driven)
     return found
 

@@ -15,10 +15,11 @@ from wearlab.mesh.errors import MemberError, MeshError, mesh_error
 from wearlab.mesh.excitation import Excitation, Fourier, Modulated, Pairs
 from wearlab.mesh.hertz import yang_sun
 from wearlab.mesh.modulation import Modulation
-from wearlab.mesh.profile import ProfileGrid, profile_grid
+from wearlab.mesh.profile import NO_EXTENSION, Extension, ProfileGrid, profile_grid
 from wearlab.mesh.stiffness import GivenStiffness, PairStiffness, PotentialEnergy, WeberContact
 from wearlab.mesh.tooth import tooth_flexibility
 from wearlab.scene import Scene
+from wearlab.scene.build.contact import build_gaps, extension_wanted
 from wearlab.scene.build.finite_element import finite_element
 from wearlab.scene.build.gears import kinks, modifications
 from wearlab.scene.build.sets import GearSet, PairOfSet
@@ -36,13 +37,21 @@ def build_analyses(scene: Scene, gears: GearSet) -> tuple[ContactAnalysis, ...]:
 
 def build_analysis(scene: Scene, one: PairOfSet) -> ContactAnalysis:
     """Return the contact analysis of one kind of mesh at its static load."""
+    mesh = scene.mesh.of(one.section)
+    plain = _analysis(scene, one, NO_EXTENSION)
+    if not mesh.extended_contact:
+        return plain
+    return _analysis(scene, one, extension_wanted(scene, one.pair, plain))
+
+
+def _analysis(scene: Scene, one: PairOfSet, extension: Extension) -> ContactAnalysis:
     pair, mesh = one.pair, scene.mesh.of(one.section)
     asked: Any = mesh.stiffness
     given = _given_curve(asked, pair)
     of_mesh = given is not None and asked.of == "mesh"
     jumps = given.jumps if given is not None and of_mesh else ()
     pair_jumps = tuple(x % 1.0 for x in given.jumps) if given is not None and not of_mesh else ()
-    grid = profile_grid(pair, profile_points(scene), kinks(pair), jumps + pair_jumps)
+    grid = profile_grid(pair, profile_points(scene), kinks(pair), jumps + pair_jumps, extension)
     stiffness: PairStiffness
     if given is not None:
         stiffness = GivenStiffness(given, asked.of, grid)
@@ -57,6 +66,7 @@ def build_analysis(scene: Scene, one: PairOfSet) -> ContactAnalysis:
         modifications(pair, grid.position).sum(axis=0),
         one.load,
         contact.threshold * pair.driven.base_radius if contact.engagement == "threshold" else np.inf,
+        build_gaps(contact, mesh.extended_contact, pair, grid),
     )
 
 
@@ -81,7 +91,7 @@ def _given_curve(stiffness: Any, pair: GearPair) -> Curve | None:
 
 def _potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> PotentialEnergy:
     teeth = [
-        tooth_flexibility(gear, pair.radius(i, grid.position), shear_factor=given.shear_factor)
+        tooth_flexibility(gear, pair.radius(i, grid.loaded), shear_factor=given.shear_factor)
         for i, gear in enumerate(pair.gears)
     ]
     coupling, partner = _coupling(given, pair, grid)
@@ -101,9 +111,9 @@ def _hertz(given: Any, pair: GearPair, grid: ProfileGrid) -> float | WeberContac
     if given.hertz == "yang-sun":
         return yang_sun(first, second, pair.face_width)
     return WeberContact(
-        equivalent_radius=pair.equivalent_curvature(grid.position),
+        equivalent_radius=pair.equivalent_curvature(grid.loaded),
         depth=np.stack(
-            [contact_depth(gear, pair.radius(i, grid.position)) for i, gear in enumerate(pair.gears)]
+            [contact_depth(gear, pair.radius(i, grid.loaded)) for i, gear in enumerate(pair.gears)]
         ),
         modulus=(first.youngs_modulus, second.youngs_modulus),
         poisson=(first.poisson_ratio, second.poisson_ratio),
@@ -113,7 +123,7 @@ def _hertz(given: Any, pair: GearPair, grid: ProfileGrid) -> float | WeberContac
 
 def _coupling(given: Any, pair: GearPair, grid: ProfileGrid) -> tuple[Array, NDArray[np.int64]]:
     """Return for each gear what neighbouring pairs share of its body, and who the neighbour is."""
-    n = len(grid.position)
+    n = len(grid.touching)
     if given.coupling == "none" or given.foundation == "none":
         return np.zeros((0, 2, n)), np.zeros((0, n), dtype=np.int64)
     ratios, partners = [], []
@@ -126,7 +136,7 @@ def _coupling(given: Any, pair: GearPair, grid: ProfileGrid) -> tuple[Array, NDA
         ratio = np.zeros((2, n))
         have = partner >= 0
         for i, gear in enumerate(pair.gears):
-            radius = pair.radius(i, grid.position)
+            radius = pair.radius(i, grid.loaded)
             ratio[i, have] = body_coupling(gear, radius[have], radius[partner[have]], teeth_apart=apart)
         ratios.append(ratio)
         partners.append(partner)

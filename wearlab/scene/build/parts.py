@@ -14,6 +14,7 @@ from wearlab.mesh.clock import Instants, Mesh, breaks_on_clock, instants, look
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.profile import Lookup
 from wearlab.scene import Scene
+from wearlab.scene.build.contact import contact_flags
 from wearlab.scene.build.gears import foundation_flags, modifications
 from wearlab.scene.build.mesh import build_analyses, build_meshes
 from wearlab.scene.build.sets import GearSet, build_set
@@ -134,7 +135,7 @@ def build(scene: Scene) -> Parts:
         drive_flank=scene.operation.drive_flank,
         peak_pressure=wear is not None and wear.pressure == "peak",
         wohler_slope=None if wear is None else wear.wohler_slope,
-        validity=_validity(scene, gears),
+        validity=_validity(scene, gears, analyses),
     )
 
 
@@ -158,10 +159,11 @@ def _constant_error(scene: Scene, meshes: Sequence[Mesh]) -> Array:
     return np.array([float(mesh.error.slow(np.zeros(1))[0]) for mesh in meshes])
 
 
-def _validity(scene: Scene, gears: GearSet) -> tuple[str, ...]:
+def _validity(scene: Scene, gears: GearSet, analyses: Sequence[ContactAnalysis]) -> tuple[str, ...]:
     """Return assumed values and limits of validity that the scene touches, one line each."""
     flags = list(gears.assumed)
-    for one in gears.kinds:
+    for one, analysis in zip(gears.kinds, analyses, strict=True):
+        flags += contact_flags(scene, one.section, one.pair, analysis)
         stiffness = scene.mesh.of(one.section).stiffness
         flags += [flag for flag in foundation_flags(one.pair, stiffness) if flag not in flags]
         if stiffness.model == "potential-energy" and stiffness.scale != 1.0:

@@ -1,0 +1,140 @@
+"""``mesh.contact``, ``mesh.extended_contact`` → where gaps of worn flanks come from, how far they reach."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.gears.pair import GearPair
+from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.exact.extension import Deflections, extension
+from wearlab.mesh.exact.gaps import AlgorithmOneGaps, DisplacementBeyond, ExactGaps, Gaps, WornFlanks
+from wearlab.mesh.profile import Extension, ProfileGrid
+from wearlab.scene import Scene
+from wearlab.scene.build.gears import modifications
+
+Array = NDArray[np.float64]
+
+LARGEST_STATIC = 2.0
+"""Times its static deflection that a quasi-static mesh may deflect, worn or with errors."""
+LARGEST_DYNAMIC = 4.0
+"""Times its static deflection that a vibrating mesh may deflect."""
+STEP = 0.02
+"""Base pitches in which extended contact grows, so that grids of different density reach equally far."""
+EXTENDED_CONTACT = 0.05
+"""Share of the path by which contact may be extended before a run without extended contact says so."""
+
+
+def flanks_of(pair: GearPair, grid: ProfileGrid) -> WornFlanks:
+    """Return what makes worn flanks of wear depths at the nodes."""
+    return WornFlanks(pair, grid, modifications(pair, grid.position))
+
+
+def build_gaps(contact: Any, extended: bool, pair: GearPair, grid: ProfileGrid) -> Gaps | None:
+    """Return where the gaps come from, None for the displacement form on A–E.
+
+    Parameters
+    ----------
+    contact : ``mesh.contact``
+    extended : ``mesh.extended_contact``
+    pair, grid : the gears and their nodes
+    """
+    match contact.model:
+        case "exact":
+            return ExactGaps(flanks_of(pair, grid))
+        case "algorithm-1":
+            return AlgorithmOneGaps(flanks_of(pair, grid), contact.points)
+        case _:
+            return DisplacementBeyond(flanks_of(pair, grid)) if extended else None
+
+
+def extension_wanted(scene: Scene, pair: GearPair, plain: ContactAnalysis) -> Extension:
+    """Return how far beyond A and E nodes are laid: as far as the largest deflection expected reaches.
+
+    Parameters
+    ----------
+    scene : the scene
+    pair : the gears
+    plain : the contact analysis without extended contact
+    """
+    unworn = np.zeros((2, len(plain.grid.position)))
+    static = plain.quasistatic(plain.nodes(unworn), plain.at_nodes)
+    most = largest_deflection(scene, float(static.deflection.max()))
+    flanks = WornFlanks(pair, plain.grid, np.zeros_like(unworn))
+    reach = extension(flanks, unworn, Deflections(most, most))
+    step = STEP * pair.base_pitch
+    return Extension(*(step * max(1.0, np.ceil(distance / step)) for distance in reach))
+
+
+def largest_deflection(scene: Scene, static: float) -> float:
+    """Return the largest deflection extended contact is laid out for, from the largest static one [m]."""
+    return static * (LARGEST_STATIC if scene.dynamics is None else LARGEST_DYNAMIC)
+
+
+def contact_flags(scene: Scene, section: str, pair: GearPair, analysis: ContactAnalysis) -> tuple[str, ...]:
+    """Return what a run must say of its contact, in words.
+
+    Parameters
+    ----------
+    scene : the scene
+    section : name of the mesh's own table, "" for a pair
+    pair, analysis : the gears and their contact
+    """
+    mesh = scene.mesh.of(section)
+    flags = []
+    if mesh.contact.model == "algorithm-1":
+        flags.append(f"contact by Algorithm 1: errors are half a step of {mesh.contact.points} points off")
+    if mesh.extended_contact:
+        before, after = pair.path.A - analysis.grid.touching[0], analysis.grid.touching[-1] - pair.path.E
+        flags.append(
+            f"extended contact: pairs may touch up to {1e3 * before:.3g} mm before A and {1e3 * after:.3g} "
+            "mm after E; tip corners do not wear, and the force they carry there wears no flank"
+        )
+    return tuple(flags)
+
+
+def reached_limits(
+    pair: GearPair, analysis: ContactAnalysis, wear: Array, gap: Array, deflection: Array
+) -> tuple[str, ...]:
+    """Return how the contact of one state left what was computed of it, in words.
+
+    Parameters
+    ----------
+    pair, analysis : the gears and their contact
+    wear : (2, n) wear depth, (driving, driven) [m]
+    gap : (n_touching,) gaps at the nodes [m]
+    deflection : (n_phase_nodes,) static deflection δ at the phase nodes [m]
+    """
+    if len(analysis.grid.touching) > len(analysis.grid.position):
+        if not _cut_off(analysis, gap, float(deflection.max())):
+            return ()
+        return (f"extended contact is cut off at a deflection of {1e6 * deflection.max():.3g} µm",)
+    share = sum(extended_length(pair, analysis, wear, deflection)) / (pair.path.E - pair.path.A)
+    if share <= EXTENDED_CONTACT:
+        return ()
+    return (f"deflection would extend the path of contact by {100 * share:.0f} %",)
+
+
+def extended_length(pair: GearPair, analysis: ContactAnalysis, wear: Array, deflection: Array) -> Extension:
+    """Return how far beyond A and E a deflection would keep tip corners touching.
+
+    Parameters
+    ----------
+    pair, analysis : the gears and their contact
+    wear : (2, n) wear depth, (driving, driven) [m]
+    deflection : (n_phase_nodes,) static deflection δ at the phase nodes [m]
+    """
+    grid = analysis.grid
+    last_of_segment = np.cumsum(grid.intervals + 1) - 1
+    leaves = int(np.argmin(np.abs(grid.breaks[:-1] - pair.contact_ratio % 1.0)))
+    after = last_of_segment[leaves] - grid.intervals[leaves]
+    ends = Deflections(float(deflection[-1]), float(deflection[after]))
+    return extension(flanks_of(pair, grid), wear, ends)
+
+
+def _cut_off(analysis: ContactAnalysis, gap: Array, deflection: float) -> bool:
+    """Whether pairs still touch where extended contact ends."""
+    inside = analysis.grid.on_flank
+    outermost = [gap[0]] if inside.start > 0 else []
+    outermost += [gap[-1]] if inside.stop < len(gap) else []
+    return any(deflection > one for one in outermost)
