@@ -1,12 +1,14 @@
 """Sections of gears: pairs of every kind and planetary sets, as files write them."""
 
 import math
+import tomllib
+from pathlib import Path
 
 import pytest
 
 from wearlab.gears.errors import GearError
 from wearlab.scene import Scene, SceneError
-from wearlab.scene.build.gears import build_pair
+from wearlab.scene.build.gears import build_pair, build_planetary
 from wearlab.scene.merge import merge, nested
 
 INTERNAL = {
@@ -96,6 +98,55 @@ def test_planetary_section():
     assert Scene.from_canonical(apart.canonical()) == apart
     angles = changed(PLANETARY, "gears.planet_angles", ["0 deg", "120 deg", "240 deg"]).gears.planet_angles
     assert angles == pytest.approx([0.0, 2 * math.pi / 3, 4 * math.pi / 3])
+
+
+BASE = Path(__file__).parents[2] / "campaigns/base"
+
+
+def base(name):
+    table = tomllib.loads((BASE / name).read_text())
+    return Scene.from_mapping({k: v for k, v in table.items() if k not in ("title", "reference")}, BASE)
+
+
+def test_base_file_of_wang_zhang_2023():
+    gears = build_planetary(base("planetary_ngw11.toml"), sun_drives=True)
+    angles = [math.degrees(pair.working_pressure_angle) for pair in (gears.sun_planet, gears.planet_ring)]
+    assert angles == pytest.approx([23.534, 20.685], abs=5e-4)
+    assert [gear.mass for gear in (gears.sun, gears.planet, gears.ring)] == [0.53, 0.35, 1.85]
+    assert (gears.carrier.mass, gears.carrier.inertia) == (4.5, pytest.approx(0.011178))
+    # a solid steel ring of the chosen rim weighs and turns as the printed one
+    rim, reference, width = gears.ring.bore_radius, gears.ring.reference_radius, gears.ring.face_width
+    mass = 7830 * math.pi * width * (rim**2 - reference**2)
+    assert mass == pytest.approx(1.85, rel=0.01)
+    assert 0.5 * mass * (rim**2 + reference**2) == pytest.approx(0.01744, rel=0.01)
+    ring_drives = build_planetary(base("planetary_ngw11.toml"), sun_drives=False)
+    assert ring_drives.sun_planet.driving.name == "planet"
+
+
+def test_base_file_of_bai_ning_2023():
+    gears = build_planetary(base("planetary_friction.toml"), sun_drives=True)
+    assert gears.sun_planet.centre_distance == pytest.approx(gears.planet_ring.centre_distance)
+    assert gears.carrier.pin_circle_radius == pytest.approx(0.0765)
+    mass = 7830 * math.pi * 0.0765**2 * 0.05
+    assert gears.carrier.mass == pytest.approx(mass, rel=1e-4)
+    assert gears.carrier.inertia == pytest.approx(0.5 * mass * 0.0765**2, rel=1e-4)
+
+
+def test_base_file_of_wang_2023():
+    pair = build_pair(base("internal_40_100.toml"))
+    assert pair.contact_ratio == pytest.approx(1.84891, abs=5e-6)
+    assert pair.driven.tip_radius == pytest.approx(0.294453, abs=5e-7)
+
+
+def test_set_as_printed_needs_its_pin_circle():
+    table = merge(
+        PLANETARY, nested("gears.centre_distance", {"sun_planet": "55.125 mm", "planet_ring": "56.25 mm"})
+    )
+    table = merge(table, nested("gears.sun.profile_shift_coefficient", 0))
+    with pytest.raises(GearError, match="give pin_circle_diameter"):
+        build_planetary(Scene.from_mapping(table), sun_drives=True)
+    gears = build_planetary(changed(table, "gears.carrier.pin_circle_diameter", "113 mm"), sun_drives=True)
+    assert (gears.sun_planet.centre_distance, gears.planet_ring.centre_distance) == (0.055125, 0.05625)
 
 
 def test_tip_alteration_replaces_the_coefficient():

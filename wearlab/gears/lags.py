@@ -30,7 +30,7 @@ def mesh_phase_offsets(
 ) -> Array:
     """Return the lag of every mesh: the phase of the clock at which a pair of it enters at A.
 
-    ``γ_sn = z_s (ψ_n − ψ_1) / 2π``, ``γ_rn = γ_rs − z_r (ψ_n − ψ_1) / 2π``.
+    ``γ_sn = z_s (ψ_n − ψ_1) / 2π``, ``γ_rn = γ_rs − z_r (ψ_n − ψ_1) / 2π = γ_rs + γ_sn``.
 
     Parameters
     ----------
@@ -49,9 +49,12 @@ def mesh_phase_offsets(
     """
     sun = sun_planet.driving if sun_drives else sun_planet.driven
     ring = planet_ring.driven if sun_drives else planet_ring.driving
-    turns = (np.asarray(planet_angles) - planet_angles[0]) / (2.0 * math.pi)
+    # whole numbers of teeth apart: lags that are equal are the same number
+    total = sun.teeth + ring.teeth
+    apart = np.rint(total * (np.asarray(planet_angles) - planet_angles[0]) / (2.0 * math.pi))
+    around = sun.teeth * apart % total / total
     between = entry_lag(sun_planet, planet_ring, sun_drives=sun_drives)
-    return fraction(np.concatenate([sun.teeth * turns, between - ring.teeth * turns]))
+    return np.concatenate([around, fraction(between + around)])
 
 
 def entry_lag(sun_planet: GearPair, planet_ring: GearPair, *, sun_drives: bool) -> float:

@@ -179,7 +179,7 @@ class Ring(Toothed):
     tip_alteration: Literal["wang-2023"] | None = option(
         None,
         "shortens the teeth to r − m h_a + m/(z tan²α), which an unshifted pinion's involute just reaches",
-        derived="tip_alteration_coefficient, else none: shifts never take a ring's clearance away",
+        derived="tip_alteration_coefficient, else what keeps the tip clear of the mate's root curve",
         source="Y23 Table 1",
     )
     root_profile: Literal["fillet", "radial"] | None = option(

@@ -10,6 +10,7 @@ from wearlab.gears.internal import internal_pair
 from wearlab.gears.materials import Material
 from wearlab.gears.modification import Relief
 from wearlab.gears.pair import GearPair
+from wearlab.gears.planetary import Carrier, PlanetarySet, planetary_set
 from wearlab.gears.specification import GearSpec
 from wearlab.mesh.body import foundation_validity
 from wearlab.scene import Scene
@@ -55,6 +56,33 @@ def build_pair(scene: Scene) -> GearPair:
         case "internal-pair":
             return internal_pair(*specs, **common, driving="ring" if driving == "ring" else "pinion")
     raise TypeError(f"a {gears.kind} set is no pair")
+
+
+def build_planetary(scene: Scene, *, sun_drives: bool) -> PlanetarySet:
+    """Return the planetary set of ``[gears]``.
+
+    Parameters
+    ----------
+    scene : a scene with ``gears.kind = "planetary"``
+    sun_drives : direction of the power flow seen from the carrier, as the train of ``[operation]`` says
+    """
+    gears: Any = scene.gears
+    distances = gears.centre_distance
+    pins = gears.carrier.pin_circle_diameter
+    return planetary_set(
+        specification("sun", gears.sun),
+        specification("planet", gears.planet),
+        specification("ring", gears.ring),
+        Carrier(gears.carrier.mass, gears.carrier.inertia, None if pins is None else 0.5 * pins),
+        module=gears.module,
+        pressure_angle=gears.pressure_angle,
+        face_width=gears.face_width,
+        material=material(gears.material),
+        planets=gears.planets,
+        planet_angles=gears.planet_angles,
+        centre_distance=None if distances is None else (distances.sun_planet, distances.planet_ring),
+        sun_drives=sun_drives,
+    )
 
 
 def specification(name: str, member: Any) -> GearSpec:
