@@ -38,8 +38,7 @@ def test_proven_linear_contact_takes_one_period_map_a_state():
     maps = []
     for change in (part.absent, part.present):
         parts = build(scene(change))
-        unworn = np.zeros((2, len(parts.analysis.grid.position)))
-        maps.append(parts.coupling.evaluate(unworn).response.counts.period_maps)
+        maps.append(parts.coupling.evaluate(parts.coupling.unworn()).response.counts.period_maps)
     linear, marched = maps
     assert linear == 1
     assert marched > 50

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from wearlab.mesh.clock import Mesh, breaks_on_clock, instants_of
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.curve import constant
 from wearlab.mesh.errors import mesh_error
@@ -10,6 +11,7 @@ from wearlab.mesh.excitation import (
     Fourier,
     Modulated,
     Pairs,
+    Touching,
     combined_error,
     mesh_force,
     stage_tables,
@@ -50,8 +52,9 @@ def test_steps_land_on_breaks_in_pairs():
 
 
 def test_pairs_are_tabulated_with_both_sides_of_every_jump(pair, grid, analysis, nodes):
-    at = stages(analysis, stage_grid(grid.breaks[:-1], 60), mesh_error((), ((2, 1e-6, 0.3),)))
-    tables = stage_tables(analysis, nodes, Pairs().prepare(analysis, nodes), at, None)
+    meshes = (Mesh(0, 0.0, mesh_error((), ((2, 1e-6, 0.3),))),)
+    at = stages([grid], meshes, grid.breaks, stage_grid(grid.breaks[:-1], 60))
+    tables = stage_tables([Touching(analysis, nodes, Pairs().prepare(analysis, nodes))], at, None)
     phase = at.grid.phase
     for slot, ahead in ((0, 1), (1, 0)):
         s = pair.path.A + (phase + ahead) * pair.base_pitch
@@ -69,7 +72,7 @@ def test_force_of_pairs_is_that_of_its_springs_and_the_back_flank(grid, analysis
     where = lookup(grid, np.array([0.2, 0.6, 0.9]))
     _, gap, _ = analysis.at(nodes, where)
     for delta in (2e-5, 3e-6, -1e-6, -6e-5):
-        force = mesh_force(analysis, nodes, None, where, np.full(3, delta), 5e-5)
+        force = mesh_force(Touching(analysis, nodes, None), where, np.full(3, delta), 5e-5)
         for i in range(3):
             present = np.isfinite(gap[i])
             expected = np.where(present, K * np.maximum(0.0, delta - np.where(present, gap[i], 0.0)), 0.0)
@@ -103,8 +106,9 @@ def test_combination_rules(analysis, nodes):
 @pytest.mark.parametrize("excitation", [Fourier(5, 4), Modulated()])
 def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, nodes, excitation):
     series = excitation.prepare(analysis, nodes)
-    at = stages(analysis, stage_grid(grid.breaks[:-1], 40), mesh_error((), ((1, 1e-6, 0.0),)))
-    tables = stage_tables(analysis, nodes, series, at, None)
+    meshes = (Mesh(0, 0.0, mesh_error((), ((1, 1e-6, 0.0),))),)
+    at = stages([grid], meshes, grid.breaks, stage_grid(grid.breaks[:-1], 40))
+    tables = stage_tables([Touching(analysis, nodes, series)], at, None)
     phase = at.grid.phase
     assert tables.stiffness.shape[2:] == (1, 1) and not tables.gap.any()
     np.testing.assert_allclose(tables.stiffness[:, :, 0, 0], series.stiffness.value(phase))
@@ -113,8 +117,41 @@ def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, 
     )
     where = lookup(grid, np.array([0.1, 0.85]))
     delta = np.array([2e-5, 1.5e-5])
-    force = mesh_force(analysis, nodes, series, where, delta, None)
+    force = mesh_force(Touching(analysis, nodes, series), where, delta, None)
     np.testing.assert_allclose(force.elastic, series.stiffness.value(where.phase) * delta)
     np.testing.assert_allclose(force.pair.sum(axis=1), force.elastic)
     share = analysis.quasistatic(nodes, where).force / LOAD
     np.testing.assert_allclose(force.pair, share * force.elastic[:, None], rtol=1e-10)
+
+
+def test_a_mesh_that_lags_repeats_the_first_later_on_the_clock(pair, grid, analysis, nodes):
+    """Stage tables of a lagging mesh against the same flanks asked directly at its own phase."""
+    lag = 0.37
+    meshes = (Mesh(0, 0.0, mesh_error(())), Mesh(0, lag, mesh_error((), ((1, 1e-6, 0.2),))))
+    edges = breaks_on_clock([grid], meshes)
+    at = stages([grid], meshes, edges, stage_grid(edges[:-1], 80))
+    tables = stage_tables([Touching(analysis, nodes, None)], at, None)
+    own = (at.grid.phase[:, 1] - lag) % 1.0
+    compliance, gap, _ = analysis.at(nodes, lookup(grid, own))
+    present = np.isfinite(compliance)
+    np.testing.assert_allclose(tables.stiffness[:, 1, 1], 1.0 / compliance, rtol=1e-12)
+    np.testing.assert_allclose(tables.gap[:, 1, 1][present], gap[present], rtol=1e-9)
+    np.testing.assert_allclose(
+        tables.error[:, :, 1], 1e-6 * np.sin(2 * np.pi * (at.grid.phase - lag) + 0.2), atol=1e-18
+    )
+    entry = np.searchsorted(edges, lag)
+    assert edges[entry] == pytest.approx(lag, abs=1e-12)
+
+
+def test_own_phases_meet_the_clock_on_their_own_side_of_a_break(grid, analysis):
+    lag = 0.62
+    edges = breaks_on_clock([grid], (Mesh(0, 0.0, mesh_error(())), Mesh(0, lag, mesh_error(()))))
+    own = analysis.at_nodes
+    when = instants_of(grid, lag, own, edges)
+    assert np.all(when.phase >= edges[when.segment] - 1e-12)
+    assert np.all(when.phase <= edges[when.segment + 1] + 1e-12)
+    middle = 0.5 * (edges[when.segment] + edges[when.segment + 1])
+    own_segment = np.searchsorted(grid.breaks, (middle - lag) % 1.0, side="right") - 1
+    np.testing.assert_array_equal(own_segment, own.segment)
+    turns = when.phase - lag - own.phase
+    np.testing.assert_allclose(turns, np.round(turns), atol=1e-12)

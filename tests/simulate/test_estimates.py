@@ -15,7 +15,7 @@ def test_values_carried_between_grids_keep_their_shape() -> None:
     parts = build(scene)
     rough = rough_parts(scene, parts)
     assert rough is not None
-    fine, coarse = parts.analysis.grid, rough.analysis.grid
+    fine, coarse = parts.kinds[0].analysis.grid, rough.kinds[0].analysis.grid
     assert 0.4 < len(coarse.position) / len(fine.position) < 0.65
     assert rough.vibration is None or len(rough.vibration.stages.grid.width) < 0.7 * len(
         parts.vibration.stages.grid.width  # type: ignore[union-attr]

@@ -23,7 +23,7 @@ def involute_path(z1=50, z2=50, n=201, speed=100.0, reference=0):
         driving_speed=speed,
         face_width=width,
         contact_modulus=STEEL,
-        reference=reference,
+        passes=[(z1, z2)[reference] / z1, (z1, z2)[reference] / z2],
     )
     return s, path
 

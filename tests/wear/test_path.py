@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from wearlab.wear.path import rolling_velocity, sliding_velocity, specific_sliding, wear_path
+from wearlab.wear.path import rolling_velocity, sliding_velocity, wear_path
 
 
 def test_velocities_from_the_rotation_of_both_gears(make_path):
@@ -16,21 +16,32 @@ def test_velocities_from_the_rotation_of_both_gears(make_path):
         0.5 * (path.curvature[0] * omega1 + path.curvature[1] * omega2), rel=1e-6, abs=0.0
     )
     ratio = sliding_velocity(path) / path.surface_velocity
-    assert specific_sliding(path) == pytest.approx(ratio, rel=1e-6, abs=0.0)
+    assert path.specific_sliding == pytest.approx(ratio, rel=1e-6, abs=0.0)
     assert path.slide_ratio == pytest.approx(np.abs(ratio), rel=1e-6, abs=0.0)
 
 
 def test_sliding_vanishes_at_the_pitch_point_only_and_is_negative_on_the_roots(make_path):
     s, path = make_path(25, 40)
-    at_pitch = np.array([np.interp(0.0, s, row) for row in specific_sliding(path)])
+    at_pitch = np.array([np.interp(0.0, s, row) for row in path.specific_sliding])
     assert at_pitch == pytest.approx(0.0, abs=1e-3)
-    assert np.all(specific_sliding(path)[0][s < 0.0] < 0.0)
-    assert np.all(specific_sliding(path)[1][s > 0.0] < 0.0)
+    assert np.all(path.specific_sliding[0][s < 0.0] < 0.0)
+    assert np.all(path.specific_sliding[1][s > 0.0] < 0.0)
 
 
-def test_passes_count_turns_of_the_reference_gear(make_path):
-    assert make_path(25, 40)[1].passes == pytest.approx([1.0, 25 / 40], rel=1e-6, abs=0.0)
-    assert make_path(40, 25, reference=1)[1].passes == pytest.approx([25 / 40, 1.0], rel=1e-6, abs=0.0)
+def test_the_smaller_curvature_of_a_ring_is_the_difference(make_path):
+    _, path = make_path(25, 40)
+    inside = wear_path(
+        path.curvature * np.array([[1.0], [3.0]]),
+        base_radius=[0.035, 0.17],
+        teeth=[25, 120],
+        driving_speed=1.0,
+        passes=[1.0, 25 / 120],
+        face_width=20e-3,
+        contact_modulus=path.contact_modulus,
+        concave=True,
+    )
+    first, second = inside.curvature
+    assert 1.0 / inside.equivalent_radius == pytest.approx(np.abs(1.0 / first - 1.0 / second))
 
 
 def test_flank_arc_against_quadrature_of_the_involute(l16):
@@ -49,6 +60,7 @@ def test_contact_on_the_base_circle_is_refused():
     with pytest.raises(ValueError, match="base circle"):
         wear_path(
             [[0.0, 1e-3], [2e-3, 1e-3]],
+            passes=[1.0, 1.0],
             base_radius=[0.05, 0.05],
             teeth=[20, 20],
             driving_speed=1.0,

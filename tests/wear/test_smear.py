@@ -20,6 +20,7 @@ def uneven(make_path):
         base_radius=np.array([25, 40]) * 1.5e-3 * np.cos(np.radians(20.0)),
         teeth=[25, 40],
         driving_speed=100.0,
+        passes=path.passes,
         face_width=20e-3,
         contact_modulus=path.contact_modulus,
     )

@@ -5,9 +5,7 @@
 angle is drawn once from the seed and never again.
 """
 
-import math
-from collections.abc import Sequence
-from functools import lru_cache
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -68,6 +66,14 @@ class MeshError(NamedTuple):
         angle = 2 * np.pi * np.multiply.outer(turned, 1.0 / self.member_teeth) + self.slow_phase
         return np.sin(angle) @ self.slow_amplitude
 
+    def slow_at(self, turns: Mapping[int, Array]) -> Array:
+        """Return the once-per-revolution part with members at angles (n,) by tooth number [1], (n,) [m]."""
+        count = len(next(iter(turns.values())))
+        parts = zip(self.member_teeth, self.slow_amplitude, self.slow_phase, strict=True)
+        return sum(
+            (a * np.sin(2 * np.pi * turns[int(z)] + start) for z, a, start in parts), start=np.zeros(count)
+        )
+
     def slow_rate(self, turned: Array) -> Array:
         """Return d/dφ of the once-per-revolution part after ``turned`` mesh periods (…) [m]."""
         angle = 2 * np.pi * np.multiply.outer(turned, 1.0 / self.member_teeth) + self.slow_phase
@@ -102,32 +108,16 @@ def mesh_error(
 
 ANGLES = 8
 """Angles of the members over which slow errors are averaged."""
-MOST_TRIED = 400
 
 
-@lru_cache
-def turns_of(teeth: tuple[int, ...], count: int) -> tuple[int, ...]:
-    """Return ``count`` numbers of mesh periods after which the members stand at well spread angles.
+def quadrature(teeth: Iterable[int]) -> dict[int, Array]:
+    """Return equally weighted angles of the members, by tooth number, each (ANGLES,) in turns [1].
 
-    The members pass through angles ``t / z`` together, along one closed line: samples every τ mesh periods
-    lie on it, and τ is the one whose samples keep farthest apart on the torus of all angles.
+    A rank-1 lattice: the members with the k-th of the tooth numbers stand at ``i k / 8`` turns, i = 0…7. Means,
+    squares and products of two once-per-revolution errors of up to three tooth numbers are averaged exactly.
 
     Parameters
     ----------
-    teeth : numbers of teeth of the members
-    count : how many
+    teeth : numbers of teeth of the members; members with equal ones turn together
     """
-    period = math.lcm(*teeth)
-    index = np.arange(1, count)
-    best, chosen = -1.0, 1
-    for step in np.unique(np.linspace(1, period, min(period, MOST_TRIED)).astype(int)):
-        apart = np.multiply.outer(index * step, 1.0 / np.array(teeth))
-        distance = float(np.linalg.norm(apart - np.round(apart), axis=1).min())
-        if distance > best + 1e-12:
-            best, chosen = distance, int(step)
-    return tuple(int(k) * chosen for k in range(count))
-
-
-def quadrature(teeth: Sequence[int], count: int = ANGLES) -> Array:
-    """Return the mesh periods turned at which slow errors are averaged with equal weights, (count,) [1]."""
-    return np.array(turns_of(tuple(sorted(set(teeth))), count), float)
+    return {z: (np.arange(ANGLES) * k / ANGLES) % 1.0 for k, z in enumerate(sorted(set(teeth)), start=1)}

@@ -97,8 +97,8 @@ class GearSet:
         """Return once-per-revolution errors at equally weighted member angles, (n_angles, n_mesh) [m]."""
         if not any(len(mesh.error.slow_amplitude) for mesh in meshes):
             return None
-        turned = quadrature([gear.teeth for gear in self.gears.values()])
-        return np.stack([mesh.error.slow(turned) for mesh in meshes], axis=1)
+        turns = quadrature(gear.teeth for gear in self.gears.values())
+        return np.stack([mesh.error.slow_at(turns) for mesh in meshes], axis=1)
 
     def columns_of(self, gear: str) -> list[int]:
         """Return which of the members a gear is: every planet is "planet"."""
