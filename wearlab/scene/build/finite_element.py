@@ -13,4 +13,4 @@ def finite_element(
 ) -> FiniteElement:
     """Return the stiffness of a pair at the nodes of its path, from the elements of both gears."""
     own, shared = pair_compliance(pair, grid.position, grid.n_pairs, Options(plane=asked.plane))
-    return FiniteElement(own, shared, hertz, asked.scale)
+    return FiniteElement(grid.beyond(own), grid.beyond(shared), hertz, asked.scale)
