@@ -4,38 +4,25 @@ Numba's disk cache does not notice an edit in another file that a kernel calls. 
 a hash of every source that holds kernels: an edit anywhere among them starts from an empty folder.
 """
 
-import hashlib
 import os
 import shutil
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numba
 
-PACKAGE = Path(__file__).parent
+from wearlab.sources import PACKAGE, hash_of, source_hash
+
 KEPT_FOLDERS = 6
-
-
-@cache
-def source_hash() -> str:
-    """Return the hash of all of wearlab's Python sources, 16 hexadecimal digits."""
-    return _hash(sorted(PACKAGE.rglob("*.py")))
-
-
-def _hash(files: list[Path]) -> str:
-    digest = hashlib.sha256()
-    for file in files:
-        digest.update(file.relative_to(PACKAGE).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
+__all__ = ["jit", "source_hash"]
 
 
 def _cache_folder() -> Path:
     """Return this build's folder of compiled code, and drop the folders of builds long gone."""
     root = Path(os.environ.get("WEARLAB_CACHE") or Path.home() / ".cache" / "wearlab")
     kernels = [f for f in sorted(PACKAGE.rglob("*.py")) if b"wearlab.compiled import" in f.read_bytes()]
-    folder = root / f"{_hash(kernels)}-numba{numba.__version__}"
+    folder = root / f"{hash_of(kernels)}-numba{numba.__version__}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)

@@ -1,7 +1,8 @@
 import pytest
 
 from wearlab.query import Key, QueryError, Vocabulary, holds, read_column, read_condition
-from wearlab.query.scene_keys import flat, quantity_at, scene_key
+from wearlab.query.flat import flat
+from wearlab.query.scene_keys import quantity_at, scene_key
 from wearlab.query.tokens import LONGEST, tokens
 
 SCENE = {
@@ -63,7 +64,8 @@ def refused(text):
         ("not film", False),
         ("film = false", False),
         ("amplitude > 1 um and harmonic.0.order = 1", True),
-        ("started > 2026-03-01", True),
+        ("started >= 2026-03-01 and started = 2026-03-01", True),
+        ("started > 2026-03-01", False),
         ("date < 2026-03-01T09:30", False),
         ("separation > 0.1", None),
         ("separation > 0.1 and life > 1", None),

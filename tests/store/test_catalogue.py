@@ -122,3 +122,52 @@ def test_a_failed_transaction_leaves_nothing(catalogue):
     with pytest.raises(StoreError):
         catalogue.record([DONE, replace(DONE, id="x", state="nonsense")])
     assert catalogue.entries() == {}
+
+
+FIRST_TABLES = """
+CREATE TABLE runs (
+    id TEXT PRIMARY KEY, state TEXT NOT NULL CHECK (state IN ('running', 'done', 'failed', 'refused')),
+    owner TEXT, size INTEGER, sha256 TEXT, reason TEXT, started TEXT, seconds REAL,
+    source_hash TEXT, wearlab_version TEXT, scene TEXT, summary TEXT, sizes TEXT, digests TEXT,
+    layout TEXT, warnings TEXT
+) WITHOUT ROWID;
+CREATE TABLE layouts (key TEXT PRIMARY KEY, layout TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE campaigns (
+    key TEXT PRIMARY KEY, title TEXT, reference TEXT, path TEXT, recorded TEXT
+) WITHOUT ROWID;
+CREATE TABLE members (
+    campaign TEXT NOT NULL, number INTEGER NOT NULL, run TEXT NOT NULL, label TEXT, position TEXT,
+    PRIMARY KEY (campaign, number)
+) WITHOUT ROWID;
+CREATE INDEX members_of_run ON members (run);
+INSERT INTO layouts VALUES ('k', '{"variables": {}, "labels": {}}');
+INSERT INTO runs VALUES ('ab', 'done', NULL, 3, '00', NULL, '2026-01-01', 1.25, 'abc', '0.1.0',
+    '{"operation": {"torque": 7}}', '{"life": 1e7}', '{"update": 3}', '{"cycle": "12"}', 'k',
+    '["thin film"]');
+INSERT INTO campaigns VALUES ('c', 'first', NULL, 'a.toml', '2026-01-01');
+INSERT INTO members VALUES ('c', 0, 'ab', 'base', '{}');
+PRAGMA user_version = 1;
+"""
+
+
+def test_a_catalogue_of_the_first_version_becomes_one_of_this(tmp_path):
+    connection = sqlite3.connect(tmp_path / "catalogue.sqlite")
+    connection.executescript(FIRST_TABLES)
+    connection.close()
+    made = Catalogue(tmp_path / "catalogue.sqlite")
+    (entry,) = made.entries().values()
+    assert (entry.id, entry.state, entry.size, entry.seconds) == ("ab", "done", 3, 1.25)
+    assert (entry.summary, entry.sizes, entry.digests) == ({"life": 1e7}, {"update": 3}, {"cycle": "12"})
+    assert entry.warnings == ("thin film",) and made.layouts(["k"]) == {"k": {"variables": {}, "labels": {}}}
+    (member,) = made.members()
+    assert member.campaign == "first" and member.comparison is None
+    assert {name for (name,) in made.read("SELECT name FROM keys")} == {"operation.torque", "life"}
+    made.close()
+
+
+def test_heads_tell_states_without_contents(catalogue):
+    catalogue.record([DONE])
+    catalogue.claim(["b"], "me", never)
+    first, second = catalogue.heads([DONE.id, "b", "unknown"]).values()
+    assert (first.state, first.size, first.source_hash, first.warned) == ("done", 3, "abc", True)
+    assert (second.state, second.owner, second.warned) == ("running", "me", False)

@@ -133,7 +133,7 @@ def _current_source(entries: Mapping[str, Entry]) -> str:
     """Return the hash of the present sources, where there are runs to compare."""
     if not any(entry.source_hash for entry in entries.values()):
         return ""
-    from wearlab.compiled import source_hash
+    from wearlab.sources import source_hash
 
     return source_hash()
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from wearlab.query.bind import Key
-from wearlab.query.grammar import All, Compare, Literal, Missing, Not, Some
+from wearlab.query.grammar import DAY, All, Compare, Literal, Missing, Not, Some
 
 SIGNS: dict[str, Callable[[Any, Any], bool]] = {
     "<": operator.lt,
@@ -38,6 +38,8 @@ def holds(condition: Any, values: Mapping[str, Any]) -> bool | None:
             return _value(operand, values) is None
         case Compare(sign, left, right):
             one, other = _value(left, values), _value(right, values)
+            if isinstance(right, Literal) and right.is_day and one is not None:
+                one = one[:DAY]
             return None if one is None or other is None else SIGNS[sign](one, other)
     raise AssertionError(condition)
 

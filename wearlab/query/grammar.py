@@ -17,6 +17,7 @@ from wearlab.query.errors import QueryError
 from wearlab.query.tokens import Token, tokens
 
 DEEPEST = 40
+DAY = len("2026-01-01")
 COMPARISONS = ("<", "<=", ">", ">=", "=", "!=")
 MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "=": "=", "!=": "!="}
 FIRST_CYCLE = "first_cycle"
@@ -38,6 +39,11 @@ class Literal:
     at: int
     unit: str = ""
     is_date: bool = False
+
+    @property
+    def is_day(self) -> bool:
+        """Whether it is a date without a time, and so means the whole day."""
+        return self.is_date and len(str(self.value)) == DAY
 
 
 @dataclass(frozen=True)

@@ -1,27 +1,12 @@
 """What a scene can be asked for: its values by dotted key, with the kind of quantity each is."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Any, get_args
 
 from wearlab.query.bind import Key
 from wearlab.scene.lookup import field_at
 from wearlab.scene.part import Unit
 from wearlab.units import KINDS, split
-
-
-def flat(scene: Any, above: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield dotted keys and values of a canonical scene; entries of a list are numbered from 0."""
-    inner: Iterable[tuple[Any, Any]]
-    if isinstance(scene, dict):
-        inner = scene.items()
-    elif isinstance(scene, list):
-        inner = enumerate(scene)
-    else:
-        if scene is not None:
-            yield above, scene
-        return
-    for key, value in inner:
-        yield from flat(value, f"{above}.{key}" if above else str(key))
 
 
 def scene_key(name: str, text: bool) -> Key:

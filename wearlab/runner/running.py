@@ -10,7 +10,7 @@ from wearlab.runner.expectation import Expected, comparisons
 from wearlab.runner.progress import Progress, watched
 from wearlab.runner.report import CaseReport, Interrupted, Report
 from wearlab.runner.worker import SIMULATE, Task, execute, warm_up
-from wearlab.store.catalogue import Entry
+from wearlab.store.catalogue import Head
 from wearlab.store.outcome import Outcome
 from wearlab.store.place import place
 
@@ -125,7 +125,7 @@ class _Work:
         taken = set(self.store.claim([task.id for task in tasks], self.owner, self._free))
         return [task for task in tasks if task.id in taken]
 
-    def _free(self, entry: Entry) -> bool:
+    def _free(self, entry: Head) -> bool:
         """Say whether a run that the catalogue knows is to be computed again."""
         if entry.state in ("failed", "refused"):
             return self.retry and entry.id not in self.finished
@@ -133,7 +133,7 @@ class _Work:
 
     def _left(self, tasks: Sequence[Task]) -> list[tuple[Task, bool]]:
         """Return the tasks nobody has finished, each with whether a living process is at it."""
-        known = self.store.entries(task.id for task in tasks)
+        known = self.store.heads(task.id for task in tasks)
         left = []
         for task in tasks:
             entry = known.get(task.id)
@@ -157,21 +157,22 @@ def _record(campaign: "Campaign", store: "Store") -> str:
 
 
 def _interruption(tasks: "dict[str, Task]", store: "Store") -> str:
-    finished = sum(entry.state != "running" for entry in store.entries(tasks).values())
+    finished = sum(head.state != "running" for head in store.heads(tasks).values())
     return f"interrupted: {finished} done, {len(tasks) - finished} to go; run again to continue"
 
 
 def _report(campaign: "Campaign", store: "Store", key: str, computed: set[str], seconds: float) -> Report:
-    entries = store.entries(case.id for case in campaign.cases)
+    heads = store.heads(case.id for case in campaign.cases)
     labels = {case.id: case.label for case in reversed(campaign.cases)}
-    states = [entry.state for entry in entries.values()]
+    states = [head.state for head in heads.values()]
+    noted = [h.id for h in heads.values() if h.state != "done" or (h.warned and h.id in computed)]
     troubled = tuple(
         CaseReport(entry.id, labels[entry.id], entry.state, entry.reason, entry.warnings)
-        for entry in entries.values()
-        if entry.state != "done" or (entry.warnings and entry.id in computed)
+        for entry in store.entries(noted).values()
     )
     counts = (states.count("done"), states.count("failed"), states.count("refused"))
-    compared = list(comparisons(campaign, store, entries))
+    expecting = [case.id for case in campaign.cases if getattr(case, "expect", None) is not None]
+    compared = list(comparisons(campaign, store, store.entries(expecting)))
     store.catalogue.record_comparisons(key, compared)
     expected = tuple(
         Expected(case.id, case.label, place(campaign, case), one)

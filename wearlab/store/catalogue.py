@@ -1,55 +1,40 @@
 """The index of a store: which runs exist, in which state, and which campaigns they belong to.
 
-SQLite with a rollback journal: two processes on one store wait for each other for a moment and never corrupt
-it, on a shared home directory too (a write-ahead log is faster, but wrong as soon as two machines write).
 Only the process that calls ``run`` writes here, workers never do; it can be rebuilt from the run files.
 """
 
 import hashlib
 import json
 import sqlite3
-import weakref
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+from wearlab.store import tables
+from wearlab.store.database import CHUNK, Database
 from wearlab.store.errors import StoreError
+from wearlab.store.facts import Facts, facts_of
 from wearlab.store.outcome import Comparison, Outcome, State
+from wearlab.store.tables import VERSION
 
-VERSION = 1
-PATIENCE = 60.0  # s to wait for another process's transaction
-CHUNK = 500  # ids per question, below SQLite's limit of variables
+__all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member"]
 
-TABLES = """
-CREATE TABLE runs (
-    id TEXT PRIMARY KEY, state TEXT NOT NULL CHECK (state IN ('running', 'done', 'failed', 'refused')),
-    owner TEXT, size INTEGER, sha256 TEXT, reason TEXT, started TEXT, seconds REAL,
-    source_hash TEXT, wearlab_version TEXT, scene TEXT, summary TEXT, sizes TEXT, digests TEXT,
-    layout TEXT, warnings TEXT
-) WITHOUT ROWID;
-CREATE TABLE layouts (key TEXT PRIMARY KEY, layout TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE campaigns (
-    key TEXT PRIMARY KEY, title TEXT, reference TEXT, path TEXT, recorded TEXT
-) WITHOUT ROWID;
-CREATE TABLE members (
-    campaign TEXT NOT NULL, number INTEGER NOT NULL, run TEXT NOT NULL, label TEXT, position TEXT,
-    PRIMARY KEY (campaign, number)
-) WITHOUT ROWID;
-CREATE INDEX members_of_run ON members (run);
-"""
-EXPECTATIONS = """
-CREATE TABLE IF NOT EXISTS expectations (
-    campaign TEXT NOT NULL, number INTEGER NOT NULL, verdict TEXT, expected TEXT, measured TEXT, met INTEGER,
-    PRIMARY KEY (campaign, number)
-) WITHOUT ROWID
-"""
-COLUMNS = (
-    "id, state, owner, size, sha256, reason, started, seconds, source_hash, wearlab_version, scene, "
-    "summary, sizes, digests, layout, warnings"
-)
+OF_RUNS = "id, state, owner, size, sha256, started, seconds, source_hash, wearlab_version, layout"
+OF_DOCUMENTS = "reason, warnings, sizes, digests, summary, scene"
+FROM_BOTH = f"SELECT {OF_RUNS}, {OF_DOCUMENTS} FROM runs LEFT JOIN documents USING (number)"
+
+
+class Head(NamedTuple):
+    """The state of a run, without what it is made of."""
+
+    id: str
+    state: State
+    owner: str | None
+    size: int | None
+    source_hash: str | None
+    warned: bool
 
 
 @dataclass(frozen=True)
@@ -61,17 +46,17 @@ class Entry:
     owner: str | None
     size: int | None
     sha256: str | None
-    reason: str | None
     started: str | None
     seconds: float | None
     source_hash: str | None
     wearlab_version: str | None
-    scene: str | None
-    summary: dict[str, Any]
+    layout: str | None
+    reason: str | None
+    warnings: tuple[str, ...]
     sizes: dict[str, int]
     digests: dict[str, str]
-    layout: str | None
-    warnings: tuple[str, ...]
+    summary: dict[str, Any]
+    scene: str | None
 
 
 @dataclass(frozen=True)
@@ -89,8 +74,8 @@ class Member:
     comparison: Comparison | None = None
 
 
-class Catalogue:
-    """The SQLite file of a store, opened on first use and never created by reading.
+class Catalogue(Database):
+    """The SQLite file of a store.
 
     Parameters
     ----------
@@ -98,12 +83,8 @@ class Catalogue:
     """
 
     def __init__(self, path: Path) -> None:
-        self.path = path
-        self._connection: sqlite3.Connection | None = None
-
-    def exists(self) -> bool:
-        """Say whether there is a catalogue, without making one."""
-        return self.path.is_file()
+        super().__init__(path)
+        self._facts = Facts()
 
     def create(self) -> None:
         """Make the catalogue where there is none; harmless where there is one."""
@@ -115,42 +96,45 @@ class Catalogue:
             ) from error
         with self._transaction(create=True) as connection:
             if connection.execute("PRAGMA user_version").fetchone()[0] == 0:
-                for statement in TABLES.split(";")[:-1]:
-                    connection.execute(statement)
-                connection.execute(f"PRAGMA user_version = {VERSION}")
-            connection.execute(EXPECTATIONS)
+                tables.make(connection)
 
     def close(self) -> None:
         """Let go of the file."""
-        if self._connection is not None:
-            self._finalizer()
-            self._connection = None
+        super().close()
+        self._facts.clear()
 
     # -- runs ---------------------------------------------------------------------------------------------
 
     def entries(self, ids: Iterable[str] | None = None) -> dict[str, Entry]:
         """Return the known runs among ``ids``, in that order; all, by their start, when it is None."""
         if ids is None:
-            rows = self._read(f"SELECT {COLUMNS} FROM runs ORDER BY started, id")
-            return {row[0]: _entry(row) for row in rows}
+            return {row[0]: _entry(row) for row in self.read(f"{FROM_BOTH} ORDER BY started, id")}
         wanted = list(dict.fromkeys(ids))
-        found = {row[0]: row for row in self._read_many(f"SELECT {COLUMNS} FROM runs WHERE id IN", wanted)}
+        found = {row[0]: row for row in self.read_many(f"{FROM_BOTH} WHERE id IN", wanted)}
         return {run_id: _entry(found[run_id]) for run_id in wanted if run_id in found}
+
+    def heads(self, ids: Iterable[str]) -> dict[str, Head]:
+        """Return the states of the known runs among ``ids``, in that order: little even for many runs."""
+        wanted = list(dict.fromkeys(ids))
+        question = (
+            "SELECT id, state, owner, size, source_hash, coalesce(length(warnings) > 2, 0) "
+            "FROM runs LEFT JOIN documents USING (number) WHERE id IN"
+        )
+        found = {row[0]: _head(row) for row in self.read_many(question, wanted)}
+        return {run_id: found[run_id] for run_id in wanted if run_id in found}
 
     def matching(self, prefix: str) -> list[str]:
         """Return the ids that begin with ``prefix``."""
         pattern = prefix.replace("\\", "\\\\").replace("%", r"\%").replace("_", r"\_") + "%"
-        rows = self._read("SELECT id FROM runs WHERE id LIKE ? ESCAPE '\\' ORDER BY id", [pattern])
+        rows = self.read("SELECT id FROM runs WHERE id LIKE ? ESCAPE '\\' ORDER BY id", [pattern])
         return [row[0] for row in rows]
 
     def layouts(self, keys: Iterable[str]) -> dict[str, dict[str, Any]]:
         """Return the tables of variables with these keys."""
-        rows = self._read_many("SELECT key, layout FROM layouts WHERE key IN", sorted(set(keys)))
+        rows = self.read_many("SELECT key, layout FROM layouts WHERE key IN", sorted(set(keys)))
         return {key: json.loads(text) for key, text in rows}
 
-    def claim(
-        self, wanted: Sequence[str], owner: str, free: Callable[[Entry], bool]
-    ) -> dict[str, str | None]:
+    def claim(self, wanted: Sequence[str], owner: str, free: Callable[[Head], bool]) -> dict[str, str | None]:
         """Mark runs as running here, in one step that no other process can come between.
 
         Parameters
@@ -165,39 +149,82 @@ class Catalogue:
         """
         taken: dict[str, str | None] = {}
         with self._transaction() as connection:
-            known = self.entries(wanted)
+            known = self.heads(wanted)
             for run_id in wanted:
                 if run_id not in known or free(known[run_id]):
                     taken[run_id] = known[run_id].owner if run_id in known else None
             connection.executemany(
-                "INSERT OR REPLACE INTO runs (id, state, owner, started) VALUES (?, 'running', ?, ?)",
+                "INSERT INTO runs (id, state, owner, started) VALUES (?, 'running', ?, ?) ON CONFLICT (id) "
+                "DO UPDATE SET state = 'running', owner = excluded.owner, started = excluded.started",
                 [(run_id, owner, _now()) for run_id in taken],
             )
         return taken
 
     def record(self, outcomes: Iterable[Outcome]) -> None:
         """Write what became of runs, in one transaction."""
+        try:
+            with self._transaction() as connection:
+                for outcome in outcomes:
+                    key = None if outcome.layout is None else _key(outcome.layout)
+                    if key:
+                        connection.execute(
+                            "INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout)
+                        )
+                    self._keep(connection, _row(outcome, key), outcome.histories)
+        except BaseException:
+            self._facts.clear()  # numbers given to new keys went with the transaction
+            raise
+
+    def _keep(
+        self,
+        connection: sqlite3.Connection,
+        row: tuple[Any, ...],
+        histories: Mapping[str, bytes] | None = None,
+    ) -> None:
+        """Write one run, its values in the order of `OF_RUNS` and `OF_DOCUMENTS`."""
+        marks = ", ".join("?" * 10)
+        renewed = ", ".join(f"{name} = excluded.{name}" for name in OF_RUNS.split(", ")[1:])
+        ((number,),) = connection.execute(
+            f"INSERT INTO runs ({OF_RUNS}) VALUES ({marks}) ON CONFLICT (id) DO UPDATE SET {renewed} "
+            "RETURNING number",
+            row[:10],
+        ).fetchall()
+        if connection.execute("SELECT 1 FROM documents WHERE number = ?", (number,)).fetchone():
+            self._facts.forget(connection, [number])
+        connection.execute(f"INSERT OR REPLACE INTO documents VALUES (?{', ?' * 6})", (number, *row[10:]))
+        summary, scene = row[14:]
+        facts = facts_of(scene, json.loads(summary or "{}"), histories or {})
+        self._facts.write(connection, number, facts)
+
+    def _upgrade(self) -> None:
         with self._transaction() as connection:
-            for outcome in outcomes:
-                key = None if outcome.layout is None else _key(outcome.layout)
-                if key:
-                    connection.execute("INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout))
-                marks = ", ".join("?" * len(COLUMNS.split(",")))
-                connection.execute(
-                    f"INSERT OR REPLACE INTO runs ({COLUMNS}) VALUES ({marks})", _row(outcome, key)
-                )
+            if connection.execute("PRAGMA user_version").fetchone()[0] < VERSION:
+                tables.upgrade(connection, self._keep)
 
     def release(self, owner: str) -> int:
         """Forget the runs that ``owner`` had begun and not finished; return how many."""
         with self._transaction() as connection:
-            gone = connection.execute("DELETE FROM runs WHERE state = 'running' AND owner = ?", (owner,))
-        return gone.rowcount
+            return self._delete(connection, "state = 'running' AND owner = ?", owner)
+
+    def forget(self, ids: Iterable[str]) -> int:
+        """Forget these runs; return how many were known. Campaigns stay."""
+        with self._transaction() as connection:
+            return sum(self._delete(connection, "id = ?", run_id) for run_id in ids)
+
+    def _delete(self, connection: sqlite3.Connection, condition: str, value: str) -> int:
+        found = connection.execute(f"SELECT number FROM runs WHERE {condition}", (value,))
+        numbers = [row[0] for row in found]
+        self._facts.forget(connection, numbers)
+        for table in ("runs", "documents"):
+            connection.executemany(f"DELETE FROM {table} WHERE number = ?", ((one,) for one in numbers))
+        return len(numbers)
 
     def clear_runs(self) -> None:
         """Forget every run; campaigns stay."""
         with self._transaction() as connection:
-            connection.execute("DELETE FROM runs")
-            connection.execute("DELETE FROM layouts")
+            for table in ("runs", "documents", "facts", "keys", "layouts"):
+                connection.execute(f"DELETE FROM {table}")
+        self._facts.clear()
 
     # -- campaigns ----------------------------------------------------------------------------------------
 
@@ -230,16 +257,14 @@ class Catalogue:
             connection.executemany("INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", rows)
 
     def _comparisons(self) -> dict[tuple[str, int], Comparison]:
-        """Return the comparisons by campaign and case; a store of earlier versions has none."""
-        if not self._read("SELECT 1 FROM sqlite_master WHERE name = 'expectations'"):
-            return {}
-        rows = self._read("SELECT campaign, number, verdict, expected, measured, met FROM expectations")
+        """Return the comparisons by campaign and case."""
+        rows = self.read("SELECT campaign, number, verdict, expected, measured, met FROM expectations")
         return {(row[0], row[1]): Comparison(row[2], row[3], row[4], bool(row[5])) for row in rows}
 
     def members(self) -> list[Member]:
         """Return every case of every campaign, the campaign recorded last coming first."""
         compared = self._comparisons()
-        rows = self._read(
+        rows = self.read(
             "SELECT title, path, run, label, position, campaign, number FROM members "
             "JOIN campaigns ON campaign = key ORDER BY recorded DESC, campaign, number"
         )
@@ -248,80 +273,26 @@ class Catalogue:
             for title, path, run, label, text, key, number in rows
         ]
 
-    # -- the file -----------------------------------------------------------------------------------------
 
-    def _read(self, question: str, values: Sequence[Any] = ()) -> list[tuple[Any, ...]]:
-        try:
-            return self._open().execute(question, values).fetchall()
-        except sqlite3.Error as error:
-            raise self._unusable(error) from error
-
-    def _read_many(self, question: str, values: Sequence[str]) -> Iterator[tuple[Any, ...]]:
-        for start in range(0, len(values), CHUNK):
-            some = values[start : start + CHUNK]
-            yield from self._read(f"{question} ({', '.join('?' * len(some))})", some)
-
-    @contextmanager
-    def _transaction(self, *, create: bool = False) -> Iterator[sqlite3.Connection]:
-        connection = self._open(create=create)
-        try:
-            connection.execute("BEGIN IMMEDIATE")
-            try:
-                yield connection
-            except BaseException:
-                connection.rollback()
-                raise
-            connection.commit()
-        except sqlite3.Error as error:
-            raise self._unusable(error) from error
-
-    def _open(self, *, create: bool = False) -> sqlite3.Connection:
-        if self._connection is None:
-            if not create and not self.exists():
-                raise StoreError(f"{self.path.parent}: there is no store here")
-            uri = f"{self.path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
-            try:
-                connection = sqlite3.connect(
-                    uri, uri=True, timeout=PATIENCE, isolation_level=None, check_same_thread=False
-                )
-            except sqlite3.Error as error:
-                raise self._unusable(error) from error
-            self._finalizer = weakref.finalize(self, connection.close)
-            self._connection = connection
-            self._check_version(connection, create)
-        return self._connection
-
-    def _check_version(self, connection: sqlite3.Connection, create: bool) -> None:
-        try:
-            version = connection.execute("PRAGMA user_version").fetchone()[0]
-            connection.execute(
-                "PRAGMA journal_mode = PERSIST"
-            )  # the cheapest commit of the rollback journals
-        except sqlite3.Error as error:
-            raise self._unusable(error) from error
-        if version > VERSION:
-            raise StoreError(f"{self.path}: written by a newer wearlab (catalogue version {version})")
-        if version == 0 and not create:
-            raise StoreError(f"{self.path}: not a catalogue of wearlab")
-
-    def _unusable(self, error: sqlite3.Error) -> StoreError:
-        return StoreError(f"{self.path}: the catalogue cannot be used ({error})")
+def _head(row: tuple[Any, ...]) -> Head:
+    run_id, state, owner, size, source_hash, warned = row
+    return Head(run_id, state, owner, size, source_hash, bool(warned))
 
 
 def _entry(row: tuple[Any, ...]) -> Entry:
-    summary, sizes, digests, layout, warnings = row[-5:]
+    warnings, sizes, digests, summary, scene = row[-5:]
     plain: tuple[Any, ...] = row[:-5]
-    tables = [json.loads(text or "{}") for text in (summary, sizes, digests)]
-    return Entry(*plain, *tables, layout, tuple(json.loads(warnings or "[]")))  # type: ignore[call-arg]
+    documents = [json.loads(text or "{}") for text in (sizes, digests, summary)]
+    return Entry(*plain, tuple(json.loads(warnings or "[]")), *documents, scene)  # type: ignore[call-arg]
 
 
 def _row(outcome: Outcome, layout: str | None) -> tuple[Any, ...]:
     size = None if outcome.image is None else len(outcome.image)
-    texts = [json.dumps(part) for part in (outcome.summary, outcome.sizes, outcome.digests)]
+    texts = [json.dumps(part) for part in (outcome.warnings, outcome.sizes, outcome.digests, outcome.summary)]
     return (
-        *(outcome.id, outcome.state, None, size, outcome.sha256, outcome.reason, outcome.started),
-        *(outcome.seconds, outcome.source_hash, outcome.wearlab_version, outcome.scene),
-        *(*texts, layout, json.dumps(outcome.warnings)),
+        *(outcome.id, outcome.state, None, size, outcome.sha256, outcome.started, outcome.seconds),
+        *(outcome.source_hash, outcome.wearlab_version, layout),
+        *(outcome.reason, *texts, outcome.scene),
     )
 
 

@@ -20,6 +20,10 @@ from wearlab.store.errors import StoreError
 
 OPEN_FILES = 32
 COMPRESSION = {"zlib": True, "complevel": 1}
+LIFE = "update"
+AT_STATES = frozenset((LIFE, "flank", "mesh", "member"))
+ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
+CODE = ("commit", "model_version")
 
 _files: dict[tuple[str, int, int], netCDF4.Dataset] = {}  # open files, the one used last at the end
 
@@ -32,13 +36,16 @@ class Description(NamedTuple):
     sizes : length of each dimension
     layout : JSON: per variable its dims, dtype, attributes, whether it is a coordinate; labels of dimensions
     digests : hash of the values of each coordinate
-    summary : scalar results, and the largest of max_wear_depth and of each error estimate
+    summary : scalar results; the largest of each result at a wear state; of some along the phase the
+        smallest, largest and mean; the code that made it
+    histories : each result at the wear states, smallest and largest where there are several; float64
     """
 
     sizes: dict[str, int]
     layout: str
     digests: dict[str, str]
     summary: dict[str, Any]
+    histories: dict[str, bytes]
 
 
 def to_image(dataset: xr.Dataset) -> tuple[bytes, str]:
@@ -104,7 +111,7 @@ def describe(dataset: xr.Dataset) -> Description:
     layout = json.dumps({"variables": variables, "labels": labels}, sort_keys=True)
     digests = {str(name): _digest(values) for name, values in dataset.coords.items()}
     sizes = {str(dim): n for dim, n in dataset.sizes.items()}
-    return Description(sizes, layout, digests, _summary(dataset))
+    return Description(sizes, layout, digests, *_results(dataset))
 
 
 def _digest(values: xr.DataArray) -> str:
@@ -113,14 +120,40 @@ def _digest(values: xr.DataArray) -> str:
     return hashlib.sha256(repr((values.dims, values.shape)).encode() + content).hexdigest()[:16]
 
 
-def _summary(dataset: xr.Dataset) -> dict[str, Any]:
-    scalars = {str(name): plain(v.values) for name, v in dataset.variables.items() if v.ndim == 0}
-    largest = {
-        str(name): plain(np.max(v.values, initial=-np.inf, where=~np.isnan(v.values)))
-        for name, v in dataset.data_vars.items()
-        if v.ndim and v.dtype.kind == "f" and (name == "max_wear_depth" or "error_estimate" in str(name))
-    }
-    return scalars | largest
+def _results(dataset: xr.Dataset) -> tuple[dict[str, Any], dict[str, bytes]]:
+    """Return summary and histories."""
+    summary: dict[str, Any] = {name: str(dataset.attrs[name]) for name in CODE if name in dataset.attrs}
+    histories: dict[str, bytes] = {}
+    for name, variable in dataset.variables.items():
+        if variable.ndim == 0:
+            summary[str(name)] = plain(variable.values)
+        elif variable.dtype.kind not in "fiu":
+            continue
+        elif AT_STATES.issuperset(variable.dims):
+            values = np.asarray(variable.values, float)
+            summary[str(name)] = plain(_largest(values, np.fmax))
+            if variable.dims[0] == LIFE:
+                histories[str(name)] = _history(values)
+        elif name in ALONG_PHASE:
+            values = variable.values
+            summary |= {
+                f"{name}_min": plain(_largest(values, np.fmin)),
+                f"{name}_mean": plain(np.mean(values)),
+            }
+            summary[f"{name}_max"] = plain(_largest(values, np.fmax))
+    return summary, histories
+
+
+def _largest(values: NDArray[Any], choose: Any) -> Any:
+    return choose.reduce(values, axis=None) if values.size else math.nan
+
+
+def _history(values: NDArray[np.float64]) -> bytes:
+    """Return the values at each wear state; the lowest, then the highest, where there are several."""
+    if values.ndim == 1:
+        return values.tobytes()
+    flat = values.reshape(len(values), -1)
+    return np.concatenate([np.fmin.reduce(flat, axis=1), np.fmax.reduce(flat, axis=1)]).tobytes()
 
 
 def plain(value: Any) -> Any:

@@ -37,6 +37,7 @@ class Outcome:
     sizes, layout : lengths of the dimensions; variables with dims, dtypes and attributes as JSON
     digests : hash of each coordinate's values, to see which coordinates runs share
     summary : scalar results (life, max wear, error estimates …)
+    histories : values along the life by variable, and the cycles they belong to; float64
     reason : traceback of a failure, reason of a refusal
     warnings : distinct warnings raised on the way
     source_hash, wearlab_version : the code that ran
@@ -53,6 +54,7 @@ class Outcome:
     layout: str | None = field(default=None, repr=False)
     digests: dict[str, str] = field(default_factory=dict)
     summary: dict[str, Any] = field(default_factory=dict)
+    histories: dict[str, bytes] = field(default_factory=dict, repr=False)
     reason: str | None = None
     warnings: tuple[str, ...] = ()
     source_hash: str = ""

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearlab.store.audit import Problem, reindex, verify
-from wearlab.store.catalogue import Catalogue, Entry
+from wearlab.store.catalogue import Catalogue, Entry, Head
 from wearlab.store.errors import StoreError
 from wearlab.store.outcome import Outcome
 from wearlab.store.presence import Presence, alive
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from wearlab.campaign import Campaign
+    from wearlab.store.table import Table
 
 
 class Store:
@@ -61,6 +62,32 @@ class Store:
         layouts = self.catalogue.layouts(e.layout for e in entries.values() if e.layout)
         return open_grid(campaign, entries, layouts, self.files.folder.absolute())
 
+    def query(
+        self,
+        where: str = "",
+        *,
+        columns: Sequence[str] | None = None,
+        sort: str | None = None,
+        limit: int | None = None,
+    ) -> "Table":
+        """Return the runs that meet a condition, such as ``"torque > 100 N*m and life < 2e7"``.
+
+        Parameters
+        ----------
+        where : condition on scene keys, results, states and histories [all runs]
+        columns : what to show beside id and status [what the condition names]
+        sort : a column; ``"-life"`` has the longest first
+        limit : at most so many rows
+
+        Raises
+        ------
+        QueryError : the condition cannot be read, or a name is unknown
+        StoreError : there is no store
+        """
+        from wearlab.store.search import Search
+
+        return Search(self.catalogue).table(where, columns, sort, limit)
+
     def run(self, run_id: str) -> "xr.Dataset":
         """Return one run, loaded, its file closed.
 
@@ -93,15 +120,19 @@ class Store:
         """Return what the catalogue knows of these runs (of all when None), by id."""
         return self.catalogue.entries(ids)
 
+    def heads(self, ids: Iterable[str]) -> dict[str, Head]:
+        """Return the states of the known runs among these, by id."""
+        return self.catalogue.heads(ids)
+
     def is_alive(self, owner: str) -> bool:
         """Say whether the process that took runs under this name still runs."""
         return alive(self._presences, owner)
 
-    def is_stale(self, entry: Entry) -> bool:
+    def is_stale(self, entry: Entry | Head) -> bool:
         """Say whether a run is marked as running by a process that is no more."""
         return entry.state == "running" and not self.is_alive(entry.owner or "")
 
-    def is_lost(self, entry: Entry) -> bool:
+    def is_lost(self, entry: Entry | Head) -> bool:
         """Say whether a finished run's file has gone or changed its length."""
         return entry.state == "done" and self.files.size(entry.id) != entry.size
 
@@ -123,7 +154,7 @@ class Store:
         """Take a name under which this process claims runs."""
         return Presence(self._presences)
 
-    def claim(self, ids: Sequence[str], owner: str, free: Callable[[Entry], bool]) -> list[str]:
+    def claim(self, ids: Sequence[str], owner: str, free: Callable[[Head], bool]) -> list[str]:
         """Take those of the runs that nobody has, that ``free`` gives, or that a dead process left.
 
         Returns

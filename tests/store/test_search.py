@@ -1,0 +1,224 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wearlab.query import QueryError
+from wearlab.store import Store, StoreError
+from wearlab.store.facts import first_cycle
+from wearlab.store.outcome import Outcome
+from wearlab.store.search import MOST_JOINS
+from wearlab.store.table import Column, Table
+
+CYCLES = np.array([0.0, 1e6, 3e6])
+
+
+def outcome(number, torque, life, state="done", **more):
+    scene = {
+        "operation": {"torque": torque, "speed": 100.0},
+        "gears": {"pinion": {"teeth": 20 + number}, "gear": {"teeth": 50}},
+        "wear": {"coefficient": {"model": "constant", "film": number == 1}},
+    }
+    depth = np.array([0.0, 10e-6, 30e-6]) * number
+    summary = {"life": life, "verdict": "completed", "max_wear_depth": depth[-1], "stiffness_mean": 4e8}
+    histories = {
+        "max_wear_depth": np.concatenate([0.5 * depth, depth]).tobytes(),
+        "cycle": CYCLES.tobytes(),
+    }
+    started = f"2026-01-0{number + 1}T08:00:00.000+00:00"
+    done = Outcome(
+        *(f"{number:020x}", state, started, 2.0 * number, json.dumps(scene)),
+        **{"summary": summary, "histories": histories, "source_hash": "abc", "wearlab_version": "0.1.0"},
+    )
+    if state == "failed":
+        done = replace(done, summary={}, histories={}, reason="FloatingPointError: no 100 % convergence")
+    return replace(done, **more)
+
+
+@pytest.fixture
+def asked(tmp_path):
+    """Return a function from a condition to the numbers of the runs it finds."""
+    store = Store(tmp_path / "store")
+    store.create()
+    runs = [outcome(1, 100.0, 1e7), outcome(2, 200.0, 2e7), outcome(3, 300.0, None)]
+    store.catalogue.record([*runs, outcome(4, 400.0, None, "failed")])
+    members = [(run.id, "base", {"torque": i}) for i, run in enumerate(runs)]
+    store.catalogue.record_campaign("Torques", None, "a.toml", members)
+    store.catalogue.record_campaign("Other", None, "b.toml", [(runs[0].id, "first", {})])
+
+    def ask(where, **options):
+        return [int(row["id"], 16) for row in store.query(where, **options)]
+
+    ask.store = store
+    return ask
+
+
+@pytest.mark.parametrize(
+    ("where", "found"),
+    [
+        ("", [1, 2, 3, 4]),
+        ("torque > 150 N*m", [2, 3, 4]),
+        ("torque > 0.15 kN*m and life < 3e7", [2]),
+        ("life < 3e7", [1, 2]),
+        ("not life < 1.5e7", [2]),
+        ("life is missing", [3, 4]),
+        ("life is missing and status = done", [3]),
+        ("torque = 100 N*m or status = failed", [1, 4]),
+        ("status in [failed, refused]", [4]),
+        ("pinion.teeth < gear.teeth and pinion.teeth > 22", [3, 4]),
+        ("film", [1]),
+        ("coefficient.model = constant and not film", [2, 3, 4]),
+        ("max_wear_depth > 50 um", [2, 3]),
+        ("stiffness_mean > 399 N/um", [1, 2, 3]),
+        ("seconds between 3 s and 0.11 min", [2, 3]),
+        ("started >= 2026-01-03 and started < 2026-01-04", [2]),
+        ("date > 2026-01-03", [3, 4]),
+        ("started = 2026-01-03", [2]),
+        ("campaign = Torques", [1, 2, 3]),
+        ("campaign = 'Other' and campaign = Torques", [1]),
+        ("not campaign contains tor", [4]),
+        ("campaign is missing", [4]),
+        ("case = first", [1]),
+        ("reason contains '100 % conv'", [4]),
+        ("code = abc and wearlab_version = '0.1.0'", [1, 2, 3, 4]),
+        ("other_code", [1, 2, 3, 4]),
+        ("id = '00000000000000000002'", [2]),
+        ("first_cycle(max_wear_depth > 20 um) < 1.6e6", [2, 3]),
+        ("first_cycle(max_wear_depth > 25 um) <= 2.5e6 and life > 0", [1, 2]),
+        ("first_cycle(max_wear_depth > 1 mm) is missing", [1, 2, 3, 4]),
+    ],
+)
+def test_conditions_find_runs(asked, where, found):
+    assert asked(where) == found
+
+
+def test_python_and_sql_agree(asked):
+    from wearlab.query import holds, read_condition
+    from wearlab.query.flat import flat
+    from wearlab.store.search import Search
+
+    vocabulary = Search(asked.store.catalogue).vocabulary
+    for where in (
+        "not life < 1.5e7",
+        "life < 3e7 or torque > 350 N*m",
+        "not (life > 1 and torque > 150 N*m)",
+    ):
+        tree = read_condition(where, vocabulary)
+        entries = asked.store.entries().values()
+        values = [dict(flat(json.loads(e.scene))) | e.summary for e in entries]
+        assert asked(where) == [i + 1 for i, known in enumerate(values) if holds(tree, known)]
+
+
+def test_columns_order_and_limit(asked):
+    table = asked.store.query(
+        "status = done",
+        columns=["torque", "life", "first_cycle(max_wear_depth > 20 um)", "campaign"],
+        sort="-life",
+    )
+    assert table["id"] == [f"{number:020x}" for number in (2, 1, 3)]
+    assert table["torque"] == [200.0, 100.0, 300.0] and table["life"] == [2e7, 1e7, None]
+    first = table["first_cycle(max_wear_depth > 20 um)"]
+    np.testing.assert_allclose(first, [1e6, 2e6, 2e6 / 3])
+    assert sorted(table["campaign"][1].split(",")) == ["Other", "Torques"]
+    assert asked("", sort="torque", limit=2) == [1, 2]
+    assert asked("status = done", sort="life") == [1, 2, 3]
+
+
+def test_without_columns_what_the_condition_names_is_shown(asked):
+    table = asked.store.query("torque > 100 N*m and (life > 1 or not film)")
+    assert [column.name for column in table.columns] == [
+        *("id", "status", "operation.torque", "life", "wear.coefficient.film"),
+    ]
+
+
+def test_what_is_found_in_other_forms(asked):
+    table = asked.store.query("life > 0", columns=["torque", "max_wear_depth", "verdict"])
+    assert table.to_csv().splitlines() == [
+        "id,status,torque [N*m],max_wear_depth [um],verdict",
+        "00000000000000000001,done,100.0,30.0,completed",
+        "00000000000000000002,done,200.0,60.0,completed",
+    ]
+    data = table.to_xarray()
+    assert list(data.run.values) == table["id"]
+    assert data.max_wear_depth.attrs == {"units": "m"}
+    np.testing.assert_allclose(data.max_wear_depth, [30e-6, 60e-6])
+    assert list(data.verdict.values) == ["completed"] * 2
+    assert len(asked.store.query("life < 0").to_xarray().run) == 0
+
+
+def test_no_text_of_a_run_becomes_a_formula_of_a_spreadsheet():
+    table = Table((Column("reason"),), [("=HYPERLINK(1)",), ("plain",)])
+    assert table.to_csv().splitlines() == ["reason", "'=HYPERLINK(1)", "plain"]
+
+
+@pytest.mark.parametrize(
+    "where",
+    [
+        "verdict = 'x'' OR 1=1 --'",
+        'verdict = "\'; DROP TABLE runs; --"',
+        "campaign = '%' or reason contains '%_'",
+        'id = "x\' UNION SELECT scene FROM documents --"',
+    ],
+)
+def test_texts_are_never_sql(asked, where):
+    assert asked(where) == []
+    assert asked("") == [1, 2, 3, 4]
+
+
+@pytest.mark.parametrize(
+    ("where", "said"),
+    [
+        ("torque > 1", "needs a unit, such as '340 N\\*m'"),
+        ("teeth = 3", "may mean 'gears.gear.teeth' or 'gears.pinion.teeth'"),
+        ("lief < 1", "did you mean 'life'"),
+        ("max_wear_depth > 1 N", "'N' is not a unit like 'm'"),
+        ("first_cycle(life > 3) > 1", "there are .*'max_wear_depth'"),
+    ],
+)
+def test_what_does_not_fit_is_refused(asked, where, said):
+    with pytest.raises(QueryError, match=said):
+        asked(where)
+
+
+def test_too_many_values_in_one_question(asked):
+    runs = [outcome(9, 1.0, 1.0, summary={f"count_{i}": i for i in range(MOST_JOINS + 2)})]
+    asked.store.catalogue.record(runs)
+    with pytest.raises(StoreError, match="more than"):
+        asked(" and ".join(f"count_{i} > {i}" for i in range(MOST_JOINS + 2)))
+
+
+def test_a_run_computed_again_is_asked_for_as_it_is_now(asked):
+    asked.store.catalogue.record([outcome(1, 100.0, 5e8, summary={"life": 5e8})])
+    assert asked("life > 1e8") == [1]
+    assert asked("max_wear_depth > 0 um") == [2, 3]
+    assert asked.store.catalogue.forget(["0" * 19 + "1", "unknown"]) == 1
+    assert asked("life > 1e8") == [] and asked("torque = 100 N*m") == []
+
+
+def test_a_failed_transaction_does_not_spoil_the_numbers_of_keys(asked):
+    catalogue = asked.store.catalogue
+    bad = outcome(7, 1.0, 1.0, summary={"new_result": 3.0})
+    with pytest.raises(StoreError):
+        catalogue.record([bad, replace(bad, id="x", state="nonsense")])
+    catalogue.record([outcome(8, 1.0, 1.0, summary={"another": 4.0})])
+    catalogue.record([outcome(9, 1.0, 1.0, summary={"new_result": 3.0})])
+    assert asked("another = 4") == [8] and asked("new_result = 3") == [9]
+
+
+def test_first_cycle_between_two_states():
+    cycles = np.array([0.0, 10.0, 20.0]).tobytes()
+    rising = np.array([1.0, 2.0, 4.0]).tobytes()
+    both = np.array([0.5, 1.0, 2.0, 1.0, 2.0, 4.0]).tobytes()  # lowest, then highest
+    assert first_cycle(">", 3.0, rising, cycles) == 15.0
+    assert first_cycle(">", 2.0, rising, cycles) == 10.0
+    assert first_cycle(">=", 4.0, rising, cycles) == 20.0
+    assert first_cycle(">", 4.0, rising, cycles) is None
+    assert first_cycle(">", 0.5, rising, cycles) == 0.0
+    assert first_cycle(">", 3.0, both, cycles) == 15.0
+    assert first_cycle("<", 0.75, both, cycles) == 0.0
+    falling = np.array([4.0, 3.0, 1.0]).tobytes()
+    assert first_cycle("<", 2.0, falling, cycles) == 15.0
+    assert first_cycle("<", 2.0, None, cycles) is None
+    gap = np.array([np.nan, 3.0, 5.0]).tobytes()
+    assert first_cycle(">", 1.0, gap, cycles) == 10.0

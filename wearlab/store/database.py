@@ -1,0 +1,109 @@
+"""A SQLite file that several processes read and write in turn.
+
+With a rollback journal: two processes on one store wait for each other for a moment and never corrupt it,
+on a shared home directory too (a write-ahead log is faster, but wrong as soon as two machines write).
+"""
+
+import sqlite3
+import weakref
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from wearlab.store.errors import StoreError
+from wearlab.store.tables import VERSION
+
+PATIENCE = 60.0  # s to wait for another process's transaction
+CHUNK = 500  # ids per question, below SQLite's limit of variables
+PAGES = -32_000  # kB of pages kept in memory
+
+
+class Database:
+    """The file, opened on first use and never created by reading.
+
+    Parameters
+    ----------
+    path : the file ``catalogue.sqlite``
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._connection: sqlite3.Connection | None = None
+
+    def exists(self) -> bool:
+        """Say whether there is a catalogue, without making one."""
+        return self.path.is_file()
+
+    def close(self) -> None:
+        """Let go of the file."""
+        if self._connection is not None:
+            self._finalizer()
+            self._connection = None
+
+    def read(self, question: str, values: Sequence[Any] = ()) -> list[tuple[Any, ...]]:
+        """Return the rows that answer a question."""
+        try:
+            return self._open().execute(question, values).fetchall()
+        except sqlite3.Error as error:
+            raise self._unusable(error) from error
+
+    def read_many(self, question: str, values: Sequence[str]) -> Iterator[tuple[Any, ...]]:
+        """Yield the rows that answer a question ending in ``IN``, for any number of values."""
+        for start in range(0, len(values), CHUNK):
+            some = values[start : start + CHUNK]
+            yield from self.read(f"{question} ({', '.join('?' * len(some))})", some)
+
+    def teach(self, name: str, count: int, function: Callable[..., Any]) -> None:
+        """Let questions call a function of ``count`` values."""
+        self._open().create_function(name, count, function, deterministic=True)
+
+    @contextmanager
+    def _transaction(self, *, create: bool = False) -> Iterator[sqlite3.Connection]:
+        connection = self._open(create=create)
+        try:
+            connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield connection
+            except BaseException:
+                connection.rollback()
+                raise
+            connection.commit()
+        except sqlite3.Error as error:
+            raise self._unusable(error) from error
+
+    def _open(self, *, create: bool = False) -> sqlite3.Connection:
+        if self._connection is None:
+            if not create and not self.exists():
+                raise StoreError(f"{self.path.parent}: there is no store here")
+            uri = f"{self.path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
+            try:
+                connection = sqlite3.connect(
+                    uri, uri=True, timeout=PATIENCE, isolation_level=None, check_same_thread=False
+                )
+            except sqlite3.Error as error:
+                raise self._unusable(error) from error
+            self._finalizer = weakref.finalize(self, connection.close)
+            self._connection = connection
+            self._prepare(connection, create)
+        return self._connection
+
+    def _prepare(self, connection: sqlite3.Connection, create: bool) -> None:
+        try:
+            version = connection.execute("PRAGMA user_version").fetchone()[0]
+            connection.execute("PRAGMA journal_mode = PERSIST")  # the cheapest of the rollback journals
+            connection.execute(f"PRAGMA cache_size = {PAGES}")
+        except sqlite3.Error as error:
+            raise self._unusable(error) from error
+        if version > VERSION:
+            raise StoreError(f"{self.path}: written by a newer wearlab (catalogue version {version})")
+        if version == 0 and not create:
+            raise StoreError(f"{self.path}: not a catalogue of wearlab")
+        if 0 < version < VERSION:
+            self._upgrade()
+
+    def _upgrade(self) -> None:
+        raise NotImplementedError
+
+    def _unusable(self, error: sqlite3.Error) -> StoreError:
+        return StoreError(f"{self.path}: the catalogue cannot be used ({error})")

@@ -1,0 +1,109 @@
+"""What can be asked of runs: every value of their scenes and results, by key; written beside each run."""
+
+import json
+import sqlite3
+from array import array
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from wearlab.query.flat import flat
+from wearlab.store.tables import SHIFT
+
+LONGEST = 200  # characters of a text that can be asked for
+CYCLE = "cycle"
+Fact = tuple[str, str, Any]  # source, name, value
+
+
+class Facts:
+    """Writes facts; knows the numbers of the keys it has met."""
+
+    def __init__(self) -> None:
+        self._numbers: dict[tuple[str, str], tuple[int, str]] = {}
+
+    def write(self, connection: sqlite3.Connection, run: int, facts: Iterator[Fact]) -> None:
+        """Write the facts of one run, within a transaction."""
+        rows = []
+        for source, name, value in facts:
+            kind = "text" if isinstance(value, str) else "history" if isinstance(value, bytes) else "number"
+            number, known = self._number(connection, source, name, kind)
+            rows.append((number << SHIFT | run, value if known == kind else str(value)))
+        connection.executemany("INSERT OR REPLACE INTO facts VALUES (?, ?)", rows)
+
+    def forget(self, connection: sqlite3.Connection, runs: list[int]) -> None:
+        """Remove the facts of runs, within a transaction."""
+        keys = [row[0] for row in connection.execute("SELECT number FROM keys")]
+        connection.executemany(
+            "DELETE FROM facts WHERE place = ?", ((key << SHIFT | run,) for key in keys for run in runs)
+        )
+
+    def clear(self) -> None:
+        """Forget the numbers of keys, where a transaction was given up or the tables were emptied."""
+        self._numbers.clear()
+
+    def _number(self, connection: sqlite3.Connection, source: str, name: str, kind: str) -> tuple[int, str]:
+        """Return the number of a key and its kind; what is a history stands beside the value of that name."""
+        stored = f"{name}()" if kind == "history" else name
+        found = self._numbers.get((source, stored))
+        if found is None:
+            connection.execute(
+                "INSERT OR IGNORE INTO keys (name, source, kind) VALUES (?, ?, ?)",
+                (stored, source, kind),
+            )
+            found = connection.execute("SELECT number, kind FROM keys WHERE name = ?", (stored,)).fetchone()
+            self._numbers[source, stored] = found
+        return found
+
+
+def facts_of(scene: str, summary: Mapping[str, Any], histories: Mapping[str, bytes]) -> Iterator[Fact]:
+    """Yield every fact of a run: values of its scene, scalar results, and values along its life.
+
+    Parameters
+    ----------
+    scene : canonical JSON
+    summary : results by name
+    histories : per variable its values at all wear states, the lower ones first where there are two of each
+    """
+    taken = set()
+    for name, value in flat(json.loads(scene or "{}")):
+        taken.add(name)
+        yield from _fact("scene", name, value)
+    for name, value in summary.items():
+        if name not in taken:
+            yield from _fact("result", name, value)
+    for name, values in histories.items():
+        yield "history", name, values
+
+
+def _fact(source: str, name: str, value: Any) -> Iterator[Fact]:
+    if isinstance(value, bool):
+        yield source, name, int(value)
+    elif isinstance(value, int | float) or (isinstance(value, str) and len(value) <= LONGEST):
+        yield source, name, value
+
+
+def first_cycle(sign: str, limit: float, values: bytes | None, cycles: bytes | None) -> float | None:
+    """Return the first cycle at which a history is beyond a limit, None when it never is.
+
+    Between two wear states the history is taken as a straight line over cycles. Where it has several values
+    at a state (flanks, meshes), the one that comes first counts.
+
+    Parameters
+    ----------
+    sign : one of < <= > >=
+    limit : SI
+    values, cycles : as the catalogue keeps them
+    """
+    if values is None or cycles is None:
+        return None
+    numbers, at = array("d", values), array("d", cycles)
+    rising = sign[0] == ">"
+    low, high = numbers[: len(at)], numbers[-len(at) :]
+    line = high if rising else low
+    for i, value in enumerate(line):
+        beyond = (value > limit if rising else value < limit) or (len(sign) == 2 and value == limit)
+        if beyond:
+            if i == 0 or line[i - 1] != line[i - 1] or value == line[i - 1]:
+                return at[i]
+            share = (limit - line[i - 1]) / (value - line[i - 1])
+            return at[i - 1] + share * (at[i] - at[i - 1])
+    return None

@@ -1,0 +1,251 @@
+"""Questions to the catalogue: a bound condition becomes SQL in which every value is a parameter."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
+from wearlab.query.grammar import DAY, All, Compare, FirstCycle, Literal, Missing, Not, Some
+from wearlab.store.database import Database
+from wearlab.store.errors import StoreError
+from wearlab.store.facts import CYCLE, first_cycle
+from wearlab.store.table import Column, Table
+from wearlab.store.tables import SHIFT
+
+COLUMNS = {
+    "id": "r.id",
+    "status": "r.state",
+    "started": "r.started",
+    "seconds": "r.seconds",
+    "bytes": "r.size",
+    "source_hash": "r.source_hash",
+    "wearlab_version": "r.wearlab_version",
+}
+DOCUMENTS = ("reason", "warnings")
+MEMBERS = {"campaign": "title", "case": "label"}
+OF_MEMBERS = "SELECT m.run FROM members AS m JOIN campaigns AS c ON m.campaign = c.key"
+OTHER_CODE = "other_code"
+OWN_KEYS = (
+    *(Key(name, "text") for name in ("id", "status", "source_hash", "wearlab_version")),
+    *(Key(name, "text") for name in (*DOCUMENTS, *MEMBERS)),
+    *(Key("started", "date"), Key("seconds", unit="s", display_unit="s"), Key("bytes"), Key(OTHER_CODE)),
+)
+ALIASES = {"state": "status", "date": "started", "run_time": "seconds", "run": "id", "code": "source_hash"}
+SAMPLE = 200
+MOST_JOINS = 50
+SIGNS = {"<": "<", "<=": "<=", ">": ">", ">=": ">=", "=": "=", "!=": "<>"}
+
+
+class Search:
+    """Asks one catalogue.
+
+    Parameters
+    ----------
+    catalogue : where the runs are
+    """
+
+    def __init__(self, catalogue: Database) -> None:
+        from wearlab.query.result_keys import known_key
+
+        self.catalogue = catalogue
+        rows = catalogue.read("SELECT number, name, source, kind FROM keys")
+        histories = {name.removesuffix("()") for _, name, _, kind in rows if kind == "history"}
+        self.numbers = {name: number for number, name, _, _ in rows}
+        named = [known_key(name, source, kind, name in histories) for _, name, source, kind in rows]
+        self.vocabulary = Vocabulary([*(key for key in named if key), *OWN_KEYS], ALIASES)
+        catalogue.teach("first_cycle", 4, first_cycle)
+
+    def table(self, where: str, columns: Sequence[str] | None, sort: str | None, limit: int | None) -> Table:
+        """Return the runs that meet a condition.
+
+        Parameters
+        ----------
+        where : condition; empty: all runs
+        columns : names or ``first_cycle(…)`` beside id and status [what the condition names]
+        sort : a column; a minus sign before it turns the order
+        limit : at most so many rows
+
+        Raises
+        ------
+        QueryError : a name is unknown or a value does not fit; the message points at the place
+        """
+        condition = read_condition(where, self.vocabulary) if where.strip() else None
+        asked = [(text, read_column(text, self.vocabulary)) for text in columns or ()]
+        if columns is None:
+            asked = [(key.name, key) for key in _named(condition)]
+        first = [(name, self.vocabulary.keys[name]) for name in ("id", "status")]
+        shown = dict(first + asked)
+        question = _Question(self, condition)
+        wanted = ", ".join(question.value(one) for one in shown.values())
+        order = question.order(read_column(sort.lstrip("-"), self.vocabulary), sort) if sort else "r.number"
+        tail = " LIMIT ?" if limit is not None else ""
+        text = f"SELECT {wanted} {question.source} ORDER BY {order}{tail}"
+        values = (*question.values, *(() if limit is None else (limit,)))
+        heads = tuple(_column(text, one) for text, one in shown.items())
+        return Table(heads, self.catalogue.read(text, values))
+
+
+class _Question:
+    """One condition as SQL: tests of values joined to each run; every value is a numbered parameter."""
+
+    def __init__(self, search: Search, condition: Any) -> None:
+        self.search = search
+        self.values: tuple[Any, ...] = ()
+        self.joins: dict[str, str] = {}
+        driver, rest = _driver(condition, search)
+        self.run = "r.number"
+        tests = []
+        if driver is not None:
+            base = search.numbers[driver.left.name] << SHIFT
+            self.run = f"(d.place - {base})"
+            tests.append(f"d.place BETWEEN {base} AND {base + (1 << SHIFT) - 1}")
+            tests.append(f"d.value {SIGNS[driver.sign]} {self.mark(driver.right.value)}")
+        self.walks = driver is not None
+        self.where = " AND ".join(tests + [self.condition(one) for one in rest])
+
+    @property
+    def source(self) -> str:
+        """Where the rows come from, once every value is joined."""
+        facts = " ".join(
+            f"LEFT JOIN facts AS {name} ON {name}.place = {place}" for place, name in self.joins.items()
+        )
+        if len(self.joins) > MOST_JOINS:
+            raise StoreError(f"{len(self.joins)} different values in one question, more than {MOST_JOINS}")
+        first, last = ("facts AS d", f"CROSS JOIN runs AS r ON r.number = {self.run}")
+        tables = f"{first} {facts} {last}" if self.walks else f"runs AS r {facts}"
+        return f"FROM {tables}{f' WHERE {self.where}' if self.where else ''}"
+
+    def mark(self, value: Any) -> str:
+        """Return the mark of a parameter."""
+        self.values += (value,)
+        return f"?{len(self.values)}"
+
+    def condition(self, tree: Any) -> str:
+        match tree:
+            case All(conditions):
+                return f"({' AND '.join(self.condition(one) for one in conditions)})"
+            case Some(conditions):
+                return f"({' OR '.join(self.condition(one) for one in conditions)})"
+            case Not(inner):
+                return f"(NOT {self.condition(inner)})"
+            case Missing(Key(name)) if name in MEMBERS:
+                return "(r.id NOT IN (SELECT run FROM members))"
+            case Missing(operand):
+                return f"({self.value(operand)} IS NULL)"
+            case Compare():
+                return self.comparison(tree)
+        raise AssertionError(tree)
+
+    def comparison(self, tree: Compare) -> str:
+        left = tree.left
+        if isinstance(left, Key) and left.name in MEMBERS:
+            return f"(r.id IN ({OF_MEMBERS} WHERE {self._test(tree.sign, MEMBERS[left.name], tree.right)}))"
+        return self._test(tree.sign, self.value(left), tree.right)
+
+    def _test(self, sign: str, left: str, right: Any) -> str:
+        other = self.mark(right.value) if isinstance(right, Literal) else self.value(right)
+        if sign == "contains":
+            return f"(instr(lower({left}), lower({other})) > 0)"
+        if isinstance(right, Literal) and right.is_day:
+            left = f"substr({left}, 1, {DAY})"
+        return f"({left} {SIGNS[sign]} {other})"
+
+    def value(self, operand: Any) -> str:
+        """Return the expression of a key's value, or of a first cycle, for the run ``r``."""
+        if isinstance(operand, FirstCycle):
+            inner = operand.condition
+            history, cycle = (self._fact(f"{name}()") for name in (inner.left.name, CYCLE))
+            sign, limit = self.mark(inner.sign), self.mark(inner.right.value)
+            return f"first_cycle({sign}, {limit}, {history}, {cycle})"
+        name = operand.name
+        if name in COLUMNS:
+            return COLUMNS[name]
+        if name in DOCUMENTS:
+            return f"(SELECT {name} FROM documents AS o WHERE o.number = r.number)"
+        if name in MEMBERS:
+            return (
+                f"(SELECT group_concat(DISTINCT {MEMBERS[name]}) FROM members AS m "
+                "JOIN campaigns AS c ON m.campaign = c.key WHERE m.run = r.id)"
+            )
+        if name == OTHER_CODE:
+            from wearlab.sources import source_hash
+
+            return f"(nullif(r.source_hash, '') <> {self.mark(source_hash())})"
+        return self._fact(name)
+
+    def _fact(self, name: str) -> str:
+        number = self.search.numbers.get(name)
+        if number is None:
+            return "NULL"
+        place = f"{self.run} + {number << SHIFT}"
+        return f"{self.joins.setdefault(place, f'f{len(self.joins)}')}.value"
+
+    def order(self, operand: Any, text: str) -> str:
+        """Return how rows are sorted: what is missing comes last."""
+        down = " DESC" if text.startswith("-") else ""
+        return f"{self.value(operand)}{down} NULLS LAST, r.number"
+
+
+def _driver(condition: Any, search: Search) -> tuple[Compare | None, list[Any]]:
+    """Return the comparison whose key is walked through, and the conditions tested on what it finds.
+
+    Walking through the values of one key is quicker than walking through the runs; the comparison that
+    leaves least, as a sample tells, is the one to walk.
+    """
+    parts = list(condition.conditions) if isinstance(condition, All) else [condition] if condition else []
+    fitting = [one for one in parts if _is_walkable(one, search)]
+    if not fitting:
+        return None, parts
+    driver = min(fitting, key=lambda one: _share(one, search)) if len(fitting) > 1 else fitting[0]
+    return driver, [one for one in parts if one is not driver]
+
+
+def _share(one: Compare, search: Search) -> float:
+    """Return about which share of the runs meets a comparison, from the first and the last of them."""
+    base = search.numbers[one.left.name] << SHIFT
+    counts = [
+        search.catalogue.read(
+            f"SELECT count(*), coalesce(sum(value {SIGNS[one.sign]} ?), 0) FROM (SELECT value FROM facts "
+            f"WHERE place BETWEEN ? AND ? ORDER BY place {order} LIMIT {SAMPLE})",
+            (one.right.value, base, base + (1 << SHIFT) - 1),
+        )[0]
+        for order in ("ASC", "DESC")
+    ]
+    return float(sum(met for _, met in counts) / max(1, sum(count for count, _ in counts)))
+
+
+def _is_walkable(one: Any, search: Search) -> bool:
+    return (
+        isinstance(one, Compare)
+        and isinstance(one.left, Key)
+        and isinstance(one.right, Literal)
+        and not one.right.is_date
+        and one.sign in SIGNS
+        and one.left.name in search.numbers
+    )
+
+
+def _named(tree: Any) -> list[Key]:
+    """Return the keys that a condition names, each once."""
+    match tree:
+        case All(conditions) | Some(conditions):
+            found = [key for one in conditions for key in _named(one)]
+        case Not(inner):
+            found = _named(inner)
+        case Missing(operand):
+            found = _named(operand)
+        case Compare(_, left, right):
+            found = _named(left) + _named(right)
+        case FirstCycle(inner):
+            found = _named(inner)
+        case Key():
+            found = [tree]
+        case _:
+            found = []
+    return list(dict.fromkeys(found))
+
+
+def _column(text: str, one: Any) -> Column:
+    return Column(text) if isinstance(one, FirstCycle) else Column(text, one.unit, one.display_unit)
+
+
+__all__ = ["QueryError", "Search"]
