@@ -128,6 +128,21 @@ def compare(
 
 
 @app.command()
+def report(
+    file: File,
+    store: StoreFolder = STORE,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The page.", show_default="FILE's name, .html")
+    ] = None,
+    json: Json = False,
+) -> Status:
+    """Write one self-contained HTML page about FILE and its stored runs."""
+    from wearlab.cli.reporting import write_report
+
+    return write_report(file, Store(store), out, json)
+
+
+@app.command()
 def modes(
     file: File,
     case: Annotated[

@@ -1,0 +1,170 @@
+"""One page per campaign: everything on it, nothing fetched, nothing a stranger wrote becomes markup."""
+
+import base64
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from made_up import put, run
+
+import wearlab as wl
+from wearlab.cli.app import status_of
+from wearlab.report.page import report
+from wearlab.store import Store
+from wearlab.store.outcome import Comparison, Outcome
+from wearlab.store.place import place
+
+BASE = Path(wl.__file__).parents[1] / "campaigns" / "base" / "spur_50_50.toml"
+EVIL = '<script>alert(1)</script> & "quotes"'
+STUDY = f"""
+title = '''{EVIL}'''
+extends = "{BASE.as_posix()}"
+
+[metadata]
+author = "Ada <b>Lovelace</b>"
+licence = "CC-BY-4.0"
+
+[[sweep]]
+"operation.speed" = ["800 rpm", "1100 rpm", "1860 rpm"]
+
+[[case]]
+label = "<img src=x onerror=alert(2)>"
+"operation.torque" = "300 N*m"
+expect = {{ verdict = "completed" }}
+
+[[figure]]
+kind = "max-wear"
+title = "Wear </figure><script>"
+
+[[figure]]
+kind = "line"
+y = "worn_mass"
+select = {{ speed = 1860 }}
+"""
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """The campaign and a store: two speeds done, one failed, the case refused with what it expects missed."""
+    folder = tmp_path_factory.mktemp("page")
+    (folder / "study.toml").write_text(STUDY)
+    campaign, store = wl.load(folder / "study.toml"), Store(folder / "store")
+    store.create()
+    flags = "bore_diameter <assumed>\nroot profile radial"
+    for case, speed in zip(campaign.cases[:2], (800.0, 1100.0), strict=True):
+        data = run(speed).assign(verdict=((), "completed"), validity=((), flags), run_time_total=((), 1.5))
+        put(store, case.id, data.assign_attrs(commit="c0ffee"))
+    store.catalogue.record(
+        [
+            Outcome(
+                campaign.cases[2].id,
+                "failed",
+                "2026-01-02T03",
+                0.1,
+                "{}",
+                reason="Traceback\nBoom: <i>no</i>",
+            ),
+            Outcome(
+                campaign.cases[3].id, "refused", "2026-01-02T03", 0.1, "{}", reason="teeth lose each other"
+            ),
+        ]
+    )
+    members = [(case.id, case.label, place(campaign, case)) for case in campaign.cases]
+    key = store.catalogue.record_campaign(campaign.title, None, str(campaign.path), members)
+    missed = Comparison("refused", "completed", "refused", False)
+    store.catalogue.record_comparisons(key, [None, None, None, missed])
+    return campaign, store
+
+
+class Outline(HTMLParser):
+    """Tags, addresses and text of a page."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.tags, self.addresses, self.text, self.open = [], [], "", []
+        self.feed(page)
+        self.text = re.sub(r"\s+", " ", self.text)
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append(tag)
+        self.addresses += [value for name, value in attributes if name in ("src", "href", "data", "action")]
+        assert not [name for name, _ in attributes if name.startswith("on")]
+        if tag not in ("meta", "img", "br"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+
+
+@pytest.fixture(scope="module")
+def page(study):
+    return report(*study)
+
+
+def test_nothing_is_fetched_and_nothing_runs(page):
+    found = Outline(page)
+    assert found.open == [] and "script" not in found.tags
+    assert all(one.startswith(("#", "data:image/png;base64,")) for one in found.addresses)
+    assert "@import" not in page and "url(" not in page
+    assert "default-src 'none'" in page
+    assert found.tags.count("img") == 1
+
+
+def test_names_stay_text(page):
+    assert EVIL in Outline(page).text
+    assert "onerror=alert(2)>" in Outline(page).text
+    assert "Boom: <i>no</i>" in Outline(page).text
+    assert "Ada <b>Lovelace</b>" in Outline(page).text
+
+
+def test_what_it_tells(page, study):
+    text = Outline(page).text
+    campaign, _ = study
+    for case in campaign.cases:
+        assert case.id[:10] in text
+    for told in (
+        "800, 1100, 1860 rpm",
+        "Left out:",
+        "dynamics: spur-3dof, periodic",
+        "µm worn",
+        "failed",
+        "teeth lose each other",
+        "refused",
+        "0 of 1 as expected",
+        "bore_diameter <assumed> (2 runs)",
+        "c0ffee",
+        "CC-BY-4.0",
+        "select = { speed = 1860 }",  # the campaign file itself
+        "spur_50_50.toml",
+    ):
+        assert told in text, told
+
+
+def test_figures_are_in_the_page(page):
+    uri = next(one for one in Outline(page).addresses if one.startswith("data:"))
+    assert base64.b64decode(uri.partition(",")[2])[:4] == b"\x89PNG"
+    assert "figure 2 (line): none of its runs is there" in Outline(page).text
+
+
+def test_equal_stores_give_equal_pages(page, study):
+    assert report(*study) == page
+
+
+def test_the_command(study, tmp_path, capsys):
+    campaign, store = study
+    words = [
+        "report",
+        str(campaign.path),
+        "--store",
+        str(store.path),
+        "--out",
+        str(tmp_path / "a" / "b.html"),
+    ]
+    assert status_of(words) == 0
+    assert (tmp_path / "a" / "b.html").read_text(encoding="utf-8").startswith("<!doctype html>")
+    assert capsys.readouterr().out.strip() == str(tmp_path / "a" / "b.html")
+    assert status_of(["report", str(campaign.path), "--store", str(tmp_path / "none")]) == 2

@@ -1,0 +1,275 @@
+"""What a report tells of a campaign, as plain texts and tables: no HTML, nothing computed."""
+
+import base64
+import json
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from wearlab.campaign.source import fingerprint, source_text
+from wearlab.figures.drawing import answer
+from wearlab.figures.errors import FigureError
+from wearlab.figures.question import question
+from wearlab.scene import parts_left_out, parts_present
+from wearlab.store.errors import StoreError
+from wearlab.store.outcome import Comparison
+from wearlab.store.place import place, value_text
+
+if TYPE_CHECKING:
+    from wearlab.campaign import Campaign, Case
+    from wearlab.store import Store
+    from wearlab.store.catalogue import Entry
+
+MOST_ROWS = 2000  # of a table: beyond, a page is no place to read them
+MOST_FAILURES = 100
+MICROMETRES = 1e6
+BROAD = 1000  # pixels: several columns of panels take a whole row
+PROVENANCE = ("commit", "dirty", "packages", "machine", "model_version")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One case in the table of results; everything in words."""
+
+    case: str
+    places: tuple[str, ...]
+    state: str
+    verdict: str
+    result: str
+    error: str
+    seconds: str
+    run: str
+    note: str
+    comparison: Comparison | None
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure as a data URI, or the reason why there is none."""
+
+    title: str
+    uri: str
+    note: str
+    problem: str
+    broad: bool = False
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A case without data: its name, state, first line and whole reason."""
+
+    case: str
+    run: str
+    state: str
+    headline: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Content:
+    """Everything on the page."""
+
+    title: str
+    reference: str
+    metadata: Mapping[str, str]
+    file: str
+    axes: tuple[tuple[str, str], ...]
+    counts: Mapping[str, int]
+    seconds: str
+    dates: str
+    parts: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...]
+    axis_names: tuple[str, ...]
+    rows: tuple[Row, ...]
+    left_out: int
+    extremes: tuple[Row, ...]
+    figures: tuple[Drawn, ...]
+    failures: tuple[Failure, ...]
+    remarks: tuple[tuple[str, int], ...]
+    code: tuple[Mapping[str, str], ...]
+    text: str
+    hash: str
+
+
+def content(campaign: "Campaign", store: "Store") -> Content:
+    """Return what there is to tell of a campaign.
+
+    Raises
+    ------
+    StoreError : there is no store
+    """
+    entries = store.entries(case.id for case in campaign.cases)
+    compared = _comparisons(campaign, store)
+    rows = [_row(campaign, case, entries.get(case.id), store, compared) for case in campaign.cases]
+    states = Counter({case.id: row.state for case, row in zip(campaign.cases, rows, strict=True)}.values())
+    text = source_text(campaign.path)
+    return Content(
+        title=campaign.title,
+        reference=campaign.reference or "",
+        metadata=getattr(campaign, "metadata", {}) or {},
+        file=campaign.path.name if campaign.path else "",
+        axes=tuple((a.name, _values(a.values, a.units)) for a in campaign.axes),
+        counts={"runs": len({case.id for case in campaign.cases}), **states},
+        seconds=duration(sum(e.seconds or 0.0 for e in entries.values())),
+        dates=_dates(entries),
+        parts=tuple(_parts(campaign)),
+        axis_names=tuple(axis.name for axis in campaign.axes),
+        rows=tuple(rows[:MOST_ROWS]),
+        left_out=max(0, len(rows) - MOST_ROWS),
+        extremes=tuple(row for row in rows[:MOST_ROWS] if row.comparison is not None),
+        figures=tuple(_figures(campaign, store)),
+        failures=tuple(_failures(campaign, rows, entries))[:MOST_FAILURES],
+        remarks=_remarks(entries),
+        code=tuple(_code(store, entries)),
+        text=text,
+        hash=fingerprint(text),
+    )
+
+
+def _values(values: Sequence[Any], units: str | None) -> str:
+    shown = [value_text(value, None) for value in values]
+    if len(shown) > 12:
+        shown = [*shown[:5], "…", *shown[-2:], f"({len(values)} values)"]
+    return f"{', '.join(shown)} {units or ''}".rstrip()
+
+
+def _comparisons(campaign: "Campaign", store: "Store") -> dict[tuple[str, str, str], Comparison]:
+    """Return how cases compare with what is expected of them, by run, label and place."""
+    found: dict[tuple[str, str, str], Comparison] = {}
+    for member in store.catalogue.members():
+        if member.comparison is not None and member.campaign == campaign.title:
+            key = (member.run, member.label, json.dumps(member.position, sort_keys=True))
+            found.setdefault(key, member.comparison)
+    return found
+
+
+def _row(
+    campaign: "Campaign",
+    case: "Case",
+    entry: "Entry | None",
+    store: "Store",
+    compared: Mapping[tuple[str, str, str], Comparison],
+) -> Row:
+    where = place(campaign, case)
+    summary = entry.summary if entry else {}
+    state: str = "missing" if entry is None else "lost" if store.is_lost(entry) else entry.state
+    if entry is not None and store.is_stale(entry):
+        state = "interrupted"
+    return Row(
+        case=case.label,
+        places=tuple(where.get(axis.name, "all") for axis in campaign.axes),
+        state=state,
+        verdict=str(summary.get("verdict") or ""),
+        result=_result(summary),
+        error=_error(summary),
+        seconds=duration(entry.seconds) if entry and entry.seconds is not None else "",
+        run=case.id,
+        note=_note(entry),
+        comparison=compared.get((case.id, case.label, json.dumps(where, sort_keys=True))),
+    )
+
+
+def _result(summary: Mapping[str, Any]) -> str:
+    """Return life or wear, with why the run ended."""
+    told = []
+    if summary.get("life") is not None:
+        told.append(f"{summary['life']:.4g} cycles of life")
+    if summary.get("max_wear_depth") is not None:
+        told.append(f"{summary['max_wear_depth'] * MICROMETRES:.4g} µm worn")
+    return ", ".join(told)
+
+
+def _error(summary: Mapping[str, Any]) -> str:
+    """Return the estimated numerical errors of life and wear, relative to them."""
+    told = []
+    for name, value, words in (
+        ("error_estimate_life", summary.get("life"), "of the life"),
+        ("error_estimate_wear_depth", summary.get("max_wear_depth"), "of the wear"),
+    ):
+        if summary.get(name) is not None and value:
+            told.append(f"{100 * summary[name] / value:.2g} % {words}")
+    return ", ".join(told)
+
+
+def _note(entry: "Entry | None") -> str:
+    if entry is None:
+        return ""
+    return f"{len(entry.warnings)} warnings" if entry.warnings else ""
+
+
+def duration(seconds: float) -> str:
+    """Return a duration for people."""
+    if seconds < 1.0:
+        return f"{1000 * seconds:.0f} ms"
+    if seconds < 100.0:
+        return f"{seconds:.1f} s"
+    return f"{seconds / 60:.1f} min" if seconds < 6000.0 else f"{seconds / 3600:.1f} h"
+
+
+def _dates(entries: "Mapping[str, Entry]") -> str:
+    days = sorted(e.started[:10] for e in entries.values() if e.started)
+    return "" if not days else days[0] if days[0] == days[-1] else f"{days[0]} to {days[-1]}"
+
+
+def _parts(campaign: "Campaign") -> Iterator[tuple[str, tuple[str, ...], tuple[str, ...]]]:
+    """Yield the parts present and left out, of the first case of each label; equal ones together."""
+    found: dict[tuple[tuple[str, ...], tuple[str, ...]], list[str]] = {}
+    labels: set[str] = set()
+    for case in campaign.cases:
+        if case.label not in labels:
+            labels.add(case.label)
+            parts = tuple(parts_present(case.scene)), tuple(parts_left_out(case.scene))
+            found.setdefault(parts, []).append(case.label)
+    for (present, absent), names in found.items():
+        yield ", ".join(names), present, absent
+
+
+def _figures(campaign: "Campaign", store: "Store") -> Iterator[Drawn]:
+    if not campaign.figures:
+        return
+    grid = store.open(campaign)
+    for number, spec in enumerate(campaign.figures, 1):
+        title = str(getattr(spec, "title", None) or spec.kind)
+        note = str(getattr(spec, "note", None) or "")
+        try:
+            image, _ = answer(question(campaign, spec, number), grid, store, "png")
+            uri = f"data:image/png;base64,{base64.b64encode(image).decode('ascii')}"
+            yield Drawn(title, uri, note, "", int.from_bytes(image[16:20], "big") > BROAD)
+        except (FigureError, StoreError) as error:
+            yield Drawn(title, "", note, str(error))
+
+
+def _failures(campaign: "Campaign", rows: Sequence[Row], entries: "Mapping[str, Entry]") -> Iterator[Failure]:
+    told: set[str] = set()
+    for case, row in zip(campaign.cases, rows, strict=True):
+        if row.state == "done" or case.id in told:
+            continue
+        told.add(case.id)
+        entry = entries.get(case.id)
+        reason = (entry.reason if entry else None) or ""
+        name = ", ".join([case.label, *place(campaign, case).values()])
+        yield Failure(name, case.id, row.state, reason.strip().rpartition("\n")[2], reason.strip())
+
+
+def _remarks(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
+    """Return assumed values and limits of validity that runs touch, warnings too, each with its count."""
+    lines: Counter[str] = Counter()
+    for entry in entries.values():
+        lines.update(set(str(entry.summary.get("validity") or "").split("\n")) - {""})
+        lines.update(set(entry.warnings))
+    return tuple(lines.most_common(MOST_FAILURES))
+
+
+def _code(store: "Store", entries: "Mapping[str, Entry]") -> Iterator[dict[str, str]]:
+    """Yield each code that made runs: its version and hash, and what one of its files tells of the rest."""
+    made: dict[tuple[str, str], list[str]] = {}
+    for entry in entries.values():
+        if entry.state == "done":
+            made.setdefault((entry.wearlab_version or "", entry.source_hash or ""), []).append(entry.id)
+    for (version, source), ids in made.items():
+        told = {"wearlab": version, "source hash": source, "runs": str(len(ids))}
+        try:
+            attributes = store.run(ids[0]).attrs
+        except StoreError:
+            attributes = {}
+        yield told | {name: str(attributes[name]) for name in PROVENANCE if name in attributes}
