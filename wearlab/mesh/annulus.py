@@ -1,6 +1,6 @@
 """The wheel body as an elastic annulus: what the load on one tooth does to its neighbour.
 
-The body is a plane annulus clamped at the bore. A tooth hands its load over to the arc |θ| ≤ θ_f of the root
+The body is a plane annulus clamped at the bore, or at the outside of a ring's rim. A tooth hands its load over to the arc |θ| ≤ θ_f of the root
 circle as a normal stress linear in θ and a constant shear stress, the only such tractions in equilibrium
 with the load. Michell's solution gives the displacement of every Fourier mode in closed form (four constants
 a mode), and the work of one tooth's tractions on the displacements due to another's is their compliance:
@@ -26,7 +26,9 @@ MODES_PER_ARC = 60.0  # Fourier modes times θ_f: the energy of mode n falls as 
 
 
 class ModeResponse(NamedTuple):
-    """Displacements at the rim under unit tractions σ cos nθ and τ sin nθ, n = 0, 1, 2 and up.
+    """Displacements of the root circle under unit tractions σ cos nθ and τ sin nθ, n = 0, 1, 2 and up.
+
+    Tractions and displacements count outwards (σ, u_r) and along rising θ (τ, u_θ).
 
     Parameters
     ----------
@@ -40,12 +42,12 @@ class ModeResponse(NamedTuple):
     shear: Array
 
 
-def mode_response(inner: float, outer: float, material: Material, n_modes: int) -> ModeResponse:
-    """Solve the annulus, clamped at the inner and loaded at the outer radius, for every Fourier mode.
+def mode_response(clamped: float, loaded: float, material: Material, n_modes: int) -> ModeResponse:
+    """Solve the annulus, clamped at one radius and loaded at the other, for every Fourier mode.
 
     Parameters
     ----------
-    inner, outer : radii of bore and root circle [m]
+    clamped, loaded : radii of bore (a ring: outside of the rim) and root circle [m]
     material : elastic constants; plane stress
     n_modes : modes 0 … n_modes − 1
 
@@ -60,10 +62,12 @@ def mode_response(inner: float, outer: float, material: Material, n_modes: int) 
     """
     n = np.arange(n_modes, dtype=float)
     solutions = _michell(n, material)
-    clamp, _ = _at_radius(solutions, n, inner, inner, outer, material)
-    rim, load = _at_radius(solutions, n, outer, inner, outer, material)
+    inner, outer = sorted((clamped, loaded))
+    clamp, _ = _at_radius(solutions, n, clamped, inner, outer, material)
+    rim, load = _at_radius(solutions, n, loaded, inner, outer, material)
+    # an inner surface faces the centre: what pulls it outwards is a negative stress there
     tractions = np.zeros((n_modes, 4, 2))
-    tractions[:, 2, 0] = tractions[:, 3, 1] = 1.0
+    tractions[:, 2, 0] = tractions[:, 3, 1] = 1.0 if loaded == outer else -1.0
     response = rim @ np.linalg.solve(np.concatenate([clamp, load], axis=1), tractions)
     return ModeResponse(response[:, 0, 0], response[:, 0, 1], response[:, 1, 1])
 
@@ -122,7 +126,8 @@ def arc_tractions(gear: Gear, radius: ArrayLike) -> Array:
 
     ``σ = σ0 + σ1 θ/θ_f`` and ``τ = τ0``, with the radial force ``2 r_f sinθ_f σ0 = −sinλ``, the moment about
     the centre ``2 r_f² θ_f τ0 = −r_b`` and the tangential force
-    ``2 r_f [σ1 (sinθ_f/θ_f − cosθ_f) + τ0 sinθ_f] = −cosλ``.
+    ``2 r_f [σ1 (sinθ_f/θ_f − cosθ_f) + τ0 sinθ_f] = −cosλ``. The load presses a ring's tooth outwards,
+    towards its root: there the radial force is +sinλ.
 
     Parameters
     ----------
@@ -135,7 +140,8 @@ def arc_tractions(gear: Gear, radius: ArrayLike) -> Array:
     """
     theta, r_f = root_half_angle(gear), gear.root_radius
     lam = load_angle(gear, radius)
-    constant = -np.sin(lam) / (2.0 * r_f * np.sin(theta))
+    outwards = np.sin(lam) if gear.internal else -np.sin(lam)
+    constant = outwards / (2.0 * r_f * np.sin(theta))
     shear = np.full_like(lam, -gear.base_radius / (2.0 * r_f**2 * theta))
     rest = -np.cos(lam) / (2.0 * r_f) - shear * np.sin(theta)
     return np.stack([constant, rest / (np.sin(theta) / theta - np.cos(theta)), shear])
@@ -193,7 +199,7 @@ def body_coupling(gear: Gear, radius: ArrayLike, other: ArrayLike, teeth_apart: 
     """Return the body compliance two loaded teeth share, over the geometric mean of their own.
 
     The foundation compliance between them is this ratio times ``√(c_f,i c_f,j)``. Both touch the same line of
-    action, so the tooth with the larger contact radius is the one on the loaded flank's side.
+    action, so the tooth with the larger contact radius (a ring's: the smaller) is on the loaded flank's side.
 
     Parameters
     ----------
@@ -207,6 +213,8 @@ def body_coupling(gear: Gear, radius: ArrayLike, other: ArrayLike, teeth_apart: 
     """
     first, second = np.broadcast_arrays(np.asarray(radius, dtype=float), np.asarray(other, dtype=float))
     low, high = np.minimum(first, second), np.maximum(first, second)
+    if gear.internal:
+        low, high = high, low
     p, q = arc_tractions(gear, low), arc_tractions(gear, high)
     own = arc_work(gear, 0.0)
     across = arc_work(gear, 2.0 * np.pi * teeth_apart / gear.teeth)

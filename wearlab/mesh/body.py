@@ -38,7 +38,7 @@ def sainsot_coefficients(bore_ratio: float, root_half_angle: float) -> Foundatio
 
     Parameters
     ----------
-    bore_ratio : h_f = r_f / r_bore [1]
+    bore_ratio : h_f, outer over inner radius of the body: r_f / r_bore, or r_rim / r_f of a ring [1]
     root_half_angle : θ_f, half the tooth angle at the root circle [rad]
 
     Returns
@@ -60,6 +60,8 @@ def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
     ``c_f = cos²λ / (E B) [L (u/S)² + M u/S + P (1 + Q tan²λ)]`` with ``S = 2 r_f θ_f`` and
     ``u = x_A − y_A tanλ − r_f``, the height above the root circle where the line of action crosses the
     tooth's centre line. Wear moves the contact point along its own normal, so u stays ``r_b/cosλ − r_f``.
+    A ring: ``u = r_f − r_b/cosλ`` and ``h_f = r_rim/r_f``, outside what the polynomials were fitted to
+    (:func:`foundation_validity` says so; :func:`wearlab.mesh.annulus.body_compliance` has no such range).
 
     Parameters
     ----------
@@ -75,11 +77,17 @@ def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
     Sainsot, Velex & Duverger 2004, Eq. 5.
     """
     theta, r_f = root_half_angle(gear), gear.root_radius
-    L, M, P, Q = sainsot_coefficients(r_f / gear.bore_radius, theta)
+    L, M, P, Q = sainsot_coefficients(body_ratio(gear), theta)
     lam = load_angle(gear, radius)
-    ratio = (gear.base_radius / np.cos(lam) - r_f) / (2.0 * r_f * theta)
+    ratio = np.abs(gear.base_radius / np.cos(lam) - r_f) / (2.0 * r_f * theta)
     shape = L * ratio**2 + M * ratio + P * (1.0 + Q * np.tan(lam) ** 2)
     return np.cos(lam) ** 2 * shape / (gear.material.youngs_modulus * gear.face_width)
+
+
+def body_ratio(gear: Gear) -> float:
+    """Return h_f, the outer over the inner radius of the body: r_f / r_bore, or r_rim / r_f of a ring [1]."""
+    ratio = gear.root_radius / gear.bore_radius
+    return 1.0 / ratio if gear.internal else ratio
 
 
 def foundation_validity(gear: Gear) -> tuple[str, ...]:
@@ -95,7 +103,7 @@ def foundation_validity(gear: Gear) -> tuple[str, ...]:
     """
     messages = []
     for symbol, value, (low, high) in (
-        ("h_f = r_f/r_bore", gear.root_radius / gear.bore_radius, BORE_RANGE),
+        ("h_f = r_rim/r_f" if gear.internal else "h_f = r_f/r_bore", body_ratio(gear), BORE_RANGE),
         ("theta_f", root_half_angle(gear), ANGLE_RANGE),
     ):
         if not low <= value <= high:

@@ -7,7 +7,8 @@ the section's own centroid is
     M(x) = r_b − x cosλ − ½ h_y(x) sinλ
 
 (the line of action passes r_b from the gear's centre, and wear h on the loaded flank moves the centroid by
-half of h_y = h / cosλ(x)). M² is a polynomial in quantities of the contact point times quantities of the
+half of h_y = h / cosλ(x)). A ring's tooth stands on the root circle too and points inwards: with heights
+counted inwards from its root, ``M = x cosλ − r_b − ½ h_y sinλ`` has the same form, and so have all sums. M² is a polynomial in quantities of the contact point times quantities of the
 section: running sums of 1/A, 1/I, x/I, x²/I, h_y/I, x h_y/I and h_y²/I give every contact point in one pass.
 """
 
@@ -31,15 +32,15 @@ ROOT_POINTS = 48  # Gauss points over the root curve, and over the involute belo
 class ToothFlexibility(NamedTuple):
     """Everything about one gear's tooth that wear does not change; nodes in the order of the path.
 
-    Heights are counted from the foot of the root curve. Node arrays are (n,), section arrays (n − 1, points)
+    Heights are counted from the foot of the root curve towards the tip. Node arrays are (n,), section arrays (n − 1, points)
     with interval k between the k-th and (k+1)-th node counted from the root upwards.
 
     Parameters
     ----------
-    rising : whether the contact radius grows along the path (driving gear) or falls (driven)
+    rising : whether contact moves from root to tip along the path (driving gear) or back (driven)
     root : (4,) ∫dx/t [1], ∫dx/t³ [1/m²], ∫x dx/t³ [1/m], ∫x² dx/t³ [1] from the root to the lowest node
     height, half_thickness : contact point (x, y) [m]
-    arm : moment of the unit force about the foot of the root curve, r_b − x_0 cosλ [m]
+    arm : moment of the unit force about the foot of the root curve, r_b − x_0 cosλ (ring: the negative) [m]
     cosine, sine : of the load angle λ [1]
     foundation : compliance of the wheel body [m/N]
     section_height : x [m]
@@ -76,8 +77,8 @@ def tooth_flexibility(gear: Gear, radius: ArrayLike, *, shear_factor: float = 1.
     Parameters
     ----------
     gear : the gear
-    radius : (n,) contact radii in the order of the path [m]: never falling (driving) or never rising
-        (driven); equal neighbours are the two sides of a jump
+    radius : (n,) contact radii in the order of the path [m]: never falling or never rising; equal
+        neighbours are the two sides of a jump
     shear_factor : shear correction of the section [1]; 1.2 for a rectangle
 
     Returns
@@ -93,8 +94,9 @@ def tooth_flexibility(gear: Gear, radius: ArrayLike, *, shear_factor: float = 1.
     Yang & Lin, J. Mech. Transm. Autom. Des. 109 (1987) 189–196; L16, W23 and Y23 use the same energies.
     """
     r = np.asarray(radius, dtype=float)
-    rising = bool(r[-1] >= r[0])
-    _check_radii(gear, r, rising)
+    growing = bool(r[-1] >= r[0])
+    _check_radii(gear, r, growing)
+    rising, upwards = growing != gear.internal, -1.0 if gear.internal else 1.0
     lam = load_angle(gear, r)
     foot = gear.root_radius * math.cos(root_half_angle(gear))
     x, y = involute_point(gear, lam)
@@ -103,10 +105,10 @@ def tooth_flexibility(gear: Gear, radius: ArrayLike, *, shear_factor: float = 1.
     tip_thickness = 2.0 * gear.tip_radius * gear.half_angle(gear.tip_radius)
     return ToothFlexibility(
         rising,
-        _root_integrals(gear, float(lam.min()), foot),
-        x - foot,
+        _root_integrals(gear, float(lam[0] if rising else lam[-1]), foot),
+        upwards * (x - foot),
         y,
-        gear.base_radius - foot * np.cos(lam),
+        upwards * (gear.base_radius - foot * np.cos(lam)),
         np.cos(lam),
         np.sin(lam),
         np.ascontiguousarray(foundation_compliance(gear, r)),
@@ -118,12 +120,13 @@ def tooth_flexibility(gear: Gear, radius: ArrayLike, *, shear_factor: float = 1.
     )
 
 
-def _check_radii(gear: Gear, radius: Array, rising: bool) -> None:
-    steps = np.diff(radius) if rising else -np.diff(radius)
+def _check_radii(gear: Gear, radius: Array, growing: bool) -> None:
+    steps = np.diff(radius) if growing else -np.diff(radius)
     if np.any(steps < -1e-12 * gear.base_radius):
         raise ValueError(f"{gear.name}: contact radii must be monotone along the path")
     slack = 1e-9 * gear.base_radius
-    if radius.min() < gear.form_radius - slack or radius.max() > gear.tip_radius + slack:
+    low, high = sorted((gear.form_radius, gear.tip_radius))
+    if radius.min() < low - slack or radius.max() > high + slack:
         raise ValueError(
             f"{gear.name}: contact radii {radius.min():.6g} to {radius.max():.6g} m leave the involute "
             f"between {gear.form_radius:.6g} and {gear.tip_radius:.6g} m"
@@ -131,14 +134,15 @@ def _check_radii(gear: Gear, radius: Array, rising: bool) -> None:
 
 
 def _sections(gear: Gear, lam: Array, foot: float) -> tuple[Array, Array, Array, Array, Array]:
-    """Gauss sections between nodes of rising load angle: height, thickness, slope, weight; and fractions."""
+    """Gauss sections between nodes from root to tip: height, thickness, slope, weight; and fractions."""
     points, weights = np.polynomial.legendre.leggauss(INNER_POINTS)
     fraction = 0.5 * (points + 1.0)
     step = np.diff(lam)[:, None]
     angle = lam[:-1, None] + step * fraction
     x, y = involute_point(gear, angle)
     dx = 0.5 * weights * step * involute_rise(gear, angle)
-    return x - foot, 2.0 * y, 1.0 / np.cos(angle), dx, fraction
+    upwards = -1.0 if gear.internal else 1.0
+    return upwards * (x - foot), 2.0 * y, 1.0 / np.cos(angle), upwards * dx, fraction
 
 
 def _root_integrals(gear: Gear, lowest: float, foot: float) -> Array:
@@ -149,9 +153,10 @@ def _root_integrals(gear: Gear, lowest: float, foot: float) -> Array:
     angle = start + (lowest - start) * fraction
     x1, y1, rise = root_curve(gear, fraction)
     x2, y2 = involute_point(gear, angle)
-    x = np.concatenate([x1, x2]) - foot
+    upwards = -1.0 if gear.internal else 1.0
+    x = upwards * (np.concatenate([x1, x2]) - foot)
     t = 2.0 * np.concatenate([y1, y2])
-    dx = np.concatenate([half * rise, half * (lowest - start) * involute_rise(gear, angle)])
+    dx = upwards * np.concatenate([half * rise, half * (lowest - start) * involute_rise(gear, angle)])
     return np.array([np.sum(dx / t), np.sum(dx / t**3), np.sum(x * dx / t**3), np.sum(x * x * dx / t**3)])
 
 
