@@ -16,7 +16,6 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 INNER = 5.0  # element on the centre line over element on the flank
-GROWTH = 1.3  # from one row of the body to the next, inwards
 
 
 @dataclass(frozen=True)
@@ -62,12 +61,8 @@ def mesh_lines(chart: Chart, refinement: int) -> tuple[Array, Array]:
     under, beside = 1.0 - _graded(3 * n, INNER)[::-1], 1.0 + _graded(2 * n, INNER)
     half = np.concatenate([under, beside[1:]])
     across = np.concatenate([-half[:0:-1], half])
-    width = chart.deep * chart.half_pitch / len(half)
     depth = abs(chart.deep - chart.flank.gear.bore_radius)
-    rows = int(np.ceil(np.log1p((GROWTH - 1.0) * depth / width) / np.log(GROWTH)))
-    rows = max(2 * n, min(rows * n // 2, 6 * n))
-    sizes = GROWTH ** (np.arange(rows)[::-1] * min(1.0, 2.0 / n))
-    body = DEEP * np.concatenate([[0.0], np.cumsum(sizes) / np.sum(sizes)])
+    body = DEEP * (1.0 - _graded(3 * n, max(1.0, depth / (chart.deep * chart.half_pitch)))[::-1])
     root = 1.0 - (1.0 - DEEP) * _graded(2 * n, INNER)[::-1]
     tooth = np.linspace(1.0, 2.0, 12 * n + 1)
     return across, np.concatenate([body, root[1:], tooth[1:]])

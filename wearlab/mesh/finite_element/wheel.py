@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from wearlab.mesh.finite_element.patch import patch_rule
 from wearlab.mesh.finite_element.sector import Sector
@@ -68,13 +68,17 @@ def _reduce(sector: Sector, loads: Array) -> tuple[Array, Array, Array]:
     K = sector.stiffness.tocsc()
     coupling = K[inner][:, cuts]
     factors = splu(K[inner][:, inner], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    load = np.ascontiguousarray(loads[inner])
-    moved = factors.solve(load)
-    carried = factors.solve(coupling.toarray())
+    load = loads[inner]
+    moved, carried = (_solve(factors, columns) for columns in (load, coupling.toarray()))
     turn = _turn(2.0 * sector.chart.half_pitch, len(left))
     reduced = turn.T @ (K[cuts][:, cuts].toarray() - coupling.T @ carried) @ turn
     shown = -turn.T @ (coupling.T @ moved)
     return load.T @ moved, 0.5 * (reduced + reduced.T), shown
+
+
+def _solve(factors: SuperLU, columns: Array) -> Array:
+    """Solve for (n, m) right-hand sides one by one: all at once, SuperLU's threads fight for busy cores."""
+    return np.stack([factors.solve(column) for column in np.ascontiguousarray(columns.T)], axis=1)
 
 
 def _cut(sector: Sector, side: float) -> NDArray[np.int64]:
