@@ -1,11 +1,11 @@
 """The wheel body as an elastic annulus: what the load on one tooth does to its neighbour.
 
-The body is a plane annulus clamped at the bore, or at the outside of a ring's rim. A tooth hands its load over to the arc |θ| ≤ θ_f of the root
-circle as a normal stress linear in θ and a constant shear stress, the only such tractions in equilibrium
-with the load. Michell's solution gives the displacement of every Fourier mode in closed form (four constants
-a mode), and the work of one tooth's tractions on the displacements due to another's is their compliance:
-the body's displacement along the neighbour's line of action, rotation times lever included. It is
-symmetric (Betti) and positive semidefinite (energy) by construction.
+The body is a plane annulus clamped at the bore, or at the outside of a ring's rim. A tooth hands its load
+over to the arc |θ| ≤ θ_f of the root circle as a normal stress linear in θ and a constant shear stress, the
+only such tractions in equilibrium with the load. Michell's solution gives the displacement of every Fourier
+mode in closed form (four constants a mode), and the work of one tooth's tractions on the displacements due to
+another's is their compliance: the body's displacement along the neighbour's line of action, rotation times
+lever included. It is symmetric (Betti) and positive semidefinite (energy) by construction.
 
 Plane stress, as Sainsot's polynomials are: a single tooth then agrees with them within 6 per cent for
 2 <= r_f/r_bore <= 3.4 and 20 to 100 teeth (15 per cent at r_f/r_bore = 1.5).

@@ -7,9 +7,10 @@ the section's own centroid is
     M(x) = r_b − x cosλ − ½ h_y(x) sinλ
 
 (the line of action passes r_b from the gear's centre, and wear h on the loaded flank moves the centroid by
-half of h_y = h / cosλ(x)). A ring's tooth stands on the root circle too and points inwards: with heights
-counted inwards from its root, ``M = x cosλ − r_b − ½ h_y sinλ`` has the same form, and so have all sums. M² is a polynomial in quantities of the contact point times quantities of the
-section: running sums of 1/A, 1/I, x/I, x²/I, h_y/I, x h_y/I and h_y²/I give every contact point in one pass.
+half of h_y = h / cosλ(x)). A ring's tooth stands on the root circle too, and points inwards: with heights
+counted inwards from its root, M = x cosλ − r_b − ½ h_y sinλ has the same form, and so have all sums. M² is a
+polynomial in quantities of the contact point times quantities of the section: running sums of 1/A, 1/I, x/I,
+x²/I, h_y/I, x h_y/I and h_y²/I give every contact point in one pass.
 """
 
 import math
@@ -32,8 +33,8 @@ ROOT_POINTS = 48  # Gauss points over the root curve, and over the involute belo
 class ToothFlexibility(NamedTuple):
     """Everything about one gear's tooth that wear does not change; nodes in the order of the path.
 
-    Heights are counted from the foot of the root curve towards the tip. Node arrays are (n,), section arrays (n − 1, points)
-    with interval k between the k-th and (k+1)-th node counted from the root upwards.
+    Heights are counted from the foot of the root curve towards the tip. Node arrays are (n,), section arrays
+    (n − 1, points) with interval k between the k-th and (k+1)-th node counted from the root upwards.
 
     Parameters
     ----------
