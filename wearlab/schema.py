@@ -53,12 +53,14 @@ DIMENSIONS = (
     Dimension("strobe", "states once per mesh period"),
     Dimension("order", "frequency over the mesh frequency"),
     Dimension("jump", "jumps of the response, in the order in which they are met"),
+    Dimension("end", "where a pair engages, where it leaves"),
     Dimension("edge", "the last speed before a jump, the first after it"),
 )
 
 _WEAR = ("update", "flank", "profile")
 _MESH = ("update", "mesh", "phase")
 _PAIR = ("update", "mesh", "pair", "phase")
+_TURNING = ("update", "member", "mesh", "pair", "phase")
 _RESPONSE = ("update", "mesh", "mesh_period", "phase")
 _STATE = ("update", "mesh")
 _OVER_SPEED = ("mesh", "direction", "response_speed")
@@ -123,6 +125,33 @@ VARIABLES: dict[str, Variable] = {
     "unloaded_transmission_error": Variable(_MESH, "m", "um", "unloaded transmission error"),
     "pair_stiffness": Variable(_PAIR, "N m-1", "N/um", "stiffness of one tooth pair"),
     "load_share": Variable(_PAIR, "1", "1", "share of the static mesh force"),
+    "contact_angle": Variable(
+        _TURNING,
+        "rad",
+        "rad",
+        "angle of the touching point on the flank",
+        "roll angle − half tooth angle (ring: half space angle) at the base circle; Y23's α1, α1′",
+    ),
+    "rotation_angle": Variable(
+        _TURNING,
+        "rad",
+        "rad",
+        "rotation of the tooth's centre line from the line of centres",
+        "a ring's: of the tooth space's; each pair as if it touched alone; Y23's φ1, φ2",
+    ),
+    "engaged": Variable(_PAIR, "1", "1", "whether the pair is engaged", "by mesh.contact.engagement"),
+    "meshing_range": Variable(
+        ("update", "member", "mesh", "end"), "rad", "rad", "rotation at which a pair engages and leaves"
+    ),
+    "contact_range": Variable(
+        ("update", "member", "mesh", "end"), "rad", "rad", "contact angle at which a pair engages and leaves"
+    ),
+    "contact_loss": Variable(
+        ("update", "member", "mesh"), "1", "%", "share of the active flank that never touches"
+    ),
+    "unloaded_transmission_angle": Variable(
+        _MESH, "rad", "rad", "unloaded transmission error of the driven gear", "Y23 Eq. 62"
+    ),
     "mesh_frequency": Variable(("mesh",), "Hz", "Hz", "mesh frequency"),
     "contact_ratio": Variable(("mesh",), "1", "1", "transverse contact ratio"),
     "mesh_phase_offset": Variable(("mesh",), "1", "1", "phase of the mesh on the common clock"),

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.mesh.exact.gaps import ExactGaps, Gaps
+from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps, Gaps
 from wearlab.mesh.profile import Lookup, ProfileGrid, interpolate, lookup
 from wearlab.mesh.sharing import share
 from wearlab.mesh.stiffness import GivenStiffness, PairStiffness, PotentialEnergy
@@ -109,9 +109,12 @@ class ContactAnalysis:
         if self.gaps is None:
             gap = self.grid.beyond(wear[0] + wear[1] + self.modification)
             return gap, self.stiffness.body(carried)
-        if not (isinstance(self.gaps, ExactGaps) and isinstance(self.stiffness, PotentialEnergy)):
+        if not (
+            isinstance(self.gaps, ExactGaps | AlgorithmOneGaps)
+            and isinstance(self.stiffness, PotentialEnergy)
+        ):
             return self.gaps.at(wear), self.stiffness.body(carried)
-        touching = self.gaps.touching(wear)
+        touching = self.gaps.contact(wear, self.grid.touching)
         each = self.stiffness.bodies(carried)
         moved = [
             np.interp(where, self.grid.touching, values)

@@ -41,6 +41,74 @@ def read_stiffness(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
     return {**given, "along": along, "abscissa": x, "stiffness": k}
 
 
+PROFILE_ABSCISSAE = {"diameter": "m", "roll_angle": "rad", "path_position": "m"}
+PROFILE_ORDINATES = ("depth", "deviation")
+
+
+def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
+    """Return the options of a measured flank with the file's contents in SI.
+
+    Parameters
+    ----------
+    given : the options as written; contents that were read before stay
+    base : folder that a relative path starts from
+    """
+    contents = (*given.get("abscissa", ()), *given.get("ordinate", ()))
+    if contents and "x" in given and "y" in given and all(isinstance(n, Stored) for n in contents):
+        return given
+    for key in ("abscissa", "ordinate"):
+        if key in given:
+            raise PydanticCustomError("table", "{key} is read from file, not written", {"key": repr(key)})
+    if "units" not in given:
+        raise PydanticCustomError("table", "{key} is required: {{file, x, y, units}}", {"key": "'units'"})
+    try:
+        x, y, abscissa, ordinate = profile_table(given, base)
+    except (TableError, TypeError, ValueError) as error:
+        raise PydanticCustomError("table", "{message}", {"message": str(error)}) from None
+    return {**given, "x": x, "y": y, "abscissa": abscissa, "ordinate": ordinate}
+
+
+def profile_table(
+    given: dict[str, Any], base: Path | None
+) -> tuple[str, str, tuple[float, ...], tuple[float, ...]]:
+    """Return what abscissa and ordinate of a measured flank are, and their values [m] or [rad].
+
+    Raises
+    ------
+    TableError
+        When the file cannot be read, lacks a column or a unit, or is not in order.
+    """
+    file, units = str(given["file"]), dict(given["units"])
+    columns = {
+        name: list(values) for name, values in _columns(Path(file) if base is None else base / file).items()
+    }
+    x = _column(given.get("x"), columns, tuple(PROFILE_ABSCISSAE), "x", file)
+    y = _column(given.get("y"), columns, PROFILE_ORDINATES, "y", file)
+    abscissa = _in(columns[x], units.get(x), PROFILE_ABSCISSAE[x], x)
+    ordinate = _in(columns[y], units.get(y), "m", y)
+    rising = all(b >= a for a, b in pairwise(abscissa))
+    if not rising and not all(b <= a for a, b in pairwise(abscissa)):
+        raise TableError(f"{file}: {x} neither rises nor falls throughout; sort the rows by {x}")
+    if any(c == a for a, c in zip(abscissa, abscissa[2:], strict=False)):
+        raise TableError(f"{file}: {x} has the same value three times; twice marks a step")
+    return x, y, abscissa, ordinate
+
+
+def _column(asked: Any, columns: dict[str, list[float]], known: tuple[str, ...], key: str, file: str) -> str:
+    """Return the column meant: the one asked for, or the only known one of the file."""
+    if asked is not None and asked not in known:
+        raise TableError(f"{key} = {asked!r}: expected {', '.join(known)}")
+    present = [name for name in known if name in columns]
+    if asked is None and len(present) > 1:
+        raise TableError(f"{file} has columns {' and '.join(present)}; say which with {key}")
+    found = asked if asked is not None else next(iter(present), None)
+    if found is None or found not in columns:
+        raise TableError(
+            f"{file}: columns are {', '.join(columns)}; expected {found or ' or '.join(known)} for {key}"
+        )
+    return str(found)
+
+
 def _is_stored(given: dict[str, Any]) -> bool:
     numbers = (*given.get("abscissa", ()), *given["stiffness"])
     return "along" in given and all(isinstance(number, Stored) for number in numbers)

@@ -1,9 +1,24 @@
-"""Flanks that are worn before the first cycle, by a given shape (by the law itself: life/worn.py)."""
+"""Flanks worn before the first cycle: of a given shape, or as measured (by the law itself: life/worn.py)."""
+
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from wearlab.gears.errors import GearError
+from wearlab.gears.pair import GearPair
+from wearlab.mesh.curve import Curve
+
 Array = NDArray[np.float64]
+Along = Literal["diameter", "roll_angle", "path_position"]
+Zero = Literal["as-measured", "max", "pitch", "tip", "root", "line"]
+
+SLACK = 1e-3
+"""Share of the active path by which a measured profile may miss its ends."""
+NOISE = 0.02
+"""Share of the largest depth by which a measured profile may stand above its zero; it counts as unworn."""
+LEAST_NOISE = 1e-7
+LEAST_POINTS = 5
 
 
 def uniform(position: ArrayLike, depth: float) -> Array:
@@ -27,3 +42,188 @@ def _checked(depth: float) -> float:
     if not (np.isfinite(depth) and depth >= 0.0):
         raise ValueError(f"initial wear depth {depth:g} m must be finite and not negative")
     return depth
+
+
+class MeasuredProfile(NamedTuple):
+    """A worn flank as it was measured.
+
+    Parameters
+    ----------
+    along : what the abscissa is
+    abscissa : (n,) diameter [m], roll angle [rad] or path position [m], rising or falling; a value that
+        stands twice marks a step
+    depth : (n,) wear, positive where material is gone [m]
+    across : whether the depth is measured across the tooth's thickness, not along the flank normal
+    zero : what counts as unworn: the values as they are, the highest point, the pitch point, the tip or the
+        root end of the active flank, or the straight line over the path that touches the profile from
+        outside on both sides of the pitch point (which takes out a tilt, too)
+    smooth : window of a local parabola along the path, None: through every point [m]
+    """
+
+    along: Along
+    abscissa: Array
+    depth: Array
+    across: bool = False
+    zero: Zero = "as-measured"
+    smooth: float | None = None
+
+
+def measured(profile: MeasuredProfile, pair: GearPair, gear: int, position: ArrayLike) -> Array:
+    """Return the wear depth of a measured flank at the nodes of its active part.
+
+    Parameters
+    ----------
+    profile : the measurement
+    pair, gear : the pair; 0 driving, 1 driven
+    position : (n,) path positions of the nodes, A to E, twice where wear may jump [m]
+
+    Returns
+    -------
+    (n,) depth along the flank normal, ≥ 0 [m]
+
+    Raises
+    ------
+    GearError
+        When the profile leaves the involute, does not cover the active flank, or stands above its zero.
+    """
+    s = np.asarray(position, float)
+    where, depth = _along_path(profile, pair, gear)
+    _check_cover(where, pair, gear, profile.along)
+    if profile.across:
+        depth = depth * np.cos(_load_angle(pair, gear, where))
+    nodal = _at_nodes(where, depth, s, profile.smooth)
+    nodal = nodal - _zero_line(profile.zero, pair, gear, s, nodal)
+    _check_sign(nodal, pair, gear, s, profile.zero)
+    return np.maximum(nodal, 0.0)
+
+
+def path_position(pair: GearPair, gear: int, along: Along, abscissa: ArrayLike) -> Array:
+    """Return the path position at which points of a flank touch, (n,) [m].
+
+    Parameters
+    ----------
+    pair, gear : the pair; 0 driving, 1 driven
+    along : what the abscissa is
+    abscissa : (n,) diameter [m], roll angle [rad] or path position [m]
+
+    Raises
+    ------
+    GearError
+        When a diameter lies below the base circle.
+    """
+    x = np.asarray(abscissa, float)
+    if along == "path_position":
+        return x
+    body = pair.gears[gear]
+    if along == "diameter":
+        square = (0.5 * x) ** 2 - body.base_radius**2
+        if square.min() < 0.0:
+            raise GearError(
+                f"{body.name}: a measured diameter of {1e3 * x.min():.6g} mm lies below the base circle, "
+                f"{2e3 * body.base_radius:.6g} mm; leave out points off the involute"
+            )
+        rho = np.sqrt(square)
+    else:
+        rho = body.base_radius * x
+    at_pitch, further = pair.curvature(np.array([0.0, 1.0]))[gear]
+    return np.asarray((rho - at_pitch) / (further - at_pitch))
+
+
+def _along_path(profile: MeasuredProfile, pair: GearPair, gear: int) -> tuple[Array, Array]:
+    where = path_position(pair, gear, profile.along, profile.abscissa)
+    depth = np.asarray(profile.depth, float)
+    return (where[::-1], depth[::-1]) if where[-1] < where[0] else (where, depth)
+
+
+def _load_angle(pair: GearPair, gear: int, position: Array) -> Array:
+    """Return the angle between flank normal and tooth thickness (a ring's: across the tooth space) [rad]."""
+    return pair.roll_angle(gear, position) - pair.gears[gear].base_half_angle
+
+
+def _check_cover(where: Array, pair: GearPair, gear: int, along: Along) -> None:
+    begin, end = pair.path.A, pair.path.E
+    slack = SLACK * (end - begin)
+    inside = np.count_nonzero((where >= begin - slack) & (where <= end + slack))
+    if where[0] > begin + slack or where[-1] < end - slack:
+        shown = [np.array([where[0], where[-1]]), np.array([begin, end])]
+        have, need = ([f"{2e3 * r:.6g}" for r in np.sort(pair.radius(gear, ends))] for ends in shown)
+        raise GearError(
+            f"{pair.gears[gear].name}: the measured profile covers diameters {have[0]} to {have[1]} mm, the "
+            f"active flank {need[0]} to {need[1]} mm; measure all of it, or check {along} and its unit"
+        )
+    if inside < LEAST_POINTS:
+        raise GearError(
+            f"{pair.gears[gear].name}: {inside} measured points lie on the active flank; give "
+            f"{LEAST_POINTS} or more"
+        )
+
+
+def _at_nodes(where: Array, depth: Array, position: Array, window: float | None) -> Array:
+    """Interpolate without overshoot, keeping steps, or take local parabolas."""
+    if window is not None:
+        return np.array([_local_parabola(where, depth, s, window) for s in position])
+    return Curve(where, depth).value(position, _own_side(position))
+
+
+def _own_side(position: Array) -> Array:
+    """Return a point on each node's own side of a step."""
+    ahead = np.diff(position, append=position[-1])
+    behind = np.diff(position, prepend=position[0])
+    return position + 0.25 * np.where(behind == 0.0, ahead, np.where(ahead == 0.0, -behind, 0.0))
+
+
+def _local_parabola(where: Array, depth: Array, s: float, window: float) -> float:
+    """Return the value at s of the parabola fitted around it with tricube weights (Cleveland 1979)."""
+    half = max(0.5 * window, float(np.sort(np.abs(where - s))[LEAST_POINTS - 1]) * (1.0 + 1e-9))
+    distance = (where - s) / half
+    near = np.abs(distance) < 1.0
+    t, weight = distance[near], (1.0 - np.abs(distance[near]) ** 3) ** 1.5  # square root of the weight
+    matrix = np.stack([np.ones_like(t), t, t * t], axis=1) * weight[:, None]
+    return float(np.linalg.lstsq(matrix, depth[near] * weight, rcond=None)[0][0])
+
+
+def _zero_line(zero: Zero, pair: GearPair, gear: int, s: Array, depth: Array) -> Array | float:
+    """Return the depth that counts as zero, at the nodes [m]."""
+    tip, root = (-1, 0) if gear == 0 else (0, -1)
+    match zero:
+        case "as-measured":
+            return 0.0
+        case "max":
+            return float(depth.min())
+        case "pitch":
+            return float(np.interp(0.0, s, depth))
+        case "tip":
+            return float(depth[tip])
+        case "root":
+            return float(depth[root])
+        case "line":
+            return _outer_line(s, depth)
+
+
+def _outer_line(s: Array, depth: Array) -> Array:
+    """Return the line through the two highest points, one on each side of the pitch point, none above it."""
+    best, line = np.inf, np.zeros_like(depth)
+    before, after = np.flatnonzero(s < 0.0), np.flatnonzero(s > 0.0)
+    if not len(before) or not len(after):
+        return np.full_like(depth, depth.min())
+    # the lower hull of the depth over the path; its edge across the pitch point bounds all the others there
+    for i in before:
+        slope = (depth[after] - depth[i]) / (s[after] - s[i])
+        k = int(np.argmin(slope))
+        tried = depth[i] + slope[k] * (s - s[i])
+        at_pitch = depth[i] - slope[k] * s[i]
+        if at_pitch < best and np.all(depth - tried >= -1e-15 - 1e-9 * np.ptp(depth)):
+            best, line = at_pitch, tried
+    return line
+
+
+def _check_sign(depth: Array, pair: GearPair, gear: int, s: Array, zero: Zero) -> None:
+    allowed = max(LEAST_NOISE, NOISE * float(depth.max()))
+    lowest = int(np.argmin(depth))
+    if depth[lowest] < -allowed:
+        diameter = 2e3 * float(pair.radius(gear, s[lowest]))
+        raise GearError(
+            f"{pair.gears[gear].name}: with zero = {zero!r} the measured flank stands "
+            f"{-1e6 * depth[lowest]:.3g} µm above its unworn profile at diameter {diameter:.6g} mm, and wear "
+            "adds no material; check the sign, or choose zero = 'max' or 'line'"
+        )

@@ -78,13 +78,13 @@ class ExactGaps:
 
     flanks: WornFlanks
 
-    def touching(self, wear: Array) -> FlankContact:
-        """Return where the flanks of each pair touch, for wear (2, n) [m], at every touching node."""
-        return minimum_gap(*self.flanks.worn(wear), self.flanks.grid.touching)
+    def contact(self, wear: Array, x: Array) -> FlankContact:
+        """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m]."""
+        return minimum_gap(*self.flanks.worn(wear), x)
 
     def at(self, wear: Array) -> Array:
         """Return the gap at every touching node for wear (2, n), (n_touching,) [m]."""
-        return self.touching(wear).gap
+        return self.contact(wear, self.flanks.grid.touching).gap
 
 
 @dataclass(frozen=True)
@@ -127,16 +127,23 @@ class AlgorithmOneGaps:
     flanks: WornFlanks
     points: int
 
-    def at(self, wear: Array) -> Array:
-        """Return the gap at every node for wear (2, n), (n_touching,) [m].
+    def contact(self, wear: Array, x: Array) -> FlankContact:
+        """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m].
 
-        Between the points found it is interpolated; beyond the last of them it keeps their gap.
+        Between the points found it is interpolated; beyond the last of them their points and gap are kept.
         """
         found = algorithm_1(self.flanks.pair, *self.flanks.worn(wear), self.points)
-        have = np.isfinite(found.gap)
-        order = np.argsort(found.x_driving[have])
-        x, gap = found.x_driving[have][order], found.gap[have][order]
-        return np.interp(self.flanks.grid.touching, x, gap)
+        have = np.flatnonzero(np.isfinite(found.gap))
+        order = have[np.argsort(found.x_driving[have])]
+        at = found.x_driving[order]
+        first, second, gap = (
+            np.interp(x, at, values[order]) for values in (found.driving, found.driven, found.gap)
+        )
+        return FlankContact(first, second, x, x - gap)
+
+    def at(self, wear: Array) -> Array:
+        """Return the gap at every node for wear (2, n), (n_touching,) [m]."""
+        return self.contact(wear, self.flanks.grid.touching).gap
 
 
 Gaps = ExactGaps | DisplacementBeyond | AlgorithmOneGaps

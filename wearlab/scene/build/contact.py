@@ -12,6 +12,7 @@ from wearlab.mesh.exact.gaps import AlgorithmOneGaps, DisplacementBeyond, ExactG
 from wearlab.mesh.profile import Extension, ProfileGrid
 from wearlab.scene import Scene
 from wearlab.scene.build.gears import modifications
+from wearlab.wear.initial import MeasuredProfile, measured, path_position
 
 Array = NDArray[np.float64]
 
@@ -138,3 +139,27 @@ def _cut_off(analysis: ContactAnalysis, gap: Array, deflection: float) -> bool:
     outermost = [gap[0]] if inside.start > 0 else []
     outermost += [gap[-1]] if inside.stop < len(gap) else []
     return any(deflection > one for one in outermost)
+
+
+def measured_wear(given: Any, pair: GearPair, gear: int, position: Array) -> Array:
+    """Return the wear depth of ``wear.initial.<flank>`` from a file, at the nodes of A–E, (n,) [m].
+
+    Parameters
+    ----------
+    given : the measured flank
+    pair, gear : the gears; 0 driving, 1 driven
+    position : (n,) path positions of the nodes [m]
+    """
+    depth = np.asarray(given.ordinate, float)
+    if given.y == "deviation":
+        where = path_position(pair, gear, given.x, given.abscissa)
+        depth = -depth - modifications(pair, np.clip(where, pair.path.A, pair.path.E))[gear]
+    profile = MeasuredProfile(
+        given.x,
+        np.asarray(given.abscissa, float),
+        depth,
+        given.direction == "tooth-thickness",
+        given.zero,
+        given.smooth,
+    )
+    return measured(profile, pair, gear, position)

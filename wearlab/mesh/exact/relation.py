@@ -1,0 +1,113 @@
+"""The mesh relationship of worn flanks over a mesh period, in Y23's angles, and which pairs are engaged."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.gears.pair import GearPair
+from wearlab.mesh.exact.angles import contact_angle, rotation_angle
+from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+class MeshRelation(NamedTuple):
+    """Where the pairs of a mesh touch, each on its own, and how far ahead of each other they are.
+
+    Parameters
+    ----------
+    contact_angle : (2, n_pairs, n) α of the touching points, (driving, driven); NaN apart [rad]
+    rotation_angle : (2, n_pairs, n) φ of both gears when that pair alone touched [rad]
+    gap : (n_pairs, n) gap of each pair, inf where its flanks do not meet [m]
+    """
+
+    contact_angle: Array
+    rotation_angle: Array
+    gap: Array
+
+    @property
+    def unloaded_error(self) -> Array:
+        """Unloaded transmission error of the leading pair, r_b1 φ1 − r_b2 φ2 but for a constant [m]."""
+        return np.asarray(self.gap.min(axis=0))
+
+    def engaged_by_threshold(self, pair: GearPair, threshold: float) -> Flags:
+        """Return which pairs are within an angle of the driven gear of the leading one (Y23), (n_pairs, n).
+
+        Parameters
+        ----------
+        pair : the gears
+        threshold : Δφ2 [rad]; 1e-4 in Y23
+        """
+        return np.asarray(self.gap - self.unloaded_error < threshold * pair.driven.base_radius)
+
+
+def mesh_relation(
+    gaps: ExactGaps | AlgorithmOneGaps, wear: Array, phase: Array, numbers: Array
+) -> MeshRelation:
+    """Return where the pairs touch at phases, each on its own.
+
+    Parameters
+    ----------
+    gaps : the pair, its nodes, and the method
+    wear : (2, n) wear depth, (driving, driven) [m]
+    phase : (m,) own phases of the mesh [1]
+    numbers : (n_pairs,) which pairs j, touching at ``s_A + (φ + j) p_b`` when unworn; beyond the nodes they
+        count as apart
+    """
+    pair, reach = gaps.flanks.pair, gaps.flanks.grid.touching
+    x = pair.path.A + (phase + np.asarray(numbers)[:, None]) * pair.base_pitch
+    near = (x >= reach[0]) & (x <= reach[-1])
+    found = gaps.contact(wear, x[near])
+    driving, driven, x_driven, gap = (np.full(x.shape, fill) for fill in (np.nan, np.nan, np.nan, np.inf))
+    driving[near], driven[near], x_driven[near], gap[near] = (
+        found.driving,
+        found.driven,
+        found.x_driven,
+        found.gap,
+    )
+    return MeshRelation(
+        np.stack([contact_angle(pair, i, where) for i, where in enumerate((driving, driven))]),
+        np.stack([rotation_angle(pair, i, turned) for i, turned in enumerate((x, x_driven))]),
+        gap,
+    )
+
+
+def meshing_range(angles: Array, engaged: Flags) -> Array:
+    """Return from where to where a quantity runs while a pair is engaged.
+
+    Parameters
+    ----------
+    angles : (2, n_pairs, n) contact or rotation angles of both gears [rad]
+    engaged : (n_pairs, n)
+
+    Returns
+    -------
+    (2, 2) first and last value along the path, of (driving, driven) [rad]; NaN when nothing is engaged
+    """
+    if not engaged.any():
+        return np.full((2, 2), np.nan)
+    along = np.argwhere(engaged[::-1])
+    first, last = along[0], along[-1]
+    row = len(engaged) - 1
+    return np.stack([angles[:, row - pair, phase] for pair, phase in (first, last)], axis=1)
+
+
+def contact_loss(pair: GearPair, angles: Array, engaged: Flags) -> Array:
+    """Return the share of each active flank that never touches while engaged, (2,) [1].
+
+    Parameters
+    ----------
+    pair : the gears
+    angles : (2, n_pairs, n) contact angles [rad]
+    engaged : (n_pairs, n)
+    """
+    ends = np.array([pair.path.A, pair.path.E])
+    lost = []
+    for gear in (0, 1):
+        low, high = np.sort(contact_angle(pair, gear, ends))
+        touched = angles[gear][engaged]
+        covered = min(high, touched.max()) - max(low, touched.min()) if touched.size else 0.0
+        lost.append(1.0 - covered / (high - low))
+    return np.maximum(0.0, np.array(lost))

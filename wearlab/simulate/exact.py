@@ -1,0 +1,88 @@
+"""The exact mesh relationship of a run's states: where pairs touch, which are engaged, how gears lag."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.life.state import KindState, WearState
+from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps
+from wearlab.mesh.exact.relation import MeshRelation, contact_loss, mesh_relation, meshing_range
+from wearlab.mesh.profile import Lookup
+from wearlab.scene import Scene
+from wearlab.scene.build import Parts
+
+Array = NDArray[np.float64]
+Values = dict[str, Any]
+
+
+def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Values:
+    """Return the mesh relationship at the stored phases, nothing where no mesh has exact contact.
+
+    ``contact_angle``, ``rotation_angle`` (update, member, mesh, pair, phase), ``engaged`` (update, mesh,
+    pair, phase), ``meshing_range``, ``contact_range`` (update, member, mesh, end), ``contact_loss`` (update,
+    member, mesh) and ``unloaded_transmission_angle`` (update, mesh, phase); NaN for members not in a mesh.
+    """
+    exact = (ExactGaps, AlgorithmOneGaps)
+    if not any(isinstance(one.analysis.gaps, exact) for one in parts.kinds):
+        return {}
+    slots = max(one.analysis.grid.slots for one in parts.kinds)
+    shape = (len(states), len(parts.gears.members), len(parts.meshes))
+    phases = len(parts.phase)
+    values: Values = {
+        "contact_angle": np.full((*shape, slots, phases), np.nan),
+        "rotation_angle": np.full((*shape, slots, phases), np.nan),
+        "engaged": np.zeros((shape[0], shape[2], slots, phases), dtype=np.int8),
+        "meshing_range": np.full((*shape, 2), np.nan),
+        "contact_range": np.full((*shape, 2), np.nan),
+        "contact_loss": np.full(shape, np.nan),
+        "unloaded_transmission_angle": np.full((shape[0], shape[2], phases), np.nan),
+    }
+    for index, mesh in enumerate(parts.meshes):
+        if not isinstance(parts.kinds[mesh.kind].analysis.gaps, exact):
+            continue
+        where = parts.look(index, parts.phase)
+        for update, state in enumerate(states):
+            _one_state(scene, parts, values, index, update, state.kind[mesh.kind], where)
+    return values
+
+
+def _one_state(
+    scene: Scene, parts: Parts, values: Values, mesh: int, update: int, state: KindState, where: Lookup
+) -> None:
+    """Fill in what one mesh does in one state."""
+    kind = parts.meshes[mesh].kind
+    one, analysis = parts.gears.kinds[kind], parts.kinds[kind].analysis
+    assert isinstance(analysis.gaps, ExactGaps | AlgorithmOneGaps)
+    relation = mesh_relation(analysis.gaps, state.wear, where.phase, analysis.grid.pair_numbers)
+    engaged = _engaged(scene, parts, kind, relation, state, where)
+    used = analysis.grid.n_pairs
+    values["engaged"][update, mesh, :used] = engaged
+    values["unloaded_transmission_angle"][update, mesh] = (
+        relation.unloaded_error / one.pair.driven.base_radius
+    )
+    loss = contact_loss(one.pair, relation.contact_angle, engaged)
+    turned, touched = (
+        meshing_range(angles, engaged) for angles in (relation.rotation_angle, relation.contact_angle)
+    )
+    for gear, body in enumerate(one.pair.gears):
+        member = parts.gears.members.index(body.name)
+        values["contact_angle"][update, member, mesh, :used] = relation.contact_angle[gear]
+        values["rotation_angle"][update, member, mesh, :used] = relation.rotation_angle[gear]
+        values["meshing_range"][update, member, mesh] = turned[gear]
+        values["contact_range"][update, member, mesh] = touched[gear]
+        values["contact_loss"][update, member, mesh] = loss[gear]
+
+
+def _engaged(
+    scene: Scene, parts: Parts, kind: int, relation: MeshRelation, state: KindState, where: Lookup
+) -> NDArray[np.bool_]:
+    """Return which pairs are engaged, (n_pairs, n_phases): by load, or by the threshold of the scene."""
+    one = parts.gears.kinds[kind]
+    contact = scene.mesh.of(one.section).contact
+    if contact.engagement == "threshold":
+        return relation.engaged_by_threshold(one.pair, contact.threshold)
+    analysis: ContactAnalysis = parts.kinds[kind].analysis
+    return np.asarray(analysis.quasistatic(state.nodes, where).force.T > 0.0)
