@@ -53,6 +53,7 @@ KINDS = {
         Kind("angle", "rad", "20 deg", ("deg", "rad", "mrad", "arcmin"), 1e-12, 1e3),
         Kind("speed", "rad/s", "1100 rpm", ("rpm", "rad/s", "rev/min", "1/min", "deg/s"), 1e-6, 1e5),
         Kind("torque", "N*m", "340 N*m", ("N*m", "kN*m", "N*mm", "Nm", "kNm"), 1e-9, 1e9),
+        Kind("power", "W", "1 kW", ("kW", "W", "MW", "N*m/s"), 1e-9, 1e12),
         Kind("force", "N", "100 N", ("N", "kN", "MN"), 1e-9, 1e9),
         Kind("mass", "kg", "2.8 kg", ("kg", "g", "t"), 1e-9, 1e7),
         Kind("inertia", "kg*m^2", "7300 kg*mm^2", ("kg*m^2", "kg*mm^2", "g*mm^2"), 1e-15, 1e9),

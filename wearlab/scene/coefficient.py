@@ -2,9 +2,10 @@
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, ValidationInfo
 
 from wearlab.scene.identity import canonical
+from wearlab.scene.members import ALL_TOOTHED, TOOTHED
 from wearlab.scene.part import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -17,7 +18,6 @@ from wearlab.scene.part import (
     option,
 )
 
-MEMBERS = ("pinion", "gear")
 SOURCE = "Archard 1953"
 
 
@@ -65,12 +65,13 @@ OneCoefficient = Annotated[
 ]
 
 
-def _per_member(value: Any) -> Any:
+def _per_member(value: Any, info: ValidationInfo) -> Any:
     """Read per-member tables as overrides of the general one."""
-    if not isinstance(value, dict) or not any(member in value for member in MEMBERS):
+    members = TOOTHED[(info.context or {}).get("kind", "external-pair")]
+    if not isinstance(value, dict) or not any(member in value for member in members):
         return value
-    general = {key: own for key, own in value.items() if key not in MEMBERS}
-    return {member: _over(general, value.get(member, {})) for member in MEMBERS}
+    general = {key: own for key, own in value.items() if key not in members}
+    return {member: _over(general, value.get(member, {})) for member in members}
 
 
 def _over(general: dict[str, Any], own: Any) -> Any:
@@ -85,12 +86,12 @@ def _one_if_equal(each: Any) -> Any:
     """Return one coefficient where both members have the same."""
     if not isinstance(each, dict):
         return each
-    first, second = (canonical(each[member].model_dump()) for member in MEMBERS)
-    return each["pinion"] if first == second else each
+    different = {canonical(one.model_dump()) for one in each.values()}
+    return next(iter(each.values())) if len(different) == 1 else each
 
 
 def _one_or_each(value: Any) -> str:
-    return "each" if isinstance(value, dict) and any(member in value for member in MEMBERS) else "one"
+    return "each" if isinstance(value, dict) and any(member in value for member in ALL_TOOTHED) else "one"
 
 
 Coefficient = Annotated[

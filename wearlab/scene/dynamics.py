@@ -16,6 +16,7 @@ from wearlab.scene.part import (
     Part,
     Speed,
     SpringRate,
+    Switch,
     TorsionalDampingRate,
     TorsionalSpringRate,
     named,
@@ -68,26 +69,72 @@ class Support(Turning):
     preload: Force = option(0.0, "constant radial force away from the mating gear", source="L16 Eq. 1")
 
 
-class TorsionalSupports(Part):
+class PlanetarySupport(Turning):
+    """What holds a central member of a planetary set, or a planet on its pin."""
+
+    radial_stiffness: Annotated[SpringRate, POSITIVE] | None = option(
+        None, "bearing stiffness in every direction; a planet's is that on its pin", derived="free to move",
+        source="W23 Table 1",
+    )  # fmt: skip
+    damping: Annotated[DampingRate, NOT_NEGATIVE] | None = option(
+        None, "bearing damping", derived="from damping_ratio, else none"
+    )
+
+
+class OfMembers(Part):
+    """What holds the members, each by its name."""
+
+    def get(self, member: str) -> Any:
+        """Return the support of a member, None when it has none."""
+        return getattr(self, member, None)
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Supports by member, those that are given."""
+        each = {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: support for name, support in each.items() if support is not None}
+
+
+class TorsionalSupports(OfMembers):
     """What holds the rotation of each gear."""
 
     pinion: TorsionalSupport | None = option(None, "support of the pinion", derived="none")
     gear: TorsionalSupport | None = option(None, "support of the gear", derived="none")
-
-    def get(self, member: str) -> TorsionalSupport | None:
-        """Return the support of a member, None when it has none."""
-        return {"pinion": self.pinion, "gear": self.gear}[member]
+    ring: TorsionalSupport | None = option(None, "support of the ring", derived="none")
 
 
-class Supports(Part):
-    """The bearings of both gears."""
+class Supports(OfMembers):
+    """The bearings of both gears of a pair."""
 
     pinion: Support = option(..., "bearings of the pinion")
-    gear: Support = option(..., "bearings of the gear")
+    gear: Support | None = option(None, "bearings of the gear", derived="required with a gear")
+    ring: Support | None = option(None, "bearings of the ring", derived="required with a ring")
 
-    def get(self, member: str) -> Support:
-        """Return the support of a member."""
-        return {"pinion": self.pinion, "gear": self.gear}[member]
+
+class PlanetarySupports(OfMembers):
+    """What holds the members of a planetary set."""
+
+    sun: PlanetarySupport | None = option(None, "what holds the sun", derived="it floats")
+    ring: PlanetarySupport | None = option(None, "what holds the ring", derived="it floats")
+    carrier: PlanetarySupport | None = option(None, "what holds the carrier", derived="it floats")
+    planet: PlanetarySupport | None = option(None, "bearing of every planet on its pin", derived="none")
+
+
+class PlanetaryTorsionalSupports(OfMembers):
+    """What holds the rotations of a planetary set."""
+
+    sun: TorsionalSupport | None = option(None, "what holds the sun", derived="none")
+    ring: TorsionalSupport | None = option(None, "what holds the ring", derived="fixed when it is")
+    carrier: TorsionalSupport | None = option(None, "what holds the carrier", derived="none")
+
+
+class Friction(Part):
+    """Sliding friction of the flanks, ``μ F`` against the sliding, reversed at the pitch point."""
+
+    coefficient: Annotated[Number, NOT_NEGATIVE] = option(..., "coefficient of friction μ", source="B23")
+
+
+FRICTION = "sliding friction of the flanks"
 
 
 SPEEDS: Any = {
@@ -123,6 +170,7 @@ class TorsionalDynamics(Part):
     model: Literal["torsional"] = option(..., "torsional pair, 1 DOF", source="L16 Eqs. 3–4")
     method: Method = option("periodic", METHOD, source="wearlab")
     supports: TorsionalSupports = option(TorsionalSupports(), "torsional supports, none by default")
+    friction: Friction | None = option(None, FRICTION, derived="none", source="B23")
     response: FrequencyResponse | None = option(None, RESPONSE, derived="none", source="wearlab")
 
 
@@ -132,7 +180,41 @@ class Spur3dofDynamics(Part):
     model: Literal["spur-3dof"] = option(..., "spur pair on bearings, 3 DOF", source="L16 Eqs. 1–6")
     method: Method = option("periodic", METHOD, source="wearlab")
     supports: Supports = option(..., "the bearings of both gears")
+    friction: Friction | None = option(None, FRICTION, derived="none", source="B23")
     response: FrequencyResponse | None = option(None, RESPONSE, derived="none", source="wearlab")
 
 
-Dynamics = Annotated[Annotated[TorsionalDynamics | Spur3dofDynamics, Field(discriminator="model")], *named()]
+class PlanetaryDynamics(Part):
+    """Translations and rotation of sun, ring, carrier and every planet, in the carrier's frame."""
+
+    model: Literal["planetary"] = option(..., "planetary set, 3(N+3) DOF", source="W23 Eqs. 1–14")
+    method: Method = option("periodic", METHOD, source="wearlab")
+    supports: PlanetarySupports = option(PlanetarySupports(), "what holds the members")
+    rotation: Switch = option(
+        True, "gyroscopic and centripetal terms of the carrier's frame", source="W23 Eqs. 7–14"
+    )
+    friction: Friction | None = option(None, FRICTION, derived="none", source="B23")
+    response: FrequencyResponse | None = option(None, RESPONSE, derived="none", source="wearlab")
+
+
+class PlanetaryTorsionalDynamics(Part):
+    """Rotations of sun, planets and carrier; the ring at rest or turning."""
+
+    model: Literal["planetary-torsional"] = option(
+        ..., "planetary set, rotations alone", source="B23 Eqs. 14–20"
+    )
+    method: Method = option("periodic", METHOD, source="wearlab")
+    supports: PlanetaryTorsionalSupports = option(
+        PlanetaryTorsionalSupports(), "torsional supports, none by default"
+    )
+    friction: Friction | None = option(None, FRICTION, derived="none", source="B23")
+    response: FrequencyResponse | None = option(None, RESPONSE, derived="none", source="wearlab")
+
+
+Dynamics = Annotated[
+    Annotated[
+        TorsionalDynamics | Spur3dofDynamics | PlanetaryDynamics | PlanetaryTorsionalDynamics,
+        Field(discriminator="model"),
+    ],
+    *named(),
+]

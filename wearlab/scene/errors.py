@@ -1,7 +1,12 @@
 """``[errors]``: prescribed errors of gears and mesh."""
 
-from typing import Annotated, Literal
+import re
+from typing import Annotated, Any, Literal
 
+from pydantic import ValidationInfo, field_validator, model_validator
+from pydantic_core import PydanticCustomError
+
+from wearlab.scene.members import MESHES
 from wearlab.scene.part import NOT_NEGATIVE, POSITIVE, Angle, Count, Depth, Part, option
 
 
@@ -19,15 +24,55 @@ class MemberErrors(Part):
     )
 
 
+class PlanetErrors(MemberErrors):
+    """Errors of every planet, each with angles of its own."""
+
+    planet_position: tuple[Annotated[Depth, NOT_NEGATIVE], ...] = option(
+        (), "tolerances of the planets' pins, each in a fixed random direction of the carrier", source="W23"
+    )
+
+
+class CarrierErrors(Part):
+    """Errors of the carrier."""
+
+    installation: tuple[Annotated[Depth, NOT_NEGATIVE], ...] = option(
+        (), "installation tolerances of the carrier, each in a random direction", source="W23 Eq. 30"
+    )
+    planet_position: tuple[Annotated[Depth, NOT_NEGATIVE], ...] = option(
+        (), "tolerances of the pins, each in a fixed random direction of the carrier", source="W23 Eq. 30"
+    )
+
+
 class ErrorHarmonic(Part):
     """A prescribed error of a mesh, ``amplitude sin(2π order φ + phase)``."""
 
-    mesh: Literal["pinion-gear"] = option("pinion-gear", "the mesh it acts in")
+    mesh: str = option(
+        None,
+        "the mesh it acts in, such as 'sun-planet-2'; 'sun-planet' names all of its kind",
+        derived="the mesh of a pair",
+    )
     order: Annotated[Count, POSITIVE] = option(..., "multiple of the mesh frequency")
     amplitude: Annotated[Depth, NOT_NEGATIVE] = option(
         ..., "amplitude along the line of action", source="L16 Eq. 8"
     )
     phase: Angle = option(0.0, "phase angle at mesh phase 0", source="L16 Eq. 8")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _the_only_mesh(cls, given: Any, info: ValidationInfo) -> Any:
+        meshes = MESHES[(info.context or {}).get("kind", "external-pair")]
+        return {"mesh": meshes[0], **given} if isinstance(given, dict) and len(meshes) == 1 else given
+
+    @field_validator("mesh", mode="before")
+    @classmethod
+    def _known_mesh(cls, mesh: Any, info: ValidationInfo) -> Any:
+        meshes = MESHES[(info.context or {}).get("kind", "external-pair")]
+        if isinstance(mesh, str) and any(re.fullmatch(rf"{name}(-[1-9][0-9]*)?", mesh) for name in meshes):
+            return mesh
+        raise PydanticCustomError(
+            "mesh", "{mesh} is no mesh of this gear set; there are {meshes}",
+            {"mesh": repr(mesh), "meshes": ", ".join(meshes)},
+        )  # fmt: skip
 
 
 class Errors(Part):
@@ -43,10 +88,15 @@ class Errors(Part):
     )
     pinion: MemberErrors | None = option(None, "errors of the pinion", derived="none")
     gear: MemberErrors | None = option(None, "errors of the gear", derived="none")
+    sun: MemberErrors | None = option(None, "errors of the sun", derived="none")
+    planet: PlanetErrors | None = option(None, "errors of every planet", derived="none")
+    ring: MemberErrors | None = option(None, "errors of the ring", derived="none")
+    carrier: CarrierErrors | None = option(None, "errors of the carrier", derived="none")
     harmonic: tuple[ErrorHarmonic, ...] = option((), "prescribed errors of the mesh frequency")
 
     @property
-    def members(self) -> dict[str, MemberErrors]:
-        """Errors of the gears that have any, by name."""
-        given = {"pinion": self.pinion, "gear": self.gear}
+    def members(self) -> dict[str, MemberErrors | CarrierErrors]:
+        """Errors of the members that have any, by name."""
+        names = ("pinion", "gear", "sun", "planet", "ring", "carrier")
+        given = {name: getattr(self, name) for name in names}
         return {name: errors for name, errors in given.items() if errors is not None}

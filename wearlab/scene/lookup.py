@@ -5,10 +5,11 @@ from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
 
+from wearlab.scene.members import ALL_TOOTHED
 from wearlab.scene.part import Part
 
 Path = tuple[str, ...]
-MEMBERS = ("pinion", "gear")
+MEMBERS = ALL_TOOTHED
 
 
 def parts_in(annotation: Any) -> tuple[type[Part], ...]:

@@ -123,8 +123,8 @@ Excitation = Annotated[
 ]
 
 
-class Mesh(Part):
-    """The mesh of the two gears."""
+class OneMesh(Part):
+    """A mesh of two gears."""
 
     alternatives: ClassVar[Alternatives] = ((("damping",), ("damping_ratio",)),)
 
@@ -159,7 +159,21 @@ class Mesh(Part):
         source="wearlab",
     )
 
-    def of(self, section: str) -> "Mesh":
+    face_load_factor: Annotated[Number, Ge(1)] = option(
+        1.0, "load per width where the face carries most, over its mean, K_Hβ", source="ISO 6336-1"
+    )
+
+
+OWN_MESHES = ("sun_planet", "planet_ring")
+
+
+class Mesh(OneMesh):
+    """The meshes of a gear set: what all have in common, and what one kind has of its own."""
+
+    sun_planet: OneMesh | None = option(None, "what holds for sun and planets alone", derived="as above")
+    planet_ring: OneMesh | None = option(None, "what holds for planets and ring alone", derived="as above")
+
+    def of(self, section: str) -> OneMesh:
         """Return what holds for one kind of mesh; ``section`` names its own table, "" for a pair."""
-        own: Mesh | None = getattr(self, section) if section else None
+        own: OneMesh | None = getattr(self, section) if section else None
         return self if own is None else own

@@ -1,13 +1,30 @@
-"""``[operation]``: how the pair is driven."""
+"""``[operation]``: how the gear set is driven."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import model_validator
+from pydantic import ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
-from wearlab.scene.part import NOT_NEGATIVE, POSITIVE, Angle, Count, Part, Speed, Torque, option
+from wearlab.scene.part import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Alternatives,
+    Angle,
+    Count,
+    Part,
+    Power,
+    Speed,
+    Torque,
+    option,
+)
 
-Member = Literal["pinion", "gear"]
+Central = Literal["pinion", "gear", "ring", "sun", "carrier"]
+ROLES: dict[str, dict[str, tuple[str, ...]]] = {
+    "external-pair": {"members": ("pinion", "gear"), "default": ("pinion", "gear")},
+    "internal-pair": {"members": ("pinion", "ring"), "default": ("pinion", "ring")},
+    "planetary": {"members": ("sun", "ring", "carrier"), "default": ("sun", "carrier", "ring")},
+}
+"""Members that may be input, output and, in a planetary set, fixed."""
 
 
 class TorqueFluctuation(Part):
@@ -21,16 +38,32 @@ class TorqueFluctuation(Part):
 
 
 class Operation(Part):
-    """Torque and speed of the input member."""
+    """Torque and speed of the input member, or its power and one of them."""
+
+    alternatives: ClassVar[Alternatives] = ((("torque",), ("power",)),)
 
     torque: Annotated[Torque, NOT_NEGATIVE] = option(
-        ..., "torque on the input member; drive_flank gives its sense"
+        None, "torque on the input member; drive_flank gives its sense", derived="power over speed"
     )
     speed: Annotated[Speed, POSITIVE] = option(
-        ..., "speed of the input member; revolutions or radians, never Hz"
+        None,
+        "speed of the input member; revolutions or radians, never Hz",
+        derived="power over torque",
     )
-    input: Member = option("pinion", "driving member")
-    output: Member = option(None, "driven member", derived="the other one")
+    power: Annotated[Power, POSITIVE] | None = option(
+        None, "power at the input member, with torque or speed", derived="torque times speed", source="B23",
+        identity=False,
+    )  # fmt: skip
+    input: Central = option(None, "driving member", derived="pinion, sun")
+    output: Central = option(None, "driven member", derived="the other one, carrier")
+    fixed: Central | None = option(
+        None, "member at rest in a planetary set", derived="the one that is neither input nor output"
+    )
+    load_torque: Literal["balance", "zero"] = option(
+        "balance",
+        "torque on the output: what balances the input, or none with a grounded output",
+        source="W23",
+    )
     torque_fluctuation: TorqueFluctuation | None = option(
         None, "fluctuation of the input torque", derived="constant torque", source="L16 Eq. 9"
     )
@@ -38,15 +71,61 @@ class Operation(Part):
 
     @model_validator(mode="before")
     @classmethod
-    def _the_other(cls, given: Any) -> Any:
+    def _roles(cls, given: Any, info: ValidationInfo) -> Any:
+        """Fill in who drives, who is driven and who is at rest."""
         if not isinstance(given, dict):
             return given
-        return {"output": "pinion" if given.get("input") == "gear" else "gear", **given}
+        role = ROLES[(info.context or {}).get("kind", "external-pair")]
+        filled = dict(given)
+        taken = [filled[key] for key in ("input", "output", "fixed") if filled.get(key) is not None]
+        keys = ("input", "output", "fixed")[: len(role["members"])]
+        for key, default in zip(keys, role["default"], strict=True):
+            if filled.get(key) is None:
+                free = [name for name in (default, *role["members"]) if name not in taken]
+                if free:
+                    filled[key] = free[0]
+                    taken.append(free[0])
+        return filled
 
     @model_validator(mode="after")
-    def _two_members(self) -> "Operation":
-        if self.input == self.output:
+    def _known_members(self, info: ValidationInfo) -> "Operation":
+        kind = (info.context or {}).get("kind", "external-pair")
+        members = ROLES[kind]["members"]
+        roles = {key: getattr(self, key) for key in ("input", "output", "fixed")}
+        named = [name for name in roles.values() if name is not None]
+        for key, name in roles.items():
+            if name is not None and name not in members:
+                raise PydanticCustomError(
+                    "members", "{key} = {name} is no member that may be that; there are {members}",
+                    {"key": key, "name": repr(name), "members": ", ".join(members)},
+                )  # fmt: skip
+        if len(set(named)) != len(named):
             raise PydanticCustomError(
-                "members", "input and output are both {member}", {"member": repr(self.input)}
+                "members", "one member in two roles: {roles}",
+                {"roles": ", ".join(f"{key} {name!r}" for key, name in roles.items() if name is not None)},
+            )  # fmt: skip
+        return self
+
+    @model_validator(mode="after")
+    def _one_alternative(self) -> "Operation":
+        """Allow two of torque, speed and power."""
+        if None not in (self.torque, self.speed, self.power):
+            raise PydanticCustomError("alternatives", "give two of 'torque', 'speed' and 'power', not all three")
+        return self
+
+    @model_validator(mode="after")
+    def _power(self) -> "Operation":
+        """Resolve power into torque and speed."""
+        if self.power is not None and self.torque is None and self.speed is not None:
+            object.__setattr__(self, "torque", self.power / self.speed)
+        elif self.power is not None and self.speed is None and self.torque:
+            object.__setattr__(self, "speed", self.power / self.torque)
+        missing = [key for key in ("torque", "speed") if getattr(self, key) is None]
+        if missing:
+            raise PydanticCustomError(
+                "missing",
+                "{missing} missing: give torque and speed, such as '340 N*m' and '1100 rpm', or power with "
+                "one of them",
+                {"missing": " and ".join(missing)},
             )
         return self

@@ -1,6 +1,6 @@
 """Which parts a scene has, and which it leaves out: not computed, not compiled, not stored."""
 
-from wearlab.scene.coefficient import MEMBERS
+from wearlab.scene.members import TOOTHED
 from wearlab.scene.scene import Scene
 
 
@@ -11,7 +11,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
     oil = scene.lubricant is not None and all(g.roughness_ra is not None for g in gears)
     modified = any(g.tip_relief or g.root_relief or g.profile_crowning or g.profile_slope for g in gears)
     coefficients = (
-        [] if wear is None or wear.coefficient is None else [wear.coefficient_of(m) for m in MEMBERS]
+        [] if wear is None or wear.coefficient is None else [wear.coefficient_of(m) for m in TOOTHED[scene.gears.kind]]
     )
     models = sorted({one.model for one in coefficients})
     return {
@@ -23,6 +23,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "dynamics": None if dynamics is None else f"{dynamics.model}, {dynamics.method}",
         "excitation": None if dynamics is None else mesh.excitation.model,
         "back flank": None if dynamics is None or mesh.normal_backlash is None else "",
+        "friction": None if dynamics is None or dynamics.friction is None else "",
         "response over speed": None
         if dynamics is None or dynamics.response is None
         else dynamics.response.direction,

@@ -3,8 +3,16 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from wearlab.scene.coefficient import MEMBERS, JanakiramanCoefficient
-from wearlab.scene.dynamics import Spur3dofDynamics, Support, TorsionalDynamics, TorsionalSupport
+from wearlab.scene.coefficient import JanakiramanCoefficient
+from wearlab.scene.dynamics import (
+    PlanetaryTorsionalDynamics,
+    Spur3dofDynamics,
+    Support,
+    TorsionalDynamics,
+    TorsionalSupport,
+)
+from wearlab.scene.members import ALL_FLANKS, FLANKS, TOOTHED
+from wearlab.scene.mesh import OWN_MESHES
 
 if TYPE_CHECKING:
     from wearlab.scene.scene import Scene
@@ -12,24 +20,86 @@ if TYPE_CHECKING:
 
 def broken_rules(scene: "Scene") -> list[str]:
     """Return one line for each rule that a scene breaks."""
-    rules = (_damping, _supports, _response, _load, _limits, _initial, _oil)
+    rules = (_model_of_the_set, _torsional_carrier, _friction, _damping, _supports, _response, _load, _limits, _initial, _oil)
     return [f"scene.{path}: {reason}" for rule in rules for path, reason in rule(scene)]
 
 
 Problems = Iterator[tuple[str, str]]
 
 
+def _toothed(scene: "Scene") -> tuple[str, ...]:
+    return TOOTHED[scene.gears.kind]
+
+
+def _sections(scene: "Scene") -> tuple[str, ...]:
+    """Return the names of the tables that may say something of one kind of mesh."""
+    return OWN_MESHES if scene.gears.kind == "planetary" else ("",)
+
+
 def _damping(scene: "Scene") -> Problems:
-    if scene.dynamics is not None and scene.mesh.damping is None and scene.mesh.damping_ratio is None:
-        yield "mesh", "dynamics need mesh damping: give 'damping' such as '1000 N*s/m', or 'damping_ratio'"
+    for section in _sections(scene) if scene.dynamics is not None else ():
+        mesh = scene.mesh.of(section)
+        if mesh.damping is None and mesh.damping_ratio is None:
+            yield (
+                f"mesh.{section}".rstrip("."),
+                "dynamics need mesh damping: give 'damping' such as '1000 N*s/m', or 'damping_ratio'",
+            )
+
+
+def _model_of_the_set(scene: "Scene") -> Problems:
+    """Planetary models belong to planetary sets, and what only these have to them."""
+    planetary = scene.gears.kind == "planetary"
+    models = ("planetary", "planetary-torsional") if planetary else ("torsional", "spur-3dof")
+    if scene.dynamics is not None and scene.dynamics.model not in models:
+        yield (
+            "dynamics.model",
+            f"{scene.dynamics.model!r} does not belong to gears of kind {scene.gears.kind!r}; "
+            f"give {' or '.join(map(repr, models))}",
+        )
+    if planetary:
+        if scene.mesh.sun_planet and scene.mesh.planet_ring:
+            pair = (scene.mesh.sun_planet, scene.mesh.planet_ring)
+            if pair[0].damping_in != pair[1].damping_in:
+                yield "mesh.planet_ring.damping_in", "must be the same for both kinds of mesh"
+        return
+    for section in OWN_MESHES:
+        if getattr(scene.mesh, section) is not None:
+            yield f"mesh.{section}", "belongs to planetary sets; this is a pair: write it under [mesh]"
+    if scene.operation.load_torque == "zero":
+        yield "operation.load_torque", "'zero' needs a planetary set with a grounded output"
+    for member in scene.errors.members if scene.errors is not None else ():
+        if member not in _toothed(scene):
+            yield f"errors.{member}", f"no member of this gear set; there are {', '.join(_toothed(scene))}"
+
+
+def _torsional_carrier(scene: "Scene") -> Problems:
+    if isinstance(scene.dynamics, PlanetaryTorsionalDynamics) and scene.operation.load_torque == "zero":
+        yield "operation.load_torque", "the torsional model turns freely and needs the load torque: 'balance'"
+
+
+def _friction(scene: "Scene") -> Problems:
+    if scene.dynamics is None or scene.dynamics.friction is None:
+        return
+    for section in _sections(scene):
+        if scene.mesh.of(section).excitation.model != "pairs":
+            yield (
+                "dynamics.friction",
+                "acts pair by pair: give mesh.excitation = 'pairs', not "
+                f"{scene.mesh.of(section).excitation.model!r}",
+            )
+            return
 
 
 def _supports(scene: "Scene") -> Problems:
     match scene.dynamics:
         case Spur3dofDynamics() | TorsionalDynamics():
-            supports = {member: scene.dynamics.supports.get(member) for member in MEMBERS}
+            supports = {member: scene.dynamics.supports.get(member) for member in _toothed(scene)}
         case _:
             return
+    if isinstance(scene.dynamics, Spur3dofDynamics):
+        for member, support in supports.items():
+            if support is None:
+                yield f"dynamics.supports.{member}", "bearings required: give 'radial_stiffness' and 'damping'"
     held = [member for member, support in supports.items() if support is not None and _holds(support)]
     if len(held) == len(supports):
         yield (
@@ -93,13 +163,16 @@ def _limits(scene: "Scene") -> Problems:
 
 
 def _initial(scene: "Scene") -> Problems:
-    if scene.wear is None or scene.wear.initial is None or scene.wear.coefficient is not None:
+    if scene.wear is None or scene.wear.initial is None:
         return
-    for member in MEMBERS:
-        initial = getattr(scene.wear.initial, member)
-        if initial is not None and initial.shape == "worn":
+    flanks = FLANKS[scene.gears.kind]
+    for flank in ALL_FLANKS:
+        initial = scene.wear.initial_of(flank)
+        if initial is not None and flank not in flanks:
+            yield f"wear.initial.{flank}", f"no flank of this gear set; there are {', '.join(flanks)}"
+        elif getattr(initial, "shape", None) == "worn" and scene.wear.coefficient is None:
             yield (
-                f"wear.initial.{member}.shape",
+                f"wear.initial.{flank}.shape",
                 "'worn' is by this wear law and needs 'wear.coefficient'; or give 'quadratic' or 'uniform'",
             )
 
@@ -107,7 +180,7 @@ def _initial(scene: "Scene") -> Problems:
 def _oil(scene: "Scene") -> Problems:
     if scene.wear is None or scene.wear.coefficient is None:
         return
-    each = [scene.wear.coefficient_of(member) for member in MEMBERS]
+    each = [scene.wear.coefficient_of(member) for member in _toothed(scene)]
     needs = [
         name
         for name, needed in (

@@ -13,8 +13,9 @@ from wearlab.scene.errors import Errors
 from wearlab.scene.gears import Gears
 from wearlab.scene.identity import canonical, identity, stored
 from wearlab.scene.lubricant import Lubricant
+from wearlab.scene.members import kind_of
 from wearlab.scene.merge import DropError, merge, nested, without
-from wearlab.scene.mesh import Mesh
+from wearlab.scene.mesh import OWN_MESHES, Mesh
 from wearlab.scene.numerics import Numerics
 from wearlab.scene.operation import Operation
 from wearlab.scene.part import Part, option
@@ -53,6 +54,18 @@ class Scene(Part):
         load = "static" if given.get("dynamics") is None else "instant"
         return {**given, "wear": {"load": load, **wear}}
 
+    @model_validator(mode="before")
+    @classmethod
+    def _own_meshes(cls, given: Any) -> Any:
+        """Complete what a mesh says of itself by what all meshes have."""
+        mesh = given.get("mesh") if isinstance(given, dict) else None
+        if not isinstance(mesh, dict):
+            return given
+        own = {key: mesh[key] for key in OWN_MESHES if isinstance(mesh.get(key), dict)}
+        general = {key: value for key, value in mesh.items() if key not in OWN_MESHES}
+        whole = {key: merge(general, table, ("mesh", key)) for key, table in own.items()}
+        return {**given, "mesh": {**mesh, **whole}}
+
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any], base_directory: str | Path | None = None) -> "Scene":
         """Return the scene of a table as a campaign file writes it.
@@ -70,7 +83,7 @@ class Scene(Part):
         base = None if base_directory is None else Path(base_directory)
         raw = dict(mapping)
         try:
-            scene = cls.model_validate(raw, context={"base_directory": base})
+            scene = cls.model_validate(raw, context={"base_directory": base, "kind": kind_of(raw)})
         except ValidationError as error:
             raise SceneError(problems_of(error)) from None
         if broken := broken_rules(scene):

@@ -3,23 +3,36 @@
 from typing import Annotated, Any, ClassVar, Literal
 
 from annotated_types import MinLen
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+    create_model,
+    model_validator,
+)
+from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import PydanticCustomError
 
 from wearlab.scene.coefficient import Coefficient
 from wearlab.scene.identity import rounded
-from wearlab.scene.operation import Member
+from wearlab.scene.members import ALL_FLANKS, FLANKS, member_of
 from wearlab.scene.part import (
     NOT_NEGATIVE,
     POSITIVE,
     Alternatives,
     Depth,
+    Length,
     Number,
     Part,
     Switch,
     named,
     option,
 )
+from wearlab.scene.tables import read_profile
 
 Positive = Annotated[Number, POSITIVE]
 PositiveDepth = Annotated[Depth, POSITIVE]
@@ -44,11 +57,98 @@ class InitialWear(Part):
     sides: Literal["drive", "both"] = option("drive", "which flanks of each tooth carry it")
 
 
-class InitialWears(Part):
-    """Initial wear of each gear."""
+class ProfileUnits(Part):
+    """Units of the columns of a measured flank."""
 
-    pinion: InitialWear | None = option(None, "initial wear of the pinion", derived="none")
-    gear: InitialWear | None = option(None, "initial wear of the gear", derived="none")
+    diameter: str | None = option(None, "unit of the diameter", derived="required with that column")
+    roll_angle: str | None = option(None, "unit of the roll angle", derived="required with that column")
+    path_position: str | None = option(None, "unit of the path position", derived="required with that column")
+    depth: str | None = option(None, "unit of the wear depth", derived="required with that column")
+    deviation: str | None = option(None, "unit of the deviation", derived="required with that column")
+
+
+class MeasuredWear(Part):
+    """Wear of one gear's flanks as measured; the file's contents, not its path, are part of the scene."""
+
+    model_config = ConfigDict(json_schema_extra={"required": ["file", "units"]})
+
+    file: str | None = option(
+        None,
+        "CSV file with columns diameter, roll_angle or path_position, and depth or deviation",
+        derived="required in a campaign file",
+        identity=False,
+    )
+    x: Literal["diameter", "roll_angle", "path_position"] = option(
+        None, "column that says where on the flank", derived="the one the file has"
+    )
+    y: Literal["depth", "deviation"] = option(
+        None,
+        "column that says how much: wear depth, positive; or the deviation a measuring machine prints, "
+        "−(modifications + wear)",
+        derived="the one the file has",
+    )
+    direction: Literal["normal", "tooth-thickness"] = option(
+        "normal", "direction of the values: along the flank normal, or across the tooth", source="Y23 Eq. 19"
+    )
+    units: ProfileUnits | None = option(
+        None, "units of the columns", derived="required in a campaign file", identity=False
+    )
+    zero: Literal["as-measured", "max", "pitch", "tip", "root", "line"] = option(
+        "as-measured",
+        "what counts as unworn: the values as they are; the highest point; the pitch point; the tip or root "
+        "end of the active flank; the line along the path that touches the profile on both sides of the "
+        "pitch point, which takes out a tilt",
+    )
+    smooth: Annotated[Length, POSITIVE] | None = option(
+        None,
+        "window along the path of a local parabola",
+        derived="through every point",
+        source="Cleveland 1979",
+    )
+    sides: Literal["drive", "both"] = option("drive", "which flanks of each tooth carry it")
+    abscissa: SkipJsonSchema[tuple[float, ...]] = option(..., "x in SI, from the file")
+    ordinate: SkipJsonSchema[tuple[float, ...]] = option(..., "y in SI, from the file")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _contents(cls, given: Any, info: ValidationInfo) -> Any:
+        if not isinstance(given, dict):
+            return given
+        return read_profile(given, (info.context or {}).get("base_directory"))
+
+
+def _source(value: Any) -> str:
+    if isinstance(value, dict):
+        return "measured" if "file" in value or "ordinate" in value else "shaped"
+    return "measured" if isinstance(value, MeasuredWear) else "shaped"
+
+
+Initial = Annotated[
+    Annotated[InitialWear, Tag("shaped")] | Annotated[MeasuredWear, Tag("measured")], Discriminator(_source)
+]
+
+
+OF_FLANK: Any = {
+    flank: (Initial | None, option(None, f"initial wear of {flank}", derived="none"))
+    for flank in ALL_FLANKS
+}
+InitialWears = create_model(
+    "InitialWears", __base__=Part, __doc__="Initial wear of each flank.", **OF_FLANK
+)  # some flanks have names that Python could not spell
+
+
+def _of_the_set(flank: Any, info: ValidationInfo) -> Any:
+    """Return the name of a flank, or refuse one that this kind of gear set has not."""
+    flanks = FLANKS[(info.context or {}).get("kind", "external-pair")]
+    if flank is None or flank in flanks:
+        return flank
+    raise PydanticCustomError(
+        "flank", "{flank} is no flank of this gear set; there are {flanks}",
+        {"flank": repr(flank), "flanks": ", ".join(flanks)},
+    )  # fmt: skip
+
+
+Flank = Annotated[str, BeforeValidator(_of_the_set)]
 
 
 class Until(Part):
@@ -60,7 +160,7 @@ class Until(Part):
     depth: PositiveDepth | None = option(
         None, "largest wear depth", derived="no such limit", source="W23: 400 µm"
     )
-    flank: Member | None = option(None, FLANK, derived="whichever is deepest")
+    flank: Flank | None = option(None, FLANK, derived="whichever is deepest")
 
     @model_validator(mode="after")
     def _some_limit(self) -> "Until":
@@ -88,7 +188,7 @@ class Snapshots(Part):
     depth: Annotated[tuple[PositiveDepth, ...], MinLen(1), AfterValidator(_ascending)] | None = option(
         None, "when the wear reaches these depths", derived="not by depth"
     )
-    flank: Member | None = option(None, FLANK, derived="whichever is deepest")
+    flank: Flank | None = option(None, FLANK, derived="whichever is deepest")
 
     @model_validator(mode="after")
     def _something(self) -> "Snapshots":
@@ -180,6 +280,11 @@ class Wear(Part):
     snapshots: Snapshots | None = option(None, "states stored on the way", derived="accepted steps")
     step: Step = option(AdaptiveStep(), "how the wear is stepped over cycles", source="wearlab")
 
-    def coefficient_of(self, member: str) -> Any:
-        """Return the coefficient of one member, None when nothing wears."""
-        return self.coefficient[member] if isinstance(self.coefficient, dict) else self.coefficient
+    def coefficient_of(self, flank: str) -> Any:
+        """Return the coefficient of one flank, that of its member, None when nothing wears."""
+        one = isinstance(self.coefficient, dict)
+        return self.coefficient[member_of(flank)] if one else self.coefficient
+
+    def initial_of(self, flank: str) -> Any:
+        """Return the initial wear of one flank, None when it is new."""
+        return None if self.initial is None else getattr(self.initial, flank)

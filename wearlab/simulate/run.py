@@ -13,12 +13,14 @@ from wearlab.life.limits import StopWear
 from wearlab.life.state import Wear
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
+from wearlab.scene.build.contact import measured_wear
 from wearlab.scene.build.modes import build_modes
 from wearlab.scene.build.wear import build_limits, build_snapshots, build_step
 from wearlab.simulate import static as named
 from wearlab.simulate import vibration as vibrating
 from wearlab.simulate.attractors import attractor_values, other_attractors
 from wearlab.simulate.errors import Refused
+from wearlab.simulate.exact import exact_values
 from wearlab.simulate.label import CONVENTIONS, labelled
 from wearlab.simulate.provenance import provenance
 from wearlab.simulate.response import response_values
@@ -88,15 +90,17 @@ def live(scene: Scene, parts: Parts) -> History:
 def initial_wear(scene: Scene, parts: Parts) -> tuple[Wear, tuple[Any, ...]]:
     """Return the wear before the first cycle, of every kind of mesh [m], and the lives that made it."""
     wear = parts.coupling.unworn()
-    given = scene.wear.initial if scene.wear is not None else None
+    given = scene.wear
     by_law: dict[str, tuple[slice, float]] = {}
     for name in parts.gears.flanks:
-        flank = getattr(given, name.replace("-", "_"), None)
+        flank = given.initial_of(name) if given is not None else None
         if flank is None:
             continue
         kind, gear = parts.gears.flank(name)
         position = parts.kinds[kind].analysis.grid.position
-        match flank.shape:
+        match getattr(flank, "shape", "measured"):
+            case "measured":
+                wear[kind][gear] = measured_wear(flank, parts.kinds[kind].pair, gear, position)
             case "uniform":
                 wear[kind][gear] = uniform(position, flank.depth)
             case "quadratic":
@@ -114,6 +118,7 @@ def initial_wear(scene: Scene, parts: Parts) -> tuple[Wear, tuple[Any, ...]]:
 def _values(scene: Scene, parts: Parts, lived: History) -> dict[str, Any]:
     states = lived.state
     values = named.mesh_values(parts, states) | named.path_values(parts, states)
+    values |= exact_values(scene, parts, states)
     if scene.wear is not None:
         values |= named.wear_values(parts, lived.cycle, states)
     if parts.vibration is not None:

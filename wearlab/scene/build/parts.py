@@ -174,8 +174,7 @@ def _validity(scene: Scene, gears: GearSet, analyses: Sequence[ContactAnalysis])
         flags.append(
             "wear coefficient: usually unknown within a decade; depth and 1/life are proportional to it"
         )
-    initial = scene.wear.initial if scene.wear is not None else None
-    given = [getattr(initial, flank, None) for flank in gears.flanks] if initial is not None else []
+    given = [] if scene.wear is None else [scene.wear.initial_of(flank) for flank in gears.flanks]
     if any(flank is not None and flank.sides == "both" for flank in given):
         flags.append("initial wear of back flanks is not part of the back contact")
     return tuple(flags)
