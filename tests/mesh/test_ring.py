@@ -300,3 +300,12 @@ def test_weber_contact_of_a_ring_flank():
     concave = weber_compliance(1e4, rho, depth, depth, *moduli)
     convex = weber_compliance(1e4, 0.5 * rho, depth, depth, *moduli)
     assert concave < convex
+
+
+def test_body_of_choice():
+    """The tooth carries whichever body compliance it is given; the annulus is the stiffer for a thin rim."""
+    ring = y23().driven
+    radius = np.linspace(0.296, 0.305, 5)
+    flexibility = tooth_flexibility(ring, radius, body=body_compliance)
+    assert flexibility.foundation == pytest.approx(body_compliance(ring, radius), rel=1e-15)
+    assert np.all(flexibility.foundation < 0.8 * foundation_compliance(ring, radius))

@@ -14,6 +14,7 @@ x²/I, h_y/I, x h_y/I and h_y²/I give every contact point in one pass.
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -72,7 +73,13 @@ class ToothFlexibility(NamedTuple):
     minimum_thickness: float
 
 
-def tooth_flexibility(gear: Gear, radius: ArrayLike, *, shear_factor: float = 1.2) -> ToothFlexibility:
+def tooth_flexibility(
+    gear: Gear,
+    radius: ArrayLike,
+    *,
+    shear_factor: float = 1.2,
+    body: Callable[[Gear, Array], Array] = foundation_compliance,
+) -> ToothFlexibility:
     """Prepare the tooth of a gear for contact at given radii.
 
     Parameters
@@ -81,6 +88,8 @@ def tooth_flexibility(gear: Gear, radius: ArrayLike, *, shear_factor: float = 1.
     radius : (n,) contact radii in the order of the path [m]: never falling or never rising; equal
         neighbours are the two sides of a jump
     shear_factor : shear correction of the section [1]; 1.2 for a rectangle
+    body : compliance of the wheel body at contact radii (n,) [m/N]: Sainsot's, or the annulus's
+        (:func:`wearlab.mesh.annulus.body_compliance`), which thin rims need
 
     Returns
     -------
@@ -112,7 +121,7 @@ def tooth_flexibility(gear: Gear, radius: ArrayLike, *, shear_factor: float = 1.
         upwards * (gear.base_radius - foot * np.cos(lam)),
         np.cos(lam),
         np.sin(lam),
-        np.ascontiguousarray(foundation_compliance(gear, r)),
+        np.ascontiguousarray(body(gear, r)),
         *sections,
         12.0 / (E * B),
         shear_factor / (gear.material.shear_modulus * B),

@@ -26,8 +26,10 @@ class PotentialEnergyStiffness(Part):
         "contact stiffness: constant, or load-dependent (about three times softer)",
         source="L16, W23, Y23",
     )
-    foundation: Literal["sainsot", "none"] = option(
-        "sainsot", "flexibility of the wheel body", source="Sainsot, Velex & Duverger 2004"
+    foundation: Literal["sainsot", "annulus", "none"] = option(
+        "sainsot",
+        "flexibility of the wheel body: fitted polynomials, or a clamped annulus, which thin rims need",
+        source="Sainsot, Velex & Duverger 2004",
     )
     coupling: Literal["none", "shared"] = option(
         "none", "whether simultaneous pairs share the wheel body", source="wearlab"

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
-from wearlab.mesh.annulus import body_coupling
+from wearlab.mesh.annulus import body_compliance, body_coupling
+from wearlab.mesh.body import foundation_compliance
 from wearlab.mesh.clock import Mesh
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.curve import Curve, constant
@@ -90,15 +91,16 @@ def _given_curve(stiffness: Any, pair: GearPair) -> Curve | None:
 
 
 def _potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> PotentialEnergy:
+    body = body_compliance if given.foundation == "annulus" else foundation_compliance
     teeth = [
-        tooth_flexibility(gear, pair.radius(i, grid.loaded), shear_factor=given.shear_factor)
+        tooth_flexibility(gear, pair.radius(i, grid.loaded), shear_factor=given.shear_factor, body=body)
         for i, gear in enumerate(pair.gears)
     ]
     coupling, partner = _coupling(given, pair, grid)
     return PotentialEnergy(
         teeth=(teeth[0], teeth[1]),
         hertz=_hertz(given, pair, grid),
-        foundation=given.foundation == "sainsot",
+        foundation=given.foundation != "none",
         correction=tuple(given.correction),
         coupling=coupling,
         partner=partner,
