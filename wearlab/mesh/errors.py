@@ -22,12 +22,56 @@ class MemberError(NamedTuple):
     teeth : number of teeth
     total_composite, tooth_composite : F_i′ and f_i′ [m]
     installation : tolerances Δe_q, each with a random direction [m]
+    eccentricity : distance of the toothing's axis from the axis it turns about [m]
     """
 
     teeth: int
     total_composite: float = 0.0
     tooth_composite: float = 0.0
     installation: tuple[float, ...] = ()
+    eccentricity: float = 0.0
+
+
+class Realisation(NamedTuple):
+    """Errors of one member, drawn.
+
+    Parameters
+    ----------
+    mesh : mesh harmonics (order, amplitude [m], phase [rad])
+    slow : once-per-revolution parts (teeth of the member, amplitude [m], initial angle [rad]); infinitely
+        many teeth: at rest in the carrier
+    """
+
+    mesh: tuple[tuple[float, float, float], ...]
+    slow: tuple[tuple[float, float, float], ...]
+
+    def turned(self, angle: float) -> "Realisation":
+        """Return the same member seen from another side: its slow parts lead by an angle [rad]."""
+        return Realisation(self.mesh, tuple((z, size, start + angle) for z, size, start in self.slow))
+
+    def of(self, amplitude: float, angle: float) -> "Realisation":
+        """Return this with an error at rest besides, nothing for none."""
+        return self if amplitude == 0.0 else Realisation(self.mesh, (*self.slow, (np.inf, amplitude, angle)))
+
+
+AT_REST = Realisation((), ())
+"""No error, to which errors at rest in the carrier are added."""
+
+
+def realised(member: MemberError, random: np.random.Generator) -> Realisation:
+    """Draw the initial angles of one member: one for its toothing, one for each tolerance."""
+    start = random.uniform(0.0, 2 * np.pi)
+    directions = random.uniform(0.0, 2 * np.pi, len(member.installation))
+    mesh: list[tuple[float, float, float]] = []
+    slow: list[tuple[float, float, float]] = []
+    if member.tooth_composite:
+        mesh.append((1.0, 0.5 * member.tooth_composite, member.teeth * start))
+    if member.total_composite:
+        slow.append((member.teeth, 0.5 * (member.total_composite - member.tooth_composite), start))
+    slow.extend((member.teeth, t, d) for t, d in zip(member.installation, directions, strict=True))
+    if member.eccentricity:
+        slow.append((member.teeth, member.eccentricity, random.uniform(0.0, 2 * np.pi)))
+    return Realisation(tuple(mesh), tuple(slow))
 
 
 class MeshError(NamedTuple):
@@ -71,7 +115,11 @@ class MeshError(NamedTuple):
         count = len(next(iter(turns.values())))
         parts = zip(self.member_teeth, self.slow_amplitude, self.slow_phase, strict=True)
         return sum(
-            (a * np.sin(2 * np.pi * turns[int(z)] + start) for z, a, start in parts), start=np.zeros(count)
+            (
+                a * np.sin(2 * np.pi * (turns[int(z)] if np.isfinite(z) else 0.0) + start)
+                for z, a, start in parts
+            ),
+            start=np.zeros(count),
         )
 
     def slow_rate(self, turned: Array) -> Array:
@@ -81,28 +129,25 @@ class MeshError(NamedTuple):
 
 
 def mesh_error(
-    members: tuple[MemberError, ...], harmonics: tuple[tuple[int, float, float], ...] = (), seed: int = 0
+    members: tuple[MemberError, ...],
+    harmonics: tuple[tuple[int, float, float], ...] = (),
+    seed: int = 0,
+    parts: tuple[Realisation, ...] = (),
 ) -> MeshError:
-    """Draw one realisation of the errors of a mesh.
+    """Return one realisation of the errors of a mesh.
 
     Parameters
     ----------
-    members : the two gears
+    members : the two gears, to be drawn
     harmonics : prescribed (order, amplitude [m], phase [rad]) of the mesh frequency
     seed : seed of the initial angles, one θ0 ~ U[0, 2π) per gear and one per tolerance
+    parts : members that are drawn already
     """
     random = np.random.default_rng(seed)
+    drawn = [*(realised(member, random) for member in members), *parts]
     mesh = [(float(order), amplitude, phase) for order, amplitude, phase in harmonics]
-    slow: list[tuple[float, float, float]] = []
-    for member in members:
-        start = random.uniform(0.0, 2 * np.pi)
-        directions = random.uniform(0.0, 2 * np.pi, len(member.installation))
-        if member.tooth_composite:
-            mesh.append((1.0, 0.5 * member.tooth_composite, member.teeth * start))
-        if member.total_composite:
-            amplitude = 0.5 * (member.total_composite - member.tooth_composite)
-            slow.append((member.teeth, amplitude, start))
-        slow.extend((member.teeth, t, d) for t, d in zip(member.installation, directions, strict=True))
+    mesh += [part for one in drawn for part in one.mesh]
+    slow = [part for one in drawn for part in one.slow]
     return MeshError(*np.array(mesh, float).reshape(-1, 3).T, *np.array(slow, float).reshape(-1, 3).T)
 
 
@@ -113,8 +158,9 @@ ANGLES = 8
 def quadrature(teeth: Iterable[int]) -> dict[int, Array]:
     """Return equally weighted angles of the members, by tooth number, each (ANGLES,) in turns [1].
 
-    A rank-1 lattice: the members with the k-th of the tooth numbers stand at ``i k / 8`` turns, i = 0…7. Means,
-    squares and products of two once-per-revolution errors of up to three tooth numbers are averaged exactly.
+    A rank-1 lattice: the members with the k-th of the tooth numbers stand at ``i k / 8`` turns, i = 0…7.
+    Means, squares and products of two once-per-revolution errors of up to three tooth numbers are averaged
+    exactly.
 
     Parameters
     ----------

@@ -59,9 +59,10 @@ class Operation(Part):
     fixed: Central | None = option(
         None, "member at rest in a planetary set", derived="the one that is neither input nor output"
     )
-    load_torque: Literal["balance", "zero"] = option(
-        "balance",
+    load_torque: Literal["balance", "zero"] | None = option(
+        None,
         "torque on the output: what balances the input, or none with a grounded output",
+        derived="zero where a torsional support grounds the output, else balance",
         source="W23",
     )
     torque_fluctuation: TorqueFluctuation | None = option(
@@ -110,7 +111,9 @@ class Operation(Part):
     def _one_alternative(self) -> "Operation":
         """Allow two of torque, speed and power."""
         if None not in (self.torque, self.speed, self.power):
-            raise PydanticCustomError("alternatives", "give two of 'torque', 'speed' and 'power', not all three")
+            raise PydanticCustomError(
+                "alternatives", "give two of 'torque', 'speed' and 'power', not all three"
+            )
         return self
 
     @model_validator(mode="after")

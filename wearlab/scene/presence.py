@@ -11,7 +11,9 @@ def _parts(scene: Scene) -> dict[str, str | None]:
     oil = scene.lubricant is not None and all(g.roughness_ra is not None for g in gears)
     modified = any(g.tip_relief or g.root_relief or g.profile_crowning or g.profile_slope for g in gears)
     coefficients = (
-        [] if wear is None or wear.coefficient is None else [wear.coefficient_of(m) for m in TOOTHED[scene.gears.kind]]
+        []
+        if wear is None or wear.coefficient is None
+        else [wear.coefficient_of(m) for m in TOOTHED[scene.gears.kind]]
     )
     models = sorted({one.model for one in coefficients})
     return {

@@ -20,7 +20,18 @@ if TYPE_CHECKING:
 
 def broken_rules(scene: "Scene") -> list[str]:
     """Return one line for each rule that a scene breaks."""
-    rules = (_model_of_the_set, _torsional_carrier, _friction, _damping, _supports, _response, _load, _limits, _initial, _oil)
+    rules = (
+        _model_of_the_set,
+        _torsional_carrier,
+        _friction,
+        _damping,
+        _supports,
+        _response,
+        _load,
+        _limits,
+        _initial,
+        _oil,
+    )
     return [f"scene.{path}: {reason}" for rule in rules for path, reason in rule(scene)]
 
 
@@ -99,7 +110,10 @@ def _supports(scene: "Scene") -> Problems:
     if isinstance(scene.dynamics, Spur3dofDynamics):
         for member, support in supports.items():
             if support is None:
-                yield f"dynamics.supports.{member}", "bearings required: give 'radial_stiffness' and 'damping'"
+                yield (
+                    f"dynamics.supports.{member}",
+                    "bearings required: give 'radial_stiffness' and 'damping'",
+                )
     held = [member for member, support in supports.items() if support is not None and _holds(support)]
     if len(held) == len(supports):
         yield (

@@ -129,8 +129,7 @@ Initial = Annotated[
 
 
 OF_FLANK: Any = {
-    flank: (Initial | None, option(None, f"initial wear of {flank}", derived="none"))
-    for flank in ALL_FLANKS
+    flank: (Initial | None, option(None, f"initial wear of {flank}", derived="none")) for flank in ALL_FLANKS
 }
 InitialWears = create_model(
     "InitialWears", __base__=Part, __doc__="Initial wear of each flank.", **OF_FLANK

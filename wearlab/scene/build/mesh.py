@@ -12,7 +12,6 @@ from wearlab.mesh.body import foundation_compliance
 from wearlab.mesh.clock import Mesh
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.curve import Curve, constant
-from wearlab.mesh.errors import MemberError, MeshError, mesh_error
 from wearlab.mesh.excitation import Excitation, Fourier, Modulated, Pairs
 from wearlab.mesh.hertz import yang_sun
 from wearlab.mesh.modulation import Modulation
@@ -21,6 +20,7 @@ from wearlab.mesh.stiffness import GivenStiffness, PairStiffness, PotentialEnerg
 from wearlab.mesh.tooth import tooth_flexibility
 from wearlab.scene import Scene
 from wearlab.scene.build.contact import build_gaps, extension_wanted
+from wearlab.scene.build.errors import build_errors
 from wearlab.scene.build.finite_element import finite_element
 from wearlab.scene.build.gears import kinks, modifications
 from wearlab.scene.build.sets import GearSet, PairOfSet
@@ -177,22 +177,3 @@ def build_meshes(scene: Scene, gears: GearSet) -> tuple[Mesh, ...]:
         Mesh(kind, float(lag), error)
         for kind, lag, error in zip(gears.mesh_kinds, gears.mesh_lags, found, strict=True)
     )
-
-
-def build_errors(scene: Scene, gears: GearSet) -> list[MeshError]:
-    """Return one realisation of the errors of each mesh, drawn member after member."""
-    errors = scene.errors
-    if errors is None:
-        return [mesh_error(()) for _ in gears.mesh_names]
-    members = []
-    for name in gears.members:
-        given = errors.members.get(name)
-        teeth = gears.gears[name].teeth
-        if given is None:
-            members.append(MemberError(teeth))
-            continue
-        members.append(
-            MemberError(teeth, given.total_composite, given.tooth_composite, tuple(given.installation))
-        )
-    harmonics = tuple((h.order, h.amplitude, h.phase) for h in errors.harmonic)
-    return [mesh_error(tuple(members), harmonics, errors.seed)]

@@ -141,7 +141,7 @@ def build(scene: Scene) -> Parts:
 
 def _kind(scene: Scene, gears: GearSet, kind: int, analysis: ContactAnalysis) -> KindParts:
     one = gears.kinds[kind]
-    path = build_path(one, analysis.grid.position)
+    path = build_path(one, analysis.grid.position, scene.mesh.of(one.section).face_load_factor)
     return KindParts(
         pair=one.pair,
         analysis=analysis,

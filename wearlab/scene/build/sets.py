@@ -2,16 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.gears.gear import Gear
 from wearlab.gears.pair import GearPair
+from wearlab.gears.planetary import PlanetarySet
+from wearlab.gears.train import Train
 from wearlab.mesh.clock import Mesh
 from wearlab.mesh.errors import quadrature
 from wearlab.scene import Scene
-from wearlab.scene.build.gears import build_pair
+from wearlab.scene.build.gears import build_pair, build_planetary
 
 Array = NDArray[np.float64]
 
@@ -57,6 +60,7 @@ class GearSet:
     gears : the gears among them, by name
     reference_teeth : teeth of the gear whose turns relative to the carrier are the cycles
     speed : of that gear relative to the carrier [rad/s]
+    planetary : the planetary set, None for a pair
     """
 
     kinds: tuple[PairOfSet, ...]
@@ -68,6 +72,7 @@ class GearSet:
     gears: dict[str, Gear]
     reference_teeth: int
     speed: float
+    planetary: PlanetarySet | None = None
 
     @property
     def mesh_frequency(self) -> float:
@@ -117,7 +122,59 @@ class GearSet:
 
 def build_set(scene: Scene) -> GearSet:
     """Return the gear set of a scene, in operation."""
-    return _of_pair(scene)
+    return _of_planetary(scene) if scene.gears.kind == "planetary" else _of_pair(scene)
+
+
+def train_of(scene: Scene) -> Train:
+    """Return the train of a planetary set: its speeds and torques."""
+    gears: Any = scene.gears
+    given: Any = scene.operation
+    return Train(
+        gears.sun.teeth, gears.planet.teeth, gears.ring.teeth, given.input, given.output, given.fixed
+    )
+
+
+def _of_planetary(scene: Scene) -> GearSet:
+    """Return a planetary set: sun and planets, planets and ring, seen from the carrier."""
+    train = train_of(scene)
+    built = build_planetary(scene, sun_drives=train.sun_drives)
+    count = built.planets
+    speeds = train.speeds(scene.operation.speed)
+    turning = {
+        "sun": abs(speeds.sun_relative),
+        "planet": abs(speeds.planet_relative),
+        "ring": abs(speeds.ring_relative),
+    }
+    load = abs(train.torques(scene.operation.torque).sun) / (count * built.sun.base_radius)
+    passes = built.passes
+
+    def kind(pair: GearPair, section: str, of_planet: str) -> PairOfSet:
+        flanks = [of_planet if gear.name == "planet" else gear.name for gear in pair.gears]
+        return PairOfSet(
+            pair=pair,
+            flanks=(flanks[0], flanks[1]),
+            section=section,
+            speed=turning[pair.driving.name],
+            passes=np.array([passes[flank] for flank in flanks]),
+            load=load,
+        )
+
+    planets = [f"planet-{n + 1}" for n in range(count)]
+    return GearSet(
+        kinds=(
+            kind(built.sun_planet, "sun_planet", "planet-sun"),
+            kind(built.planet_ring, "planet_ring", "planet-ring"),
+        ),
+        mesh_names=tuple(f"{name}-{n + 1}" for name in ("sun-planet", "planet-ring") for n in range(count)),
+        mesh_kinds=(0,) * count + (1,) * count,
+        mesh_lags=built.mesh_phase_offset,
+        flanks=("sun", "planet-sun", "planet-ring", "ring"),
+        members=("sun", *planets, "ring", "carrier"),
+        gears={"sun": built.sun, "planet": built.planet, "ring": built.ring},
+        reference_teeth=built.sun.teeth,
+        speed=turning["sun"],
+        planetary=built,
+    )
 
 
 def _of_pair(scene: Scene) -> GearSet:

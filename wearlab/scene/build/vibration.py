@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import null_space
 
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
-from wearlab.dynamics.spur import Support, effective_mass, mesh_damping_of, spur_3dof, torsional
 from wearlab.dynamics.steps import fastest_rate, steps_per_period
 from wearlab.dynamics.system import System
 from wearlab.gears.errors import GearError
-from wearlab.gears.pair import GearPair
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Mesh, look_within
 from wearlab.mesh.contact import ContactAnalysis, Quasistatic
@@ -22,6 +21,7 @@ from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
 from wearlab.scene.build.sets import GearSet
+from wearlab.scene.build.system import build_system
 
 Array = NDArray[np.float64]
 
@@ -33,6 +33,7 @@ MOST_STEPS = 30_000
 """Steps of a mesh period beyond which a motion is refused: it is quasi-static."""
 AFFORDED = 4_000
 """Steps of a mesh period up to which marches are as long as the method wants them."""
+TAKEN_UP = 1e-9
 MOST_FOR_MESH = 2000
 """Steps beyond which a finer mesh table is no reason for more."""
 
@@ -168,8 +169,19 @@ def hunting_period(scene: Scene, gears: GearSet, meshes: Sequence[Mesh]) -> int:
 
 
 def slow_errors(scene: Scene, gears: GearSet, meshes: Sequence[Mesh], system: System) -> Array | None:
-    """Return once-per-revolution errors (n_angles, n_mesh) [m], None where none is or nothing answers."""
-    return None
+    """Return once-per-revolution errors (n_angles, n_mesh) [m], None where none is or nothing answers.
+
+    A constant error does nothing to a set that turns freely until it is taken up: when some ``D q = e`` has
+    ``K q = 0``.
+    """
+    found = gears.slow_errors(meshes)
+    if found is None or scene.errors is None or scene.errors.slow == "hunting":
+        return None
+    if scene.errors.slow == "frozen":
+        found = np.array([[float(mesh.error.slow(np.zeros(1))[0]) for mesh in meshes]])
+    free = system.direction @ null_space(system.total_stiffness)
+    taken_up = free @ np.linalg.lstsq(free, found.T, rcond=None)[0] if free.size else np.zeros_like(found.T)
+    return None if np.abs(taken_up - found.T).max() <= TAKEN_UP * np.abs(found).max() else found
 
 
 def unworn(analysis: ContactAnalysis) -> Quasistatic:
@@ -182,56 +194,6 @@ def mean_stiffness(analysis: ContactAnalysis, state: Quasistatic) -> float:
     """Return the mean of the mesh stiffness over one period [N/m]."""
     _, weight = analysis.grid.phase_nodes
     return float(weight @ state.tangent)
-
-
-def build_system(scene: Scene, gears: GearSet, stiffness: Array) -> System:
-    """Return the system of ``dynamics.model``; damping ratios refer to mean stiffnesses (n_mesh,) [N/m]."""
-    return _of_pair(scene, gears.kinds[0].pair, float(stiffness[0]))
-
-
-def _of_pair(scene: Scene, pair: GearPair, stiffness: float) -> System:
-    assert scene.dynamics is not None
-    gears = pair.gears
-    inertia = (gears[0].inertia, gears[1].inertia)
-    base_radius = (gears[0].base_radius, gears[1].base_radius)
-    damping = scene.mesh.damping
-    if damping is None:
-        assert scene.mesh.damping_ratio is not None
-        damping = mesh_damping_of(scene.mesh.damping_ratio, stiffness, effective_mass(inertia, base_radius))
-    wave = scene.operation.torque_fluctuation
-    common: dict[str, Any] = {
-        "inertia": inertia,
-        "base_radius": base_radius,
-        "torque": scene.operation.torque,
-        "mesh_damping": damping,
-        "damping_always": scene.mesh.damping_in == "always",
-        "backlash": scene.mesh.normal_backlash,
-        "fluctuation": None if wave is None else wave.amplitude,
-        "supports": tuple(
-            _support(scene.dynamics.supports.get(gear.name), gear.base_radius) for gear in gears
-        ),
-        "names": (gears[0].name, gears[1].name),
-    }
-    if scene.dynamics.model == "torsional":
-        return torsional(**common)
-    return spur_3dof(mass=(gears[0].mass, gears[1].mass), **common)
-
-
-def _support(given: Any, base_radius: float) -> Support:
-    if given is None:
-        return Support()
-    tangential = given.tangential_stiffness
-    if given.torsional_stiffness is not None:
-        tangential = given.torsional_stiffness / base_radius**2
-    torsional_damping = given.torsional_damping
-    return Support(
-        radial_stiffness=given.radial_stiffness,
-        damping=given.damping,
-        tangential_stiffness=tangential,
-        torsional_damping=None if torsional_damping is None else torsional_damping / base_radius**2,
-        damping_ratio=given.damping_ratio,
-        preload=given.preload,
-    )
 
 
 def fluctuation(scene: Scene, phase: Array) -> Array | None:

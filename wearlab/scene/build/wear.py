@@ -83,8 +83,11 @@ def build_load(scene: Scene) -> Load:
             return StaticLoad()
 
 
-def build_path(one: PairOfSet, position: Array) -> WearPath:
-    """Return what the wear law needs to know of the path of contact at positions (n,) [m]."""
+def build_path(one: PairOfSet, position: Array, face_load_factor: float) -> WearPath:
+    """Return what the wear law needs to know of the path of contact at positions (n,) [m].
+
+    The face load factor K_Hβ puts the load on as much less of the face: wear is that of its busiest part.
+    """
     gears = one.pair.gears
     return wear_path(
         np.stack(one.pair.curvature(position)),
@@ -92,7 +95,7 @@ def build_path(one: PairOfSet, position: Array) -> WearPath:
         teeth=[gear.teeth for gear in gears],
         driving_speed=one.speed,
         passes=one.passes,
-        face_width=one.pair.face_width,
+        face_width=one.pair.face_width / face_load_factor,
         contact_modulus=contact_modulus(
             [gear.material.youngs_modulus for gear in gears],
             [gear.material.poisson_ratio for gear in gears],

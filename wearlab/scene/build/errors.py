@@ -1,0 +1,96 @@
+"""``[errors]`` → one realisation of the prescribed errors of every mesh."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from wearlab.mesh.errors import AT_REST, MemberError, MeshError, Realisation, mesh_error, realised
+from wearlab.scene import Scene
+from wearlab.scene.build.sets import GearSet
+
+
+def build_errors(scene: Scene, gears: GearSet) -> list[MeshError]:
+    """Return one realisation of the errors of each mesh, drawn member after member from the seed."""
+    if gears.planetary is not None:
+        return _of_planetary(scene, gears)
+    errors = scene.errors
+    if errors is None:
+        return [mesh_error(())]
+    members = tuple(_member(scene, name, gears.gears[name].teeth) for name in gears.members)
+    return [mesh_error(members, _harmonics(scene, gears.mesh_names[0]), errors.seed)]
+
+
+def _member(scene: Scene, name: str, teeth: int) -> MemberError:
+    """Return the errors that the file gives a toothed member."""
+    given: Any = scene.errors.members.get(name) if scene.errors is not None else None
+    eccentricity = getattr(getattr(scene.gears, name), "eccentricity", None) or 0.0
+    if given is None:
+        return MemberError(teeth, eccentricity=eccentricity)
+    return MemberError(
+        teeth, given.total_composite, given.tooth_composite, tuple(given.installation), eccentricity
+    )
+
+
+def _harmonics(scene: Scene, mesh: str) -> tuple[tuple[int, float, float], ...]:
+    """Return the prescribed harmonics of one mesh, named itself or with all of its kind."""
+    given = scene.errors.harmonic if scene.errors is not None else ()
+    return tuple(
+        (h.order, h.amplitude, h.phase) for h in given if mesh == h.mesh or mesh.rpartition("-")[0] == h.mesh
+    )
+
+
+def _of_planetary(scene: Scene, gears: GearSet) -> list[MeshError]:
+    """Return the errors of all meshes: gears seen where each planet stands, pins where they are held.
+
+    Seen from the carrier the sun brings its once-per-revolution error to planet n later by ψ_n, the ring,
+    which turns the other way, earlier; a planet shows the ring the side away from the sun.
+    """
+    built = gears.planetary
+    assert built is not None
+    errors: Any = scene.errors
+    random = np.random.default_rng(0 if errors is None else errors.seed)
+    angles = np.asarray(built.planet_angles)
+    sun = realised(_member(scene, "sun", built.sun.teeth), random)
+    planets = [realised(_member(scene, "planet", built.planet.teeth), random) for _ in angles]
+    ring = realised(_member(scene, "ring", built.ring.teeth), random)
+    pins = _pins(scene, angles, random)
+    found = []
+    for mesh, name in enumerate(gears.mesh_names):
+        kind, n = gears.mesh_kinds[mesh], mesh % built.planets
+        alpha = gears.kinds[kind].pair.working_pressure_angle
+        if kind == 0:
+            parts = [sun.turned(-angles[n]), planets[n], *(pin.turned(-alpha) for pin in pins[n])]
+        else:
+            parts = [
+                planets[n].turned(math.pi),
+                ring.turned(angles[n]),
+                *(pin.turned(alpha) for pin in pins[n]),
+            ]
+        found.append(mesh_error((), _harmonics(scene, name), parts=tuple(parts)))
+    return found
+
+
+def _pins(scene: Scene, angles: Any, random: Any) -> list[list[Realisation]]:
+    """Return where the pins are off, at rest in the carrier: each tangential in its own direction.
+
+    A pin moved by p in the direction β sees ``−n·p`` in a mesh whose normal is turned by ψ ∓ α.
+    """
+    given: Any = scene.errors.members if scene.errors is not None else {}
+    carrier, planet = given.get("carrier"), given.get("planet")
+    gears: Any = scene.gears
+    shared = [*(carrier.installation if carrier else ()), gears.carrier.eccentricity or 0.0]
+    own = [
+        *(carrier.planet_position if carrier else ()),
+        *(planet.planet_position if planet else ()),
+    ]
+    directions = random.uniform(0.0, 2 * math.pi, len(shared))
+    found = []
+    for angle in angles:
+        moved = [
+            AT_REST.of(amount, angle - direction)
+            for amount, direction in zip(shared, directions, strict=True)
+        ]
+        moved += [AT_REST.of(amount, random.uniform(0.0, 2 * math.pi)) for amount in own]
+        found.append([one for one in moved if len(one.slow)])
+    return found
