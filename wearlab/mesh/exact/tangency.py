@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 FIRST_STEP = 2e-6
 ITERATIONS = 60
-RESOLUTION = 1e-17
+RESOLUTION = 1e-16
 
 
 class FlankContact(NamedTuple):
@@ -112,26 +112,29 @@ def _root(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
         outer = min(max(outer + step, low_end), high_end)
         f_outer = _distance(flank, interval_of(flank, outer), outer, a_n, a_u, d_n, d_u)
         step *= 2.0
-    return _illinois(flank, inner, f_inner, outer, f_outer, a_n, a_u, d_n, d_u)
+    return _ridders(flank, inner, f_inner, outer, f_outer, a_n, a_u, d_n, d_u)
 
 
 @jit
-def _illinois(flank, x0, f0, x1, f1, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
-    """Return the root between x0 and x1 by Illinois' regula falsi; NaN where the function jumps over zero."""
+def _ridders(flank, x0, f0, x1, f1, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
+    """Return the root between x0 and x1 by Ridders' method; NaN where the function jumps over zero."""
     scale = max(abs(f0), abs(f1))
     x, f = x1, f1
-    for step in range(ITERATIONS):
-        if f1 == 0.0:
-            return x1
-        if abs(x1 - x0) <= RESOLUTION:
+    for _ in range(ITERATIONS):
+        middle = 0.5 * (x0 + x1)
+        f_middle = _distance(flank, interval_of(flank, middle), middle, a_n, a_u, d_n, d_u)
+        root = math.sqrt(f_middle * f_middle - f0 * f1)
+        if root == 0.0:
             break
-        x = x1 - f1 * (x1 - x0) / (f1 - f0) if step % 8 < 6 else 0.5 * (x0 + x1)
-        if not min(x0, x1) < x < max(x0, x1):
-            break
+        before = x
+        x = middle + (middle - x0) * (f_middle if f0 > f1 else -f_middle) / root
         f = _distance(flank, interval_of(flank, x), x, a_n, a_u, d_n, d_u)
-        if f * f1 < 0.0:
-            x0, f0 = x1, f1
+        if f == 0.0 or abs(x - before) <= RESOLUTION:
+            break
+        if f_middle * f < 0.0:
+            x0, f0, x1, f1 = middle, f_middle, x, f
+        elif f * f0 < 0.0:
+            x1, f1 = x, f
         else:
-            f0 *= 0.5
-        x1, f1 = x, f
-    return x1 if abs(f1) <= 1e-9 * scale + 1e-15 else math.nan
+            x0, f0 = x, f
+    return x if abs(f) <= 1e-9 * scale + 1e-15 else math.nan
