@@ -281,8 +281,8 @@ class Wear(Part):
 
     def coefficient_of(self, flank: str) -> Any:
         """Return the coefficient of one flank, that of its member, None when nothing wears."""
-        one = isinstance(self.coefficient, dict)
-        return self.coefficient[member_of(flank)] if one else self.coefficient
+        each = self.coefficient
+        return each[member_of(flank)] if isinstance(each, dict) else each
 
     def initial_of(self, flank: str) -> Any:
         """Return the initial wear of one flank, None when it is new."""

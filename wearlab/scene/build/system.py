@@ -16,7 +16,7 @@ from wearlab.scene.build.sets import GearSet, train_of
 Array = NDArray[np.float64]
 
 NEVER = 1.0
-"""A backlash that no motion reaches: the meshes of one kind have a back flank, those of the other none [m]."""
+"""A backlash that no motion reaches, where the meshes of the other kind alone have a back flank [m]."""
 SECTIONS = ("sun_planet", "planet_ring")
 
 
@@ -77,8 +77,9 @@ def _support(given: Any, base_radius: float) -> Support:
 
 def _planetary(scene: Scene, gears: GearSet, stiffness: Array) -> System:
     """Return W23's model; a set whose sun is driven is the mirrored set (angles and speeds change sign)."""
-    built, given = gears.planetary, scene.dynamics
-    assert built is not None and given is not None
+    built = gears.planetary
+    given: Any = scene.dynamics
+    assert built is not None
     mirrored = 1.0 if built.sun_drives else -1.0
     inertia, base_radius = _inertias(scene, gears), _base_radii(gears)
     radius = {**base_radius, "carrier": float(built.carrier.pin_circle_radius or 0.0)}
@@ -151,7 +152,7 @@ def _damping(value: float | None, ratio: float | None, stiffness: float | None, 
 
 
 def _torques(scene: Scene, gears: GearSet, grounded: set[str]) -> dict[str, float]:
-    """Return the torques on the members that are not held, positive where they load the drive flanks [N m]."""
+    """Return the torques on the members that are not held, positive where they load drive flanks [N m]."""
     built = gears.planetary
     assert built is not None
     sun = abs(train_of(scene).torques(scene.operation.torque).sun)
@@ -173,7 +174,7 @@ def load_torque(scene: Scene, grounded: set[str]) -> str:
 
 
 def _balanced(scene: Scene, grounded: set[str]) -> str | None:
-    """Return the member whose torque is solved for: the output of a set that nothing grounds but its fixed."""
+    """Return the member whose torque is solved for: an output that nothing grounds."""
     if load_torque(scene, grounded) == "zero" or scene.operation.output in grounded:
         return None
     return str(scene.operation.output)
