@@ -10,6 +10,7 @@ import xarray as xr
 
 from wearlab.store import StoreError
 from wearlab.store.image import describe, load, read_variable, to_image
+from wearlab.store.seal import sealed
 
 DATA = fake_campaign.dataset(fake_campaign.Scene())
 
@@ -22,7 +23,7 @@ def file(tmp_path):
 
 
 def test_an_image_is_the_dataset(file):
-    xr.testing.assert_identical(load(file), DATA)
+    xr.testing.assert_identical(load(file), sealed(DATA))
     file.unlink()  # closed: nothing holds it
 
 

@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import fake_campaign
 import pytest
@@ -45,6 +46,18 @@ def test_a_sound_store_has_no_problems(fill):
     assert fill(sweep(3)).verify() == []
 
 
+def _two_the_catalogue_forgot(fill, store):
+    """Return a run as it was written, and one whose content was changed by who knows how to write netCDF."""
+    others = sweep(7).cases[5:]
+    fill(replace(sweep(7), cases=others))
+    store.catalogue.forget(case.id for case in others)
+    unknown, forged = (store.files.path(case.id) for case in others)
+    changed = xr.load_dataset(forged)
+    changed["wear_depth"] = 0.5 * changed["wear_depth"]
+    changed.to_netcdf(forged)
+    return unknown, forged
+
+
 def test_every_kind_of_damage_is_named(fill):
     campaign = sweep(4)
     store = fill(campaign)
@@ -60,13 +73,16 @@ def test_every_kind_of_damage_is_named(fill):
     stranger = store.files.path("f" * 32)
     stranger.parent.mkdir(exist_ok=True)
     stranger.write_bytes(paths[3].read_bytes())
+    unknown, forged = _two_the_catalogue_forgot(fill, store)
     assert kinds(store) == {
         (truncated.name, "truncated"),
         (flipped.name, "altered"),
         (gone.name, "missing"),
         ("notes.txt", "foreign"),
         (part.name, "unfinished"),
-        (stranger.name, "unknown"),
+        (stranger.name, "foreign"),
+        (unknown.name, "unknown"),
+        (forged.name, "altered"),
     }
 
 

@@ -1,18 +1,16 @@
 """Is every run what it was when it was written? Hashes answer; and the catalogue made anew from the files."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from wearlab.store.adopt import ForeignRun, outcome_of
 from wearlab.store.catalogue import Entry
 from wearlab.store.errors import StoreError
 from wearlab.store.outcome import Outcome
 from wearlab.store.runs import RunFiles, hash_of
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from wearlab.store.store import Store
 
 
@@ -22,7 +20,7 @@ class Problem(NamedTuple):
     Parameters
     ----------
     path : the file
-    kind : missing | truncated | altered | foreign | unfinished | unknown
+    kind : missing | truncated | altered | foreign | unfinished | unknown | unreadable
     message : one sentence
     """
 
@@ -34,6 +32,8 @@ class Problem(NamedTuple):
 def verify(store: "Store") -> Iterator[Problem]:
     """Yield all that is wrong with a store: files unlike their recorded size and hash, then foreign files.
 
+    Files that the catalogue does not know are checked against the seal they carry.
+
     Raises
     ------
     StoreError : there is no store, or its catalogue cannot be read
@@ -41,7 +41,7 @@ def verify(store: "Store") -> Iterator[Problem]:
     entries = store.catalogue.entries()
     done = {store.files.path(e.id): e for e in entries.values() if e.state == "done"}
     for path, entry in done.items():
-        if problem := _compare(path, entry):
+        if problem := check_file(path, entry):
             yield problem
     parts = {
         store.files.part(e.id, e.owner)
@@ -53,7 +53,8 @@ def verify(store: "Store") -> Iterator[Problem]:
             yield _stranger(path, store.files)
 
 
-def _compare(path: Path, entry: Entry) -> Problem | None:
+def check_file(path: Path, entry: Entry) -> Problem | None:
+    """Return what is wrong with a run's file, by the catalogue's size and hash."""
     try:
         size = path.stat().st_size
         if size != entry.size:
@@ -71,50 +72,40 @@ def _compare(path: Path, entry: Entry) -> Problem | None:
 def _stranger(path: Path, files: RunFiles) -> Problem:
     if path.suffix == ".part":
         return Problem(path, "unfinished", "left by a process that died while writing; can be deleted")
-    if path == files.path(path.stem):
-        return Problem(path, "unknown", "looks like a run, but the catalogue does not know it")
-    return Problem(path, "foreign", "not a file of this store")
+    if not files.holds(path):
+        return Problem(path, "foreign", "not a file of this store")
+    try:
+        outcome_of(path)
+    except StoreError as error:
+        kind = "foreign" if isinstance(error, ForeignRun) else "altered"
+        return Problem(path, kind, f"unknown to the catalogue, and {_reason(error, path)}")
+    return Problem(path, "unknown", "a run that the catalogue does not know; 'wearlab reindex' takes it in")
 
 
-def _seconds(dataset: "xr.Dataset") -> float:
-    return float(dataset["run_time_total"]) if "run_time_total" in dataset else 0.0
+def _reason(error: StoreError, path: Path) -> str:
+    return str(error).removeprefix(f"{path}: ")
 
 
 def reindex(store: "Store") -> list[Problem]:
-    """Make the catalogue's runs anew from the run files; return the files that could not be read.
+    """Make the catalogue's runs anew from the run files; return the files that were left out, and why.
 
-    Failed and refused cases are in no file: they are forgotten and computed again by the next ``run``.
+    A file that does not hold what was sealed in it, or that is another run's, is left out. Failed and refused
+    cases are in no file: they are forgotten and computed again by the next ``run``.
     """
-    from wearlab.store.image import describe, load
-
     store.create()
-    problems, outcomes = [], []
-    for path in store.files:
-        if path != store.files.path(path.stem):
-            continue
-        try:
-            dataset = load(path)
-        except StoreError as error:
-            problems.append(Problem(path, "unreadable", str(error)))
-            continue
-        description = describe(dataset)
-        attributes = dataset.attrs
-        outcomes.append(
-            Outcome(
-                *(
-                    path.stem,
-                    "done",
-                    str(attributes.get("date_created", "")),
-                    _seconds(dataset),
-                ),
-                scene=str(attributes.get("scene", json.dumps({}))),
-                image=path.read_bytes(),
-                sha256=hash_of(path),
-                **description._asdict(),
-                source_hash=str(attributes.get("source_hash", "")),
-                wearlab_version=str(attributes.get("wearlab_version", "")),
-            )
-        )
+    problems: list[Problem] = []
     store.catalogue.clear_runs()
-    store.catalogue.record(outcomes)
+    for path in store.files:
+        if store.files.holds(path):
+            outcome = _adopted(path, problems)
+            if outcome is not None:
+                store.catalogue.record([outcome])
     return problems
+
+
+def _adopted(path: Path, problems: list[Problem]) -> Outcome | None:
+    try:
+        return outcome_of(path)
+    except StoreError as error:
+        problems.append(Problem(path, "unreadable", str(error)))
+        return None

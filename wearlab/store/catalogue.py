@@ -9,8 +9,9 @@ import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from operator import itemgetter
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from wearlab.store import tables
 from wearlab.store.database import CHUNK, Database
@@ -249,6 +250,13 @@ class Catalogue(Database):
             )
         return key
 
+    def insert(self, table: Literal["campaigns", "members"], rows: Sequence[tuple[Any, ...]]) -> None:
+        """Copy another catalogue's rows, in the order of the table's columns; those we have stay."""
+        if rows:
+            marks = ", ".join("?" * len(rows[0]))
+            with self._transaction() as connection:
+                connection.executemany(f"INSERT OR IGNORE INTO {table} VALUES ({marks})", rows)
+
     def record_comparisons(self, campaign: str, comparisons: Sequence[Comparison | None]) -> None:
         """Write how a campaign's cases, in their order, compare with what it expects of them."""
         rows = [(campaign, number, *one) for number, one in enumerate(comparisons) if one is not None]
@@ -261,16 +269,22 @@ class Catalogue(Database):
         rows = self.read("SELECT campaign, number, verdict, expected, measured, met FROM expectations")
         return {(row[0], row[1]): Comparison(row[2], row[3], row[4], bool(row[5])) for row in rows}
 
-    def members(self) -> list[Member]:
-        """Return every case of every campaign, the campaign recorded last coming first."""
+    def members(self, runs: Sequence[str] | None = None) -> list[Member]:
+        """Return the cases of campaigns with these runs (all when None), the campaign recorded last first."""
         compared = self._comparisons()
-        rows = self.read(
-            "SELECT title, path, run, label, position, campaign, number FROM members "
-            "JOIN campaigns ON campaign = key ORDER BY recorded DESC, campaign, number"
+        question = (
+            "SELECT title, path, run, label, position, campaign, number, recorded "
+            "FROM members JOIN campaigns ON campaign = key"
         )
+        if runs is None:
+            found = self.read(question)
+        else:
+            found = list(self.read_many(f"{question} WHERE run IN", runs))
+        found.sort(key=itemgetter(5, 6))
+        found.sort(key=itemgetter(7), reverse=True)
         return [
             Member(title, path, run, label, json.loads(text), compared.get((key, number)))
-            for title, path, run, label, text, key, number in rows
+            for title, path, run, label, text, key, number, _ in found
         ]
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from xarray.backends.locks import HDF5_LOCK, NETCDFC_LOCK
 
 from wearlab.store.errors import StoreError
+from wearlab.store.seal import sealed
 
 OPEN_FILES = 32
 COMPRESSION = {"zlib": True, "complevel": 1}
@@ -49,7 +50,8 @@ class Description(NamedTuple):
 
 
 def to_image(dataset: xr.Dataset) -> tuple[bytes, str]:
-    """Return the netCDF-4 file of a dataset, float64 deflated at level 1, and its SHA-256."""
+    """Return the netCDF-4 file of a dataset, sealed, float64 deflated at level 1, and its SHA-256."""
+    dataset = sealed(dataset)
     encoding: dict[Hashable, dict[str, Any]] = {
         name: COMPRESSION if variable.dtype.kind in "fiub" and variable.ndim else {}
         for name, variable in dataset.variables.items()

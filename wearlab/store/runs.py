@@ -21,7 +21,9 @@ class RunFiles:
         self.folder = folder
 
     def path(self, run_id: str) -> Path:
-        """Return where the run's file is, or will be."""
+        """Return where the run's file is, or will be; never outside the folder."""
+        if not run_id.isalnum():
+            raise StoreError(f"{run_id!r} is no identity of a run: letters and digits only")
         return self.folder / run_id[:2] / f"{run_id}.nc"
 
     def write(self, run_id: str, image: bytes, sha256: str, writer: str) -> None:
@@ -53,9 +55,13 @@ class RunFiles:
         except OSError as error:
             raise StoreError(f"{target}: cannot be written ({error.strerror or error})") from error
 
+    def holds(self, path: Path) -> bool:
+        """Say whether a file is where a run's file would be."""
+        return path.stem.isalnum() and path == self.path(path.stem)
+
     def part(self, run_id: str, writer: str) -> Path:
         """Return the temporary name under which ``writer`` writes this run."""
-        return self.folder / run_id[:2] / f".{run_id}.{writer}.part"
+        return self.path(run_id).with_name(f".{run_id}.{writer}.part")
 
     def discard_part(self, run_id: str, writer: str) -> None:
         """Remove what a writer that died left of this run."""

@@ -1,0 +1,91 @@
+"""Two stores become one: nothing lost, nothing overwritten, nothing believed."""
+
+from dataclasses import replace
+
+import pytest
+import xarray as xr
+from fake_campaign import SIMULATE, Scene, sweep
+
+from wearlab.runner.worker import Task, execute
+from wearlab.store import Store, StoreError
+from wearlab.store.image import to_image
+from wearlab.store.merge import merge
+
+
+def filled(path, campaign) -> Store:
+    store = Store(path)
+    store.create()
+    with store.presence() as presence:
+        for case in campaign.cases:
+            store.claim([case.id], presence.token, lambda entry: False)
+            store.save([execute(Task(case.id, case.scene), SIMULATE)], presence.token)
+    members = [(case.id, case.label, {}) for case in campaign.cases]
+    store.catalogue.record_campaign(campaign.title, None, None, members)
+    return store
+
+
+@pytest.fixture
+def two(tmp_path):
+    """Ours has speeds 1 to 3; theirs 1 to 5, a failure, and a campaign of its own."""
+    bad = replace(sweep(1).cases[0], scene=Scene(act="fail"))
+    theirs = replace(sweep(5), title="theirs", cases=(*sweep(5).cases, bad))
+    return filled(tmp_path / "ours", sweep(3)), filled(tmp_path / "theirs", theirs), theirs
+
+
+def test_what_we_lack_comes_verified(two):
+    ours, others, campaign = two
+    made = merge(ours, others)
+    ids = [case.id for case in campaign.cases]
+    assert made.copied == ids[3:] and sorted(made.same) == sorted(ids[:3])
+    assert not made.conflicting and not made.damaged and made.campaigns == 1
+    assert ours.verify() == []
+    assert ours.entries([ids[5]])[ids[5]].reason == others.entries([ids[5]])[ids[5]].reason
+    xr.testing.assert_identical(ours.run(ids[4]), others.run(ids[4]))
+    assert len([member for member in ours.catalogue.members() if member.campaign == "theirs"]) == 6
+    again = merge(ours, others)
+    assert not again.copied and again.campaigns == 0
+
+
+def test_what_was_spoilt_is_left_there(two):
+    ours, others, campaign = two
+    cut, flipped = (others.files.path(case.id) for case in campaign.cases[3:5])
+    cut.write_bytes(cut.read_bytes()[:-1])
+    image = bytearray(flipped.read_bytes())
+    image[len(image) // 2] ^= 1
+    flipped.write_bytes(image)
+    made = merge(ours, others)
+    assert set(made.damaged) == {cut.stem, flipped.stem}
+    assert not ours.files.path(cut.stem).exists() and ours.verify() == []
+
+
+def test_other_results_under_one_id_are_flagged_and_ours_stay(two):
+    ours, others, campaign = two
+    run_id = campaign.cases[0].id
+    forged = others.run(run_id).drop_attrs()
+    forged = forged.assign(wear_depth=2 * forged.wear_depth).assign_attrs(id=run_id)
+    image, sha256 = to_image(forged)
+    outcome = execute(Task(run_id, campaign.cases[0].scene), SIMULATE)
+    before = ours.files.path(run_id).read_bytes()
+    with others.presence() as presence:
+        others.save([replace(outcome, image=image, sha256=sha256)], presence.token)
+    made = merge(ours, others)
+    assert made.conflicting == [run_id]
+    assert ours.files.path(run_id).read_bytes() == before
+
+
+def test_a_name_never_leaves_the_store(two, tmp_path):
+    ours, others, campaign = two
+    (tmp_path / "secret.nc").write_bytes(others.files.path(campaign.cases[4].id).read_bytes())
+    with others.catalogue._transaction() as connection:
+        connection.execute("UPDATE runs SET id = '../../../secret' WHERE id = ?", (campaign.cases[4].id,))
+    made = merge(ours, others)
+    assert "no identity" in made.damaged["../../../secret"]
+    with pytest.raises(StoreError, match="no identity"):
+        others.run("../../../secret")
+
+
+def test_not_into_itself(two):
+    with pytest.raises(StoreError, match="into itself"):
+        merge(two[0], Store(two[0].path))
+    with pytest.raises(StoreError, match="no store here"):
+        merge(two[0], Store(two[0].path / "none"))

@@ -1,0 +1,40 @@
+"""A run file on its own becomes an entry of a catalogue again, when it is what it says."""
+
+import json
+from pathlib import Path
+
+from wearlab.store.errors import StoreError
+from wearlab.store.outcome import Outcome
+from wearlab.store.runs import hash_of
+
+
+class ForeignRun(StoreError):
+    """A file that bears another run's name."""
+
+
+def outcome_of(path: Path) -> Outcome:
+    """Return the outcome of a run from its file alone.
+
+    Raises
+    ------
+    StoreError : the file cannot be read, does not hold what was sealed, or is another run's
+    """
+    from wearlab.store.image import describe, load
+    from wearlab.store.seal import is_intact
+
+    dataset = load(path)
+    attributes = dataset.attrs
+    if is_intact(dataset) is False:
+        raise StoreError(f"{path}: its content is not what was sealed in it")
+    if "id" in attributes and str(attributes["id"]) != path.stem:
+        raise ForeignRun(f"{path}: holds run {attributes['id']}, which is not its name")
+    seconds = float(dataset["run_time_total"]) if "run_time_total" in dataset else 0.0
+    return Outcome(
+        *(path.stem, "done", str(attributes.get("date_created", "")), seconds),
+        scene=str(attributes.get("scene", json.dumps({}))),
+        image=path.read_bytes(),
+        sha256=hash_of(path),
+        **describe(dataset)._asdict(),
+        source_hash=str(attributes.get("source_hash", "")),
+        wearlab_version=str(attributes.get("wearlab_version", "")),
+    )

@@ -1,0 +1,124 @@
+"""Another store's runs become ours, each verified; what contradicts our own is named, never overwritten."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from wearlab.store.adopt import outcome_of
+from wearlab.store.audit import check_file
+from wearlab.store.errors import StoreError
+from wearlab.store.outcome import Outcome
+
+if TYPE_CHECKING:
+    from wearlab.store.catalogue import Entry
+    from wearlab.store.store import Store
+
+BATCH = 16
+
+
+@dataclass
+class Merged:
+    """What became of the other store's runs, by id.
+
+    Parameters
+    ----------
+    copied : are ours now
+    same : were ours already, with the same results
+    conflicting : are ours with other results; ours stay
+    damaged : id → why it was left there
+    campaigns : how many campaigns came along
+    """
+
+    copied: list[str] = field(default_factory=list)
+    same: list[str] = field(default_factory=list)
+    conflicting: list[str] = field(default_factory=list)
+    damaged: dict[str, str] = field(default_factory=dict)
+    campaigns: int = 0
+
+
+def merge(store: "Store", other: "Store", tell: Callable[[str], None] = lambda run_id: None) -> Merged:
+    """Copy another store's runs, failures and campaigns into this one.
+
+    A file is read whole, compared with its catalogue's hash and its own seal, then written here.
+
+    Parameters
+    ----------
+    store, other : ours, made when it does not exist, and theirs, which is only read
+    tell : called with the id of each run as it is dealt with
+
+    Raises
+    ------
+    StoreError : there is no other store, or ours cannot be written
+    """
+    theirs = other.entries()
+    if store.path.resolve() == other.path.resolve():
+        raise StoreError(f"{other.path}: a store cannot be merged into itself")
+    store.create()
+    made = Merged()
+    with store.presence() as presence:
+        for entry in theirs.values():
+            _take(store, other, entry, presence.token, made)
+            tell(entry.id)
+    made.campaigns = _campaigns(store, other)
+    return made
+
+
+def _take(store: "Store", other: "Store", entry: "Entry", owner: str, made: Merged) -> None:
+    ours = store.entries([entry.id]).get(entry.id)
+    if entry.state == "running" or (entry.state != "done" and ours is not None):
+        return
+    if entry.state != "done":
+        _save(store, [_without_data(entry)], owner)
+        made.copied.append(entry.id)
+        return
+    try:
+        if problem := check_file(other.files.path(entry.id), entry):
+            raise StoreError(problem.message)
+        if ours is not None and ours.state == "done" and not store.is_lost(ours):
+            _compare(store, other, entry.id, made)
+            return
+        outcome = outcome_of(other.files.path(entry.id))
+    except StoreError as error:
+        made.damaged[entry.id] = str(error)
+        return
+    if ours is None or ours.state != "running" or store.is_stale(ours):
+        _save(store, [outcome], owner)
+        made.copied.append(entry.id)
+
+
+def _save(store: "Store", outcomes: Iterable[Outcome], owner: str) -> None:
+    store.save(list(outcomes), owner)
+
+
+def _compare(store: "Store", other: "Store", run_id: str, made: Merged) -> None:
+    from wearlab.store.seal import results_hash
+
+    same = results_hash(store.run(run_id)) == results_hash(other.run(run_id))
+    (made.same if same else made.conflicting).append(run_id)
+
+
+def _without_data(entry: "Entry") -> Outcome:
+    """Return the outcome of a case that failed or was refused elsewhere."""
+    return Outcome(
+        *(entry.id, entry.state, entry.started or "", entry.seconds or 0.0, entry.scene or "{}"),
+        reason=entry.reason,
+        warnings=entry.warnings,
+        source_hash=entry.source_hash or "",
+        wearlab_version=entry.wearlab_version or "",
+    )
+
+
+def _campaigns(store: "Store", other: "Store") -> int:
+    """Copy the rows of campaigns that we do not know; return how many came."""
+    known = {row[0] for row in store.catalogue.read("SELECT key FROM campaigns")}
+    rows = [row for row in other.catalogue.read("SELECT key, title, reference, path, recorded FROM campaigns")
+            if row[0] not in known]  # fmt: skip
+    keys = [row[0] for row in rows]
+    members = list(
+        other.catalogue.read_many(
+            "SELECT campaign, number, run, label, position FROM members WHERE campaign IN", keys
+        )
+    )
+    store.catalogue.insert("campaigns", rows)
+    store.catalogue.insert("members", members)
+    return len(rows)

@@ -1,0 +1,78 @@
+"""What no campaign refers to any more."""
+
+import json
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from wearlab.store.store import Store
+
+
+@dataclass(frozen=True)
+class Prunable:
+    """A run that can go: its id, state, the bytes of its file, and why."""
+
+    id: str
+    state: str
+    bytes: int
+    reason: str
+
+
+def prunable(store: "Store", kept: Iterable[str] = ()) -> list[Prunable]:
+    """Return the runs that no campaign refers to.
+
+    A campaign file refers to what it asked for when it was last run; what earlier versions of the same file
+    asked for besides, it has let go. Runs that a kept run continues are kept, and those being computed.
+
+    Parameters
+    ----------
+    store : the store
+    kept : ids to keep besides
+
+    Raises
+    ------
+    StoreError : there is no store
+    """
+    entries = store.entries()
+    wanted = referred(store) | set(kept)
+    wanted |= {parent for run_id in wanted if run_id in entries for parent in _parents(entries[run_id].scene)}
+    known = {member.run for member in store.catalogue.members()}
+    return [
+        Prunable(
+            *(e.id, e.state, store.files.size(e.id) or 0),
+            "an earlier version of a campaign asked for it" if e.id in known else "no campaign asked for it",
+        )
+        for e in entries.values()
+        if e.id not in wanted and not (e.state == "running" and not store.is_stale(e))
+    ]
+
+
+def referred(store: "Store") -> set[str]:
+    """Return the ids that the latest version of every campaign file asked for."""
+    latest: dict[str, str] = {}
+    for key, title, path in store.catalogue.read("SELECT key, title, path FROM campaigns ORDER BY recorded"):
+        latest[path or f"\0{title}"] = key
+    rows = store.catalogue.read_many("SELECT run FROM members WHERE campaign IN", sorted(latest.values()))
+    return {row[0] for row in rows}
+
+
+def _parents(scene: str | None) -> list[str]:
+    """Return the runs that a scene continues."""
+    start = json.loads(scene or "{}").get("start") or {}
+    return [start["run"]] if isinstance(start.get("run"), str) else []
+
+
+def prune(store: "Store", runs: Iterable[Prunable]) -> int:
+    """Remove runs: out of the catalogue first, then their files; return the bytes freed.
+
+    Whatever interrupts it leaves files that ``verify`` names, never entries without data.
+    """
+    freed = 0
+    for run in runs:
+        store.catalogue.forget([run.id])
+        with suppress(FileNotFoundError):
+            store.files.path(run.id).unlink()
+            freed += run.bytes
+    return freed
