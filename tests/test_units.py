@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from wearlab import units
 from wearlab.units import KINDS, UnitError, convert, is_quantity, quantity, split
+from wearlab.usual_units import USUAL
 
 
 @pytest.mark.parametrize(
@@ -173,3 +175,9 @@ def test_pint_waits_for_the_first_unit():
     heavy = ["pint", "numba", "xarray", "scipy", "matplotlib", "dask"]
     done = subprocess.run([sys.executable, "-c", code, *heavy], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("one", USUAL)
+def test_usual_units_are_those_of_pint_to_the_last_bit(one):
+    factor, root = units._registry().get_root_units(units._unit(one))
+    assert (float(factor), str(root)) == USUAL[one]

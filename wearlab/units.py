@@ -13,6 +13,8 @@ from difflib import get_close_matches
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
 
+from wearlab.usual_units import USUAL
+
 Value = TypeVar("Value")
 
 
@@ -185,7 +187,7 @@ def _to_si(number: str, unit: str, wanted: Kind) -> float:
         scale, offset = _between(unit, wanted.unit)
     except UnitError as error:
         raise UnitError(f"{error}; {_advice(unit, wanted)}") from None
-    if wanted.name == "torque" and ENERGIES.search(str(_unit(unit))):
+    if wanted.name == "torque" and unit not in USUAL and ENERGIES.search(str(_unit(unit))):
         raise UnitError(f"{unit!r} is a unit of energy; {_advice(unit, wanted)}")
     if offset:
         return float(number) * scale + offset
@@ -202,6 +204,8 @@ def _advice(unit: str, wanted: Kind) -> str:
 @cache
 def _between(from_unit: str, to_unit: str) -> tuple[float, float]:
     """Return factor and offset from one unit to another."""
+    if from_unit in USUAL and to_unit in USUAL and USUAL[from_unit][1] == USUAL[to_unit][1]:
+        return _decimal(USUAL[from_unit][0] / USUAL[to_unit][0]), 0.0
     registry = _registry()
     source, target = _unit(from_unit), _unit(to_unit)
     if "degree_C" in f"{source}{target}" or "degree_F" in f"{source}{target}":

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from wearlab.cli.output import REFUSALS, Status, Stop, complain, refusing
+from wearlab.cli.output import REFUSALS, Format, Status, Stop, complain, refusing, split_columns
 from wearlab.store import Store
 
 app = typer.Typer(
@@ -64,13 +64,24 @@ def ls(
             metavar="STATE", help="Only runs that are done, failed, refused, running, interrupted or lost."
         ),
     ] = None,
+    where: Annotated[
+        str, typer.Option(metavar="EXPR", help='Such as "torque > 100 N*m and life < 2e7".')
+    ] = "",
+    columns: Annotated[
+        str | None, typer.Option(metavar="A,B", help="What to show, such as speed,life.")
+    ] = None,
+    sort: Annotated[str | None, typer.Option(metavar="A", help="By a column; -A turns the order.")] = None,
+    limit: Annotated[int | None, typer.Option(metavar="N", min=0, help="At most so many.")] = None,
+    format: Annotated[Format, typer.Option(help="How to write it.")] = Format.TABLE,
     json: Json = False,
 ) -> Status:
-    """List the runs of a store."""
-    from wearlab.cli.listing import list_runs
+    """List the runs of a store: all, or those that meet a condition."""
+    from wearlab.cli.listing import Wanted, list_runs
+    from wearlab.query.errors import QueryError
 
-    with refusing(*REFUSALS):
-        return list_runs(Store(store), state, json)
+    wanted = Wanted(where, split_columns(columns), sort, limit, state)
+    with refusing(*REFUSALS, QueryError):
+        return list_runs(Store(store), wanted, Format.JSON if json else format)
 
 
 @app.command()

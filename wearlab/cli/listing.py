@@ -1,10 +1,12 @@
 """``ls``, ``show`` and ``verify``: what is in a store."""
 
 import json
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.cli.output import (
+    Format,
     Status,
     first_line,
     say,
@@ -21,35 +23,80 @@ SHORT_ID = 10
 MICROMETRES = 1e6
 
 
-def list_runs(store: "Store", state: str | None, as_json: bool) -> Status:
-    """Show every run once for each campaign it belongs to."""
-    rows = [row for row in _rows(store) if state in (None, row["state"])]
-    if as_json:
-        show_json(rows)
+HEADS = (
+    *("id", "campaign", "case", "differs by", "state", "life or wear", "error", "time", "note"),
+    *("expected", "measured"),
+)
+USUAL = ("campaign", "case", "verdict", "life", "max_wear_depth", "seconds", "started")
+
+
+class Wanted(NamedTuple):
+    """Which runs to list, and what of them.
+
+    Parameters
+    ----------
+    where : condition, empty: all
+    columns : names to show, None: the usual
+    sort, limit : order and number
+    state : as `state_of` tells it, None: any
+    """
+
+    where: str = ""
+    columns: tuple[str, ...] | None = None
+    sort: str | None = None
+    limit: int | None = None
+    state: str | None = None
+
+
+def list_runs(store: "Store", wanted: Wanted, form: Format) -> Status:
+    """Show the runs that are wanted: the usual once for each campaign they belong to, or chosen columns."""
+    if wanted.columns is not None or form is Format.CSV:
+        _show_columns(store, wanted, form)
         return Status.WELL
-    heads = (
-        "id",
-        "campaign",
-        "case",
-        "differs by",
-        "state",
-        "life or wear",
-        "error",
-        "time",
-        "note",
-        "expected",
-        "measured",
-    )
-    show_table(heads, [_cells(row) for row in rows])
+    ids = None
+    if wanted.where.strip() or wanted.sort or wanted.limit is not None:
+        limit = None if wanted.state else wanted.limit
+        ids = [row["id"] for row in store.query(wanted.where, columns=(), sort=wanted.sort, limit=limit)]
+    rows = [row for row in _rows(store, ids) if wanted.state in (None, row["state"])]
+    if wanted.limit is not None:
+        kept = set(list(dict.fromkeys(row["id"] for row in rows))[: wanted.limit])
+        rows = [row for row in rows if row["id"] in kept]
+    if form is Format.JSON:
+        show_json(rows)
+    else:
+        show_table(HEADS, [_cells(row) for row in rows])
     return Status.WELL
 
 
-def _rows(store: "Store") -> list[dict[str, Any]]:
-    entries = store.entries()
-    members = [member for member in store.catalogue.members() if member.run in entries]
+def _show_columns(store: "Store", wanted: Wanted, form: Format) -> None:
+    columns = wanted.columns
+    if columns is None:
+        known = store.names()
+        columns = tuple(name for name in USUAL if name in known)
+    found = store.query(wanted.where, columns=columns, sort=wanted.sort, limit=wanted.limit)
+    if wanted.state is not None:
+        entries = store.entries(found["id"])
+        of_state = [r for r in found.records if state_of(store, entries[r[0]]) == wanted.state]
+        found = replace(found, records=of_state)
+    if form is Format.CSV:
+        say(found.to_csv().rstrip("\n"))
+    elif form is Format.JSON:
+        units = [{"name": column.name, "unit": column.unit or None} for column in found.columns]
+        show_json({"columns": units, "rows": list(found)})
+    else:
+        heads, rows = found.displayed()
+        show_table(heads, [(row[0][:SHORT_ID], *map(_value, row[1:])) for row in rows])
+
+
+def _rows(store: "Store", ids: Sequence[str] | None = None) -> list[dict[str, Any]]:
+    entries = store.entries(ids)
+    members = [member for member in store.catalogue.members(ids) if member.run in entries]
     named = {member.run for member in members}
     alone = [Member("", None, run_id, "", {}) for run_id in entries if run_id not in named]
     current = _current_source(entries)
+    if ids is not None:
+        place = {run_id: number for number, run_id in enumerate(entries)}
+        members = sorted(members, key=lambda member: place[member.run])
     return [_row(store, member, entries[member.run], current) for member in members + alone]
 
 
@@ -171,7 +218,7 @@ def show_run(store: "Store", prefix: str, as_json: bool) -> Status:
 
 
 def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
-    members = [member for member in store.catalogue.members() if member.run == entry.id]
+    members = store.catalogue.members([entry.id])
     return {
         "id": entry.id,
         "state": state_of(store, entry),

@@ -4,7 +4,7 @@ import json
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from enum import IntEnum
+from enum import IntEnum, StrEnum
 from typing import TYPE_CHECKING, Any
 
 from wearlab.store.errors import StoreError
@@ -12,7 +12,7 @@ from wearlab.store.errors import StoreError
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
 
-WIDTH_OF_FILES = 240  # columns of a table that goes to a pipe
+MOST_STYLED = 500  # rows of a table that is fitted to the terminal
 
 
 class Status(IntEnum):
@@ -22,6 +22,14 @@ class Status(IntEnum):
     TROUBLE = 1
     REFUSED = 2
     INTERRUPTED = 130
+
+
+class Format(StrEnum):
+    """How a table is written."""
+
+    TABLE = "table"
+    JSON = "json"
+    CSV = "csv"
 
 
 class Stop(Exception):
@@ -68,13 +76,37 @@ def complain(text: str) -> None:
     print(text, file=sys.stderr)
 
 
+def split_columns(text: str | None) -> tuple[str, ...] | None:
+    """Return the columns of a list; a comma within parentheses or quotes does not part them."""
+    if text is None:
+        return None
+    parts, depth, quote, start = [], 0, "", 0
+    for at, sign in enumerate(text):
+        if quote or sign in "'\"":
+            quote = "" if sign == quote else quote or sign
+        elif sign in "([":
+            depth += 1
+        elif sign in ")]":
+            depth -= 1
+        elif sign == "," and depth == 0:
+            parts.append(text[start:at])
+            start = at + 1
+    return tuple(part.strip() for part in [*parts, text[start:]] if part.strip())
+
+
 def show_json(content: Any) -> None:
     """Write content as JSON."""
     print(json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
 
 
 def show_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, title: str | None = None) -> None:
-    """Write a table, as wide as the terminal; columns without any entry are left out."""
+    """Write a table, as wide as the terminal; columns without any entry are left out.
+
+    A file or a pipe gets one line a row, and so does what fills many screens.
+    """
+    if not sys.stdout.isatty() or len(rows) > MOST_STYLED:
+        _show_plain(heads, rows, title)
+        return
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -85,8 +117,15 @@ def show_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, title: st
         table.add_column(heads[i], overflow="fold", no_wrap=i == 0)
     for row in rows:
         table.add_row(*(Text(row[i]) for i in used))
-    console = Console(width=None if sys.stdout.isatty() else WIDTH_OF_FILES, highlight=False)
-    console.print(table)
+    Console(highlight=False).print(table)
+
+
+def _show_plain(heads: Sequence[str], rows: Sequence[Sequence[str]], title: str | None) -> None:
+    used = [i for i, _ in enumerate(heads) if any(row[i] for row in rows)]
+    lines = [[" ".join(row[i].split("\n")) for i in used] for row in [heads, *rows]]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(used))]
+    for line in [[title]] * bool(title) + lines:
+        say("  ".join(f"{text:<{width}}" for text, width in zip(line, widths, strict=False)).rstrip())
 
 
 def first_line(text: str | None) -> str:

@@ -7,22 +7,21 @@ from wearlab.schema import VARIABLES
 STATISTICS = ("_min", "_mean", "_max")
 
 
-def known_key(name: str, source: str, kind: str, history: bool) -> Key | None:
-    """Return a key as conditions understand it; None for what is asked of only through another.
+def key_of(name: str, source: str, kind: str) -> Key:
+    """Return a key as conditions understand it.
 
     Parameters
     ----------
-    name, source, kind : as the catalogue keeps them
-    history : whether the values along the life are kept too
+    name : dotted key of a scene, or variable
+    source : scene | result | history
+    kind : number | text | history
     """
-    if kind == "history":
-        return None
     if source == "scene":
         return scene_key(name, kind == "text")
     variable = VARIABLES.get(name) or VARIABLES.get(_stem(name))
     if kind == "text" or variable is None:
-        return Key(name, kind, history=history)
-    return Key(name, kind, variable.units, None, variable.display_units, history=history)
+        return Key(name, kind)
+    return Key(name, kind, variable.units, None, variable.display_units)
 
 
 def _stem(name: str) -> str:

@@ -45,9 +45,13 @@ class Facts:
         stored = f"{name}()" if kind == "history" else name
         found = self._numbers.get((source, stored))
         if found is None:
+            from wearlab.query.result_keys import key_of
+
+            key = key_of(name, source, kind)
             connection.execute(
-                "INSERT OR IGNORE INTO keys (name, source, kind) VALUES (?, ?, ?)",
-                (stored, source, kind),
+                "INSERT OR IGNORE INTO keys (name, source, kind, unit, quantity, display_unit) "
+                "VALUES (?, ?, ?, ?, ?, ?)",
+                (stored, source, kind, key.unit, key.quantity, key.display_unit),
             )
             found = connection.execute("SELECT number, kind FROM keys WHERE name = ?", (stored,)).fetchone()
             self._numbers[source, stored] = found

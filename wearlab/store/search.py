@@ -44,14 +44,15 @@ class Search:
     """
 
     def __init__(self, catalogue: Database) -> None:
-        from wearlab.query.result_keys import known_key
-
         self.catalogue = catalogue
-        rows = catalogue.read("SELECT number, name, source, kind FROM keys")
-        histories = {name.removesuffix("()") for _, name, _, kind in rows if kind == "history"}
-        self.numbers = {name: number for number, name, _, _ in rows}
-        named = [known_key(name, source, kind, name in histories) for _, name, source, kind in rows]
-        self.vocabulary = Vocabulary([*(key for key in named if key), *OWN_KEYS], ALIASES)
+        rows = catalogue.read("SELECT number, name, source, kind, unit, quantity, display_unit FROM keys")
+        self.numbers = {row[1]: row[0] for row in rows}
+        named = [
+            Key(name, kind, unit, quantity, shown, source == "scene", f"{name}()" in self.numbers)
+            for _, name, source, kind, unit, quantity, shown in rows
+            if kind != "history"
+        ]
+        self.vocabulary = Vocabulary([*named, *OWN_KEYS], ALIASES)
         catalogue.teach("first_cycle", 4, first_cycle)
 
     def table(self, where: str, columns: Sequence[str] | None, sort: str | None, limit: int | None) -> Table:

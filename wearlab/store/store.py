@@ -88,6 +88,12 @@ class Store:
 
         return Search(self.catalogue).table(where, columns, sort, limit)
 
+    def names(self) -> list[str]:
+        """Return everything that a condition of `query` may ask for here."""
+        from wearlab.store.search import Search
+
+        return sorted(Search(self.catalogue).vocabulary.keys)
+
     def run(self, run_id: str) -> "xr.Dataset":
         """Return one run, loaded, its file closed.
 

@@ -22,7 +22,8 @@ CREATE TABLE documents (
     number INTEGER PRIMARY KEY, reason TEXT, warnings TEXT, sizes TEXT, digests TEXT, summary TEXT, scene TEXT
 );
 CREATE TABLE keys (
-    number INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, source TEXT NOT NULL, kind TEXT NOT NULL
+    number INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, source TEXT NOT NULL, kind TEXT NOT NULL,
+    unit TEXT NOT NULL, quantity TEXT, display_unit TEXT NOT NULL
 );
 CREATE TABLE facts (place INTEGER PRIMARY KEY, value);
 CREATE TABLE layouts (key TEXT PRIMARY KEY, layout TEXT NOT NULL) WITHOUT ROWID;
