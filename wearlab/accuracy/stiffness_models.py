@@ -1,20 +1,30 @@
 """Stiffness models of a campaign against its first case: errors in single and double contact, and run time.
 
-``python -m wearlab.accuracy.stiffness_models FILE`` prints one table for each kind of mesh.
+``python -m wearlab.accuracy.stiffness_models FILE [WEAR]`` prints one table for each kind of mesh, healthy or
+with WEAR µm off both flanks.
 """
 
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.campaign import load
+from wearlab.gears.gear import Gear
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.finite_element import Options, solve_gear
+from wearlab.mesh.finite_element import (
+    FiniteElement,
+    GearCompliance,
+    Options,
+    Wear,
+    pair_compliance,
+    solve_gear,
+)
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_analysis
 from wearlab.scene.build.sets import PairOfSet, build_set
@@ -69,21 +79,26 @@ def judge(cases: Sequence[tuple[str, Scene]], kind: int = 0, wear: float = 0.0) 
     for label, scene in cases:
         one = build_set(scene).kinds[kind]
         begun = time.perf_counter()
-        if _elements(scene, one):
-            _from_scratch(one.pair, Options(plane=scene.mesh.of(one.section).stiffness.plane))
-        analysis = build_analysis(scene, one)
-        stiffness = secant_stiffness(analysis)
+        elements = _elements(scene, one, wear)
         seconds = time.perf_counter() - begun
+        analysis = build_analysis(scene, one)
+        begun = time.perf_counter()
+        analysis = build_analysis(scene, one)
+        if elements is not None and wear > 0.0:
+            analysis = replace(analysis, stiffness=_worn(analysis, one.pair, elements))
+        stiffness = secant_stiffness(analysis, wear)
+        seconds += time.perf_counter() - begun
         reference = stiffness if reference is None else reference
         mean = float(np.sum(analysis.grid.phase_nodes[1] * stiffness)) / one.pair.face_width
         yield Judgement(label, mean, zones(analysis, stiffness / reference - 1.0), seconds)
 
 
-def secant_stiffness(analysis: ContactAnalysis) -> Array:
-    """Return F/(δ − e) of unworn flanks at the phase nodes, (n_phase_nodes,) [N/m]."""
-    nodes = analysis.nodes(np.zeros((2, len(analysis.grid.position))))
+def secant_stiffness(analysis: ContactAnalysis, wear: float = 0.0) -> Array:
+    """Return F/(δ − e) of evenly worn flanks at the phase nodes, (n_phase_nodes,) [N/m]."""
+    nodes = analysis.nodes(np.full((2, len(analysis.grid.position)), wear))
     state = analysis.quasistatic(nodes, analysis.at_nodes)
-    return analysis.load / (state.deflection - state.unloaded)
+    stiffness: Array = analysis.load / (state.deflection - state.unloaded)
+    return stiffness
 
 
 def zones(analysis: ContactAnalysis, error: Array) -> tuple[Zone, ...]:
@@ -100,14 +115,26 @@ def zones(analysis: ContactAnalysis, error: Array) -> tuple[Zone, ...]:
     )
 
 
-def _elements(scene: Scene, one: PairOfSet) -> bool:
-    return scene.mesh.of(one.section).stiffness.model == "finite-element"
+def _elements(scene: Scene, one: PairOfSet, wear: float) -> tuple[GearCompliance, GearCompliance] | None:
+    """Solve both gears as if nothing were remembered; None for a model without elements."""
+    asked: Any = scene.mesh.of(one.section).stiffness
+    if asked.model != "finite-element":
+        return None
+    first, second = (solve_gear(gear, Options(asked.plane), _even(gear, wear)) for gear in one.pair.gears)
+    return first, second
 
 
-def _from_scratch(pair: GearPair, options: Options) -> None:
-    """Solve both gears as if nothing were remembered, for the run time."""
-    for gear in pair.gears:
-        solve_gear(gear, options)
+def _even(gear: Gear, depth: float) -> Wear | None:
+    ends = np.sort([gear.form_radius, gear.tip_radius])
+    return Wear(ends, np.full(2, depth)) if depth > 0.0 else None
+
+
+def _worn(
+    analysis: ContactAnalysis, pair: GearPair, solved: tuple[GearCompliance, GearCompliance]
+) -> FiniteElement:
+    assert isinstance(analysis.stiffness, FiniteElement)
+    own, shared = pair_compliance(pair, analysis.grid.position, analysis.grid.n_pairs, solved=solved)
+    return replace(analysis.stiffness, own=own, shared=shared)
 
 
 def report(title: str, judged: Sequence[Judgement]) -> str:
@@ -121,16 +148,15 @@ def report(title: str, judged: Sequence[Judgement]) -> str:
     return "\n".join(lines)
 
 
-def main(files: Sequence[str]) -> None:
-    """Print the tables of campaign files."""
-    for file in files:
-        campaign = load(file)
-        cases = [(case.label, case.scene) for case in campaign.cases]
-        for kind, one in enumerate(build_set(cases[0][1]).kinds):
-            for _ in judge(cases, kind):  # compile and read everything once: the table times the models
-                pass
-            judged = list(judge(cases, kind))
-            print(report(f"{campaign.title}: {' and '.join(one.flanks)}", judged), end="\n\n")
+def main(words: Sequence[str]) -> None:
+    """Print the tables of a campaign file, for flanks worn evenly by a depth in µm when one is given."""
+    file, wear = words[0], 1e-6 * float(words[1]) if len(words) > 1 else 0.0
+    campaign = load(file)
+    cases = [(case.label, case.scene) for case in campaign.cases]
+    for kind, one in enumerate(build_set(cases[0][1]).kinds):
+        judged = list(judge(cases, kind, wear))
+        worn = f", {1e6 * wear:g} um worn off both flanks" if wear > 0.0 else ""
+        print(report(f"{campaign.title}: {' and '.join(one.flanks)}{worn}", judged), end="\n\n")
 
 
 if __name__ == "__main__":

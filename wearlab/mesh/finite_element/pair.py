@@ -64,6 +64,7 @@ def pair_compliance(
     position: Array,
     pairs: int,
     options: Options = Options(),  # noqa: B008
+    solved: tuple[GearCompliance, GearCompliance] | None = None,
 ) -> tuple[Array, Array]:
     """Return what pairs of teeth yield along the line of action, own and shared.
 
@@ -73,6 +74,7 @@ def pair_compliance(
     position : (n,) path positions [m]
     pairs : largest number of pairs in contact
     options : of mesh and load
+    solved : what the two gears yield, (driving, driven), when they are worn; absent: unworn gears
 
     Returns
     -------
@@ -80,16 +82,17 @@ def pair_compliance(
     the end of the path
     """
     s = np.asarray(position, dtype=float)
+    found = solved or tuple(gear_compliance(gear, options) for gear in pair.gears)
     own, shared = np.zeros(len(s)), np.zeros((pairs - 1, len(s)))
-    for index, gear in enumerate(pair.gears):
-        solved, flank = gear_compliance(gear, options), Flank(gear)
-        here = solved.weights(flank.parameter(pair.radius(index, s)))
-        own += here @ solved.own / gear.face_width
+    for index, (gear, one) in enumerate(zip(pair.gears, found, strict=True)):
+        flank = Flank(gear)
+        here = one.weights(flank.parameter(pair.radius(index, s)))
+        own += here @ one.own / gear.face_width
         for apart in range(1, pairs):
             ahead = s + apart * pair.base_pitch
             inside = ahead <= pair.path.E + DISTANCE_SLACK * pair.base_pitch
-            there = solved.weights(flank.parameter(pair.radius(index, ahead[inside])))
-            both = _across(solved, apart, here[inside], there, leads=index == DRIVING)
+            there = one.weights(flank.parameter(pair.radius(index, ahead[inside])))
+            both = _across(one, apart, here[inside], there, leads=index == DRIVING)
             shared[apart - 1, inside] += both / gear.face_width
     return own, shared
 
