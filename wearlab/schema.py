@@ -146,6 +146,16 @@ VARIABLES: dict[str, Variable] = {
     "contact_range": Variable(
         ("update", "member", "mesh", "end"), "rad", "rad", "contact angle at which a pair engages and leaves"
     ),
+    "lone_meshing_range": Variable(
+        ("update", "member", "mesh", "end"),
+        "rad",
+        "rad",
+        "rotation over which a pair alone would touch",
+        "flank on flank, with a common tangent",
+    ),
+    "lone_contact_range": Variable(
+        ("update", "member", "mesh", "end"), "rad", "rad", "contact angle over which a pair alone would touch"
+    ),
     "contact_loss": Variable(
         ("update", "member", "mesh"), "1", "%", "share of the active flank that never touches"
     ),

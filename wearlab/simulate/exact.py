@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 from wearlab.life.state import KindState, WearState
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps
-from wearlab.mesh.exact.relation import MeshRelation, contact_loss, mesh_relation, meshing_range
+from wearlab.mesh.exact.relation import (
+    MeshRelation,
+    contact_loss,
+    lone_ranges,
+    mesh_relation,
+    meshing_range,
+)
 from wearlab.mesh.profile import Lookup
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
@@ -22,8 +28,9 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Val
     """Return the mesh relationship at the stored phases, nothing where no mesh has exact contact.
 
     ``contact_angle``, ``rotation_angle`` (update, member, mesh, pair, phase), ``engaged`` (update, mesh,
-    pair, phase), ``meshing_range``, ``contact_range`` (update, member, mesh, end), ``contact_loss`` (update,
-    member, mesh) and ``unloaded_transmission_angle`` (update, mesh, phase); NaN for members not in a mesh.
+    pair, phase), ``meshing_range``, ``contact_range`` and those of a lone pair (update, member, mesh, end),
+    ``contact_loss`` (update, member, mesh) and ``unloaded_transmission_angle`` (update, mesh, phase); NaN
+    for members not in a mesh.
     """
     exact = (ExactGaps, AlgorithmOneGaps)
     if not any(isinstance(one.analysis.gaps, exact) for one in parts.kinds):
@@ -37,6 +44,8 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Val
         "engaged": np.zeros((shape[0], shape[2], slots, phases), dtype=np.int8),
         "meshing_range": np.full((*shape, 2), np.nan),
         "contact_range": np.full((*shape, 2), np.nan),
+        "lone_meshing_range": np.full((*shape, 2), np.nan),
+        "lone_contact_range": np.full((*shape, 2), np.nan),
         "contact_loss": np.full(shape, np.nan),
         "unloaded_transmission_angle": np.full((shape[0], shape[2], phases), np.nan),
     }
@@ -67,12 +76,15 @@ def _one_state(
     turned, touched = (
         meshing_range(angles, engaged) for angles in (relation.rotation_angle, relation.contact_angle)
     )
+    touched_alone, turned_alone = lone_ranges(analysis.gaps.flanks, state.wear)
     for gear, body in enumerate(one.pair.gears):
         member = parts.gears.members.index(body.name)
         values["contact_angle"][update, member, mesh, :used] = relation.contact_angle[gear]
         values["rotation_angle"][update, member, mesh, :used] = relation.rotation_angle[gear]
         values["meshing_range"][update, member, mesh] = turned[gear]
         values["contact_range"][update, member, mesh] = touched[gear]
+        values["lone_meshing_range"][update, member, mesh] = turned_alone[gear]
+        values["lone_contact_range"][update, member, mesh] = touched_alone[gear]
         values["contact_loss"][update, member, mesh] = loss[gear]
 
 

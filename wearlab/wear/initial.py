@@ -201,20 +201,23 @@ def _zero_line(zero: Zero, pair: GearPair, gear: int, s: Array, depth: Array) ->
 
 
 def _outer_line(s: Array, depth: Array) -> Array:
-    """Return the line through the two highest points, one on each side of the pitch point, none above it."""
-    best, line = np.inf, np.zeros_like(depth)
-    before, after = np.flatnonzero(s < 0.0), np.flatnonzero(s > 0.0)
-    if not len(before) or not len(after):
-        return np.full_like(depth, depth.min())
-    # the lower hull of the depth over the path; its edge across the pitch point bounds all the others there
-    for i in before:
-        slope = (depth[after] - depth[i]) / (s[after] - s[i])
-        k = int(np.argmin(slope))
-        tried = depth[i] + slope[k] * (s - s[i])
-        at_pitch = depth[i] - slope[k] * s[i]
-        if at_pitch < best and np.all(depth - tried >= -1e-15 - 1e-9 * np.ptp(depth)):
-            best, line = at_pitch, tried
-    return line
+    """Return the line that touches the profile from outside on both sides of the pitch point.
+
+    Where the pitch point itself stands highest, the line is the tangent there, if that stays outside.
+    """
+    away = 1e-9 * np.ptp(s)
+    before, after, at_pitch = s < -away, s > away, float(np.interp(0.0, s, depth))
+    left, right = ((depth[side] - at_pitch) / s[side] for side in (before, after))
+    if left.max() <= right.min():
+        near, far = -s[before][-1], s[after][0]
+        tangent = (left[-1] * far + right[0] * near) / (near + far)
+        return np.asarray(at_pitch + np.clip(tangent, left.max(), right.min()) * s)
+    # the edge of the lower hull of the depth that crosses the pitch point: the lowest there of all chords
+    rise = depth[after] - depth[before][:, None]
+    slope = rise / (s[after] - s[before][:, None])
+    crossing = depth[before][:, None] - slope * s[before][:, None]
+    i, j = np.unravel_index(np.argmin(crossing), crossing.shape)
+    return np.asarray(crossing[i, j] + slope[i, j] * s)
 
 
 def _check_sign(depth: Array, pair: GearPair, gear: int, s: Array, zero: Zero) -> None:

@@ -2,6 +2,7 @@
 
 import importlib.util
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -117,7 +118,7 @@ def by_point_clouds(flanks, depth, x, n=30001):
         placed = curves[0].centre + curves[0].turned * points * np.exp(1j * curves[0].sense * phi1)
         seen = curves[1].turned * (placed - curves[1].centre)
         best = -np.inf
-        for low, high in zip(breaks[:-1], breaks[1:], strict=True):
+        for low, high in pairwise(breaks):
             own = curves[1].own(curves[1].angle(np.linspace(low, high, n)))
             order = np.argsort(abs(own))
             angle = np.interp(abs(seen), abs(own)[order], np.angle(own)[order], left=np.nan, right=np.nan)

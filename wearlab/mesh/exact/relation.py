@@ -7,10 +7,14 @@ from numpy.typing import NDArray
 
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.exact.angles import contact_angle, rotation_angle
-from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps
+from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps, WornFlanks
+from wearlab.mesh.exact.tangency import tangency
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+
+LONE_POINTS = 1849
+"""Points of the driving flank at which a lone pair is sought; Y23's number."""
 
 
 class MeshRelation(NamedTuple):
@@ -92,6 +96,33 @@ def meshing_range(angles: Array, engaged: Flags) -> Array:
     first, last = along[0], along[-1]
     row = len(engaged) - 1
     return np.stack([angles[:, row - pair, phase] for pair, phase in (first, last)], axis=1)
+
+
+def lone_ranges(flanks: WornFlanks, wear: Array) -> tuple[Array, Array]:
+    """Return over which angles a pair would touch with a common tangent if it were alone.
+
+    Parameters
+    ----------
+    flanks : the pair and its nodes
+    wear : (2, n) wear depth, (driving, driven) [m]
+
+    Returns
+    -------
+    contact angles α and rotation angles φ, each (2, 2): first and last of (driving, driven) [rad]
+
+    References
+    ----------
+    Y23 Fig. 9: with wear α shrinks at the root, and φ grows.
+    """
+    pair = flanks.pair
+    found = tangency(*flanks.worn(wear), np.linspace(pair.path.A, pair.path.E, LONE_POINTS))
+    have = np.flatnonzero(np.isfinite(found.gap))
+    if not len(have):
+        return np.full((2, 2), np.nan), np.full((2, 2), np.nan)
+    ends = have[[0, -1]]
+    touched = [contact_angle(pair, i, s[ends]) for i, s in enumerate((found.driving, found.driven))]
+    turned = [rotation_angle(pair, i, x[ends]) for i, x in enumerate((found.x_driving, found.x_driven))]
+    return np.stack(touched), np.stack(turned)
 
 
 def contact_loss(pair: GearPair, angles: Array, engaged: Flags) -> Array:

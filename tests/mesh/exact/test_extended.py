@@ -1,0 +1,107 @@
+"""Contact beyond A and E: pairs that enter and leave by their gap, in the sharing of the load."""
+
+import numpy as np
+import pytest
+
+from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.curve import constant
+from wearlab.mesh.exact.extension import Deflections, extension
+from wearlab.mesh.exact.gaps import DisplacementBeyond, ExactGaps, WornFlanks
+from wearlab.mesh.exact.minimum_gap import minimum_gap
+from wearlab.mesh.profile import Extension, lookup, profile_grid
+from wearlab.mesh.stiffness import GivenStiffness
+
+STIFFNESS, LOAD = 2.4e8, 2000.0
+
+
+def analysis(pair, reach, gaps=ExactGaps, points=151):
+    grid = profile_grid(pair, points, extension=reach)
+    none = np.zeros((2, len(grid.position)))
+    return ContactAnalysis(
+        grid,
+        GivenStiffness(constant(STIFFNESS), "pair", grid),
+        none[0],
+        LOAD,
+        gaps=gaps(WornFlanks(pair, grid, none)),
+    )
+
+
+def worn(analysis):
+    s = analysis.grid.position
+    return 2e-6 * np.stack([(s / np.abs(s).max()) ** 2] * 2)
+
+
+def reach_of(pair, share=0.3):
+    return Extension(share * pair.base_pitch, share * pair.base_pitch)
+
+
+@pytest.mark.parametrize("name", ["external", "internal", "internal, ring drives"])
+def test_the_grid_reaches_beyond_and_keeps_its_flank(make, name):
+    pair = make.pairs[name]
+    plain, grid = profile_grid(pair, 151), profile_grid(pair, 151, extension=reach_of(pair))
+    assert grid.touching[0] == pytest.approx(pair.path.A - 0.3 * pair.base_pitch)
+    assert grid.touching[-1] == pytest.approx(pair.path.E + 0.3 * pair.base_pitch)
+    assert grid.position[[0, -1]] == pytest.approx([pair.path.A, pair.path.E])
+    np.testing.assert_array_equal(grid.touching[grid.on_flank], grid.position)
+    assert np.sum(grid.weight) == pytest.approx(np.sum(plain.weight))
+    phases, _ = grid.phase_nodes
+    for phase, nodes in zip(phases, grid.pairs_at_phase_nodes, strict=True):
+        for number, node in zip(grid.pair_numbers, nodes, strict=True):
+            if node >= 0:
+                where = pair.path.A + (phase + number) * pair.base_pitch
+                assert grid.touching[node] == pytest.approx(where, abs=1e-12)
+    assert plain.touching is plain.position or len(plain.touching) == len(plain.position)
+
+
+@pytest.mark.parametrize("gaps", [ExactGaps, DisplacementBeyond])
+def test_forces_have_no_jump_and_balance(make, gaps):
+    pair = make.pairs["external"]
+    found = analysis(pair, reach_of(pair), gaps)
+    nodes = found.nodes(worn(found))
+    phase = (np.arange(4000) + 0.5) / 4000
+    state = found.quasistatic(nodes, lookup(found.grid, phase))
+    np.testing.assert_allclose(state.force.sum(axis=1), LOAD, rtol=1e-12)
+    # pair j at phase 1 goes on as pair j + 1 at phase 0: slot p takes over from slot p + 1
+    steps = [np.abs(np.diff(state.force, axis=0)).max()]
+    steps.append(np.abs(state.force[0, :-1] - state.force[-1, 1:]).max())
+    assert max(steps) < 0.01 * LOAD
+    jump = analysis(pair, Extension(0.0, 0.0), gaps) if gaps is ExactGaps else None
+    if jump is not None:
+        plain = jump.quasistatic(jump.nodes(worn(jump)), lookup(jump.grid, phase))
+        assert np.abs(np.diff(plain.force, axis=0)).max() > 0.3 * LOAD
+
+
+def test_a_pair_enters_where_its_corner_gap_is_the_deflection_of_the_others(make):
+    pair = make.pairs["external"]
+    found = analysis(pair, reach_of(pair))
+    nodes = found.nodes(np.zeros((2, len(found.grid.position))))
+    phase = np.linspace(0.5, 1.0, 4001)[:-1]
+    state = found.quasistatic(nodes, lookup(found.grid, phase))
+    last = int(np.flatnonzero(found.grid.pair_numbers == -1)[0])
+    first = int(np.argmax(state.force[:, last] > 0.0))
+    assert first > 0
+    flanks = found.gaps.flanks
+    x = pair.path.A + (phase[first] - 1.0) * pair.base_pitch
+    gap = minimum_gap(*flanks.worn(np.zeros((2, len(found.grid.position)))), [x]).gap[0]
+    assert gap == pytest.approx(state.deflection[first - 1], rel=5e-3)
+
+
+def test_exact_contact_of_unworn_flanks_changes_nothing(make):
+    pair = make.pairs["external"]
+    exact = analysis(pair, Extension(0.0, 0.0))
+    plain = ContactAnalysis(exact.grid, exact.stiffness, exact.modification, LOAD)
+    none = np.zeros((2, len(exact.grid.position)))
+    a, b = (one.quasistatic(one.nodes(none), one.at_nodes) for one in (exact, plain))
+    np.testing.assert_allclose(a.deflection, b.deflection, rtol=1e-9)
+    np.testing.assert_allclose(a.force, b.force, atol=1e-7 * LOAD)
+
+
+def test_the_extension_is_where_the_gap_reaches_the_deflection(flanks):
+    none = np.zeros((2, len(flanks.grid.position)))
+    reach = extension(flanks, none, Deflections(5e-6, 20e-6))
+    ends = [flanks.pair.path.A - reach.approach, flanks.pair.path.E + reach.recess]
+    np.testing.assert_allclose(minimum_gap(*flanks.worn(none), ends).gap, [5e-6, 20e-6], rtol=1e-6)
+    even = np.full_like(none, 2e-6)
+    later = extension(flanks, even, Deflections(5e-6, 20e-6))
+    assert 0.0 < later.approach < reach.approach and 0.0 < later.recess < reach.recess
+    assert extension(flanks, even, Deflections(3e-6, 3e-6)) == Extension(0.0, 0.0)
