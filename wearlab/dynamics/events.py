@@ -26,7 +26,7 @@ class Scratch(NamedTuple):
 
     Parameters
     ----------
-    mesh : (4 n_mesh,) ; push : (3 n width,) see `rk4_step`
+    mesh : (4 n_channel,) ; push : (3 n width,) see `rk4_step`
     part : (4 · 2n width,) states within a step
     cut : (width,) tangent of the place of the last contact change
     contact : (n_mesh, n_pairs + 1) flanks that touch
@@ -39,11 +39,12 @@ class Scratch(NamedTuple):
     contact: NDArray[np.bool_]
 
 
-def scratch(n: int, meshes: int, pairs: int, width: int) -> Scratch:
+def scratch(n: int, meshes: int, channels: int, pairs: int, width: int) -> Scratch:
     """Allocate the memory of one integration."""
+    loads = 2 + n
     return Scratch(
-        np.zeros(4 * meshes),
-        np.zeros(3 * n * width),
+        np.zeros(4 * channels),
+        np.zeros(3 * max(n * width, channels + loads)),
         np.zeros(8 * n * width),
         np.zeros(width),
         np.zeros((meshes, pairs + 1), np.bool_),
@@ -67,7 +68,7 @@ def part_step(
     """Advance state ``i`` of the scratch from fraction ``a`` to ``b`` of the step into state ``j``."""
     part_law(kernel, tables, step, a, b, period, s.contact, width, s.mesh, s.push)
     h = (b - a) * tables.width[step] * period
-    rk4_step(kernel.structure, kernel.mesh_damping, columns, width, s.part, i, s.part, j, s.mesh, s.push, h)
+    rk4_step(kernel.structure, kernel.channels, columns, width, s.part, i, s.part, j, s.mesh, s.push, h)
 
 
 @jit

@@ -5,13 +5,18 @@ With contact known, ``W_m = k_m d·q + c_m d·q̇ − w_m`` where ``k_m = Σ_p k
 
 ``contact`` is (n_mesh, n_pairs + 1): 1 where a pair touches, last column the back flank.
 Parts of a step are given as fractions a…b of it; tables are interpolated quadratically within the step.
+
+Friction is affine in the same δ: ``Σ_p Λμ_p F_p = k_a d·q − w_a`` and ``Σ_p Λμ_p s_p F_p = k_b d·q − w_b`` go
+to the channels of f0 and f1.
 """
 
 from typing import Any
 
 import numpy as np
+from numba.extending import overload
 
 from wearlab.compiled import jit
+from wearlab.dynamics.structure import Propagated
 
 
 @jit
@@ -102,25 +107,114 @@ def add_back_flank(
     return stiffness, stiffness * (error - backlash[m])
 
 
+def begin_push(structure: Any, stage: Any, w: Any, push: Any) -> None:
+    """Fill column 0 of ``push`` at a stage with what the constant loads give."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(begin_push)
+def _choose_begin(structure: Any, stage: Any, w: Any, push: Any) -> Any:
+    return _begin_inputs if structure.instance_class is Propagated else _begin_acceleration
+
+
+def _begin_acceleration(structure: Any, stage: Any, w: Any, push: Any) -> None:
+    n = len(structure.load)
+    for row in range(n):
+        push[(stage * n + row) * w] = structure.load[row]
+
+
+def _begin_inputs(structure: Any, stage: Any, w: Any, push: Any) -> None:
+    channels, inputs = len(structure.tables.stiffness), len(structure.force) // 5
+    for row in range(inputs):
+        push[stage * inputs + row] = 0.0
+    push[stage * inputs + channels] = 1.0
+
+
+def push_channel(structure: Any, channel: Any, stage: Any, total: Any, w: Any, push: Any) -> None:
+    """Add the force ``total`` along the vector of a channel to ``push`` at a stage."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(push_channel)
+def _choose_push(structure: Any, channel: Any, stage: Any, total: Any, w: Any, push: Any) -> Any:
+    return _push_input if structure.instance_class is Propagated else _push_acceleration
+
+
+def _push_acceleration(structure: Any, channel: Any, stage: Any, total: Any, w: Any, push: Any) -> None:
+    n = len(structure.load)
+    for row in range(n):
+        push[(stage * n + row) * w] += structure.response[channel * n + row] * total
+
+
+def _push_input(structure: Any, channel: Any, stage: Any, total: Any, w: Any, push: Any) -> None:
+    push[stage * (len(structure.force) // 5) + channel] += total
+
+
+def push_load(
+    structure: Any, vector: Any, index: Any, stage: Any, column: Any, size: Any, w: Any, push: Any
+) -> None:
+    """Add a load to a column of ``push``: M⁻¹F is ``vector``, among the loads it has an index."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(push_load)
+def _choose_load(
+    structure: Any, vector: Any, index: Any, stage: Any, column: Any, size: Any, w: Any, push: Any
+) -> Any:
+    return _push_load_input if structure.instance_class is Propagated else _push_load_acceleration
+
+
+def _push_load_acceleration(
+    structure: Any, vector: Any, index: Any, stage: Any, column: Any, size: Any, w: Any, push: Any
+) -> None:
+    n = len(structure.load)
+    for row in range(n):
+        at = (stage * n + row) * w + column
+        push[at] = size * vector[row] if column > 0 else push[at] + size * vector[row]
+
+
+def _push_load_input(
+    structure: Any, vector: Any, index: Any, stage: Any, column: Any, size: Any, w: Any, push: Any
+) -> None:
+    # The column of a tangent is filled by the step itself, which knows its unit input.
+    if column == 0:
+        inputs = len(structure.force) // 5
+        push[stage * inputs + len(structure.tables.stiffness) + index] += size
+
+
 @jit
-def add_fluctuation(fluctuation: Any, table: Any, step: int, a: float, b: float, w: int, push: Any) -> None:
-    """Add the fluctuating load to ``push`` at the three stages."""
-    if fluctuation is not None:
-        n = len(fluctuation)
-        for stage in range(3):
-            factor = within(table[step], a + 0.5 * stage * (b - a))
-            for row in range(n):
-                push[(stage * n + row) * w] += factor * fluctuation[row]
+def add_fluctuation(
+    structure: Any, fluctuation: Any, table: Any, step: int, stage: int, x: float, w: int, push: Any
+) -> int:
+    """Add the fluctuating load to ``push``; return the number of loads so far."""
+    if fluctuation is None:
+        return 1
+    push_load(structure, fluctuation, 1, stage, 0, within(table[step], x), w, push)
+    return 2
+
+
+@jit
+def add_balance(structure: Any, balance: Any, first: int, stage: int, w: int, push: Any) -> None:
+    """Add the loads of unknown size, and their unit loads to the tangents by them."""
+    if balance is not None:
+        for row in range(len(balance.held)):
+            push_load(structure, balance.response[row], first + row, stage, 0, balance.size[row], w, push)
+            column = 1 + balance.held[row]
+            if column < w:
+                push_load(structure, balance.response[row], first + row, stage, column, 1.0, w, push)
 
 
 @jit
 def start_law(kernel: Any, tables: Any, step: int, a: float, b: float, width: Any, push: Any) -> None:
     """Fill column 0 of ``push`` (3, n, width) with the acceleration that the loads alone give."""
-    n, w = len(kernel.structure.load), len(width)
+    w = len(width)
     for stage in range(3):
-        for row in range(n):
-            push[(stage * n + row) * w] = kernel.structure.load[row]
-    add_fluctuation(kernel.fluctuation, tables.fluctuation, step, a, b, w, push)
+        x = a + 0.5 * stage * (b - a)
+        begin_push(kernel.structure, stage, w, push)
+        loads = add_fluctuation(
+            kernel.structure, kernel.fluctuation, tables.fluctuation, step, stage, x, w, push
+        )
+        add_balance(kernel.structure, kernel.balance, loads, stage, w, push)
 
 
 @jit
@@ -138,26 +232,48 @@ def finish_stage(
     damping: float, width: Any, mesh: Any, push: Any,
 ) -> None:  # fmt: skip
     """Write k_m of one stage into ``mesh`` and add w_m to ``push``."""
-    structure = kernel.structure
-    n, w, meshes = len(structure.load), len(width), len(kernel.mesh_damping)
+    channels = len(kernel.channels)
     k_back, w_back = add_back_flank(kernel.backlash, m, back, every, e)
-    mesh[stage * meshes + m] = k + k_back
-    total = w_m + k * e + w_back + damping * rate
-    for row in range(n):
-        push[(stage * n + row) * w] += structure.response[m * n + row] * total
+    mesh[stage * channels + m] = k + k_back
+    push_channel(kernel.structure, m, stage, w_m + k * e + w_back + damping * rate, len(width), push)
+
+
+@jit
+def friction_stage(
+    friction: Any, kernel: Any, tables: Any, step: int, stage: int, x: float, m: int, e: float, contact: Any,
+    width: Any, mesh: Any, push: Any,
+) -> None:  # fmt: skip
+    """Fill the two friction channels of mesh ``m`` at one stage, fraction ``x`` of the step."""
+    if friction is not None:
+        channels, meshes = len(kernel.channels), len(kernel.mesh_damping)
+        k_a, w_a, k_b, w_b = 0.0, 0.0, 0.0, 0.0
+        for p in range(len(kernel.pairs)):
+            if contact[m, p]:
+                rubs = within(tables.sliding[step, :, m, p], x) * within(tables.stiffness[step, :, m, p], x)
+                arm = rubs * within(tables.position[step, :, m, p], x)
+                gap = within(tables.gap[step, :, m, p], x) + e
+                k_a += rubs
+                w_a += rubs * gap
+                k_b += arm
+                w_b += arm * gap
+        one, two = meshes + m, 2 * meshes + m
+        mesh[stage * channels + one], mesh[stage * channels + two] = k_a, k_b
+        mesh[3 * channels + one], mesh[3 * channels + two] = 0.0, 0.0
+        push_channel(kernel.structure, one, stage, w_a, len(width), push)
+        push_channel(kernel.structure, two, stage, w_b, len(width), push)
 
 
 @jit
 def mesh_law(
     kernel: Any, tables: Any, step: int, period: float, contact: Any, width: Any, mesh: Any, push: Any
 ) -> None:
-    """Fill ``mesh`` (4, n_mesh) and column 0 of ``push`` (3, n, width) for a whole step."""
-    meshes, pairs = len(kernel.mesh_damping), len(kernel.pairs)
+    """Fill ``mesh`` (4, n_channel) and column 0 of ``push`` (3, n, width) for a whole step."""
+    meshes, pairs, channels = len(kernel.mesh_damping), len(kernel.pairs), len(kernel.channels)
     start_law(kernel, tables, step, 0.0, 1.0, width, push)
     frequency = 1.0 / period
     for m in range(meshes):
         damping = gate_damping(kernel, m, contact)
-        mesh[3 * meshes + m] = damping
+        mesh[3 * channels + m] = damping
         for stage in range(3):
             k, w_m, every = 0.0, 0.0, 0.0
             for p in range(pairs):
@@ -169,6 +285,9 @@ def mesh_law(
             e, rate = tables.error[step, stage, m], tables.error_rate[step, stage, m] * frequency
             finish_stage(
                 kernel, stage, m, k, w_m, every, e, rate, contact[m, pairs], damping, width, mesh, push
+            )
+            friction_stage(
+                kernel.friction, kernel, tables, step, stage, 0.5 * stage, m, e, contact, width, mesh, push
             )
 
 
@@ -186,11 +305,11 @@ def part_law(
     push: Any,
 ) -> None:
     """As `mesh_law`, for the part a…b of a step."""
-    meshes, pairs = len(kernel.mesh_damping), len(kernel.pairs)
+    meshes, pairs, channels = len(kernel.mesh_damping), len(kernel.pairs), len(kernel.channels)
     start_law(kernel, tables, step, a, b, width, push)
     for m in range(meshes):
         damping = gate_damping(kernel, m, contact)
-        mesh[3 * meshes + m] = damping
+        mesh[3 * channels + m] = damping
         for stage in range(3):
             x = a + 0.5 * stage * (b - a)
             k, w_m, every = 0.0, 0.0, 0.0
@@ -204,3 +323,4 @@ def part_law(
             finish_stage(
                 kernel, stage, m, k, w_m, every, e, rate, contact[m, pairs], damping, width, mesh, push
             )
+            friction_stage(kernel.friction, kernel, tables, step, stage, x, m, e, contact, width, mesh, push)

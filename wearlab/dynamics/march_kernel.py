@@ -3,6 +3,7 @@
 from typing import Any
 
 from wearlab.compiled import jit
+from wearlab.dynamics.balance import rebalance
 from wearlab.dynamics.period_map import over_period
 
 
@@ -42,6 +43,7 @@ def march_periods(
         over_period(kernel, tables, period, columns, width, states, first, s, touch)
         for row in range(rows):
             start[row] = states[(steps * rows + row) * w]
+        rebalance(kernel.balance, strobe[k], start, period)
         strobe[k + 1] = start
         slot = k - (count - keep)
         if slot >= 0:

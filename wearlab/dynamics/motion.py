@@ -79,12 +79,41 @@ def mesh_force_at(
 
 
 @jit
+def add_friction_at(
+    friction: Any, kernel: Any, tables: Any, step: int, x: float, m: int, q: float, out: Any
+) -> None:
+    """Add the acceleration by the friction of mesh ``m`` at fraction ``x`` for ``q = d·q``."""
+    if friction is not None:
+        n, meshes = len(out), len(kernel.mesh_damping)
+        delta = q - within(tables.error[step, :, m], x)
+        for p in range(len(kernel.pairs)):
+            approach = delta - within(tables.gap[step, :, m, p], x)
+            k = within(tables.stiffness[step, :, m, p], x)
+            if approach > 0.0 and k > 0.0:
+                force = k * approach * within(tables.sliding[step, :, m, p], x)
+                arm = force * within(tables.position[step, :, m, p], x)
+                for row in range(n):
+                    out[row] -= kernel.structure.response[(meshes + m) * n + row] * force
+                    out[row] -= kernel.structure.response[(2 * meshes + m) * n + row] * arm
+
+
+@jit
+def add_balance_at(balance: Any, out: Any) -> None:
+    """Add the loads of unknown size."""
+    if balance is not None:
+        for row in range(len(balance.held)):
+            for col in range(len(out)):
+                out[col] += balance.size[row] * balance.response[row, col]
+
+
+@jit
 def acceleration(kernel: Any, tables: Any, step: int, x: float, period: float, state: Any, out: Any) -> None:
     """Write q̈ (n,) at fraction ``x`` of ``step`` for ``state`` (2n,)."""
     n = len(out)
     structure = kernel.structure
     unmeshed(structure, state, out)
     fluctuating(kernel.fluctuation, tables.fluctuation, step, x, out)
+    add_balance_at(kernel.balance, out)
     for m in range(len(kernel.mesh_damping)):
         q, v = 0.0, 0.0
         for row in range(n):
@@ -93,3 +122,4 @@ def acceleration(kernel: Any, tables: Any, step: int, x: float, period: float, s
         force = mesh_force_at(kernel, tables, step, x, period, m, q, v)
         for row in range(n):
             out[row] -= structure.response[m * n + row] * force
+        add_friction_at(kernel.friction, kernel, tables, step, x, m, q, out)

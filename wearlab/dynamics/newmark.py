@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.compiled import jit
+from wearlab.dynamics.balance import rebalance
 from wearlab.dynamics.events import Scratch, scratch
 from wearlab.dynamics.flanks import contact_differs, mesh_law, see_contact
 from wearlab.dynamics.motion import acceleration, unmeshed
@@ -52,8 +53,8 @@ class _NewmarkMarcher:
     def __init__(self, system: System, tables: StageTables, period: float) -> None:
         self.tables, self.period = tables, period
         meshes, pairs = tables.stiffness.shape[2:]
-        self.kernel = kernel_of(system, pairs, 1)
-        self.scratch: Scratch = scratch(len(system.load), meshes, pairs, 1)
+        self.kernel = kernel_of(system, pairs, 1, None, period)
+        self.scratch: Scratch = scratch(len(system.load), meshes, len(self.kernel.channels), pairs, 1)
         self.right_hand_sides = 0
 
     def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
@@ -88,6 +89,7 @@ def march_newmark(
             if slot >= 0:
                 orbit[slot * steps + step] = state
             evaluations += newmark_step(kernel, tables, step, period, state, before, after, trial, matrix, s)
+        rebalance(kernel.balance, strobe[k], state, period)
         strobe[k + 1] = state
     orbit[keep * steps] = state
     return evaluations
@@ -148,7 +150,7 @@ def _product(direction: Any, m: int, n: int, state: Array, first: int) -> float:
 @jit
 def _end_equation(kernel: Any, h: float, s: Any, predicted: Array, right: Array, matrix: Array) -> None:
     """Fill matrix and right-hand side of the equation for a₁: what a₁ itself adds goes to the left."""
-    n, meshes = len(right), len(kernel.mesh_damping)
+    n, channels = len(right), len(kernel.channels)
     structure = kernel.structure
     unit, response = np.zeros(2 * n), np.empty(n)
     unmeshed(structure, unit, response)
@@ -156,9 +158,9 @@ def _end_equation(kernel: Any, h: float, s: Any, predicted: Array, right: Array,
     unmeshed(structure, predicted, right)
     for row in range(n):
         right[row] += s.push[2 * n + row] - structure.load[row]
-    for m in range(meshes):
-        force = s.mesh[2 * meshes + m] * _product(structure.direction, m, n, predicted, 0)
-        force += s.mesh[3 * meshes + m] * _product(structure.direction, m, n, predicted, n)
+    for m in range(channels):
+        force = s.mesh[2 * channels + m] * _product(structure.direction, m, n, predicted, 0)
+        force += s.mesh[3 * channels + m] * _product(structure.direction, m, n, predicted, n)
         for row in range(n):
             right[row] -= structure.response[m * n + row] * force
     for col in range(n):
@@ -168,8 +170,8 @@ def _end_equation(kernel: Any, h: float, s: Any, predicted: Array, right: Array,
         unmeshed(structure, unit, response)
         for row in range(n):
             matrix[row, col] = (1.0 if row == col else 0.0) + load[row] - response[row]
-        for m in range(meshes):
+        for m in range(channels):
             d = structure.direction[m * n + col]
-            force = d * (s.mesh[2 * meshes + m] * 0.25 * h * h + s.mesh[3 * meshes + m] * 0.5 * h)
+            force = d * (s.mesh[2 * channels + m] * 0.25 * h * h + s.mesh[3 * channels + m] * 0.5 * h)
             for row in range(n):
                 matrix[row, col] += structure.response[m * n + row] * force

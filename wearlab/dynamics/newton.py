@@ -46,18 +46,63 @@ def solve_linear(matrix: Any, right: Any) -> float:
 
 
 @jit
-def set_start(states: Any, start: Any, w: int) -> None:
-    """Write ``start`` and unit tangents into the first state."""
+def exchange(balance: Any, start: Any) -> None:
+    """Let the sizes of the unknown loads and the coordinates held change places in ``start``."""
+    if balance is not None:
+        for row in range(len(balance.held)):
+            at = balance.held[row]
+            balance.home[row] = start[at]
+            start[at] = balance.size[row]
+
+
+@jit
+def restore(balance: Any, start: Any) -> None:
+    """Undo `exchange`, keeping the sizes found."""
+    if balance is not None:
+        for row in range(len(balance.held)):
+            at = balance.held[row]
+            balance.size[row] = start[at]
+            start[at] = balance.home[row]
+
+
+@jit
+def set_balance(balance: Any, states: Any, start: Any, w: int) -> None:
+    """Hold the coordinates at home and set the loads; the tangent by a load starts from rest."""
+    if balance is not None:
+        for row in range(len(balance.held)):
+            at = balance.held[row]
+            balance.size[row] = start[at]
+            states[at * w] = balance.home[row]
+            if w > at + 1:
+                states[at * w + at + 1] = 0.0
+
+
+@jit
+def set_start(balance: Any, states: Any, start: Any, w: int) -> None:
+    """Write ``start`` and unit tangents into the first state; see `exchange` for a set free to turn."""
     rows = len(start)
     states[: rows * w] = 0.0
     for row in range(rows):
         states[row * w] = start[row]
         if w > row + 1:
             states[row * w + row + 1] = 1.0
+    set_balance(balance, states, start, w)
 
 
 @jit
-def read_map(states: Any, end: int, w: int, start: Any, monodromy: Any, matrix: Any, step: Any) -> None:
+def read_balance(balance: Any, states: Any, at_end: int, w: int, matrix: Any, step: Any) -> None:
+    """Mend ``I − P`` and the residual where the size of a load stands for a coordinate."""
+    if balance is not None:
+        for row in range(len(balance.held)):
+            at = balance.held[row]
+            matrix[at, at] -= 1.0
+            step[at] = states[at_end + at * w] - balance.home[row]
+
+
+@jit
+def read_map(
+    balance: Any, states: Any, end: int, w: int, start: Any, monodromy: Any, matrix: Any, step: Any
+) -> None:
     """Read the derivative P of the map into ``monodromy``, ``I − P`` into ``matrix``, the residual."""
     rows = len(start)
     at = end * rows * w
@@ -66,6 +111,7 @@ def read_map(states: Any, end: int, w: int, start: Any, monodromy: Any, matrix: 
             monodromy[row, col] = states[at + row * w + 1 + col]
             matrix[row, col] = (1.0 if row == col else 0.0) - monodromy[row, col]
         step[row] = states[at + row * w] - start[row]
+    read_balance(balance, states, at, w, matrix, step)
 
 
 @jit
@@ -159,15 +205,16 @@ def shoot(
     """
     rows, w, steps = len(start), len(width), len(tables.width)
     rate = 2.0 * np.pi * steps / (16.0 * period)
+    exchange(kernel.balance, start)
     matrix, step, trial = np.empty((rows, rows)), np.zeros(rows), start.copy()
     old_residual, halved, error, changes = np.inf, 0, np.inf, 0
     for passes in range(1, most + 1):
-        set_start(states, trial, w)
+        set_start(kernel.balance, states, trial, w)
         changes = 0
         for k in range(periods):
             changes += over_period(kernel, tables, period, columns, width, states, k * steps, s, touch)
         residual_vector = np.empty(rows)
-        read_map(states, periods * steps, w, trial, monodromy, matrix, residual_vector)
+        read_map(kernel.balance, states, periods * steps, w, trial, monodromy, matrix, residual_vector)
         residual = weighted_norm(residual_vector, rate)
         if not touch and not residual <= 4.0 * old_residual and halved < HALVINGS:
             halved += 1
@@ -179,6 +226,7 @@ def shoot(
         step[:] = residual_vector
         rescale(matrix, step, rate)
         if not solve_linear(matrix, step) > 1e-13:
+            restore(kernel.balance, start)
             return SINGULAR, passes, np.inf, changes
         for row in range(rows // 2):
             step[rows // 2 + row] *= rate
@@ -188,9 +236,11 @@ def shoot(
         if exact or (not touch and error <= SMALL_STEP * weighted_norm(start, rate)):
             for row in range(rows):
                 start[row] += step[row]
+            restore(kernel.balance, start)
             return CONVERGED, passes, error, changes
         for row in range(rows):
             trial[row] = start[row] + step[row]
         old_residual = np.inf if touch else residual
         halved, touch = 0, False
+    restore(kernel.balance, start)
     return STALLED, most, error, changes

@@ -3,11 +3,14 @@
 from typing import Any
 
 import numpy as np
+from numba.extending import overload
 
 from wearlab.compiled import jit
 from wearlab.dynamics.events import step_with_changes
+from wearlab.dynamics.exact_step import exact_pair
 from wearlab.dynamics.flanks import contact_differs, mesh_law, row_product, see_contact
 from wearlab.dynamics.rk4_step import rk4_step
+from wearlab.dynamics.structure import Propagated
 
 
 @jit
@@ -52,6 +55,47 @@ def touch_all(kernel: Any, tables: Any, step: int, contact: Any) -> None:
         contact[m, pairs] = False
 
 
+def by_pair(
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, width: Any, states: Any, i: Any, s: Any,
+    touch: Any,
+) -> bool:  # fmt: skip
+    """Advance two equal steps at once where the structure can and no contact changes; return whether."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(by_pair)
+def _choose_pair(
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, width: Any, states: Any, i: Any, s: Any,
+    touch: Any,
+) -> Any:  # fmt: skip
+    return _pair if structure.instance_class is Propagated else _never
+
+
+def _never(
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, width: Any, states: Any, i: Any, s: Any,
+    touch: Any,
+) -> bool:  # fmt: skip
+    return False
+
+
+def _pair(
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, width: Any, states: Any, i: Any, s: Any,
+    touch: Any,
+) -> bool:  # fmt: skip
+    if not structure.paired[step]:
+        return False
+    size = np.uint64(2 * len(structure.load) * len(width))
+    second, third = i + size, i + size + size
+    mesh_law(kernel, tables, step + 1, period, s.contact, width, structure.second_mesh, structure.second_push)
+    h = tables.width[step] * period
+    if not exact_pair(structure, len(width), states, i, second, third, s.mesh, s.push, h):
+        return False
+    return touch or (
+        contact_holds(kernel, tables, step, period, width, states, i, second, s.contact)
+        and contact_holds(kernel, tables, step + 1, period, width, states, second, third, s.contact)
+    )
+
+
 @jit
 def over_period(
     kernel: Any,
@@ -79,9 +123,12 @@ def over_period(
     """
     size = np.uint64(2 * len(kernel.structure.load) * len(width))
     i = np.uint64(first) * size
-    changes = 0
+    changes, done = 0, 0
     for step in range(len(tables.width)):
         j = i + size
+        if step < done:
+            i = j
+            continue
         if touch:
             touch_all(kernel, tables, step, s.contact)
         else:
@@ -90,9 +137,11 @@ def over_period(
                 see_contact(kernel, tables, step, delta, m, 0, s.contact)
         mesh_law(kernel, tables, step, period, s.contact, width, s.mesh, s.push)
         h = tables.width[step] * period
-        rk4_step(
-            kernel.structure, kernel.mesh_damping, columns, width, states, i, states, j, s.mesh, s.push, h
-        )
+        if by_pair(kernel.structure, kernel, tables, step, period, width, states, i, s, touch):
+            done = step + 2
+            i = j
+            continue
+        rk4_step(kernel.structure, kernel.channels, columns, width, states, i, states, j, s.mesh, s.push, h)
         if not touch and not contact_holds(kernel, tables, step, period, width, states, i, j, s.contact):
             changes += step_with_changes(kernel, tables, step, period, columns, width, states, i, j, s)
         i = j

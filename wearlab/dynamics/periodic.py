@@ -8,10 +8,13 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.response import Response, Verdict
 from wearlab.dynamics.shooting import Orbit, Shooting
+from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
+CLEAR = 0.02
+"""Distance of the largest multiplier from 1 that lets a neighbour's derivative speak for an orbit."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,10 @@ class Periodic:
     def _simple_orbit(self, shooting: Shooting, start: Response | None) -> Orbit | None:
         """Shoot from the neighbour, then from the loaded mesh, then from a marched state."""
         if start is not None and start.period > 0 and start.state.shape[2] == shooting.rows:
+            if start.verdict.unique and abs(start.multipliers[0]) < 1.0 - CLEAR:
+                found = shooting.chord(start)
+                if found is not None:
+                    return found
             if start.period == 1 and start.counts.newton_iterations == 1:
                 # One pass was exact there, so its contact never changed; most likely it still does not, and
                 # the affine map of a loaded mesh is half the work: no step asks which pairs touch.
@@ -101,7 +108,8 @@ class Periodic:
     def _respond(self, shooting: Shooting, found: "Orbit") -> Response:
         unique = found.unique and (shooting.loaded or shooting.grounded)
         verdict = Verdict(True, found.largest < 1.0 - self.margin, unique, True)
-        return shooting.response(found.periods, found.state, found.multipliers, verdict, found.residual)
+        kept = None if in_registers(shooting.system) else found.derivative
+        return shooting.response(found.periods, found.state, found.multipliers, verdict, found.residual, kept)
 
 
 def periods_of(strobe: Array, longest: int, rate: float) -> Iterable[int]:

@@ -61,7 +61,9 @@ class Response:
     verdict : what can be said of it
     counts : work done
     residual : closure of the orbit relative to its size; aperiodic: spread of the strobed states
-    system, tables, mesh_period : what it is the response of; duration of a mesh period [s]
+    system, tables, mesh_period : what it is the response of, with the loads that were found; duration of a
+        mesh period [s]
+    derivative : (2n, 2n) of the map over m periods at its start, kept where a neighbour can use it, or None
     """
 
     period: int
@@ -73,6 +75,7 @@ class Response:
     system: System
     tables: StageTables
     mesh_period: float
+    derivative: Array | None = None
 
     @property
     def end(self) -> Array:
@@ -236,6 +239,18 @@ def step_forces(response: Response) -> StepForces:
     return StepForces(elastic, system.mesh_damping * rate * gate, pair)
 
 
+def friction_forces(response: Response, forces: StepForces) -> tuple[Array, Array]:
+    """Return ``Σ_p Λμ_p F_p`` [N] and ``Σ_p Λμ_p s_p F_p`` [N m] of each mesh at the step ends.
+
+    (n_kept, n_steps, 2, n_mesh) each, as in `StepForces`.
+    """
+    tables, ends = response.tables, [0, 2]
+    if tables.sliding is None or tables.position is None:
+        raise ValueError("the mesh tables carry no sliding: this response has no friction")
+    rubbing = tables.sliding[:, ends] * forces.pair
+    return rubbing.sum(axis=-1), (rubbing * tables.position[:, ends]).sum(axis=-1)
+
+
 def accelerations(response: Response) -> Array:
     """Return q̈ at the start and the end of every step, (n_kept, n_steps, 2, n), from the motion [m/s²]."""
     system, ends = response.system, [0, 2]
@@ -243,6 +258,9 @@ def accelerations(response: Response) -> Array:
     forces = step_forces(response)
     state = np.stack([response.state[:, :-1], response.state[:, 1:]], axis=2)
     load = system.load - (forces.elastic + forces.damping) @ system.direction
+    if system.friction_constant is not None and system.friction_slope is not None:
+        tangential, moment = friction_forces(response, forces)
+        load = load - tangential @ system.friction_constant - moment @ system.friction_slope
     if system.fluctuation_direction is not None and response.tables.fluctuation is not None:
         load = load + response.tables.fluctuation[:, ends, None] * system.fluctuation_direction
     load = load - state[..., :n] @ system.total_stiffness.T - state[..., n:] @ system.total_damping.T

@@ -1,9 +1,12 @@
 """Motions that nothing resists: a set free to turn is wanted, anything else that floats is refused."""
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from wearlab.dynamics.frozen import Frozen
 from wearlab.dynamics.system import System
 
 Array = NDArray[np.float64]
@@ -14,17 +17,20 @@ MOVES = 1e-3
 
 def held_stiffness(system: System) -> float:
     """Return a mesh stiffness as large as the system's own, to see what the meshes hold [N/m]."""
-    d, mobility = system.direction, np.linalg.inv(system.mass)
-    inertia = 1.0 / float(np.einsum("mi,ij,mj->m", d, mobility, d).min())
-    fastest = float(np.abs(eigh(system.stiffness, system.mass, eigvals_only=True)).max())
-    return inertia * max(fastest, 1e6)
+    return max(float(np.abs(system.stiffness).max()), 1e6 * float(system.mass.diagonal().min()))
 
 
 def rigid_modes(system: System) -> Array:
     """Return motions φ that no stiffness, no damping and no mesh resists, (n_rigid, n), ``φᵀ M φ = 1``."""
     d = system.direction
-    k, c = held_stiffness(system), system.damping
-    square, shapes = eigh(system.total_stiffness + k * d.T @ d, system.mass)
+    stiffness = system.total_stiffness + held_stiffness(system) * d.T @ d
+    return _undamped(*(Frozen(matrix) for matrix in (stiffness, system.mass, system.damping)))
+
+
+@lru_cache(maxsize=32)
+def _undamped(stiffness: Frozen, mass: Frozen, damping: Frozen) -> Array:
+    c = damping.array
+    square, shapes = eigh(stiffness.array, mass.array)
     found = shapes[:, np.abs(square) <= NOTHING * np.abs(square).max()].T
     limit = 1e-9 * max(float(np.abs(c).max()), 1e-300)
     resisted = np.abs(found @ c).max(axis=1, initial=0.0) > limit * np.abs(found).max(axis=1, initial=0.0)

@@ -16,8 +16,10 @@ import numpy as np
 from numba.extending import overload
 
 from wearlab.compiled import jit
+from wearlab.dynamics.dense_step import dense_step
+from wearlab.dynamics.exact_step import exact_step
 from wearlab.dynamics.registers import add, put, take
-from wearlab.dynamics.structure import Dense, Diagonal
+from wearlab.dynamics.structure import Dense, Diagonal, Propagated
 
 
 def rk4_step(
@@ -37,12 +39,12 @@ def rk4_step(
 
     Parameters
     ----------
-    structure : `Diagonal` or `Dense`
-    meshes : a tuple as long as there are meshes, its values unused
+    structure : `Diagonal`, `Dense` or `Propagated`
+    meshes : as long as there are channels of force, its values unused; the first are the meshes
     columns : how many columns to advance (uint64)
-    width : a tuple as long as a state has columns, its values unused
+    width : as long as a state has columns, its values unused
     source, i, target, j : flat arrays of states and offsets into them (uint64)
-    mesh : (4, n_mesh) flat: stiffness k_m at the start, middle and end [N/m], and damping c_m [N s/m]
+    mesh : (4, n_channel) flat: stiffness k_m at the start, middle and end [N/m], and damping c_m [N s/m]
     push : (3, n, width) flat: inhomogeneous acceleration at the start, middle and end, in column 0 [m/s²]
     h : length of the step [s]
     """
@@ -63,7 +65,7 @@ def _choose_step(
     push: Any,
     h: Any,
 ) -> Any:
-    return {Diagonal: _diagonal, Dense: _dense}[structure.instance_class]
+    return {Diagonal: _diagonal, Dense: _dense, Propagated: _exact}[structure.instance_class]
 
 
 def _diagonal(
@@ -145,52 +147,20 @@ def _dense(
     push: Any,
     h: Any,
 ) -> None:
-    n, w = len(structure.load), len(width)
-    size, used = n * w, int(columns)
-    old = source[i : i + np.uint64(2 * size)]
-    new = target[j : j + np.uint64(2 * size)]
-    q, v = structure.work[:size], structure.work[size : 2 * size]
-    acceleration = structure.work[2 * size :]
-    for stage in range(4):
-        a = acceleration[stage * size : (stage + 1) * size]
-        before = acceleration[max(stage - 1, 0) * size :]
-        earlier = acceleration[max(stage - 2, 0) * size :]
-        # Nyström form: the velocity takes the last stage's acceleration, the position the one before it.
-        velocity_share = (0.0, 0.5 * h, 0.5 * h, h)[stage]
-        position_share = (0.0, 0.0, 0.25 * h * h, 0.5 * h * h)[stage]
-        for row in range(n):
-            for col in range(used):
-                x = row * w + col
-                q[x] = old[x] + velocity_share * old[size + x] + position_share * earlier[x]
-                v[x] = old[size + x] + velocity_share * before[x]
-        _dense_acceleration(structure, len(meshes), mesh, push, (stage + 1) // 2, q, v, a, w, used)
-    for x in range(size):
-        a1, a4 = acceleration[x], acceleration[3 * size + x]
-        middles = acceleration[size + x] + acceleration[2 * size + x]
-        new[x] = old[x] + h * old[size + x] + h * h / 6.0 * (a1 + middles)
-        new[size + x] = old[size + x] + h / 6.0 * (a1 + 2.0 * middles + a4)
+    dense_step(structure, len(meshes), columns, len(width), source, i, target, j, mesh, push, h)
 
 
-@jit
-def _dense_acceleration(
-    structure: Any, meshes: int, mesh: Any, push: Any, time: int, q: Any, v: Any, a: Any, w: int, used: int
+def _exact(
+    structure: Any,
+    meshes: Any,
+    columns: Any,
+    width: Any,
+    source: Any,
+    i: Any,
+    target: Any,
+    j: Any,
+    mesh: Any,
+    push: Any,
+    h: Any,
 ) -> None:
-    """Write the acceleration at stage time 0, 1 or 2 (start, middle, end) into ``a``, row by row."""
-    n = len(structure.load)
-    for row in range(n):
-        for col in range(used):
-            a[row * w + col] = push[(time * n + row) * w + col]
-        for other in range(n):
-            k, c = structure.stiffness[row, other], structure.damping[row, other]
-            if k != 0.0 or c != 0.0:
-                for col in range(used):
-                    a[row * w + col] -= k * q[other * w + col] + c * v[other * w + col]
-    for m in range(meshes):
-        stiffness, damp = mesh[time * meshes + m], mesh[3 * meshes + m]
-        for col in range(used):
-            force = 0.0
-            for row in range(n):
-                d = structure.direction[m * n + row]
-                force += d * (stiffness * q[row * w + col] + damp * v[row * w + col])
-            for row in range(n):
-                a[row * w + col] -= structure.response[m * n + row] * force
+    exact_step(structure, columns, len(width), source, i, target, j, mesh, push, h)

@@ -9,7 +9,7 @@ from wearlab.dynamics.events import scratch
 from wearlab.dynamics.march_kernel import march_periods
 from wearlab.dynamics.response import Response, split_periods
 from wearlab.dynamics.steady import Steadiness, march_to_steady
-from wearlab.dynamics.structure import kernel_of, padded_width
+from wearlab.dynamics.structure import in_registers, kernel_of, padded_width, width_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -42,14 +42,31 @@ class RungeKutta4:
 
 
 class TableMarcher:
-    """Marches the tabulated RK4 map, the trajectory alone; also the memory that shooting works in."""
+    """Marches the tabulated map, the trajectory alone: by Runge–Kutta steps, or exactly where that pays."""
 
-    def __init__(self, system: System, tables: StageTables, period: float) -> None:
+    def __init__(
+        self,
+        system: System,
+        tables: StageTables,
+        period: float,
+        *,
+        tangents: bool = False,
+        exact: bool = False,
+    ) -> None:
+        """Prepare the memory.
+
+        Parameters
+        ----------
+        system, tables, period : what to march
+        tangents : states have columns for their tangents (in registers always: one compiled code)
+        exact : large systems go by exact steps of their linear part, not by Runge–Kutta steps
+        """
         self.tables, self.period = tables, period
         n, (meshes, pairs) = len(system.load), tables.stiffness.shape[2:]
-        self.width = (0,) * padded_width(n)
-        self.kernel = kernel_of(system, pairs, len(self.width))
-        self.scratch = scratch(n, meshes, pairs, len(self.width))
+        columns = padded_width(n) if tangents or in_registers(system) else 1
+        self.width = width_of(system, columns)
+        self.kernel = kernel_of(system, pairs, columns, tables if exact else None, period)
+        self.scratch = scratch(n, meshes, len(self.kernel.channels), pairs, columns)
         self.right_hand_sides = 0
 
     def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:

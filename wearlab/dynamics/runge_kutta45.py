@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.compiled import jit
+from wearlab.dynamics.balance import rebalance
 from wearlab.dynamics.motion import acceleration
 from wearlab.dynamics.response import Response, split_periods
 from wearlab.dynamics.steady import Steadiness, march_to_steady
@@ -66,7 +67,7 @@ class AdaptiveMarcher:
 
     def __init__(self, method: RungeKutta45, system: System, tables: StageTables, period: float) -> None:
         self.method, self.tables, self.period = method, tables, period
-        self.kernel = kernel_of(system, tables.stiffness.shape[3], 1)
+        self.kernel = kernel_of(system, tables.stiffness.shape[3], 1, None, period)
         self.right_hand_sides = 0
 
     def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
@@ -107,6 +108,7 @@ def march_adaptive(
                 kernel, tables, step, period, state, slopes, trial, fraction, relative, absolute
             )
             evaluations += used
+        rebalance(kernel.balance, strobe[k], state, period)
         strobe[k + 1] = state
     orbit[keep * steps] = state
     return evaluations

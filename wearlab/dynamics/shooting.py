@@ -4,29 +4,40 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgeev
+from scipy.linalg.lapack import dgeev, dgetrf, dgetrs
 
+from wearlab.dynamics.balance import found_load, true_derivative
 from wearlab.dynamics.family import nearest_orbit
-from wearlab.dynamics.newton import CONVERGED, SINGULAR, set_start, shoot
+from wearlab.dynamics.newton import CONVERGED, SINGULAR, exchange, set_start, shoot
 from wearlab.dynamics.period_map import over_period
 from wearlab.dynamics.response import Counts, Response, Verdict, split_periods
 from wearlab.dynamics.runge_kutta4 import TableMarcher
+from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
 RHS_PER_STEP = 4
+MOST_CHORDS = 8
+SHRINKS = 0.2
+"""Ratio of successive chord steps above which the neighbour's derivative is no longer good."""
+CLOSED = 1e-8
+"""Size of the last chord step over that of the state."""
 
 
 @dataclass(frozen=True)
 class Orbit:
-    """An orbit over ``periods`` mesh periods, (periods, n_steps + 1, 2n), with its multipliers."""
+    """An orbit over ``periods`` mesh periods, (periods, n_steps + 1, 2n), with its multipliers.
+
+    ``derivative`` (2n, 2n): that of the period map, as the shooting solved with it.
+    """
 
     periods: int
     state: Array
     multipliers: NDArray[np.complex128]
     residual: float
     unique: bool = True
+    derivative: Array | None = None
 
     @property
     def largest(self) -> float:
@@ -39,8 +50,12 @@ class Shooting:
 
     def __init__(self, system: System, tables: StageTables, period: float) -> None:
         self.system, self.tables, self.period = system, tables, period
-        self.marcher = TableMarcher(system, tables, period)
-        self.kernel, self.scratch, self.width = self.marcher.kernel, self.marcher.scratch, self.marcher.width
+        self.marcher = TableMarcher(system, tables, period, exact=True)
+        shooter = self.marcher
+        if not in_registers(system):
+            shooter = TableMarcher(system, tables, period, tangents=True, exact=True)
+        self.kernel = shooter.kernel._replace(balance=self.marcher.kernel.balance)
+        self.scratch, self.width = shooter.scratch, shooter.width
         self.rows, self.steps, self.columns = (
             2 * len(system.load),
             len(tables.width),
@@ -77,16 +92,59 @@ class Shooting:
             periods, states[len(self.width) - 1 :: len(self.width)].reshape(count, self.rows), monodromy
         )
 
+    def chord(self, neighbour: Response) -> Orbit | None:
+        """Return the orbit near a neighbour's from trajectories alone, None when they don't lead there.
+
+        Newton's steps with the neighbour's derivative: as long as they shrink fast, that derivative is nearly
+        this orbit's, and its multipliers, if clear of 1, are taken over with it.
+        """
+        if neighbour.derivative is None or neighbour.period != 1 or len(neighbour.state[0, 0]) != self.rows:
+            return None
+        kernel, derivative = self.marcher.kernel, neighbour.derivative
+        balance, state = kernel.balance, neighbour.state[0, 0].copy()
+        matrix = np.eye(self.rows) - derivative
+        if balance is not None:
+            matrix[balance.held, balance.held] -= 1.0
+        factors, pivots, failed = dgetrf(matrix)
+        states, last = np.empty((self.steps + 1) * self.rows), np.inf
+        exchange(balance, state)
+        for _ in range(MOST_CHORDS):
+            set_start(balance, states, state, 1)
+            over_period(
+                kernel, self.tables, self.period, np.uint64(1), self.marcher.width, states, 0,
+                self.marcher.scratch, False,
+            )  # fmt: skip
+            self.maps += 1
+            path = states.reshape(-1, self.rows)
+            step, bad = dgetrs(factors, pivots, path[-1] - path[0])
+            size, error = self._distance(path[0]), self._distance(step)
+            if failed or bad or not error <= SHRINKS * last:
+                return None
+            if error <= CLOSED * size:
+                self.iterations += 1
+                closure = self._distance(path[-1], path[0]) / (size or 1.0)
+                return Orbit(1, path[None].copy(), neighbour.multipliers, closure, True, derivative)
+            state, last = state + step, error
+        return None
+
     def _orbit(self, periods: int, orbit: Array, monodromy: Array, unique: bool = True) -> Orbit | None:
         strobe = orbit[:: self.steps]
         for m in range(1, periods):
             if periods % m == 0 and self._distance(strobe[m], strobe[0]) <= 1e-6 * self._distance(strobe[0]):
                 return self.shoot(m, strobe[0].copy())
-        real, imaginary, *_ = dgeev(monodromy, compute_vl=0, compute_vr=0)
-        multipliers = real + 1j * imaginary
-        multipliers = multipliers[abs(multipliers).argsort()[::-1]]
+        multipliers = self.multipliers(monodromy)
         closure = self._distance(strobe[-1], strobe[0]) / (self._distance(strobe[0]) or 1.0)
-        return Orbit(periods, split_periods(orbit, periods), multipliers, closure, unique)
+        return Orbit(periods, split_periods(orbit, periods), multipliers, closure, unique, monodromy)
+
+    def multipliers(self, derivative: Array) -> NDArray[np.complex128]:
+        """Return the multipliers, largest first; position and speed of a free rotation are left out."""
+        balance = self.kernel.balance
+        matrix = derivative if balance is None else true_derivative(self.system, balance, derivative)
+        real, imaginary, *_ = dgeev(matrix, compute_vl=0, compute_vr=0)
+        found = real + 1j * imaginary
+        if balance is not None:
+            found = found[abs(found - 1.0).argsort()[2 * len(balance.held) :]]
+        return found[abs(found).argsort()[::-1]]
 
     def _distance(self, state: Array, other: Array | float = 0.0) -> float:
         """Return the largest difference of two states, velocities measured in units of ``rate``."""
@@ -110,7 +168,7 @@ class Shooting:
     def path_of(self, state: Array) -> tuple[Array, Array]:
         """Return the path (n_steps + 1, 2n) over a mesh period and the derivative of its end by its start."""
         states = np.empty((self.steps + 1) * self.rows * len(self.width))
-        set_start(states, state, len(self.width))
+        set_start(self.kernel.balance, states, state, len(self.width))
         over_period(
             self.kernel, self.tables, self.period, self.columns, self.width, states, 0, self.scratch, False
         )
@@ -130,9 +188,20 @@ class Shooting:
         multipliers: NDArray[np.complex128],
         verdict: Verdict,
         residual: float,
+        derivative: Array | None = None,
     ) -> Response:
-        """Put a response together, with the work done so far."""
+        """Put a response together, with the work done so far and the loads found."""
+        system = found_load(self.system, self.kernel.balance)
         counts = Counts(self.maps, self.maps * self.steps * RHS_PER_STEP, self.iterations)
         return Response(
-            period, state, multipliers, verdict, counts, residual, self.system, self.tables, self.period
+            period,
+            state,
+            multipliers,
+            verdict,
+            counts,
+            residual,
+            system,
+            self.tables,
+            self.period,
+            derivative,
         )

@@ -39,6 +39,20 @@ class Support(NamedTuple):
 NO_SUPPORT = Support()
 
 
+class PairFriction(NamedTuple):
+    """Where tooth friction acts on a pair: arms ``ρ_i = r_i tan α_w + slope_i s`` about the gears' axes.
+
+    Parameters
+    ----------
+    pressure_angle : operating α_w [rad]
+    arm_slope : dρ/ds of the driving and the driven gear: (1, −1) external, (1, 1) pinion drives ring,
+        (−1, −1) ring drives pinion [1]
+    """
+
+    pressure_angle: float
+    arm_slope: tuple[float, float] = (1.0, -1.0)
+
+
 def _damping(value: float | None, ratio: float | None, stiffness: float | None, mass: float) -> float:
     if value is not None:
         return value
@@ -72,11 +86,13 @@ def torsional(
     fluctuation: float | None = None,
     supports: tuple[Support, Support] = (NO_SUPPORT, NO_SUPPORT),
     names: tuple[str, str] = ("pinion", "gear"),
+    friction: PairFriction | None = None,
 ) -> System:
     """Build the torsional model, ``m_c ẍ + W = T/r1`` with ``x = r1 θ1 − r2 θ2``.
 
-    With a torsional support on either gear x alone no longer describes the motion, and the coordinates
-    become ``u_i = r_i θ_i``, x = u1 − u2.
+    With a torsional support on either gear, or with friction, x alone no longer describes the motion, and
+    the coordinates become ``u_i = r_i θ_i``, x = u1 − u2. With friction and no torsional support the load
+    torque is found: zero mean acceleration.
 
     Parameters
     ----------
@@ -88,9 +104,11 @@ def torsional(
     fluctuation : amplitude of the fluctuating input torque [N m] (L16 Eq. 9), None: none
     supports : torsional supports of the driving and driven gear
     names : member names, driving first
+    friction : lever arms of tooth friction, None: none
     """
-    rotation = _rotation(inertia, base_radius, torque, fluctuation, supports, names)
-    return _system([rotation], mesh_damping, damping_always, backlash, effective_mass(inertia, base_radius))
+    rotation = _rotation(inertia, base_radius, torque, fluctuation, supports, names, friction is not None)
+    system = _system([rotation], mesh_damping, damping_always, backlash, effective_mass(inertia, base_radius))
+    return system if friction is None else _rubbing(system, friction, base_radius)
 
 
 def spur_3dof(
@@ -105,6 +123,7 @@ def spur_3dof(
     backlash: float | None = None,
     fluctuation: float | None = None,
     names: tuple[str, str] = ("pinion", "gear"),
+    friction: PairFriction | None = None,
 ) -> System:
     """Build L16's model with translations along the line of action, Eq. 1–6.
 
@@ -118,9 +137,10 @@ def spur_3dof(
     torque : on the driving gear [N m]; the driven gear's balances it
     mesh_damping : c [N s/m]
     supports : bearings of the driving and driven gear
-    damping_always, backlash, fluctuation, names : as in `torsional`
+    damping_always, backlash, fluctuation, names, friction : as in `torsional`; friction acts through its
+        moment only
     """
-    rotation = _rotation(inertia, base_radius, torque, fluctuation, supports, names)
+    rotation = _rotation(inertia, base_radius, torque, fluctuation, supports, names, friction is not None)
     translations = [
         _Part(
             (f"{name}.y",),
@@ -134,7 +154,23 @@ def spur_3dof(
         for name, m, support, sign in zip(names, mass, supports, (1.0, -1.0), strict=True)
     ]
     parts = [*translations, rotation]
-    return _system(parts, mesh_damping, damping_always, backlash, effective_mass(inertia, base_radius))
+    system = _system(parts, mesh_damping, damping_always, backlash, effective_mass(inertia, base_radius))
+    return system if friction is None else _rubbing(system, friction, base_radius)
+
+
+def _rubbing(system: System, friction: PairFriction, base_radius: tuple[float, float]) -> System:
+    """Return the system with friction on its last two coordinates, u1 and u2."""
+    arm = np.tan(friction.pressure_angle)
+    constant, slope = np.zeros_like(system.direction), np.zeros_like(system.direction)
+    constant[0, -2:] = arm, -arm
+    one, two = friction.arm_slope
+    slope[0, -2:] = one / base_radius[0], -two / base_radius[1]
+    free = not system.stiffness[-2:, -2:].any()
+    return system._replace(
+        friction_constant=constant,
+        friction_slope=slope,
+        balance=np.eye(len(system.load))[-1] if free else None,
+    )
 
 
 class _Part(NamedTuple):
@@ -156,12 +192,13 @@ def _rotation(
     fluctuation: float | None,
     supports: tuple[Support, Support],
     names: tuple[str, str],
+    both: bool = False,
 ) -> _Part:
-    """Return x alone where nothing holds the rotations, else both rotations."""
+    """Return x alone where nothing holds the rotations, else (or when asked) both rotations."""
     m1, m2 = (i / r**2 for i, r in zip(inertia, base_radius, strict=True))
     force = torque / base_radius[0]
     variation = None if fluctuation is None else fluctuation / base_radius[0]
-    if all(s.tangential_stiffness is None and s.torsional_damping is None for s in supports):
+    if not both and all(s.tangential_stiffness is None and s.torsional_damping is None for s in supports):
         # x = u1 − u2: ẍ = (T1/r1 − W)/m1 + (T2/r2 − W)/m2, and both loads equal T/r1; a fluctuation
         # of the input torque alone enters through the driving gear's share m_c/m1 (L16 Eq. 5).
         m_c = 1.0 / (1.0 / m1 + 1.0 / m2)

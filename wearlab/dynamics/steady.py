@@ -5,7 +5,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.balance import found_load
 from wearlab.dynamics.response import Counts, Response, Verdict
+from wearlab.dynamics.structure import Kernel
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -17,6 +19,7 @@ class Marcher(Protocol):
     """Something that integrates one system over mesh periods."""
 
     right_hand_sides: int
+    kernel: Kernel
 
     def march(self, state: Array, count: int, keep: int) -> tuple[Array, Array]:
         """March ``count`` periods and move ``state`` (2n,).
@@ -87,9 +90,8 @@ def march_to_steady(
 
     def response(m: int, kept: Array, residual: float, verdict: Verdict) -> Response:
         counts = Counts(maps, marcher.right_hand_sides, 0)
-        return Response(
-            m, kept, np.empty(0, complex), verdict, counts, residual, system, tables, period
-        )  # fmt: skip
+        loaded = found_load(system, marcher.kernel.balance)
+        return Response(m, kept, np.empty(0, complex), verdict, counts, residual, loaded, tables, period)
 
     while maps < steadiness.most:
         strobe, _ = marcher.march(state, BLOCK, 1)

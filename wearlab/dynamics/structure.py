@@ -1,7 +1,11 @@
 """A system in the form the kernels take: mass-normalised, its size and shape known to the compiler.
 
-Numba compiles by type. A system with diagonal matrices becomes tuples (their length is a constant to the
-compiler, their values live in registers); any other becomes arrays. A missing part is ``None``.
+Numba compiles by type. A small system with diagonal matrices becomes tuples (their length is a constant to
+the compiler, their values live in registers); any other becomes arrays, one compiled code for all sizes. A
+missing part is ``None``.
+
+Forces enter by channels: one a mesh, and with friction two more a mesh, which share the mesh's kinematic
+direction and have force vectors of their own.
 """
 
 from typing import Any, NamedTuple
@@ -9,11 +13,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.balance import Balance, balance_of
+from wearlab.dynamics.propagator import Propagator, propagator_of
 from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
 Row = tuple[float, ...]
 LARGEST_IN_REGISTERS = 4
+SMOOTH = 1e-9
+"""Jump of stiffness between two steps, over the largest, up to which it is rounding."""
+SUBSTEP = 0.25
+"""Angle by which the fastest mode turns in a Runge–Kutta step between two contact changes [rad]."""
 
 
 class Diagonal(NamedTuple):
@@ -22,7 +33,7 @@ class Diagonal(NamedTuple):
     Parameters
     ----------
     stiffness, damping : (n,) K/M [1/s²], C/M [1/s]
-    direction, response : (n_mesh · n,) rows of d [1] and of M⁻¹ d [1/kg]
+    direction, response : (n_channel · n,) rows of d [1] and of M⁻¹ d [1/kg]
     load : (n,) M⁻¹ F [m/s²]
     """
 
@@ -44,59 +55,189 @@ class Dense(NamedTuple):
     work: Array
 
 
+class Propagated(NamedTuple):
+    """A structure whose linear part is advanced exactly, see `wearlab.dynamics.propagator`.
+
+    Parameters
+    ----------
+    direction, response, load : as in `Dense`
+    loads : (n_load · n,) M⁻¹ times the fluctuating load and those of unknown size, flat [m/s²]
+    tables : what the exact steps are made of
+    paired : (n_steps,) whether a step and the next are equal and smooth across
+    dense, substeps : the same structure for the parts of a step between contact changes, and how many
+        Runge–Kutta steps a part takes
+    sense, feed, force, moved : scratch (8 n_mesh, w), (8 n_mesh, w), (5 n_input, w), (2n, w)
+    mesh, push, part : scratch of the Runge–Kutta steps, see `rk4_step`
+    second_mesh, second_push : mesh and inputs of the second of two steps
+    """
+
+    direction: Array
+    response: Array
+    load: Array
+    loads: Array
+    tables: Propagator
+    paired: NDArray[np.bool_]
+    dense: Dense
+    substeps: int
+    sense: Array
+    feed: Array
+    force: Array
+    moved: Array
+    mesh: Array
+    push: Array
+    part: Array
+    second_mesh: Array
+    second_push: Array
+
+
 class Kernel(NamedTuple):
     """What the compiled integrators know of a system.
 
     Parameters
     ----------
-    structure : `Diagonal` or `Dense`
+    structure : `Diagonal`, `Dense` or `Propagated`
     mesh_damping : (n_mesh,) [N s/m]
+    channels : as long as there are force channels, values unused
     backlash : (n_mesh,) [m], or None without back flanks
     pairs : as long as there are pairs in a mesh, values unused: loops over pairs unroll
     gate : an empty tuple when damping acts only while flanks touch, None when it always acts
     fluctuation : (n,) M⁻¹ times the fluctuating load [m/s²], or None
+    friction : an empty tuple with tooth friction, else None
+    balance : loads of unknown size of a system free to turn, or None
     """
 
     structure: Any
-    mesh_damping: Row
+    mesh_damping: Any
+    channels: Any
     pairs: Row
-    backlash: Row | None
+    backlash: Any
     gate: tuple[()] | None
     fluctuation: Any
+    friction: tuple[()] | None
+    balance: Balance | None
 
 
-def kernel_of(system: System, pairs: int, width: int) -> Kernel:
-    """Return the kernel's view of ``system``, of ``pairs`` pairs a mesh, for states of ``width`` columns."""
-    mass, damping, stiffness = system.mass, system.total_damping, system.total_stiffness
-    backlash = None if system.backlash is None else tuple(system.backlash.tolist())
+def in_registers(system: System) -> bool:
+    """Whether a system is small and diagonal enough for tuples."""
+    matrices = (system.mass, system.total_damping, system.total_stiffness)
+    return len(system.load) <= LARGEST_IN_REGISTERS and all(_is_diagonal(matrix) for matrix in matrices)
+
+
+def width_of(system: System, columns: int) -> Any:
+    """Return what tells the kernels how many columns a state has: a tuple for a system in registers."""
+    return (0,) * columns if in_registers(system) else np.zeros(columns)
+
+
+def force_vectors(system: System) -> tuple[Array, Array]:
+    """Return kinematic direction and force vector of every channel, (n_channel, n) each [1]."""
+    if system.friction_constant is None or system.friction_slope is None:
+        return system.direction, system.direction
+    vectors = [system.direction, system.friction_constant, system.friction_slope]
+    return np.vstack([system.direction] * 3), np.vstack(vectors)
+
+
+def kernel_of(
+    system: System, pairs: int, width: int, tables: StageTables | None = None, period: float = 0.0
+) -> Kernel:
+    """Return the kernel's view of ``system``, of ``pairs`` pairs a mesh, for states of ``width`` columns.
+
+    Parameters
+    ----------
+    system : the one form
+    pairs : pairs of a mesh
+    width : columns of a state
+    tables, period : given, a system too large for registers is advanced by exact steps for these tables
+    """
+    direction, vector = force_vectors(system)
+    inverse = np.linalg.inv(system.mass)
+    response = vector @ inverse.T
     gate = None if system.damping_always or not system.mesh_damping.any() else ()
-    mesh_damping = tuple(system.mesh_damping.tolist())
-    fluctuation: Any = None
-    n = mass.shape[0]
-    if n <= LARGEST_IN_REGISTERS and all(_is_diagonal(matrix) for matrix in (mass, damping, stiffness)):
-        inverse = 1.0 / mass.diagonal()
-        structure: Diagonal | Dense = Diagonal(
-            tuple((stiffness.diagonal() * inverse).tolist()),
-            tuple((damping.diagonal() * inverse).tolist()),
-            tuple(system.direction.ravel().tolist()),
-            tuple((system.direction * inverse).ravel().tolist()),
-            tuple((system.load * inverse).tolist()),
+    pushed = system.fluctuation_direction
+    fluctuation = None if pushed is None else inverse @ pushed
+    friction = None if system.friction_constant is None else ()
+    balance = balance_of(system, period)
+    if in_registers(system):
+        diagonal = Diagonal(
+            tuple((inverse @ system.total_stiffness).diagonal().tolist()),
+            tuple((inverse @ system.total_damping).diagonal().tolist()),
+            tuple(direction.ravel().tolist()),
+            tuple(response.ravel().tolist()),
+            tuple((inverse @ system.load).tolist()),
         )
-        if system.fluctuation_direction is not None:
-            fluctuation = tuple((system.fluctuation_direction * inverse).tolist())
-    else:
-        normal = np.linalg.inv(mass)
-        structure = Dense(
-            np.ascontiguousarray(normal @ stiffness),
-            np.ascontiguousarray(normal @ damping),
-            np.ascontiguousarray(system.direction).ravel(),
-            np.ascontiguousarray(system.direction @ normal.T).ravel(),
-            normal @ system.load,
-            np.zeros(6 * n * width),
+        return Kernel(
+            diagonal,
+            tuple(system.mesh_damping.tolist()),
+            (0.0,) * len(direction),
+            (0.0,) * pairs,
+            None if system.backlash is None else tuple(system.backlash.tolist()),
+            gate,
+            None if fluctuation is None else tuple(fluctuation.tolist()),
+            friction,
+            balance,
         )
-        if system.fluctuation_direction is not None:
-            fluctuation = normal @ system.fluctuation_direction
-    return Kernel(structure, mesh_damping, (0.0,) * pairs, backlash, gate, fluctuation)
+    n = len(system.load)
+    dense = Dense(
+        np.ascontiguousarray(inverse @ system.total_stiffness),
+        np.ascontiguousarray(inverse @ system.total_damping),
+        np.ascontiguousarray(direction).ravel(),
+        np.ascontiguousarray(response).ravel(),
+        inverse @ system.load,
+        np.zeros(6 * n * width),
+    )
+    return Kernel(
+        dense if tables is None else _propagated(system, balance, dense, tables, period, width),
+        system.mesh_damping,
+        np.zeros(len(direction)),
+        (0.0,) * pairs,
+        system.backlash,
+        gate,
+        fluctuation,
+        friction,
+        balance,
+    )
+
+
+def _propagated(
+    system: System, balance: Balance | None, dense: Dense, tables: StageTables, period: float, width: int
+) -> Propagated:
+    n, meshes = len(system.load), len(system.direction)
+    propagator, angle = propagator_of(system, balance, tables, period)
+    channels, inputs = len(dense.direction) // n, propagator.one.inputs.shape[2] // 3
+    loads = [] if system.fluctuation_direction is None else [system.fluctuation_direction]
+    loads = loads if balance is None else [*loads, *(balance.response @ system.mass)]
+    push, force = np.zeros((3, n, width)), np.zeros((5, inputs, width))
+    if balance is not None and width > 1:
+        # The tangent by a load of unknown size starts from rest and is pushed by a load of one.
+        push[:, :, 1 + balance.held] = balance.response.T
+        force[:, inputs - len(balance.held) + np.arange(len(balance.held)), 1 + balance.held] = 1.0
+    return Propagated(
+        dense.direction,
+        dense.response,
+        dense.load,
+        (np.array(loads).reshape(-1, n) @ np.linalg.inv(system.mass).T).ravel(),
+        propagator,
+        _paired(tables),
+        dense,
+        max(1, int(np.ceil(0.5 * angle / SUBSTEP))),
+        np.zeros((8 * meshes, width)),
+        np.zeros((8 * meshes, width)),
+        force.reshape(5 * inputs, width),
+        np.zeros((2 * n, width)),
+        np.zeros(4 * channels),
+        push.ravel(),
+        np.zeros(2 * n * width),
+        np.zeros(4 * channels),
+        np.zeros(3 * inputs),
+    )
+
+
+def _paired(tables: StageTables) -> NDArray[np.bool_]:
+    """Return whether each step and the next are equally long, and the mesh the same on both sides between."""
+    paired = np.zeros(len(tables.width), bool)
+    k = tables.stiffness
+    jump = np.abs(k[:-1, 2] - k[1:, 0]).max(axis=(1, 2))
+    paired[:-1] = (tables.width[:-1] == tables.width[1:]) & (jump <= SMOOTH * k.max())
+    return paired
 
 
 def _is_diagonal(matrix: Array) -> bool:

@@ -1,0 +1,234 @@
+"""Energy over a period of a response: every term integrated on its own, none by subtraction.
+
+Multiply the equation of motion by the whole velocity V + q̇, V the nominal rotation (d·V = 0), and integrate:
+``∮ F·(V + q̇) − ∮ V·(C q̇ + K q) = friction + ∮ q̇ᵀ C q̇ + Σ ∮ c δ̇ (δ̇ + ė)``
+``− Σ_p ∮ ½ k̇_p x_p² + Σ_p ∮ F_p (ġ_p + ė)``.
+Stiffness that changes under load does work (the parametric term, each jump of k adding ``½ Δk x²``), and so
+do flanks whose gaps and errors move.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.response import Response, accelerations
+from wearlab.dynamics.system import System
+
+Array = NDArray[np.float64]
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+class EnergyBalance(NamedTuple):
+    """Mean powers over the period of a response [W].
+
+    Parameters
+    ----------
+    input, output : work of the loads on the moving members, and what loads and turning supports take
+    friction : lost between the teeth
+    bearing_damping, mesh_damping : lost in the dampers of supports and of meshes
+    parametric : −Σ ½ k̇ x² with the jumps of k: what changing stiffness takes from the motion
+    moving_gaps : Σ F (ġ + ė): what moving gaps and errors take
+    """
+
+    input: float
+    output: float
+    friction: float
+    bearing_damping: float
+    mesh_damping: float
+    parametric: float
+    moving_gaps: float
+
+    @property
+    def residual(self) -> float:
+        """Power that the terms do not account for, over the input power [1]."""
+        taken = self.friction + self.bearing_damping + self.mesh_damping + self.parametric + self.moving_gaps
+        return (self.input - self.output - taken) / self.input
+
+    @property
+    def efficiency(self) -> float:
+        """Output over input power [1]."""
+        return self.output / self.input
+
+
+def nominal_speeds(system: System, given: Mapping[str, float]) -> Array:
+    """Return the nominal speeds V of all coordinates in a rotation that no mesh resists, (n,) [m/s].
+
+    Parameters
+    ----------
+    system : the one form
+    given : speeds of some coordinates, such as ``{"sun.u": r ω, "carrier.u": 0}``; translations rest [m/s]
+
+    Raises
+    ------
+    ValueError
+        When the speeds given do not determine a rotation, or contradict each other.
+    """
+    names = system.coordinates
+    unknown = [at for at, name in enumerate(names) if name.endswith(".u") and name not in given]
+    speed = np.array([given.get(name, 0.0) for name in names])
+    found, _, rank, _ = np.linalg.lstsq(system.direction[:, unknown], -system.direction @ speed, rcond=None)
+    speed[unknown] = found
+    if rank < len(unknown) or np.abs(system.direction @ speed).max() > 1e-9 * np.abs(speed).max():
+        raise ValueError(f"the speeds of {', '.join(given)} do not say how the whole set turns")
+    return speed
+
+
+def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
+    """Return the mean powers over the period of a response.
+
+    The motion within a step is the quintic polynomial through position, velocity and acceleration of both
+    ends, the mesh the parabola of its stages; both are integrated by Gauss's rule. A step in which contact
+    changes is integrated with less accuracy.
+
+    Parameters
+    ----------
+    response : a periodic response; of an aperiodic one the stored energy's change is missing
+    nominal : (n,) nominal speeds, see `nominal_speeds` [m/s]
+    """
+    system, tables, period = response.system, response.tables, response.mesh_period
+    x = 0.5 * (1.0 + NODES)
+    weight = 0.5 * WEIGHTS[:, None] * (tables.width * period)
+    q, v = _within_steps(response, x)
+    mesh = _mesh_at(response, x)
+    delta = q @ system.direction.T - mesh.error
+    rate = v @ system.direction.T - mesh.error_rate
+
+    def mean(power: Array) -> float:
+        return float(np.einsum("xs,kxs->", weight, power)) / (len(response.state) * period)
+
+    whole = v + nominal
+    loads = (system.load * whole).reshape(*whole.shape)
+    if system.fluctuation_direction is not None and tables.fluctuation is not None:
+        loads = loads + (_parabola(tables.fluctuation, x)[..., None] * system.fluctuation_direction) * whole
+    work = np.array([mean(loads[..., row]) for row in range(loads.shape[-1])])
+    held = v @ system.damping.T + q @ system.stiffness.T
+    flanks = _flank_powers(system, mesh, delta)
+    touching = 1.0 if system.damping_always else flanks.touching
+    damped = system.mesh_damping * rate * (rate + mesh.error_rate) * touching
+    rubbed = _friction_power(system, mesh, flanks.pair, whole)
+    return EnergyBalance(
+        input=float(work[work > 0.0].sum()),
+        output=float(-work[work < 0.0].sum()) + mean(held @ nominal),
+        friction=0.0 if rubbed is None else mean(rubbed),
+        bearing_damping=mean((v * (v @ system.damping.T)).sum(axis=-1)),
+        mesh_damping=mean(damped.sum(axis=-1)),
+        parametric=-mean(flanks.parametric) - _jumps(response) / (len(response.state) * period),
+        moving_gaps=mean(flanks.moving),
+    )
+
+
+class _Mesh(NamedTuple):
+    """Tables at nodes within the steps, (n_nodes, n_steps, n_mesh[, n_pairs]); rates by time."""
+
+    stiffness: Array
+    stiffness_rate: Array
+    gap: Array
+    gap_rate: Array
+    error: Array
+    error_rate: Array
+    sliding: Array | None
+    position: Array | None
+
+
+class _Flanks(NamedTuple):
+    """Pair forces (…, n_mesh, n_pairs), contact (…, n_mesh), and powers summed over all flanks (…)."""
+
+    pair: Array
+    touching: Array
+    parametric: Array
+    moving: Array
+
+
+def _parabola(table: Array, x: Array) -> Array:
+    """Return three stage values (n_steps, 3, …) at fractions of the steps, (n_nodes, n_steps, …)."""
+    y = 1.0 - x
+    return np.einsum("ix,si...->xs...", np.array([y * (y - x), 4.0 * x * y, x * (x - y)]), table)
+
+
+def _slope(table: Array, x: Array, length: Array) -> Array:
+    factors = np.array([4.0 * x - 3.0, 4.0 - 8.0 * x, 4.0 * x - 1.0])
+    slope = np.einsum("ix,si...->xs...", factors, table)
+    return slope / length.reshape(1, -1, *[1] * (slope.ndim - 2))
+
+
+def _mesh_at(response: Response, x: Array) -> _Mesh:
+    tables, period = response.tables, response.mesh_period
+    length = tables.width * period
+    return _Mesh(
+        _parabola(tables.stiffness, x),
+        _slope(tables.stiffness, x, length),
+        _parabola(tables.gap, x),
+        _slope(tables.gap, x, length),
+        _parabola(tables.error, x),
+        _parabola(tables.error_rate, x) / period,
+        None if tables.sliding is None else _parabola(tables.sliding, x),
+        None if tables.position is None else _parabola(tables.position, x),
+    )
+
+
+def _flank_powers(system: System, mesh: _Mesh, delta: Array) -> _Flanks:
+    approach = np.maximum(delta[..., None] - mesh.gap, 0.0) * (mesh.stiffness > 0.0)
+    pair = mesh.stiffness * approach
+    touching = (pair > 0.0).any(axis=-1)
+    parametric = (0.5 * mesh.stiffness_rate * approach**2).sum(axis=(-1, -2))
+    moving = (pair * (mesh.gap_rate + mesh.error_rate[..., None])).sum(axis=(-1, -2))
+    if system.backlash is not None:
+        behind = np.maximum(-system.backlash - delta, 0.0)
+        back = mesh.stiffness.sum(axis=-1) * behind
+        touching = touching | (back > 0.0)
+        parametric = parametric + (0.5 * mesh.stiffness_rate.sum(axis=-1) * behind**2).sum(axis=-1)
+        moving = moving - (back * mesh.error_rate).sum(axis=-1)
+    return _Flanks(pair, touching, parametric, moving)
+
+
+def _friction_power(system: System, mesh: _Mesh, pair: Array, whole: Array) -> Array | None:
+    """Return ``Σ Λμ F (f0 + s f1)·(V + q̇)`` over all pairs, None without friction [W]."""
+    constant, slope = system.friction_constant, system.friction_slope
+    if constant is None or slope is None or mesh.sliding is None or mesh.position is None:
+        return None
+    rubbing = mesh.sliding * pair
+    power = rubbing.sum(axis=-1) * (whole @ constant.T)
+    power = power + (rubbing * mesh.position).sum(axis=-1) * (whole @ slope.T)
+    return np.asarray(power.sum(axis=-1))
+
+
+def _jumps(response: Response) -> float:
+    """Return the energy that jumps of stiffness and gap between steps add, ``Σ ½ Δ(k x²)`` [J]."""
+    system, tables, ends = response.system, response.tables, [0, 2]
+    n = len(system.load)
+    state = np.stack([response.state[:, :-1, :n], response.state[:, 1:, :n]], axis=2)
+    delta = state @ system.direction.T - tables.error[:, ends]
+    approach = np.maximum(delta[..., None] - tables.gap[:, ends], 0.0)
+    stored = 0.5 * (tables.stiffness[:, ends] * approach**2).sum(axis=(-1, -2))
+    if system.backlash is not None:
+        behind = np.maximum(-system.backlash - delta, 0.0)
+        stored = stored + 0.5 * (tables.stiffness[:, ends].sum(axis=-1) * behind**2).sum(axis=-1)
+    flat = stored.reshape(-1, 2)
+    return float((np.roll(flat[:, 0], -1) - flat[:, 1]).sum())
+
+
+def _within_steps(response: Response, x: Array) -> tuple[Array, Array]:
+    """Return q and q̇ at fractions of the steps, (n_kept, n_nodes, n_steps, n), by quintic polynomials."""
+    n = len(response.system.load)
+    h = (response.tables.width * response.mesh_period)[:, None]
+    one, two = response.state[:, :-1], response.state[:, 1:]
+    acceleration = accelerations(response)
+    values = (
+        one[..., :n], one[..., n:] * h, acceleration[:, :, 0] * h**2,
+        two[..., :n], two[..., n:] * h, acceleration[:, :, 1] * h**2,
+    )  # fmt: skip
+    conditions = [np.polynomial.polynomial.polyvander([end], 5) for end in (0.0, 1.0)]
+    rows = []
+    for end in conditions:
+        power, degree = end[0], np.arange(6.0)
+        first = np.r_[0.0, degree[1:] * power[:-1]]
+        rows += [power, first, np.r_[0.0, 0.0, degree[2:] * degree[1:-1] * power[:-2]]]
+    basis = np.linalg.inv(np.array(rows))
+    powers = np.polynomial.polynomial.polyvander(x, 5)
+    slopes = np.hstack([np.zeros((len(x), 1)), powers[:, :-1] * np.arange(1, 6)])
+    stacked = np.stack(values)
+    q = np.einsum("xc,cksn->kxsn", powers @ basis, stacked)
+    v = np.einsum("xc,cksn->kxsn", slopes @ basis, stacked) / h
+    return q, v

@@ -1,0 +1,231 @@
+"""One step, or two equal ones, of a `Propagated` structure: exact but for forces that are polynomials.
+
+The forces at the later stages depend on the deflections there, which depend on the forces: from a guess by
+the state at the start, every round gains two orders where only stiffnesses differ from their means, and one
+where damping does too.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from wearlab.compiled import jit
+from wearlab.dynamics.dense_step import dense_step
+
+ROUNDS = 3
+
+
+@jit
+def times(matrix: Any, x: Any, out: Any) -> None:
+    """Write ``matrix @ x`` into ``out``, both (rows, columns)."""
+    if x.shape[1] == 1:
+        np.dot(matrix, x.reshape(x.shape[0]), out.reshape(out.shape[0]))
+    else:
+        np.dot(matrix, x, out)
+
+
+@jit
+def slot_of(length: Any, h: float) -> int:
+    """Return which tabulated length a step has, −1: none."""
+    for k in range(len(length)):
+        if length[k] == h:
+            return k
+    return -1
+
+
+@jit
+def exact_step(
+    structure: Any,
+    columns: Any,
+    w: int,
+    source: Any,
+    i: Any,
+    target: Any,
+    j: Any,
+    mesh: Any,
+    push: Any,
+    h: float,
+) -> None:
+    """Advance the state at ``source[i:]`` by time ``h`` into ``target[j:]``.
+
+    Parameters
+    ----------
+    structure : `wearlab.dynamics.structure.Propagated`
+    columns : how many columns to advance (uint64)
+    w : columns of a state
+    source, i, target, j : flat arrays of states and offsets into them (uint64)
+    mesh : (4, n_channel) flat, as for `rk4_step`
+    push : (3, n_input) flat: inputs at the start, middle and end
+    h : a tabulated length goes by the tables, any other by Runge–Kutta steps [s]
+    """
+    tables, n = structure.tables, len(structure.load)
+    slot = slot_of(tables.length, h)
+    if slot < 0:
+        part_step(structure, columns, w, source, i, target, j, mesh, push, h)
+        return
+    inputs, meshes = len(structure.force) // 5, len(structure.sense) // 8
+    rates = damping_differs(tables, mesh)
+    size, rows = np.uint64(2 * n * w), 3 * inputs
+    old, new = source[i : i + size].reshape((2 * n, w)), target[j : j + size].reshape((2 * n, w))
+    sensed = 4 * meshes if rates else 2 * meshes
+    sense, feed, force = structure.sense[:sensed], structure.feed[:sensed], structure.force[:rows]
+    times(tables.one.sense[slot][:sensed], old, sense)
+    for stage in range(3):
+        guess_force(structure, stage, stage, old, mesh, push)
+    for _ in range(ROUNDS):
+        times(tables.one.feed[slot][:sensed], force, feed)
+        for stage in range(1, 3):
+            correct_force(structure, stage, stage, 2, mesh, push, rates)
+    advance(tables.one.transition[slot], tables.one.inputs[slot], old, force, structure.moved, new)
+
+
+@jit
+def exact_pair(
+    structure: Any, w: int, states: Any, i: Any, j: Any, k: Any, mesh: Any, push: Any, h: float
+) -> bool:
+    """Advance ``states[i:]`` over two equal steps of length ``h``, into ``states[j:]`` and ``states[k:]``.
+
+    ``mesh`` and ``push`` are those of the first step; the structure holds those of the second. Return whether
+    it was done: not where damping differs from that of the linear part.
+    """
+    tables, n = structure.tables, len(structure.load)
+    slot = slot_of(tables.length, h)
+    if slot < 0 or damping_differs(tables, mesh) or damping_differs(tables, structure.second_mesh):
+        return False
+    meshes, size = len(structure.sense) // 8, np.uint64(2 * n * w)
+    old = states[i : i + size].reshape((2 * n, w))
+    sense, feed, force = structure.sense[: 4 * meshes], structure.feed[: 4 * meshes], structure.force
+    times(tables.two.sense[slot][: 4 * meshes], old, sense)
+    for stage in range(3):
+        guess_force(structure, stage, stage, old, mesh, push)
+    for stage in range(1, 3):
+        guess_force(structure, 2 + stage, stage, old, structure.second_mesh, structure.second_push)
+    for _ in range(ROUNDS):
+        times(tables.two.feed[slot][: 4 * meshes], force, feed)
+        for stage in range(1, 3):
+            correct_force(structure, stage, stage, 4, mesh, push, False)
+            correct_force(structure, 2 + stage, stage, 4, structure.second_mesh, structure.second_push, False)
+    middle, end = states[j : j + size].reshape((2 * n, w)), states[k : k + size].reshape((2 * n, w))
+    advance(tables.two.between[slot], tables.two.between_inputs[slot], old, force, structure.moved, middle)
+    advance(tables.two.transition[slot], tables.two.inputs[slot], old, force, structure.moved, end)
+    return True
+
+
+@jit
+def advance(transition: Any, inputs: Any, old: Any, force: Any, moved: Any, new: Any) -> None:
+    """Write ``transition @ old + inputs @ force`` into ``new``."""
+    times(transition, old, new)
+    times(inputs, force, moved)
+    out, added = new.reshape(new.size), moved.reshape(moved.size)
+    for x in range(np.uint64(0), np.uint64(len(out))):
+        out[x] += added[x]
+
+
+@jit
+def damping_differs(tables: Any, mesh: Any) -> bool:
+    """Whether a mesh is damped otherwise than the linear part has it: its flanks have parted."""
+    channels = len(tables.stiffness)
+    for c in range(channels):
+        if mesh[3 * channels + c] != tables.damping[c]:
+            return True
+    return False
+
+
+@jit
+def guess_force(structure: Any, at: int, stage: int, old: Any, mesh: Any, push: Any) -> None:
+    """Fill the inputs number ``at``, from mesh and inputs of a stage and the state at the start."""
+    tables, n, force = structure.tables, len(structure.load), structure.force
+    channels, inputs, meshes = len(tables.stiffness), len(force) // 5, len(structure.sense) // 8
+    for c in range(channels):
+        k = mesh[stage * channels + c] - tables.stiffness[c]
+        damp = mesh[3 * channels + c] - tables.damping[c]
+        row = force[at * inputs + c]
+        row[:] = 0.0
+        for other in range(n):
+            d = structure.direction[(c % meshes) * n + other]
+            if d != 0.0:
+                add_scaled(row, -d * k, old[other])
+                if damp != 0.0:
+                    add_scaled(row, -d * damp, old[n + other])
+        row[0] += push[stage * inputs + c]
+    for c in range(channels, inputs):
+        force[at * inputs + c, 0] = push[stage * inputs + c]
+
+
+@jit
+def correct_force(structure: Any, at: int, stage: int, later: int, mesh: Any, push: Any, rates: bool) -> None:
+    """Fill the inputs number ``at`` from the deflections there; ``later``: stages after the first."""
+    tables, force = structure.tables, structure.force
+    channels, inputs, meshes = len(tables.stiffness), len(force) // 5, len(structure.sense) // 8
+    for c in range(channels):
+        m = (at - 1) * meshes + c % meshes
+        k = mesh[stage * channels + c] - tables.stiffness[c]
+        row = force[at * inputs + c]
+        set_scaled(row, -k, structure.sense[m], structure.feed[m])
+        if rates:
+            damp = mesh[3 * channels + c] - tables.damping[c]
+            m += later * meshes
+            add_scaled(row, -damp, structure.sense[m])
+            add_scaled(row, -damp, structure.feed[m])
+        row[0] += push[stage * inputs + c]
+
+
+@jit
+def add_scaled(out: Any, factor: float, x: Any) -> None:
+    """Add ``factor x`` to ``out``."""
+    for col in range(np.uint64(0), np.uint64(len(out))):
+        out[col] += factor * x[col]
+
+
+@jit
+def set_scaled(out: Any, factor: float, x: Any, y: Any) -> None:
+    """Write ``factor (x + y)`` into ``out``."""
+    for col in range(np.uint64(0), np.uint64(len(out))):
+        out[col] = factor * (x[col] + y[col])
+
+
+@jit
+def part_step(
+    structure: Any,
+    columns: Any,
+    w: int,
+    source: Any,
+    i: Any,
+    target: Any,
+    j: Any,
+    mesh: Any,
+    push: Any,
+    h: float,
+) -> None:
+    """Advance over a part of a step between contact changes, by a fixed number of Runge–Kutta steps."""
+    n, count = len(structure.load), structure.substeps
+    channels, inputs = len(structure.tables.stiffness), len(structure.force) // 5
+    size = np.uint64(2 * n * w)
+    work = structure.part
+    work[:size] = source[i : i + size]
+    zero = np.uint64(0)
+    for k in range(count):
+        for stage in range(3):
+            x = (k + 0.5 * stage) / count
+            y = 1.0 - x
+            l0, l1, l2 = y * (y - x), 4.0 * x * y, x * (x - y)
+            for c in range(channels):
+                structure.mesh[stage * channels + c] = (
+                    l0 * mesh[c] + l1 * mesh[channels + c] + l2 * mesh[2 * channels + c]
+                )
+            for row in range(n):
+                total = structure.load[row]
+                for c in range(inputs):
+                    value = l0 * push[c] + l1 * push[inputs + c] + l2 * push[2 * inputs + c]
+                    if c < channels:
+                        total += structure.response[c * n + row] * value
+                    elif c > channels:
+                        total += structure.loads[(c - channels - 1) * n + row] * value
+                structure.push[(stage * n + row) * w] = total
+        for c in range(channels):
+            structure.mesh[3 * channels + c] = mesh[3 * channels + c]
+        dense_step(
+            structure.dense, channels, columns, w, work, zero, work, zero, structure.mesh, structure.push,
+            h / count,
+        )  # fmt: skip
+    target[j : j + size] = work[:size]

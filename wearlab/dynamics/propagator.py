@@ -1,0 +1,181 @@
+"""Exact steps of the linear part, for systems too large for registers.
+
+The mean mesh stiffness belongs to the linear part ``ẏ = A y``, y = (q, q̇), which is advanced by ``e^{Ah}``:
+no stability limit and no error in the free vibration. What is left are the few forces of the meshes,
+``u_c = w − (k_c − k̄_c) δ − (c − c̄) δ̇``, and the loads. Each is a polynomial through its values at the stages,
+and the polynomials are integrated exactly: exponential collocation (Hochbruck & Ostermann, Acta Numerica 19
+(2010) 209, §2.2). The three stages of one step give fourth order, the five of two equal steps sixth.
+
+A step needs the state at its end (of two: also between them), and for the forces the deflections at its later
+stages: everything is tabulated for each of the few lengths of step that a period has.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.balance import Balance
+from wearlab.dynamics.frozen import Frozen
+from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageTables
+
+Array = NDArray[np.float64]
+GRID = 0.05
+"""Relative distance of the mean stiffnesses that share tables: they need be no exact means."""
+LARGEST_ANGLE = 12.0
+SMALL = 1e-18
+
+
+class Steps(NamedTuple):
+    """Tables of steps with a number of stages, one set for each length.
+
+    Parameters
+    ----------
+    transition : (n_lengths, 2n, 2n) e^{At} over the whole
+    inputs : (n_lengths, 2n, n_stages · n_input) effect of the inputs at all stages
+    between, between_inputs : the same up to the middle
+    sense : (n_lengths, 2 (n_stages − 1) n_mesh, 2n) δ at all stages but the first, then δ̇, without inputs
+    feed : (n_lengths, 2 (n_stages − 1) n_mesh, n_stages · n_input) what inputs add to them
+    """
+
+    transition: Array
+    inputs: Array
+    between: Array
+    between_inputs: Array
+    sense: Array
+    feed: Array
+
+
+class Propagator(NamedTuple):
+    """Tables for each length of step.
+
+    Parameters
+    ----------
+    length : (n_lengths,) h [s]
+    one, two : tables of one step, and of two equal steps in a row
+    stiffness, damping : (n_channel,) k̄, c̄ that the linear part holds [N/m], [N s/m]
+    """
+
+    length: Array
+    one: Steps
+    two: Steps
+    stiffness: Array
+    damping: Array
+
+
+def propagator_of(
+    system: System, balance: Balance | None, tables: StageTables, period: float
+) -> tuple[Propagator, float]:
+    """Return the tables, and the angle that the fastest mode turns by in the longest step [rad].
+
+    Inputs are ordered channels, load, fluctuating load, loads of unknown size; what is absent is left out.
+    """
+    middle = tables.stiffness.sum(axis=3)
+    mean = np.einsum("s,skm->m", tables.width, middle * np.array([1.0, 4.0, 1.0])[:, None] / 6.0)
+    mean = np.exp(GRID * np.round(np.log(np.maximum(mean, 1e-300)) / GRID))
+    lengths = np.unique(tables.width * period)
+    vectors = [system.direction]
+    if system.friction_constant is not None and system.friction_slope is not None:
+        vectors += [system.friction_constant, system.friction_slope]
+    loads = [system.load]
+    if system.fluctuation_direction is not None:
+        loads.append(system.fluctuation_direction)
+    if balance is not None:
+        loads += list(balance.response @ system.mass)
+    matrices = (
+        system.mass,
+        system.total_stiffness,
+        system.total_damping,
+        np.vstack(vectors),
+        np.vstack(loads),
+    )
+    numbers = (system.mesh_damping, mean, lengths)
+    return _propagator(*(Frozen(x) for x in (*matrices, *numbers)))
+
+
+@lru_cache(maxsize=16)
+def _propagator(
+    mass: Frozen,
+    stiffness: Frozen,
+    damping: Frozen,
+    vector: Frozen,
+    load: Frozen,
+    mesh_damping: Frozen,
+    mean: Frozen,
+    length: Frozen,
+) -> tuple[Propagator, float]:
+    meshes, h = len(mean.array), length.array
+    d, inverse = vector.array[:meshes], np.linalg.inv(mass.array)
+    k = inverse @ (stiffness.array + d.T @ (mean.array[:, None] * d))
+    c = inverse @ (damping.array + d.T @ (mesh_damping.array[:, None] * d))
+    n = len(k)
+    matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-k, -c]])
+    # A channel's force acts against its vector, a load along it; both as inputs of size one.
+    entering = np.vstack([vector.array, load.array]) @ inverse.T
+    enters = np.vstack([np.zeros((n, len(entering))), entering.T])
+    rate = float(np.sqrt(np.linalg.norm(k, 2))) + float(np.linalg.norm(c, 2))
+    angle = 2.0 * rate * float(h.max())
+    if not angle <= LARGEST_ANGLE:
+        raise ValueError(
+            f"two steps of {h.max():.3g} s turn the fastest mode by {angle:.3g} rad, more than "
+            f"{LARGEST_ANGLE:g}: give at least {angle / LARGEST_ANGLE:.3g} times as many steps a period"
+        )
+    powers = _powers(matrix, angle)
+    sensors = np.zeros((2 * meshes, 2 * n))
+    sensors[:meshes, :n], sensors[meshes:, n:] = d, d
+    held = np.zeros((2, len(vector.array)))
+    held[0, :meshes], held[1, :meshes] = mean.array, mesh_damping.array
+    one, two = (
+        _steps(powers, powers @ enters, sensors, count * h, stages) for count, stages in ((1, 3), (2, 5))
+    )
+    return Propagator(h, one, two, held[0], held[1]), angle
+
+
+def _steps(powers: Array, fed: Array, sensors: Array, length: Array, stages: int) -> Steps:
+    nodes = np.linspace(0.0, 1.0, stages)
+    lagrange = np.asarray(np.linalg.inv(np.vander(nodes, increasing=True)).T, np.float64)
+    moved = [_series(powers, x * length) for x in nodes[1:]]
+    entered = [_inputs(fed, length, x, lagrange) for x in nodes[1:]]
+    middle, meshes = (stages - 1) // 2 - 1, len(sensors) // 2
+
+    def seen(tables: list[Array]) -> Array:
+        rows = [sensors[part] @ table for part in (slice(meshes), slice(meshes, None)) for table in tables]
+        return np.ascontiguousarray(np.concatenate(rows, axis=1))
+
+    return Steps(moved[-1], entered[-1], moved[middle], entered[middle], seen(moved), seen(entered))
+
+
+def _powers(matrix: Array, angle: float) -> Array:
+    """Return powers of A as far as the series of ``e^{Ah}`` needs them, (n_terms, 2n, 2n)."""
+    powers, term = [np.eye(len(matrix))], 1.0
+    while term > SMALL or len(powers) < 6:
+        term *= angle / len(powers)
+        powers.append(powers[-1] @ matrix)
+    return np.array(powers)
+
+
+def _series(powers: Array, h: Array) -> Array:
+    """Return ``e^{Ah} = Σ A^k h^k/k!`` of every length, (n_lengths, 2n, 2n)."""
+    factors = np.cumprod(np.vstack([np.ones_like(h), *[h / k for k in range(1, len(powers))]]), axis=0)
+    return np.tensordot(factors.T, powers, axes=1)
+
+
+def _inputs(fed: Array, length: Array, share: float, lagrange: Array) -> Array:
+    """Return ``∫_0^t e^{A(t−τ)} B L_i(τ/h) dτ`` of the Lagrange polynomials, (n_lengths, 2n, n_stages n_in).
+
+    ``∫_0^t e^{A(t−τ)} (τ/h)^j dτ = Σ_k A^k t^{k+1} share^j j!/(k+j+1)!``, t = share · h.
+    """
+    terms, rows, count = fed.shape
+    t, stages = share * length, len(lagrange)
+    out = np.zeros((len(t), rows, stages, count))
+    for j in range(stages):
+        factor = t * share**j / (j + 1.0)
+        factors = [factor]
+        for k in range(1, terms):
+            factor = factor * t / (k + j + 1.0)
+            factors.append(factor)
+        moment = np.tensordot(np.array(factors).T, fed, axes=1)
+        out += moment[:, :, None, :] * lagrange[:, j][None, None, :, None]
+    return out.reshape(len(t), rows, stages * count)
