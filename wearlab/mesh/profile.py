@@ -36,6 +36,7 @@ class ProfileGrid(NamedTuple):
         and after E, in ascending order; ``first`` counts among these [m]
     before : number of nodes before A
     leading : which pair the first slot holds; pair j touches at ``s_A + (φ + j) p_b``
+    stages : pairs between A and E at most, ⌈ε⌉
     """
 
     breaks: Array
@@ -47,6 +48,7 @@ class ProfileGrid(NamedTuple):
     touching: Array
     before: int
     leading: int
+    stages: int
 
     @property
     def n_pairs(self) -> int:
@@ -55,8 +57,21 @@ class ProfileGrid(NamedTuple):
 
     @property
     def slots(self) -> int:
-        """Number of pair slots with the pair that approaches A, whether or not it can touch."""
-        return self.leading + 2
+        """Number of pair slots of datasets, ⌈ε⌉ + 1: the last one is for pairs beyond A and E."""
+        return self.stages + 1
+
+    def into_slots(self, values: Array, absent: float) -> Array:
+        """Return values of the pairs (n_pairs, n) by slots of datasets (slots, n), leading first.
+
+        The last slot holds the pair that approaches A, and before it, early in the period, one that is
+        further beyond E than a whole number of base pitches from A: never both at once.
+        """
+        found = np.full((self.slots, values.shape[1]), absent)
+        for number, row in zip(self.pair_numbers, values, strict=True):
+            slot = self.stages - 1 - number if number < self.stages else self.stages
+            present = ~np.isnan(row) if np.isnan(absent) else row != absent
+            found[slot] = np.where(present, row, found[slot])
+        return found
 
     @property
     def pair_numbers(self) -> Index:
@@ -169,7 +184,16 @@ def profile_grid(
             flank = np.concatenate([flank, np.full(len(nodes) - shared, 0.0 < middle < ratio)])
     position, before = touching[flank], int(np.argmax(flank))
     return ProfileGrid(
-        breaks, first, intervals, position, phase[flank], weight[flank], touching, before, pairs[-1]
+        breaks,
+        first,
+        intervals,
+        position,
+        phase[flank],
+        weight[flank],
+        touching,
+        before,
+        pairs[-1],
+        int(np.ceil(ratio - SAME_PHASE)),
     )
 
 

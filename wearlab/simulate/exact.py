@@ -67,8 +67,8 @@ def _one_state(
     assert isinstance(analysis.gaps, ExactGaps | AlgorithmOneGaps)
     relation = mesh_relation(analysis.gaps, state.wear, where.phase, analysis.grid.pair_numbers)
     engaged = _engaged(scene, parts, kind, relation, state, where)
-    used = analysis.grid.n_pairs
-    values["engaged"][update, mesh, :used] = engaged
+    grid = analysis.grid
+    values["engaged"][update, mesh, : grid.slots] = grid.into_slots(engaged.astype(float), 0.0)
     values["unloaded_transmission_angle"][update, mesh] = (
         relation.unloaded_error / one.pair.driven.base_radius
     )
@@ -79,8 +79,12 @@ def _one_state(
     touched_alone, turned_alone = lone_ranges(analysis.gaps.flanks, state.wear)
     for gear, body in enumerate(one.pair.gears):
         member = parts.gears.members.index(body.name)
-        values["contact_angle"][update, member, mesh, :used] = relation.contact_angle[gear]
-        values["rotation_angle"][update, member, mesh, :used] = relation.rotation_angle[gear]
+        for name, angles in (
+            ("contact_angle", relation.contact_angle),
+            ("rotation_angle", np.where(np.isnan(relation.contact_angle), np.nan, relation.rotation_angle)),
+        ):
+            slots = grid.into_slots(angles[gear], np.nan)
+            values[name][update, member, mesh, : grid.slots] = slots
         values["meshing_range"][update, member, mesh] = turned[gear]
         values["contact_range"][update, member, mesh] = touched[gear]
         values["lone_meshing_range"][update, member, mesh] = turned_alone[gear]

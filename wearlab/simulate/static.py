@@ -143,8 +143,8 @@ def _share_residual(load: float, state: Quasistatic) -> float:
 
 
 def pair_slots(values: Array, grid: ProfileGrid) -> Array:
-    """Return values (n_phases, n_pairs) as (slots, n_phases): the last slot is the pair that approaches A."""
-    return np.pad(values.T, [(0, grid.slots - grid.n_pairs), (0, 0)])
+    """Return values (n_phases, n_pairs), 0 where absent, as (slots, n_phases)."""
+    return grid.into_slots(values.T, 0.0)
 
 
 def _static_harmonics(parts: Parts, mesh: int, states: Sequence[Quasistatic]) -> dict[str, Array]:
