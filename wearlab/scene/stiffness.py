@@ -7,7 +7,7 @@ from pydantic import ConfigDict, Field, ValidationInfo, model_validator
 from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import PydanticCustomError
 
-from wearlab.scene.part import POSITIVE, Number, Part, SpringRate, named, option
+from wearlab.scene.part import POSITIVE, Number, Part, SpringRate, Stored, named, option
 from wearlab.scene.tables import read_stiffness
 
 Of = Literal["pair", "mesh"]
@@ -61,13 +61,14 @@ class FiniteElementStiffness(Part):
         1.0, "factor on the stiffness; anything but 1 is flagged as tuned"
     )
 
-    @model_validator(mode="after")
-    def _library(self, info: ValidationInfo) -> "FiniteElementStiffness":
-        """Refuse a campaign file early; a stored run can still be read where the library is missing."""
-        from_file = (info.context or {}).get("base_directory") is not None
-        if from_file and find_spec("skfem") is None:
+    @model_validator(mode="before")
+    @classmethod
+    def _library(cls, given: Any) -> Any:
+        """Refuse a scene before anything runs; what a run has stored can be read without the library."""
+        stored = isinstance(given, dict) and isinstance(given.get("scale"), Stored)
+        if not stored and find_spec("skfem") is None:
             raise PydanticCustomError("library", LIBRARY_MISSING)
-        return self
+        return given
 
 
 class ConstantStiffness(Part):

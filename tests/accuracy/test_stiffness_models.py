@@ -1,0 +1,62 @@
+"""The judgement of stiffness models: what it compares, and the verdict on L16's gears."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import wearlab
+from wearlab.accuracy.stiffness_models import judge, report
+from wearlab.campaign import load
+
+CAMPAIGNS = Path(wearlab.__file__).parents[1] / "campaigns"
+FILES = sorted(CAMPAIGNS.glob("stiffness_models*.toml"))
+
+
+@pytest.fixture(scope="module")
+def cases():
+    chosen = ("finite elements", "potential energy (defaults)", "shared", "rigid body")
+    known = {case.label: case.scene for case in load(CAMPAIGNS / "stiffness_models.toml").cases}
+    coarse = {"numerics.profile_points": 41}
+    scenes = {}
+    for label in chosen:
+        scene = known[label]
+        for key, value in coarse.items():
+            scene = scene.replace(key, value)
+        scenes[label] = scene
+    return scenes
+
+
+def test_l16_shared_bodies_are_within_five_per_cent(cases):
+    """Default double contact is some 23 per cent too stiff, for single contact there is nothing to share."""
+    judged = {one.label: one for one in judge(list(cases.items()))}
+    reference, default, shared, rigid = (judged[label].zones for label in cases)
+    assert [zone.pairs for zone in reference] == [1, 2]
+    assert all(zone.mean == zone.largest == 0.0 for zone in reference)
+    assert all(zone.largest < 0.05 for zone in shared)
+    assert default[0] == shared[0] and 0.15 < default[1].mean <= default[1].largest < 0.3
+    assert all(zone.mean > 1.0 for zone in rigid)
+    table = report("title", list(judged.values()))
+    assert len(table.splitlines()) == 2 + len(cases) and "+23." in table
+
+
+def test_a_model_against_itself_in_series_and_parallel(cases):
+    """Twice the stiffness is 100 per cent too stiff, in every zone, worn or not."""
+    first = cases["finite elements"]
+    pair = [("once", first), ("twice", first.replace("mesh.stiffness.scale", 2.0))]
+    for wear in (0.0, 5e-5):
+        one, two = judge(pair, wear=wear)
+        assert [zone.mean for zone in two.zones] == pytest.approx([1.0, 1.0], rel=1e-9)
+        assert two.mean_stiffness == pytest.approx(2.0 * one.mean_stiffness, rel=1e-9)
+
+
+def test_wear_softens_the_elements(cases):
+    healthy, worn = (next(judge(list(cases.items())[:1], wear=h)).mean_stiffness for h in (0.0, 1e-4))
+    assert -0.02 < worn / healthy - 1.0 < -0.005
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_every_gear_set_is_judged_by_the_same_choices(file):
+    labels = [case.label for case in load(file).cases]
+    assert labels[0] == "finite elements" and len(labels) == 13
+    assert len(np.unique(labels)) == 13
