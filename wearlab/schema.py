@@ -280,6 +280,27 @@ VARIABLES: dict[str, Variable] = {
     "response_jump_extent": Variable(
         ("direction", "jump", "edge"), "m", "um", "range of the mesh deflection before and after a jump"
     ),
+    "mode_kind": Variable(
+        ("mode",), "", "", "what moves: rigid-body, rotational, translational, planet or mixed"
+    ),
+    "friction_force": Variable(
+        _RESPONSE, "N", "N", "friction on the driving flank", "positive in recess, negative in approach"
+    ),
+    "efficiency": Variable(("update",), "1", "%", "output over input power"),
+    "energy_input": Variable(("update",), "W", "W", "mean power of the loads that drive"),
+    "energy_output": Variable(("update",), "W", "W", "mean power that loads and torsional supports take"),
+    "energy_friction": Variable(("update",), "W", "W", "mean power lost in tooth friction"),
+    "energy_bearing_damping": Variable(("update",), "W", "W", "mean power lost in the dampers of supports"),
+    "energy_mesh_damping": Variable(("update",), "W", "W", "mean power lost in the dampers of the meshes"),
+    "energy_parametric": Variable(
+        ("update",), "W", "W", "mean power that changing mesh stiffness takes from the motion", "−Σ ½ k̇ x²"
+    ),
+    "energy_moving_gaps": Variable(
+        ("update",), "W", "W", "mean power that moving gaps and errors take from the motion", "Σ F (ġ + ė)"
+    ),
+    "residual_energy": Variable(
+        ("update",), "1", "1", "power that the terms do not account for, over the input power"
+    ),
     "natural_frequency": Variable(("mode",), "Hz", "Hz", "natural frequency at the mean mesh stiffness"),
     "critical_speed": Variable(
         ("mode",), "rad s-1", "rpm", "speed of the reference gear at which mesh and natural frequency meet"

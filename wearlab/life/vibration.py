@@ -32,6 +32,7 @@ class Vibration:
     hunting : mesh periods after which the same teeth meet, when the slow errors turn; else 1
     slow : (n_angles, n_mesh) once-per-revolution errors at equally weighted angles of the members, each held
         over a mesh period [m]; None: nothing answers to them
+    nominal : (n,) speeds of the coordinates as the set turns on the whole [m/s], None where x alone moves
     """
 
     system: System
@@ -42,6 +43,7 @@ class Vibration:
     fluctuation: Array | None
     hunting: int = 1
     slow: Array | None = None
+    nominal: Array | None = None
 
     @property
     def backlash(self) -> float | None:

@@ -16,7 +16,7 @@ from wearlab.mesh.clock import Mesh, look_within, of_kind
 from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
 from wearlab.mesh.harmonics import Harmonics, harmonics
 from wearlab.mesh.modulation import Modulation, fit
-from wearlab.mesh.profile import Lookup, ProfileGrid
+from wearlab.mesh.profile import Lookup, ProfileGrid, interpolate
 from wearlab.mesh.sharing import equivalent_springs, share
 from wearlab.mesh.stages import StageGrid, StageTables
 
@@ -48,12 +48,14 @@ class Stages:
     edges : (n_segments + 1,) breaks of the clock between which every mesh is smooth [1]
     meshes : the meshes
     where : for each kind of mesh, look-up of the (n_steps · 3) stages, one mesh of the kind after another
+    rubbing : Λμ and path position of every pair at the stages, None without friction
     """
 
     grid: StageGrid
     edges: Array
     meshes: tuple[Mesh, ...]
     where: tuple[Lookup, ...]
+    rubbing: "Rubbing | None" = None
 
     def error(self, mesh: int) -> tuple[Array, Array]:
         """Return the prescribed error of a mesh and its rate at the stages, both (n_steps, 3) [m]."""
@@ -62,14 +64,68 @@ class Stages:
         return one.error.value(phase), one.error.rate(phase)
 
 
-def stages(grids: Sequence[ProfileGrid], meshes: tuple[Mesh, ...], edges: Array, grid: StageGrid) -> Stages:
+class Friction(NamedTuple):
+    """Sliding friction of the flanks.
+
+    Parameters
+    ----------
+    coefficient : μ [1]
+    sense : for each kind of mesh, +1 where the model's path position is s, −1 where it is −s [1]
+    """
+
+    coefficient: float
+    sense: tuple[float, ...]
+
+
+class Rubbing(NamedTuple):
+    """What friction needs at the stages; wear does not change it.
+
+    Parameters
+    ----------
+    sliding : (n_steps, 3, n_mesh, n_pairs) Λμ, 0 out of the path [1]
+    position : (n_steps, 3, n_mesh, n_pairs) path position as the model counts it [m]
+    """
+
+    sliding: Array
+    position: Array
+
+
+def stages(
+    grids: Sequence[ProfileGrid],
+    meshes: tuple[Mesh, ...],
+    edges: Array,
+    grid: StageGrid,
+    friction: Friction | None = None,
+) -> Stages:
     """Prepare the look-ups of an integrator's stages among the profile nodes of every kind of mesh."""
     middle = grid.start + 0.5 * grid.width
     where = tuple(
         look_within(nodes, [mesh.lag for mesh in meshes if mesh.kind == kind], grid.phase, middle)
         for kind, nodes in enumerate(grids)
     )
-    return Stages(grid, edges, meshes, where)
+    rubbing = None if friction is None else _rubbing(grids, meshes, where, len(grid.width), friction)
+    return Stages(grid, edges, meshes, where, rubbing)
+
+
+def _rubbing(
+    grids: Sequence[ProfileGrid],
+    meshes: tuple[Mesh, ...],
+    where: tuple[Lookup, ...],
+    steps: int,
+    friction: Friction,
+) -> Rubbing:
+    """Return Λμ and the path position of every pair; sliding turns at the pitch point, where steps end."""
+    pairs = max(nodes.n_pairs for nodes in grids)
+    sliding, position = np.zeros((2, steps, 3, len(meshes), pairs))
+    for kind, (nodes, at) in enumerate(zip(grids, where, strict=True)):
+        found = np.empty((len(at.phase), nodes.n_pairs))
+        interpolate(nodes.first, at, nodes.touching, np.nan, found)
+        s = found.reshape(-1, steps, 3, nodes.n_pairs).transpose(1, 2, 0, 3)
+        own = of_kind(meshes, kind)
+        sign = np.broadcast_to(np.sign(s[:, 1:2]), s.shape)
+        sliding[:, :, own, : nodes.n_pairs] = friction.coefficient * np.nan_to_num(sign)
+        position[:, :, own, : nodes.n_pairs] = friction.sense[kind] * np.nan_to_num(s)
+    return Rubbing(sliding, position)
 
 
 class Series(NamedTuple):
@@ -194,7 +250,10 @@ def stage_tables(kinds: Sequence[Touching], stages: Stages, fluctuation: Array |
             own = stages.grid.phase - one.lag
             error[:, :, mesh] += series.error.value(own)
             rate[:, :, mesh] += series.error.rate(own)
-    return StageTables(stages.grid.width, stiffness, gap, error, rate, fluctuation)
+    tables = StageTables(stages.grid.width, stiffness, gap, error, rate, fluctuation)
+    if stages.rubbing is None:
+        return tables
+    return tables._replace(sliding=stages.rubbing.sliding, position=stages.rubbing.position)
 
 
 def _stage_springs(one: Touching, where: Lookup, steps: int) -> tuple[Array, Array]:

@@ -84,6 +84,12 @@ def _model_of_the_set(scene: "Scene") -> Problems:
 
 
 def _torsional_carrier(scene: "Scene") -> Problems:
+    if isinstance(scene.dynamics, PlanetaryTorsionalDynamics) and scene.operation.fixed != "ring":
+        yield (
+            "operation.fixed",
+            f"the torsional model holds the ring at rest, not {scene.operation.fixed!r}; give fixed = 'ring' or "
+            "dynamics.model = 'planetary'",
+        )
     if isinstance(scene.dynamics, PlanetaryTorsionalDynamics) and scene.operation.load_torque == "zero":
         yield "operation.load_torque", "the torsional model turns freely and needs the load torque: 'balance'"
 
@@ -112,7 +118,7 @@ def _supports(scene: "Scene") -> Problems:
             if support is None:
                 yield (
                     f"dynamics.supports.{member}",
-                    "bearings required: give 'radial_stiffness' and 'damping'",
+                    "required: bearings, such as radial_stiffness = '1150 N/um' with 'damping'",
                 )
     held = [member for member, support in supports.items() if support is not None and _holds(support)]
     if len(held) == len(supports):

@@ -18,10 +18,13 @@ Values = dict[str, Any]
 def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Response | None]:
     """Return another attractor of each state, None where released flanks return to the response stored.
 
-    The methods of the papers march from one start alone, and so do errors that turn with their members.
+    The methods of the papers march from one start alone, and so do errors that turn with their members;
+    among the angles of averaged errors nothing is looked for.
     """
     vibration = parts.vibration
     if vibration is None or vibration.hunting > 1 or not isinstance(vibration.method, Periodic):
+        return []
+    if vibration.slow is not None:
         return []
     clock, account = time.perf_counter(), parts.coupling.account
     found = [_other(state.response, vibration.method) for state in states]

@@ -24,7 +24,7 @@ def labelled(
     """
     dataset = xr.Dataset(
         {
-            name: (VARIABLES[name].dims, np.asarray(value), attributes(name))
+            name: (_of_variable(name, np.asarray(value)), np.asarray(value), attributes(name))
             for name, value in values.items()
             if wanted is None or name in wanted
         }
@@ -38,6 +38,12 @@ def labelled(
         for name, value in coordinates.items()
     }
     return dataset.assign_coords(named)
+
+
+def _of_variable(name: str, value: np.ndarray) -> tuple[str, ...]:
+    """Return the dimensions of a variable; what slow errors move has one more, after the updates."""
+    dims = VARIABLES[name].dims
+    return (dims[0], "error_angle", *dims[1:]) if value.ndim == len(dims) + 1 else dims
 
 
 def _dimensions(name: str, value: np.ndarray) -> tuple[str, ...]:

@@ -37,6 +37,7 @@ def modes_table(scene: Scene) -> list[dict[str, Any]]:
             {
                 "mode": mode + 1,
                 "natural_frequency [Hz]": float(found.modes.frequency[mode]),
+                **({} if found.kinds is None else {"kind": found.kinds[mode]}),
                 "moves": ", ".join(
                     name
                     for name, size in zip(found.coordinates, shape, strict=True)

@@ -50,7 +50,7 @@ def verdict(lived: History, others: Sequence[Response | None] = ()) -> str:
     """
     if lived.life is not None and lived.life.end_reason not in ENDS_AS_ASKED:
         return "stopped"
-    responses = [state.response for state in lived.state if state.response is not None]
+    responses = [response for state in lived.state for response in state.responses]
     for word, holds in (
         ("not converged", lambda v: not v.converged),
         ("aperiodic", lambda v: not v.periodic),

@@ -16,6 +16,7 @@ from wearlab.mesh.harmonics import Harmonics, harmonics
 from wearlab.mesh.profile import Lookup
 from wearlab.scene.build import Parts
 from wearlab.scene.build.modes import SceneModes
+from wearlab.simulate.energy import energy_values, friction_force, moments
 from wearlab.simulate.label import padded
 from wearlab.simulate.static import pair_slots
 
@@ -45,7 +46,7 @@ def dynamic_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
         )
     if angles == 1:
         return each[0]
-    return {name: stacked([one[name] for one in each], None) for name in each[0]}
+    return {name: np.moveaxis(stacked([one[name] for one in each], None), 0, 1) for name in each[0]}
 
 
 def stacked(arrays: list[Array], along: int | None) -> Array:
@@ -83,6 +84,7 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
         "floquet_multiplier": _as_parts(response, 2 * len(vibration.system.coordinates)),
         "residual_mean_force": mean_force_residual(parts, vibration, touching, response),
         "residual_orbit": response.residual,
+        **energy_values(parts, vibration, response),
     }
     if parts.wohler_slope is not None:
         equivalent = [
@@ -115,6 +117,10 @@ def _mesh_response(
         "poincare_rate": rate[:, 0],
         "dynamic_factor": np.asarray(elastic.max() / static if static > 0.0 else np.nan),
     }
+    if parts.friction is not None:
+        values["friction_force"] = np.stack(
+            [friction_force(parts, mesh, mine, where, force.pair) for force in forces]
+        )
     if mine.series is not None:
         own = where.phase
         values["excitation_stiffness"] = mine.series.stiffness.value(own)
@@ -163,22 +169,52 @@ def mean_force_residual(
 ) -> float:
     """Return mean(elastic + damping) over the static force, minus one: the largest of the kinds of mesh.
 
-    Meshes of one kind share the load among them, so their mean is what the load decides.
+    Meshes of one kind share the load among them, so their mean is what the load decides. With friction the
+    moments on the gear whose torque is given count, and on a planet those of its two meshes.
     """
-    found = []
-    for kind, mine in zip(parts.coupling.kinds, touching, strict=True):
-        where, (_, weight) = mine.analysis.at_nodes, mine.analysis.grid.phase_nodes
-        means = []
-        for mesh, when in zip(kind.meshes, kind.when, strict=True):
-            deflection, rate = (values[:, mesh] for values in vibration.deflection(response, when))
-            elastic = np.stack(
-                [mesh_force(mine, where, row, vibration.backlash_of(mesh)).elastic for row in deflection]
-            )
-            damping = damping_force(vibration, mine, mesh, where, deflection, rate)
-            means.append(float(((elastic + damping) @ weight).mean()))
-        mean, load = float(np.mean(means)), mine.analysis.load
-        found.append(mean / load - 1.0 if load > 0.0 else mean)
+    means = [_mean_moments(parts, vibration, touching, kind, response) for kind in range(len(touching))]
+    loads = [mine.analysis.load for mine in touching]
+    if parts.friction is None:
+        found = [_relative(float(mean.mean()), load) for mean, load in zip(means, loads, strict=True)]
+    else:
+        loaded = _loaded_gear(parts)
+        found = [_relative(means[0][loaded], loads[0])]
+        found += (
+            [_relative(means[1][1 - _loaded_gear(parts, 1)], means[0][1 - loaded])] if len(means) > 1 else []
+        )
     return max(found, key=abs)
+
+
+def _loaded_gear(parts: Parts, kind: int = 0) -> int:
+    """Return which gear of a mesh (0 driving, 1 driven) is not the planet; of a pair the driving one."""
+    pair = parts.kinds[kind].pair
+    return 1 if pair.driving.name == "planet" else 0
+
+
+def _relative(mean: float, load: float) -> float:
+    return mean / load - 1.0 if load > 0.0 else mean
+
+
+def _mean_moments(
+    parts: Parts, vibration: Vibration, touching: list[Touching], kind: int, response: Response
+) -> Array:
+    """Return the mean moments of a kind of mesh over base radius, on the driving and the driven gear [N]."""
+    mine, own = touching[kind], parts.coupling.kinds[kind]
+    where, (_, weight) = mine.analysis.at_nodes, mine.analysis.grid.phase_nodes
+    found = []
+    for mesh, when in zip(own.meshes, own.when, strict=True):
+        deflection, rate = (values[:, mesh] for values in vibration.deflection(response, when))
+        forces = [mesh_force(mine, where, row, vibration.backlash_of(mesh)) for row in deflection]
+        damping = damping_force(vibration, mine, mesh, where, deflection, rate)
+        pair = np.stack([force.pair for force in forces])
+        back = np.stack([force.elastic for force in forces]) - pair.sum(axis=-1)
+        found.append(
+            [
+                (moments(parts, kind, gear, mine, where, pair, back + damping) @ weight).mean()
+                for gear in (0, 1)
+            ]
+        )
+    return np.mean(found, axis=0)
 
 
 def transmission_error(vibration: Vibration, position: Array) -> Array | None:
@@ -230,11 +266,12 @@ def _as_parts(response: Response, count: int) -> Array:
 
 def mode_values(found: SceneModes) -> Values:
     """Return natural frequencies and the speeds at which the mesh frequency meets them."""
-    return {
+    values = {
         "natural_frequency": found.modes.frequency,
         "critical_speed": found.critical_speed[0],
         "mode_participation": found.modes.participation.T,
     }
+    return values if found.kinds is None else values | {"mode_kind": list(found.kinds)}
 
 
 def attractor(lived: History) -> NDArray[np.float64]:

@@ -5,7 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.mode_kinds import mode_kinds
 from wearlab.dynamics.modes import Modes, critical_speeds, modes
+from wearlab.dynamics.system import System
 from wearlab.scene.build.parts import Parts
 from wearlab.scene.build.vibration import mean_stiffness, unworn
 
@@ -22,12 +24,14 @@ class SceneModes(NamedTuple):
         meets a mode [rad/s]
     mean_stiffness : (n_mesh,) of the unworn meshes [N/m]
     coordinates : names of the coordinates
+    kinds : what moves in each mode of a planetary set with translations, None for other models
     """
 
     modes: Modes
     critical_speed: Array
     mean_stiffness: Array
     coordinates: tuple[str, ...]
+    kinds: tuple[str, ...] | None
 
 
 def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
@@ -41,4 +45,10 @@ def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
         critical_speeds(found.frequency, parts.gears.reference_teeth, orders),
         stiffness,
         parts.vibration.system.coordinates,
+        mode_kinds(parts.vibration.system, found) if _moves_in_plane(parts.vibration.system) else None,
     )
+
+
+def _moves_in_plane(system: System) -> bool:
+    """Whether the planets of a set have translations."""
+    return "planet-1.x" in system.coordinates

@@ -68,6 +68,7 @@ class Parts:
     drive_flank : "right" or "left"
     peak_pressure : whether the stored pressure is the peak of Hertz's ellipse
     wohler_slope : exponent of the equivalent load, None: not stored
+    friction : coefficient μ of the flanks, None: they do not rub [1]
     validity : assumed values and limits this scene touches, in words
     """
 
@@ -82,6 +83,7 @@ class Parts:
     drive_flank: str
     peak_pressure: bool
     wohler_slope: float | None
+    friction: float | None
     validity: tuple[str, ...]
 
     @property
@@ -135,8 +137,14 @@ def build(scene: Scene) -> Parts:
         drive_flank=scene.operation.drive_flank,
         peak_pressure=wear is not None and wear.pressure == "peak",
         wohler_slope=None if wear is None else wear.wohler_slope,
+        friction=_friction(scene),
         validity=_validity(scene, gears, analyses),
     )
+
+
+def _friction(scene: Scene) -> float | None:
+    given = scene.dynamics.friction if scene.dynamics is not None else None
+    return None if given is None else given.coefficient
 
 
 def _kind(scene: Scene, gears: GearSet, kind: int, analysis: ContactAnalysis) -> KindParts:

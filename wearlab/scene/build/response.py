@@ -15,7 +15,7 @@ from wearlab.mesh.excitation import stage_tables, stages
 from wearlab.mesh.stages import StageTables
 from wearlab.scene import Scene
 from wearlab.scene.build.parts import Parts
-from wearlab.scene.build.vibration import fluctuation, steps_grid
+from wearlab.scene.build.vibration import build_friction, fluctuation, steps_grid
 
 Array = NDArray[np.float64]
 
@@ -50,7 +50,13 @@ class SpeedResponse:
         grid = steps_grid(scene, analyses, parts.meshes, parts.edges, vibration.system, stiffest, period)
         return replace(
             vibration,
-            stages=stages([one.grid for one in analyses], parts.meshes, parts.edges, grid),
+            stages=stages(
+                [one.grid for one in analyses],
+                parts.meshes,
+                parts.edges,
+                grid,
+                build_friction(scene, parts.gears),
+            ),
             period=period,
             fluctuation=fluctuation(scene, grid.phase),
         )

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics import planetary
-from wearlab.dynamics.spur import Support, effective_mass, mesh_damping_of, spur_3dof, torsional
+from wearlab.dynamics.planetary_torsional import planetary_torsional
+from wearlab.dynamics.spur import PairFriction, Support, effective_mass, mesh_damping_of, spur_3dof, torsional
 from wearlab.dynamics.system import System
 from wearlab.gears.errors import GearError
 from wearlab.gears.pair import GearPair
@@ -26,6 +27,8 @@ def build_system(scene: Scene, gears: GearSet, stiffness: Array) -> System:
     match scene.dynamics.model:
         case "planetary":
             return _planetary(scene, gears, stiffness)
+        case "planetary-torsional":
+            return _planetary_torsional(scene, gears, stiffness)
         case _:
             return _of_pair(scene, gears.kinds[0].pair, float(stiffness[0]))
 
@@ -52,6 +55,7 @@ def _of_pair(scene: Scene, pair: GearPair, stiffness: float) -> System:
             _support(scene.dynamics.supports.get(gear.name), gear.base_radius) for gear in gears
         ),
         "names": (gears[0].name, gears[1].name),
+        "friction": _pair_friction(scene, pair),
     }
     if scene.dynamics.model == "torsional":
         return torsional(**common)
@@ -73,6 +77,14 @@ def _support(given: Any, base_radius: float) -> Support:
         damping_ratio=given.damping_ratio,
         preload=given.preload,
     )
+
+
+def _pair_friction(scene: Scene, pair: GearPair) -> PairFriction | None:
+    """Return where friction acts on a pair: arms that grow with s as the flanks' curvatures do."""
+    if scene.dynamics is None or scene.dynamics.friction is None:
+        return None
+    one, two = (curvature[1] - curvature[0] for curvature in pair.curvature(np.array([0.0, 1.0])))
+    return PairFriction(pair.working_pressure_angle, (float(one), float(two)))
 
 
 def _planetary(scene: Scene, gears: GearSet, stiffness: Array) -> System:
@@ -104,13 +116,7 @@ def _planetary(scene: Scene, gears: GearSet, stiffness: Array) -> System:
                 name: _damping(one.damping, one.damping_ratio, one.radial_stiffness, mass[name])
                 for name, one in held.items()
             },
-            tangential_damping={
-                name: _damping(
-                    None if one.torsional_damping is None else one.torsional_damping / radius[name] ** 2,
-                    one.damping_ratio, tangential[name], inertia[name] / radius[name] ** 2,
-                )
-                for name, one in held.items()
-            },
+            tangential_damping=_tangential_damping(held, tangential, inertia, radius),
             mesh_damping=_mesh_damping(scene, planetary.effective_masses(inertia, base_radius), stiffness),
             damping_always=scene.mesh.of("sun_planet").damping_in == "always",
             backlash=_backlash(scene),
@@ -120,6 +126,51 @@ def _planetary(scene: Scene, gears: GearSet, stiffness: Array) -> System:
         )  # fmt: skip
     except ValueError as error:
         raise GearError(str(error)) from error
+
+
+def _planetary_torsional(scene: Scene, gears: GearSet, stiffness: Array) -> System:
+    """Return B23's model of a set whose ring is at rest."""
+    built = gears.planetary
+    given: Any = scene.dynamics
+    assert built is not None
+    mirrored = 1.0 if built.sun_drives else -1.0
+    inertia, base_radius = _inertias(scene, gears), _base_radii(gears)
+    radius = {**base_radius, "carrier": float(built.carrier.pin_circle_radius or 0.0)}
+    held = {name: one for name, one in given.supports.given.items() if name != "ring"}
+    tangential = {name: _tangential(one, radius[name]) for name, one in held.items()}
+    try:
+        return planetary_torsional(
+            inertia={name: inertia[name] for name in ("sun", "planet", "carrier")},
+            planet_mass=built.planet.mass,
+            base_radius=base_radius,
+            pin_circle_radius=radius["carrier"],
+            pressure_angle=_pressure_angles(gears),
+            planet_angles=mirrored * np.asarray(built.planet_angles),
+            sun_torque=abs(train_of(scene).torques(scene.operation.torque).sun),
+            tangential_stiffness=tangential,
+            tangential_damping=_tangential_damping(held, tangential, inertia, radius),
+            mesh_damping=_mesh_damping(
+                scene, planetary.effective_masses({**inertia, "ring": np.inf}, base_radius), stiffness
+            ),
+            damping_always=scene.mesh.of("sun_planet").damping_in == "always",
+            backlash=_backlash(scene),
+            friction=given.friction is not None,
+        )
+    except ValueError as error:
+        raise GearError(str(error)) from error
+
+
+def _tangential_damping(
+    held: dict[str, Any], tangential: dict[str, float], inertia: dict[str, float], radius: dict[str, float]
+) -> dict[str, float]:
+    """Return the damping of torsional supports at the members' radii [N s/m]."""
+    return {
+        name: _damping(
+            None if one.torsional_damping is None else one.torsional_damping / radius[name] ** 2,
+            one.damping_ratio, tangential[name], inertia[name] / radius[name] ** 2,
+        )
+        for name, one in held.items()
+    }  # fmt: skip
 
 
 def _inertias(scene: Scene, gears: GearSet) -> dict[str, float]:

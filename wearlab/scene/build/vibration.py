@@ -16,10 +16,11 @@ from wearlab.gears.errors import GearError
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Mesh, look_within
 from wearlab.mesh.contact import ContactAnalysis, Quasistatic
-from wearlab.mesh.excitation import stages
+from wearlab.mesh.excitation import Friction, stages
 from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
+from wearlab.scene.build.nominal import nominal_motion
 from wearlab.scene.build.sets import GearSet
 from wearlab.scene.build.system import build_system
 
@@ -58,11 +59,12 @@ def build_vibration(
         system=system,
         method=patient(METHODS[scene.dynamics.method](scene), len(grid.width)),
         excitation=build_excitation(scene),
-        stages=stages([one.grid for one in analyses], meshes, edges, grid),
+        stages=stages([one.grid for one in analyses], meshes, edges, grid, build_friction(scene, gears)),
         period=gears.period,
         fluctuation=fluctuation(scene, grid.phase),
         hunting=hunting_period(scene, gears, meshes),
         slow=slow,
+        nominal=nominal_motion(scene, gears, system),
     )
 
 
@@ -94,6 +96,15 @@ def steps_grid(
         steps = int(np.ceil(RISE * steps))
         grid = stage_grid(breaks, steps)
     return grid
+
+
+def build_friction(scene: Scene, gears: GearSet) -> Friction | None:
+    """Return the friction of the flanks, None without; a mirrored set counts path positions backwards."""
+    given = scene.dynamics.friction if scene.dynamics is not None else None
+    if given is None:
+        return None
+    sense = 1.0 if gears.planetary is None or gears.planetary.sun_drives else -1.0
+    return Friction(given.coefficient, (sense,) * len(gears.kinds))
 
 
 def _check_stable(scene: Scene, turned: float) -> None:
