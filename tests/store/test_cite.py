@@ -1,0 +1,25 @@
+"""How a run is cited."""
+
+from fake_campaign import sweep
+
+from wearlab.store.cite import bibtex, citation, facts_of
+
+
+def test_a_citation_names_the_run_the_code_and_both_hashes(fill, tmp_path):
+    campaign = sweep(1)
+    store = fill(campaign)
+    run_id = campaign.cases[0].id
+    file = tmp_path / "gone.toml"
+    store.catalogue.record_campaign(
+        "Wear & 100 % {µ}", "doi:10/x", str(file), [(run_id, "base", {"speed": "1 rpm"})]
+    )
+    facts = facts_of(store, run_id[:8])
+    entry = store.entries([run_id])[run_id]
+    assert facts["sha256"] == entry.sha256
+    assert facts["content_sha256"] == store.run(run_id).attrs["content_sha256"]
+    told = citation(facts)
+    assert "Wear & 100 % {µ}, base, 1 rpm [data set]. Run " + run_id in told
+    assert "sources abc" in told and "After doi:10/x." in told and entry.sha256 in told
+    entry_text = bibtex(facts)
+    assert r"Wear \& 100 \% \{µ\}, base, 1 rpm [data set]" in entry_text
+    assert entry_text.count("{") - entry_text.count(r"\{") == entry_text.count("}") - entry_text.count(r"\}")

@@ -1,0 +1,115 @@
+"""One file per campaign: the grid, point by point, readable by anybody, written run by run."""
+
+import tracemalloc
+from dataclasses import replace
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from fake_campaign import Axis, Campaign, Case, Scene, sweep
+
+from wearlab.store import StoreError
+from wearlab.store.export import export
+
+
+def two_axes() -> Campaign:
+    """Two speeds by two lengths of life, the last point failing."""
+    cases = [
+        Case(
+            "base",
+            Scene(speed=v, updates=n, act="fail" if (i, j) == (1, 1) else "finish"),
+            {"speed": i, "n": j},
+        )
+        for i, v in enumerate((800.0, 900.0))
+        for j, n in enumerate((2, 4))
+    ]
+    return Campaign(tuple(cases), (Axis("speed", (800.0, 900.0), "rpm"), Axis("n", (2, 4))))
+
+
+def same(grid: xr.Dataset, found: xr.Dataset) -> None:
+    grid = grid.compute(scheduler="synchronous")
+    for name in grid.variables:
+        a, b = grid[name].values, found[name].values
+        assert grid[name].dims == found[name].dims, name
+        if a.dtype.kind in "OU":
+            np.testing.assert_array_equal(a.astype(str), b.astype(str), str(name))
+        else:
+            np.testing.assert_array_equal(a, b, str(name))
+        units = grid[name].attrs.get("units")
+        assert found[name].attrs.get("units") == units, name
+
+
+@pytest.mark.parametrize(
+    "campaign", [sweep(3, static=True), sweep(1), two_axes(), Campaign(sweep(1).cases[:1])]
+)
+def test_the_file_is_the_grid(campaign, fill, tmp_path):
+    if not campaign.axes:
+        campaign = replace(campaign, cases=(replace(campaign.cases[0], position={}),))
+    store = fill(campaign)
+    told = []
+    export(campaign, store, tmp_path / "out.nc", told.append)
+    with xr.open_dataset(tmp_path / "out.nc") as found:
+        same(store.open(campaign), found.load())
+    done = {i for i, e in store.entries().items() if e.state == "done"}
+    assert set(told) == done
+    assert [path.name for path in tmp_path.iterdir() if path.name != "store"] == ["out.nc"]
+
+
+def test_readable_with_netcdf4_alone(fill, tmp_path):
+    campaign = replace(sweep(2, static=True), title="five speeds µ")
+    object.__setattr__(
+        campaign, "metadata", {"author": "Ada", "orcid": "https://orcid.org/0", "licence": "CC-BY-4.0"}
+    )
+    store = fill(replace(campaign, cases=(*campaign.cases[:1], campaign.cases[2])))
+    export(campaign, store, tmp_path / "out.nc")
+    with netCDF4.Dataset(tmp_path / "out.nc") as file:
+        assert file.Conventions == "CF-1.11, ACDD-1.3" and file.title == "five speeds µ"
+        assert file.creator_name == "Ada" and file.creator_url and file.license == "CC-BY-4.0"
+        assert file.references.startswith("doi:") and "sources abc" in file.source
+        assert file.missing == "speed=900, case=base: missing"
+        assert file["speed"].units == "rpm" and file["wear_depth"].units == "m"
+        assert file["wear_depth"].filters()["zlib"] and file["wear_depth"].chunking()[:2] == [1, 1]
+        assert file["run_id"][0, 0] == campaign.cases[0].id and file["status"][1, 0] == "missing"
+        assert '"speed": 800.0' in file["scene"][0, 0] and file["scene"][1, 0] == ""
+        assert np.isnan(file["wear_depth"][1, 0].filled(np.nan)).all()
+
+
+def test_the_same_store_gives_the_same_content(fill, tmp_path):
+    store = fill(sweep(2))
+    one, two = (export(sweep(2), store, tmp_path / name) for name in ("a.nc", "b.nc"))
+    xr.testing.assert_identical(xr.load_dataset(one), xr.load_dataset(two))
+
+
+def test_memory_holds_one_run(fill, tmp_path):
+    few, many = (replace(sweep(n, updates=400), title=str(n)) for n in (2, 10))
+    store = fill(many)
+    peaks = []
+    for campaign in (few, few, many):  # the first warms imports up
+        tracemalloc.start()
+        export(campaign, store, tmp_path / "out.nc")
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    run = store.run(many.cases[0].id).nbytes
+    assert peaks[2] - peaks[1] < 2 * run
+
+
+def test_zarr(fill, tmp_path):
+    pytest.importorskip("zarr")
+    store = fill(two_axes())
+    export(two_axes(), store, tmp_path / "out.zarr")
+    with xr.open_zarr(tmp_path / "out.zarr", chunks=None) as found:
+        same(store.open(two_axes()), found.load())
+        assert found.attrs["Conventions"] == "CF-1.11, ACDD-1.3"
+
+
+def test_nothing_half_written_remains(fill, tmp_path):
+    store = fill(sweep(2))
+    path = store.files.path(sweep(2).cases[1].id)
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(StoreError, match="cannot be read"):
+        export(sweep(2), store, tmp_path / "out.nc")
+    (tmp_path / "file").write_text("no folder")
+    with pytest.raises(StoreError, match="cannot be written"):
+        export(sweep(1), store, tmp_path / "file" / "out.nc")
+    assert {path.name for path in tmp_path.iterdir()} == {"store", "file"}

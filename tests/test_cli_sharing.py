@@ -1,0 +1,78 @@
+"""``export``, ``merge``, ``prune``, ``reindex``, ``cite`` as commands: what they say, and their status."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from made_up import put, run
+
+import wearlab as wl
+from wearlab.cli.app import status_of
+from wearlab.store import Store
+
+BASE = Path(wl.__file__).parents[1] / "campaigns" / "base" / "spur_50_50.toml"
+
+
+@pytest.fixture
+def study(tmp_path):
+    """A campaign of two speeds, one of them stored, beside a run nobody asks for."""
+    file = tmp_path / "study.toml"
+    file.write_text(
+        f'extends = "{BASE.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", "1100 rpm"]\n'
+    )
+    campaign, store = wl.load(file), Store(tmp_path / "store")
+    store.create()
+    put(store, campaign.cases[0].id, run(800.0).assign_attrs(id=campaign.cases[0].id))
+    put(store, "e" * 20, run(1.0).assign_attrs(id="e" * 20))
+    members = [(case.id, case.label, {}) for case in campaign.cases]
+    store.catalogue.record_campaign("Study", None, str(file), members)
+    return file, store, campaign
+
+
+def asked(capsys, *words):
+    status = status_of([str(word) for word in words])
+    told = capsys.readouterr()
+    return status, told.out, told.err
+
+
+def test_export(study, tmp_path, capsys):
+    file, store, _ = study
+    status, out, err = asked(capsys, "export", file, tmp_path / "o.nc", "--store", store.path)
+    assert status == 1 and out.strip() == str(tmp_path / "o.nc") and "1 of 2 runs have no data" in err
+    with xr.open_dataset(tmp_path / "o.nc") as found:
+        assert found["status"].values.tolist() == ["done", "missing"]
+    assert asked(capsys, "export", file, tmp_path / "p.nc", "--store", tmp_path / "none")[0] == 2
+    assert not (tmp_path / "p.nc").exists()
+
+
+def test_prune_says_before_it_does(study, capsys):
+    _, store, campaign = study
+    status, out, _ = asked(capsys, "prune", "--store", store.path)
+    assert status == 0 and "1 runs can go" in out and "--yes" in out
+    assert len(store.entries()) == 2
+    status, out, _ = asked(capsys, "prune", "--store", store.path, "--yes", "--json")
+    assert json.loads(out)["runs"][0]["id"] == "e" * 20
+    assert set(store.entries()) == {campaign.cases[0].id} and store.verify() == []
+
+
+def test_merge_and_reindex(study, tmp_path, capsys):
+    _, store, _ = study
+    status, out, _ = asked(capsys, "merge", store.path, "--store", tmp_path / "new")
+    assert status == 0 and "2 runs copied" in out
+    new = Store(tmp_path / "new")
+    shutil.copy(new.files.path("e" * 20), new.files.folder / "ee" / ("f" * 20 + ".nc"))
+    (new.files.folder / "ff").mkdir()
+    shutil.copy(new.files.path("e" * 20), new.files.path("f" * 20))
+    status, out, err = asked(capsys, "reindex", "--store", new.path)
+    assert status == 1 and "2 runs in the catalogue" in out and "not its name" in err
+    assert asked(capsys, "merge", tmp_path / "none", "--store", new.path)[0] == 2
+    assert asked(capsys, "reindex", "--store", tmp_path / "none")[0] == 2
+
+
+def test_cite(study, capsys):
+    _, store, campaign = study
+    status, out, _ = asked(capsys, "cite", campaign.cases[0].id[:8], "--store", store.path)
+    assert status == 0 and "@misc{wearlab-" in out and "provenance: wearlab 9.9, sources feed" in out
+    assert asked(capsys, "cite", "nothing", "--store", store.path)[0] == 2

@@ -1,0 +1,140 @@
+"""``export``, ``merge``, ``prune``, ``reindex``, ``cite``: stores that are handed on, trusted and tidied."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from wearlab.cli.output import (
+    REFUSALS,
+    Status,
+    complain,
+    load_campaign,
+    refusing,
+    say,
+    show_json,
+    show_table,
+)
+
+if TYPE_CHECKING:
+    from wearlab.store import Store
+
+SHORT_ID = 10
+MEGABYTE = 1e6
+
+
+@contextmanager
+def _counting(what: str, total: int, silent: bool) -> Iterator[Callable[[str], None]]:
+    """Show on standard error how far a long work is; silent where nobody watches."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    if silent or not console.is_terminal:
+        yield lambda run_id: None
+        return
+    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=total)
+        yield lambda run_id: bar.advance(task)
+
+
+def export_campaign(file: str, store: "Store", out: Path, as_json: bool) -> Status:
+    """Write a campaign's runs as one file."""
+    from wearlab.store.export import export
+
+    campaign = load_campaign(file)
+    with refusing(*REFUSALS):
+        total = len({case.id for case in campaign.cases})
+        with _counting("runs", total, as_json) as tell:
+            export(campaign, store, out, tell)
+        entries = store.entries(case.id for case in campaign.cases)
+    done = sum(entry.state == "done" for entry in entries.values())
+    if as_json:
+        show_json({"file": str(out), "runs": total, "done": done})
+    else:
+        say(str(out))
+        if done < total:
+            complain(f"{total - done} of {total} runs have no data; the attribute 'missing' names them")
+    return Status.WELL if done == total else Status.TROUBLE
+
+
+def merge_stores(other: "Store", store: "Store", as_json: bool) -> Status:
+    """Take in the runs of another store."""
+    from wearlab.store.merge import merge
+
+    with refusing(*REFUSALS):
+        total = len(other.entries())
+        with _counting("runs", total, as_json) as tell:
+            made = merge(store, other, tell)
+    if as_json:
+        show_json(vars(made))
+    else:
+        say(
+            f"{len(made.copied)} runs copied, {len(made.same)} were here already, "
+            f"{made.campaigns} campaigns copied"
+        )
+        for run_id in made.conflicting:
+            complain(f"conflict: run {run_id} has other results here; ours stay")
+        for run_id, reason in made.damaged.items():
+            complain(f"left there: run {run_id}: {reason}")
+    return Status.TROUBLE if made.conflicting or made.damaged else Status.WELL
+
+
+def prune_store(store: "Store", files: list[str], really: bool, as_json: bool) -> Status:
+    """Remove what no campaign refers to; without ``really`` only say what would go."""
+    from wearlab.store.prune import prunable, prune
+
+    kept = [case.id for file in files for case in load_campaign(file).cases]
+    with refusing(*REFUSALS, OSError):
+        found = prunable(store, kept)
+        freed = prune(store, found) if really else 0
+    total = sum(run.bytes for run in found)
+    if as_json:
+        show_json(
+            {"removed": really, "bytes": freed if really else total, "runs": [vars(run) for run in found]}
+        )
+        return Status.WELL
+    rows = [(r.id[:SHORT_ID], r.state, f"{r.bytes / MEGABYTE:.2f} MB", r.reason) for r in found]
+    if rows:
+        show_table(("id", "state", "size", "why"), rows)
+    if really:
+        say(f"{len(found)} runs removed, {freed / MEGABYTE:.1f} MB freed")
+    else:
+        more = "; nothing was removed: --yes removes them" if found else ""
+        say(f"{len(found)} runs can go, {total / MEGABYTE:.1f} MB{more}")
+    return Status.WELL
+
+
+def reindex_store(store: "Store", as_json: bool) -> Status:
+    """Make the catalogue anew from the run files."""
+    from wearlab.cli.output import Stop
+
+    if not store.files.folder.is_dir():
+        raise Stop(f"{store.path}: there is no store here")
+    with refusing(*REFUSALS):
+        problems = store.reindex()
+        count = len(store.entries())
+    if as_json:
+        left = [{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems]
+        show_json({"runs": count, "left_out": left})
+    else:
+        for problem in problems:
+            complain(f"left out: {problem.message}")
+        say(f"{count} runs in the catalogue")
+    return Status.TROUBLE if problems else Status.WELL
+
+
+def cite_run(store: "Store", prefix: str, as_json: bool) -> Status:
+    """Print how to cite a run, and where it comes from."""
+    from wearlab.store.cite import bibtex, citation, facts_of
+
+    with refusing(*REFUSALS):
+        facts = facts_of(store, prefix)
+    if as_json:
+        show_json(facts)
+    else:
+        say(citation(facts))
+        say()
+        say(bibtex(facts))
+    return Status.WELL

@@ -1,0 +1,217 @@
+"""A campaign's runs in one file that anybody can read: netCDF, or Zarr; written run by run.
+
+Memory holds one run at a time. Grid points without a run are NaN (texts: empty), as in the grid itself.
+"""
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import dask
+import netCDF4
+import numpy as np
+import xarray as xr
+
+from wearlab.store.errors import StoreError
+from wearlab.store.files import part_of
+
+if TYPE_CHECKING:
+    from wearlab.campaign import Campaign
+    from wearlab.store.catalogue import Entry
+    from wearlab.store.store import Store
+
+ACDD = {"author": "creator_name", "orcid": "creator_url", "institution": "institution", "licence": "license"}
+CONVENTIONS = "CF-1.11, ACDD-1.3"
+Point = tuple[int, ...]
+
+
+def export(
+    campaign: "Campaign", store: "Store", out: Path, tell: Callable[[str], None] = lambda run_id: None
+) -> Path:
+    """Write a campaign as one netCDF file, or as a Zarr folder where the name ends in ``.zarr``.
+
+    Parameters
+    ----------
+    campaign : its cases
+    store : where the runs are; what is missing there is missing in the file, and named
+    out : the file, which appears whole or not at all
+    tell : called with the id of each run that was written
+
+    Raises
+    ------
+    StoreError : there is no store, a run is damaged, or the disk refuses
+    """
+    entries = store.entries(case.id for case in campaign.cases)
+    grid = store.open(campaign)
+    attributes = _attributes(campaign, entries, grid)
+    part = part_of(out)
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        if out.suffix == ".zarr":
+            _zarr(grid.assign_attrs(attributes), part)
+            shutil.rmtree(out, ignore_errors=True)
+        else:
+            _netcdf(grid, attributes, entries, store, part, tell)
+        os.replace(part, out)
+    except OSError as error:
+        raise StoreError(f"{out}: cannot be written ({error.strerror or error})") from error
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+        with suppress(OSError):
+            part.unlink()
+    return out
+
+
+def _attributes(campaign: "Campaign", entries: "Mapping[str, Entry]", grid: xr.Dataset) -> dict[str, str]:
+    """Return CF and ACDD attributes; the same store gives the same ones, whenever it is exported."""
+    from wearlab.campaign.source import fingerprint, source_text
+
+    text = source_text(campaign.path)
+    dates = sorted(entry.started for entry in entries.values() if entry.started)
+    code = sorted({(e.wearlab_version or "", e.source_hash or "") for e in entries.values()} - {("", "")})
+    metadata = getattr(campaign, "metadata", None) or {}
+    found = {
+        "Conventions": CONVENTIONS,
+        "title": campaign.title,
+        "summary": f"{len(entries)} runs of coupled gear wear and dynamics, by sweep axes and case",
+        "references": campaign.reference or "",
+        "source": "; ".join(f"wearlab {version}, sources {source}" for version, source in code),
+        "date_created": dates[-1] if dates else "",
+        "campaign": text,
+        "campaign_hash": fingerprint(text),
+        "missing": "; ".join(np.atleast_1d(grid.attrs.get("missing", [])).tolist()),
+    }
+    found |= {ACDD[key]: str(value) for key, value in metadata.items() if key in ACDD}
+    return {key: value for key, value in found.items() if value}
+
+
+def _netcdf(
+    grid: xr.Dataset,
+    attributes: Mapping[str, str],
+    entries: "Mapping[str, Entry]",
+    store: "Store",
+    part: Path,
+    tell: Callable[[str], None],
+) -> None:
+    dims = tuple(str(dim) for dim in grid["run_id"].dims)
+    with netCDF4.Dataset(part, "w", format="NETCDF4") as file:
+        file.setncatts(dict(attributes))
+        for name, length in grid.sizes.items():
+            file.createDimension(str(name), length)
+        shared = next((store.run(i) for i, e in entries.items() if e.state == "done"), xr.Dataset())
+        for name, variable in grid.variables.items():
+            _declare(file, str(name), variable, dims)
+            if not _by_run(variable, dims):
+                one = shared.variables.get(name, variable) if variable.chunks is not None else variable
+                _fill(file, str(name), one)
+        scene = file.createVariable("scene", str, dims)
+        scene.long_name = "the whole scene of the run, as JSON in SI units"
+        for run_id, points in _points(grid).items():
+            for point in points:
+                scene[point] = entries[run_id].scene or "" if run_id in entries else ""
+            if run_id in entries and entries[run_id].state == "done":
+                _place(file, grid, dims, points, store.run(run_id))
+                tell(run_id)
+
+
+def _by_run(variable: xr.Variable, dims: tuple[str, ...]) -> bool:
+    """Say whether a variable is read from every run; else all runs share it, or the grid has it."""
+    return variable.chunks is not None and variable.dims[: len(dims)] == dims
+
+
+def _declare(file: netCDF4.Dataset, name: str, variable: xr.Variable, dims: tuple[str, ...]) -> None:
+    """Make a variable; a chunk of it holds one run."""
+    own = tuple(str(dim) for dim in variable.dims)
+    text = variable.dtype.kind in "OUS"
+    kind: Any = str if text else np.dtype("i1") if variable.dtype.kind == "b" else variable.dtype
+    options: dict[str, Any] = {}
+    if not text and own:
+        chunks = [1 if dim in dims else max(1, file.dimensions[dim].size) for dim in own]
+        options = {
+            "zlib": True,
+            "complevel": 1,
+            "chunksizes": chunks if any(d in dims for d in own) else None,
+        }
+    if variable.dtype.kind == "f" and name not in own:
+        options["fill_value"] = np.nan
+    made = file.createVariable(name, kind, own, **options)
+    for key, value in variable.attrs.items():
+        if value is not None and key != "_FillValue":
+            made.setncattr(str(key), value if isinstance(value, str | int | float) else json.dumps(value))
+
+
+def _fill(file: netCDF4.Dataset, name: str, variable: xr.Variable) -> None:
+    values = np.asarray(variable.values)
+    if values.dtype.kind in "OUS":
+        values = values.astype(object)
+    if values.ndim or values.dtype.kind != "O":
+        file[name][...] = values
+    else:
+        file[name][...] = np.array([values.item()], object)[0]
+
+
+def _points(grid: xr.Dataset) -> dict[str, list[Point]]:
+    """Return where each run stands; a broadcast case stands at many points."""
+    found: dict[str, list[Point]] = {}
+    ids = grid["run_id"].values
+    for point in np.ndindex(*ids.shape):
+        if str(ids[point]):
+            found.setdefault(str(ids[point]), []).append(point)
+    return found
+
+
+def _place(
+    file: netCDF4.Dataset, grid: xr.Dataset, dims: tuple[str, ...], points: list[Point], run: xr.Dataset
+) -> None:
+    """Write one run's variables at its points, by label along dims of text, from the start along others."""
+    for name, variable in run.variables.items():
+        free = str(name) if str(name) in grid.variables else f"{name}_values"
+        known = grid.variables.get(free)
+        if known is None or not _by_run(known, dims) or known.dims[len(dims) :] != variable.dims:
+            continue
+        where = tuple(_where(grid, run, str(dim)) for dim in variable.dims)
+        values = variable.values
+        for point in points:
+            if values.dtype.kind in "OUS":
+                _put_texts(file[free], point, where, values)
+            else:
+                file[free][(*point, *where)] = values
+
+
+def _where(grid: xr.Dataset, run: xr.Dataset, dim: str) -> Any:
+    """Return the places of a run's values along one of its dims."""
+    if dim in run.coords and dim in grid.indexes and run[dim].dtype.kind in "OUS":
+        known = [str(label) for label in grid[dim].values]
+        return [known.index(str(label)) for label in run[dim].values]
+    return slice(0, run.sizes[dim])
+
+
+def _put_texts(target: Any, point: Point, where: tuple[Any, ...], values: Any) -> None:
+    places = [
+        range(*w.indices(n)) if isinstance(w, slice) else w for w, n in zip(where, values.shape, strict=True)
+    ]
+    for index in np.ndindex(*values.shape):
+        target[(*point, *(place[i] for place, i in zip(places, index, strict=True)))] = str(values[index])
+
+
+def _zarr(grid: xr.Dataset, part: Path) -> None:
+    """Write the grid through xarray, chunk by chunk.
+
+    Raises
+    ------
+    StoreError : zarr is not installed
+    """
+    try:
+        import zarr  # noqa: F401
+    except ImportError:
+        raise StoreError(
+            "Zarr needs the package zarr: pip install 'wearlab[zarr]'; or name the file .nc"
+        ) from None
+    for name in [n for n, v in grid.variables.items() if v.dtype.kind == "O"]:
+        grid[name] = grid[name].compute(scheduler="synchronous").astype(str)
+    with dask.config.set(scheduler="synchronous"):
+        grid.to_zarr(part, mode="w", zarr_format=2, consolidated=True)
