@@ -174,7 +174,7 @@ def _validity(scene: Scene, gears: GearSet, analyses: Sequence[ContactAnalysis])
         flags += contact_flags(scene, one.section, one.pair, analysis)
         stiffness = scene.mesh.of(one.section).stiffness
         flags += [flag for flag in foundation_flags(one.pair, stiffness) if flag not in flags]
-        if stiffness.model == "potential-energy" and stiffness.scale != 1.0:
+        if stiffness.model in ("potential-energy", "finite-element") and stiffness.scale != 1.0:
             flags.append(f"{one.key('stiffness.scale')} = {stiffness.scale:g} is tuned")
     if any(build_film(scene, one.pair) is not None for one in gears.kinds):
         flags.append("roughness: R_q = 1.25 R_a assumed")
