@@ -1,6 +1,6 @@
 """How the finite-element compliance of a campaign's gears converges with the mesh.
 
-``python -m wearlab.accuracy.element_convergence FILE`` prints one table for each kind of mesh of the first case.
+``python -m wearlab.accuracy.element_convergence FILE`` prints a table for each kind of mesh.
 """
 
 import sys
