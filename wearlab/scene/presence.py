@@ -21,6 +21,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "flank modifications": "" if modified else None,
         "mesh stiffness": mesh.stiffness.model,
         "contact": mesh.contact.model,
+        "contact beyond A and E": "" if mesh.extended_contact else None,
         "errors": None if errors is None else errors.slow,
         "dynamics": None if dynamics is None else f"{dynamics.model}, {dynamics.method}",
         "excitation": None if dynamics is None else mesh.excitation.model,
@@ -33,6 +34,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "film": "" if oil else None,
         "film in the coefficient": "" if any(one.film for one in coefficients) else None,
         "initial wear": None if wear is None or wear.initial is None else "",
+        "start from another run": None if scene.start is None else str(scene.start.run)[:10],
         "wear": f"{' and '.join(models)} coefficient, {wear.load} load" if wear and models else None,
         "life": wear.step.method if wear and wear.until else None,
     }

@@ -47,6 +47,7 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Val
         "lone_meshing_range": np.full((*shape, 2), np.nan),
         "lone_contact_range": np.full((*shape, 2), np.nan),
         "contact_loss": np.full(shape, np.nan),
+        "end": ["engages", "leaves"],
         "unloaded_transmission_angle": np.full((shape[0], shape[2], phases), np.nan),
     }
     for index, mesh in enumerate(parts.meshes):

@@ -65,6 +65,7 @@ def pair_compliance(
     pairs: int,
     options: Options = Options(),  # noqa: B008
     solved: tuple[GearCompliance, GearCompliance] | None = None,
+    recess: float = 0.0,
 ) -> tuple[Array, Array]:
     """Return what pairs of teeth yield along the line of action, own and shared.
 
@@ -75,11 +76,12 @@ def pair_compliance(
     pairs : largest number of pairs in contact
     options : of mesh and load
     solved : what the two gears yield, (driving, driven), when they are worn; absent: unworn gears
+    recess : how far beyond E pairs may touch; there they yield as at E [m]
 
     Returns
     -------
-    own (n,) and shared (pairs − 1, n) [m/N]; the latter with the pair 1, 2 … base pitches ahead, 0 beyond
-    the end of the path
+    own (n,) and shared (pairs − 1, n) [m/N]; the latter with the pair 1, 2 … base pitches ahead, 0 where
+    that one is out of the path
     """
     s = np.asarray(position, dtype=float)
     found = solved or tuple(gear_compliance(gear, options) for gear in pair.gears)
@@ -90,8 +92,9 @@ def pair_compliance(
         own += here @ one.own / gear.face_width
         for apart in range(1, pairs):
             ahead = s + apart * pair.base_pitch
-            inside = ahead <= pair.path.E + DISTANCE_SLACK * pair.base_pitch
-            there = one.weights(flank.parameter(pair.radius(index, ahead[inside])))
+            inside = ahead <= pair.path.E + recess + DISTANCE_SLACK * pair.base_pitch
+            touched = np.minimum(ahead[inside], pair.path.E) if recess else ahead[inside]
+            there = one.weights(flank.parameter(pair.radius(index, touched)))
             both = _across(one, apart, here[inside], there, leads=index == DRIVING)
             shared[apart - 1, inside] += both / gear.face_width
     return own, shared

@@ -12,5 +12,8 @@ def finite_element(
     asked: Any, pair: GearPair, grid: ProfileGrid, hertz: float | WeberContact
 ) -> FiniteElement:
     """Return the stiffness of a pair at the nodes of its path, from the elements of both gears."""
-    own, shared = pair_compliance(pair, grid.position, grid.n_pairs, Options(plane=asked.plane))
+    recess = float(grid.touching[-1] - grid.position[-1])
+    own, shared = pair_compliance(
+        pair, grid.position, grid.n_pairs, Options(plane=asked.plane), recess=recess
+    )
     return FiniteElement(grid.beyond(own), grid.beyond(shared), hertz, asked.scale)
