@@ -14,7 +14,7 @@ def test_errors_fall_at_second_order():
         module=0.003,
         face_width=0.02,
     )
-    coarse, fine = element_convergence(pair, (1, 2), 4, Options(samples=9))
+    coarse, fine = element_convergence(pair, (1, 2), 3, Options(samples=9))
     (same,) = element_convergence(pair, (1,), 1, Options(samples=9))
     assert math.isnan(coarse.order) and fine.order > 1.5
     assert coarse.own < 0.03 and fine.own < 0.005 and fine.shared < fine.own

@@ -61,11 +61,8 @@ def test_the_patch_does_not_matter(pair):
     """On the path of contact; near the base circle the flank is curved as sharply as the patch is wide."""
     lowest = Flank(pair.driving).parameter(pair.radius(0, np.array([pair.path.A])))[0]
     active = np.linspace(lowest, 1.9, 7)
-    narrow, middle, wide = (
-        own(pair.driving, Options(patch=w, refinement=4, samples=15), at=active) for w in (0.07, 0.1, 0.2)
-    )
+    narrow, wide = (own(pair.driving, Options(patch=w, samples=15), at=active) for w in (0.1, 0.2))
     assert narrow == pytest.approx(wide, rel=1e-3, abs=0)
-    assert middle == pytest.approx(wide, rel=1e-3, abs=0)
 
 
 def test_interpolation_between_samples():
