@@ -62,7 +62,7 @@ def test_figures(study):
         ("title = 3", "title: 3 is no text"),
         ("[exclude]", "exclude: {} is no condition"),
         ('exclude = "x"', "exclude[0]: unknown name 'x'"),
-        ("[start]", "start: continuing another run: not part of this version"),
+        ("[start]", "scene.start: give 'run', or 'campaign' and 'select'"),
     ],
 )
 def test_wrong_texts_and_figures(study, text, said):

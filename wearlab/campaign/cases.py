@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from wearlab.campaign.axes import MOST_CASES, Axis, too_many
 from wearlab.campaign.errors import CampaignError
 from wearlab.campaign.expect import Expectation, merged, read_expectation
+from wearlab.campaign.start import named_start
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.merge import DropError, Table, merge, nested, without
 from wearlab.scene.problems import shown
@@ -124,7 +125,7 @@ def expand(table: Table, axes: tuple[Axis, ...], differences: tuple[Difference, 
     for label, position, scene in _scenes(table, axes, differences):
         try:
             expected = read_expectation(scene.pop(EXPECT, None))
-            cases.append(Case(label, Scene.from_mapping(scene), position, expected))
+            cases.append(Case(label, Scene.from_mapping(named_start(scene)), position, expected))
         except (SceneError, CampaignError) as error:
             about = "" if label == BASE else f"case {label!r}: "
             problems += [f"{about}{line}" for line in error.problems if not about or line not in problems]

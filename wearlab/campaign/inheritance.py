@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from wearlab.campaign.errors import CampaignError
 from wearlab.scene.merge import DropError, Table, merge, without
 
-PATH_KEYS = ("file", "published")
+PATH_KEYS = ("file", "published", "campaign")
 
 
 class Layer(NamedTuple):

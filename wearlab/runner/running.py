@@ -6,6 +6,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from wearlab.runner.cluster import Cluster, connect
+from wearlab.runner.continuing import with_parents
 from wearlab.runner.expectation import Expected, comparisons
 from wearlab.runner.progress import Progress, watched
 from wearlab.runner.report import CaseReport, Interrupted, Report
@@ -58,6 +59,7 @@ def run(
     """
     clock = time.perf_counter()
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
+    tasks = with_parents(tasks, store)
     store.create()
     key = _record(campaign, store)
     with store.presence() as presence, watched(progress) as bar:

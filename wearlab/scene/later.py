@@ -1,9 +1,7 @@
 """What campaign files may say one day, and this version refuses by name."""
 
 LATER_KEYS: dict[str, dict[str, str]] = {
-    "": {
-        "start": "continuing another run",
-    },
+    "": {},
     "gears": {"helix_angle": "helical gears"},
     "operation": {
         "duty": "duty cycles",

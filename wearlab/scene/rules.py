@@ -27,6 +27,7 @@ def broken_rules(scene: "Scene") -> list[str]:
         _damping,
         _supports,
         _response,
+        _start,
         _load,
         _limits,
         _initial,
@@ -195,6 +196,17 @@ def _initial(scene: "Scene") -> Problems:
                 f"wear.initial.{flank}.shape",
                 "'worn' is by this wear law and needs 'wear.coefficient'; or give 'quadratic' or 'uniform'",
             )
+
+
+def _start(scene: "Scene") -> Problems:
+    if scene.start is None:
+        return
+    members = TOOTHED[scene.gears.kind]
+    for name in scene.start.replace:
+        if name not in members:
+            yield "start.replace", f"{name!r} is no member with teeth; there are {', '.join(members)}"
+    if scene.wear is not None and scene.wear.initial is not None:
+        yield "start", "start and wear.initial both say how worn the flanks are: leave one out"
 
 
 def _oil(scene: "Scene") -> Problems:

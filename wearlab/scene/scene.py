@@ -21,6 +21,7 @@ from wearlab.scene.operation import Operation
 from wearlab.scene.part import Part, option
 from wearlab.scene.problems import SceneError, problems_of
 from wearlab.scene.rules import broken_rules
+from wearlab.scene.start import Start, StartWear
 from wearlab.scene.store import Store
 from wearlab.scene.wear import Wear
 
@@ -40,10 +41,12 @@ class Scene(Part):
     lubricant: Lubricant | None = option(None, "the oil", derived="dry: no film")
     wear: Wear | None = option(None, "the wear law and the life", derived="one unworn state")
     numerics: Numerics = option(Numerics(), "accuracy")
+    start: Start | None = option(None, "the run whose wear this one goes on from", derived="its own wear")
     store: Store = option(Store(), "what is kept")
 
     _mapping: dict[str, Any] = PrivateAttr(default_factory=dict)
     _base: Path | None = PrivateAttr(default=None)
+    _start_wear: StartWear | None = PrivateAttr(default=None)
 
     @model_validator(mode="before")
     @classmethod
@@ -116,6 +119,17 @@ class Scene(Part):
         except DropError as error:
             raise SceneError((f"scene.{key}: {error}",)) from None
         return type(self).from_mapping(changed, self._base)
+
+    @property
+    def start_wear(self) -> StartWear | None:
+        """The wear that the run starts from, once it was read from the run it continues."""
+        return self._start_wear
+
+    def with_start_wear(self, wear: StartWear) -> "Scene":
+        """Return the same scene with the wear of the run that it continues at hand."""
+        scene = self.model_copy()
+        scene._start_wear = wear
+        return scene
 
     def canonical(self) -> str:
         """Return the canonical JSON: defaults filled in, SI, 12 significant digits."""

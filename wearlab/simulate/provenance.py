@@ -27,7 +27,7 @@ def provenance(scene: Scene, begun: float) -> dict[str, str]:
     return {
         "scene": scene.canonical(),
         "id": scene.id,
-        "parents": "",
+        **_lineage(scene),
         "model_version": str(MODEL_VERSION),
         "source": f"wearlab {__version__}",
         "wearlab_version": __version__,
@@ -37,6 +37,17 @@ def provenance(scene: Scene, begun: float) -> dict[str, str]:
         "machine": f"{platform.machine()} {platform.system()} Python {platform.python_version()}",
         "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),
     }
+
+
+def _lineage(scene: Scene) -> dict[str, str]:
+    """Return the run that this one continues, from which cycle, and what is known of it."""
+    if scene.start is None:
+        return {"parents": ""}
+    told = {"parents": scene.start.run or "", "replaced_members": ", ".join(scene.start.replace)}
+    if scene.start_wear is not None:
+        told["parent_cycle"] = repr(scene.start_wear.cycle)
+        told["parent_interpolation_error"] = f"{scene.start_wear.error:.3g} m"
+    return {key: text for key, text in told.items() if text or key == "parents"}
 
 
 @cache

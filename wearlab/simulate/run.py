@@ -19,6 +19,7 @@ from wearlab.scene.build.wear import build_limits, build_snapshots, build_step
 from wearlab.simulate import static as named
 from wearlab.simulate import vibration as vibrating
 from wearlab.simulate.attractors import attractor_values, other_attractors
+from wearlab.simulate.continued import continued_wear
 from wearlab.simulate.errors import Refused
 from wearlab.simulate.exact import exact_values
 from wearlab.simulate.label import CONVENTIONS, labelled
@@ -28,7 +29,7 @@ from wearlab.simulate.trust import trust_values
 from wearlab.wear.initial import quadratic, uniform
 
 Array = NDArray[np.float64]
-ALONG_SPEED = ("response_speed", "direction", "order", "edge")
+ALONG_SPEED = ("response_speed", "direction", "order", "edge", "end")
 
 
 def simulate(scene: Scene) -> xr.Dataset:
@@ -89,6 +90,8 @@ def live(scene: Scene, parts: Parts) -> History:
 
 def initial_wear(scene: Scene, parts: Parts) -> tuple[Wear, tuple[Any, ...]]:
     """Return the wear before the first cycle, of every kind of mesh [m], and the lives that made it."""
+    if scene.start is not None:
+        return continued_wear(scene, parts), ()
     wear = parts.coupling.unworn()
     given = scene.wear
     by_law: dict[str, tuple[slice, float]] = {}

@@ -1,0 +1,85 @@
+"""``[start]`` that names its run by campaign and select becomes one that names it by identity."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wearlab.campaign.errors import CampaignError
+from wearlab.scene.merge import Table
+from wearlab.scene.problems import shown
+
+if TYPE_CHECKING:
+    from wearlab.campaign.campaign import Campaign
+    from wearlab.campaign.cases import Case
+
+DEEPEST = 20
+_under_way: list[Path] = []
+
+
+def named_start(table: Table) -> Table:
+    """Return a scene's table in which ``start`` names its run by identity.
+
+    Which run a campaign's case is follows from the files alone; no store is asked.
+
+    Raises
+    ------
+    CampaignError
+        When the other campaign cannot be read, refers back to this one, or select means no single run.
+    """
+    start = table.get("start")
+    if not isinstance(start, dict) or "campaign" not in start:
+        return table
+    if "run" in start:
+        raise CampaignError(["start: give one of 'run' and 'campaign', not both"])
+    case = _selected(_campaign(start["campaign"]), start.get("select", {}))
+    kept = {key: value for key, value in start.items() if key not in ("campaign", "select")}
+    return {**table, "start": {**kept, "run": case.id}}
+
+
+def _campaign(given: Any) -> "Campaign":
+    from wearlab.campaign.campaign import load
+
+    if not isinstance(given, str):
+        raise CampaignError([f"start.campaign: {shown(given)} is no campaign file"])
+    file = Path(given).expanduser().resolve()
+    if file in _under_way or len(_under_way) > DEEPEST:
+        circle = " → ".join(one.name for one in (*_under_way, file))
+        raise CampaignError([f"start.campaign: campaigns continue each other in a circle: {circle}"])
+    _under_way.append(file)
+    try:
+        return load(file)
+    finally:
+        _under_way.pop()
+
+
+def _selected(campaign: "Campaign", select: Any) -> "Case":
+    if not isinstance(select, dict):
+        raise CampaignError([f"start.select: {shown(select)} is no table of axis = value"])
+    axes = {axis.name: axis for axis in campaign.axes}
+    valid = [*axes, "case"]
+    for key in select:
+        if key not in valid:
+            raise CampaignError(
+                [f"start.select.{key}: no axis of {campaign.title!r}; there are {', '.join(valid)}"]
+            )
+    wanted = {key: _index(axes[key].values, value, key) for key, value in select.items() if key != "case"}
+    label = select.get("case", campaign.cases[0].label)
+    found = {
+        case.id: case
+        for case in campaign.cases
+        if case.label == label and all(case.position.get(name, at) == at for name, at in wanted.items())
+    }
+    if len(found) != 1:
+        raise CampaignError(
+            [f"start.select: {shown(select)} means {len(found)} runs of {campaign.title!r}; name one: "
+             f"{', '.join(valid)}"]
+        )  # fmt: skip
+    return next(iter(found.values()))
+
+
+def _index(values: tuple[Any, ...], wanted: Any, key: str) -> int:
+    for index, value in enumerate(values):
+        if value == wanted:
+            return index
+    raise CampaignError(
+        [f"start.select.{key}: {shown(wanted)} is not on the axis; there are {', '.join(map(str, values))}"]
+    )
