@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearlab.dynamics.coexisting import coexisting
 from wearlab.dynamics.periodic import Periodic
@@ -12,6 +13,7 @@ from wearlab.dynamics.response import Response, step_forces
 from wearlab.life.state import WearState
 from wearlab.scene.build import Parts
 
+Array = NDArray[np.float64]
 Values = dict[str, Any]
 
 
@@ -41,16 +43,21 @@ def attractor_values(others: Sequence[Response | None]) -> Values:
     """Return period, largest multiplier and range of force of the other attractors, when there is one."""
     if not any(other is not None for other in others):
         return {}
-    rows = np.array([[np.nan] * 4 if other is None else _described(other) for other in others])
+    meshes = next(len(other.system.direction) for other in others if other is not None)
+    rows = np.array(
+        [np.full(2 + 2 * meshes, np.nan) if other is None else _described(other) for other in others]
+    )
     return {
         "coexisting_period": rows[:, 0],
         "coexisting_multiplier": rows[:, 1],
-        "coexisting_force_min": rows[:, 2:3],
-        "coexisting_force_max": rows[:, 3:4],
+        "coexisting_force_min": rows[:, 2 : 2 + meshes],
+        "coexisting_force_max": rows[:, 2 + meshes :],
     }
 
 
-def _described(other: Response) -> list[float]:
+def _described(other: Response) -> Array:
+    """Return period, largest multiplier, and the smallest and largest force of every mesh."""
     force = step_forces(other).elastic
     largest = float(abs(other.multipliers[0])) if len(other.multipliers) else np.nan
-    return [float(other.period), largest, float(force.min()), float(force.max())]
+    over = (0, 1, 2)
+    return np.concatenate([[float(other.period), largest], force.min(axis=over), force.max(axis=over)])
