@@ -26,13 +26,25 @@ def path_marks(run: Run, index: dict[str, int], ask: Ask) -> tuple[Mark, ...]:
     """Return the points A–E on the scale of mesh cycles since A."""
     if "characteristic_point" not in run.data or "path_position" not in run.data:
         return ()
-    letters = run.data["characteristic_point"].values
-    position = run.data["path_position"].values.reshape(-1, len(letters))[0]
+    position = run.data["path_position"].values
+    letters = np.broadcast_to(run.data["characteristic_point"].values, position.shape)
+    if position.ndim > 1:
+        row = _flank(run, index)
+        letters, position = letters[row], position[row]
     at = {str(letter): float(s) for letter, s in zip(letters, position, strict=True) if letter}
     if not {"A", "E"} <= set(at):
         return ()
     period = (at["E"] - at["A"]) / contact_ratio(run, index, ask)
     return tuple(Mark((s - at["A"]) / period, letter) for letter, s in at.items())
+
+
+def _flank(run: Run, index: dict[str, int]) -> int:
+    """Return the place of the flank that leads in a mesh, such as "sun" in "sun-planet-1"."""
+    if "mesh" not in run.data.coords or "flank" not in run.data.dims:
+        return 0
+    mesh = str(np.atleast_1d(run.data["mesh"].values)[index.get("mesh", 0)])
+    named = [i for i, name in enumerate(run.data["flank"].values) if mesh.startswith(str(name))]
+    return named[0] if named else 0
 
 
 def contact_ratio(run: Run, index: dict[str, int], ask: Ask) -> float:
