@@ -146,6 +146,13 @@ VARIABLES: dict[str, Variable] = {
     "contact_range": Variable(
         ("update", "member", "mesh", "end"), "rad", "rad", "contact angle at which a pair engages and leaves"
     ),
+    "single_contact_share": Variable(
+        _STATE,
+        "1",
+        "%",
+        "share of the mesh period with one pair engaged",
+        "by load; with engagement = threshold by Y23's rule, flank on flank also beyond A and E",
+    ),
     "lone_meshing_range": Variable(
         ("update", "member", "mesh", "end"),
         "rad",

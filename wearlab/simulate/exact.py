@@ -15,6 +15,7 @@ from wearlab.mesh.exact.relation import (
     lone_ranges,
     mesh_relation,
     meshing_range,
+    single_share,
 )
 from wearlab.mesh.profile import Lookup
 from wearlab.scene import Scene
@@ -47,6 +48,7 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Val
         "lone_meshing_range": np.full((*shape, 2), np.nan),
         "lone_contact_range": np.full((*shape, 2), np.nan),
         "contact_loss": np.full(shape, np.nan),
+        "single_contact_share": np.full((shape[0], shape[2]), np.nan),
         "end": ["engages", "leaves"],
         "unloaded_transmission_angle": np.full((shape[0], shape[2], phases), np.nan),
     }
@@ -70,6 +72,12 @@ def _one_state(
     engaged = _engaged(scene, parts, kind, relation, state, where)
     grid = analysis.grid
     values["engaged"][update, mesh, : grid.slots] = grid.into_slots(engaged.astype(float), 0.0)
+    contact = scene.mesh.of(one.section).contact
+    values["single_contact_share"][update, mesh] = (
+        single_share(analysis.gaps.flanks, state.wear, contact.threshold)
+        if contact.engagement == "threshold"
+        else np.mean(engaged.sum(axis=0) == 1)
+    )
     values["unloaded_transmission_angle"][update, mesh] = (
         relation.unloaded_error / one.pair.driven.base_radius
     )

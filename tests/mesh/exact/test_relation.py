@@ -14,7 +14,7 @@ from wearlab.mesh.exact.angles import contact_angle, position_of, rotation_angle
 from wearlab.mesh.exact.first_order import depth_of_disagreement, errors_in_both_forms
 from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps
 from wearlab.mesh.exact.minimum_gap import minimum_gap
-from wearlab.mesh.exact.relation import contact_loss, mesh_relation, meshing_range
+from wearlab.mesh.exact.relation import contact_loss, mesh_relation, meshing_range, single_share
 from wearlab.mesh.exact.tangency import tangency
 from wearlab.mesh.stiffness import SectionVanished
 
@@ -252,6 +252,14 @@ def test_who_is_engaged_and_over_which_range(make):
     late = worn.gap - worn.unloaded_error > threshold * pair.driven.base_radius
     assert not np.any(late & engaged_worn)
     assert contact_loss(pair, worn.contact_angle, engaged_worn).max() > 0.02
+
+
+def test_single_contact_first_falls_then_rises_with_wear(make):
+    """Y23's claim, by its own rule: worn ends touch beyond the path before they lag too far."""
+    flanks = make.flanks_of(make.pairs["internal"])
+    shares = [single_share(flanks, make.smooth_wear(flanks, depth), 1e-4) for depth in (0.0, 8e-6, 60e-6)]
+    assert shares[0] == pytest.approx(2.0 - flanks.pair.contact_ratio, abs=0.005)
+    assert shares[1] < shares[0] - 0.05 and shares[2] > shares[0] + 0.2
 
 
 def test_wear_that_leaves_no_tooth_or_folds_is_refused(make):

@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.exact.angles import contact_angle, rotation_angle
 from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps, WornFlanks
+from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.exact.tangency import tangency
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+SHARE_PHASES = 400
 LONE_POINTS = 1849
 """Points of the driving flank at which a lone pair is sought; Y23's number."""
 
@@ -123,6 +125,37 @@ def lone_ranges(flanks: WornFlanks, wear: Array) -> tuple[Array, Array]:
     touched = [contact_angle(pair, i, s[ends]) for i, s in enumerate((found.driving, found.driven))]
     turned = [rotation_angle(pair, i, x[ends]) for i, x in enumerate((found.x_driving, found.x_driven))]
     return np.stack(touched), np.stack(turned)
+
+
+def single_share(flanks: WornFlanks, wear: Array, threshold: float) -> float:
+    """Return the share of the mesh period with one pair engaged, by Y23's rule [1].
+
+    A pair is engaged while it would touch flank on flank, if need be beyond A and E, and lags the leading one
+    by less than a threshold: with wear the share falls, as worn ends touch beyond the path, then rises.
+
+    Parameters
+    ----------
+    flanks : the pair and its nodes
+    wear : (2, n) wear depth, (driving, driven) [m]
+    threshold : Δφ2 of the driven gear [rad]
+
+    References
+    ----------
+    Y23, the multi-tooth mesh rule of 3.2.1.
+    """
+    pair, worn = flanks.pair, flanks.worn(wear)
+    found = tangency(*worn, np.linspace(pair.path.A, pair.path.E, LONE_POINTS))
+    alone = found.x_driving[np.isfinite(found.gap)]
+    if not len(alone):
+        return float("nan")
+    phase = (np.arange(SHARE_PHASES) + 0.5) / SHARE_PHASES
+    numbers = np.arange(-1, flanks.grid.stages + 1)
+    x = pair.path.A + (phase + numbers[:, None]) * pair.base_pitch
+    near = (x >= alone.min()) & (x <= alone.max())
+    gap = np.full(x.shape, np.inf)
+    gap[near] = minimum_gap(*worn, x[near]).gap
+    engaged = gap - gap.min(axis=0) < threshold * pair.driven.base_radius
+    return float(np.mean(engaged.sum(axis=0) == 1))
 
 
 def contact_loss(pair: GearPair, angles: Array, engaged: Flags) -> Array:
