@@ -8,19 +8,19 @@ import pytest
 import xarray as xr
 from fake_campaign import Axis, Campaign, Case, Scene, alter, sweep
 
-from wearlab.store import StoreError, image
+from wearlab.store import StoreError, image, lazy
 
 
 def reads(monkeypatch):
     """Return a list that fills with every variable read from a file."""
     seen = []
-    original = image.read_variable
+    original = lazy.LazyVariable._values
 
-    def noted(path, name):
-        seen.append(name)
-        return original(path, name)
+    def noted(self, file):
+        seen.append(self.name)
+        return original(self, file)
 
-    monkeypatch.setattr("wearlab.store.grid.read_variable", noted)
+    monkeypatch.setattr(lazy.LazyVariable, "_values", noted)
     return seen
 
 
@@ -204,4 +204,4 @@ def test_a_store_without_the_campaign(fill, store):
         store.open(sweep(2))
     grid = fill(sweep(1)).open(alter(sweep(1), 0, speed=5.0))
     assert list(grid.status.values) == ["missing"]
-    assert set(grid.data_vars) == {"status", "run_id", "n_updates"}
+    assert set(grid.data_vars) == {"status", "reason", "run_id", "n_updates"}

@@ -32,13 +32,42 @@ def test_the_hash_is_that_of_the_bytes():
     assert hashlib.sha256(image).hexdigest() == sha256
 
 
-def test_readable_without_xarray_and_deflated():
+def test_readable_without_xarray():
     with netCDF4.Dataset("memory", memory=to_image(DATA)[0]) as file:
         assert file["wear_depth"].dtype == np.float64
-        assert file["wear_depth"].filters()["zlib"] is True
-        assert file["wear_depth"].filters()["complevel"] == 1
-        assert file["wear_depth"].units == "m"
+        assert file["wear_depth"].chunking() == "contiguous"
+        assert file["wear_depth"].units == "m" and np.isnan(file["wear_depth"]._FillValue)
+        assert "cycle" in file["wear_depth"].coordinates.split()
         assert list(file["flank"][:]) == ["pinion", "gear"]
+
+
+def test_large_variables_are_deflated():
+    values = (np.arange(40_000.0) % 7).reshape(4, 10_000)
+    data = xr.Dataset({"large": (("a", "b"), values)})
+    image = to_image(data)[0]
+    with netCDF4.Dataset("memory", memory=image) as file:
+        assert file["large"].filters()["zlib"] is True and file["large"].filters()["complevel"] == 1
+        np.testing.assert_array_equal(file["large"][:], values)
+    assert len(image) < 0.8 * values.nbytes
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        *(np.array([1.5, np.nan, np.inf]), np.array([1, 2, 3]), np.array([True, False, True])),
+        *(np.array(["Größe", "", "x"]), np.zeros(0), np.array(3.5), np.array("word"), np.array(True)),
+        np.arange(6, dtype=np.int32).reshape(2, 3).T,
+    ],
+)
+def test_values_are_those_that_xarray_would_write(values, tmp_path):
+    dims = tuple("abc"[: values.ndim])
+    data = xr.Dataset({"v": (dims, values, {"units": "m", "note": "µ"})}, attrs={"title": "Größe"})
+    (tmp_path / "ours.nc").write_bytes(to_image(data)[0])
+    data.to_netcdf(tmp_path / "theirs.nc", engine="netcdf4")
+    ours, theirs = load(tmp_path / "ours.nc"), load(tmp_path / "theirs.nc")
+    ours.attrs.pop("content_sha256", None)
+    xr.testing.assert_identical(ours, theirs)
+    assert ours.v.dtype == theirs.v.dtype
 
 
 def test_one_variable_at_a_time(file):

@@ -29,12 +29,13 @@ def outcome_of(path: Path) -> Outcome:
     if "id" in attributes and str(attributes["id"]) != path.stem:
         raise ForeignRun(f"{path}: holds run {attributes['id']}, which is not its name")
     seconds = float(dataset["run_time_total"]) if "run_time_total" in dataset else 0.0
+    image = path.read_bytes()
     return Outcome(
         *(path.stem, "done", str(attributes.get("date_created", "")), seconds),
         scene=str(attributes.get("scene", json.dumps({}))),
-        image=path.read_bytes(),
+        image=image,
         sha256=hash_of(path),
-        **describe(dataset)._asdict(),
+        **describe(dataset, image)._asdict(),
         source_hash=str(attributes.get("source_hash", "")),
         wearlab_version=str(attributes.get("wearlab_version", "")),
     )

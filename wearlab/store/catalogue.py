@@ -20,7 +20,7 @@ from wearlab.store.facts import Facts, facts_of
 from wearlab.store.outcome import Comparison, Outcome, State
 from wearlab.store.tables import VERSION
 
-__all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member"]
+__all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member", "Placed"]
 
 OF_RUNS = "id, state, owner, size, sha256, started, seconds, source_hash, wearlab_version, layout"
 OF_DOCUMENTS = "reason, warnings, sizes, digests, summary, scene"
@@ -36,6 +36,19 @@ class Head(NamedTuple):
     size: int | None
     source_hash: str | None
     warned: bool
+
+
+class Placed(NamedTuple):
+    """What a grid needs of a run; ``sizes`` and ``digests`` are JSON, ``places`` offsets in its file."""
+
+    id: str
+    state: State
+    size: int | None
+    layout: str | None
+    sizes: str | None
+    digests: str | None
+    places: bytes | None
+    reason: str | None
 
 
 @dataclass(frozen=True)
@@ -124,6 +137,14 @@ class Catalogue(Database):
         found = {row[0]: _head(row) for row in self.read_many(question, wanted)}
         return {run_id: found[run_id] for run_id in wanted if run_id in found}
 
+    def placed(self, ids: Iterable[str]) -> list[Placed]:
+        """Return what a grid needs of the known runs among ``ids``."""
+        question = (
+            "SELECT id, state, size, layout, sizes, digests, places, reason "
+            "FROM runs LEFT JOIN documents USING (number) WHERE id IN"
+        )
+        return [Placed(*row) for row in self.read_many(question, list(dict.fromkeys(ids)))]
+
     def matching(self, prefix: str) -> list[str]:
         """Return the ids that begin with ``prefix``."""
         pattern = prefix.replace("\\", "\\\\").replace("%", r"\%").replace("_", r"\_") + "%"
@@ -171,7 +192,7 @@ class Catalogue(Database):
                         connection.execute(
                             "INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout)
                         )
-                    self._keep(connection, _row(outcome, key), outcome.histories)
+                    self._keep(connection, _row(outcome, key), outcome.histories, outcome.places)
         except BaseException:
             self._facts.clear()  # numbers given to new keys went with the transaction
             raise
@@ -181,6 +202,7 @@ class Catalogue(Database):
         connection: sqlite3.Connection,
         row: tuple[Any, ...],
         histories: Mapping[str, bytes] | None = None,
+        places: bytes = b"",
     ) -> None:
         """Write one run, its values in the order of `OF_RUNS` and `OF_DOCUMENTS`."""
         marks = ", ".join("?" * 10)
@@ -192,7 +214,9 @@ class Catalogue(Database):
         ).fetchall()
         if connection.execute("SELECT 1 FROM documents WHERE number = ?", (number,)).fetchone():
             self._facts.forget(connection, [number])
-        connection.execute(f"INSERT OR REPLACE INTO documents VALUES (?{', ?' * 6})", (number, *row[10:]))
+        connection.execute(
+            f"INSERT OR REPLACE INTO documents VALUES (?{', ?' * 7})", (number, *row[10:], places)
+        )
         summary, scene = row[14:]
         facts = facts_of(scene, json.loads(summary or "{}"), histories or {})
         self._facts.write(connection, number, facts)

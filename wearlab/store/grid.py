@@ -6,7 +6,8 @@ never splits it.
 """
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,119 +17,80 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from wearlab.store.catalogue import Entry
-from wearlab.store.image import read_variable
+from wearlab.store.catalogue import Placed
+from wearlab.store.lazy import Group, LazyVariable, Places, RunFile
 from wearlab.store.place import value_text
 
 if TYPE_CHECKING:
     from wearlab.campaign import Axis, Campaign, Coordinate
 
 BASE = "base"
-MISSING = "missing"
+MISSING, EXCLUDED = "missing", "excluded"
+UPDATE = "update"
+Variables = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Run:
-    """One stored run, ready to be placed: its file, lengths, variables and labels."""
-
-    path: str
-    sizes: Mapping[str, int]
-    variables: Mapping[str, dict[str, Any]]
-    labels: Mapping[str, list[Any]]
-    digests: Mapping[str, str]
-
-
-@dataclass(frozen=True)
-class Shape:
-    """The run dimensions of a grid: longest lengths, and the labels that name places along them."""
-
-    sizes: dict[str, int]
-    labels: dict[str, list[Any]]
-    by_label: frozenset[str]
-
-
-@dataclass(frozen=True)
-class Block:
-    """Reads one variable of one run into its padded place; dask calls it with the block's index.
+class Grid:
+    """Where runs stand, and what they are like.
 
     Parameters
     ----------
-    paths : file of each grid point, "" where there is none (grid shape)
-    places : per grid point, the index along each run dim where the file's values go (None: from 0 on)
-    name : the variable
-    shape : its padded run dims
-    dtype, fill : of the result
+    dims : sweep axes and ``case``
+    numbers : number of the run with data at each point, −1 where there is none (grid shape)
+    files, groups : the runs with data
+    digests : hash of each coordinate's values, per run
+    sizes : longest length of each run dim
+    labels : labels along run dims; ``by_label`` are those whose values are placed by name
+    token : changes when a run is another
     """
 
-    paths: NDArray[np.object_]
-    places: NDArray[np.object_]
-    name: str
-    shape: tuple[int, ...]
-    dtype: np.dtype[Any]
-    fill: Any
-
-    def __call__(self, block_id: tuple[int, ...]) -> NDArray[Any]:
-        """Return the values of one grid point, padded."""
-        point = block_id[: self.paths.ndim]
-        result = np.full(self.shape, self.fill, self.dtype)
-        if self.paths[point]:
-            values = read_variable(self.paths[point], self.name)
-            result[np.ix_(*self._where(point, values.shape))] = values
-        return result.reshape((1,) * self.paths.ndim + self.shape)
-
-    def _where(self, point: tuple[int, ...], lengths: tuple[int, ...]) -> list[NDArray[np.intp]]:
-        given = self.places[point] or (None,) * len(lengths)
-        return [
-            np.arange(n) if index is None else np.asarray(index)
-            for n, index in zip(lengths, given, strict=True)
-        ]
+    dims: tuple[str, ...]
+    numbers: NDArray[np.intp]
+    files: tuple[RunFile, ...]
+    groups: tuple[Group, ...]
+    digests: Sequence[Mapping[str, str]]
+    sizes: Mapping[str, int]
+    labels: Mapping[str, list[Any]]
+    by_label: frozenset[str]
+    token: str
 
 
 def open_grid(
-    campaign: "Campaign", entries: Mapping[str, Entry], layouts: Mapping[str, dict[str, Any]], runs: Path
+    campaign: "Campaign", runs: Sequence[Placed], layouts: Mapping[str, dict[str, Any]], folder: Path
 ) -> xr.Dataset:
     """Return the lazy dataset of a campaign.
 
     Parameters
     ----------
     campaign : its axes and cases
-    entries : what the catalogue knows of its runs, by id
-    layouts : the tables of variables that the entries name
-    runs : path of a run's file is ``runs / id[:2] / (id + ".nc")``
+    runs : what the catalogue knows of its runs
+    layouts : the tables of variables that the runs name
+    folder : path of a run's file is ``folder / id[:2] / (id + ".nc")``
 
     Returns
     -------
     Dataset, one dask chunk per run and variable (one in all for a coordinate that the runs share);
-    ``status``, ``run_id`` and ``n_updates`` over the grid dims;
+    ``status``, ``reason``, ``run_id`` and ``n_updates`` over the grid dims;
     points without data are NaN (text: "") and named in ``attrs["missing"]``.
     """
     axes = grid_axes(campaign)
-    ids = _ids(campaign, axes)
-    done = {
-        run_id: _run(entry, layouts[entry.layout or ""], runs)
-        for run_id, entry in entries.items()
-        if entry.state == "done"
-    }
-    shape = _shape(list(done.values()))
-    dims = tuple(axes)
-    status = _map(ids, lambda i: entries[i].state if i in entries else (MISSING if i else ""), object)
-    updates = _map(ids, lambda i: done[i].sizes.get("update", 1) if i in done else 0, np.int64)
-    grid = xr.Dataset(
-        {
-            "status": (dims, status.astype(str), {"long_name": "state of the run"}),
-            "run_id": (dims, ids.astype(str), {"long_name": "identity of the run"}),
-            "n_updates": (dims, updates, {"long_name": "number of wear states of the run"}),
-        },
-        coords=_axis_coordinates(campaign, axes),
+    points = _points(campaign, axes)
+    known = {run.id: run for run in runs}
+    cases = [known.get(case.id) for case in campaign.cases]
+    done = {run.id: run for run in cases if run is not None and run.state == "done"}
+    grid = _grid(
+        tuple(axes), points, [case.id for case in campaign.cases], list(done.values()), layouts, folder
     )
-    for name in dict.fromkeys(name for run in done.values() for name in run.variables):
-        _add(grid, name, ids, done, shape, dims)
-    grid.attrs = {
-        "title": campaign.title,
-        "references": campaign.reference or "",
-        "missing": _missing(axes, ids, status),
-    }
-    return grid
+    status = [MISSING if run is None else run.state for run in cases]
+    reasons = ["" if run is None else (run.reason or "").strip().rpartition("\n")[2] for run in cases]
+    variables = _states(campaign, axes, grid, points, status, reasons)
+    coordinates = _axis_coordinates(campaign, axes)
+    for name in dict.fromkeys(name for group in grid.groups for name in group.variables):
+        _add(variables, coordinates, name, grid)
+    attributes = {"title": campaign.title, "references": campaign.reference or ""}
+    missing = _missing(campaign, axes, points, status)
+    return xr.Dataset(variables, coordinates, {**attributes, "missing": missing})
 
 
 def grid_axes(campaign: "Campaign") -> dict[str, list[Any]]:
@@ -140,30 +102,63 @@ def grid_axes(campaign: "Campaign") -> dict[str, list[Any]]:
     return axes
 
 
-def _ids(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> NDArray[np.object_]:
-    """Return the run id of every grid point, "" where the campaign has none; unswept cases are broadcast."""
-    ids = np.full([len(values) for values in axes.values()], "", object)
-    for case in campaign.cases:
-        place = {**case.position, **({"case": axes["case"].index(case.label)} if "case" in axes else {})}
-        ids[tuple(place.get(name, slice(None)) for name in axes)] = case.id
-    return ids
+def _points(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> NDArray[np.intp]:
+    """Return the number of the case at every grid point, −1 where there is none; broadcast where unswept."""
+    points = np.full([len(values) for values in axes.values()], -1, np.intp)
+    for number, case in enumerate(campaign.cases):
+        points[_place(case, axes)] = number
+    return points
 
 
-def _run(entry: Entry, layout: Mapping[str, Any], runs: Path) -> Run:
-    path = runs / entry.id[:2] / f"{entry.id}.nc"
-    return Run(str(path), entry.sizes, layout["variables"], layout["labels"], entry.digests)
+def _place(case: Any, axes: Mapping[str, list[Any]]) -> tuple[Any, ...]:
+    place = dict(case.position)
+    if "case" in axes and case.label in axes["case"]:
+        place["case"] = axes["case"].index(case.label)
+    return tuple(place.get(name, slice(None)) for name in axes)
 
 
-def _shape(runs: Sequence[Run]) -> Shape:
+def _grid(
+    dims: tuple[str, ...],
+    points: NDArray[np.intp],
+    ids: Sequence[str],
+    done: Sequence[Placed],
+    layouts: Mapping[str, dict[str, Any]],
+    folder: Path,
+) -> Grid:
+    numbers = {run.id: number for number, run in enumerate(done)}
+    of_case = np.array([*(numbers.get(run_id, -1) for run_id in ids), -1], np.intp)
+    kinds = {(run.layout, run.sizes): None for run in done}
+    groups = tuple(_group(layouts[key or ""], sizes) for key, sizes in kinds)
+    place = {kind: number for number, kind in enumerate(kinds)}
+    top = str(folder)
+    files = tuple(
+        RunFile(f"{top}/{r.id[:2]}/{r.id}.nc", r.size or 0, place[r.layout, r.sizes], r.places or b"")
+        for r in done
+    )
+    sizes, labels, by_label = _shape(groups)
+    token = hashlib.sha256(repr(([(r.id, r.size) for r in done], points.tobytes(), top)).encode()).hexdigest()
+    digests = [json.loads(run.digests or "{}") for run in done]
+    return Grid(
+        dims, np.asarray(of_case[points]), files, groups, digests, sizes, labels, by_label, token[:16]
+    )
+
+
+def _group(layout: Mapping[str, Any], sizes: str | None) -> Group:
+    variables = layout["variables"]
+    order = {name: number for number, name in enumerate(sorted(variables))}
+    return Group(json.loads(sizes or "{}"), variables, order, layout["labels"])
+
+
+def _shape(groups: Sequence[Group]) -> tuple[dict[str, int], dict[str, list[Any]], frozenset[str]]:
     """Join the run dims: the union of names along a dim of text, the longest of the others."""
     sizes: dict[str, int] = {}
     labels: dict[str, list[Any]] = {}
-    for run in runs:
-        for dim, size in run.sizes.items():
+    for group in groups:
+        for dim, size in group.sizes.items():
             sizes[dim] = max(size, sizes.get(dim, 0))
     by_label = set()
     for dim in sizes:
-        known = [run.labels[dim] for run in runs if dim in run.labels]
+        known = [group.labels[dim] for group in groups if dim in group.labels]
         if not known:
             continue
         if isinstance(known[0][0] if known[0] else "", str):
@@ -172,67 +167,61 @@ def _shape(runs: Sequence[Run]) -> Shape:
             sizes[dim] = len(labels[dim])
         elif (longest := max(known, key=len)) and all(some == longest[: len(some)] for some in known):
             labels[dim] = longest
-    return Shape(sizes, labels, frozenset(by_label))
+    return sizes, labels, frozenset(by_label)
 
 
-def _add(
-    grid: xr.Dataset,
-    name: str,
-    ids: NDArray[np.object_],
-    done: Mapping[str, Run],
-    shape: Shape,
-    dims: tuple[str, ...],
-) -> None:
+def _add(variables: Variables, coordinates: Variables, name: str, grid: Grid) -> None:
     """Put one variable into the grid: shared labels as they are, everything else as a lazy array."""
-    first = next(run.variables[name] for run in done.values() if name in run.variables)
+    first = next(group.variables[name] for group in grid.groups if name in group.variables)
     own = tuple(first["dims"])
-    if own == (name,) and name in shape.labels:
-        grid.coords[name] = ((name,), shape.labels[name], first["attrs"])
+    if own == (name,) and name in grid.labels:
+        coordinates[name] = ((name,), grid.labels[name], first["attrs"])
         return
-    if _is_shared(name, done.values()):  # one file answers for all, and the grid dims do not matter
-        ids, dims = np.array(next(iter(done)), object), ()
-    holders = {
-        i: run for i, run in done.items() if tuple(run.variables.get(name, {}).get("dims", "?")) == own
+    numbers, dims = grid.numbers, grid.dims
+    if first["coordinate"] and _is_shared(name, grid):  # one file answers for all
+        numbers, dims = np.zeros((), np.intp), ()
+    places = {
+        number: _places(group, own, grid)
+        for number, group in enumerate(grid.groups)
+        if tuple(group.variables.get(name, {}).get("dims", "?")) == own
     }
-    padded = tuple(shape.sizes[dim] for dim in own)
-    whole = set(ids.flat) <= set(holders) and all(
-        run.sizes[dim] == shape.sizes[dim] for run in holders.values() for dim in own
+    padded = tuple(grid.sizes[dim] for dim in own)
+    whole = (
+        bool((numbers >= 0).all())
+        and len(places) == len(grid.groups)
+        and all(group.sizes[dim] == grid.sizes[dim] for group in grid.groups for dim in own)
     )
     dtype, fill = _dtype(first["dtype"], whole)
-    block = Block(
-        _map(ids, lambda i: holders[i].path if i in holders else "", object),
-        _map(ids, lambda i: _places(holders[i], own, shape) if i in holders else None, object),
-        *(name, padded, dtype, fill),
-    )
-    data = dask.array.map_blocks(
-        block,
-        name=f"{name}-{_digest(repr((block.paths.tolist(), padded, block.places.tolist())))}",
-        chunks=tuple((1,) * n for n in ids.shape) + tuple((n,) for n in padded),
-        dtype=dtype,
-        meta=np.empty((0,) * (ids.ndim + len(own)), dtype),
+    lazy = LazyVariable(name, numbers, grid.files, grid.groups, places, padded, dtype, fill)
+    data = dask.array.from_array(
+        lazy,
+        chunks=tuple((1,) * n for n in numbers.shape) + tuple((n,) for n in padded),
+        name=f"{name}-{grid.token}",
+        asarray=False,
+        meta=np.empty((0,) * lazy.ndim, dtype),
+        inline_array=True,
     )
     # a coordinate that bears its dimension's name but differs from run to run cannot be an index
     free = f"{name}_values" if name in own else name
-    grid[free] = (dims + own, data, first["attrs"])
-    if first["coordinate"]:
-        grid.coords[free] = grid[free]
+    (coordinates if first["coordinate"] else variables)[free] = xr.Variable(
+        dims + own, data, first["attrs"], fastpath=True
+    )
 
 
-def _is_shared(name: str, runs: Iterable[Run]) -> bool:
+def _is_shared(name: str, grid: Grid) -> bool:
     """Say whether a coordinate has the same values in every run."""
-    digests = {run.digests.get(name) for run in runs}
+    digests = {digests.get(name) for digests in grid.digests}
     return len(digests) == 1 and None not in digests
 
 
-def _places(run: Run, own: tuple[str, ...], shape: Shape) -> tuple[list[int] | None, ...] | None:
-    """Return where the run's values go along each of its dims, None where they simply start at 0."""
-    places = tuple(
-        _place(run.labels.get(dim), shape.labels[dim]) if dim in shape.by_label else None for dim in own
+def _places(group: Group, own: tuple[str, ...], grid: Grid) -> Places:
+    """Return where a group's values go along each of their dims, None where they simply start at 0."""
+    return tuple(
+        _labelled(group.labels.get(dim), grid.labels[dim]) if dim in grid.by_label else None for dim in own
     )
-    return places if any(place is not None for place in places) else None
 
 
-def _place(labels: list[Any] | None, union: list[Any]) -> list[int] | None:
+def _labelled(labels: list[Any] | None, union: list[Any]) -> list[int] | None:
     if labels is None or labels == union[: len(labels)]:
         return None
     return [union.index(label) for label in labels]
@@ -245,8 +234,37 @@ def _dtype(stored: str, whole: bool) -> tuple[np.dtype[Any], Any]:
     return (np.dtype(stored), 0) if whole and np.dtype(stored).kind != "f" else (np.dtype(float), np.nan)
 
 
-def _axis_coordinates(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> dict[str, Any]:
-    coordinates: dict[str, Any] = {}
+def _states(
+    campaign: "Campaign",
+    axes: Mapping[str, list[Any]],
+    grid: Grid,
+    points: NDArray[np.intp],
+    status: Sequence[str],
+    reasons: Sequence[str],
+) -> Variables:
+    """Return what is known of every point: state, why there are no data, run, number of wear states."""
+    ids = [case.id for case in campaign.cases]
+    states, why, named = (
+        np.asarray(np.array([*texts, ""], object)[points], object) for texts in (status, reasons, ids)
+    )
+    for one in getattr(campaign, "excluded", ()):
+        place = _place(one, axes)
+        free = np.broadcast_to(points[place] < 0, np.shape(states[place]))
+        states[place] = np.where(free, EXCLUDED, states[place])
+        why[place] = np.where(free, one.condition, why[place])
+    lengths = [grid.groups[file.group].sizes.get(UPDATE, 1) for file in grid.files]
+    updates = np.array([*lengths, 0], np.int64)[grid.numbers]
+    dims = grid.dims
+    return {
+        "status": (dims, states.astype(str), {"long_name": "state of the run"}),
+        "reason": (dims, why.astype(str), {"long_name": "why the run has no data"}),
+        "run_id": (dims, named.astype(str), {"long_name": "identity of the run"}),
+        "n_updates": (dims, updates, {"long_name": "number of wear states of the run"}),
+    }
+
+
+def _axis_coordinates(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> Variables:
+    coordinates: Variables = {}
     for axis in campaign.axes:
         own: list[tuple[str, Axis | Coordinate]] = [(axis.name, axis), *axis.coordinates.items()]
         for name, one in own:
@@ -257,23 +275,15 @@ def _axis_coordinates(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> di
     return coordinates
 
 
-def _missing(axes: Mapping[str, list[Any]], ids: NDArray[np.object_], status: NDArray[Any]) -> list[str]:
+def _missing(
+    campaign: "Campaign", axes: Mapping[str, list[Any]], points: NDArray[np.intp], status: Sequence[str]
+) -> list[str]:
     """Name every grid point that has a run but no data."""
+    lacking = np.array([*(state != "done" for state in status), False])[points]
     names = []
-    for point in np.ndindex(ids.shape):
-        if ids[point] and status[point] != "done":
-            places = zip(axes, point, strict=True)
-            where = ", ".join(f"{name}={value_text(axes[name][i], None)}" for name, i in places)
-            names.append(f"{where or ids[point]}: {status[point]}")
+    for point in np.argwhere(lacking):
+        number = points[tuple(point)]
+        places = zip(axes, point, strict=True)
+        where = ", ".join(f"{name}={value_text(axes[name][i], None)}" for name, i in places)
+        names.append(f"{where or campaign.cases[number].id}: {status[number]}")
     return names
-
-
-def _map(ids: NDArray[np.object_], function: Any, dtype: Any) -> NDArray[Any]:
-    result = np.empty(ids.shape, dtype)
-    for point in np.ndindex(ids.shape):
-        result[point] = function(ids[point])
-    return result
-
-
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:16]

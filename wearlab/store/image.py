@@ -6,7 +6,7 @@ netCDF4 crashes when two threads enter it, so every reading goes through xarray'
 import hashlib
 import json
 import math
-from collections.abc import Hashable
+from array import array
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from xarray.backends.locks import HDF5_LOCK, NETCDFC_LOCK
 
 from wearlab.store.errors import StoreError
+from wearlab.store.netcdf import SMALL, encoded
 from wearlab.store.seal import sealed
 
 OPEN_FILES = 32
-COMPRESSION = {"zlib": True, "complevel": 1}
 LIFE = "update"
 AT_STATES = frozenset((LIFE, "flank", "mesh", "member"))
 ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
@@ -40,6 +40,7 @@ class Description(NamedTuple):
     summary : scalar results; the largest of each result at a wear state; of some along the phase the
         smallest, largest and mean; the code that made it
     histories : each result at the wear states, smallest and largest where there are several; float64
+    places : where the values of each variable, by name, stand in the file; uint32, 0 where that is not known
     """
 
     sizes: dict[str, int]
@@ -47,16 +48,12 @@ class Description(NamedTuple):
     digests: dict[str, str]
     summary: dict[str, Any]
     histories: dict[str, bytes]
+    places: bytes
 
 
 def to_image(dataset: xr.Dataset) -> tuple[bytes, str]:
-    """Return the netCDF-4 file of a dataset, sealed, float64 deflated at level 1, and its SHA-256."""
-    dataset = sealed(dataset)
-    encoding: dict[Hashable, dict[str, Any]] = {
-        name: COMPRESSION if variable.dtype.kind in "fiub" and variable.ndim else {}
-        for name, variable in dataset.variables.items()
-    }
-    image = bytes(dataset.to_netcdf(engine="netcdf4", encoding=encoding))
+    """Return the netCDF-4 file of a dataset, sealed, and its SHA-256."""
+    image = encoded(sealed(dataset))
     return image, hashlib.sha256(image).hexdigest()
 
 
@@ -98,8 +95,8 @@ def _open(path: str) -> netCDF4.Dataset:
     return file
 
 
-def describe(dataset: xr.Dataset) -> Description:
-    """Return sizes, layout and summary of a run."""
+def describe(dataset: xr.Dataset, image: bytes = b"") -> Description:
+    """Return sizes, layout, summary and histories of a run, and where its values stand in its file."""
     variables = {
         str(name): {
             "dims": list(variable.dims),
@@ -113,7 +110,23 @@ def describe(dataset: xr.Dataset) -> Description:
     layout = json.dumps({"variables": variables, "labels": labels}, sort_keys=True)
     digests = {str(name): _digest(values) for name, values in dataset.coords.items()}
     sizes = {str(dim): n for dim, n in dataset.sizes.items()}
-    return Description(sizes, layout, digests, *_results(dataset))
+    return Description(sizes, layout, digests, *_results(dataset), _places(dataset, image))
+
+
+def _places(dataset: xr.Dataset, image: bytes) -> bytes:
+    """Return where each variable's bytes stand in a file image, by name."""
+    found: dict[str, int] = {}
+    at = 0
+    for name, variable in dataset.variables.items():
+        values = variable.values
+        plain = values.dtype.kind in "fiub" and values.dtype.isnative and 0 < values.nbytes <= SMALL
+        offset = -1
+        if plain and image:
+            raw = np.ascontiguousarray(values).tobytes()
+            offset = image.find(raw, at)  # they stand in the order of writing
+            at = max(at, offset)
+        found[str(name)] = max(offset, 0)
+    return array("I", [found[name] for name in sorted(found)]).tobytes() if image else b""
 
 
 def _digest(values: xr.DataArray) -> str:

@@ -58,9 +58,9 @@ class Store:
         """
         from wearlab.store.grid import open_grid
 
-        entries = self.entries(case.id for case in campaign.cases)
-        layouts = self.catalogue.layouts(e.layout for e in entries.values() if e.layout)
-        return open_grid(campaign, entries, layouts, self.files.folder.absolute())
+        runs = self.catalogue.placed(case.id for case in campaign.cases)
+        layouts = self.catalogue.layouts(run.layout for run in runs if run.layout)
+        return open_grid(campaign, runs, layouts, self.files.folder.absolute())
 
     def query(
         self,

@@ -19,7 +19,8 @@ CREATE TABLE runs (
     source_hash TEXT, wearlab_version TEXT, layout TEXT
 );
 CREATE TABLE documents (
-    number INTEGER PRIMARY KEY, reason TEXT, warnings TEXT, sizes TEXT, digests TEXT, summary TEXT, scene TEXT
+    number INTEGER PRIMARY KEY, reason TEXT, warnings TEXT, sizes TEXT, digests TEXT, summary TEXT,
+    scene TEXT, places BLOB
 );
 CREATE TABLE keys (
     number INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, source TEXT NOT NULL, kind TEXT NOT NULL,
