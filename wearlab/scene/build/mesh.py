@@ -1,5 +1,6 @@
 """``[mesh]`` and ``[errors]`` → contact analysis, excitation and prescribed errors."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -29,30 +30,45 @@ Array = NDArray[np.float64]
 
 NODES_AT_DEFAULT = 201
 DEFAULT_TOLERANCE = 1e-3
+MOST_MORE_POINTS = 60
 
 
 def build_analyses(scene: Scene, gears: GearSet) -> tuple[ContactAnalysis, ...]:
     """Return the contact analysis of every kind of mesh at the static load of the scene."""
-    return tuple(build_analysis(scene, one) for one in gears.kinds)
+    points = matched_points([one.pair for one in gears.kinds], profile_points(scene))
+    return tuple(build_analysis(scene, one, n) for one, n in zip(gears.kinds, points, strict=True))
 
 
-def build_analysis(scene: Scene, one: PairOfSet) -> ContactAnalysis:
+def matched_points(pairs: Sequence[GearPair], points: int) -> list[int]:
+    """Return the points to ask for on each path so that all have equally many nodes, as near as can be."""
+    if len(pairs) == 1:
+        return [points]
+    found: list[dict[int, int]] = [{} for _ in pairs]
+    for asked in range(points, points + MOST_MORE_POINTS):
+        for pair, nodes in zip(pairs, found, strict=True):
+            nodes.setdefault(len(profile_grid(pair, asked, kinks(pair)).position), asked)
+        if common := set(found[0]).intersection(*found[1:]):
+            return [nodes[min(common)] for nodes in found]
+    return [points] * len(pairs)
+
+
+def build_analysis(scene: Scene, one: PairOfSet, points: int) -> ContactAnalysis:
     """Return the contact analysis of one kind of mesh at its static load."""
     mesh = scene.mesh.of(one.section)
-    plain = _analysis(scene, one, NO_EXTENSION)
+    plain = _analysis(scene, one, points, NO_EXTENSION)
     if not mesh.extended_contact:
         return plain
-    return _analysis(scene, one, extension_wanted(scene, one.pair, plain))
+    return _analysis(scene, one, points, extension_wanted(scene, one.pair, plain))
 
 
-def _analysis(scene: Scene, one: PairOfSet, extension: Extension) -> ContactAnalysis:
+def _analysis(scene: Scene, one: PairOfSet, points: int, extension: Extension) -> ContactAnalysis:
     pair, mesh = one.pair, scene.mesh.of(one.section)
     asked: Any = mesh.stiffness
     given = _given_curve(asked, pair)
     of_mesh = given is not None and asked.of == "mesh"
     jumps = given.jumps if given is not None and of_mesh else ()
     pair_jumps = tuple(x % 1.0 for x in given.jumps) if given is not None and not of_mesh else ()
-    grid = profile_grid(pair, profile_points(scene), kinks(pair), jumps + pair_jumps, extension)
+    grid = profile_grid(pair, points, kinks(pair), jumps + pair_jumps, extension)
     stiffness: PairStiffness
     if given is not None:
         stiffness = GivenStiffness(given, asked.of, grid)
