@@ -47,12 +47,16 @@ def run(
         str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler to use, tcp://host:port.")
     ] = None,
     retry: Annotated[bool, typer.Option("--retry", help="Compute failed and refused cases again.")] = False,
+    recompute: Annotated[
+        str | None,
+        typer.Option(metavar="WHAT", help="Compute again: failed, stale (made by other code) or all."),
+    ] = None,
     json: Json = False,
 ) -> Status:
     """Compute what is missing of FILE."""
     from wearlab.cli.working import run_campaign
 
-    return run_campaign(file, Store(store), workers, scheduler, retry, json)
+    return run_campaign(file, Store(store), workers, scheduler, retry, recompute, json)
 
 
 @app.command()

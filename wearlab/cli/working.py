@@ -115,7 +115,13 @@ def case_name(campaign: "Campaign", case: "Case") -> str:
 
 
 def run_campaign(
-    file: str, store: "Store", workers: int | None, scheduler: str | None, retry: bool, as_json: bool
+    file: str,
+    store: "Store",
+    workers: int | None,
+    scheduler: str | None,
+    retry: bool,
+    recompute: str | None,
+    as_json: bool,
 ) -> Status:
     """Compute what is missing and report trouble."""
     from wearlab.runner import Interrupted, RunnerError, run
@@ -125,7 +131,13 @@ def run_campaign(
     try:
         with refusing(*REFUSALS, RunnerError):
             report = run(
-                campaign, store, workers=workers, scheduler=scheduler, retry=retry, progress=not as_json
+                campaign,
+                store,
+                workers=workers,
+                scheduler=scheduler,
+                retry=retry,
+                recompute=recompute,
+                progress=not as_json,
             )
     except Interrupted as interrupted:
         raise Stop(str(interrupted), Status.INTERRUPTED) from None

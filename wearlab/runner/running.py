@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
+from wearlab.runner.again import chosen, restore
 from wearlab.runner.cluster import Cluster, connect
 from wearlab.runner.continuing import with_parents
 from wearlab.runner.expectation import Expected, comparisons
@@ -29,6 +30,7 @@ def run(
     workers: int | None = None,
     scheduler: str | None = None,
     retry: bool = False,
+    recompute: str | None = None,
     progress: bool = True,
     simulate: str = SIMULATE,
 ) -> Report:
@@ -44,6 +46,7 @@ def run(
     workers : number of worker processes [the cores of this machine]
     scheduler : address of a dask scheduler to use instead of own processes
     retry : compute failed and refused cases again
+    recompute : what is computed again: "failed" cases, those "stale" by other code, or "all"
     progress : show a bar, on a terminal
     simulate : ``module:function``, scene to dataset
 
@@ -58,12 +61,13 @@ def run(
     Interrupted : on Ctrl-C; the finished runs are kept, those in flight are released
     """
     clock = time.perf_counter()
+    again = chosen(recompute, retry)
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
     tasks = with_parents(tasks, store)
     store.create()
     key = _record(campaign, store)
     with store.presence() as presence, watched(progress) as bar:
-        work = _Work(store, presence.token, retry, bar, simulate)
+        work = _Work(store, presence.token, again, bar, simulate)
         try:
             with ExitStack() as stack:
                 work.complete(list(tasks.values()), lambda: _cluster(stack, workers, scheduler, simulate))
@@ -71,14 +75,18 @@ def run(
             raise Interrupted(_interruption(tasks, store)) from None
         finally:
             store.catalogue.release(presence.token)
+            restore(store, work.taken_again - work.finished)
     return _report(campaign, store, key, work.finished, time.perf_counter() - clock)
 
 
 class _Work:
     """One call of ``run``: what is left, what is finished."""
 
-    def __init__(self, store: "Store", owner: str, retry: bool, bar: Progress, simulate: str) -> None:
-        self.store, self.owner, self.retry, self.bar, self.simulate = store, owner, retry, bar, simulate
+    def __init__(
+        self, store: "Store", owner: str, again: Callable[[Head], bool], bar: Progress, simulate: str
+    ) -> None:
+        self.store, self.owner, self.again, self.bar, self.simulate = store, owner, again, bar, simulate
+        self.taken_again: set[str] = set()
         self.finished: set[str] = set()
         self.cluster: Cluster | None = None
 
@@ -129,8 +137,10 @@ class _Work:
 
     def _free(self, entry: Head) -> bool:
         """Say whether a run that the catalogue knows is to be computed again."""
-        if entry.state in ("failed", "refused"):
-            return self.retry and entry.id not in self.finished
+        if entry.state != "running" and entry.id not in self.finished and self.again(entry):
+            if entry.state == "done":
+                self.taken_again.add(entry.id)
+            return True
         return self.store.is_lost(entry)
 
     def _left(self, tasks: Sequence[Task]) -> list[tuple[Task, bool]]:

@@ -1,0 +1,61 @@
+"""Which finished runs are computed again, and what becomes of them when that is interrupted."""
+
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from typing import TYPE_CHECKING, Literal, get_args
+
+from wearlab.runner.report import RunnerError
+from wearlab.store.errors import StoreError
+
+if TYPE_CHECKING:
+    from wearlab.store import Store
+    from wearlab.store.catalogue import Head
+
+Recompute = Literal["failed", "stale", "all"]
+WITHOUT_DATA = ("failed", "refused")
+
+
+def chosen(recompute: str | None, retry: bool) -> "Callable[[Head], bool]":
+    """Return which runs, not running, are computed again.
+
+    Parameters
+    ----------
+    recompute : "failed" (and refused), "stale" (made by other code than the present), "all", or None
+    retry : the same as "failed", besides
+
+    Raises
+    ------
+    RunnerError : no such choice
+    """
+    if recompute is not None and recompute not in get_args(Recompute):
+        raise RunnerError(f"recompute = {recompute!r}: there are {', '.join(get_args(Recompute))}")
+
+    def again(head: "Head") -> bool:
+        if head.state in WITHOUT_DATA and (retry or recompute in ("failed", "all")):
+            return True
+        if recompute == "stale":
+            return bool(head.source_hash) and head.source_hash != _present()
+        return recompute == "all"
+
+    return again
+
+
+def _present() -> str:
+    from wearlab.compiled import source_hash
+
+    return source_hash()
+
+
+def restore(store: "Store", ids: Iterable[str]) -> None:
+    """Take finished runs back into the catalogue that were to be computed again and were not.
+
+    Their files stay until new ones replace them, so an interruption loses nothing that was done.
+    """
+    from wearlab.store.adopt import outcome_of
+
+    wanted = list(ids)
+    known = store.heads(wanted)
+    for run_id in wanted:
+        if run_id not in known and store.files.path(run_id).is_file():
+            with suppress(StoreError):
+                store.catalogue.record([outcome_of(store.files.path(run_id))])
