@@ -37,6 +37,22 @@ def check(file: File, json: Json = False) -> Status:
 
 
 @app.command()
+def plan(
+    file: File,
+    store: StoreFolder = STORE,
+    workers: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Worker processes.", show_default="the cores")
+    ] = None,
+    retry: Annotated[bool, typer.Option("--retry", help="Count failed and refused cases too.")] = False,
+    json: Json = False,
+) -> Status:
+    """Show what run would do with FILE: new, cached, excluded, failed before; time and disk space."""
+    from wearlab.cli.planning import plan_campaign
+
+    return plan_campaign(file, Store(store), workers, retry, json)
+
+
+@app.command()
 def run(
     file: File,
     store: StoreFolder = STORE,

@@ -145,6 +145,14 @@ class Catalogue(Database):
         )
         return [Placed(*row) for row in self.read_many(question, list(dict.fromkeys(ids)))]
 
+    def costs(self, most: int) -> list[tuple[str, float | None, int | None]]:
+        """Return scene, seconds and bytes of the finished runs, the latest first."""
+        question = (
+            "SELECT scene, seconds, size FROM runs JOIN documents USING (number) WHERE state = 'done' "
+            "ORDER BY number DESC LIMIT ?"
+        )
+        return [(scene or "{}", seconds, size) for scene, seconds, size in self.read(question, [most])]
+
     def matching(self, prefix: str) -> list[str]:
         """Return the ids that begin with ``prefix``."""
         pattern = prefix.replace("\\", "\\\\").replace("%", r"\%").replace("_", r"\_") + "%"

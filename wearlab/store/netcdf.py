@@ -25,7 +25,7 @@ def encoded(dataset: xr.Dataset) -> bytes:
     file = netCDF4.Dataset("run.nc", "w", format="NETCDF4", memory=GROWTH)
     file.set_fill_off()
     for dim, size in dataset.sizes.items():
-        file.createDimension(dim, size)
+        file.createDimension(str(dim), size)
     file.setncatts({str(name): value for name, value in attributes.items()})
     defined = [_defined(file, str(name), variable) for name, variable in variables.items()]
     for target, values in defined:
@@ -38,7 +38,8 @@ def _defined(file: netCDF4.Dataset, name: str, variable: xr.Variable) -> tuple[n
     values, attributes = _plain(np.asarray(variable.values), dict(variable.attrs))
     kind: Any = str if values.dtype == object else values.dtype
     filled = np.nan if values.dtype.kind == "f" else None
-    target = file.createVariable(name, kind, variable.dims, fill_value=filled, **_storage(values))
+    dims = tuple(map(str, variable.dims))
+    target = file.createVariable(name, kind, dims, fill_value=filled, **_storage(values))
     target.set_auto_maskandscale(False)
     target.setncatts({str(key): value for key, value in attributes.items()})
     return target, values if values.ndim or values.dtype != object else values.item()

@@ -1,0 +1,145 @@
+import json
+from dataclasses import dataclass, replace
+
+import fake_campaign
+import pytest
+from fake_campaign import Campaign, alter, sweep
+
+from wearlab.cli import app, planning
+from wearlab.runner import plan as planner
+from wearlab.runner.plan import Amount, parts_of, plan
+from wearlab.runner.worker import Task, execute
+from wearlab.store import Store
+
+
+@dataclass(frozen=True)
+class WithExcluded(Campaign):
+    excluded: tuple = ()
+
+
+@dataclass(frozen=True)
+class Excluded:
+    label: str
+    position: dict
+    condition: str
+
+
+@pytest.fixture
+def store(tmp_path):
+    """A store of two done runs, 2 s and 4 s, 1000 and 3000 bytes; one failed, one refused."""
+    made = Store(tmp_path / "store")
+    made.create()
+    campaign = alter(alter(sweep(4), 2, act="fail"), 3, act="refuse")
+    with made.presence() as presence:
+        for case, seconds in zip(campaign.cases, (2.0, 4.0, 1.0, 1.0), strict=True):
+            outcome = execute(Task(case.id, case.scene), fake_campaign.SIMULATE)
+            made.save([replace(outcome, seconds=seconds)], presence.token)
+    return made
+
+
+def states(found):
+    return [run.state for run in found.runs]
+
+
+def test_what_is_known_of_each_run(store):
+    campaign = alter(alter(sweep(6), 2, act="fail"), 3, act="refuse")
+    found = plan(campaign, store)
+    assert states(found) == ["cached", "cached", "failed", "refused", "new", "new"]
+    assert found.runs[4].position == {"speed": "1200 rpm"}
+    assert [run.other_code for run in found.runs] == [True, True, False, False, False, False]
+    store.files.path(campaign.cases[0].id).unlink()
+    assert states(plan(campaign, store))[0] == "lost"
+
+
+def test_what_another_process_computes_and_what_a_dead_one_left(store):
+    campaign = sweep(6)
+    with store.presence() as presence:
+        store.claim([campaign.cases[4].id], presence.token, lambda head: False)
+        store.claim([campaign.cases[5].id], "dead", lambda head: False)
+        assert states(plan(campaign, store))[4:] == ["running", "new"]
+
+
+def test_a_plan_writes_nothing_and_needs_no_store(tmp_path):
+    found = plan(sweep(3), Store(tmp_path / "none"))
+    assert states(found) == ["new"] * 3 and found.seconds is None and found.free > 0
+    assert not (tmp_path / "none").exists()
+
+
+def test_time_and_size_come_from_runs_with_the_same_parts(store):
+    sizes = [head.size for head in store.heads(case.id for case in sweep(2).cases).values()]
+    found = plan(sweep(7), store, workers=2)  # 5 new: the last two of the store are other scenes
+    assert found.seconds == Amount(15.0, 10.0, 20.0)
+    assert found.bytes == Amount(2.5 * sum(sizes), 5 * min(sizes), 5 * max(sizes))
+    assert found.basis == "2 recorded runs with the same parts" and found.workers == 2
+    other = plan(sweep(1, act="warn"), store)
+    assert other.basis == "all 2 recorded runs: none has the same parts"
+    assert other.seconds == Amount(3.0, 2.0, 4.0) and other.workers == 1
+    again = plan(alter(sweep(3), 2, act="fail"), store, retry=True)
+    assert again.seconds == Amount(3.0, 2.0, 4.0)
+
+
+def test_scenes_are_alike_when_numbers_alone_differ():
+    one = '{"dynamics":{"model":"a","damping":1},"operation":{"torque":1}}'
+    assert parts_of(one) == parts_of(one.replace("1", "2"))
+    assert parts_of(one) != parts_of(one.replace('"a"', '"b"'))
+    assert parts_of(one) != parts_of('{"operation":{"torque":1}}')
+
+
+def test_warnings_of_full_disks_and_absurd_grids(store, monkeypatch):
+    assert plan(sweep(7), store).warnings == ()
+    monkeypatch.setattr(planner, "_free", lambda path: 100)
+    (warning,) = plan(sweep(7), store).warnings
+    assert "the disk will be full" in warning and "100 bytes free" in warning
+    monkeypatch.setattr(planner, "MANY", 2)
+    assert "more than 2" in plan(sweep(7), store).warnings[0]
+
+
+@pytest.fixture
+def command(store, monkeypatch, capsys):
+    campaign = sweep(6)
+    left_out = (
+        Excluded("base", {"speed": 1}, "speed_ratio > 1"),
+        Excluded("base", {"speed": 2}, "speed_ratio > 1"),
+    )
+    campaign = WithExcluded(campaign.cases[:1] + campaign.cases[3:], campaign.axes, excluded=left_out)
+    monkeypatch.setattr(planning, "load_campaign", lambda file: campaign)
+
+    def run(*words):
+        capsys.readouterr()
+        status = app.status_of(["plan", "a.toml", "--store", str(store.path), "--workers", "2", *words])
+        captured = capsys.readouterr()
+        return status, captured.out, captured.err
+
+    return run
+
+
+def test_the_command_in_words(command, monkeypatch):
+    status, out, err = command()
+    assert (status, err) == (0, "")
+    for words in (
+        *("4 cases, 4 runs, 2 cases excluded", "3 new", "1 cached", "2 excluded by speed_ratio > 1"),
+        *(
+            "time: about 4.5 s with 2 workers (3 s to 6 s)",
+            " kB ",
+            "from 2 recorded runs with the same parts",
+        ),
+    ):
+        assert words in out
+    monkeypatch.setattr(planner, "_free", lambda path: 100)
+    status, _, err = command()
+    assert status == 1 and err.startswith("warning: the disk will be full")
+
+
+def test_the_command_as_json(command):
+    content = json.loads(command("--json")[1])
+    assert [run["state"] for run in content["runs"]] == ["cached", "new", "new", "new"]
+    assert content["excluded"][0] == ["speed_ratio > 1", {"speed": "900 rpm"}]
+    assert content["seconds"] == {"value": 9.0, "low": 6.0, "high": 12.0}
+
+
+def test_a_billion_cases_are_refused_before_they_are_made(tmp_path, capsys):
+    text = "".join(f'[[sweep]]\n"a.{name}" = {{ integers = [1, 1000] }}\n' for name in "xyz")
+    (tmp_path / "absurd.toml").write_text(text)
+    assert app.status_of(["plan", str(tmp_path / "absurd.toml"), "--store", str(tmp_path / "s")]) == 2
+    assert "1,000,000,000 cases, more than 100,000" in capsys.readouterr().err
+    assert not (tmp_path / "s").exists()

@@ -1,0 +1,197 @@
+"""``plan``: what a call of ``run`` would do, how long it would take and how much it would write."""
+
+import json
+import shutil
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from wearlab.query.flat import flat
+from wearlab.runner.cluster import available_cores
+from wearlab.sources import source_hash
+from wearlab.store.place import place
+
+if TYPE_CHECKING:
+    from wearlab.campaign import Campaign
+    from wearlab.store import Store
+    from wearlab.store.catalogue import Head
+
+MANY = 10_000  # runs above which a plan warns
+SAMPLE = 1_000  # recorded runs that an estimate looks at, the latest first
+SPREAD = 0.1  # shares of the recorded runs left out at both ends of a range
+WORDS = {
+    "new": "new",
+    "cached": "cached",
+    "running": "being computed by another process",
+    "failed": "failed before",
+    "refused": "refused before",
+    "lost": "lost: the file has gone",
+}
+
+
+class PlannedRun(NamedTuple):
+    """One run of a campaign before it is run.
+
+    Parameters
+    ----------
+    id, label, position : the run, and what sets it apart
+    state : a key of `WORDS`
+    other_code : whether it is cached and was made by other code
+    """
+
+    id: str
+    label: str
+    position: dict[str, str]
+    state: str
+    other_code: bool = False
+
+
+class Amount(NamedTuple):
+    """An estimated total, and the range in which most recorded runs would put it."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What ``run`` would do.
+
+    Parameters
+    ----------
+    title, cases : of the campaign; cases that are excluded not counted
+    runs : distinct runs
+    excluded : condition and what sets the case apart, for each excluded case
+    seconds : time of computing what is to be done, on one worker; None when nothing alike was recorded
+    bytes : size of the files to be written
+    basis : what the estimate rests on, in words
+    workers : worker processes that would share the time
+    free : free space where the store is [bytes]
+    warnings : why this may be a bad idea
+    """
+
+    title: str
+    cases: int
+    runs: tuple[PlannedRun, ...]
+    excluded: tuple[tuple[str, dict[str, str]], ...] = ()
+    seconds: Amount | None = None
+    bytes: Amount | None = None
+    basis: str = ""
+    workers: int = 1
+    free: int = 0
+    warnings: tuple[str, ...] = field(default=())
+
+    def count(self, state: str) -> int:
+        """Return how many runs are in a state."""
+        return sum(run.state == state for run in self.runs)
+
+
+def plan(campaign: "Campaign", store: "Store", *, workers: int | None = None, retry: bool = False) -> Plan:
+    """Return what ``run`` would do with a campaign; nothing is computed and nothing written.
+
+    Parameters
+    ----------
+    campaign : the cases
+    store : where runs are kept; it need not exist
+    workers : number of worker processes [the cores of this machine]
+    retry : whether failed and refused cases would be computed again
+    """
+    exists = store.catalogue.exists()
+    heads = store.heads(case.id for case in campaign.cases) if exists else {}
+    runs: dict[str, PlannedRun] = {}
+    scenes: dict[str, Any] = {}
+    current = source_hash()
+    for case in campaign.cases:
+        if case.id not in runs:
+            head = heads.get(case.id)
+            other = head is not None and bool(head.source_hash) and head.source_hash != current
+            state = _state(store, head)
+            run = PlannedRun(case.id, case.label, place(campaign, case), state, other and state == "cached")
+            runs[case.id], scenes[case.id] = run, case.scene
+    again = ("new", "lost", "failed", "refused") if retry else ("new", "lost")
+    to_do = [scenes[run.id] for run in runs.values() if run.state in again]
+    seconds, size, basis = _estimate(store, to_do) if exists else (None, None, "")
+    free = _free(store.path)
+    return Plan(
+        *(campaign.title, len(campaign.cases), tuple(runs.values())),
+        excluded=tuple((one.condition, place(campaign, one)) for one in getattr(campaign, "excluded", ())),
+        **{"seconds": seconds, "bytes": size, "basis": basis, "free": free},
+        workers=max(1, min(workers or available_cores(), len(to_do))),
+        warnings=tuple(_warnings(len(to_do), size, free)),
+    )
+
+
+def _state(store: "Store", head: "Head | None") -> str:
+    if head is None or store.is_stale(head):
+        return "new"
+    if head.state == "done":
+        return "lost" if store.is_lost(head) else "cached"
+    return head.state
+
+
+def _warnings(count: int, size: Amount | None, free: int) -> Iterable[str]:
+    if count > MANY:
+        yield f"{count:,} runs are more than {MANY:,}: is every value of every axis needed?"
+    if size is not None and size.value > free:
+        yield f"the disk will be full: about {size.value:.3g} bytes to write, {free:.3g} bytes free"
+
+
+def _free(path: Path) -> int:
+    """Return the free space of the disk that holds, or will hold, a folder."""
+    existing = next(one for one in (path.absolute(), *path.absolute().parents) if one.exists())
+    return shutil.disk_usage(existing).free
+
+
+def _estimate(store: "Store", scenes: Sequence[Any]) -> tuple[Amount | None, Amount | None, str]:
+    """Return time and size of scenes from recorded runs: those with the same parts, else all."""
+    recorded: dict[tuple[Any, ...], list[tuple[float, float]]] = {}
+    for text, seconds, size in store.catalogue.costs(SAMPLE):
+        recorded.setdefault(parts_of(text), []).append((seconds or 0.0, size or 0.0))
+    everything = [cost for costs in recorded.values() for cost in costs]
+    if not everything or not scenes:
+        return None, None, ""
+    wanted = Counter(parts_of(scene.canonical()) for scene in scenes)
+    alike = sum(count for parts, count in wanted.items() if parts in recorded)
+    used = sum(len(recorded[parts]) for parts in wanted if parts in recorded)
+    basis = f"{used} recorded runs with the same parts"
+    if alike < len(scenes):
+        others = len(scenes) - alike
+        basis = (
+            f"{basis}; for {others} runs without any, all {len(everything)}"
+            if used
+            else (f"all {len(everything)} recorded runs: none has the same parts")
+        )
+    totals = [
+        _total(
+            [([cost[which] for cost in recorded.get(parts, everything)], n) for parts, n in wanted.items()]
+        )
+        for which in (0, 1)
+    ]
+    return totals[0], totals[1], basis
+
+
+def _total(groups: Iterable[tuple[list[float], int]]) -> Amount:
+    value = low = high = 0.0
+    for costs, count in groups:
+        ordered = sorted(costs)
+        cut = int(SPREAD * len(ordered))
+        value += count * median(ordered)
+        low += count * ordered[cut]
+        high += count * ordered[-1 - cut]
+    return Amount(value, low, high)
+
+
+def parts_of(scene: str) -> tuple[Any, ...]:
+    """Return what makes scenes alike in cost: their sections, and every choice that is a word or a switch.
+
+    Parameters
+    ----------
+    scene : canonical JSON
+    """
+    table = json.loads(scene)
+    chosen = [(name, value) for name, value in flat(table) if isinstance(value, str | bool)]
+    return (*sorted(name for name, value in table.items() if isinstance(value, dict)), *sorted(chosen))
