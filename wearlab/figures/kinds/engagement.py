@@ -38,6 +38,16 @@ def path_marks(run: Run, index: dict[str, int], ask: Ask) -> tuple[Mark, ...]:
     return tuple(Mark((s - at["A"]) / period, letter) for letter, s in at.items())
 
 
+def _own_phase(run: Run, phase: Array, values: Array, index: dict[str, int], ask: Ask) -> tuple[Array, Array]:
+    """Return phases counted from a mesh's own entry at A, ascending, and the values there."""
+    if "mesh_phase_offset" not in run.data:
+        return phase, values
+    lag = float(companion(run, "mesh_phase_offset", index, ask)[0])
+    own = np.round(phase - lag, 12) % 1.0
+    order = np.argsort(own)
+    return own[order], values[order]
+
+
 def _flank(run: Run, index: dict[str, int]) -> int:
     """Return the place of the flank that leads in a mesh, such as "sun" in "sun-planet-1"."""
     if "mesh" not in run.data.coords or "flank" not in run.data.dims:
@@ -68,7 +78,8 @@ def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
             yield Series(piece.key, phase, piece.values, scale, piece.scale)
             continue
         ratio = contact_ratio(run, dict(piece.place), ask)
-        x, y = over_engagement(phase, piece.values, ratio)
+        own, values = _own_phase(run, phase, piece.values, dict(piece.place), ask)
+        x, y = over_engagement(own, values, ratio)
         yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=path_marks(run, dict(piece.place), ask))
 
 
@@ -76,7 +87,7 @@ TVMS = Kind(
     name="tvms",
     title="Time-varying mesh stiffness",
     shows="mesh stiffness from the entry of a tooth pair at A to its exit at E, or one period (x = phase)",
-    needs=("mesh_stiffness", "phase", "contact_ratio"),
+    needs=("mesh_stiffness", "phase", "contact_ratio", "mesh_phase_offset"),
     dims=("phase",),
     series=_tvms,
     roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
@@ -85,7 +96,7 @@ STE = Kind(
     name="ste",
     title="Static transmission error under load",
     shows="static transmission error from the entry of a tooth pair at A to its exit at E",
-    needs=("static_transmission_error", "phase", "contact_ratio"),
+    needs=("static_transmission_error", "phase", "contact_ratio", "mesh_phase_offset"),
     dims=("phase",),
     series=_ste,
     roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
