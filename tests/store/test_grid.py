@@ -1,5 +1,5 @@
 import threading
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import dask
 import fake_campaign
@@ -8,7 +8,13 @@ import pytest
 import xarray as xr
 from fake_campaign import Axis, Campaign, Case, Scene, alter, sweep
 
+from wearlab.campaign import Excluded
 from wearlab.store import StoreError, image, lazy
+
+
+@dataclass(frozen=True)
+class WithExcluded(Campaign):
+    excluded: tuple = ()
 
 
 def reads(monkeypatch):
@@ -205,3 +211,59 @@ def test_a_store_without_the_campaign(fill, store):
     grid = fill(sweep(1)).open(alter(sweep(1), 0, speed=5.0))
     assert list(grid.status.values) == ["missing"]
     assert set(grid.data_vars) == {"status", "reason", "run_id", "n_updates"}
+
+
+def test_points_without_data_say_why(fill):
+    campaign = alter(alter(sweep(4), 1, act="fail"), 2, act="refuse")
+    left_out = Excluded("base", {"speed": 3}, "speed > 1050 rpm")
+    campaign = WithExcluded(campaign.cases[:3], campaign.axes, excluded=(left_out,))
+    grid = fill(campaign).open(campaign)
+    assert list(grid.status.values) == ["done", "failed", "refused", "excluded"]
+    assert list(grid.reason.values)[::3] == ["", "speed > 1050 rpm"]
+    assert grid.reason.values[1] == "FloatingPointError: the shooting did not converge"
+    assert "contact ratio 0.93" in grid.reason.values[2]
+    assert grid.attrs["missing"] == ["speed=900: failed", "speed=1000: refused"]
+
+
+def test_values_are_read_as_bytes_and_through_hdf5_alike(fill, monkeypatch):
+    campaign = sweep(3)
+    store = fill(campaign)
+    asked = []
+    monkeypatch.setattr(lazy, "read_variable", lambda path, name: asked.append(name) or original(path, name))
+    original = image.read_variable
+    quick = store.open(campaign).compute()
+    assert "verdict" in asked and "wear_depth" not in asked and "life" not in asked
+    store.catalogue._open().execute("UPDATE documents SET places = NULL")
+    slow = store.open(campaign).compute()
+    assert {"wear_depth", "life", "converged"} <= set(asked)
+    xr.testing.assert_identical(quick, slow)
+
+
+def test_a_file_of_another_length_is_refused(fill):
+    campaign = sweep(2)
+    store = fill(campaign)
+    path = store.files.path(campaign.cases[1].id)
+    path.write_bytes(path.read_bytes() + b"\0")
+    grid = store.open(campaign)
+    assert np.isfinite(grid.wear_depth.isel(speed=0).compute()).all()
+    with pytest.raises(StoreError, match=r"instead of .*wearlab verify"):
+        grid.wear_depth.compute()
+    path.unlink()
+    with pytest.raises(StoreError, match="wear_depth cannot be read"):
+        grid.wear_depth.compute()
+
+
+@pytest.mark.parametrize(
+    "index",
+    [
+        np.s_[1, :, 0, 2],
+        np.s_[-1, -1],
+        np.s_[1:3, 0:2, :, ::2],
+        np.s_[[2, 0], :, 1],
+        np.s_[..., 1],
+    ],
+)
+def test_any_part_of_a_grid_is_what_the_whole_has_there(fill, index):
+    campaign = alter(sweep(4), 1, updates=5)
+    grid = fill(campaign).open(campaign)
+    np.testing.assert_array_equal(grid.wear_depth[index].compute(), grid.wear_depth.compute()[index])

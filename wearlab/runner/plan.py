@@ -116,11 +116,11 @@ def plan(campaign: "Campaign", store: "Store", *, workers: int | None = None, re
     to_do = [scenes[run.id] for run in runs.values() if run.state in again]
     seconds, size, basis = _estimate(store, to_do) if exists else (None, None, "")
     free = _free(store.path)
+    excluded = tuple((one.condition, place(campaign, one)) for one in getattr(campaign, "excluded", ()))
     return Plan(
-        *(campaign.title, len(campaign.cases), tuple(runs.values())),
-        excluded=tuple((one.condition, place(campaign, one)) for one in getattr(campaign, "excluded", ())),
-        **{"seconds": seconds, "bytes": size, "basis": basis, "free": free},
+        *(campaign.title, len(campaign.cases), tuple(runs.values()), excluded, seconds, size, basis),
         workers=max(1, min(workers or available_cores(), len(to_do))),
+        free=free,
         warnings=tuple(_warnings(len(to_do), size, free)),
     )
 
