@@ -308,6 +308,38 @@ VARIABLES: dict[str, Variable] = {
     "residual_energy": Variable(
         ("update",), "1", "1", "power that the terms do not account for, over the input power"
     ),
+    # on request
+    "mesh_acceleration": Variable(
+        _RESPONSE, "m s-2", "m/s^2", "relative acceleration of both bodies along the line of action", "d·q̈"
+    ),
+    "mesh_acceleration_orders": Variable(
+        (*_STATE, "order"), "m s-2", "m/s^2", "order amplitude of the mesh acceleration"
+    ),
+    "mesh_acceleration_rms": Variable(_STATE, "m s-2", "m/s^2", "RMS of the mesh acceleration"),
+    "mesh_acceleration_peak_to_peak": Variable(_STATE, "m s-2", "m/s^2", "range of the mesh acceleration"),
+    "mesh_acceleration_crest_factor": Variable(
+        _STATE, "1", "1", "largest magnitude of the mesh acceleration over its RMS"
+    ),
+    "mesh_acceleration_kurtosis": Variable(
+        _STATE, "1", "1", "kurtosis of the mesh acceleration", "mean a⁴ over the square of mean a²"
+    ),
+    "mesh_acceleration_harmonic_energy": Variable(
+        _STATE,
+        "m2 s-4",
+        "m^2/s^4",
+        "mean square of the mesh acceleration at whole mesh orders",
+        "of its average over the mesh periods",
+    ),
+    "mesh_acceleration_sideband_energy": Variable(
+        _STATE,
+        "m2 s-4",
+        "m^2/s^4",
+        "mean square of the mesh acceleration between the mesh orders",
+        "of what does not repeat every mesh period: slow errors that turn, subharmonics, aperiodic motion",
+    ),
+    "mesh_deflection_orders": Variable(
+        (*_STATE, "order"), "m", "um", "order amplitude of the mesh deflection"
+    ),
     "natural_frequency": Variable(("mode",), "Hz", "Hz", "natural frequency at the mean mesh stiffness"),
     "critical_speed": Variable(
         ("mode",), "rad s-1", "rpm", "speed of the reference gear at which mesh and natural frequency meet"
@@ -353,6 +385,12 @@ VARIABLES: dict[str, Variable] = {
     "count_steps_per_period": Variable((), "1", "1", "integration steps in one mesh period"),
     "steps_cycle": Variable(("step",), "1", "1", "cycle at the end of each accepted step"),
 }
+
+ON_REQUEST = (
+    *(name for name in VARIABLES if name.startswith("mesh_acceleration")),
+    "mesh_deflection_orders",
+)
+"""Variables that are computed only when ``[store] variables`` names them."""
 
 
 def attributes(name: str) -> dict[str, str]:

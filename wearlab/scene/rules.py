@@ -27,6 +27,7 @@ def broken_rules(scene: "Scene") -> list[str]:
         _damping,
         _supports,
         _response,
+        _requested,
         _start,
         _load,
         _limits,
@@ -159,6 +160,19 @@ def _response(scene: "Scene") -> Problems:
         )
     if scene.errors is not None and scene.errors.slow == "hunting":
         yield "dynamics.response", "does not follow errors.slow = 'hunting'; give 'averaged' or 'frozen'"
+
+
+def _requested(scene: "Scene") -> Problems:
+    """What is read off a response on request needs one, and its spectra have orders of their own."""
+    if scene.store.requested and scene.dynamics is None:
+        yield "store.variables", f"{scene.store.requested[0]!r} needs [dynamics]"
+    elif scene.dynamics is not None and scene.dynamics.response is not None:
+        for name in scene.store.requested:
+            if name.endswith("_orders"):
+                yield (
+                    "store.variables",
+                    f"{name!r} and dynamics.response have different orders: leave one out",
+                )
 
 
 def _load(scene: "Scene") -> Problems:

@@ -67,7 +67,8 @@ def simulate(scene: Scene) -> xr.Dataset:
         coordinates["part"] = ["real", "imaginary"]
     coordinates |= {name: values.pop(name) for name in ALONG_SPEED if name in values}
     values["run_time_total"] = time.perf_counter() - clock
-    dataset = labelled(values, coordinates, scene.store.variables)
+    dataset = labelled(values, coordinates, None)
+    dataset = dataset[[name for name in dataset.data_vars if scene.store.keeps(str(name))]]
     dataset.attrs = {"Conventions": CONVENTIONS, **provenance(scene, begun)}
     return dataset
 

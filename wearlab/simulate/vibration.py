@@ -18,6 +18,7 @@ from wearlab.scene.build import Parts
 from wearlab.scene.build.modes import SceneModes
 from wearlab.simulate.energy import energy_values, friction_force, moments
 from wearlab.simulate.label import padded
+from wearlab.simulate.monitoring import monitoring_values
 from wearlab.simulate.static import pair_slots
 
 Array = NDArray[np.float64]
@@ -44,9 +45,10 @@ def dynamic_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
                 for name in found[0]
             }
         )
+    asked = monitoring_values(parts, states)
     if angles == 1:
-        return each[0]
-    return {name: np.moveaxis(stacked([one[name] for one in each], None), 0, 1) for name in each[0]}
+        return each[0] | asked
+    return {name: np.moveaxis(stacked([one[name] for one in each], None), 0, 1) for name in each[0]} | asked
 
 
 def stacked(arrays: list[Array], along: int | None) -> Array:

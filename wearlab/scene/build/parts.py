@@ -69,6 +69,7 @@ class Parts:
     peak_pressure : whether the stored pressure is the peak of Hertz's ellipse
     wohler_slope : exponent of the equivalent load, None: not stored
     friction : coefficient μ of the flanks, None: they do not rub [1]
+    requested : names of the variables that are made on request
     validity : assumed values and limits this scene touches, in words
     """
 
@@ -84,6 +85,7 @@ class Parts:
     peak_pressure: bool
     wohler_slope: float | None
     friction: float | None
+    requested: tuple[str, ...]
     validity: tuple[str, ...]
 
     @property
@@ -138,6 +140,7 @@ def build(scene: Scene) -> Parts:
         peak_pressure=wear is not None and wear.pressure == "peak",
         wohler_slope=None if wear is None else wear.wohler_slope,
         friction=_friction(scene),
+        requested=scene.store.requested,
         validity=_validity(scene, gears, analyses),
     )
 

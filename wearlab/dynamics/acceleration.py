@@ -1,0 +1,58 @@
+"""Accelerations of a response at any instant, from the equation of motion."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.response import Response, accelerations, coordinates_at, step_of
+from wearlab.mesh.stages import StageGrid
+
+Array = NDArray[np.float64]
+
+LOBATTO = np.array([0.0, 0.5 - 0.1 * 5**0.5, 0.5 + 0.1 * 5**0.5, 1.0])
+LOBATTO_WEIGHTS = np.array([1.0, 5.0, 5.0, 1.0]) / 12.0
+
+
+def mesh_acceleration_at(
+    response: Response, grid: StageGrid, phase: Array, segment: NDArray[np.int64] | None = None
+) -> Array:
+    """Return the relative acceleration of both bodies along each line of action, (n_kept, n_mesh, n) [m/s²].
+
+    ``d·q̈`` with ``q̈ = M⁻¹(F − Σ d W − friction − C q̇ − K q)``: all forces at that instant, nothing is
+    differentiated. It is the acceleration of the mesh deflection δ, less that of a prescribed error.
+
+    Parameters
+    ----------
+    response : the response
+    grid : the steps it was computed on
+    phase : (n,) [1]
+    segment : (n,) the smooth segment each phase belongs to, which decides at breaks
+    """
+    step = step_of(grid, phase, segment)
+    x = (phase - grid.start[step]) / grid.width[step]
+    y = 1.0 - x
+    factors = np.array([y * (y - x), 4.0 * x * y, x * (x - y)])
+    state = np.concatenate(coordinates_at(response, grid, phase, segment), axis=1).transpose(0, 2, 1)
+    at_points = {
+        name: np.repeat(np.einsum("in,ni...->n...", factors, table[step])[:, None], 3, axis=1)
+        for name, table in response.tables._asdict().items()
+        if name != "width" and table is not None
+    }
+    points = replace(
+        response,
+        state=np.concatenate([state, state[:, -1:]], axis=1),
+        tables=response.tables._replace(width=grid.width[step], **at_points),
+    )
+    found = accelerations(points)[:, :, 0] @ response.system.direction.T
+    return np.ascontiguousarray(found.transpose(0, 2, 1))
+
+
+def within_steps(grid: StageGrid) -> tuple[Array, NDArray[np.int64], Array]:
+    """Return phases within and at both ends of all steps, their segments, and weights of a mean over them.
+
+    Lobatto's rule of four nodes, of sixth order on each smooth segment: (4 n_steps,) each.
+    """
+    phase = grid.start[:, None] + grid.width[:, None] * LOBATTO
+    weight = grid.width[:, None] * LOBATTO_WEIGHTS
+    return phase.ravel(), np.repeat(grid.segment, len(LOBATTO)), weight.ravel() / weight.sum()
