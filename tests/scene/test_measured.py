@@ -87,7 +87,7 @@ def test_exact_contact_is_told_and_agrees_for_slight_wear(table):
     assert "contact_angle" not in plain and exact.contact_angle.sizes["member"] == 2
     angle = exact.unloaded_transmission_angle.values
     r_b = 0.5 * 0.150 * np.cos(np.radians(20.0))
-    np.testing.assert_allclose(angle * r_b, exact.unloaded_transmission_error.values, rtol=1e-9)
+    np.testing.assert_allclose(angle * r_b, exact.unloaded_transmission_error.values, rtol=1e-5)
     share = float(exact.single_contact_share.values[0, 0])
     assert share == pytest.approx(2.0 - float(exact.contact_ratio.values[0]), abs=0.02)
 
