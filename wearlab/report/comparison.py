@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 PENS = {"A": Pen(NAMES[0], "-", "o", 1.5), "B": Pen(NAMES[1], "--", "s", 1.0)}
 WAVES = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
 SHOWN_PAIRS = 40
+OVER_PAIRS = ("max_wear_depth", *WAVES, "mesh_force_orders")  # as many as can be told apart
 
 
 def comparison_figure(comparison: xr.Dataset, ending: str = "png") -> bytes:
@@ -128,7 +129,7 @@ def _campaigns(comparison: xr.Dataset) -> Plot:
     shown = comparison.isel(pair=slice(SHOWN_PAIRS))
     share = 100.0 * shown["largest_relative_difference"].values
     names = [str(name) for name in shown["quantity_name"].values]
-    keep = [i for i in range(len(names)) if np.nanmax(share[:, i], initial=0.0) > 0.0] or [0]
+    keep = [i for i, name in enumerate(shown["quantity"].values) if str(name) in OVER_PAIRS] or [0]
     pen = {i: Pen(NAMES[k % len(NAMES)], "-", "o") for k, i in enumerate(keep)}
     number = np.arange(1.0, len(share) + 1)
     curves = tuple(Curve(number, share[:, i], pen[i], "line-points") for i in keep)
