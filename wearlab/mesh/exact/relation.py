@@ -50,7 +50,7 @@ class MeshRelation(NamedTuple):
 
 
 def mesh_relation(
-    gaps: ExactGaps | AlgorithmOneGaps, wear: Array, phase: Array, numbers: Array
+    gaps: ExactGaps | AlgorithmOneGaps, wear: Array, phase: Array, numbers: NDArray[np.int64]
 ) -> MeshRelation:
     """Return where the pairs touch at phases, each on its own.
 
