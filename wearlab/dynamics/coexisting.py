@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.periodic import Periodic, periods_of
 from wearlab.dynamics.response import Response, Verdict
+from wearlab.dynamics.rigid import rigid_modes
 from wearlab.dynamics.shooting import Orbit, Shooting
 
 Array = NDArray[np.float64]
@@ -53,18 +54,20 @@ def coexisting(found: Response, method: Periodic) -> Response | None:
 
 
 class _Home:
-    """The strobed states of the response found."""
+    """The strobed states of the response found; where a set turns freely it may have turned meanwhile."""
 
     def __init__(self, found: Response, scale: float, rate: float) -> None:
         self.scale, self.rate = scale, rate
         self.states = found.state[:, 0]
+        turning = rigid_modes(found.system)
+        self.still = np.eye(len(found.system.load)) - turning.T @ (turning @ found.system.mass)
 
     def distance(self, state: Array) -> float:
         """Return how far a strobed state is from the orbit, over the mean deflection [1]."""
         n = len(state) // 2
-        apart = np.abs(self.states - state)
-        apart[:, n:] /= self.rate
-        return float(apart.max(axis=1).min()) / self.scale
+        apart = (self.states - state).reshape(-1, 2, n) @ self.still.T
+        apart[:, 1] /= self.rate
+        return float(np.abs(apart).max(axis=(1, 2)).min()) / self.scale
 
 
 def _mean_deflection(found: Response) -> float:
