@@ -54,6 +54,8 @@ DIMENSIONS = (
     Dimension("order", "frequency over the mesh frequency"),
     Dimension("jump", "jumps of the response, in the order in which they are met"),
     Dimension("end", "where a pair engages, where it leaves"),
+    Dimension("duty", "conditions of operation that take turns"),
+    Dimension("stage", "conditions of operation in order"),
     Dimension("edge", "the last speed before a jump, the first after it"),
 )
 
@@ -95,6 +97,12 @@ VARIABLES: dict[str, Variable] = {
         "along the profile alone where both flanks of a pair share their nodes",
     ),
     "phase": Variable(("phase",), "1", "1", "mesh phase", "equally spaced: a jump lies between two of them"),
+    "duty_torque": Variable(("duty",), "N m", "N*m", "torque on the input member"),
+    "duty_speed": Variable(("duty",), "rad s-1", "rpm", "speed of the input member"),
+    "duty_share": Variable(("duty",), "1", "%", "share of the operating time"),
+    "stage_torque": Variable(("stage",), "N m", "N*m", "torque on the input member"),
+    "stage_speed": Variable(("stage",), "rad s-1", "rpm", "speed of the input member"),
+    "update_stage": Variable(("update",), "", "", "stage that led to the state"),
     "flank_side": Variable(("flank",), "", "", "side of the tooth that is loaded"),
     # wear
     "wear_depth": Variable(_WEAR, "m", "um", "wear depth", "along the flank normal"),
@@ -356,6 +364,9 @@ VARIABLES: dict[str, Variable] = {
     "remaining_useful_life": Variable(("update",), "1", "1", "cycles left to the depth limit"),
     "service_life": Variable((), "s", "h", "operating time to the depth limit"),
     "end_reason": Variable((), "", "", "why the run ended"),
+    "calibrated_wear_coefficient": Variable(
+        (), "m2 N-1", "m^2/N", "wear coefficient calibrated on one life", "before factor and film"
+    ),
     # trust
     "verdict": Variable((), "", "", "what the run amounts to"),
     "validity": Variable(
@@ -365,6 +376,9 @@ VARIABLES: dict[str, Variable] = {
         ("update",), "m", "um", "estimated numerical error of the wear depth"
     ),
     "error_estimate_life": Variable((), "1", "1", "estimated numerical error of the life, in cycles"),
+    "error_estimate_wear_coefficient": Variable(
+        (), "m2 N-1", "m^2/N", "estimated numerical error of the calibrated wear coefficient"
+    ),
     "error_estimate_mesh_force": Variable(
         ("update",), "N", "N", "estimated numerical error of the mesh force"
     ),

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from wearlab.life.limits import Limits, Snapshots, StopWear
 from wearlab.life.march import Life, Method, evolve
-from wearlab.life.state import Coupling, Wear, WearState
+from wearlab.life.state import Coupled, Wear, WearState
 from wearlab.life.step import Node
 from wearlab.life.vibration import Responses
 from wearlab.life.worn import worn
@@ -47,7 +47,7 @@ class SetRate:
     coupling : contact, dynamics and wear of the gear set
     """
 
-    def __init__(self, coupling: Coupling) -> None:
+    def __init__(self, coupling: Coupled) -> None:
         self.coupling = coupling
         self.responses: Responses = ()
         self.noise = 0.0
@@ -69,13 +69,13 @@ class SetRate:
         self.responses, self.noise = memory
 
 
-def single_state(coupling: Coupling, wear: Wear) -> History:
+def single_state(coupling: Coupled, wear: Wear) -> History:
     """Return the history of a scene in which nothing wears on: its one state, for wear of every kind [m]."""
     return History(np.zeros(1), (coupling.evaluate(wear),), None)
 
 
 def worn_by_law(
-    coupling: Coupling, wear: Wear, flanks: dict[str, tuple[slice, float]], *, tolerance: float
+    coupling: Coupled, wear: Wear, flanks: dict[str, tuple[slice, float]], *, tolerance: float
 ) -> tuple[Wear, tuple[Life, ...]]:
     """Return wear with each named flank (its entries in the flat state) worn to its depth by this law [m]."""
     flat, lives = worn(SetRate(coupling), coupling.flat(wear), flanks, tolerance=tolerance)
@@ -83,7 +83,7 @@ def worn_by_law(
 
 
 def history(
-    coupling: Coupling,
+    coupling: Coupled,
     wear: Wear,
     *,
     limits: Limits,
@@ -124,7 +124,7 @@ def history(
         progress=accepted,
         most_evaluations=int(MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5)),
     )
-    cycles, depths = life.updates()
+    cycles, depths = life.updates(only_snapshots=snapshots.asked)
     states = [
         _in_full(coupling, coupling.split(depth), _orbits_before(anchors, cycle))
         for cycle, depth in zip(cycles, depths, strict=True)
@@ -137,7 +137,7 @@ def _orbits_before(anchors: list[tuple[float, Responses]], cycle: float) -> Resp
     return [orbits for reached, orbits in anchors if reached < cycle][-1]
 
 
-def _in_full(coupling: Coupling, wear: Wear, start: Responses) -> WearState | None:
+def _in_full(coupling: Coupled, wear: Wear, start: Responses) -> WearState | None:
     """Return the state, or None when the gears can no longer run in it (it ended the life)."""
     try:
         return coupling.evaluate(wear, start)

@@ -60,8 +60,15 @@ class Snapshots(NamedTuple):
     cycles : cycles of the snapshots
     depths : largest depths on the flank at which to take one [m]
     flank : the entries of h that the depths refer to
+    only : whether nothing between is kept, even where none of them is left
     """
 
     cycles: tuple[float, ...] = ()
     depths: tuple[float, ...] = ()
     flank: Index = EVERYWHERE
+    only: bool = False
+
+    @property
+    def asked(self) -> bool:
+        """Whether states were asked for."""
+        return bool(self.cycles or self.depths or self.only)

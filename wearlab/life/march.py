@@ -88,15 +88,19 @@ class Life:
         """Accepted steps."""
         return len(self.cycle) - 1
 
-    def updates(self) -> tuple[Array, Array]:
+    def updates(self, only_snapshots: bool = False) -> tuple[Array, Array]:
         """Return the states to store: the first, the snapshots and the last; without snapshots all accepted.
+
+        Parameters
+        ----------
+        only_snapshots : whether snapshots were asked for, though the life may have reached none
 
         Returns
         -------
         cycle : (u,) [1]
         depth : (u, n) [m]
         """
-        if not len(self.snapshot_cycle):
+        if not len(self.snapshot_cycle) and not only_snapshots:
             return self.cycle, self.depth
         inner = (self.snapshot_cycle > 0.0) & (self.snapshot_cycle < self.cycle[-1])
         cycle = np.concatenate([self.cycle[:1], self.snapshot_cycle[inner], self.cycle[-1:]])

@@ -1,6 +1,7 @@
 """One wear state, wholly evaluated: contact analysis → steady responses → tooth forces → wear rate."""
 
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -65,11 +66,13 @@ class WearState(NamedTuple):
     kind : the flanks of every kind of mesh
     responses : the steady responses, none without dynamics
     noise : standard error of the rate of aperiodic responses, largest over the nodes; else 0 [m]
+    block : the state in every block of a duty, none without; then this is the first with the mixed rate
     """
 
     kind: tuple[KindState, ...]
     responses: Responses
     noise: float
+    block: "tuple[WearState, ...]" = ()
 
     @property
     def response(self) -> Response | None:
@@ -136,21 +139,19 @@ def kinds_of(
 
 
 @dataclass(frozen=True)
-class Coupling:
-    """Contact, dynamics and wear of a gear set, joined.
+class Coupled(ABC):
+    """Flanks that wear together.
 
     Parameters
     ----------
     kinds : the kinds of mesh
-    vibration : the dynamics, None: quasi-static
-    load : which force wears
-    account : where time and work are written down
     """
 
     kinds: tuple[Kind, ...]
-    vibration: Vibration | None
-    load: Load
-    account: Account = field(default_factory=Account)
+
+    @abstractmethod
+    def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
+        """Evaluate wear of every kind of mesh, each (2, n) [m], from responses of a neighbouring state."""
 
     def flat(self, wear: Sequence[Array]) -> Array:
         """Return depths or rates of every kind, each (2, n), as one array."""
@@ -170,6 +171,23 @@ class Coupling:
     def unworn(self) -> Wear:
         """Return no wear."""
         return tuple(np.zeros((2, len(kind.analysis.grid.position))) for kind in self.kinds)
+
+
+@dataclass(frozen=True)
+class Coupling(Coupled):
+    """Contact, dynamics and wear of a gear set, joined.
+
+    Parameters
+    ----------
+    kinds : the kinds of mesh
+    vibration : the dynamics, None: quasi-static
+    load : which force wears
+    account : where time and work are written down
+    """
+
+    vibration: Vibration | None
+    load: Load
+    account: Account = field(default_factory=Account)
 
     def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
         """Evaluate one wear state.

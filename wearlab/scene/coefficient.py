@@ -9,10 +9,13 @@ from wearlab.scene.members import ALL_TOOTHED, TOOTHED
 from wearlab.scene.part import (
     NOT_NEGATIVE,
     POSITIVE,
+    Depth,
     Number,
     Part,
     Pressure,
+    Speed,
     Switch,
+    Torque,
     WearCoefficient,
     named,
     option,
@@ -57,9 +60,23 @@ class JanakiramanCoefficient(Scattered):
     )
 
 
+class CalibratedCoefficient(Scattered):
+    """The constant with which these gears have one given life, from unworn flanks."""
+
+    model: Literal["calibrated"] = option(
+        ..., "the constant that reproduces one life; all other lives are predicted with it", source="W23"
+    )
+    life: Annotated[Number, POSITIVE] = option(..., "life, in cycles", source="W23 Fig. 12: 1.637e7")
+    depth: Annotated[Depth, POSITIVE] = option(..., "wear depth that ends it", source="W23: 400 µm")
+    flank: str = option(..., "flank on which it is reached", source="W23: sun")
+    torque: Annotated[Torque, POSITIVE] = option(..., "torque on the input member during that life")
+    speed: Annotated[Speed, POSITIVE] = option(..., "speed of the input member during that life")
+
+
 OneCoefficient = Annotated[
     Annotated[
-        ConstantCoefficient | HardnessCoefficient | JanakiramanCoefficient, Field(discriminator="model")
+        ConstantCoefficient | HardnessCoefficient | JanakiramanCoefficient | CalibratedCoefficient,
+        Field(discriminator="model"),
     ],
     *named(),
 ]

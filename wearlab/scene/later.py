@@ -3,19 +3,13 @@
 LATER_KEYS: dict[str, dict[str, str]] = {
     "": {},
     "gears": {"helix_angle": "helical gears"},
-    "operation": {
-        "duty": "duty cycles",
-        "stage": "stages of operation",
-    },
     "lubricant": dict.fromkeys(
         ("kinematic_viscosity_40", "kinematic_viscosity_100", "density", "temperature"),
         "viscosity at a temperature",
     ),
 }
 
-LATER_CHOICES: dict[str, dict[str, str]] = {
-    "wear.coefficient": {"calibrated": "calibrated coefficients"},
-}
+LATER_CHOICES: dict[str, dict[str, str]] = {}
 
 
 def later(what: str) -> str:

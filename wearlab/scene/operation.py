@@ -5,6 +5,8 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
+from wearlab.scene.duty import Duty, DutyBlock, OperationStage, Stages
+from wearlab.scene.identity import rounded
 from wearlab.scene.part import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -40,15 +42,20 @@ class TorqueFluctuation(Part):
 class Operation(Part):
     """Torque and speed of the input member, or its power and one of them."""
 
-    alternatives: ClassVar[Alternatives] = ((("torque",), ("power",)),)
+    alternatives: ClassVar[Alternatives] = (
+        (("torque",), ("power",)),
+        (("torque", "speed", "power"), ("duty",), ("stage",)),
+    )
 
     torque: Annotated[Torque, NOT_NEGATIVE] = option(
-        None, "torque on the input member; drive_flank gives its sense", derived="power over speed"
+        None,
+        "torque on the input member; drive_flank gives its sense",
+        derived="power over speed; of the first block or stage",
     )
     speed: Annotated[Speed, POSITIVE] = option(
         None,
         "speed of the input member; revolutions or radians, never Hz",
-        derived="power over torque",
+        derived="power over torque; of the first block or stage",
     )
     power: Annotated[Power, POSITIVE] | None = option(
         None, "power at the input member, with torque or speed", derived="torque times speed", source="B23",
@@ -69,6 +76,29 @@ class Operation(Part):
         None, "fluctuation of the input torque", derived="constant torque", source="L16 Eq. 9"
     )
     drive_flank: Literal["right", "left"] = option("right", "flank that carries the load")
+
+    duty: Duty | None = option(
+        None,
+        "conditions that take turns: wear rates mixed per cycle, by shares of time times speed",
+        derived="torque and speed alone",
+        source="wearlab",
+    )
+    stage: Stages | None = option(
+        None,
+        "conditions in order, one after another; wear carries over",
+        derived="torque and speed alone",
+        source="wearlab",
+    )
+
+    @property
+    def blocks(self) -> tuple[DutyBlock, ...]:
+        """The conditions that take turns, none without a duty."""
+        return self.duty if isinstance(self.duty, tuple) else ()
+
+    @property
+    def stages(self) -> tuple[OperationStage, ...]:
+        """The conditions in order, none without stages."""
+        return self.stage or ()
 
     @model_validator(mode="before")
     @classmethod
@@ -100,6 +130,10 @@ class Operation(Part):
                     "members", "{key} = {name} is no member that may be that; there are {members}",
                     {"key": key, "name": repr(name), "members": ", ".join(members)},
                 )  # fmt: skip
+        if self.input == self.output:
+            raise PydanticCustomError(
+                "members", "input and output are both {member}", {"member": repr(self.input)}
+            )
         if len(set(named)) != len(named):
             raise PydanticCustomError(
                 "members", "one member in two roles: {roles}",
@@ -118,7 +152,9 @@ class Operation(Part):
 
     @model_validator(mode="after")
     def _power(self) -> "Operation":
-        """Resolve power into torque and speed."""
+        """Resolve power, or the first of several conditions, into torque and speed."""
+        if several := self.blocks or self.stages:
+            self._of_first(several[0])
         if self.power is not None and self.torque is None and self.speed is not None:
             object.__setattr__(self, "torque", self.power / self.speed)
         elif self.power is not None and self.speed is None and self.torque:
@@ -132,3 +168,18 @@ class Operation(Part):
                 {"missing": " and ".join(missing)},
             )
         return self
+
+    def _of_first(self, first: DutyBlock | OperationStage) -> None:
+        """Take over torque and speed of the first of several conditions."""
+        if self.duty is not None and self.stage is not None:
+            raise PydanticCustomError("alternatives", "give one of 'duty' and 'stage', not both")
+        word = "duty" if self.duty is not None else "stage"
+        for key in ("torque", "speed", "power"):
+            given, own = getattr(self, key), getattr(first, key, None)
+            if given is not None and (own is None or rounded(given) != rounded(own)):
+                raise PydanticCustomError(
+                    "alternatives", "{key} stands in every {word}: leave operation.{key} out",
+                    {"key": key, "word": word},
+                )  # fmt: skip
+        object.__setattr__(self, "torque", first.torque)
+        object.__setattr__(self, "speed", first.speed)

@@ -31,12 +31,14 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         if dynamics is None or dynamics.response is None
         else dynamics.response.direction,
         "torque fluctuation": None if dynamics is None or scene.operation.torque_fluctuation is None else "",
+        "duty": f"{len(scene.operation.blocks)} conditions" if scene.operation.duty else None,
+        "stages": f"{len(scene.operation.stages)} in order" if scene.operation.stage else None,
         "film": "" if oil else None,
         "film in the coefficient": "" if any(one.film for one in coefficients) else None,
         "initial wear": None if wear is None or wear.initial is None else "",
         "start from another run": None if scene.start is None else str(scene.start.run)[:10],
         "wear": f"{' and '.join(models)} coefficient, {wear.load} load" if wear and models else None,
-        "life": wear.step.method if wear and wear.until else None,
+        "life": wear.step.method if wear and (wear.until or scene.operation.stage) else None,
     }
 
 

@@ -29,6 +29,8 @@ def broken_rules(scene: "Scene") -> list[str]:
         _response,
         _requested,
         _start,
+        _conditions,
+        _calibrated,
         _load,
         _limits,
         _initial,
@@ -193,7 +195,7 @@ def _limits(scene: "Scene") -> Problems:
             "wear.coefficient",
             'required with until, such as {model = "constant", value = "9.65e-19 m^2/N"}',
         )
-    if scene.wear.snapshots is not None and scene.wear.until is None:
+    if scene.wear.snapshots is not None and scene.wear.until is None and scene.operation.stage is None:
         yield "wear.snapshots", "snapshots need 'until': without it there is one wear state"
 
 
@@ -210,6 +212,40 @@ def _initial(scene: "Scene") -> Problems:
                 f"wear.initial.{flank}.shape",
                 "'worn' is by this wear law and needs 'wear.coefficient'; or give 'quadratic' or 'uniform'",
             )
+
+
+def _conditions(scene: "Scene") -> Problems:
+    """Several conditions of operation share their flanks, and stages need wear to carry over."""
+    several = scene.operation.blocks or scene.operation.stages
+    if not several:
+        return
+    word = "duty" if scene.operation.blocks else "stage"
+    if scene.dynamics is not None and scene.dynamics.response is not None:
+        yield "dynamics.response", f"follows one torque, not those of operation.{word}: leave one out"
+    if any(scene.mesh.of(section).extended_contact for section in _sections(scene)):
+        yield (
+            "mesh.extended_contact",
+            f"reaches as far as one torque bends the teeth; with operation.{word} leave it out",
+        )
+    if scene.operation.stage is None:
+        return
+    if scene.wear is None or scene.wear.coefficient is None:
+        yield "operation.stage", "stages carry wear from one to the next and need wear.coefficient"
+    elif scene.operation.stages[-1].cycles is None and scene.wear.until is None:
+        yield "operation.stage", "the last stage needs 'cycles', or give wear.until"
+
+
+def _calibrated(scene: "Scene") -> Problems:
+    """A calibrated coefficient is one for all members, and its flank is one of the set's."""
+    if scene.wear is None or scene.wear.coefficient is None:
+        return
+    if isinstance(scene.wear.coefficient, dict):
+        if any(one.model == "calibrated" for one in scene.wear.coefficient.values()):
+            yield "wear.coefficient", "'calibrated' is one coefficient for all members, not one of several"
+        return
+    flanks = FLANKS[scene.gears.kind]
+    if scene.wear.coefficient.model == "calibrated" and scene.wear.coefficient.flank not in flanks:
+        yield "wear.coefficient.flank", f"no flank of this gear set; there are {', '.join(flanks)}"
 
 
 def _start(scene: "Scene") -> Problems:

@@ -109,6 +109,55 @@ def _column(asked: Any, columns: dict[str, list[float]], known: tuple[str, ...],
     return str(found)
 
 
+DUTY = {"torque": "N*m", "speed": "rad/s"}
+TIMES = ("s", "1")
+"""What shares of time may be: durations, or parts of a whole."""
+
+
+def duty_table(
+    file: str, columns: dict[str, Any], units: dict[str, Any], base: Path | None
+) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+    """Return torques [N m], speeds [rad/s] and shares of time (in their own proportions) of a load table.
+
+    Parameters
+    ----------
+    file, base : the CSV file, and the folder that a relative path starts from
+    columns : headers of torque, speed and share, where they differ from these names
+    units : their units
+
+    Raises
+    ------
+    TableError
+        When the file cannot be read, lacks a column or a unit, or a value is impossible.
+    """
+    if unknown := {*columns, *units} - {*DUTY, "share"}:
+        raise TableError(f"{', '.join(sorted(unknown))}: expected torque, speed and share")
+    found = _columns(Path(file) if base is None else base / file)
+    each = {}
+    for name in (*DUTY, "share"):
+        header = str(columns.get(name, name))
+        if header not in found:
+            raise TableError(
+                f"{file}: columns are {', '.join(found)}; expected {header!r} for {name}, or name it "
+                "in columns"
+            )
+        each[name] = list(found[header])
+    torque, speed = (_in(each[name], units.get(name), DUTY[name], name) for name in DUTY)
+    share = _times(each["share"], units.get("share"))
+    if min(torque) < 0.0 or min(speed) <= 0.0 or min(share) < 0.0 or sum(share) <= 0.0:
+        raise TableError(f"{file}: torques and shares must not be negative, speeds must be positive")
+    return torque, speed, share
+
+
+def _times(values: list[float], unit: Any) -> tuple[float, ...]:
+    for wanted in TIMES:
+        try:
+            return _in(values, unit, wanted, "share")
+        except TableError as error:
+            reason = error
+    raise reason
+
+
 def _is_stored(given: dict[str, Any]) -> bool:
     numbers = (*given.get("abscissa", ()), *given["stiffness"])
     return "along" in given and all(isinstance(number, Stored) for number in numbers)

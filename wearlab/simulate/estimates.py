@@ -20,6 +20,7 @@ from wearlab.mesh.profile import ProfileGrid, interpolate, lookup
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.mesh import profile_points
+from wearlab.simulate.operating import Stage
 
 Array = NDArray[np.float64]
 
@@ -59,12 +60,12 @@ class Estimates(NamedTuple):
     Parameters
     ----------
     wear_depth : (n_updates,) [m], None when nothing wears on
-    mesh_force : (n_updates,) [N], None without dynamics
+    mesh_force : (n_updates,) in every condition of operation [N], None without dynamics
     life : [1], None without a depth limit that was reached
     """
 
     wear_depth: Array | None
-    mesh_force: Array | None
+    mesh_force: tuple[Array, ...] | None
     life: float | None
 
 
@@ -160,12 +161,13 @@ def samples(lived: History) -> list[int]:
     return sorted({round(at) for at in np.linspace(0, count - 1, min(count, MOST_SAMPLES))})
 
 
-def estimated(scene: Scene, parts: Parts, lived: History) -> Estimates:
+def estimated(stage: Stage, lived: History) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
     Parameters
     ----------
-    scene, parts, lived : the scene, its physics, its history
+    stage : what runs, in all its conditions
+    lived : its history
 
     Notes
     -----
@@ -175,14 +177,44 @@ def estimated(scene: Scene, parts: Parts, lived: History) -> Estimates:
     estimate of the force.
     """
     clock = time.perf_counter()
+    blocks = range(len(stage.parts))
+    each = [_twins(*one, lived) for one in zip(stage.scenes, stage.parts, blocks, strict=True)]
+    found = [together(list(twins), stage.shares.weight) for twins in zip(*each, strict=True)]
+    stage.first.coupling.account.seconds["dynamics"] += time.perf_counter() - clock
+    known = [twin for twin in found if twin is not None]
+    depth = _depth(lived, known)
+    force = None
+    if stage.first.vibration is not None:
+        force = tuple(
+            _force_error(parts, in_block(lived, block), [twin for twin in twins if twin is not None], depth)
+            for block, (parts, twins) in enumerate(zip(stage.parts, each, strict=True))
+        )
+    return Estimates(depth, force, _life(lived, known))
+
+
+def _twins(scene: Scene, parts: Parts, block: int, lived: History) -> list[Rougher | None]:
+    """Return the rougher twins of some kept states in one condition."""
     rough = rough_parts(scene, parts)
-    chosen = samples(lived) if rough is not None else []
-    twins = [rougher(parts, rough, float(lived.cycle[k]), lived.state[k]) for k in chosen if rough]
-    found = [twin for twin in twins if twin is not None]
-    parts.coupling.account.seconds["dynamics"] += time.perf_counter() - clock
-    depth = _depth(lived, found)
-    force = None if parts.vibration is None else _force_error(parts, lived, found, depth)
-    return Estimates(depth, force, _life(lived, found))
+    own = in_block(lived, block)
+    chosen = samples(own) if rough is not None else []
+    return [rougher(parts, rough, float(own.cycle[k]), own.state[k]) for k in chosen if rough is not None]
+
+
+def in_block(lived: History, block: int) -> History:
+    """Return a life as one of the conditions that take turns saw it."""
+    return lived._replace(state=tuple(state.block[block] if state.block else state for state in lived.state))
+
+
+def together(twins: list[Rougher | None], weight: Array) -> Rougher | None:
+    """Return the twins of one state in all conditions as one, None where one is missing."""
+    known = [twin for twin in twins if twin is not None]
+    if len(known) < len(twins):
+        return None
+    rates = [twin.rate for twin in known if twin.rate is not None]
+    rate = None
+    if len(rates) == len(known):
+        rate = np.asarray(sum(w * own for w, own in zip(weight, rates, strict=True)))
+    return known[0]._replace(rate=rate, force=max(twin.force for twin in known))
 
 
 def _depth(lived: History, found: list[Rougher]) -> Array | None:

@@ -219,8 +219,8 @@ def _thickness(one: KindParts, force: Array) -> tuple[Array, Array]:
     return thickness, thickness / one.film.roughness
 
 
-def wear_values(parts: Parts, cycle: Array, states: tuple[WearState, ...]) -> Values:
-    """Return depths, rates, worn mass and the counts of cycles."""
+def wear_values(parts: Parts, cycle: Array, seconds: Array, states: tuple[WearState, ...]) -> Values:
+    """Return depths, rates, worn mass and the counts of cycles and operating time (n_updates,) [s]."""
     gears, kinds = parts.gears, range(len(parts.kinds))
     depth = by_flank(parts, [np.stack([state.kind[k].wear for state in states]) for k in kinds])
     modification = by_flank(parts, [one.modification for one in parts.kinds])
@@ -233,8 +233,8 @@ def wear_values(parts: Parts, cycle: Array, states: tuple[WearState, ...]) -> Va
         "mesh_cycles": cycle * gears.reference_teeth,
         "load_cycles": cycle[:, None] * passes,
     }
-    if parts.speed > 0.0:
-        values["operating_hours"] = cycle * 2 * np.pi / parts.speed
+    if np.isfinite(seconds).all():
+        values["operating_hours"] = seconds
     if all(state.wears for state in states):
         values["wear_rate"] = by_flank(parts, [np.stack([state.rate[k] for state in states]) for k in kinds])
     return values
@@ -256,15 +256,22 @@ def _worn_mass(parts: Parts, states: tuple[WearState, ...]) -> Array:
     return total
 
 
-def life_values(scene: Scene, parts: Parts, lived: History) -> Values:
-    """Return the life to a depth limit and what is left of it at every kept state."""
-    if lived.life is None or scene.wear is None or scene.wear.until is None:
+def life_values(scene: Scene, lived: History, seconds: Array) -> Values:
+    """Return the life to a depth limit and what is left of it at every kept state.
+
+    Parameters
+    ----------
+    scene, lived : the scene and its life
+    seconds : (n_updates,) operating time of the kept states [s]
+    """
+    if lived.life is None or scene.wear is None:
         return {}
     values: Values = {"end_reason": lived.life.end_reason}
-    if scene.wear.until.depth is None:
+    if scene.wear.until is None or scene.wear.until.depth is None:
         return values
-    life = float(lived.life.cycle[-1]) if lived.life.end_reason == "depth" else np.nan
+    reached = lived.life.end_reason == "depth"
+    life = float(lived.life.cycle[-1]) if reached else np.nan
     values |= {"life": life, "remaining_useful_life": life - lived.cycle}
-    if parts.speed > 0.0:
-        values["service_life"] = life * 2 * np.pi / parts.speed
+    if np.isfinite(seconds).all():
+        values["service_life"] = float(seconds[-1]) if reached else np.nan
     return values

@@ -3,41 +3,83 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from wearlab.dynamics.response import Response
 from wearlab.life.history import History
-from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.scene.build.contact import reached_limits
-from wearlab.simulate.estimates import estimated
+from wearlab.simulate.calibration import Calibration
+from wearlab.simulate.estimates import Estimates, in_block
+from wearlab.simulate.living import Lived
+from wearlab.simulate.operating import Stage
 
+Array = NDArray[np.float64]
 Values = dict[str, Any]
 
 ENDS_AS_ASKED = ("cycles", "depth")
 
 
 def trust_values(
-    scene: Scene, parts: Parts, lived: History, others: Sequence[Response | None] = ()
+    stages: Sequence[Stage],
+    lived: Lived,
+    estimates: Sequence[Estimates],
+    others: Sequence[Response | None] = (),
+    calibration: Calibration | None = None,
 ) -> Values:
-    """Return verdict, validity, error estimates, run times and counts."""
-    account = parts.coupling.account
+    """Return verdict, validity, error estimates, run times and counts.
+
+    Parameters
+    ----------
+    stages : those that were reached
+    lived : the life through them
+    estimates : of each stage
+    others : other attractors of the states, None where none is known
+    calibration : how the wear coefficient was found, None where it was given
+    """
+    each = [parts for stage in stages for parts in stage.parts]
+    told = () if calibration is None else (calibration.told,)
     values: Values = {
-        "verdict": verdict(lived, others),
-        "validity": "\n".join(parts.validity + scene_validity(parts, lived)),
+        "verdict": verdict(lived.whole, others),
+        "validity": "\n".join(dict.fromkeys([*_flags(stages, lived), *told])),
     }
-    errors = estimated(scene, parts, lived)
-    if parts.vibration is not None:
-        values["error_estimate_mesh_force"] = errors.mesh_force
-        values["count_steps_per_period"] = len(parts.vibration.stages.grid.width)
-    if lived.life is not None:
-        life = lived.life
-        values["error_estimate_wear_depth"] = errors.wear_depth
+    life = lived.whole.life
+    if life is not None:
+        depth, of_life = accumulated(estimates, lived.whole)
+        values["error_estimate_wear_depth"] = depth
         values["steps_cycle"] = life.cycle[1:]
         values["count_wear_steps"] = life.count_steps
         values["count_rejected_steps"] = life.count_rejected
-        if errors.life is not None:
-            values["error_estimate_life"] = errors.life
-    values |= {f"run_time_{stage}": seconds for stage, seconds in account.seconds.items()}
-    return values | {f"count_{what}": count for what, count in account.counts.items()}
+        if of_life is not None:
+            values["error_estimate_life"] = of_life
+    accounts = [parts.coupling.account for parts in each]
+    values |= {f"run_time_{stage}": sum(a.seconds[stage] for a in accounts) for stage in accounts[0].seconds}
+    return values | {f"count_{what}": sum(a.counts[what] for a in accounts) for what in accounts[0].counts}
+
+
+def accumulated(estimates: Sequence[Estimates], whole: History) -> tuple[Array, float | None]:
+    """Return the errors of wear depth (n_updates,) [m] and life [1] over all stages: errors add up."""
+    before, depths = 0.0, []
+    for number, one in enumerate(estimates):
+        assert one.wear_depth is not None
+        depths.append(before + one.wear_depth[1 if number else 0 :])
+        last, before = before, before + float(one.wear_depth[-1])
+    of_life, life = estimates[-1].life, whole.life
+    fastest = 0.0 if life is None else float(life.rate[-1].max(initial=0.0))
+    if of_life is not None and fastest > 0.0:
+        of_life += last / fastest
+    return np.concatenate(depths), of_life
+
+
+def _flags(stages: Sequence[Stage], lived: Lived) -> list[str]:
+    """Return the flags of every condition of operation."""
+    return [
+        flag
+        for stage, own in zip(stages, lived.stages, strict=True)
+        for block, parts in enumerate(stage.parts)
+        for flag in (*parts.validity, *scene_validity(parts, in_block(own, block)))
+    ]
 
 
 def verdict(lived: History, others: Sequence[Response | None] = ()) -> str:

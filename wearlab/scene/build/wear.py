@@ -11,7 +11,7 @@ from wearlab.life.euler import Euler, Fixed
 from wearlab.life.limits import Limits, Snapshots
 from wearlab.life.load import EquivalentLoad, InstantLoad, Load, StaticLoad
 from wearlab.life.march import Method
-from wearlab.life.state import Coupling
+from wearlab.life.state import Coupled
 from wearlab.scene import Scene
 from wearlab.scene.build.sets import GearSet, PairOfSet
 from wearlab.wear.archard import MEAN_PRESSURE, PEAK_PRESSURE, NormalProjection, OverCosine
@@ -21,6 +21,9 @@ from wearlab.wear.law import PreparedLaw, WearLaw, prepare
 from wearlab.wear.path import WearPath, contact_modulus, wear_path
 
 Array = NDArray[np.float64]
+
+UNCALIBRATED = 1e-16
+"""Stands in for a wear coefficient that is still to be calibrated: lives tell its scale [m²/N]."""
 
 
 def build_film(scene: Scene, pair: GearPair) -> Film | None:
@@ -65,6 +68,8 @@ def _coefficient(given: Any, scene: Scene, pair: GearPair) -> Coefficient:
             assert scene.lubricant is not None
             roughness = float(np.hypot(*(_roughness(scene, pair) or (0.0, 0.0))))
             return Janakiraman(scene.lubricant.pressure_viscosity, roughness, given.factor)
+        case "calibrated":
+            return Constant(UNCALIBRATED, given.factor)
         case _:
             return Constant(given.value, given.factor)
 
@@ -104,24 +109,38 @@ def build_path(one: PairOfSet, position: Array, face_load_factor: float) -> Wear
     )
 
 
-def flank_entries(flank: str | None, gears: GearSet, coupling: Coupling) -> slice:
+def flank_entries(flank: str | None, gears: GearSet, coupling: Coupled) -> slice:
     """Return where a flank's depths lie in the flat state; all of them when no flank is named."""
     return slice(None) if flank is None else coupling.entries(*gears.flank(flank))
 
 
-def build_limits(scene: Scene, gears: GearSet, coupling: Coupling) -> Limits:
-    """Return where the life ends, in cycles of the reference gear and depth."""
+def build_limits(
+    scene: Scene,
+    gears: GearSet,
+    coupling: Coupled,
+    speed: float | None = None,
+    passed: tuple[float, float] = (0.0, 0.0),
+) -> Limits:
+    """Return where the life ends, in cycles of the reference gear and depth.
+
+    Parameters
+    ----------
+    scene, gears, coupling : the scene and its physics
+    speed : mean speed of the reference gear over time, that of ``gears`` where left out [rad/s]
+    passed : cycles and operating time [s] that lie behind
+    """
     until: Any = scene.wear.until if scene.wear else None
+    turned = (gears.speed if speed is None else speed) / (2 * np.pi)
     cycles = [
-        until.cycles,
-        None if until.mesh_cycles is None else until.mesh_cycles / gears.reference_teeth,
-        None if until.hours is None else 3600.0 * until.hours * gears.speed / (2 * np.pi),
+        None if until.cycles is None else until.cycles - passed[0],
+        None if until.mesh_cycles is None else until.mesh_cycles / gears.reference_teeth - passed[0],
+        None if until.hours is None else (3600.0 * until.hours - passed[1]) * turned,
     ]
     given = [value for value in cycles if value is not None]
     return Limits(min(given) if given else None, until.depth, flank_entries(until.flank, gears, coupling))
 
 
-def build_snapshots(scene: Scene, gears: GearSet, coupling: Coupling) -> Snapshots:
+def build_snapshots(scene: Scene, gears: GearSet, coupling: Coupled) -> Snapshots:
     """Return the states asked for on the way."""
     asked: Any = scene.wear.snapshots if scene.wear else None
     if asked is None:

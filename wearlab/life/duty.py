@@ -1,0 +1,99 @@
+"""Several operating conditions in turn: one wear rate, mixed per cycle."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.life.state import Coupled, Coupling, Wear, WearState
+from wearlab.life.vibration import Responses
+
+Array = NDArray[np.float64]
+
+
+class DutyShares(NamedTuple):
+    """How often the blocks of a duty come.
+
+    Parameters
+    ----------
+    weight : (n,) share of the cycles [1]
+    mean_speed : cycles over time, as an angular speed [rad/s]
+    """
+
+    weight: Array
+    mean_speed: float
+
+
+def duty_shares(share: Sequence[float], speed: Sequence[float]) -> DutyShares:
+    """Return the shares of the cycles, ``w_b = u_b ω_b / Σ u_b ω_b``, from those of the time u_b.
+
+    Parameters
+    ----------
+    share : (n,) of the time; only their proportions count [1]
+    speed : (n,) of the reference gear relative to the carrier [rad/s]
+    """
+    time = np.asarray(share, float) / np.sum(share)
+    turned = time * np.asarray(speed, float)
+    return DutyShares(turned / turned.sum(), float(turned.sum()))
+
+
+@dataclass(frozen=True)
+class DutyCoupling(Coupled):
+    """Contact, dynamics and wear of one gear set in several operating conditions that take turns.
+
+    The same flanks go through every block often enough for all of them to see the same wear, so that
+    ``dh/dN = Σ w_b r_b(h)``.
+
+    Parameters
+    ----------
+    kinds : the kinds of mesh, as the first block has them
+    blocks : the gear set in each condition, on the same nodes
+    weight : (n,) share of the cycles of each [1]
+    """
+
+    blocks: tuple[Coupling, ...]
+    weight: Array
+
+    def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
+        """Evaluate one wear state in every block.
+
+        Parameters
+        ----------
+        wear : of every kind of mesh, each (2, n), (driving, driven) [m]
+        start : responses of a neighbouring state to start from, block after block
+
+        Returns
+        -------
+        WearState
+            The first block's with the mixed rate; ``block`` holds them all.
+        """
+        starts = self.apart(start) if start else [None] * len(self.blocks)
+        found = tuple(one.evaluate(wear, near) for one, near in zip(self.blocks, starts, strict=True))
+        return mixed(found, self.weight)
+
+    def apart(self, responses: Responses) -> list[Responses]:
+        """Return the responses of each block."""
+        counts = [len(block.vibration.slow) if block.vibration and block.vibration.slow is not None else 1
+                  for block in self.blocks]  # fmt: skip
+        ends = np.cumsum(counts)
+        return [responses[end - count : end] for end, count in zip(ends, counts, strict=True)]
+
+
+def mixed(found: tuple[WearState, ...], weight: Array) -> WearState:
+    """Return the state of all blocks together: rates mixed, responses in a row."""
+    first = found[0]
+    kinds = first.kind
+    if first.wears:
+        rates = [mixture(weight, [one.rate[k] for one in found]) for k in range(len(kinds))]
+        kinds = tuple(kind._replace(rate=rate) for kind, rate in zip(kinds, rates, strict=True))
+    noise = float(np.hypot.reduce([w * one.noise for w, one in zip(weight, found, strict=True)]))
+    return WearState(kinds, tuple(r for one in found for r in one.responses), noise, found)
+
+
+def mixture(weight: Array, values: Sequence[Array]) -> Array:
+    """Return ``Σ w_b v_b`` of values ≥ 0, exactly their own value where all are equal."""
+    first = values[0]
+    apart = sum(w * (value - first) for w, value in zip(weight[1:], values[1:], strict=True))
+    return np.maximum(0.0, first + apart)
