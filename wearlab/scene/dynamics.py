@@ -2,8 +2,9 @@
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from annotated_types import Ge
-from pydantic import Field, create_model
+from annotated_types import Ge, Le
+from pydantic import BeforeValidator, Field, ValidationInfo, create_model
+from pydantic_core import PydanticCustomError
 
 from wearlab.scene.part import (
     NOT_NEGATIVE,
@@ -131,7 +132,9 @@ class PlanetaryTorsionalSupports(OfMembers):
 class Friction(Part):
     """Sliding friction of the flanks, ``μ F`` against the sliding, reversed at the pitch point."""
 
-    coefficient: Annotated[Number, NOT_NEGATIVE] = option(..., "coefficient of friction μ", source="B23")
+    coefficient: Annotated[Number, NOT_NEGATIVE, Le(1.0)] = option(
+        ..., "coefficient of friction μ, such as 0.05", source="B23"
+    )
 
 
 FRICTION = "sliding friction of the flanks"
@@ -211,10 +214,30 @@ class PlanetaryTorsionalDynamics(Part):
     response: FrequencyResponse | None = option(None, RESPONSE, derived="none", source="wearlab")
 
 
+OF_A_PAIR = ("torsional", "spur-3dof")
+OF_A_PLANETARY_SET = ("planetary", "planetary-torsional")
+
+
+def _of_the_set(value: Any, info: ValidationInfo) -> Any:
+    """Refuse a model of another kind of gear set before what that model requires is missed."""
+    kind = (info.context or {}).get("kind", "external-pair")
+    own, other = OF_A_PAIR, OF_A_PLANETARY_SET
+    if kind == "planetary":
+        own, other = other, own
+    model = value.get("model") if isinstance(value, dict) else value
+    if isinstance(model, str) and model in other:
+        raise PydanticCustomError(
+            "not_of_the_set", "{model} does not belong to gears of kind {kind}; give {own}",
+            {"model": repr(model), "kind": repr(kind), "own": " or ".join(map(repr, own))},
+        )  # fmt: skip
+    return value
+
+
 Dynamics = Annotated[
     Annotated[
         TorsionalDynamics | Spur3dofDynamics | PlanetaryDynamics | PlanetaryTorsionalDynamics,
         Field(discriminator="model"),
     ],
     *named(),
+    BeforeValidator(_of_the_set),
 ]

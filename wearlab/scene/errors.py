@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from wearlab.scene.members import MESHES
+from wearlab.scene.members import MESHES, TOOTHED
 from wearlab.scene.part import NOT_NEGATIVE, POSITIVE, Angle, Count, Depth, Part, option
 
 
@@ -60,8 +60,11 @@ class ErrorHarmonic(Part):
     @model_validator(mode="before")
     @classmethod
     def _the_only_mesh(cls, given: Any, info: ValidationInfo) -> Any:
+        """Fill in the mesh of a pair; a planetary set must say which, and hears so at that key."""
         meshes = MESHES[(info.context or {}).get("kind", "external-pair")]
-        return {"mesh": meshes[0], **given} if isinstance(given, dict) and len(meshes) == 1 else given
+        return (
+            {"mesh": meshes[0] if len(meshes) == 1 else None, **given} if isinstance(given, dict) else given
+        )
 
     @field_validator("mesh", mode="before")
     @classmethod
@@ -69,6 +72,11 @@ class ErrorHarmonic(Part):
         meshes = MESHES[(info.context or {}).get("kind", "external-pair")]
         if isinstance(mesh, str) and any(re.fullmatch(rf"{name}(-[1-9][0-9]*)?", mesh) for name in meshes):
             return mesh
+        if mesh is None:
+            raise PydanticCustomError(
+                "mesh", "required: {meshes}, or one of them by its number",
+                {"meshes": " or ".join(map(repr, meshes))},
+            )  # fmt: skip
         raise PydanticCustomError(
             "mesh", "{mesh} is no mesh of this gear set; there are {meshes}",
             {"mesh": repr(mesh), "meshes": ", ".join(meshes)},
@@ -93,6 +101,17 @@ class Errors(Part):
     ring: MemberErrors | None = option(None, "errors of the ring", derived="none")
     carrier: CarrierErrors | None = option(None, "errors of the carrier", derived="none")
     harmonic: tuple[ErrorHarmonic, ...] = option((), "prescribed errors of the mesh frequency")
+
+    @field_validator("pinion", "gear", "sun", "planet", "ring", "carrier", mode="before")
+    @classmethod
+    def _of_the_set(cls, given: Any, info: ValidationInfo) -> Any:
+        kind = (info.context or {}).get("kind", "external-pair")
+        members = (*TOOTHED[kind], "carrier") if kind == "planetary" else TOOTHED[kind]
+        if given is None or info.field_name in members:
+            return given
+        raise PydanticCustomError(
+            "member", "no member of this gear set; there are {members}", {"members": ", ".join(members)}
+        )
 
     @property
     def members(self) -> dict[str, MemberErrors | CarrierErrors]:

@@ -1,10 +1,11 @@
 """``[mesh]``: contact, excitation and damping of the mesh (its stiffness: stiffness.py)."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from annotated_types import Ge
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
+from wearlab.scene.identity import canonical
 from wearlab.scene.part import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -177,3 +178,15 @@ class Mesh(OneMesh):
         """Return what holds for one kind of mesh; ``section`` names its own table, "" for a pair."""
         own: OneMesh | None = getattr(self, section) if section else None
         return self if own is None else own
+
+    @model_serializer(mode="wrap")
+    def _what_holds(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Dump what holds for each kind of mesh, wherever it was written: once if it is the same for both."""
+        written: dict[str, Any] = dump(self)
+        if self.sun_planet is None and self.planet_ring is None:
+            return written
+        general = {key: value for key, value in written.items() if key not in OWN_MESHES}
+        each = {key: general if written[key] is None else written[key] for key in OWN_MESHES}
+        if len({canonical(one) for one in each.values()}) == 1:
+            return each[OWN_MESHES[0]]
+        return {**OneMesh().model_dump(), **each}

@@ -8,7 +8,7 @@ from typing import Any, get_args
 from pydantic import ValidationError
 
 from wearlab.scene.later import LATER_CHOICES, LATER_KEYS, later
-from wearlab.scene.lookup import Path, chooser_at, field_at, is_known, keys_at, parts_at
+from wearlab.scene.lookup import MEMBERS, Path, chooser_at, parts_at, parts_in
 from wearlab.scene.part import Part, Unit
 from wearlab.units import KINDS
 
@@ -19,6 +19,10 @@ LIMITS = {
     "less_than_equal": ("le", "at most"),
 }
 SHOWN = 60
+CHOOSING = ("union_tag_invalid", "not_of_the_set")
+"""Errors of a whole table that are about the key which chooses it."""
+
+Parts = tuple[type[Part], ...]
 
 
 class SceneError(ValueError):
@@ -33,8 +37,10 @@ class SceneError(ValueError):
 
 
 def problems_of(error: ValidationError) -> list[str]:
-    """Return one line for each of pydantic's errors."""
-    return [_line(dict(one)) for one in error.errors(include_url=False)]
+    """Return one line for each of pydantic's errors; what depends on an unknown kind of gears can wait."""
+    errors = [dict(one) for one in error.errors(include_url=False)]
+    kind = [one for one in errors if one["loc"] == ("gears",) and one["type"].startswith("union_tag")]
+    return [_line(one) for one in kind or errors]
 
 
 def unknown_key(key: str, above: Path, keys: Iterable[str]) -> str:
@@ -43,8 +49,13 @@ def unknown_key(key: str, above: Path, keys: Iterable[str]) -> str:
     if reason is not None:
         return later(reason)
     valid = [k for k in keys if k != key]
-    near = get_close_matches(key, valid, 1)
+    near = [k for k in valid if _words(k) == _words(key)] or get_close_matches(key, valid, 1)
     return f"unknown key, did you mean {near[0]!r}?" if near else f"unknown key; there are {', '.join(valid)}"
+
+
+def _words(key: str) -> list[str]:
+    """Return the words of a key, in no order: ``ring_planet`` is ``planet-ring``."""
+    return sorted(re.split("[_-]", key))
 
 
 def not_a_choice(value: object, choices: Iterable[str]) -> str:
@@ -64,65 +75,65 @@ def shown(value: object) -> str:
 
 
 def _line(error: dict[str, Any]) -> str:
-    path, written, part = _located(error["loc"], error["type"] == "extra_forbidden")
+    path, written, parts = _located(error["loc"], error["type"] == "extra_forbidden")
     chooser = chooser_at(path)
-    if error["type"] == "union_tag_invalid" and chooser:
+    if error["type"] in CHOOSING and chooser:
         written += f".{chooser}"
     elif path and path[-1] == chooser_at(path[:-1]):
         path = path[:-1]
     return (
-        f"scene.{written}: {_reason(error, path, part)}"
+        f"scene.{written}: {_reason(error, path, parts)}"
         if written
-        else f"scene: {_reason(error, path, part)}"
+        else f"scene: {_reason(error, (), parts)}"
     )
 
 
-def _located(loc: tuple[str | int, ...], unknown: bool) -> tuple[Path, str, type[Part] | None]:
-    """Return path, path as written, and the part chosen there, without pydantic's names of union members."""
+def _located(loc: tuple[str | int, ...], unknown: bool) -> tuple[Path, str, Parts]:
+    """Return path, path as written, and the parts that may have its last key, as chosen on the way.
+
+    Pydantic's names of union members stand in ``loc``, but in no path.
+    """
     path: Path = ()
-    written, tag = "", None
+    written, owners, here = "", parts_at(()), parts_at(())
     for place, word in enumerate(loc):
         if isinstance(word, int):
             written += f"[{word}]"
-        elif len(models := _models(path)) > 1 and word in models and tag not in models:
-            tag = word
-        elif is_known((*path, word)) or (unknown and place == len(loc) - 1):
-            path, written = (*path, word), f"{written}.{word}" if written else word
-            tag = tag if unknown and place == len(loc) - 1 else None
-        else:
-            tag = word
-    return path, written, _tagged(path[:-1], tag)
+        elif len(here) > 1 and (chosen := tuple(part for part in here if _name(part) == word)):
+            here = chosen
+        elif any(word in part.model_fields for part in here) or (unknown and place == len(loc) - 1):
+            path, written, owners = (*path, word), f"{written}.{word}" if written else word, here
+            here = tuple(inner for part in here for inner in _within(part, word))
+        elif word in MEMBERS and any(part.per_member for part in here):
+            path, written, owners = (*path, word), f"{written}.{word}", here
+    return path, written, owners
 
 
-def _tagged(path: Path, tag: str | None) -> type[Part] | None:
-    for part in parts_at(path):
-        field = part.model_fields.get(part.chooser)
-        if field is not None and tag in get_args(field.annotation):
-            return part
-    return None
+def _within(part: type[Part], key: str) -> Parts:
+    field = part.model_fields.get(key)
+    return () if field is None else parts_in(field.annotation)
 
 
-def _reason(error: dict[str, Any], path: Path, part: type[Part] | None) -> str:
+def _reason(error: dict[str, Any], path: Path, parts: Parts) -> str:
     kind, value, context = error["type"], error.get("input"), error.get("ctx", {})
     if kind == "extra_forbidden":
-        return _unknown(path, part)
+        return _unknown(path, parts)
     if kind == "missing":
-        return f"required: {_wanted(path)}"
+        return f"required: {_wanted(path, parts)}"
     if kind == "union_tag_not_found":
         if isinstance(value, dict):
             return f"required key {chooser_at(path)!r}: one of {', '.join(map(repr, _models(path)))}"
-        return f"{shown(value)} is no table: {_wanted(path)}"
+        return f"{shown(value)} is no table: {_wanted(path, parts)}"
     if kind in ("union_tag_invalid", "literal_error"):
         return _choice(context, value, path, kind)
     if kind in LIMITS:
         key, words = LIMITS[kind]
         return f"{shown(value)} must be {words} {context[key]:g}"
     if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return f"{shown(value)} is no table: {_wanted(path)}"
+        return f"{shown(value)} is no table: {_wanted(path, parts)}"
     if kind == "tuple_type":
-        return f"{shown(value)} is no list: {_wanted(path)}"
+        return f"{shown(value)} is no list: {_wanted(path, parts)}"
     if kind in ("too_short", "too_long"):
-        return f"{shown(value)} has {context['actual_length']} entries: {_wanted(path)}"
+        return f"{shown(value)} has {context['actual_length']} entries: {_wanted(path, parts)}"
     return re.sub(r"^Value error, ", "", error["msg"]) if _speaks(kind) else f"{shown(value)}: {error['msg']}"
 
 
@@ -131,23 +142,23 @@ def _speaks(kind: str) -> bool:
     return kind == "value_error" or not kind.endswith(("_type", "_parsing"))
 
 
-def _unknown(path: Path, part: type[Part] | None) -> str:
+def _unknown(path: Path, parts: Parts) -> str:
     above, key = path[:-1], path[-1]
-    if part is None:
-        return unknown_key(key, above, keys_at(above))
-    owners = [other for other in parts_at(above) if key in other.model_fields]
-    if owners:
-        return f"not an option of {_name(part)!r}, but of {', '.join(repr(_name(o)) for o in owners)}"
-    return unknown_key(key, above, part.model_fields)
+    owners = [name for part in parts_at(above) if key in part.model_fields and (name := _name(part))]
+    if owners and len(parts) == 1 and (own := _name(parts[0])):
+        return f"not an option of {own!r}, but of {', '.join(map(repr, owners))}"
+    return unknown_key(key, above, dict.fromkeys(name for part in parts for name in part.model_fields))
 
 
-def _name(part: type[Part]) -> str:
-    return str(get_args(part.model_fields[part.chooser].annotation)[0])
+def _name(part: type[Part]) -> str | None:
+    """Return what chooses a part, None where nothing chooses it."""
+    field = part.model_fields.get(part.chooser)
+    return None if field is None else str(get_args(field.annotation)[0])
 
 
 def _models(path: Path) -> list[str]:
     chooser = chooser_at(path)
-    return [_name(part) for part in parts_at(path) if chooser in part.model_fields]
+    return [name for part in parts_at(path) if chooser in part.model_fields and (name := _name(part))]
 
 
 def _choice(context: dict[str, Any], value: object, path: Path, kind: str) -> str:
@@ -158,11 +169,12 @@ def _choice(context: dict[str, Any], value: object, path: Path, kind: str) -> st
     return not_a_choice(invalid, re.findall(r"'([^']*)'", str(expected)))
 
 
-def _wanted(path: Path) -> str:
+def _wanted(path: Path, parts: Parts) -> str:
     """Return what stands at a path: its meaning and an example."""
-    field = field_at(path)
-    if field is None:
+    fields = [part.model_fields[path[-1]] for part in parts if path and path[-1] in part.model_fields]
+    if not fields:
         return "a value"
+    field = fields[0]
     unit = _unit(field.metadata) or _unit_within(field.annotation)
     example = f", such as {KINDS[unit.kind].example!r}" if unit else ""
     return f"{field.description}{example}"

@@ -48,6 +48,10 @@ def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
 class InitialWear(Part):
     """Wear of one gear's flanks before the first cycle."""
 
+    alternatives: ClassVar[Alternatives] = (
+        (("depth", "shape"), ("file", "x", "y", "direction", "units", "zero", "smooth")),
+    )
+
     depth: Annotated[Depth, NOT_NEGATIVE] = option(..., "largest depth of the initial wear", source="W23")
     shape: Literal["worn", "quadratic", "uniform"] = option(
         "worn",
