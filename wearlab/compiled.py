@@ -11,11 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import register_pass
+from numba.core.lowering import Lower
+from numba.core.typed_passes import NativeLowering
 
 from wearlab.sources import PACKAGE, hash_of, source_hash
 
 KEPT_FOLDERS = 6
-__all__ = ["jit", "source_hash"]
+__all__ = ["jit", "jit_apart", "source_hash"]
 
 
 def _cache_folder() -> Path:
@@ -39,4 +43,46 @@ numba.config.CACHE_DIR = str(_cache_folder())  # type: ignore[attr-defined]
 def jit(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a kernel without the interpreter, IEEE arithmetic kept, cached on disk."""
     compiled: Callable[..., Any] = numba.njit(cache=True, error_model="numpy")(function)
+    return compiled
+
+
+class _ApartLower(Lower):
+    """Marks the function so that its callers call it."""
+
+    def post_lower(self) -> None:
+        """Add the attribute once the body is there."""
+        super().post_lower()
+        self.function.attributes.add("noinline")
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _ApartLowering(NativeLowering):
+    _name = "apart_lowering"
+
+    @property
+    def lowering_class(self) -> type[Lower]:
+        return _ApartLower
+
+
+class _Apart(CompilerBase):
+    """The default pipeline with the lowering that keeps a function apart."""
+
+    def define_pipelines(self) -> list[Any]:
+        pipeline = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        pipeline.passes = [
+            (_ApartLowering if one is NativeLowering else one, said) for one, said in pipeline.passes
+        ]
+        pipeline.finalize()
+        return [pipeline]
+
+
+def jit_apart(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a kernel as `jit` does, but never into its callers: for large bodies off the hot path.
+
+    A body copied into every caller, and these into theirs, is optimised again each time: compilation of the
+    located contact changes alone took minutes.
+    """
+    compiled: Callable[..., Any] = numba.njit(cache=True, error_model="numpy", pipeline_class=_Apart)(
+        function
+    )
     return compiled

@@ -24,7 +24,7 @@ FALLEN_BACK = 1e-3
 DISTINCT = 1e-2
 """Distance of two orbits, over the mean deflection, from which they are two."""
 RELEASES = ((-1.0, True), (-2.0, True), (-1.0, False), (2.0, False), (-8.0, True), (3.0, True))
-"""Approach of the flanks at release over the mean deflection; of all coordinates, or of the last alone."""
+"""Approach of the flanks at release over the mean deflection; of all coordinates, or of one alone."""
 LONG = 3
 """Transients that a march may take once more before it counts as aperiodic: chaos may be passing, too."""
 
@@ -84,7 +84,8 @@ def _releases(found: Response, scale: float) -> Iterator[Array]:
         if spread:
             state[: len(direction)] = approach * scale * direction / (direction @ direction)
         else:
-            state[len(direction) - 1] = approach * scale / direction[-1]
+            last = int(np.flatnonzero(direction)[-1])
+            state[last] = approach * scale / direction[last]
         yield state
 
 

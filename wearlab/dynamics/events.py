@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_apart
 from wearlab.dynamics.flanks import behind, in_path, part_law, row_product, slope_within, within
 from wearlab.dynamics.rk4_step import rk4_step
 
@@ -19,6 +19,8 @@ MOST_CHANGES = 12
 MOST_ITERATIONS = 60
 NUDGE = 1e-4
 NOTHING = -1
+NO_TIME = 1e-12
+"""Fraction of a step too short for another change: flanks that part together do so within rounding."""
 
 
 class Scratch(NamedTuple):
@@ -51,7 +53,7 @@ def scratch(n: int, meshes: int, channels: int, pairs: int, width: int) -> Scrat
     )
 
 
-@jit
+@jit_apart
 def part_step(
     kernel: Any,
     tables: Any,
@@ -84,7 +86,7 @@ def compression(
     return delta - within(tables.gap[step, :, m, p], x)
 
 
-@jit
+@jit_apart
 def crossing(
     kernel: Any,
     tables: Any,
@@ -103,6 +105,8 @@ def crossing(
     Regula falsi with the Illinois correction on the sub-step itself, column 0 only. Where the flank has just
     ``changed`` at ``a``, x is zero there, and the root of x/(fraction − a) is sought instead.
     """
+    if not b - a > NO_TIME:
+        return 2.0
     there = np.uint64(len(s.part) // 4)
     sign = 1.0 if s.contact[m, p] else -1.0
     low = max(0.0, sign * compression(kernel, tables, step, m, p, a, s, np.uint64(0), width))
@@ -139,7 +143,7 @@ def crossing(
     return x
 
 
-@jit
+@jit_apart
 def first_change(
     kernel: Any, tables: Any, step: int, a: float, mesh: int, flank: int, period: float, width: Any, s: Any
 ) -> tuple[float, int, int]:
@@ -163,7 +167,7 @@ def first_change(
     return found, found_mesh, found_flank
 
 
-@jit
+@jit_apart
 def nudge(
     kernel: Any, tables: Any, step: int, a: float, b: float, period: float, width: Any, s: Any, from_a: bool
 ) -> None:
@@ -193,7 +197,7 @@ def shift(s: Any, to: Any, width: Any, factor: Any) -> None:
             s.part[to + row + col] += s.part[three + row] * factor[col]
 
 
-@jit
+@jit_apart
 def step_with_changes(
     kernel: Any,
     tables: Any,

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_apart
 from wearlab.dynamics.dense_step import dense_step
 
 ROUNDS = 3
@@ -33,7 +33,7 @@ def slot_of(length: Any, h: float) -> int:
     return -1
 
 
-@jit
+@jit_apart
 def exact_step(
     structure: Any,
     columns: Any,
@@ -79,7 +79,7 @@ def exact_step(
     advance(tables.one.transition[slot], tables.one.inputs[slot], old, force, structure.moved, new)
 
 
-@jit
+@jit_apart
 def exact_pair(
     structure: Any, w: int, states: Any, i: Any, j: Any, k: Any, mesh: Any, push: Any, h: float
 ) -> bool:
@@ -184,7 +184,7 @@ def set_scaled(out: Any, factor: float, x: Any, y: Any) -> None:
         out[col] = factor * (x[col] + y[col])
 
 
-@jit
+@jit_apart
 def part_step(
     structure: Any,
     columns: Any,

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numba.extending import overload
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_apart
 from wearlab.dynamics.structure import Propagated
 
 
@@ -291,7 +291,7 @@ def mesh_law(
             )
 
 
-@jit
+@jit_apart
 def part_law(
     kernel: Any,
     tables: Any,

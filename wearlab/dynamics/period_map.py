@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numba.extending import overload
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_apart
 from wearlab.dynamics.events import step_with_changes
 from wearlab.dynamics.exact_step import exact_pair
 from wearlab.dynamics.flanks import contact_differs, mesh_law, row_product, see_contact
@@ -96,7 +96,7 @@ def _pair(
     )
 
 
-@jit
+@jit_apart
 def over_period(
     kernel: Any,
     tables: Any,
