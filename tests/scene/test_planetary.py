@@ -69,6 +69,19 @@ REFUSED = [
         "gears.centre_distance.planet_ring: required: of planets and ring, such as '20 mm'",
     ),
     ("operation.power", "1 N*m", "operation.power: '1 N*m': 'N*m' is not a unit like 'W'"),
+    ("operation.input", "planet", "operation.input: 'planet' is no member that may be that; there are sun, "),
+    (
+        "operation",
+        {"input": "sun", "fixed": "sun"},
+        "operation: one member in two roles: input 'sun', output 'carrier', fixed 'sun'",
+    ),
+    ("operation.output", "pinion", "operation.output: 'pinion' is no member that may be that; there are"),
+    (
+        "operation.load_torque",
+        "zero",
+        "operation.load_torque: 'zero' leaves the output 'carrier' without any load: give "
+        "dynamics.supports.carrier a torsional_stiffness, or load_torque = 'balance'",
+    ),
     ("operation.load_torque", "free", "operation.load_torque: 'free' is not one of 'balance', 'zero'"),
     (
         "dynamics",
@@ -106,6 +119,21 @@ REFUSED = [
     ),
     ("wear.initial.planet_sun", {}, "wear.initial.planet_sun: unknown key, did you mean 'planet-sun'?"),
     ("mesh.ring_planet", {}, "mesh.ring_planet: unknown key, did you mean 'planet_ring'?"),
+    (
+        "mesh.planet_ring.damping_in",
+        "always",
+        "mesh.planet_ring.damping_in: must be as in mesh.sun_planet: write mesh.damping_in for both",
+    ),
+    (
+        "mesh.sun_planet.excitation",
+        {"model": "fourier", "stiffness_harmonics": 3, "error_harmonics": 3},
+        "mesh.planet_ring.excitation: must be as in mesh.sun_planet: write mesh.excitation for both",
+    ),
+    (
+        "wear.coefficient.gear",
+        "constant",
+        "wear.coefficient: 'gear': no member with teeth of this gear set; there are sun, planet, ring",
+    ),
     ("mesh.sun_planet.face_load_factor", 0.5, "mesh.sun_planet.face_load_factor: 0.5 must be at least 1"),
     ("errors.pinion", {}, "errors.pinion: no member of this gear set; there are sun, planet, ring, carrier"),
     ("errors.carrier.total_composite", "3 um", "errors.carrier.total_composite: unknown key; there are"),
@@ -113,6 +141,11 @@ REFUSED = [
         "errors.harmonic",
         [{"order": 1, "amplitude": "3 um"}],
         "errors.harmonic[0].mesh: required: 'sun-planet' or 'planet-ring', or one of them by its number",
+    ),
+    (
+        "errors.harmonic",
+        [{"mesh": "sun-planet-4", "order": 1, "amplitude": "3 um"}],
+        "errors.harmonic[0].mesh: 'sun-planet-4': of that kind there are meshes 1 to 3",
     ),
     (
         "errors.harmonic",
@@ -260,6 +293,7 @@ INTERNAL = {
         "ring": {"teeth": 100, "rim_diameter": "240 mm"},
     },
     "operation": {"torque": "100 N*m", "speed": "1000 rpm"},
+    "mesh": {"damping_ratio": 0.05},
 }
 
 
@@ -275,6 +309,12 @@ INTERNAL = {
             "dynamics.model: 'planetary' does not belong to gears of kind 'inter",
         ),
         ("mesh.planet_ring.damping", "3 N*s/m", "mesh.planet_ring: belongs to planetary sets"),
+        ("operation.fixed", "ring", "operation.fixed: belongs to planetary sets; both gears of a pair turn"),
+        (
+            "dynamics",
+            {"model": "torsional", "supports": {"gear": {}}},
+            "dynamics.supports.gear: no member of this gear set; there are pinion, ring",
+        ),
         ("errors.gear", {}, "errors.gear: no member of this gear set; there are pinion, ring"),
     ],
 )

@@ -71,18 +71,46 @@ CASES = [
     ("wear.until", {"flank": "gear", "hours": 3}, "scene.wear.until: 'flank' belongs to a 'depth'"),
     ("wear.until.hours", "3 h", "scene.wear.until.hours: '3 h' is not a plain number"),
     ("numerics.tolerance", 2, "scene.numerics.tolerance: 2 must be less than 1"),
+    ("mesh.face_load_factor", 0.9, "scene.mesh.face_load_factor: 0.9 must be at least 1"),
+    (
+        "mesh.contact",
+        "exakt",
+        "scene.mesh.contact.model: 'exakt' is not one of 'displacement', 'exact', 'algo",
+    ),
+    (
+        "mesh.contact.extended_contact",
+        True,
+        "scene.mesh.contact.extended_contact: unknown key; there are mod",
+    ),
+    ("dynamics.friction", {}, "scene.dynamics.friction.coefficient: required: coefficient of friction μ"),
+    (
+        "dynamics.model",
+        "planetary",
+        "scene.dynamics.model: 'planetary' does not belong to gears of kind 'ext",
+    ),
+    ("wear.coefficient.model", "calibrated", "scene.wear.coefficient.life: required: life, in cycles"),
+    (
+        "wear.initial.pinion",
+        {"file": "x.csv"},
+        "scene.wear.initial.pinion: 'units' is required: {file, x, y, units}",
+    ),
+    ("operation.power", "10 N*m", "scene.operation.power: '10 N*m': 'N*m' is not a unit"),
+    ("operation.fixed", "gear", "scene.operation.fixed: belongs to planetary sets"),
+    (
+        "operation.input",
+        "sun",
+        "scene.operation.input: 'sun' is no member that may be that; there are pinion, gear",
+    ),
+    ("dynamics.supports.ring.preload", "1 N", "scene.dynamics.supports.ring"),
+    (
+        "wear.coefficient.ring",
+        "constant",
+        "scene.wear.coefficient: 'ring': no member with teeth of this gear set",
+    ),
     ("store.variables", ["wear_dept"], "scene.store.variables: 'wear_dept' is no variable"),
 ]
 LATER = [
     ("gears.helix_angle", "10 deg"),
-    ("operation.power", "10 kW"),
-    ("mesh.face_load_factor", 1.1),
-    ("mesh.contact", "exact"),
-    ("mesh.contact.extended_contact", True),
-    ("dynamics.model", "planetary"),
-    ("dynamics.friction", {}),
-    ("wear.coefficient.model", "calibrated"),
-    ("wear.initial.pinion", {"file": "x.csv"}),
     ("lubricant.temperature", "60 degC"),
 ]
 
@@ -107,13 +135,28 @@ def test_all_problems_are_collected_once(table):
     with pytest.raises(SceneError) as caught:
         Scene.from_mapping(table)
     paths = sorted(line.split(":")[0] for line in caught.value.problems)
-    assert paths == [
-        "scene.gears.pinion.teeth",
-        "scene.operation.speed",
-        "scene.operation.torqe",
-        "scene.operation.torque",
-    ]
-    assert str(caught.value).count("\n") == 3
+    assert paths == ["scene.gears.pinion.teeth", "scene.operation.speed", "scene.operation.torqe"]
+    assert str(caught.value).count("\n") == 2
+
+
+@pytest.mark.parametrize(
+    ("operation", "said"),
+    [
+        (
+            {"power": "1 kW"},
+            "torque and speed missing: give torque and speed, such as '340 N*m' and '1100 rpm'",
+        ),
+        ({"torque": "3 N*m"}, "speed missing: give torque and speed"),
+        ({"power": "1 kW", "torque": "0 N*m"}, "speed missing: give torque and speed"),
+        ({"power": "1 kW", "torque": "1 N*m", "speed": "1 rpm"}, "give two of 'torque', 'speed' and 'power'"),
+    ],
+)
+def test_two_of_torque_speed_and_power(table, operation, said):
+    table["operation"] = operation
+    with pytest.raises(SceneError) as caught:
+        Scene.from_mapping(table)
+    assert len(caught.value.problems) == 1
+    assert caught.value.problems[0].startswith(f"scene.operation: {said}")
 
 
 def test_both_alternatives_in_one_table_are_refused(table):
@@ -144,5 +187,6 @@ def test_a_choice_without_default_must_be_made(table):
     with pytest.raises(SceneError) as caught:
         Scene.from_mapping(table)
     assert caught.value.problems == (
-        "scene.wear.coefficient.pinion: required key 'model': one of 'constant', 'hardness', 'janakiraman'",
+        "scene.wear.coefficient.pinion: required key 'model': one of 'constant', 'hardness', "
+        "'janakiraman', 'calibrated'",
     )

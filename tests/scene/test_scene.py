@@ -56,7 +56,7 @@ def test_the_other_member_is_driven(table):
     table["operation"]["input"] = "gear"
     assert Scene.from_mapping(table).operation.output == "pinion"
     table["operation"]["output"] = "gear"
-    with pytest.raises(SceneError, match="input and output are both 'gear'"):
+    with pytest.raises(SceneError, match="one member in two roles: input 'gear', output 'gear'"):
         Scene.from_mapping(table)
 
 

@@ -3,9 +3,10 @@
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, ValidationInfo
+from pydantic_core import PydanticCustomError
 
 from wearlab.scene.identity import canonical
-from wearlab.scene.members import ALL_TOOTHED, TOOTHED
+from wearlab.scene.members import ALL_FLANKS, ALL_TOOTHED, TOOTHED
 from wearlab.scene.part import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -22,6 +23,7 @@ from wearlab.scene.part import (
 )
 
 SOURCE = "Archard 1953"
+NAMES = (*dict.fromkeys((*ALL_TOOTHED, *ALL_FLANKS)), "carrier")
 
 
 class Scattered(Part):
@@ -85,6 +87,12 @@ OneCoefficient = Annotated[
 def _per_member(value: Any, info: ValidationInfo) -> Any:
     """Read per-member tables as overrides of the general one."""
     members = TOOTHED[(info.context or {}).get("kind", "external-pair")]
+    strangers = [name for name in NAMES if isinstance(value, dict) and name in value and name not in members]
+    if strangers:
+        raise PydanticCustomError(
+            "members", "{names}: no member with teeth of this gear set; there are {members}",
+            {"names": ", ".join(map(repr, strangers)), "members": ", ".join(members)},
+        )  # fmt: skip
     if not isinstance(value, dict) or not any(member in value for member in members):
         return value
     general = {key: own for key, own in value.items() if key not in members}

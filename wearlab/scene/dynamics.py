@@ -49,6 +49,11 @@ class Turning(Part):
         None, "damping ratio ζ of every spring here, c = 2 ζ √(k m) of that member", derived="damping"
     )
 
+    @property
+    def holds(self) -> bool:
+        """Whether a torsional spring ties the member to ground."""
+        return self.torsional_stiffness is not None or self.tangential_stiffness is not None
+
 
 class TorsionalSupport(Turning):
     """What holds a gear that only turns."""

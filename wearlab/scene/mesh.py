@@ -189,4 +189,8 @@ class Mesh(OneMesh):
         each = {key: general if written[key] is None else written[key] for key in OWN_MESHES}
         if len({canonical(one) for one in each.values()}) == 1:
             return each[OWN_MESHES[0]]
-        return {**OneMesh().model_dump(), **each}
+        first, second = each.values()
+        shared = {
+            key: own for key, own in first.items() if canonical({"": own}) == canonical({"": second[key]})
+        }
+        return {**OneMesh().model_dump(), **shared, **each}

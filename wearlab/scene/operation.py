@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import ValidationInfo, model_validator
+from pydantic import ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from wearlab.scene.duty import Duty, DutyBlock, OperationStage, Stages
@@ -118,26 +118,30 @@ class Operation(Part):
                     taken.append(free[0])
         return filled
 
-    @model_validator(mode="after")
-    def _known_members(self, info: ValidationInfo) -> "Operation":
-        kind = (info.context or {}).get("kind", "external-pair")
-        members = ROLES[kind]["members"]
-        roles = {key: getattr(self, key) for key in ("input", "output", "fixed")}
-        named = [name for name in roles.values() if name is not None]
-        for key, name in roles.items():
-            if name is not None and name not in members:
-                raise PydanticCustomError(
-                    "members", "{key} = {name} is no member that may be that; there are {members}",
-                    {"key": key, "name": repr(name), "members": ", ".join(members)},
-                )  # fmt: skip
-        if self.input == self.output:
+    @field_validator("input", "output", "fixed", mode="before")
+    @classmethod
+    def _known_members(cls, given: Any, info: ValidationInfo) -> Any:
+        """Refuse members that this kind of gear set has not, or that cannot be central."""
+        role = ROLES[(info.context or {}).get("kind", "external-pair")]
+        if given is not None and info.field_name == "fixed" and len(role["default"]) < 3:
             raise PydanticCustomError(
-                "members", "input and output are both {member}", {"member": repr(self.input)}
+                "members", "belongs to planetary sets; both gears of a pair turn: leave it out"
             )
-        if len(set(named)) != len(named):
+        if given is None or given in role["members"]:
+            return given
+        raise PydanticCustomError(
+            "members", "{given} is no member that may be that; there are {members}",
+            {"given": repr(given), "members": ", ".join(role["members"])},
+        )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _one_role_each(self) -> "Operation":
+        roles = {"input": self.input, "output": self.output, "fixed": self.fixed}
+        named = {key: name for key, name in roles.items() if name is not None}
+        if len(set(named.values())) != len(named):
             raise PydanticCustomError(
                 "members", "one member in two roles: {roles}",
-                {"roles": ", ".join(f"{key} {name!r}" for key, name in roles.items() if name is not None)},
+                {"roles": ", ".join(f"{key} {name!r}" for key, name in named.items())},
             )  # fmt: skip
         return self
 
@@ -162,7 +166,7 @@ class Operation(Part):
         missing = [key for key in ("torque", "speed") if getattr(self, key) is None]
         if missing:
             raise PydanticCustomError(
-                "missing",
+                "torque_and_speed",
                 "{missing} missing: give torque and speed, such as '340 N*m' and '1100 rpm', or power with "
                 "one of them",
                 {"missing": " and ".join(missing)},

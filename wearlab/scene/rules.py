@@ -4,15 +4,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from wearlab.scene.coefficient import JanakiramanCoefficient
-from wearlab.scene.dynamics import (
-    PlanetaryTorsionalDynamics,
-    Spur3dofDynamics,
-    Support,
-    TorsionalDynamics,
-    TorsionalSupport,
-)
+from wearlab.scene.dynamics import Spur3dofDynamics, Support, TorsionalDynamics
 from wearlab.scene.members import ALL_FLANKS, FLANKS, TOOTHED
 from wearlab.scene.mesh import OWN_MESHES
+from wearlab.scene.rules_of_sets import RULES_OF_SETS
 
 if TYPE_CHECKING:
     from wearlab.scene.scene import Scene
@@ -21,8 +16,7 @@ if TYPE_CHECKING:
 def broken_rules(scene: "Scene") -> list[str]:
     """Return one line for each rule that a scene breaks."""
     rules = (
-        _model_of_the_set,
-        _torsional_carrier,
+        *RULES_OF_SETS,
         _friction,
         _damping,
         _supports,
@@ -61,43 +55,6 @@ def _damping(scene: "Scene") -> Problems:
             )
 
 
-def _model_of_the_set(scene: "Scene") -> Problems:
-    """Planetary models belong to planetary sets, and what only these have to them."""
-    planetary = scene.gears.kind == "planetary"
-    models = ("planetary", "planetary-torsional") if planetary else ("torsional", "spur-3dof")
-    if scene.dynamics is not None and scene.dynamics.model not in models:
-        yield (
-            "dynamics.model",
-            f"{scene.dynamics.model!r} does not belong to gears of kind {scene.gears.kind!r}; "
-            f"give {' or '.join(map(repr, models))}",
-        )
-    if planetary:
-        if scene.mesh.sun_planet and scene.mesh.planet_ring:
-            pair = (scene.mesh.sun_planet, scene.mesh.planet_ring)
-            if pair[0].damping_in != pair[1].damping_in:
-                yield "mesh.planet_ring.damping_in", "must be the same for both kinds of mesh"
-        return
-    for section in OWN_MESHES:
-        if getattr(scene.mesh, section) is not None:
-            yield f"mesh.{section}", "belongs to planetary sets; this is a pair: write it under [mesh]"
-    if scene.operation.load_torque == "zero":
-        yield "operation.load_torque", "'zero' needs a planetary set with a grounded output"
-    for member in scene.errors.members if scene.errors is not None else ():
-        if member not in _toothed(scene):
-            yield f"errors.{member}", f"no member of this gear set; there are {', '.join(_toothed(scene))}"
-
-
-def _torsional_carrier(scene: "Scene") -> Problems:
-    if isinstance(scene.dynamics, PlanetaryTorsionalDynamics) and scene.operation.fixed != "ring":
-        yield (
-            "operation.fixed",
-            f"the torsional model holds the ring at rest, not {scene.operation.fixed!r}; give fixed = 'ring' or "
-            "dynamics.model = 'planetary'",
-        )
-    if isinstance(scene.dynamics, PlanetaryTorsionalDynamics) and scene.operation.load_torque == "zero":
-        yield "operation.load_torque", "the torsional model turns freely and needs the load torque: 'balance'"
-
-
 def _friction(scene: "Scene") -> Problems:
     if scene.dynamics is None or scene.dynamics.friction is None:
         return
@@ -117,6 +74,12 @@ def _supports(scene: "Scene") -> Problems:
             supports = {member: scene.dynamics.supports.get(member) for member in _toothed(scene)}
         case _:
             return
+    for stranger in scene.dynamics.supports.given:
+        if stranger not in supports:
+            yield (
+                f"dynamics.supports.{stranger}",
+                f"no member of this gear set; there are {', '.join(supports)}",
+            )
     if isinstance(scene.dynamics, Spur3dofDynamics):
         for member, support in supports.items():
             if support is None:
@@ -124,7 +87,7 @@ def _supports(scene: "Scene") -> Problems:
                     f"dynamics.supports.{member}",
                     "required: bearings, such as radial_stiffness = '1150 N/um' with 'damping'",
                 )
-    held = [member for member, support in supports.items() if support is not None and _holds(support)]
+    held = [member for member, support in supports.items() if support is not None and support.holds]
     if len(held) == len(supports):
         yield (
             "dynamics.supports",
@@ -137,16 +100,11 @@ def _supports(scene: "Scene") -> Problems:
             continue
         if isinstance(support, Support) and support.damping is None:
             yield path, "give 'damping' such as '5360 N*s/m', or 'damping_ratio'"
-        if _holds(support) and support.torsional_damping is None:
+        if support.holds and support.torsional_damping is None:
             yield (
                 path,
                 "a torsional spring needs 'torsional_damping' such as '2 N*m*s/rad', or 'damping_ratio'",
             )
-
-
-def _holds(support: TorsionalSupport | Support) -> bool:
-    """Whether a torsional spring ties the gear to ground."""
-    return support.torsional_stiffness is not None or support.tangential_stiffness is not None
 
 
 def _response(scene: "Scene") -> Problems:

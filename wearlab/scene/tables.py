@@ -60,7 +60,7 @@ def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
         if key in given:
             raise PydanticCustomError("table", "{key} is read from file, not written", {"key": repr(key)})
     if "units" not in given:
-        raise PydanticCustomError("table", "{key} is required: {{file, x, y, units}}", {"key": "'units'"})
+        raise PydanticCustomError("table", "{key} is required: {file, x, y, units}", {"key": "'units'"})
     try:
         x, y, abscissa, ordinate = profile_table(given, base)
     except (TableError, TypeError, ValueError) as error:

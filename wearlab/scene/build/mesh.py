@@ -163,7 +163,7 @@ def _coupling(given: Any, pair: GearPair, grid: ProfileGrid) -> tuple[Array, NDA
 
 def build_excitation(scene: Scene) -> Excitation:
     """Return how the mesh force reaches the dynamics."""
-    given = scene.mesh.excitation
+    given = scene.mesh.of("sun_planet" if scene.gears.kind == "planetary" else "").excitation
     match given.model:
         case "fourier":
             return Fourier(given.stiffness_harmonics, given.error_harmonics, given.combination, given.error)

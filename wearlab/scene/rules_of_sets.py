@@ -1,0 +1,67 @@
+"""What pairs and planetary sets ask of the sections of a scene, each kind of set in its way."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from wearlab.scene.dynamics import PlanetaryDynamics, PlanetaryTorsionalDynamics
+from wearlab.scene.mesh import OWN_MESHES
+
+if TYPE_CHECKING:
+    from wearlab.scene.scene import Scene
+
+Problems = Iterator[tuple[str, str]]
+
+
+def _meshes_of_the_set(scene: "Scene") -> Problems:
+    """What both kinds of mesh must share, and what pairs have not."""
+    if scene.gears.kind == "planetary":
+        pair = [scene.mesh.of(section) for section in OWN_MESHES]
+        for key in ("damping_in", "excitation"):
+            if getattr(pair[0], key) != getattr(pair[1], key):
+                yield f"mesh.planet_ring.{key}", f"must be as in mesh.sun_planet: write mesh.{key} for both"
+        return
+    for section in OWN_MESHES:
+        if getattr(scene.mesh, section) is not None:
+            yield f"mesh.{section}", "belongs to planetary sets; this is a pair: write it under [mesh]"
+    if scene.operation.load_torque == "zero":
+        yield "operation.load_torque", "'zero' needs a planetary set with a grounded output"
+
+
+def _harmonics(scene: "Scene") -> Problems:
+    """An error of one planet's mesh needs that planet."""
+    planets = getattr(scene.gears, "planets", 1)
+    for number, harmonic in enumerate(scene.errors.harmonic if scene.errors is not None else ()):
+        last = harmonic.mesh.rsplit("-", 1)[-1]
+        if last.isdigit() and int(last) > planets:
+            yield (
+                f"errors.harmonic[{number}].mesh",
+                f"{harmonic.mesh!r}: of that kind there are meshes 1 to {planets}",
+            )
+
+
+def _grounded(scene: "Scene") -> Problems:
+    """Without a load torque, a torsional spring must hold the output."""
+    if scene.operation.load_torque != "zero" or not isinstance(scene.dynamics, PlanetaryDynamics):
+        return
+    output = scene.operation.output
+    support = scene.dynamics.supports.get(output)
+    if support is None or not support.holds:
+        yield (
+            "operation.load_torque",
+            f"'zero' leaves the output {output!r} without any load: give dynamics.supports.{output} a "
+            "torsional_stiffness, or load_torque = 'balance'",
+        )
+
+
+def _torsional_carrier(scene: "Scene") -> Problems:
+    if isinstance(scene.dynamics, PlanetaryTorsionalDynamics) and scene.operation.fixed != "ring":
+        yield (
+            "operation.fixed",
+            f"the torsional model holds the ring at rest, not {scene.operation.fixed!r}; give fixed = 'ring' "
+            "or dynamics.model = 'planetary'",
+        )
+    if isinstance(scene.dynamics, PlanetaryTorsionalDynamics) and scene.operation.load_torque == "zero":
+        yield "operation.load_torque", "the torsional model turns freely and needs the load torque: 'balance'"
+
+
+RULES_OF_SETS = (_meshes_of_the_set, _harmonics, _torsional_carrier, _grounded)
