@@ -43,6 +43,13 @@ DIMENSIONAL = {
     "youngs_modulus",
     "carrier",
     "threshold",
+    "rim_diameter",
+    "pin_circle_diameter",
+    "planet_angles",
+    "planet_position",
+    "eccentricity",
+    "power",
+    "smooth",
     "bore_diameter",
     "profile_crowning",
     "profile_slope",
@@ -87,9 +94,9 @@ def leaves(node):
 
 
 def test_every_dimensional_option_has_a_unit():
-    plain = {"StiffnessUnits", "FrequencyResponse"}
+    plain = {"StiffnessUnits", "ProfileUnits"}
     for owner, key, node in PROPERTIES:
-        if key in DIMENSIONAL and owner not in plain and node.get("type") != "object":
+        if key in DIMENSIONAL and owner not in plain and "$ref" not in node and node.get("type") != "object":
             assert any("unit" in leaf for leaf in leaves(node)), f"{owner}.{key}"
 
 
@@ -101,9 +108,10 @@ def test_every_dimensional_option_is_known_to_this_test():
         "carrier_phase",
         "fm_phase",
         "installation",
-        "phase",
         "from",
         "to",
+        "sun_planet",
+        "planet_ring",
     }
 
 
@@ -113,7 +121,7 @@ def test_every_key_of_a_scene_is_in_the_schema():
     while pending:
         path = pending.pop()
         for key in keys_at(path):
-            assert key in known or key in ("along", "abscissa", "pinion", "gear"), (path, key)
+            assert key in known or key in ("along", "abscissa", "ordinate"), (path, key)
             if parts_at((*path, key)) and key not in path:
                 pending.append((*path, key))
 
@@ -125,13 +133,63 @@ def test_sources_are_explained():
 
 def test_choices_may_be_written_as_a_word():
     stiffness = SCHEMA["$defs"]["Mesh"]["properties"]["stiffness"]
-    assert (
-        stiffness["anyOf"][0] == {"enum": ["potential-energy"]} and stiffness["default"] == "potential-energy"
-    )
+    assert stiffness["anyOf"][0] == {"enum": ["potential-energy", "finite-element"]}
+    assert stiffness["default"] == "potential-energy"
     assert SCHEMA["$defs"]["Wear"]["properties"]["step"]["default"] == "adaptive"
     assert SCHEMA["$defs"]["DisplacementContact"]["properties"]["threshold"]["default"] == "0.0001 rad"
     assert SCHEMA["$defs"]["ExternalPair"]["properties"]["pressure_angle"]["default"] == "20 deg"
     assert SCHEMA["$defs"]["Numerics"]["properties"]["tolerance"]["exclusiveMinimum"] == 0
+
+
+def test_flanks_are_named_as_in_files():
+    flanks = {"pinion", "gear", "sun", "planet-sun", "planet-ring", "ring"}
+    assert set(SCHEMA["$defs"]["InitialWears"]["properties"]) == flanks
+    assert {"sun_planet", "planet_ring"} < set(SCHEMA["$defs"]["Mesh"]["properties"])
+
+
+def allows(node, value):
+    """Return whether a value fits a schema, by the keywords that wearlab's own uses."""
+    if "$ref" in node:
+        return allows(SCHEMA["$defs"][node["$ref"].removeprefix("#/$defs/")], value)
+    if any(not any(allows(inner, value) for inner in node[key]) for key in ("anyOf", "oneOf") if key in node):
+        return False
+    if ("const" in node and value != node["const"]) or ("enum" in node and value not in node["enum"]):
+        return False
+    if "type" in node and not isinstance(value, TYPES[node["type"]]):
+        return False
+    if isinstance(value, bool) and node.get("type") in ("number", "integer"):
+        return False
+    if isinstance(value, dict):
+        known, more = node.get("properties", {}), node.get("additionalProperties", True)
+        return all(key in value for key in node.get("required", [])) and all(
+            allows(known.get(key, more if isinstance(more, dict) else {}), inner)
+            and (key in known or more is not False)
+            for key, inner in value.items()
+        )
+    if isinstance(value, list) and isinstance(node.get("items"), dict):
+        return all(allows(node["items"], inner) for inner in value)
+    return True
+
+
+TYPES = {
+    "object": dict,
+    "array": list,
+    "string": str,
+    "number": (int, float),
+    "integer": int,
+    "boolean": bool,
+}
+WRITTEN = {file: tomllib.loads(file.read_text()) for file in sorted(CAMPAIGNS.rglob("*.toml"))}
+WHOLE = [file for file, written in WRITTEN.items() if "gears" in written and "extends" not in written]
+
+
+@pytest.mark.parametrize("file", WHOLE, ids=[file.stem for file in WHOLE])
+def test_campaigns_fit_the_schema(file):
+    written = tomllib.loads(file.read_text())
+    assert allows(SCHEMA, written)
+    assert not allows(SCHEMA, {**written, "gears": {**written["gears"], "modul": "3 mm"}})
+    assert not allows(SCHEMA, {**written, "operation": {**written["operation"], "torque": 3}})
+    assert not allows(SCHEMA, {key: value for key, value in written.items() if key != "gears"})
 
 
 def test_top_level_keys():

@@ -40,6 +40,8 @@ FULL = {
     "mesh": {
         "stiffness": {"coupling": "shared", "hertz": "weber", "correction": [1, 1.1], "scale": 0.9},
         "contact": {"engagement": "threshold"},
+        "extended_contact": True,
+        "face_load_factor": 1.2,
         "excitation": {"model": "fourier", "stiffness_harmonics": 5, "error_harmonics": 3, "error": "loaded"},
         "normal_backlash": "0 um",
         "damping_ratio": 0.07,

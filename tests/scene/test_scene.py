@@ -170,4 +170,84 @@ def test_parts(table, full):
     static = scene.replace("dynamics", None)
     assert {"dynamics", "excitation"} <= set(parts_left_out(static))
     assert "wear: constant coefficient, static load" in parts_present(static)
-    assert parts_left_out(Scene.from_mapping(full)) == []
+    others = ["friction", "duty", "stages", "start from another run"]
+    assert parts_left_out(Scene.from_mapping(full)) == others
+
+
+TWO = [
+    {"torque": "340 N*m", "speed": "1100 rpm", "share": 0.25},
+    {"torque": "100 N*m", "speed": "900 rpm", "share": 0.75},
+]
+ORDERED = [
+    {"torque": "100 N*m", "speed": "900 rpm", "cycles": 1e5},
+    {"torque": "340 N*m", "speed": "1100 rpm", "label": "rated"},
+]
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "part", "read"),
+    [
+        (
+            "dynamics.friction",
+            {"coefficient": 0.06},
+            "friction",
+            lambda s: s.dynamics.friction.coefficient == 0.06,
+        ),
+        (
+            "operation.duty",
+            TWO,
+            "duty: 2 conditions",
+            lambda s: (
+                [b.share for b in s.operation.blocks] == [0.25, 0.75]
+                and [b.torque for b in s.operation.blocks] == [340.0, 100.0]
+                and s.operation.torque == 340.0
+            ),
+        ),
+        (
+            "operation.stage",
+            ORDERED,
+            "stages: 2 in order",
+            lambda s: (
+                [b.cycles for b in s.operation.stages] == [1e5, None]
+                and s.operation.stages[1].label == "rated"
+                and s.operation.torque == 100.0
+            ),
+        ),
+        (
+            "start.run",
+            "0123456789abcdef0123",
+            "start from another run: 0123456789",
+            lambda s: s.wear.initial is None,
+        ),
+        ("mesh.extended_contact", True, "contact beyond A and E", lambda s: s.mesh.extended_contact),
+        ("mesh.contact", "exact", "contact: exact", lambda s: s.mesh.contact.threshold == 1e-4),
+        (
+            "wear.coefficient",
+            {
+                "model": "calibrated",
+                "life": 1.6e7,
+                "depth": "400 um",
+                "flank": "gear",
+                "torque": "90 N*m",
+                "speed": "1000 rpm",
+            },
+            "wear: calibrated coefficient, instant load",
+            lambda s: (
+                (s.wear.coefficient.life, s.wear.coefficient.torque) == (1.6e7, 90.0)
+                and s.wear.coefficient.depth == pytest.approx(4e-4)
+                and s.wear.coefficient.speed == pytest.approx(104.71975511966)
+            ),
+        ),
+    ],
+)
+def test_parts_that_are_asked_for_are_present_and_read(table, key, value, part, read):
+    without = Scene.from_mapping(table)
+    scene = without.replace(key, value)
+    assert part in parts_present(scene) and part not in parts_present(without)
+    assert read(scene)
+    assert Scene.from_canonical(scene.canonical()).id == scene.id != without.id
+
+
+def test_the_face_load_factor_is_read(table):
+    assert Scene.from_mapping(table).mesh.face_load_factor == 1.0
+    assert Scene.from_mapping(table).replace("mesh.face_load_factor", 1.2).mesh.face_load_factor == 1.2
