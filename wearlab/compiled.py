@@ -19,7 +19,7 @@ from numba.core.typed_passes import NativeLowering
 from wearlab.sources import PACKAGE, hash_of, source_hash
 
 KEPT_FOLDERS = 6
-__all__ = ["jit", "jit_apart", "source_hash"]
+__all__ = ["jit", "jit_apart", "jit_inner", "jit_inner_apart", "source_hash"]
 
 
 def _cache_folder() -> Path:
@@ -76,13 +76,28 @@ class _Apart(CompilerBase):
         return [pipeline]
 
 
+APART = {"pipeline_class": _Apart}
+INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""Without the code by which Python would call it: for a large argument that alone takes seconds to compile."""
+
+
+def jit_inner(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a kernel as `jit` does, to be called from kernels alone."""
+    compiled: Callable[..., Any] = numba.njit(cache=True, error_model="numpy", **INNER)(function)
+    return compiled
+
+
 def jit_apart(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a kernel as `jit` does, but never into its callers: for large bodies off the hot path.
 
     A body copied into every caller, and these into theirs, is optimised again each time: compilation of the
     located contact changes alone took minutes.
     """
-    compiled: Callable[..., Any] = numba.njit(cache=True, error_model="numpy", pipeline_class=_Apart)(
-        function
-    )
+    compiled: Callable[..., Any] = numba.njit(cache=True, error_model="numpy", **APART)(function)
+    return compiled
+
+
+def jit_inner_apart(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a kernel that is called from kernels alone, and never into them."""
+    compiled: Callable[..., Any] = numba.njit(cache=True, error_model="numpy", **APART, **INNER)(function)
     return compiled

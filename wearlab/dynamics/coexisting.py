@@ -18,7 +18,7 @@ from wearlab.dynamics.shooting import Orbit, Shooting
 Array = NDArray[np.float64]
 
 BLOCK = 50
-"""Mesh periods between two looks whether the flanks have fallen back."""
+"""Most mesh periods between two looks whether the flanks have fallen back."""
 FALLEN_BACK = 1e-3
 """Distance from the orbit, over the mean deflection, at which its attraction has won."""
 DISTINCT = 1e-2
@@ -43,10 +43,11 @@ def coexisting(found: Response, method: Periodic) -> Response | None:
     """
     if found.period == 0 or not found.verdict.unique or not found.system.load.any():
         return None
-    shooting = Shooting(found.system, found.tables, found.mesh_period)
     scale = _mean_deflection(found)
-    home = _Home(found, scale, shooting.rate)
     for state in _releases(found, scale):
+        # Marching moves the loads that keep a free set at its speed: each release starts from those found.
+        shooting = Shooting(found.system, found.tables, found.mesh_period)
+        home = _Home(found, scale, shooting.rate)
         rival = _attractor(shooting, state, home, method)
         if rival is not None:
             return rival
@@ -90,8 +91,10 @@ def _releases(found: Response, scale: float) -> Iterator[Array]:
 
 
 def _falls_back(shooting: Shooting, state: Array, home: _Home, most: int) -> bool:
-    for _ in range(0, most, BLOCK):
-        shooting.march(state, BLOCK)
+    passed, block = 0, 1
+    while passed < most:
+        shooting.march(state, block)
+        passed, block = passed + block, min(2 * block, BLOCK)
         if home.distance(state) <= FALLEN_BACK:
             return True
     return not np.isfinite(state).all()

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit_inner
 
 
-@jit
+@jit_inner
 def dense_step(
     structure: Any,
     channels: int,
@@ -48,7 +48,7 @@ def dense_step(
         new[size + x] = old[size + x] + h / 6.0 * (a1 + 2.0 * middles + a4)
 
 
-@jit
+@jit_inner
 def _dense_acceleration(
     structure: Any, meshes: int, mesh: Any, push: Any, time: int, q: Any, v: Any, a: Any, w: int, used: int
 ) -> None:

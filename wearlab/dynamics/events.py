@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.compiled import jit, jit_apart
+from wearlab.compiled import jit_inner, jit_inner_apart
 from wearlab.dynamics.flanks import behind, in_path, part_law, row_product, slope_within, within
 from wearlab.dynamics.rk4_step import rk4_step
 
@@ -53,7 +53,7 @@ def scratch(n: int, meshes: int, channels: int, pairs: int, width: int) -> Scrat
     )
 
 
-@jit_apart
+@jit_inner_apart
 def part_step(
     kernel: Any,
     tables: Any,
@@ -73,7 +73,7 @@ def part_step(
     rk4_step(kernel.structure, kernel.channels, columns, width, s.part, i, s.part, j, s.mesh, s.push, h)
 
 
-@jit
+@jit_inner
 def compression(
     kernel: Any, tables: Any, step: int, m: int, p: int, x: float, s: Any, j: Any, width: Any
 ) -> float:
@@ -86,7 +86,7 @@ def compression(
     return delta - within(tables.gap[step, :, m, p], x)
 
 
-@jit_apart
+@jit_inner_apart
 def crossing(
     kernel: Any,
     tables: Any,
@@ -143,7 +143,7 @@ def crossing(
     return x
 
 
-@jit_apart
+@jit_inner_apart
 def first_change(
     kernel: Any, tables: Any, step: int, a: float, mesh: int, flank: int, period: float, width: Any, s: Any
 ) -> tuple[float, int, int]:
@@ -167,7 +167,7 @@ def first_change(
     return found, found_mesh, found_flank
 
 
-@jit_apart
+@jit_inner_apart
 def nudge(
     kernel: Any, tables: Any, step: int, a: float, b: float, period: float, width: Any, s: Any, from_a: bool
 ) -> None:
@@ -186,7 +186,7 @@ def nudge(
         s.part[three + row] = (s.part[three + row] - s.part[two + row]) / (2.0 * NUDGE)
 
 
-@jit
+@jit_inner
 def shift(s: Any, to: Any, width: Any, factor: Any) -> None:
     """Add the derivative in state 3 times the tangent ``factor`` to the tangents of state ``to``."""
     w = np.uint64(len(width))
@@ -197,7 +197,7 @@ def shift(s: Any, to: Any, width: Any, factor: Any) -> None:
             s.part[to + row + col] += s.part[three + row] * factor[col]
 
 
-@jit_apart
+@jit_inner_apart
 def step_with_changes(
     kernel: Any,
     tables: Any,
@@ -239,7 +239,7 @@ def step_with_changes(
     return changes
 
 
-@jit
+@jit_inner
 def _time_the_change(
     kernel: Any, tables: Any, step: int, b: float, m: int, p: int, width: Any, s: Any
 ) -> None:

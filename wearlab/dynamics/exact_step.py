@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.compiled import jit, jit_apart
+from wearlab.compiled import jit_inner, jit_inner_apart
 from wearlab.dynamics.dense_step import dense_step
 
 ROUNDS = 3
 
 
-@jit
+@jit_inner
 def times(matrix: Any, x: Any, out: Any) -> None:
     """Write ``matrix @ x`` into ``out``, both (rows, columns)."""
     if x.shape[1] == 1:
@@ -24,7 +24,7 @@ def times(matrix: Any, x: Any, out: Any) -> None:
         np.dot(matrix, x, out)
 
 
-@jit
+@jit_inner
 def slot_of(length: Any, h: float) -> int:
     """Return which tabulated length a step has, −1: none."""
     for k in range(len(length)):
@@ -33,7 +33,7 @@ def slot_of(length: Any, h: float) -> int:
     return -1
 
 
-@jit_apart
+@jit_inner_apart
 def exact_step(
     structure: Any,
     columns: Any,
@@ -79,7 +79,7 @@ def exact_step(
     advance(tables.one.transition[slot], tables.one.inputs[slot], old, force, structure.moved, new)
 
 
-@jit_apart
+@jit_inner_apart
 def exact_pair(
     structure: Any, w: int, states: Any, i: Any, j: Any, k: Any, mesh: Any, push: Any, h: float
 ) -> bool:
@@ -111,7 +111,7 @@ def exact_pair(
     return True
 
 
-@jit
+@jit_inner
 def advance(transition: Any, inputs: Any, old: Any, force: Any, moved: Any, new: Any) -> None:
     """Write ``transition @ old + inputs @ force`` into ``new``."""
     times(transition, old, new)
@@ -121,7 +121,7 @@ def advance(transition: Any, inputs: Any, old: Any, force: Any, moved: Any, new:
         out[x] += added[x]
 
 
-@jit
+@jit_inner
 def damping_differs(tables: Any, mesh: Any) -> bool:
     """Whether a mesh is damped otherwise than the linear part has it: its flanks have parted."""
     channels = len(tables.stiffness)
@@ -131,7 +131,7 @@ def damping_differs(tables: Any, mesh: Any) -> bool:
     return False
 
 
-@jit
+@jit_inner
 def guess_force(structure: Any, at: int, stage: int, old: Any, mesh: Any, push: Any) -> None:
     """Fill the inputs number ``at``, from mesh and inputs of a stage and the state at the start."""
     tables, n, force = structure.tables, len(structure.load), structure.force
@@ -152,7 +152,7 @@ def guess_force(structure: Any, at: int, stage: int, old: Any, mesh: Any, push: 
         force[at * inputs + c, 0] = push[stage * inputs + c]
 
 
-@jit
+@jit_inner
 def correct_force(structure: Any, at: int, stage: int, later: int, mesh: Any, push: Any, rates: bool) -> None:
     """Fill the inputs number ``at`` from the deflections there; ``later``: stages after the first."""
     tables, force = structure.tables, structure.force
@@ -170,21 +170,21 @@ def correct_force(structure: Any, at: int, stage: int, later: int, mesh: Any, pu
         row[0] += push[stage * inputs + c]
 
 
-@jit
+@jit_inner
 def add_scaled(out: Any, factor: float, x: Any) -> None:
     """Add ``factor x`` to ``out``."""
     for col in range(np.uint64(0), np.uint64(len(out))):
         out[col] += factor * x[col]
 
 
-@jit
+@jit_inner
 def set_scaled(out: Any, factor: float, x: Any, y: Any) -> None:
     """Write ``factor (x + y)`` into ``out``."""
     for col in range(np.uint64(0), np.uint64(len(out))):
         out[col] = factor * (x[col] + y[col])
 
 
-@jit_apart
+@jit_inner_apart
 def part_step(
     structure: Any,
     columns: Any,

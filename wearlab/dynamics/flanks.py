@@ -15,31 +15,31 @@ from typing import Any
 import numpy as np
 from numba.extending import overload
 
-from wearlab.compiled import jit, jit_apart
+from wearlab.compiled import jit_inner, jit_inner_apart
 from wearlab.dynamics.structure import Propagated
 
 
-@jit
+@jit_inner
 def within(table: Any, x: float) -> float:
     """Interpolate three stage values quadratically at fraction ``x`` of the step."""
     y = 1.0 - x
     return table[0] * y * (y - x) + 4.0 * table[1] * x * y + table[2] * x * (x - y)
 
 
-@jit
+@jit_inner
 def slope_within(table: Any, x: float) -> float:
     """Derivative of `within` with respect to the fraction ``x``."""
     return table[0] * (4.0 * x - 3.0) + 4.0 * table[1] * (1.0 - 2.0 * x) + table[2] * (4.0 * x - 1.0)
 
 
-@jit
+@jit_inner
 def in_path(tables: Any, step: int, m: int, p: int) -> bool:
     """Whether pair ``p`` of mesh ``m`` is in the path of contact at any time of the step."""
     k = tables.stiffness
     return k[step, 1, m, p] > 0.0 or k[step, 0, m, p] > 0.0 or k[step, 2, m, p] > 0.0
 
 
-@jit
+@jit_inner
 def row_product(direction: Any, m: int, n: int, state: Any, offset: Any, stride: Any) -> float:
     """Return ``d_m · q`` of the rows that start at ``state[offset]``."""
     total = 0.0
@@ -48,7 +48,7 @@ def row_product(direction: Any, m: int, n: int, state: Any, offset: Any, stride:
     return total
 
 
-@jit
+@jit_inner
 def behind(backlash: Any, m: int, deflection: float) -> float:
     """Return the approach of the back flanks, ``−j_bn − δ``; never in contact where none are modelled."""
     if backlash is None:
@@ -56,7 +56,7 @@ def behind(backlash: Any, m: int, deflection: float) -> float:
     return -backlash[m] - deflection
 
 
-@jit
+@jit_inner
 def see_contact(
     kernel: Any, tables: Any, step: int, deflection: float, m: int, stage: int, contact: Any
 ) -> None:
@@ -67,7 +67,7 @@ def see_contact(
     contact[m, pairs] = behind(kernel.backlash, m, deflection) > 0.0
 
 
-@jit
+@jit_inner
 def contact_differs(
     kernel: Any, tables: Any, step: int, deflection: float, m: int, stage: int, contact: Any
 ) -> bool:
@@ -80,7 +80,7 @@ def contact_differs(
     return contact_behind_differs(kernel.backlash, m, deflection, contact[m, pairs])
 
 
-@jit
+@jit_inner
 def contact_behind_differs(backlash: Any, m: int, deflection: float, contact: bool) -> bool:
     """Whether ``deflection`` contradicts the contact of the back flank; False where there is none."""
     if backlash is None:
@@ -89,7 +89,7 @@ def contact_behind_differs(backlash: Any, m: int, deflection: float, contact: bo
     return x < 0.0 if contact else x > 0.0
 
 
-@jit
+@jit_inner
 def active_damping(gate: Any, damping: float, touching: bool) -> float:
     """Return the mesh damping: always there, or only while flanks touch."""
     if gate is None:
@@ -97,7 +97,7 @@ def active_damping(gate: Any, damping: float, touching: bool) -> float:
     return damping if touching else 0.0
 
 
-@jit
+@jit_inner
 def add_back_flank(
     backlash: Any, m: int, contact: bool, stiffness: float, error: float
 ) -> tuple[float, float]:
@@ -182,7 +182,7 @@ def _push_load_input(
         push[stage * inputs + len(structure.tables.stiffness) + index] += size
 
 
-@jit
+@jit_inner
 def add_fluctuation(
     structure: Any, fluctuation: Any, table: Any, step: int, stage: int, x: float, w: int, push: Any
 ) -> int:
@@ -193,7 +193,7 @@ def add_fluctuation(
     return 2
 
 
-@jit
+@jit_inner
 def add_balance(structure: Any, balance: Any, first: int, stage: int, w: int, push: Any) -> None:
     """Add the loads of unknown size, and their unit loads to the tangents by them."""
     if balance is not None:
@@ -204,7 +204,7 @@ def add_balance(structure: Any, balance: Any, first: int, stage: int, w: int, pu
                 push_load(structure, balance.response[row], first + row, stage, column, 1.0, w, push)
 
 
-@jit
+@jit_inner
 def start_law(kernel: Any, tables: Any, step: int, a: float, b: float, width: Any, push: Any) -> None:
     """Fill column 0 of ``push`` (3, n, width) with the acceleration that the loads alone give."""
     w = len(width)
@@ -217,7 +217,7 @@ def start_law(kernel: Any, tables: Any, step: int, a: float, b: float, width: An
         add_balance(kernel.structure, kernel.balance, loads, stage, w, push)
 
 
-@jit
+@jit_inner
 def gate_damping(kernel: Any, m: int, contact: Any) -> float:
     """Return the damping of mesh ``m`` while ``contact`` lasts."""
     touching = False
@@ -226,7 +226,7 @@ def gate_damping(kernel: Any, m: int, contact: Any) -> float:
     return active_damping(kernel.gate, kernel.mesh_damping[m], touching)
 
 
-@jit
+@jit_inner
 def finish_stage(
     kernel: Any, stage: int, m: int, k: float, w_m: float, every: float, e: float, rate: float, back: bool,
     damping: float, width: Any, mesh: Any, push: Any,
@@ -238,7 +238,7 @@ def finish_stage(
     push_channel(kernel.structure, m, stage, w_m + k * e + w_back + damping * rate, len(width), push)
 
 
-@jit
+@jit_inner
 def friction_stage(
     friction: Any, kernel: Any, tables: Any, step: int, stage: int, x: float, m: int, e: float, contact: Any,
     width: Any, mesh: Any, push: Any,
@@ -263,7 +263,7 @@ def friction_stage(
         push_channel(kernel.structure, two, stage, w_b, len(width), push)
 
 
-@jit
+@jit_inner
 def mesh_law(
     kernel: Any, tables: Any, step: int, period: float, contact: Any, width: Any, mesh: Any, push: Any
 ) -> None:
@@ -291,7 +291,7 @@ def mesh_law(
             )
 
 
-@jit_apart
+@jit_inner_apart
 def part_law(
     kernel: Any,
     tables: Any,

@@ -4,7 +4,7 @@ from typing import Any
 
 from numba.extending import overload
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit_inner
 from wearlab.dynamics.flanks import behind, within
 from wearlab.dynamics.structure import Dense, Diagonal
 
@@ -39,7 +39,7 @@ def _unmeshed_dense(structure: Any, state: Any, out: Any) -> None:
             )
 
 
-@jit
+@jit_inner
 def fluctuating(fluctuation: Any, table: Any, step: int, x: float, out: Any) -> None:
     """Add the fluctuating load at fraction ``x`` of the step."""
     if fluctuation is not None:
@@ -48,7 +48,7 @@ def fluctuating(fluctuation: Any, table: Any, step: int, x: float, out: Any) -> 
             out[row] += factor * fluctuation[row]
 
 
-@jit
+@jit_inner
 def gated(gate: Any, force: float, touching: bool) -> float:
     """Return a damping force: always there, or only while flanks touch."""
     if gate is None:
@@ -56,7 +56,7 @@ def gated(gate: Any, force: float, touching: bool) -> float:
     return force if touching else 0.0
 
 
-@jit
+@jit_inner
 def mesh_force_at(
     kernel: Any, tables: Any, step: int, x: float, period: float, m: int, q: float, v: float
 ) -> float:
@@ -78,7 +78,7 @@ def mesh_force_at(
     return elastic + gated(kernel.gate, kernel.mesh_damping[m] * rate, touching)
 
 
-@jit
+@jit_inner
 def add_friction_at(
     friction: Any, kernel: Any, tables: Any, step: int, x: float, m: int, q: float, out: Any
 ) -> None:
@@ -97,7 +97,7 @@ def add_friction_at(
                     out[row] -= kernel.structure.response[(2 * meshes + m) * n + row] * arm
 
 
-@jit
+@jit_inner
 def add_balance_at(balance: Any, out: Any) -> None:
     """Add the loads of unknown size."""
     if balance is not None:
@@ -106,7 +106,7 @@ def add_balance_at(balance: Any, out: Any) -> None:
                 out[col] += balance.size[row] * balance.response[row, col]
 
 
-@jit
+@jit_inner
 def acceleration(kernel: Any, tables: Any, step: int, x: float, period: float, state: Any, out: Any) -> None:
     """Write q̈ (n,) at fraction ``x`` of ``step`` for ``state`` (2n,)."""
     n = len(out)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.balance import rebalance
 from wearlab.dynamics.events import Scratch, scratch
 from wearlab.dynamics.flanks import contact_differs, mesh_law, see_contact
@@ -95,7 +95,7 @@ def march_newmark(
     return evaluations
 
 
-@jit
+@jit_inner
 def newmark_step(
     kernel: Any,
     tables: Any,
@@ -139,7 +139,7 @@ def newmark_step(
     return iteration + 1
 
 
-@jit
+@jit_inner
 def _product(direction: Any, m: int, n: int, state: Array, first: int) -> float:
     total = 0.0
     for row in range(n):
@@ -147,7 +147,7 @@ def _product(direction: Any, m: int, n: int, state: Array, first: int) -> float:
     return total
 
 
-@jit
+@jit_inner
 def _end_equation(kernel: Any, h: float, s: Any, predicted: Array, right: Array, matrix: Array) -> None:
     """Fill matrix and right-hand side of the equation for a₁: what a₁ itself adds goes to the left."""
     n, channels = len(right), len(kernel.channels)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.flanks import contact_differs, see_contact
 from wearlab.dynamics.period_map import contact_holds, deflection_at_start, over_period, touch_all
 
@@ -13,7 +13,7 @@ SMALL_STEP = 1e-7
 HALVINGS = 6
 
 
-@jit
+@jit_inner
 def solve_linear(matrix: Any, right: Any) -> float:
     """Solve in place by elimination with row pivots; return the least pivot over the largest entry."""
     n = len(right)
@@ -45,7 +45,7 @@ def solve_linear(matrix: Any, right: Any) -> float:
     return least / largest
 
 
-@jit
+@jit_inner
 def exchange(balance: Any, start: Any) -> None:
     """Let the sizes of the unknown loads and the coordinates held change places in ``start``."""
     if balance is not None:
@@ -55,7 +55,7 @@ def exchange(balance: Any, start: Any) -> None:
             start[at] = balance.size[row]
 
 
-@jit
+@jit_inner
 def restore(balance: Any, start: Any) -> None:
     """Undo `exchange`, keeping the sizes found."""
     if balance is not None:
@@ -65,7 +65,7 @@ def restore(balance: Any, start: Any) -> None:
             start[at] = balance.home[row]
 
 
-@jit
+@jit_inner
 def set_balance(balance: Any, states: Any, start: Any, w: int) -> None:
     """Hold the coordinates at home and set the loads; the tangent by a load starts from rest."""
     if balance is not None:
@@ -89,7 +89,7 @@ def set_start(balance: Any, states: Any, start: Any, w: int) -> None:
     set_balance(balance, states, start, w)
 
 
-@jit
+@jit_inner
 def read_balance(balance: Any, states: Any, at_end: int, w: int, matrix: Any, step: Any) -> None:
     """Mend ``I − P`` and the residual where the size of a load stands for a coordinate."""
     if balance is not None:
@@ -99,7 +99,7 @@ def read_balance(balance: Any, states: Any, at_end: int, w: int, matrix: Any, st
             step[at] = states[at_end + at * w] - balance.home[row]
 
 
-@jit
+@jit_inner
 def read_map(
     balance: Any, states: Any, end: int, w: int, start: Any, monodromy: Any, matrix: Any, step: Any
 ) -> None:
@@ -114,7 +114,7 @@ def read_map(
     read_balance(balance, states, at, w, matrix, step)
 
 
-@jit
+@jit_inner
 def rescale(matrix: Any, step: Any, rate: float) -> None:
     """Measure velocities in units of ``rate`` [1/s], so that pivots compare like with like."""
     n = len(step) // 2
@@ -125,7 +125,7 @@ def rescale(matrix: Any, step: Any, rate: float) -> None:
             matrix[n + row, col] /= rate
 
 
-@jit
+@jit_inner
 def correct(states: Any, step: Any, count: int, w: int) -> None:
     """Write the trajectory moved by its tangents times ``step`` into the last column, which is padding."""
     rows = len(step)
@@ -136,7 +136,7 @@ def correct(states: Any, step: Any, count: int, w: int) -> None:
         states[x * w + w - 1] = value
 
 
-@jit
+@jit_inner
 def same_contact(
     kernel: Any, tables: Any, period: float, periods: int, width: Any, states: Any, s: Any, touch: bool
 ) -> bool:
@@ -164,7 +164,7 @@ def same_contact(
     return True
 
 
-@jit
+@jit_inner
 def weighted_norm(values: Any, rate: float) -> float:
     """Return the largest of |q| and |q̇|/rate."""
     n = len(values) // 2

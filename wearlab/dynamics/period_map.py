@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numba.extending import overload
 
-from wearlab.compiled import jit, jit_apart
+from wearlab.compiled import jit_apart, jit_inner
 from wearlab.dynamics.events import step_with_changes
 from wearlab.dynamics.exact_step import exact_pair
 from wearlab.dynamics.flanks import contact_differs, mesh_law, row_product, see_contact
@@ -13,7 +13,7 @@ from wearlab.dynamics.rk4_step import rk4_step
 from wearlab.dynamics.structure import Propagated
 
 
-@jit
+@jit_inner
 def deflection_at_start(
     kernel: Any, tables: Any, step: int, m: int, width: Any, states: Any, i: Any
 ) -> float:
@@ -22,7 +22,7 @@ def deflection_at_start(
     return row_product(kernel.structure.direction, m, n, states, i, w) - tables.error[step, 0, m]
 
 
-@jit
+@jit_inner
 def contact_holds(
     kernel: Any, tables: Any, step: int, period: float, width: Any, states: Any, i: Any, j: Any, contact: Any
 ) -> bool:
@@ -45,7 +45,7 @@ def contact_holds(
     return True
 
 
-@jit
+@jit_inner
 def touch_all(kernel: Any, tables: Any, step: int, contact: Any) -> None:
     """Let every pair in the path touch and no back flank: the contact of a loaded mesh."""
     pairs = len(kernel.pairs)

@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 from numba.cpython.unsafe.tuple import tuple_setitem
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit_inner
 
 put: Any = tuple_setitem
 
 
-@jit
+@jit_inner
 def take(like: Any, array: Any, offset: Any, stride: Any) -> Any:
     """Return ``array[offset + i stride]`` as a tuple of the length of ``like``."""
     out = like
@@ -19,7 +19,7 @@ def take(like: Any, array: Any, offset: Any, stride: Any) -> Any:
     return out
 
 
-@jit
+@jit_inner
 def add(a: Any, factor: float, b: Any) -> Any:
     """Return ``a + factor b`` of two tuples."""
     out = a

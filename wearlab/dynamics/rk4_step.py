@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numba.extending import overload
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit_inner
 from wearlab.dynamics.dense_step import dense_step
 from wearlab.dynamics.exact_step import exact_step
 from wearlab.dynamics.registers import add, put, take
@@ -114,7 +114,7 @@ def _diagonal(
             target[to + below] = v[row] + h6 * (a1[row] + 2.0 * middles + a4[row])
 
 
-@jit
+@jit_inner
 def _acceleration(
     k: Any, c: Any, d: Any, p: Any, stiffness: Any, damp: Any, push: Any, q: Any, v: Any
 ) -> Any:

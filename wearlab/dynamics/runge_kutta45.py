@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.balance import rebalance
 from wearlab.dynamics.motion import acceleration
 from wearlab.dynamics.response import Response, split_periods
@@ -114,7 +114,7 @@ def march_adaptive(
     return evaluations
 
 
-@jit
+@jit_inner
 def over_table_step(
     kernel: Any,
     tables: Any,
