@@ -191,6 +191,7 @@ VARIABLES: dict[str, Variable] = {
     ),
     "ste_mean": Variable(_STATE, "m", "um", "mean static transmission error"),
     "ste_rms": Variable(_STATE, "m", "um", "RMS of the static transmission error fluctuation"),
+    "ste_peak_to_peak": Variable(_STATE, "m", "um", "range of the static transmission error"),
     "ste_harmonics": Variable(
         (*_STATE, "harmonic"), "m", "um", "harmonic amplitude of the static transmission error"
     ),
@@ -237,6 +238,8 @@ VARIABLES: dict[str, Variable] = {
     "poincare_rate": Variable(
         ("update", "mesh", "mesh_period"), "m s-1", "mm/s", "rate of the mesh deflection once per mesh period"
     ),
+    "mesh_force_min": Variable(_STATE, "N", "N", "smallest dynamic mesh force", "over the stored phases"),
+    "mesh_force_max": Variable(_STATE, "N", "N", "largest dynamic mesh force", "over the stored phases"),
     "dynamic_factor": Variable(
         _STATE, "1", "1", "largest dynamic over static mesh force", "over the stored phases"
     ),

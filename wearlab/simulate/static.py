@@ -154,7 +154,8 @@ def _static_harmonics(parts: Parts, mesh: int, states: Sequence[Quasistatic]) ->
     clock = phase + one.lag
     stiffness = [harmonics(clock, weight, state.tangent, parts.harmonics) for state in states]
     ste = [harmonics(clock, weight, state.deflection + prescribed, parts.harmonics) for state in states]
-    return _harmonic_values("stiffness", stiffness) | _harmonic_values("ste", ste)
+    found = _harmonic_values("stiffness", stiffness) | _harmonic_values("ste", ste)
+    return found | {"ste_peak_to_peak": np.array([np.ptp(state.deflection + prescribed) for state in states])}
 
 
 def _harmonic_values(name: str, found: list[Harmonics]) -> dict[str, Array]:

@@ -117,6 +117,8 @@ def _mesh_response(
         "pair_force": np.stack([pair_slots(force.pair, mine.analysis.grid) for force in forces], axis=1),
         "poincare_deflection": deflection[:, 0],
         "poincare_rate": rate[:, 0],
+        "mesh_force_min": np.asarray(elastic.min()),
+        "mesh_force_max": np.asarray(elastic.max()),
         "dynamic_factor": np.asarray(elastic.max() / static if static > 0.0 else np.nan),
     }
     if parts.friction is not None:
