@@ -76,9 +76,9 @@ class _Apart(CompilerBase):
         return [pipeline]
 
 
-APART = {"pipeline_class": _Apart}
-INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""Without the code by which Python would call it: for a large argument that alone takes seconds to compile."""
+APART: dict[str, Any] = {"pipeline_class": _Apart}
+INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""Without the code by which Python would call it: with large arguments that alone takes seconds."""
 
 
 def jit_inner(function: Callable[..., Any]) -> Callable[..., Any]:
