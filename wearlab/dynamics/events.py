@@ -137,6 +137,8 @@ def crossing(
             kept = -1
         if iteration > 1 and (x1 - x0 < 1e-15 or abs(value) < 1e-15 * (abs(low) + abs(high))):
             break
+        if not low > high:
+            break  # both ends are roots: two flanks of one gap part at the same instant
         x = (x0 * high - x1 * low) / (high - low)
         if x <= a:
             break
