@@ -115,6 +115,8 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     dims = [str(dim) for dim in grid.run_id.dims]
     if ask.kind == "line" and ask.x in dims:
         series = joined(series)
+    if kind.joined is not None:
+        series = kind.joined(series)
     notes = _notes(ask, picked.missing)
     if ask.published is not None:
         series += published(ask.published, series, hue_of(series, ask, kind, dims), ask)

@@ -79,9 +79,9 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
 
 def _positions(run: Run, dim: str, coordinate: str, index: dict[str, int], ask: Ask) -> tuple[Array, Scale]:
     if coordinate in run.data.variables:
-        kept = companion(run, coordinate, index, ask)
-        if kept[0].ndim == 1:
-            return kept
+        values, scale = companion(run, coordinate, index, ask)
+        if values.size == run.data.sizes[dim]:
+            return values.ravel(), scale
     size = run.data.sizes[dim]
     if dim in run.data.coords:
         return shown(run.data[dim], dim, ask, "x")

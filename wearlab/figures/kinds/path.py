@@ -22,14 +22,15 @@ def along_path(run: Run, name: str, ask: Ask, extra: Mapping[str, Label] | None 
         held = np.isfinite(x)
         yield Series(
             {**piece.key, **(extra or {})},
-            x[held], piece.values[held], across, piece.scale, marks=_marks(run, x),
+            x[held], piece.values[held], across, piece.scale, marks=_marks(run, x, piece.place),
         )  # fmt: skip
 
 
-def _marks(run: Run, x: np.ndarray) -> tuple[Mark, ...]:
+def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...]:
     if "characteristic_point" not in run.data:
         return ()
-    letters = run.data["characteristic_point"].values
+    points = run.data["characteristic_point"]
+    letters = points.isel({dim: place[dim] for dim in points.dims if dim in place}).values
     at = {str(letter): float(where) for letter, where in zip(letters, x, strict=True) if letter}
     return tuple(Mark(where, letter) for letter, where in at.items())
 
