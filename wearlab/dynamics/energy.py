@@ -42,14 +42,14 @@ class EnergyBalance(NamedTuple):
 
     @property
     def residual(self) -> float:
-        """Power that the terms do not account for, over the input power [1]."""
+        """Power that the terms do not account for, over the input power, NaN without load [1]."""
         taken = self.friction + self.bearing_damping + self.mesh_damping + self.parametric + self.moving_gaps
-        return (self.input - self.output - taken) / self.input
+        return (self.input - self.output - taken) / self.input if self.input else float("nan")
 
     @property
     def efficiency(self) -> float:
-        """Output over input power [1]."""
-        return self.output / self.input
+        """Output over input power, NaN without load [1]."""
+        return self.output / self.input if self.input else float("nan")
 
 
 def nominal_speeds(system: System, given: Mapping[str, float]) -> Array:
