@@ -45,7 +45,7 @@ def solve_linear(matrix: Any, right: Any) -> float:
     return least / largest
 
 
-@jit_inner
+@jit
 def exchange(balance: Any, start: Any) -> None:
     """Let the sizes of the unknown loads and the coordinates held change places in ``start``."""
     if balance is not None:
@@ -55,7 +55,7 @@ def exchange(balance: Any, start: Any) -> None:
             start[at] = balance.size[row]
 
 
-@jit_inner
+@jit
 def restore(balance: Any, start: Any) -> None:
     """Undo `exchange`, keeping the sizes found."""
     if balance is not None:
