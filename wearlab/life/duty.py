@@ -34,9 +34,9 @@ def duty_shares(share: Sequence[float], speed: Sequence[float]) -> DutyShares:
     share : (n,) of the time; only their proportions count [1]
     speed : (n,) of the reference gear relative to the carrier [rad/s]
     """
-    time = np.asarray(share, float) / np.sum(share)
-    turned = time * np.asarray(speed, float)
-    return DutyShares(turned / turned.sum(), float(turned.sum()))
+    time, turning = np.asarray(share, float) / np.sum(share), np.asarray(speed, float)
+    weight = time * turning / (time @ turning)
+    return DutyShares(weight, float(mixture(time, list(turning))))
 
 
 @dataclass(frozen=True)
