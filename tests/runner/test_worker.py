@@ -62,7 +62,7 @@ def test_batches_follow_the_pace():
     pace = Pace()
     assert pace.batch(1000, 2) == 1  # nothing is known yet
     pace.count, pace.seconds = 10, 0.2
-    assert pace.batch(1000, 2) == 12  # a quarter of a second of 20 ms each
+    assert pace.batch(1000, 2) == 20  # 0.4 s of 20 ms each
     assert pace.batch(8, 2) == 2  # every worker keeps something to do
     assert pace.batch(1, 2) == 1
     pace.seconds = 100.0

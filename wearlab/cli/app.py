@@ -67,12 +67,17 @@ def run(
         str | None,
         typer.Option(metavar="WHAT", help="Compute again: failed, stale (made by other code) or all."),
     ] = None,
+    dashboard: Annotated[
+        bool, typer.Option("--dashboard", help="Let the workers show dask's page about themselves.")
+    ] = False,
     json: Json = False,
 ) -> Status:
     """Compute what is missing of FILE."""
+    from wearlab.cli.interrupting import at_once_when_twice
     from wearlab.cli.working import run_campaign
 
-    return run_campaign(file, Store(store), workers, scheduler, retry, recompute, json)
+    at_once_when_twice()
+    return run_campaign(file, Store(store), json, workers, scheduler, retry, recompute, dashboard)
 
 
 @app.command()

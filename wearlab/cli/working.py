@@ -117,11 +117,12 @@ def case_name(campaign: "Campaign", case: "Case") -> str:
 def run_campaign(
     file: str,
     store: "Store",
+    as_json: bool,
     workers: int | None,
     scheduler: str | None,
     retry: bool,
     recompute: str | None,
-    as_json: bool,
+    dashboard: bool,
 ) -> Status:
     """Compute what is missing and report trouble."""
     from wearlab.runner import Interrupted, RunnerError, run
@@ -138,6 +139,7 @@ def run_campaign(
                 retry=retry,
                 recompute=recompute,
                 progress=not as_json,
+                dashboard=dashboard,
             )
     except Interrupted as interrupted:
         raise Stop(str(interrupted), Status.INTERRUPTED) from None
@@ -151,6 +153,8 @@ def run_campaign(
 def _tell(campaign: "Campaign", report: "Report") -> None:
     counts = [f"{report.done} of {report.total} done"]
     counts += [f"{n} {word}" for n, word in ((report.failed, "failed"), (report.refused, "refused")) if n]
+    for note in report.notes:
+        complain(note)
     say(f"{', '.join(counts)}; {report.computed} computed in {seconds_text(report.seconds)}")
     names: dict[str, str] = {case.id: case_name(campaign, case) for case in reversed(campaign.cases)}
     foreseen = {case.id for case in report.expected if case.comparison.met}

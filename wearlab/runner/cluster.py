@@ -10,19 +10,25 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from importlib.util import find_spec
 from typing import Any
 
+from wearlab.runner.crew import Crew, OtherCode
 from wearlab.runner.report import RunnerError
 from wearlab.runner.worker import Task, execute_all, prepare, warm_up
+from wearlab.sources import source_hash
 from wearlab.store.outcome import Outcome
 
-BATCH_SECONDS = 0.25  # a batch of short cases lasts about so long: dask costs 1.7 ms a task
-LARGEST_BATCH = 32
+BATCH_SECONDS = 0.4  # a batch of short cases lasts about so long: dask costs 1.7 ms a task
+LARGEST_BATCH = 64
 CONNECT_SECONDS = 10
 AHEAD = 2  # batches per worker under way; the rest stays unclaimed, for another process to take
 ONE_THREAD = {
     name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 }
+
+
+Settle = Callable[[list[Outcome], Sequence[Task]], list[Task]]
 
 
 class Cluster:
@@ -32,66 +38,111 @@ class Cluster:
     ----------
     client : of dask.distributed
     simulate : ``module:function`` that every worker can import
+    crew : tells which workers may work, where they are not our own
     """
 
-    def __init__(self, client: Any, simulate: str) -> None:
-        self.client = client
-        self.simulate = simulate
+    def __init__(self, client: Any, simulate: str, crew: Crew | None = None) -> None:
+        self.client, self.simulate, self.crew = client, simulate, crew
+        self.code = None if crew is None else source_hash()
+
+    def workers(self) -> list[str]:
+        """Return the addresses of the workers that may work."""
+        if self.crew is not None:
+            return self.crew.present()
+        return list(self.client.scheduler_info(n_workers=-1)["workers"])
 
     def warm_up(self, scenes: Sequence[Any]) -> None:
         """Compile on one worker while the others import; then all find the compiled code on disk."""
-        first, *others = self.client.scheduler_info(n_workers=-1)["workers"]
+        first, *others = self.workers()
         importing = [
             self.client.submit(prepare, self.simulate, workers=[name], pure=False) for name in others
         ]
         compiling = self.client.submit(warm_up, scenes, self.simulate, workers=[first], pure=False)
         self.client.gather([compiling, *importing], errors="skip")
 
-    def outcomes(
-        self, tasks: Sequence[Task], claim: Callable[[Sequence[Task]], list[Task]]
-    ) -> Iterator[list[Outcome]]:
-        """Compute those tasks that ``claim`` grants and yield each batch of outcomes as it comes back.
+    def compute(self, tasks: Sequence[Task], settle: Settle) -> None:
+        """Compute those tasks that are granted.
 
         Parameters
         ----------
         tasks : what is missing
-        claim : takes tasks just before they are sent, so that two processes can share one campaign
+        settle : keeps finished outcomes and grants tasks just before they are sent, in one step; two
+            processes can so share one campaign
         """
         from dask.distributed import as_completed
 
-        waiting, suspects, pace = deque(tasks), deque[Task](), Pace()
-        flying: dict[str, list[Task]] = {}
-        width = max(1, len(self.client.scheduler_info(n_workers=-1)["workers"]))
-        flow = as_completed()
-
-        def send(batch: list[Task]) -> None:
-            future = self.client.submit(execute_all, batch, self.simulate, pure=False)
-            flying[future.key] = batch
-            flow.add(future)
-
+        flight = _Flight(deque(tasks), as_completed(with_results=True, raise_errors=False))
+        finished: list[Outcome] = []
         while True:
-            while waiting and len(flying) < AHEAD * width:
-                size = pace.batch(len(waiting), width)
-                if batch := claim([waiting.popleft() for _ in range(size)]):
-                    send(batch)
-            alone = not flying and bool(suspects)
-            if alone:
-                send([suspects.popleft()])
-            if not flying:
-                return
-            future = next(flow)
-            batch = flying.pop(future.key)
-            try:
-                outcomes = future.result()
-            except Exception as error:
-                if self.client.status != "running":
-                    raise RunnerError(f"the scheduler went away ({error})") from error
-                if not alone:  # a case took its process down, and others with it: each is tried by itself
-                    suspects.extend(batch)
+            fit = self.workers()
+            wanted = flight.next_batches(AHEAD * max(1, len(fit)))
+            if finished or wanted:
+                granted = {task.id for task in settle(finished, [task for batch in wanted for task in batch])}
+                for batch in wanted:
+                    self._send(flight, [task for task in batch if task.id in granted], fit)
+                if wanted and len(flight.under_way) < AHEAD * len(fit) and flight.waiting:
+                    finished = []
                     continue
-                outcomes = [_lost(batch[0], error)]
-            pace.learn(outcomes)
-            yield outcomes
+            for batch in flight.again():
+                self._send(flight, batch, fit)
+            if not flight.under_way:
+                return
+            finished = self._returned(flight)
+
+    def _send(self, flight: "_Flight", batch: list[Task], fit: list[str]) -> None:
+        if batch:
+            choice = {} if self.crew is None else self.crew.choice(fit)
+            future = self.client.submit(execute_all, batch, self.simulate, self.code, pure=False, **choice)
+            flight.under_way[future.key] = batch
+            flight.flow.add(future)
+
+    def _returned(self, flight: "_Flight") -> list[Outcome]:
+        """Wait for batches and return the outcomes of all that came back."""
+        finished: list[Outcome] = []
+        alone = len(flight.under_way) == 1 and flight.on_trial
+        for future, result in flight.flow.next_batch():
+            batch = flight.under_way.pop(future.key)
+            if future.status == "finished":
+                finished += result
+                continue
+            error = result[1] if isinstance(result, tuple) else result
+            if self.client.status != "running":
+                raise RunnerError(f"the scheduler went away ({error})") from error
+            if isinstance(error, OtherCode) and self.crew is not None:
+                self.crew.learn(*error.args)
+                flight.returned.append(batch)
+            elif alone:
+                finished.append(_lost(batch[0], error))
+            else:  # a case took its process down, and others with it: each is tried by itself
+                flight.suspects.extend(batch)
+        flight.pace.learn(finished)
+        return finished
+
+
+class _Flight:
+    """Batches under way, and what still waits for its turn."""
+
+    def __init__(self, waiting: deque[Task], flow: Any) -> None:
+        self.waiting, self.flow, self.pace = waiting, flow, Pace()
+        self.under_way: dict[str, list[Task]] = {}
+        self.returned: list[list[Task]] = []  # by a worker that was refused
+        self.suspects: deque[Task] = deque()
+        self.on_trial = False
+
+    def next_batches(self, most: int) -> list[list[Task]]:
+        """Take batches until so many are under way."""
+        batches = []
+        for _ in range(most - len(self.under_way)):
+            if self.waiting:
+                size = self.pace.batch(len(self.waiting), most // AHEAD)
+                batches.append([self.waiting.popleft() for _ in range(size)])
+        return batches
+
+    def again(self) -> list[list[Task]]:
+        """Return batches to be sent once more: those that came back, or one suspect when all else is done."""
+        batches, self.returned = self.returned, []
+        self.on_trial = not batches and not self.under_way and bool(self.suspects)
+        return [[self.suspects.popleft()]] if self.on_trial else batches
 
 
 class Pace:
@@ -114,18 +165,21 @@ class Pace:
 
 
 @contextmanager
-def connect(workers: int | None, scheduler: str | None) -> Iterator[Any]:
+def connect(workers: int | None, scheduler: str | None, dashboard: bool = False) -> Iterator[Any]:
     """Open a client of the given scheduler, or of a cluster of processes on this machine.
 
     Parameters
     ----------
     workers : number of processes [the cores]
     scheduler : address of an existing scheduler; then ``workers`` has no meaning
+    dashboard : whether a cluster on this machine shows dask's page about itself; an existing one decides
 
     Raises
     ------
-    RunnerError : nobody answers
+    RunnerError : nobody answers, or the page needs what is not installed
     """
+    if dashboard and scheduler is None and find_spec("bokeh") is None:
+        raise RunnerError("the dashboard needs bokeh: pip install bokeh")
     if scheduler is not None:
         with _remote(scheduler) as client:
             yield client
@@ -142,7 +196,7 @@ def connect(workers: int | None, scheduler: str | None) -> Iterator[Any]:
             threads_per_worker=1,
             processes=True,
             host="127.0.0.1",
-            scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
+            scheduler_kwargs={"dashboard": dashboard, "dashboard_address": "127.0.0.1:0"},
             worker_dashboard_address=None,
             silence_logs=logging.CRITICAL,
             env=ONE_THREAD,
@@ -210,7 +264,7 @@ def _quiet_logs() -> Iterator[None]:
         logger.setLevel(level)
 
 
-def _lost(task: Task, error: Exception) -> Outcome:
+def _lost(task: Task, error: BaseException) -> Outcome:
     """Return the failure of a case whose process died, or whose result could not travel."""
     reason = "".join(traceback.format_exception_only(error))
     started = datetime.now(UTC).isoformat(timespec="milliseconds")

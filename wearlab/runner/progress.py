@@ -16,6 +16,9 @@ class Progress(Protocol):
     def step(self, text: str) -> None:
         """Say what is being done before cases run."""
 
+    def note(self, text: str) -> None:
+        """Say something that stays to be read."""
+
     def start(self, total: int) -> None:
         """Say how many cases there are."""
 
@@ -34,6 +37,9 @@ class Silent:
     ) -> None: ...
 
     def step(self, text: str) -> None:
+        """Say nothing."""
+
+    def note(self, text: str) -> None:
         """Say nothing."""
 
     def start(self, total: int) -> None:
@@ -83,6 +89,10 @@ class Bar:
     def step(self, text: str) -> None:
         """Show a step of unknown length."""
         self._bar.update(self._task, description=text)
+
+    def note(self, text: str) -> None:
+        """Write a line above the bar."""
+        self._console.print(text, markup=False, highlight=False)
 
     def start(self, total: int) -> None:
         """Show the bar of the cases."""

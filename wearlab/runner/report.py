@@ -51,6 +51,7 @@ class Report:
     seconds : wall time of this call [s]
     troubled : the failed, the refused, and those computed with warnings
     expected : the cases with an expectation, and what became of them
+    notes : what else is to be known: workers refused, a catalogue made anew
     """
 
     total: int
@@ -61,6 +62,7 @@ class Report:
     seconds: float
     troubled: tuple[CaseReport, ...] = ()
     expected: "tuple[Expected, ...]" = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:

@@ -1,18 +1,20 @@
 """``run``: what of a campaign is missing in a store is computed, and nothing else."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING
 
 from wearlab.runner.again import chosen, restore
 from wearlab.runner.cluster import Cluster, connect
 from wearlab.runner.continuing import with_parents
+from wearlab.runner.crew import Crew
 from wearlab.runner.expectation import Expected, comparisons
 from wearlab.runner.progress import Progress, watched
 from wearlab.runner.report import CaseReport, Interrupted, Report
 from wearlab.runner.worker import SIMULATE, Task, execute, warm_up
 from wearlab.store.catalogue import Head
+from wearlab.store.errors import StoreError
 from wearlab.store.outcome import Outcome
 from wearlab.store.place import place
 
@@ -32,6 +34,7 @@ def run(
     retry: bool = False,
     recompute: str | None = None,
     progress: bool = True,
+    dashboard: bool = False,
     simulate: str = SIMULATE,
 ) -> Report:
     """Compute the missing runs of a campaign.
@@ -48,6 +51,7 @@ def run(
     retry : compute failed and refused cases again
     recompute : what is computed again: "failed" cases, those "stale" by other code, or "all"
     progress : show a bar, on a terminal
+    dashboard : let the worker processes show dask's page about themselves; its address is told
     simulate : ``module:function``, scene to dataset
 
     Returns
@@ -64,19 +68,48 @@ def run(
     again = chosen(recompute, retry)
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
     tasks = with_parents(tasks, store)
-    store.create()
+    notes = _opened(store)
     key = _record(campaign, store)
     with store.presence() as presence, watched(progress) as bar:
         work = _Work(store, presence.token, again, bar, simulate)
+
+        def tell(text: str) -> None:
+            notes.append(text)
+            bar.note(text)
+
+        def cluster() -> Cluster:
+            return _cluster(stack, workers, scheduler, dashboard, simulate, tell)
+
         try:
             with ExitStack() as stack:
-                work.complete(list(tasks.values()), lambda: _cluster(stack, workers, scheduler, simulate))
+                work.complete(list(tasks.values()), cluster)
         except KeyboardInterrupt:
+            _tidy(store, presence.token, work)
             raise Interrupted(_interruption(tasks, store)) from None
-        finally:
-            store.catalogue.release(presence.token)
-            restore(store, work.taken_again - work.finished)
-    return _report(campaign, store, key, work.finished, time.perf_counter() - clock)
+        except BaseException:
+            with suppress(StoreError):  # what went wrong first is what is told
+                _tidy(store, presence.token, work)
+            raise
+        _tidy(store, presence.token, work)
+    return _report(campaign, store, key, work.finished, time.perf_counter() - clock, tuple(notes))
+
+
+def _opened(store: "Store") -> list[str]:
+    """Make the store where there is none; make its catalogue anew where only that has gone."""
+    lost = not store.catalogue.exists() and any(True for _ in store.files)
+    store.create()
+    if not lost:
+        return []
+    left_out = store.reindex()
+    count = len(store.entries())
+    more = f"; {len(left_out)} were left out: 'wearlab verify' tells why" if left_out else ""
+    return [f"the catalogue had gone: {count} runs were taken back from their files{more}"]
+
+
+def _tidy(store: "Store", owner: str, work: "_Work") -> None:
+    """Forget what was begun and not finished; keep what was to be computed again and was not."""
+    store.catalogue.release(owner)
+    restore(store, work.taken_again - work.finished)
 
 
 class _Work:
@@ -100,17 +133,10 @@ class _Work:
                 self.bar.start(len(left))
                 begun = True
             before = len(self.finished)
-            for outcomes in self._outcomes(here):
-                self._keep(outcomes)
+            self._compute(here)
             if len(self.finished) == before:
                 self.bar.step(f"waiting for another process ({len(left)})")
                 time.sleep(POLL)
-
-    def _keep(self, outcomes: list[Outcome]) -> None:
-        self.store.save(outcomes, self.owner)
-        for outcome in outcomes:
-            self.finished.add(outcome.id)
-            self.bar.advance(outcome)
 
     def _begin(self, tasks: Sequence[Task], cluster: Callable[[], Cluster]) -> None:
         scenes = [task.scene for task in tasks]
@@ -123,17 +149,26 @@ class _Work:
         self.bar.step("compiling")
         self.cluster.warm_up(scenes)
 
-    def _outcomes(self, tasks: Sequence[Task]) -> Iterator[list[Outcome]]:
+    def _compute(self, tasks: Sequence[Task]) -> None:
         if self.cluster is not None:
-            yield from self.cluster.outcomes(tasks, self._claim)
+            self.cluster.compute(tasks, self._settle)
             return
         for task in tasks:
-            if self._claim([task]):
-                yield [execute(task, self.simulate)]
+            if self._settle([], [task]):
+                self._settle([execute(task, self.simulate)], [])
 
-    def _claim(self, tasks: Sequence[Task]) -> list[Task]:
-        taken = set(self.store.claim([task.id for task in tasks], self.owner, self._free))
-        return [task for task in tasks if task.id in taken]
+    def _settle(self, outcomes: list[Outcome], wanted: Sequence[Task]) -> list[Task]:
+        """Keep what is finished and take what is to be computed next; return what was taken."""
+        done = {outcome.id for outcome in outcomes}
+        taken = set(
+            self.store.save_and_claim(
+                outcomes, [task.id for task in wanted if task.id not in done], self.owner, self._free
+            )
+        )
+        self.finished |= done
+        for outcome in outcomes:
+            self.bar.advance(outcome)
+        return [task for task in wanted if task.id in taken]
 
     def _free(self, entry: Head) -> bool:
         """Say whether a run that the catalogue knows is to be computed again."""
@@ -155,8 +190,18 @@ class _Work:
         return left
 
 
-def _cluster(stack: ExitStack, workers: int | None, scheduler: str | None, simulate: str) -> Cluster:
-    return Cluster(stack.enter_context(connect(workers, scheduler)), simulate)
+def _cluster(
+    stack: ExitStack,
+    workers: int | None,
+    scheduler: str | None,
+    dashboard: bool,
+    simulate: str,
+    tell: Callable[[str], None],
+) -> Cluster:
+    client = stack.enter_context(connect(workers, scheduler, dashboard))
+    if dashboard:
+        tell(f"dashboard: {client.dashboard_link}")
+    return Cluster(client, simulate, None if scheduler is None else Crew(client, tell))
 
 
 def _record(campaign: "Campaign", store: "Store") -> str:
@@ -173,7 +218,9 @@ def _interruption(tasks: "dict[str, Task]", store: "Store") -> str:
     return f"interrupted: {finished} done, {len(tasks) - finished} to go; run again to continue"
 
 
-def _report(campaign: "Campaign", store: "Store", key: str, computed: set[str], seconds: float) -> Report:
+def _report(
+    campaign: "Campaign", store: "Store", key: str, computed: set[str], seconds: float, notes: tuple[str, ...]
+) -> Report:
     heads = store.heads(case.id for case in campaign.cases)
     labels = {case.id: case.label for case in reversed(campaign.cases)}
     states = [head.state for head in heads.values()]
@@ -191,4 +238,4 @@ def _report(campaign: "Campaign", store: "Store", key: str, computed: set[str], 
         for case, one in zip(campaign.cases, compared, strict=True)
         if one is not None
     )
-    return Report(len(labels), len(computed), *counts, seconds, troubled, expected)
+    return Report(len(labels), len(computed), *counts, seconds, troubled, expected, notes)

@@ -9,6 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab import __version__
+from wearlab.runner.crew import OtherCode
+from wearlab.sources import source_hash
 from wearlab.store.outcome import Outcome, State
 
 if TYPE_CHECKING:
@@ -24,8 +26,23 @@ class Task(NamedTuple):
     scene: Any
 
 
-def execute_all(tasks: Sequence[Task], simulate: str) -> list[Outcome]:
-    """Compute a batch of cases, one after the other."""
+def execute_all(tasks: Sequence[Task], simulate: str, code: str | None = None) -> list[Outcome]:
+    """Compute a batch of cases, one after the other.
+
+    Parameters
+    ----------
+    tasks : the cases
+    simulate : ``module:function``, scene to dataset
+    code : source hash that this worker must have [any]
+
+    Raises
+    ------
+    OtherCode : it has another
+    """
+    if code is not None and code != source_hash():
+        from dask.distributed import get_worker
+
+        raise OtherCode(get_worker().address, source_hash())
     return [execute(task, simulate) for task in tasks]
 
 

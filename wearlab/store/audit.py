@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from wearlab.store.adopt import ForeignRun, outcome_of
+from wearlab.store.bounds import refuse_links
 from wearlab.store.catalogue import Entry
 from wearlab.store.errors import StoreError
 from wearlab.store.outcome import Outcome
@@ -32,30 +33,37 @@ class Problem(NamedTuple):
 def verify(store: "Store") -> Iterator[Problem]:
     """Yield all that is wrong with a store: files unlike their recorded size and hash, then foreign files.
 
-    Files that the catalogue does not know are checked against the seal they carry.
+    Files that the catalogue does not know are checked against the seal they carry. What a run that was
+    begun left behind is accounted for: the next ``run`` replaces it.
 
     Raises
     ------
     StoreError : there is no store, or its catalogue cannot be read
     """
     entries = store.catalogue.entries()
+    for run_id in [run_id for run_id in entries if not store.files.is_name(run_id)]:
+        del entries[run_id]
+        said = f"names {run_id[:40]!r}, which is no identity of a run"
+        yield Problem(store.catalogue.path, "foreign", said)
     done = {store.files.path(e.id): e for e in entries.values() if e.state == "done"}
     for path, entry in done.items():
         if problem := check_file(path, entry):
             yield problem
-    parts = {
-        store.files.part(e.id, e.owner)
-        for e in entries.values()
-        if e.state == "running" and e.owner and store.is_alive(e.owner)
-    }
+    begun = [e for e in entries.values() if e.state == "running"]
+    parts = {store.files.part(e.id, e.owner) for e in begun if store.files.is_writer(e.owner or "")}
+    unrecorded = {store.files.path(e.id) for e in begun}
     for path in store.files:
-        if path not in done and path not in parts:
-            yield _stranger(path, store.files)
+        if path in done or path in parts:
+            continue
+        problem = _stranger(path, store.files)
+        if problem.kind != "unknown" or path not in unrecorded:
+            yield problem
 
 
 def check_file(path: Path, entry: Entry) -> Problem | None:
     """Return what is wrong with a run's file, by the catalogue's size and hash."""
     try:
+        refuse_links(path)
         size = path.stat().st_size
         if size != entry.size:
             kind = "truncated" if size < (entry.size or 0) else "altered"
@@ -64,6 +72,8 @@ def check_file(path: Path, entry: Entry) -> Problem | None:
             return Problem(path, "altered", "its bytes are not those that were written")
     except FileNotFoundError:
         return Problem(path, "missing", "the catalogue says done, but there is no file")
+    except StoreError as error:
+        return Problem(path, "foreign", _reason(error, path))
     except OSError as error:
         return Problem(path, "unreadable", str(error.strerror or error))
     return None
@@ -89,9 +99,12 @@ def _reason(error: StoreError, path: Path) -> str:
 def reindex(store: "Store") -> list[Problem]:
     """Make the catalogue's runs anew from the run files; return the files that were left out, and why.
 
-    A file that does not hold what was sealed in it, or that is another run's, is left out. Failed and refused
-    cases are in no file: they are forgotten and computed again by the next ``run``.
+    A damaged catalogue is set aside under another name first. A file that does not hold what was sealed in it,
+    or that is another run's, is left out. Failed and refused cases are in no file: they are forgotten and
+    computed again by the next ``run``.
     """
+    if store.catalogue.exists() and not store.catalogue.is_sound():
+        store.catalogue.set_aside()
     store.create()
     problems: list[Problem] = []
     store.catalogue.clear_runs()

@@ -3,21 +3,19 @@
 Only the process that calls ``run`` writes here, workers never do; it can be rebuilt from the run files.
 """
 
-import hashlib
 import json
 import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from operator import itemgetter
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 from wearlab.store import tables
-from wearlab.store.database import CHUNK, Database
+from wearlab.store.database import CHUNK
 from wearlab.store.errors import StoreError
 from wearlab.store.facts import Facts, facts_of
-from wearlab.store.outcome import Comparison, Outcome, State
+from wearlab.store.memberships import Member, Memberships, key_of, now
+from wearlab.store.outcome import Outcome, State
 from wearlab.store.tables import VERSION
 
 __all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member", "Placed"]
@@ -73,22 +71,7 @@ class Entry:
     scene: str | None
 
 
-@dataclass(frozen=True)
-class Member:
-    """One case of a recorded campaign: the campaign's title and file, its label, and what sets it apart.
-
-    ``comparison`` is how it compares with what the campaign expects of it, once it has run.
-    """
-
-    campaign: str
-    path: str | None
-    run: str
-    label: str
-    position: dict[str, Any]
-    comparison: Comparison | None = None
-
-
-class Catalogue(Database):
+class Catalogue(Memberships):
     """The SQLite file of a store.
 
     Parameters
@@ -116,8 +99,6 @@ class Catalogue(Database):
         """Let go of the file."""
         super().close()
         self._facts.clear()
-
-    # -- runs ---------------------------------------------------------------------------------------------
 
     def entries(self, ids: Iterable[str] | None = None) -> dict[str, Entry]:
         """Return the known runs among ``ids``, in that order; all, by their start, when it is None."""
@@ -165,11 +146,25 @@ class Catalogue(Database):
         return {key: json.loads(text) for key, text in rows}
 
     def claim(self, wanted: Sequence[str], owner: str, free: Callable[[Head], bool]) -> dict[str, str | None]:
-        """Mark runs as running here, in one step that no other process can come between.
+        """Mark runs as running here, as `record` does."""
+        return self.record((), wanted, owner, free)
+
+    def record(
+        self,
+        outcomes: Iterable[Outcome],
+        wanted: Sequence[str] = (),
+        owner: str = "",
+        free: Callable[[Head], bool] = lambda head: False,
+    ) -> dict[str, str | None]:
+        """Write what became of runs and mark others as running here, in one transaction.
+
+        A transaction costs as much as many runs: what is finished and what is begun next share one, and no
+        other process can come between.
 
         Parameters
         ----------
-        wanted : ids of the runs to compute
+        outcomes : of finished runs
+        wanted : ids of runs to be begun
         owner : token of this process
         free : says of a run already known whether it may be taken over
 
@@ -177,33 +172,36 @@ class Catalogue(Database):
         -------
         The ids taken, each with the owner it was taken over from (None when it was new).
         """
-        taken: dict[str, str | None] = {}
-        with self._transaction() as connection:
-            known = self.heads(wanted)
-            for run_id in wanted:
-                if run_id not in known or free(known[run_id]):
-                    taken[run_id] = known[run_id].owner if run_id in known else None
-            connection.executemany(
-                "INSERT INTO runs (id, state, owner, started) VALUES (?, 'running', ?, ?) ON CONFLICT (id) "
-                "DO UPDATE SET state = 'running', owner = excluded.owner, started = excluded.started",
-                [(run_id, owner, _now()) for run_id in taken],
-            )
-        return taken
-
-    def record(self, outcomes: Iterable[Outcome]) -> None:
-        """Write what became of runs, in one transaction."""
         try:
             with self._transaction() as connection:
                 for outcome in outcomes:
-                    key = None if outcome.layout is None else _key(outcome.layout)
-                    if key:
-                        connection.execute(
-                            "INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout)
-                        )
-                    self._keep(connection, _row(outcome, key), outcome.histories, outcome.places)
+                    self._record(connection, outcome)
+                return self._claim(connection, wanted, owner, free)
         except BaseException:
             self._facts.clear()  # numbers given to new keys went with the transaction
             raise
+
+    def _record(self, connection: sqlite3.Connection, outcome: Outcome) -> None:
+        key = None if outcome.layout is None else key_of(outcome.layout)
+        if key:
+            connection.execute("INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout))
+        self._keep(connection, _row(outcome, key), outcome.histories, outcome.places)
+
+    def _claim(
+        self, connection: sqlite3.Connection, wanted: Sequence[str], owner: str, free: Callable[[Head], bool]
+    ) -> dict[str, str | None]:
+        known = self.heads(wanted)
+        taken = {
+            run_id: known[run_id].owner if run_id in known else None
+            for run_id in wanted
+            if run_id not in known or free(known[run_id])
+        }
+        connection.executemany(
+            "INSERT INTO runs (id, state, owner, started) VALUES (?, 'running', ?, ?) ON CONFLICT (id) "
+            "DO UPDATE SET state = 'running', owner = excluded.owner, started = excluded.started",
+            [(run_id, owner, now()) for run_id in taken],
+        )
+        return taken
 
     def _keep(
         self,
@@ -259,66 +257,6 @@ class Catalogue(Database):
                 connection.execute(f"DELETE FROM {table}")
         self._facts.clear()
 
-    # -- campaigns ----------------------------------------------------------------------------------------
-
-    def record_campaign(
-        self,
-        title: str,
-        reference: str | None,
-        path: str | None,
-        members: Sequence[tuple[str, str, Mapping[str, Any]]],
-    ) -> str:
-        """Write a campaign's cases as (run id, label, position), return its key; the same twice is one."""
-        rows = [(run_id, label, json.dumps(dict(position))) for run_id, label, position in members]
-        key = _key(json.dumps([title, path, rows]))
-        with self._transaction() as connection:
-            connection.execute(
-                "INSERT OR REPLACE INTO campaigns VALUES (?, ?, ?, ?, ?)",
-                (key, title, reference, path, _now()),
-            )
-            connection.executemany(
-                "INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)",
-                [(key, number, *row) for number, row in enumerate(rows)],
-            )
-        return key
-
-    def insert(self, table: Literal["campaigns", "members"], rows: Sequence[tuple[Any, ...]]) -> None:
-        """Copy another catalogue's rows, in the order of the table's columns; those we have stay."""
-        if rows:
-            marks = ", ".join("?" * len(rows[0]))
-            with self._transaction() as connection:
-                connection.executemany(f"INSERT OR IGNORE INTO {table} VALUES ({marks})", rows)
-
-    def record_comparisons(self, campaign: str, comparisons: Sequence[Comparison | None]) -> None:
-        """Write how a campaign's cases, in their order, compare with what it expects of them."""
-        rows = [(campaign, number, *one) for number, one in enumerate(comparisons) if one is not None]
-        with self._transaction() as connection:
-            connection.execute("DELETE FROM expectations WHERE campaign = ?", (campaign,))
-            connection.executemany("INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", rows)
-
-    def _comparisons(self) -> dict[tuple[str, int], Comparison]:
-        """Return the comparisons by campaign and case."""
-        rows = self.read("SELECT campaign, number, verdict, expected, measured, met FROM expectations")
-        return {(row[0], row[1]): Comparison(row[2], row[3], row[4], bool(row[5])) for row in rows}
-
-    def members(self, runs: Sequence[str] | None = None) -> list[Member]:
-        """Return the cases of campaigns with these runs (all when None), the campaign recorded last first."""
-        compared = self._comparisons()
-        question = (
-            "SELECT title, path, run, label, position, campaign, number, recorded "
-            "FROM members JOIN campaigns ON campaign = key"
-        )
-        if runs is None:
-            found = self.read(question)
-        else:
-            found = list(self.read_many(f"{question} WHERE run IN", runs))
-        found.sort(key=itemgetter(5, 6))
-        found.sort(key=itemgetter(7), reverse=True)
-        return [
-            Member(title, path, run, label, json.loads(text), compared.get((key, number)))
-            for title, path, run, label, text, key, number, _ in found
-        ]
-
 
 def _head(row: tuple[Any, ...]) -> Head:
     run_id, state, owner, size, source_hash, warned = row
@@ -328,8 +266,15 @@ def _head(row: tuple[Any, ...]) -> Head:
 def _entry(row: tuple[Any, ...]) -> Entry:
     warnings, sizes, digests, summary, scene = row[-5:]
     plain: tuple[Any, ...] = row[:-5]
-    documents = [json.loads(text or "{}") for text in (sizes, digests, summary)]
-    return Entry(*plain, tuple(json.loads(warnings or "[]")), *documents, scene)  # type: ignore[call-arg]
+    try:
+        documents = [dict(json.loads(text or "{}")) for text in (sizes, digests, summary)]
+        said = tuple(map(str, json.loads(warnings or "[]")))
+    except (ValueError, TypeError, RecursionError) as error:
+        raise StoreError(
+            f"the catalogue's entry of run {row[0]!r} cannot be understood ({error}); "
+            "'wearlab reindex' mends it"
+        ) from error
+    return Entry(*plain, said, *documents, scene)  # type: ignore[call-arg]
 
 
 def _row(outcome: Outcome, layout: str | None) -> tuple[Any, ...]:
@@ -340,11 +285,3 @@ def _row(outcome: Outcome, layout: str | None) -> tuple[Any, ...]:
         *(outcome.source_hash, outcome.wearlab_version, layout),
         *(outcome.reason, *texts, outcome.scene),
     )
-
-
-def _key(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -4,6 +4,7 @@ With a rollback journal: two processes on one store wait for each other for a mo
 on a shared home directory too (a write-ahead log is faster, but wrong as soon as two machines write).
 """
 
+import os
 import sqlite3
 import weakref
 from collections.abc import Callable, Iterator, Sequence
@@ -75,7 +76,7 @@ class Database:
     def _open(self, *, create: bool = False) -> sqlite3.Connection:
         if self._connection is None:
             if not create and not self.exists():
-                raise StoreError(f"{self.path.parent}: there is no store here")
+                raise StoreError(self._absent())
             uri = f"{self.path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
             try:
                 connection = sqlite3.connect(
@@ -85,16 +86,27 @@ class Database:
                 raise self._unusable(error) from error
             self._finalizer = weakref.finalize(self, connection.close)
             self._connection = connection
-            self._prepare(connection, create)
+            try:
+                self._prepare(connection, create)
+            except BaseException:
+                self.close()
+                raise
         return self._connection
 
     def _prepare(self, connection: sqlite3.Connection, create: bool) -> None:
         try:
+            connection.execute("PRAGMA trusted_schema = OFF")
             version = connection.execute("PRAGMA user_version").fetchone()[0]
+            strange = _additions(connection)
             connection.execute("PRAGMA journal_mode = PERSIST")  # the cheapest of the rollback journals
             connection.execute(f"PRAGMA cache_size = {PAGES}")
         except sqlite3.Error as error:
             raise self._unusable(error) from error
+        if strange:
+            raise StoreError(
+                f"{self.path}: holds {strange} views or triggers, which no wearlab makes; "
+                "'wearlab reindex' makes it anew from the run files"
+            )
         if version > VERSION:
             raise StoreError(f"{self.path}: written by a newer wearlab (catalogue version {version})")
         if version == 0 and not create:
@@ -105,5 +117,46 @@ class Database:
     def _upgrade(self) -> None:
         raise NotImplementedError
 
+    def is_sound(self) -> bool:
+        """Say whether the file is a database without damage that SQLite can see, made by wearlab."""
+        self.close()
+        connection = sqlite3.connect(self.path, timeout=PATIENCE)
+        try:
+            return not _additions(connection) and connection.execute("PRAGMA quick_check").fetchone() == (
+                "ok",
+            )
+        except sqlite3.OperationalError as error:
+            raise self._unusable(error) from error
+        except sqlite3.DatabaseError:
+            return False
+        finally:
+            connection.close()
+
+    def set_aside(self) -> None:
+        """Rename a file that is damaged, so that a new one can be made."""
+        self.close()
+        try:
+            os.replace(self.path, self.path.with_suffix(".damaged"))
+            for journal in self.path.parent.glob(f"{self.path.name}-*"):
+                journal.unlink()
+        except OSError as error:
+            raise StoreError(f"{self.path}: cannot be renamed ({error.strerror or error})") from error
+
+    def _absent(self) -> str:
+        if (self.path.parent / "runs").is_dir():
+            return f"{self.path}: is missing; 'wearlab reindex' makes it anew from the run files"
+        return f"{self.path.parent}: there is no store here"
+
     def _unusable(self, error: sqlite3.Error) -> StoreError:
-        return StoreError(f"{self.path}: the catalogue cannot be used ({error})")
+        reason = f"{self.path}: the catalogue cannot be used ({error})"
+        if getattr(error, "sqlite_errorname", "").startswith("SQLITE_BUSY"):
+            return StoreError(f"{reason}: another process holds it; try again when that has ended")
+        if getattr(error, "sqlite_errorname", "").startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")):
+            return StoreError(f"{reason}; 'wearlab reindex' makes it anew from the run files")
+        return StoreError(reason)
+
+
+def _additions(connection: sqlite3.Connection) -> int:
+    """Return how many views and triggers there are, of which wearlab makes none."""
+    question = "SELECT count(*) FROM sqlite_master WHERE type IN ('view', 'trigger')"
+    return int(connection.execute(question).fetchone()[0])

@@ -7,6 +7,7 @@ never splits it.
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from wearlab.store.bounds import number_type, refuse_oversized
 from wearlab.store.catalogue import Placed
 from wearlab.store.lazy import Group, LazyVariable, Places, RunFile
 from wearlab.store.place import value_text
@@ -135,6 +137,8 @@ def _grid(
         RunFile(f"{top}/{r.id[:2]}/{r.id}.nc", r.size or 0, place[r.layout, r.sizes], r.places or b"")
         for r in done
     )
+    for number, group in enumerate(groups):
+        refuse_oversized(next(file.path for file in files if file.group == number), _claimed(group))
     sizes, labels, by_label = _shape(groups)
     token = hashlib.sha256(repr(([(r.id, r.size) for r in done], points.tobytes(), top)).encode()).hexdigest()
     digests = [json.loads(run.digests or "{}") for run in done]
@@ -147,6 +151,12 @@ def _group(layout: Mapping[str, Any], sizes: str | None) -> Group:
     variables = layout["variables"]
     order = {name: number for number, name in enumerate(sorted(variables))}
     return Group(json.loads(sizes or "{}"), variables, order, layout["labels"])
+
+
+def _claimed(group: Group) -> int:
+    """Return the bytes of the largest variable."""
+    sizes = ([group.sizes[dim] for dim in variable["dims"]] for variable in group.variables.values())
+    return max((8 * math.prod(lengths) for lengths in sizes), default=0)
 
 
 def _shape(groups: Sequence[Group]) -> tuple[dict[str, int], dict[str, list[Any]], frozenset[str]]:
@@ -231,6 +241,7 @@ def _dtype(stored: str, whole: bool) -> tuple[np.dtype[Any], Any]:
     """Return dtype and filling: text stays text, numbers with holes become float64."""
     if stored == "str":
         return np.dtype(object), ""
+    stored = number_type(stored)
     return (np.dtype(stored), 0) if whole and np.dtype(stored).kind != "f" else (np.dtype(float), np.nan)
 
 

@@ -16,6 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from xarray.backends.locks import HDF5_LOCK, NETCDFC_LOCK
 
+from wearlab.store.bounds import refuse_links, refuse_oversized
 from wearlab.store.errors import StoreError
 from wearlab.store.netcdf import SMALL, encoded
 from wearlab.store.seal import sealed
@@ -26,7 +27,7 @@ AT_STATES = frozenset((LIFE, "flank", "mesh", "member"))
 ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
 CODE = ("commit", "model_version")
 
-_files: dict[tuple[str, int, int], netCDF4.Dataset] = {}  # open files, the one used last at the end
+_files: dict[tuple[str, int, int, int], netCDF4.Dataset] = {}  # open files, the one used last at the end
 
 
 class Description(NamedTuple):
@@ -62,19 +63,36 @@ def load(path: Path) -> xr.Dataset:
 
     Raises
     ------
-    StoreError : the file is absent or damaged
+    StoreError : the file is absent, damaged, a link, or claims more than it can hold
     """
+    refuse_links(path)
     try:
+        _refuse_oversized(path)
         return xr.load_dataset(path, engine="netcdf4")
     except (OSError, RuntimeError, ValueError) as error:
         raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
 
 
+def _refuse_oversized(path: Path) -> None:
+    """Look at what a file claims to hold before any of it is read."""
+    with NETCDFC_LOCK, HDF5_LOCK, netCDF4.Dataset(path) as file:
+        claimed = sum(_claimed(variable) for variable in file.variables.values())
+    refuse_oversized(path, claimed)
+
+
+def _claimed(variable: netCDF4.Variable) -> int:
+    """Return the bytes of a variable's values; of texts, those of their references."""
+    return math.prod(variable.shape) * (16 if variable.dtype is str else variable.dtype.itemsize)
+
+
 def read_variable(path: str, name: str) -> NDArray[Any]:
     """Read one variable of a run, safely from any thread."""
+    refuse_links(path)
     with NETCDFC_LOCK, HDF5_LOCK:
         try:
-            return np.asarray(_open(path).variables[name][...])
+            variable = _open(path).variables[name]
+            refuse_oversized(path, _claimed(variable))
+            return np.asarray(variable[...])
         except (OSError, RuntimeError, KeyError) as error:
             raise StoreError(f"{path}: {name} cannot be read ({error}); try 'wearlab verify'") from error
 
@@ -86,7 +104,7 @@ def _open(path: str) -> netCDF4.Dataset:
     it would be closed in some thread that does not hold the lock, and crash the process.
     """
     status = Path(path).stat()
-    key = (path, status.st_mtime_ns, status.st_size)
+    key = (path, status.st_mtime_ns, status.st_size, status.st_ino)
     file = _files.pop(key, None) or netCDF4.Dataset(path)
     file.set_auto_maskandscale(False)
     _files[key] = file

@@ -1,5 +1,6 @@
 """One variable of all runs of a grid, read when a point of it is asked for."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.store.bounds import number_type, refuse_links
 from wearlab.store.errors import StoreError
 from wearlab.store.image import read_variable
 
@@ -114,7 +116,7 @@ class LazyVariable:
             return read_variable(file.path, self.name)
         variable = group.variables[self.name]
         shape = tuple(group.sizes[dim] for dim in variable["dims"])
-        return read_bytes(file, offset, np.dtype(variable["dtype"]), shape, self.name)
+        return read_bytes(file, offset, np.dtype(number_type(variable["dtype"])), shape, self.name)
 
 
 def read_bytes(
@@ -126,7 +128,8 @@ def read_bytes(
     ------
     StoreError : the file is gone, or has not the length that was recorded
     """
-    count = int(np.prod(shape, dtype=int))
+    count = math.prod(shape)
+    refuse_links(file.path)
     try:
         with open(file.path, "rb") as opened:
             length = opened.seek(0, 2)
@@ -135,7 +138,7 @@ def read_bytes(
     except OSError as error:
         reason = error.strerror or error
         raise StoreError(f"{file.path}: {name} cannot be read ({reason}); try 'wearlab verify'") from error
-    if length != file.size:
-        reason = f"{length} bytes instead of {file.size}"
+    if length != file.size or len(content) != count * dtype.itemsize:
+        reason = f"{length} bytes instead of {file.size}" if length != file.size else "it ends before that"
         raise StoreError(f"{file.path}: {name} cannot be read ({reason}); try 'wearlab verify'")
     return np.frombuffer(content, dtype).reshape(shape)

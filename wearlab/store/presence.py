@@ -5,6 +5,7 @@ is not inherited by children, and cannot be confused by a process id that was gi
 """
 
 import os
+import re
 import secrets
 import socket
 import sqlite3
@@ -13,6 +14,9 @@ from pathlib import Path
 from types import TracebackType
 
 from wearlab.store.errors import StoreError
+from wearlab.store.runs import WRITER
+
+LONGEST_HOST = 100
 
 
 class Presence:
@@ -24,7 +28,8 @@ class Presence:
     """
 
     def __init__(self, folder: Path) -> None:
-        self.token = f"{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}"
+        host = re.sub(r"[^A-Za-z0-9_.-]", "-", socket.gethostname())[:LONGEST_HOST]
+        self.token = f"{host}-{os.getpid()}-{secrets.token_hex(4)}"
         self._file = _lock_file(folder, self.token)
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -47,6 +52,8 @@ class Presence:
 def alive(folder: Path, token: str) -> bool:
     """Say whether the process that took ``token`` still holds it; what a dead one left is cleared away."""
     file = _lock_file(folder, token)
+    if not WRITER.fullmatch(token) or file.is_symlink():
+        return False  # a name that no process of ours took
     try:
         connection = sqlite3.connect(f"{file.absolute().as_uri()}?mode=rw", uri=True, timeout=0)
     except sqlite3.OperationalError:
@@ -55,6 +62,8 @@ def alive(folder: Path, token: str) -> bool:
         connection.execute("BEGIN IMMEDIATE")
     except sqlite3.OperationalError as error:
         return file.exists() and "unable to open" not in str(error)
+    except sqlite3.DatabaseError:
+        return False
     finally:
         connection.close()
     with suppress(OSError):

@@ -2,11 +2,28 @@
 
 import hashlib
 import os
-from collections.abc import Iterator
+import re
+from collections.abc import Collection, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
+from wearlab.store.bounds import refuse_links
 from wearlab.store.errors import StoreError
+
+SYNCHRONISERS = 16  # threads: a disk takes as long for sixteen files at once as for one
+NAME = re.compile(r"[A-Za-z0-9]{2,64}")
+WRITER = re.compile(r"[A-Za-z0-9_.-]{1,200}")
+
+
+class Image(NamedTuple):
+    """A finished file: the run's identity, the bytes, and their hash, taken where they were made."""
+
+    id: str
+    content: bytes
+    sha256: str
 
 
 class RunFiles:
@@ -22,50 +39,69 @@ class RunFiles:
 
     def path(self, run_id: str) -> Path:
         """Return where the run's file is, or will be; never outside the folder."""
-        if not run_id.isalnum():
+        if not self.is_name(run_id):
             raise StoreError(f"{run_id!r} is no identity of a run: letters and digits only")
         return self.folder / run_id[:2] / f"{run_id}.nc"
 
-    def write(self, run_id: str, image: bytes, sha256: str, writer: str) -> None:
-        """Put a finished image in place, all of it or nothing.
+    def write(self, images: Sequence[Image], writer: str) -> None:
+        """Put finished images in place, each of them whole or not at all.
+
+        Many at once cost little more than one: they go to the disk together, by several threads, which a
+        file system joins into one commit; then they are read back, renamed, and their folders synchronised.
 
         Parameters
         ----------
-        run_id : the run's identity
-        image : the netCDF file
-        sha256 : its hash, taken where it was made
-        writer : name of the writing process, part of the temporary name
+        images : what is to be written
+        writer : name of the writing process, part of the temporary names
 
         Raises
         ------
         StoreError : the disk refuses, or gives back other bytes than it was given
         """
-        target = self.path(run_id)
-        part = self.part(run_id, writer)
+        parts = {self.part(image.id, writer): image for image in images}
         try:
-            target.parent.mkdir(parents=True, exist_ok=True)
             try:
-                _write_through(part, image)
-                if hash_of(part) != sha256:
-                    raise StoreError(f"{target}: what was read back differs from what was written")
-                os.replace(part, target)
+                for part, image in parts.items():
+                    part.parent.mkdir(parents=True, exist_ok=True)
+                    refuse_links(part)
+                    part.write_bytes(image.content)
+                _synchronise(parts)
+                for part, image in parts.items():
+                    if hash_of(part) != image.sha256:
+                        raise StoreError(f"{part}: what was read back differs from what was written")
+                for part, image in parts.items():
+                    os.replace(part, self.path(image.id))
             finally:
-                part.unlink(missing_ok=True)
-            _sync_folder(target.parent)
+                for part in parts:
+                    part.unlink(missing_ok=True)
+            _synchronise({part.parent for part in parts})
         except OSError as error:
-            raise StoreError(f"{target}: cannot be written ({error.strerror or error})") from error
+            where = getattr(error, "filename", None) or self.folder
+            raise StoreError(f"{where}: cannot be written ({error.strerror or error})") from error
+
+    @staticmethod
+    def is_name(text: str) -> bool:
+        """Say whether a text can be the identity of a run."""
+        return bool(NAME.fullmatch(text))
+
+    @staticmethod
+    def is_writer(text: str) -> bool:
+        """Say whether a text can be the name of a writing process."""
+        return bool(WRITER.fullmatch(text))
 
     def holds(self, path: Path) -> bool:
         """Say whether a file is where a run's file would be."""
-        return path.stem.isalnum() and path == self.path(path.stem)
+        return self.is_name(path.stem) and path == self.path(path.stem)
 
     def part(self, run_id: str, writer: str) -> Path:
         """Return the temporary name under which ``writer`` writes this run."""
+        if not self.is_writer(writer):
+            raise StoreError(f"{writer!r} is no name of a writing process")
         return self.path(run_id).with_name(f".{run_id}.{writer}.part")
 
     def discard_part(self, run_id: str, writer: str) -> None:
         """Remove what a writer that died left of this run."""
-        with suppress(OSError):
+        with suppress(OSError, StoreError):
             self.part(run_id, writer).unlink(missing_ok=True)
 
     def size(self, run_id: str) -> int | None:
@@ -86,18 +122,25 @@ def hash_of(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _write_through(path: Path, image: bytes) -> None:
-    with path.open("wb") as file:
-        file.write(image)
-        file.flush()
-        os.fsync(file.fileno())
+def _synchronise(paths: Collection[Path]) -> None:
+    """Bring files or folders to the disk, so that they survive a power cut."""
+    if len(paths) == 1:
+        for path in paths:
+            _sync(path)
+    elif paths:
+        list(_pool().map(_sync, paths))
 
 
-def _sync_folder(folder: Path) -> None:
-    """Make the rename survive a power cut; some platforms cannot open a folder and need not."""
-    with suppress(PermissionError, AttributeError):
-        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(SYNCHRONISERS, "synchronise")
+
+
+def _sync(path: Path) -> None:
+    if path.is_dir() and not hasattr(os, "O_DIRECTORY"):
+        return  # some platforms cannot open a folder and need not
+    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -10,7 +10,7 @@ from wearlab.store.catalogue import Catalogue, Entry, Head
 from wearlab.store.errors import StoreError
 from wearlab.store.outcome import Outcome
 from wearlab.store.presence import Presence, alive
-from wearlab.store.runs import RunFiles
+from wearlab.store.runs import Image, RunFiles
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,7 +60,13 @@ class Store:
 
         runs = self.catalogue.placed(case.id for case in campaign.cases)
         layouts = self.catalogue.layouts(run.layout for run in runs if run.layout)
-        return open_grid(campaign, runs, layouts, self.files.folder.absolute())
+        try:
+            return open_grid(campaign, runs, layouts, self.files.folder.absolute())
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise StoreError(
+                f"{self.catalogue.path}: what it says of these runs cannot be understood "
+                f"({type(error).__name__}: {error}); 'wearlab reindex' makes it anew from the run files"
+            ) from error
 
     def query(
         self,
@@ -167,11 +173,7 @@ class Store:
         -------
         The ids taken, now marked as running here.
         """
-        taken = self.catalogue.claim(ids, owner, lambda entry: self.is_stale(entry) or free(entry))
-        for run_id, left_by in taken.items():
-            if left_by:
-                self.files.discard_part(run_id, left_by)
-        return list(taken)
+        return self.save_and_claim((), ids, owner, free)
 
     def save(self, outcomes: Sequence[Outcome], owner: str) -> None:
         """Write finished runs: each file in full, then the catalogue.
@@ -180,10 +182,30 @@ class Store:
         ------
         StoreError : the disk or the catalogue refuses; nothing half-written remains
         """
-        for outcome in outcomes:
-            if outcome.image is not None and outcome.sha256 is not None:
-                self.files.write(outcome.id, outcome.image, outcome.sha256, owner)
-        self.catalogue.record(outcomes)
+        self.save_and_claim(outcomes, (), owner, lambda entry: False)
+
+    def save_and_claim(
+        self, outcomes: Sequence[Outcome], ids: Sequence[str], owner: str, free: Callable[[Head], bool]
+    ) -> list[str]:
+        """Write finished runs as `save` does and take others as `claim` does, in one transaction.
+
+        Returns
+        -------
+        The ids taken.
+        """
+        self.files.write(
+            [
+                Image(outcome.id, outcome.image, outcome.sha256)
+                for outcome in outcomes
+                if outcome.image is not None and outcome.sha256 is not None
+            ],
+            owner,
+        )
+        taken = self.catalogue.record(outcomes, ids, owner, lambda entry: self.is_stale(entry) or free(entry))
+        for run_id, left_by in taken.items():
+            if left_by:
+                self.files.discard_part(run_id, left_by)
+        return list(taken)
 
     def reindex(self) -> list[Problem]:
         """Make the catalogue anew from the run files; return the files that could not be read."""

@@ -1,0 +1,108 @@
+"""Which cases of which campaigns runs belong to, and how they compare with what is expected of them."""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from operator import itemgetter
+from typing import Any, Literal
+
+from wearlab.store.database import Database
+from wearlab.store.outcome import Comparison
+
+
+@dataclass(frozen=True)
+class Member:
+    """One case of a recorded campaign: the campaign's title and file, its label, and what sets it apart.
+
+    ``comparison`` is how it compares with what the campaign expects of it, once it has run.
+    """
+
+    campaign: str
+    path: str | None
+    run: str
+    label: str
+    position: dict[str, Any]
+    comparison: Comparison | None = None
+
+
+class Memberships(Database):
+    """The campaigns of a catalogue."""
+
+    def record_campaign(
+        self,
+        title: str,
+        reference: str | None,
+        path: str | None,
+        members: Sequence[tuple[str, str, Mapping[str, Any]]],
+    ) -> str:
+        """Write a campaign's cases as (run id, label, position), return its key; the same twice is one."""
+        rows = [(run_id, label, json.dumps(dict(position))) for run_id, label, position in members]
+        key = key_of(json.dumps([title, path, rows]))
+        with self._transaction() as connection:
+            ((latest,),) = connection.execute("SELECT max(recorded) FROM campaigns").fetchall()
+            connection.execute(
+                "INSERT OR REPLACE INTO campaigns VALUES (?, ?, ?, ?, ?)",
+                (key, title, reference, path, _after(latest)),
+            )
+            connection.executemany(
+                "INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)",
+                [(key, number, *row) for number, row in enumerate(rows)],
+            )
+        return key
+
+    def insert(self, table: Literal["campaigns", "members"], rows: Sequence[tuple[Any, ...]]) -> None:
+        """Copy another catalogue's rows, in the order of the table's columns; those we have stay."""
+        if rows:
+            marks = ", ".join("?" * len(rows[0]))
+            with self._transaction() as connection:
+                connection.executemany(f"INSERT OR IGNORE INTO {table} VALUES ({marks})", rows)
+
+    def record_comparisons(self, campaign: str, comparisons: Sequence[Comparison | None]) -> None:
+        """Write how a campaign's cases, in their order, compare with what it expects of them."""
+        rows = [(campaign, number, *one) for number, one in enumerate(comparisons) if one is not None]
+        with self._transaction() as connection:
+            connection.execute("DELETE FROM expectations WHERE campaign = ?", (campaign,))
+            connection.executemany("INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", rows)
+
+    def _comparisons(self) -> dict[tuple[str, int], Comparison]:
+        """Return the comparisons by campaign and case."""
+        rows = self.read("SELECT campaign, number, verdict, expected, measured, met FROM expectations")
+        return {(row[0], row[1]): Comparison(row[2], row[3], row[4], bool(row[5])) for row in rows}
+
+    def members(self, runs: Sequence[str] | None = None) -> list[Member]:
+        """Return the cases of campaigns with these runs (all when None), the campaign recorded last first."""
+        compared = self._comparisons()
+        question = (
+            "SELECT title, path, run, label, position, campaign, number, recorded "
+            "FROM members JOIN campaigns ON campaign = key"
+        )
+        if runs is None:
+            found = self.read(question)
+        else:
+            found = list(self.read_many(f"{question} WHERE run IN", runs))
+        found.sort(key=itemgetter(5, 6))
+        found.sort(key=itemgetter(7), reverse=True)
+        return [
+            Member(title, path, run, label, json.loads(text), compared.get((key, number)))
+            for title, path, run, label, text, key, number, _ in found
+        ]
+
+
+def key_of(text: str) -> str:
+    """Return the key under which a text is kept once."""
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _after(latest: str | None) -> str:
+    """Return the time, or a moment after ``latest`` where a clock was set back: the last stays last."""
+    present = now()
+    if latest is None or present > latest:
+        return present
+    return (datetime.fromisoformat(latest) + timedelta(milliseconds=1)).isoformat(timespec="milliseconds")
+
+
+def now() -> str:
+    """Return the time in UTC."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
