@@ -97,6 +97,12 @@ class ProfileGrid(NamedTuple):
         return np.pad(values, pad, mode="edge")
 
     @property
+    def sliding_sense(self) -> Array:
+        """Sign of s of each slot in each segment, which the pitch point bounds: 1 recess, −1 approach."""
+        middle = self.first + self.intervals[:, None] // 2
+        return np.where(self.first >= 0, np.sign(self.touching[middle]), 0.0)
+
+    @property
     def phase_nodes(self) -> tuple[Array, Array]:
         """Phases of all (segment, node) and their Simpson weights over one period, (n_phase_nodes,) [1]."""
         phases, weights = [], []

@@ -35,10 +35,8 @@ def friction_force(parts: Parts, mesh: int, mine: Touching, where: Lookup, pair:
     pair : (n_phases, n_pairs) forces on the drive flanks [N]
     """
     assert parts.friction is not None
-    grid = mine.analysis.grid
-    s = np.zeros(pair.shape)
-    interpolate(grid.first, where, grid.touching, 0.0, s)
-    return np.asarray(parts.friction * (np.sign(s) * pair).sum(axis=1))
+    sense = mine.analysis.grid.sliding_sense[where.segment]
+    return np.asarray(parts.friction * (sense * pair).sum(axis=1))
 
 
 def moments(
@@ -59,5 +57,5 @@ def moments(
     s = np.zeros(pair.shape[1:])
     interpolate(grid.first, where, grid.touching, 0.0, s)
     arm = own.curvature(s.ravel())[gear].reshape(s.shape) / own.gears[gear].base_radius
-    friction = (parts.friction or 0.0) * np.sign(s) * arm
+    friction = (parts.friction or 0.0) * grid.sliding_sense[where.segment] * arm
     return np.asarray((pair * (1.0 + friction)).sum(axis=-1) + damping)
