@@ -8,7 +8,7 @@ from wearlab.simulate import Refused, calibration, simulate
 
 @pytest.fixture
 def limited(scene):
-    given = scene("quasi-static").replace("wear.until", None).replace("wear.snapshots", None)
+    given = scene("quasi-static").replace("wear.snapshots", None).replace("wear.until", None)
     return given.replace("wear.until", {"depth": "1 um", "flank": "gear"})
 
 
