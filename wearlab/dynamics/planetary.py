@@ -96,7 +96,7 @@ def assemble(
     def per_mesh(given: Mapping[str, float]) -> Array:
         return np.repeat([float(given.get(mesh, 0.0)) for mesh in MESHES], planets)
 
-    def supports(radial: Mapping[str, float], tangential: Mapping[str, float]) -> Array:
+    def supports(radial: Mapping[str, float], tangential: Mapping[str, float], pins: Array) -> Array:
         held = [(radial.get(m, 0.0), radial.get(m, 0.0), tangential.get(m, 0.0)) for m in CENTRAL]
         spin = (0.0, 0.0, tangential.get("planet", 0.0))
         own = np.diag(np.array([*held, *[spin] * planets], float).ravel())
@@ -104,8 +104,10 @@ def assemble(
 
     members = (*CENTRAL, *["planet"] * planets)
     inertial = [(mass[m], mass[m], inertia[m] / radius[m] ** 2) for m in members]
-    stretched = mass["planet"] * (1.0 + _stretch(mass["planet"], radial_stiffness, carrier_speed))
-    spin, swing = _rotation(mass, members, planets * stretched)
+    stretch = 1.0 + _stretch(mass["planet"], radial_stiffness, carrier_speed)
+    spin, swing = _rotation(mass, members, planets * mass["planet"] * stretch)
+    # Off their pins by the centrifugal force, planets ride on a wider circle, and the bearings' dampers too.
+    drawn = np.where(np.arange(len(names)) == names.index("carrier.u"), stretch, 1.0)
     load = np.zeros(len(names))
     for member, value in (torque or {}).items():
         load[names.index(f"{member}.u")] += value / radius[member]
@@ -118,8 +120,8 @@ def assemble(
     system = System(
         coordinates=names,
         mass=np.diag(np.array(inertial, float).ravel()),
-        damping=supports(radial_damping or {}, tangential_damping or {}),
-        stiffness=supports(radial_stiffness, tangential_stiffness),
+        damping=supports(radial_damping or {}, tangential_damping or {}, pins * drawn),
+        stiffness=supports(radial_stiffness, tangential_stiffness, pins),
         direction=vectors.direction,
         load=load,
         mesh_damping=per_mesh(mesh_damping or {}),

@@ -1,0 +1,271 @@
+"""Planetary sets by exact steps of their linear part: independent integration, order, derivative, limits."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from wearlab.dynamics.energy import energy_balance, nominal_speeds
+from wearlab.dynamics.periodic import Periodic
+from wearlab.dynamics.planetary import assemble, balanced_torques, effective_masses, support_damping
+from wearlab.dynamics.planetary_torsional import planetary_torsional
+from wearlab.dynamics.response import step_forces
+from wearlab.dynamics.runge_kutta4 import TableMarcher
+from wearlab.dynamics.shooting import Shooting
+from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageGrid, StageTables, stage_grid
+
+BASE = {"sun": 21.145e-3, "ring": 83.515e-3, "planet": 30.655e-3}
+PIN = 56.5e-3
+ALPHA = {"sun_planet": np.deg2rad(23.534), "planet_ring": np.deg2rad(20.685)}
+INERTIA = {"sun": 146e-6, "planet": 297e-6, "ring": 17440e-6, "carrier": 11178e-6}
+MASS = {"sun": 0.53, "planet": 0.35, "ring": 1.85, "carrier": 4.5}
+RADIAL = {"sun": 10e6, "planet": 58e6, "ring": 1000e6, "carrier": 195e6}
+MEAN = {"sun_planet": 2.5e8, "planet_ring": 3.5e8}
+ANGLES = 2.0 * np.pi * np.arange(3) / 3
+SPEED = 1000.0 * np.pi / 30.0
+CARRIER = SPEED * 20.0 / 99.0
+PERIOD = 2.0 * np.pi / (20.0 * (SPEED - CARRIER))
+PITCH = 2.0 * np.pi * BASE["sun"] / 20.0
+OFFSET = np.array([0.0, 2 / 3, 1 / 3, 0.3, 0.3 + 2 / 3, 0.3 + 1 / 3]) % 1.0
+RATIO, ENTRY = np.repeat([1.55, 1.8], 3), np.repeat([-5e-3, -6e-3], 3)
+BREAKS = np.unique(
+    np.round(np.concatenate([OFFSET, (OFFSET + RATIO - 1) % 1, (OFFSET - ENTRY / PITCH) % 1]), 12)
+)
+DAMPING = {mesh: 0.14 * np.sqrt(MEAN[mesh] * mass) for mesh, mass in effective_masses(INERTIA, BASE).items()}
+
+
+def planetary(torque: float = 90.0, carrier_stiffness: float = 1e7, **changes: Any) -> System:
+    tangential = {"ring": 57.6e6, "carrier": carrier_stiffness}
+    torques = {"sun": torque}
+    if carrier_stiffness < 1e6:
+        torques["carrier"] = balanced_torques(torque, BASE, PIN, ALPHA)["carrier"]
+    given: dict[str, Any] = {
+        "mass": MASS,
+        "inertia": INERTIA,
+        "base_radius": BASE,
+        "pin_circle_radius": PIN,
+        "pressure_angle": ALPHA,
+        "planet_angles": ANGLES,
+        "radial_stiffness": RADIAL,
+        "tangential_stiffness": tangential,
+        "carrier_speed": CARRIER,
+        "torque": torques,
+        "radial_damping": {m: support_damping(0.03, RADIAL[m], MASS[m]) for m in RADIAL},
+        "tangential_damping": {"ring": 600.0, "carrier": 1e3 if carrier_stiffness >= 1e6 else 0.0},
+        "mesh_damping": DAMPING,
+    }
+    return assemble(**(given | changes))
+
+
+def torsional(**changes: Any) -> System:
+    given: dict[str, Any] = {
+        "inertia": INERTIA,
+        "planet_mass": MASS["planet"],
+        "base_radius": BASE,
+        "pin_circle_radius": PIN,
+        "pressure_angle": ALPHA,
+        "planet_angles": ANGLES,
+        "sun_torque": 90.0,
+        "mesh_damping": DAMPING,
+    }
+    return planetary_torsional(**(given | changes))
+
+
+def pairs(mesh: int, phase: Any, middle: Any, mu: float) -> list[tuple[Any, Any, Any]]:
+    """Stiffness, Λμ and position of both pairs of a mesh at a phase of the clock."""
+    own_middle = (middle - OFFSET[mesh]) % 1.0
+    own, found = own_middle + phase - middle, []
+    for j in (0, 1):
+        x, inside = own + j, own_middle + j < RATIO[mesh]
+        stiffness = np.where(inside, 2.0e8 * (1.0 - 0.35 * (2.0 * x / RATIO[mesh] - 1.0) ** 2), 0.0)
+        sliding = np.where(inside, mu * np.sign(ENTRY[mesh] + (own_middle + j) * PITCH), 0.0)
+        found.append((stiffness, sliding, ENTRY[mesh] + x * PITCH))
+    return found
+
+
+def tables(grid: StageGrid, mu: float | None = None, amplitude: float = 1e-6) -> StageTables:
+    phase, middle = grid.phase, (grid.start + 0.5 * grid.width)[:, None] * np.ones(3)
+    values = [pairs(m, phase, middle, mu or 0.0) for m in range(6)]
+    k, sliding, position = (
+        np.ascontiguousarray(np.stack([np.stack([v[i] for v in mesh], -1) for mesh in values], 2))
+        for i in range(3)
+    )
+    angle = 2.0 * np.pi * phase[..., None] + np.arange(6)
+    rubbing = (None, None) if mu is None else (sliding, position)
+    error, rate = amplitude * np.sin(angle), amplitude * 2.0 * np.pi * np.cos(angle)
+    return StageTables(grid.width, k, np.zeros_like(k), error, rate, None, *rubbing)
+
+
+def segments(middle_law: Any, y: np.ndarray) -> np.ndarray:
+    """Integrate one period from break to break."""
+    for low, high in zip(BREAKS, [*BREAKS[1:], 1.0], strict=True):
+        law = middle_law(0.5 * (low + high))
+        span = (low * PERIOD, high * PERIOD)
+        y = solve_ivp(law, span, y, method="DOP853", rtol=1e-10, atol=1e-15).y[:, -1]
+    return y
+
+
+def plain_law(system: System) -> Any:
+    inverse = np.linalg.inv(system.mass)
+    n = len(system.load)
+
+    def of(middle: float) -> Any:
+        def rate(time: float, y: np.ndarray) -> np.ndarray:
+            phase, force = time / PERIOD, system.load.copy()
+            for m, d in enumerate(system.direction):
+                angle = 2 * np.pi * phase + m
+                delta = d @ y[:n] - 1e-6 * np.sin(angle)
+                speed = d @ y[n:] - 2e-6 * np.pi / PERIOD * np.cos(angle)
+                elastic = sum(float(k) for k, _, _ in pairs(m, phase, middle, 0.0)) * max(delta, 0.0)
+                force -= d * (elastic + (system.mesh_damping[m] * speed if delta > 0.0 else 0.0))
+            force -= system.total_stiffness @ y[:n] + system.total_damping @ y[n:]
+            return np.r_[y[n:], inverse @ force]
+
+        return rate
+
+    return of
+
+
+def test_the_orbit_of_eighteen_degrees_of_freedom_closes_under_scipy() -> None:
+    system = planetary()
+    response = Periodic().solve(system, tables(stage_grid(BREAKS, 400)), PERIOD)
+    assert response.verdict.words == () and response.counts.newton_iterations == 1
+    start = response.state[0, 0]
+    end = segments(plain_law(system), start.copy())
+    size = np.abs(response.state[0]).max(axis=0)
+    scale = np.r_[np.full(18, size[:18].max()), np.full(18, size[18:].max())]
+    assert (np.abs(end - start) < 2e-6 * scale).all()
+
+
+def test_two_steps_at_once_are_of_sixth_order() -> None:
+    system, found = planetary(), []
+    for steps in (1200, 100, 200):
+        response = Periodic().solve(system, tables(stage_grid(BREAKS, steps)), PERIOD)
+        found.append(float(system.direction[0] @ response.state[0, 0, :18]))
+    one, two = abs(found[1] - found[0]), abs(found[2] - found[0])
+    assert two < 1e-5 * abs(found[0]) and one > 25.0 * two
+
+
+def test_equal_planets_share_the_load_equally() -> None:
+    response = Periodic().solve(planetary(), tables(stage_grid(BREAKS, 200)), PERIOD)
+    forces = step_forces(response)
+    width = response.tables.width
+    mean = np.einsum("s,sm->m", width, (forces.elastic + forces.damping)[0].mean(axis=1))
+    np.testing.assert_allclose(mean, 90.0 / 3 / BASE["sun"], rtol=1e-3)
+
+
+def test_separating_flanks_go_by_parts_of_steps() -> None:
+    """From a state of rest flanks part and meet; Runge–Kutta steps, finer, find the same end of a period.
+
+    Both pairs of a mesh have the same gap here: they part at the same instant.
+    """
+    for torque, amplitude in ((40.0, 2e-6), (8.0, 3e-6)):
+        ends = []
+        for steps, exact in ((800, True), (1600, False)):
+            state = np.zeros(36)
+            state[2] = 2e-6
+            grid = stage_grid(BREAKS, steps)
+            marcher = TableMarcher(planetary(torque), tables(grid, amplitude=amplitude), PERIOD, exact=exact)
+            marcher.march(state, 1)
+            ends.append(state)
+        error = np.abs(ends[0] - ends[1])
+        assert error[:18].max() < 1e-5 * np.abs(ends[1][:18]).max()
+        assert error[18:].max() < 1e-3 * np.abs(ends[1][18:]).max()
+
+
+def test_derivative_of_the_map_with_separation() -> None:
+    system, grid = planetary(30.0), stage_grid(BREAKS, 600)
+    smooth = Periodic().solve(system, tables(grid, amplitude=0.2e-6), PERIOD)
+    shooting = Shooting(system, tables(grid, amplitude=2.5e-6), PERIOD)
+    state = smooth.state[0, 0]
+    image, derivative = shooting.period_map(state)
+    assert np.isfinite(image).all()
+    for column, step in ((2, 1e-11), (9, 1e-11), (20, 1e-11 * shooting.rate), (35, 1e-11 * shooting.rate)):
+        moved = np.zeros(36)
+        moved[column] = step
+        numeric = (shooting.period_map(state + moved)[0] - shooting.period_map(state - moved)[0]) / (2 * step)
+        assert np.abs(numeric - derivative[:, column]).max() < 1e-3 * np.abs(numeric).max()
+
+
+def test_warm_start_with_a_neighbours_derivative_finds_the_same_orbit() -> None:
+    grid = stage_grid(BREAKS, 200)
+    system, first, second = planetary(), tables(grid), tables(grid, amplitude=1.2e-6)
+    second = second._replace(stiffness=1.01 * second.stiffness)
+    neighbour = Periodic().solve(system, first, PERIOD)
+    warm, cold = (Periodic().solve(system, second, PERIOD, start) for start in (neighbour, None))
+    assert warm.derivative is neighbour.derivative and warm.counts.period_maps <= 6
+    np.testing.assert_allclose(warm.state, cold.state, atol=1e-7 * np.abs(cold.state).max())
+
+
+def test_a_free_set_is_the_limit_of_a_weakly_grounded_one() -> None:
+    grid = stage_grid(BREAKS, 200)
+    free = planetary(carrier_stiffness=0.0, friction=True, balanced="carrier")
+    held = planetary(carrier_stiffness=1e3)
+    found = Periodic().solve(free, tables(grid, 0.0), PERIOD)
+    expected = Periodic().solve(held, tables(grid), PERIOD)
+    deflection = [r.state[0, :, :18] @ free.direction.T for r in (found, expected)]
+    np.testing.assert_allclose(deflection[0], deflection[1], atol=1e-3 * np.abs(deflection[1]).max())
+    np.testing.assert_allclose(found.system.load, free.load, atol=1e-5 * np.abs(free.load).max())
+    assert found.verdict.words == ()
+
+
+def b23_law(load: float, mu: float) -> Any:
+    """B23 as rederived, in angles: the planets' clockwise, every lever arm written out."""
+    r, alpha = BASE, np.array([*[ALPHA["sun_planet"]] * 3, *[ALPHA["planet_ring"]] * 3])
+    damping = np.repeat([DAMPING["sun_planet"], DAMPING["planet_ring"]], 3)
+    inertia = INERTIA["carrier"] + 3 * MASS["planet"] * PIN**2
+
+    def of(middle: float) -> Any:
+        def rate(time: float, y: np.ndarray) -> np.ndarray:
+            phase = time / PERIOD
+            sun, carrier, planets = y[0], y[1], y[2:5]
+            v_sun, v_carrier, v_planets = y[5], y[6], y[7:10]
+            t_sun, t_carrier, t_planet = 90.0, -load, np.zeros(3)
+            for m in range(6):
+                n, inner = m % 3, m < 3
+                angle, cos = 2 * np.pi * phase + m, np.cos(alpha[m])
+                approach, speed = (
+                    r["sun"] * s - r["planet"] * p - PIN * cos * c
+                    if inner
+                    else r["planet"] * p - PIN * cos * c
+                    for s, p, c in ((sun, planets[n], carrier), (v_sun, v_planets[n], v_carrier))
+                )
+                delta = approach - 1e-6 * np.sin(angle)
+                speed = speed - 2e-6 * np.pi / PERIOD * np.cos(angle)
+                force = rubbed = moment = 0.0
+                for k, sliding, s in pairs(m, phase, middle, mu):
+                    pair = float(k) * max(delta, 0.0)
+                    force, rubbed = force + pair, rubbed + sliding * pair
+                    moment += sliding * pair * s
+                total = force + (damping[m] * speed if delta > 0.0 else 0.0)
+                tan = np.tan(alpha[m])
+                if inner:
+                    t_sun -= total * r["sun"] + rubbed * r["sun"] * tan + moment
+                    t_planet[n] += total * r["planet"] + rubbed * r["planet"] * tan - moment
+                else:
+                    t_planet[n] -= total * r["planet"] + rubbed * r["planet"] * tan + moment
+                t_carrier += PIN * (total * cos + rubbed * np.sin(alpha[m]))
+            accelerations = [t_sun / INERTIA["sun"], t_carrier / inertia, *t_planet / INERTIA["planet"]]
+            return np.r_[y[5:], accelerations]
+
+        return rate
+
+    return of
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.5])
+def test_torsional_set_with_friction_closes_under_scipy_and_in_energy(mu: float) -> None:
+    system = torsional()
+    response = Periodic().solve(system, tables(stage_grid(BREAKS, 400), mu), PERIOD)
+    radius = np.array([BASE["sun"], PIN, *[-BASE["planet"]] * 3])
+    start = response.state[0, 0] / np.r_[radius, radius]
+    load = -response.system.load[1] * PIN
+    end = segments(b23_law(load, mu), start.copy())
+    size = np.abs(start).reshape(2, -1).max(axis=1).repeat(5)
+    assert (np.abs(end - start) < 3e-6 * size).all()
+    speeds = nominal_speeds(system, {"sun.u": SPEED * BASE["sun"]})
+    balance = energy_balance(response, speeds)
+    assert abs(balance.residual) < 1e-6 and balance.friction > 0.0
+    assert balance.efficiency == pytest.approx(load / PIN * speeds[1] / (90.0 * SPEED), rel=1e-6)
