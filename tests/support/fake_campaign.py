@@ -115,6 +115,8 @@ def simulate(scene: Scene) -> xr.Dataset:
             file.write(f"{scene.speed:g} {os.getpid()}\n")
     while scene.gate and not os.path.exists(scene.gate):
         time.sleep(0.01)
+    if scene.act == "slow":
+        time.sleep(0.05)
     if scene.act == "refuse":
         raise GearError("contact ratio 0.93 is below one: the teeth lose each other; increase the addendum")
     if scene.act == "fail":

@@ -1,7 +1,11 @@
 """Run a fake campaign as its own process; no main guard, on purpose.
 
-``run_fake.py STORE COUNT LOG GATE [PHASE AT PHASES]``: with the last three, this process kills itself when it
-reaches PHASE for the AT-th time, and says so in the file PHASES.
+``run_fake.py STORE COUNT LOG GATE [WORD=VALUE …]``, with a dash for no log and no gate.
+
+alone=1        all cases in this process, without a cluster
+act=slow       what the cases do
+die=PHASE:AT   this process kills itself when it reaches PHASE for the AT-th time, and says so in the file phases
+phases=FILE
 """
 
 import sys
@@ -9,17 +13,20 @@ import sys
 import fake_campaign
 
 import wearlab
-from wearlab.runner import Interrupted
+from wearlab.runner import Interrupted, running
 from wearlab.store import StoreError
 
-store, count, log, gate, *kill = sys.argv[1:]
+store, count, log, gate, *words = sys.argv[1:]
 log, gate = (name.strip("-") for name in (log, gate))
-campaign = fake_campaign.sweep(int(count), log=log, gate=gate)
-if kill:
+options = dict(word.split("=", 1) for word in words)
+campaign = fake_campaign.sweep(int(count), log=log, gate=gate, act=options.get("act", "finish"))
+if "alone" in options:
+    running._Work._begin = lambda self, tasks, cluster: None
+if "die" in options:
     import phases
 
-    phase, at, phase_log = kill
-    phases.install(phases.Dying(phase_log, phase, int(at)))
+    phase, _, at = options["die"].partition(":")
+    phases.install(phases.Dying(options["phases"], phase, int(at)))
 try:
     report = wearlab.run(campaign, wearlab.Store(store), workers=2, simulate=fake_campaign.SIMULATE)
 except Interrupted as interrupted:

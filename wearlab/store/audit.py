@@ -99,8 +99,8 @@ def _reason(error: StoreError, path: Path) -> str:
 def reindex(store: "Store") -> list[Problem]:
     """Make the catalogue's runs anew from the run files; return the files that were left out, and why.
 
-    A damaged catalogue is set aside under another name first. A file that does not hold what was sealed in it,
-    or that is another run's, is left out. Failed and refused cases are in no file: they are forgotten and
+    A damaged catalogue is set aside under another name first. A file that does not hold what was sealed in
+    it, or that is another run's, is left out. Failed and refused cases are in no file: they are forgotten and
     computed again by the next ``run``.
     """
     if store.catalogue.exists() and not store.catalogue.is_sound():

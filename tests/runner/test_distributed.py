@@ -1,0 +1,162 @@
+"""A scheduler and workers that somebody else started: real processes, as on a cluster."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import fake_campaign
+import pytest
+from fake_campaign import SIMULATE, sweep
+
+import wearlab
+from wearlab.runner import RunnerError
+from wearlab.sources import PACKAGE, source_hash
+from wearlab.store import Store
+
+PATIENCE = 60.0
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")
+
+
+class Cluster:
+    """Starts ``dask scheduler`` and ``dask worker``, and ends them."""
+
+    def __init__(self, folder):
+        self.folder, self.children = folder, []
+        self.file = folder / "scheduler.json"
+        self.start("scheduler", "--port", "0", "--host", "127.0.0.1", "--scheduler-file", self.file)
+        until(self.file.exists)
+
+    def start(self, role, *words, path=()):
+        support = str(Path(fake_campaign.__file__).parent)
+        places = os.pathsep.join([*map(str, path), support])
+        command = [sys.executable, "-m", f"distributed.cli.dask_{role}", "--no-dashboard", *map(str, words)]
+        child = subprocess.Popen(
+            command,
+            cwd=self.folder,
+            env={**os.environ, "PYTHONPATH": places},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        self.children.append(child)
+        return child
+
+    def worker(self, *, path=()):
+        words = ("--scheduler-file", self.file, "--nthreads", "1", "--no-nanny", "--host", "127.0.0.1")
+        return self.start("worker", *words, path=path)
+
+    @property
+    def address(self):
+        import json
+
+        return json.loads(self.file.read_text())["address"]
+
+    def close(self):
+        for child in self.children:
+            child.kill()
+        for child in self.children:
+            child.wait(PATIENCE)
+
+
+@pytest.fixture
+def there(tmp_path):
+    source_hash.cache_clear()
+    cluster = Cluster(tmp_path)
+    yield cluster
+    cluster.close()
+
+
+@pytest.fixture
+def edited(tmp_path):
+    """Return a folder with another wearlab: one comment more."""
+    folder = tmp_path / "edited"
+    shutil.copytree(PACKAGE, folder / "wearlab", ignore=shutil.ignore_patterns("__pycache__"))
+    with (folder / "wearlab" / "units.py").open("a") as file:
+        file.write("# edited\n")
+    return folder
+
+
+def until(condition):
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.02)
+
+
+def begun(log):
+    """Return the process of every simulation begun so far."""
+    return [int(line.split()[1]) for line in log.read_text().splitlines()] if log.exists() else []
+
+
+def run(campaign, store, cluster):
+    return wearlab.run(
+        campaign, store, scheduler=cluster.address, simulate=SIMULATE, progress=False, dashboard=False
+    )
+
+
+def test_killed_and_strange_workers_lose_nothing(there, edited, tmp_path):
+    """One of two workers is killed, a third has other code and gets nothing; only the parent writes."""
+    log, store = tmp_path / "log", Store(tmp_path / "store")
+    campaign = sweep(80, log=str(log), act="slow")
+    steady, doomed = there.worker(), there.worker()
+    reports = []
+    here = threading.Thread(target=lambda: reports.append(run(campaign, store, there)))
+    here.start()
+    until(lambda: {steady.pid, doomed.pid} <= set(begun(log)))
+    strange = there.worker(path=[edited])
+    os.kill(doomed.pid, signal.SIGKILL)
+    there.worker()
+    here.join(PATIENCE)
+    (report,) = reports
+    assert (report.total, report.computed, report.done) == (80, 80, 80)
+    assert strange.pid not in begun(log)
+    assert store.verify() == []
+    assert all(entry.source_hash == "abc" for entry in store.entries().values())
+    store.close()
+
+
+def test_a_worker_with_other_code_is_refused(there, edited, tmp_path):
+    log, store = tmp_path / "log", Store(tmp_path / "store")
+    campaign = sweep(6, log=str(log))
+    strange = there.worker(path=[edited])
+    with pytest.raises(RunnerError) as caught:
+        run(campaign, store, there)
+    assert "no worker is left that runs the same code" in str(caught.value)
+    assert f"here it is {source_hash()}; install the same version there" in str(caught.value)
+    assert store.entries() == {}
+    fit = there.worker()
+    until(lambda: two_workers(there))
+    report = run(campaign, store, there)
+    assert report.ok and report.computed == 6
+    assert len(report.notes) == 1 and report.notes[0].startswith("worker tcp://127.0.0.1:")
+    assert "is refused: the source hash of its wearlab is" in report.notes[0]
+    assert set(begun(log)) == {fit.pid} != {strange.pid}
+    store.close()
+
+
+def two_workers(cluster):
+    from dask.distributed import Client
+
+    with Client(cluster.address) as client:
+        return len(client.scheduler_info(n_workers=-1)["workers"]) == 2
+
+
+def test_work_that_reaches_other_code_comes_back(monkeypatch):
+    """Between two looks at the workers a strange one may be given work: it says so and computes nothing."""
+    from types import SimpleNamespace
+
+    from dask import distributed
+
+    from wearlab.runner.crew import OtherCode
+    from wearlab.runner.worker import execute_all
+
+    monkeypatch.setattr(distributed, "get_worker", lambda: SimpleNamespace(address="tcp://there"))
+    with pytest.raises(OtherCode) as caught:
+        execute_all([], SIMULATE, "other")
+    assert caught.value.args == ("tcp://there", source_hash())
+    assert execute_all([], SIMULATE, source_hash()) == []
