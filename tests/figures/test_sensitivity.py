@@ -1,0 +1,23 @@
+"""The widest influence comes first; the case without a colon is the base."""
+
+import numpy as np
+
+from wearlab.figures.kinds.sensitivity import RANK, ranked
+from wearlab.figures.plot import Scale, Series
+from wearlab.figures.wording import Label
+
+
+def point(what, value):
+    key = {"influence": Label(what, what)}
+    return Series(key, np.array([value]), np.zeros(1), Scale("life", "1"), RANK, "line-points")
+
+
+def test_influences_are_ranked_by_their_range_about_the_base():
+    found = ranked([
+        point("", 10.0), point("speed", 10.5), point("speed", 9.8), point("torque", 4.0), point("wear", 12.0),
+    ])  # fmt: skip
+    assert [one.key["influence"].text for one in found[:-1]] == ["torque", "wear", "speed"]
+    np.testing.assert_array_equal(found[0].x, [4.0, 10.0])
+    np.testing.assert_array_equal(found[2].x, [9.8, 10.0, 10.5])
+    np.testing.assert_array_equal(found[2].y, 3.0)
+    assert found[-1].look == "reference" and found[-1].x[0] == 10.0
