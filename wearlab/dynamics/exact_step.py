@@ -70,8 +70,9 @@ def exact_step(
     sensed = 4 * meshes if rates else 2 * meshes
     sense, feed, force = structure.sense[:sensed], structure.feed[:sensed], structure.force[:rows]
     times(tables.one.sense[slot][:sensed], old, sense)
+    sense_start(structure, old, rates)
     for stage in range(3):
-        guess_force(structure, stage, stage, old, mesh, push)
+        guess_force(structure, stage, stage, mesh, push, rates)
     for _ in range(ROUNDS):
         times(tables.one.feed[slot][:sensed], force, feed)
         for stage in range(1, 3):
@@ -96,10 +97,11 @@ def exact_pair(
     old = states[i : i + size].reshape((2 * n, w))
     sense, feed, force = structure.sense[: 4 * meshes], structure.feed[: 4 * meshes], structure.force
     times(tables.two.sense[slot][: 4 * meshes], old, sense)
+    sense_start(structure, old, False)
     for stage in range(3):
-        guess_force(structure, stage, stage, old, mesh, push)
+        guess_force(structure, stage, stage, mesh, push, False)
     for stage in range(1, 3):
-        guess_force(structure, 2 + stage, stage, old, structure.second_mesh, structure.second_push)
+        guess_force(structure, 2 + stage, stage, structure.second_mesh, structure.second_push, False)
     for _ in range(ROUNDS):
         times(tables.two.feed[slot][: 4 * meshes], force, feed)
         for stage in range(1, 3):
@@ -132,21 +134,26 @@ def damping_differs(tables: Any, mesh: Any) -> bool:
 
 
 @jit_inner
-def guess_force(structure: Any, at: int, stage: int, old: Any, mesh: Any, push: Any) -> None:
-    """Fill the inputs number ``at``, from mesh and inputs of a stage and the state at the start."""
-    tables, n, force = structure.tables, len(structure.load), structure.force
+def sense_start(structure: Any, old: Any, rates: bool) -> None:
+    """Write d·q of all meshes at the start, and d·q̇ where asked for, into the scratch that is free then."""
+    n, meshes = len(structure.load), len(structure.sense) // 8
+    direction = structure.direction[: meshes * n].reshape((meshes, n))
+    times(direction, old[:n], structure.feed[:meshes])
+    if rates:
+        times(direction, old[n:], structure.feed[meshes : 2 * meshes])
+
+
+@jit_inner
+def guess_force(structure: Any, at: int, stage: int, mesh: Any, push: Any, rates: bool) -> None:
+    """Fill the inputs number ``at``, from mesh and inputs of a stage and the deflections at the start."""
+    tables, force = structure.tables, structure.force
     channels, inputs, meshes = len(tables.stiffness), len(force) // 5, len(structure.sense) // 8
     for c in range(channels):
-        k = mesh[stage * channels + c] - tables.stiffness[c]
-        damp = mesh[3 * channels + c] - tables.damping[c]
-        row = force[at * inputs + c]
+        row, m = force[at * inputs + c], c % meshes
         row[:] = 0.0
-        for other in range(n):
-            d = structure.direction[(c % meshes) * n + other]
-            if d != 0.0:
-                add_scaled(row, -d * k, old[other])
-                if damp != 0.0:
-                    add_scaled(row, -d * damp, old[n + other])
+        add_scaled(row, tables.stiffness[c] - mesh[stage * channels + c], structure.feed[m])
+        if rates:
+            add_scaled(row, tables.damping[c] - mesh[3 * channels + c], structure.feed[meshes + m])
         row[0] += push[stage * inputs + c]
     for c in range(channels, inputs):
         force[at * inputs + c, 0] = push[stage * inputs + c]

@@ -107,12 +107,15 @@ class Shooting:
             matrix[balance.held, balance.held] -= 1.0
         factors, pivots, failed = dgetrf(matrix)
         states, last = np.empty((self.steps + 1) * self.rows), np.inf
+        # Where one pass was exact contact never changed; most likely it still does not, and to ask once at
+        # the end which pairs touch is less work than to ask at every step.
+        touch = neighbour.counts.newton_iterations == 1
         exchange(balance, state)
         for _ in range(MOST_CHORDS):
             set_start(balance, states, state, 1)
             over_period(
                 kernel, self.tables, self.period, np.uint64(1), self.marcher.width, states, 0,
-                self.marcher.scratch, False,
+                self.marcher.scratch, touch,
             )  # fmt: skip
             self.maps += 1
             path = states.reshape(-1, self.rows)
@@ -121,11 +124,23 @@ class Shooting:
             if failed or bad or not error <= SHRINKS * last:
                 return None
             if error <= CLOSED * size:
+                if touch and not self._touches(path):
+                    return None
                 self.iterations += 1
                 closure = self._distance(path[-1], path[0]) / (size or 1.0)
                 return Orbit(1, path[None].copy(), neighbour.multipliers, closure, True, derivative)
             state, last = state + step, error
         return None
+
+    def _touches(self, path: Array) -> bool:
+        """Whether every pair in the path touches at the ends and in the middle of all steps."""
+        tables, n = self.tables, self.rows // 2
+        d = self.system.direction.T
+        q, v = path[:, :n] @ d, path[:, n:] @ d
+        bend = 0.125 * (tables.width * self.period)[:, None] * (v[:-1] - v[1:])
+        stages = np.stack([q[:-1], 0.5 * (q[:-1] + q[1:]) + bend, q[1:]], axis=1) - tables.error
+        approach = stages[..., None] - tables.gap
+        return bool((approach[tables.stiffness > 0.0] >= 0.0).all())
 
     def _orbit(self, periods: int, orbit: Array, monodromy: Array, unique: bool = True) -> Orbit | None:
         strobe = orbit[:: self.steps]
