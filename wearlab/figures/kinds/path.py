@@ -30,7 +30,7 @@ def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...
     if "characteristic_point" not in run.data:
         return ()
     points = run.data["characteristic_point"]
-    letters = points.isel({dim: place[dim] for dim in points.dims if dim in place}).values
+    letters = points.isel({dim: place[str(dim)] for dim in points.dims if dim in place}).values
     at = {str(letter): float(where) for letter, where in zip(letters, x, strict=True) if letter}
     return tuple(Mark(where, letter) for letter, where in at.items())
 
