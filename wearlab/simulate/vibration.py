@@ -6,11 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.acceleration import within_steps
 from wearlab.dynamics.response import Response
 from wearlab.life.history import History
 from wearlab.life.load import equivalent_force
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration
+from wearlab.mesh.clock import Instants, look_within
 from wearlab.mesh.excitation import Touching, mesh_force
 from wearlab.mesh.harmonics import Harmonics, harmonics
 from wearlab.mesh.profile import Lookup
@@ -203,10 +205,13 @@ def _mean_moments(
     parts: Parts, vibration: Vibration, touching: list[Touching], kind: int, response: Response
 ) -> Array:
     """Return the mean moments of a kind of mesh over base radius, on the driving and the driven gear [N]."""
-    mine, own = touching[kind], parts.coupling.kinds[kind]
-    where, (_, weight) = mine.analysis.at_nodes, mine.analysis.grid.phase_nodes
+    mine, grid = touching[kind], vibration.stages.grid
+    phase, segment, weight = within_steps(grid)
+    when, middle = Instants(phase, segment), grid.start + 0.5 * grid.width
     found = []
-    for mesh, when in zip(own.meshes, own.when, strict=True):
+    for mesh in parts.coupling.kinds[kind].meshes:
+        lag = parts.meshes[mesh].lag
+        where = look_within(mine.analysis.grid, [lag], phase.reshape(len(middle), -1), middle)
         deflection, rate = (values[:, mesh] for values in vibration.deflection(response, when))
         forces = [mesh_force(mine, where, row, vibration.backlash_of(mesh)) for row in deflection]
         damping = damping_force(vibration, mine, mesh, where, deflection, rate)
