@@ -24,8 +24,8 @@ Array = NDArray[np.float64]
 Values = dict[str, Array]
 Read = Callable[[Response, StageGrid, Array, NDArray[np.int64]], Array]
 
-HARMONICS = 40
-"""Mesh orders that a spectrum covers."""
+HARMONICS, LINES = 40, 200
+"""Mesh orders that a spectrum covers at least, and lines that it has at least."""
 ACCELERATION, DEFLECTION = "mesh_acceleration", "mesh_deflection"
 STATISTICS = {
     "rms": lambda a, w: np.sqrt(_mean(a**2, w)),
@@ -44,7 +44,7 @@ def monitoring_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     if not names or vibration is None:
         return {}
     kept = math.lcm(*(_periods(vibration, one) for state in states for one in state.responses))
-    lines = np.arange(1, HARMONICS * kept + 1) / kept
+    lines = np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
     found = [
         [_of_response(parts, vibration, one, names, lines) for one in state.responses] for state in states
     ]
