@@ -10,7 +10,7 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has
 
 
 def test_a_parent_killed_at_every_step_loses_nothing(tmp_path):
-    """One store, killed at each step in turn: what was done stays done, and the end is that of a quiet run."""
+    """One store, killed at each step in turn: what was done stays done; the end is that of a quiet run."""
     count = 14
     whole = reference(tmp_path / "undisturbed", count, alone=1)
     kept = {}

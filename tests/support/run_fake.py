@@ -4,7 +4,7 @@
 
 alone=1        all cases in this process, without a cluster
 act=slow       what the cases do
-die=PHASE:AT   this process kills itself when it reaches PHASE for the AT-th time, and says so in the file phases
+die=PHASE:AT   this process kills itself when it reaches PHASE for the AT-th time, and says so in FILE
 phases=FILE
 """
 

@@ -1,0 +1,237 @@
+"""Disks that are full, stores that cannot be written, files and catalogues that are damaged or gone."""
+
+import os
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing, contextmanager, nullcontext
+from datetime import UTC, datetime
+
+import pytest
+from fake_campaign import SIMULATE, sweep
+
+import wearlab
+from wearlab.cli.app import status_of
+from wearlab.runner import running, worker
+from wearlab.store import Store, StoreError, database, memberships
+
+
+@pytest.fixture(autouse=True)
+def alone(monkeypatch):
+    """Let several cases run in this process."""
+    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)
+
+
+@pytest.fixture
+def store(tmp_path):
+    with closing(Store(tmp_path / "store")) as made:
+        yield made
+
+
+def run(campaign, store):
+    return wearlab.run(campaign, store, simulate=SIMULATE, progress=False)
+
+
+@contextmanager
+def small_disk(folder, size):
+    """Mount a file system of so many bytes, where that is permitted."""
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
+    try:
+        done = subprocess.run(mount, capture_output=True)
+    except OSError:
+        pytest.skip("no mount here")
+    if done.returncode:
+        pytest.skip("mounting a small file system is not permitted")
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", "--lazy", str(folder)], check=True)
+
+
+def test_a_full_disk_stops_in_order_and_the_rest_follows(tmp_path):
+    with small_disk(tmp_path / "disk", 1_200_000), closing(Store(tmp_path / "disk" / "store")) as store:
+        with pytest.raises(StoreError, match=r"No space left on device|disk is full"):
+            run(sweep(60), store)
+        assert store.verify() == []
+        kept = {i: entry.sha256 for i, entry in store.entries().items() if entry.state == "done"}
+        assert 3 < len(kept) < 60
+        assert not list(store.files.folder.rglob("*.part"))
+        subprocess.run(["mount", "-o", "remount,size=20000000", str(tmp_path / "disk")], check=True)
+        assert run(sweep(60), store).computed == 60 - len(kept)
+        assert store.verify() == []
+        assert kept.items() <= {i: entry.sha256 for i, entry in store.entries().items()}.items()
+
+
+@contextmanager
+def read_only(folder):
+    """Let nobody write below a folder: by its permissions, which root does not heed, or by mounting."""
+    if os.geteuid():
+        paths = [folder, *folder.rglob("*")]
+        for path in paths:
+            path.chmod(0o555 if path.is_dir() else 0o444)
+        yield
+        for path in paths:
+            path.chmod(0o755 if path.is_dir() else 0o644)
+    else:
+        subprocess.run(["mount", "-o", "remount,ro", str(folder)], check=True)
+        yield
+
+
+@pytest.mark.skipif(os.name != "posix", reason="permissions as POSIX has them")
+def test_a_store_that_may_only_be_read_can_be_read(tmp_path, capsys):
+    disk = nullcontext() if os.geteuid() else small_disk(tmp_path / "disk", 4_000_000)
+    with disk, closing(Store(tmp_path / "disk" / "store")) as store:
+        run(sweep(2), store)
+        store.close()
+        with read_only(tmp_path / "disk"):
+            assert float(store.open(sweep(2)).life[0]) > 0
+            assert store.verify() == []
+            store.close()
+            statuses = [status_of([word, "--store", str(store.path)]) for word in ("ls", "verify", "prune")]
+            assert statuses == [0, 0, 0]
+            with pytest.raises(StoreError, match=r"readonly database|cannot be written"):
+                run(sweep(3), store)
+            store.close()
+            assert status_of(["reindex", "--store", str(store.path)]) == 2
+            assert "readonly database" in capsys.readouterr().err
+            assert store.verify() == []
+            store.close()
+
+
+@pytest.mark.parametrize("name", ["my runs", "Läufe Ω 齿轮", "a#b?c=1&d%20", "quote'\"s"])
+def test_any_name_of_a_folder_will_do(tmp_path, name, capsys):
+    with closing(Store(tmp_path / name / "store")) as store:
+        assert run(sweep(2), store).ok
+        assert store.verify() == []
+        grid = store.open(sweep(2))
+        assert float(grid.wear_depth.isel(speed=1, update=0, flank=0, profile=0)) == 900.0
+        assert grid.flank.values.tolist() == ["pinion", "gear"]
+        assert store.run(sweep(2).cases[0].id).attrs["id"] == sweep(2).cases[0].id
+        assert not list((store.path / "runners").iterdir())
+    assert status_of(["ls", "--store", str(store.path), "--where", "life > 1"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 3
+
+
+@pytest.mark.parametrize("place", [0.1, 0.5, 0.9])
+def test_a_flipped_bit_is_found(store, place, capsys):
+    run(sweep(3), store)
+    file = store.files.path(sweep(3).cases[1].id)
+    content = bytearray(file.read_bytes())
+    content[int(place * len(content))] ^= 4
+    file.write_bytes(content)
+    assert [(problem.path, problem.kind) for problem in store.verify()] == [(file, "altered")]
+    assert status_of(["verify", "--store", str(store.path)]) == 1
+    assert file.name in capsys.readouterr().out
+
+
+def test_a_truncated_file_is_found_and_made_again(store, capsys):
+    run(sweep(3), store)
+    file = store.files.path(sweep(3).cases[1].id)
+    whole = file.read_bytes()
+    file.write_bytes(whole[: len(whole) // 2])
+    assert [problem.kind for problem in store.verify()] == ["truncated"]
+    with pytest.raises(StoreError, match="wearlab verify"):
+        store.open(sweep(3)).wear_depth.isel(speed=1).load()
+    assert run(sweep(3), store).computed == 1
+    assert store.verify() == []
+
+
+def test_a_catalogue_that_was_deleted_is_made_anew(store, capsys):
+    run(sweep(3), store)
+    store.close()
+    store.catalogue.path.unlink()
+    assert status_of(["ls", "--store", str(store.path)]) == 2
+    assert "is missing; 'wearlab reindex' makes it anew" in capsys.readouterr().err
+    report = run(sweep(4), store)
+    assert (report.computed, report.done) == (1, 4)
+    assert report.notes == ("the catalogue had gone: 3 runs were taken back from their files",)
+    assert store.verify() == []
+
+
+@pytest.mark.parametrize("damage", ["text", "cut", "flipped"])
+def test_a_damaged_catalogue_is_said_and_made_anew(store, damage, capsys):
+    run(sweep(12), store)
+    store.close()
+    content = bytearray(store.catalogue.path.read_bytes())
+    if damage == "text":
+        content[:100] = b"x" * 100
+    elif damage == "cut":
+        del content[len(content) // 2 :]
+    else:
+        content[4096:8192] = bytes(reversed(content[4096:8192]))
+    store.catalogue.path.write_bytes(content)
+    said = status_of(["ls", "--store", str(store.path)])
+    assert said == 2
+    assert "'wearlab reindex' makes it anew" in capsys.readouterr().err
+    assert status_of(["reindex", "--store", str(store.path)]) == 0
+    assert (store.path / "catalogue.damaged").exists()
+    assert store.verify() == []
+    assert run(sweep(12), store).computed == 0
+
+
+def test_a_catalogue_that_another_process_holds(store, monkeypatch):
+    run(sweep(1), store)
+    store.close()
+    monkeypatch.setattr(database, "PATIENCE", 0.05)
+    with closing(sqlite3.connect(store.catalogue.path, isolation_level=None)) as other:
+        other.execute("BEGIN EXCLUSIVE")
+        with pytest.raises(StoreError, match="another process holds it; try again"):
+            run(sweep(2), store)
+    assert run(sweep(2), store).computed == 1
+
+
+def test_a_clock_that_was_set_back(store, monkeypatch, capsys):
+    run(sweep(2), store)
+
+    class Earlier(datetime):
+        @classmethod
+        def now(cls, zone=None):
+            return datetime(1999, 12, 31, 23, 59, tzinfo=UTC)
+
+    for module in (memberships, worker):
+        monkeypatch.setattr(module, "datetime", Earlier)
+    report = run(sweep(4), store)
+    assert (report.computed, report.done) == (2, 4)
+    assert run(sweep(4), store).computed == 0
+    assert store.verify() == []
+    assert [member.run for member in store.catalogue.members()][:4] == [case.id for case in sweep(4).cases]
+    assert status_of(["prune", "--store", str(store.path)]) == 0  # what was asked for last counts
+    assert capsys.readouterr().out.startswith("0 runs can go")
+
+
+TWICE = """
+import os, signal, sys, time
+from wearlab.cli import working
+from wearlab.cli.app import main
+
+def stubborn(*words):
+    print("begun", flush=True)
+    try:
+        time.sleep(60)
+    except KeyboardInterrupt:
+        print("farewell", flush=True)
+        time.sleep(60)
+
+working.run_campaign = stubborn
+sys.argv = ["wearlab", "run", "any.toml"]
+main()
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")
+def test_ctrl_c_twice_ends_at_once(tmp_path):
+    import signal
+
+    child = subprocess.Popen(
+        [sys.executable, "-c", TWICE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
+    )
+    assert child.stdout.readline() == "begun\n"
+    child.send_signal(signal.SIGINT)
+    assert child.stdout.readline() == "farewell\n"
+    child.send_signal(signal.SIGINT)
+    _, said = child.communicate(timeout=30)
+    assert child.returncode == 130
+    assert said == (
+        "wearlab: interrupted twice: stopped at once; finished runs are kept, run again to continue\n"
+    )
