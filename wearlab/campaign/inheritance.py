@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 from wearlab.campaign.errors import CampaignError
 from wearlab.scene.merge import DropError, Table, merge, without
 
+LARGEST = 10_000_000  # bytes of a campaign file
+DEEPEST = 50  # tables within tables
 PATH_KEYS = ("file", "published", "campaign")
 
 
@@ -55,7 +57,7 @@ def inherit(file: Path, children: tuple[Path, ...] = ()) -> Inherited:
     if file in children:
         circle = " → ".join(one.name for one in (*children[children.index(file) :], file))
         raise CampaignError([f"{file}: extends: files extend each other in a circle: {circle}"])
-    own = _read(file)
+    own = _shallow(_read(file), file)
     parents = _names(own.pop("extends", []), "extends", file)
     drops = _names(own.pop("drop", []), "drop", file)
     table: Table = {}
@@ -73,8 +75,14 @@ def inherit(file: Path, children: tuple[Path, ...] = ()) -> Inherited:
 
 
 def _read(file: Path) -> Table:
+    if file.exists() and not file.is_file():
+        raise CampaignError([f"{file}: cannot read it: not a file"])
     try:
+        if (size := file.stat().st_size) > LARGEST:
+            raise CampaignError([f"{file}: {size} bytes are more than the {LARGEST} of a campaign file"])
         return tomllib.loads(file.read_bytes().decode("utf-8-sig"))
+    except RecursionError:
+        raise CampaignError([f"{file}: brackets or keys nested too deeply"]) from None
     except OSError as error:
         raise CampaignError([f"{file}: cannot read it: {error.strerror or error}"]) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -106,3 +114,18 @@ def _has(table: Any, words: list[str]) -> bool:
             return False
         table = table[word]
     return True
+
+
+def _shallow(table: Table, file: Path) -> Table:
+    """Return a table that is not nested so deeply that walking through it would fail."""
+    inner: list[Any] = [table]
+    for _ in range(DEEPEST):
+        inner = [
+            value
+            for one in inner
+            for value in (one.values() if isinstance(one, dict) else one)
+            if isinstance(value, dict | list)
+        ]
+        if not inner:
+            return table
+    raise CampaignError([f"{file}: keys nested more than {DEEPEST} deep"])

@@ -212,6 +212,8 @@ def _columns(path: Path) -> dict[str, tuple[float, ...]]:
 @lru_cache(maxsize=32)
 def _read(path: Path, modified: int, size: int) -> dict[str, tuple[float, ...]]:
     """Return the columns of a CSV file; lines that start with # are comments."""
+    if not path.is_file():
+        raise TableError(f"cannot read {path.name}: not a file")
     with path.open(newline="", encoding="utf-8-sig") as file:
         rows = list(csv.reader(line for line in file if line.strip() and not line.startswith("#")))
     if len(rows) < 2:

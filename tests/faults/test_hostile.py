@@ -1,0 +1,222 @@
+"""Stores, conditions and campaign files from strangers: no code runs, nothing outside the store is read."""
+
+import json
+import os
+import sqlite3
+from contextlib import closing
+
+import netCDF4
+import numpy as np
+import pytest
+from fake_campaign import SIMULATE, sweep
+
+import wearlab
+from wearlab.cli.app import status_of
+from wearlab.query import QueryError
+from wearlab.runner import running
+from wearlab.store import Store, StoreError
+from wearlab.store.presence import alive
+
+
+@pytest.fixture
+def store(tmp_path, monkeypatch):
+    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)
+    with closing(Store(tmp_path / "store")) as made:
+        wearlab.run(sweep(2), made, simulate=SIMULATE, progress=False)
+        made.close()
+        yield made
+
+
+def crafted(store, *statements):
+    """Change a catalogue as its owner never would."""
+    with closing(sqlite3.connect(store.catalogue.path, isolation_level=None)) as connection:
+        for statement, *values in statements:
+            connection.execute(statement, values)
+
+
+# -- names become no paths ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["../../victim", "/etc/passwd", "..", "a/../../b", "%2e%2e%2f", "a\x00b"])
+def test_identities_that_would_be_paths(store, name, capsys):
+    crafted(store, ("UPDATE runs SET id = ? WHERE number = 1", name))
+    problems = store.verify()
+    assert {problem.kind for problem in problems} == {"foreign", "unknown"}
+    with pytest.raises(StoreError, match="no identity of a run"):
+        store.run(name)
+    for words in (["ls"], ["prune", "--yes"]):
+        assert status_of([*words, "--store", str(store.path)]) == 2
+        assert "no identity of a run" in capsys.readouterr().err
+
+
+def test_owners_that_would_be_paths(tmp_path, store):
+    """Asking whether an owner lives opens and removes a lock: never one elsewhere."""
+    victim = tmp_path / "victim.lock"
+    victim.touch()
+    owner = "../../victim"
+    assert not alive(store.path / "runners", owner)
+    link = store.path / "runners" / "linked.lock"
+    link.symlink_to(victim)
+    assert not alive(store.path / "runners", "linked")
+    crafted(store, ("UPDATE runs SET state = 'running', owner = ?", owner))
+    assert store.verify() == []
+    assert wearlab.run(sweep(2), store, simulate=SIMULATE, progress=False).computed == 2
+    assert victim.exists()
+
+
+def test_links_lead_nowhere(tmp_path, store):
+    """A file, or the folder of a file, that is a link is neither read nor written."""
+    first, second = (store.files.path(case.id) for case in sweep(2).cases)
+    first.replace(tmp_path / "secret")
+    first.symlink_to(tmp_path / "secret")
+    second.parent.replace(tmp_path / "folder")
+    second.parent.symlink_to(tmp_path / "folder")
+    kinds = {(problem.path, problem.kind) for problem in store.verify()}
+    assert {(first, "foreign"), (second, "foreign")} <= kinds
+    for case in sweep(2).cases:
+        with pytest.raises(StoreError, match="is a link"):
+            store.run(case.id)
+    grid = store.open(sweep(2))
+    for name in ("wear_depth", "verdict"):  # read by its place in the file, and through HDF5
+        with pytest.raises(StoreError, match="is a link"):
+            grid[name].load()
+    problems = store.reindex()
+    assert store.entries() == {} and all("is a link" in problem.message for problem in problems)
+    other = Store(tmp_path / "other")
+    wearlab.run(sweep(1), other, simulate=SIMULATE, progress=False)
+    with pytest.raises(StoreError, match="is a link"):
+        wearlab.run(sweep(2), store, simulate=SIMULATE, progress=False)
+    assert (tmp_path / "secret").exists() and len(list((tmp_path / "folder").iterdir())) == 1
+
+
+# -- claims that would fill the memory ----------------------------------------------------------------------
+
+
+def test_a_file_that_claims_more_than_it_holds(store):
+    """A variable that was never written costs nothing in a file and everything in memory."""
+    path = store.files.path(sweep(2).cases[0].id)
+    path.unlink()
+    with netCDF4.Dataset(path, "w") as file:
+        file.id = path.stem
+        file.createDimension("wide", 10**12)
+        file.createVariable("empty", "f8", ("wide",), chunksizes=(1000,))
+    with pytest.raises(StoreError, match=r"claims 8e\+12 bytes of values in a file of \d+ bytes"):
+        store.run(path.stem)
+    assert [problem.path for problem in store.reindex()] == [path]
+
+
+@pytest.mark.parametrize(
+    ("column", "change", "said"),
+    [
+        ("sizes", lambda sizes: sizes | {"profile": 10**12}, "claims .* bytes of values"),
+        ("sizes", lambda sizes: {"profile": "x"}, "cannot be understood"),
+        ("sizes", lambda sizes: [1, 2], "cannot be understood"),
+    ],
+)
+def test_a_catalogue_that_claims_more_than_the_files_hold(store, column, change, said):
+    ((text,),) = store.catalogue.read(f"SELECT {column} FROM documents LIMIT 1")
+    crafted(store, (f"UPDATE documents SET {column} = ?", json.dumps(change(json.loads(text)))))
+    with pytest.raises(StoreError, match=said):
+        store.open(sweep(2)).wear_depth.load()
+
+
+@pytest.mark.parametrize("dtype", ["O", "f8,(99999999,)f8", "V9999999999", "<U99999999", "object"])
+def test_types_that_no_run_has(store, dtype):
+    ((key, text),) = store.catalogue.read("SELECT key, layout FROM layouts")
+    layout = json.loads(text)
+    layout["variables"]["wear_depth"]["dtype"] = dtype
+    crafted(store, ("UPDATE layouts SET layout = ? WHERE key = ?", json.dumps(layout), key))
+    with pytest.raises(StoreError, match="as a type of numbers"):
+        store.open(sweep(2)).wear_depth.load()
+
+
+# -- no code runs -------------------------------------------------------------------------------------------
+
+
+def test_triggers_and_views_are_refused(store, capsys):
+    crafted(store, ("CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM runs; END",))
+    assert status_of(["ls", "--store", str(store.path)]) == 2
+    assert "holds 1 views or triggers, which no wearlab makes" in capsys.readouterr().err
+    assert status_of(["reindex", "--store", str(store.path)]) == 0
+    assert len(store.entries()) == 2
+
+
+@pytest.mark.parametrize("column", ["sizes", "digests", "summary", "warnings"])
+def test_rows_that_are_no_json(store, column, capsys):
+    crafted(store, (f"UPDATE documents SET {column} = ?", "__import__('os').system('true')"))
+    assert status_of(["show", sweep(1).cases[0].id, "--store", str(store.path)]) == 2
+    assert "cannot be understood" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "life > 1; DROP TABLE runs",
+        "life > 1 UNION SELECT * FROM runs",
+        "__import__('os').system('touch /tmp/x')",
+        "life > (SELECT 1)",
+        "load_extension('x') = 1",
+        "status = 'done' OR 1=1 --",
+        "(" * 50_000 + "life > 1" + ")" * 50_000,
+        "not " * 50_000 + "life > 1",
+        "life > " + "9" * 100_000,
+        " and ".join(["life > 1"] * 20_000),
+        "life > 1e999",
+        "\x00",
+    ],
+)
+def test_conditions_are_read_by_the_grammar_alone(store, condition):
+    try:
+        found = store.query(condition)
+    except (QueryError, StoreError) as error:
+        assert len(str(error)) < 1000
+    else:
+        assert len(found) <= 2
+    assert len(store.entries()) == 2
+
+
+def test_quotes_in_values_stay_values(store):
+    assert len(store.query("status = \"done' OR 'a'='a\"")) == 0
+    assert len(store.query('status contains "\'; DROP TABLE runs; --"')) == 0
+    assert len(store.query("status = 'done'")) == 2
+
+
+BASE = 'title = "a stranger\'s"\n'
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '[[sweep]]\n"operation.speed" = { linspace = ["1 rpm", "2 rpm", 1000000000] }',
+        '[[sweep]]\n"operation.speed" = { from = "1 rpm", to = "2 rpm", n = 1000000000 }',
+        "\n".join(f'[[sweep]]\n"operation.speed" = {list(range(40))}' for _ in range(12)),
+        '[[sweep]]\nsample = { method = "sobol", n = 1000000000000, seed = 1 }\n'
+        '"operation.torque" = { normal = { mean = "340 N*m", sd = "10 N*m" } }',
+        "a = " + "[" * 20_000 + "]" * 20_000,
+        "a." * 20_000 + "a = 1",
+        'exclude = "' + "(" * 20_000 + '"',
+        'extends = "' + "../" * 40 + 'etc/passwd"',
+        'extends = "/dev/zero"',
+    ],
+)
+def test_campaign_files_are_refused_in_a_moment(tmp_path, text, capsys):
+    file = tmp_path / "strange.toml"
+    file.write_text(BASE + text)
+    assert status_of(["plan", str(file), "--store", str(tmp_path / "none")]) == 2
+    said = capsys.readouterr().err
+    assert "Traceback" not in said and "root:" not in said and len(said) < 5000
+    assert os.listdir(tmp_path) == ["strange.toml"]
+
+
+def test_nothing_in_a_dataset_is_unpickled(store):
+    """Arrays of objects could carry code; text is all that is read as such."""
+    with pytest.raises(StoreError):
+        store.run("none")
+    run = store.run(sweep(1).cases[0].id)
+    assert {value.dtype.kind for value in run.variables.values()} <= set("biufOUS")
+    assert all(
+        isinstance(item, str)
+        for value in run.variables.values()
+        if value.dtype.kind == "O"
+        for item in np.ravel(value.values)
+    )
