@@ -1,8 +1,13 @@
 import math
+from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
-from wearlab.campaign import CampaignError, derived
+from wearlab.campaign import CampaignError, derived, load
+from wearlab.scene.build.sets import build_set
+
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 SWEEPS = """
 [[sweep]]
@@ -81,18 +86,35 @@ def test_mesh_frequency_and_contact_ratio(study):
 def test_speed_ratio_is_speed_over_the_first_critical_one(study):
     text = '[mesh]\nstiffness = { model = "constant", value = "300 N/um", of = "mesh" }\n'
     scene = study(text).cases[0].scene
-    inertia = scene.gears.pinion.inertia or derived_inertia(scene)
+    pair = built_pair(scene)
+    yielding = sum(1.0 / gear.inertia for gear in (pair.driving, pair.driven))  # their roots differ
     base_radius = 0.5 * 0.003 * 50 * math.cos(math.radians(20.0))
-    frequency = math.sqrt(3e8 * 2.0 * base_radius**2 / inertia) / (2.0 * math.pi)
+    frequency = math.sqrt(3e8 * base_radius**2 * yielding) / (2.0 * math.pi)
     mesh_frequency = 1100.0 / 60.0 * 50
     ratio = derived.Derivation()("speed_ratio", scene)
-    assert ratio == pytest.approx(mesh_frequency / frequency, rel=1e-3)
+    assert ratio == pytest.approx(mesh_frequency / frequency, rel=1e-6)
 
 
-def derived_inertia(scene):
+def built_pair(scene):
     from wearlab.scene.build.gears import build_pair
 
-    return build_pair(scene).driving.inertia
+    return build_pair(scene)
+
+
+def test_derived_quantities_of_planetary_and_internal_sets():
+    """A mesh of the planets meets z_sun times for every turn of the sun relative to the carrier."""
+    derive = derived.Derivation()
+    scene = load(CAMPAIGNS / "base" / "planetary_ngw11.toml").cases[0].scene
+    sun, ring = (Fraction(gear.teeth) for gear in (scene.gears.sun, scene.gears.ring))
+    assert (scene.operation.input, scene.operation.fixed) == ("sun", "ring")
+    share = ring / (sun + ring)  # of the sun's speed, relative to the carrier: Willis with the ring at rest
+    turns = scene.operation.speed / (2.0 * math.pi)
+    assert derive("mesh_frequency", scene) == pytest.approx(turns * float(sun * share), rel=1e-12)
+    both = [kind.pair.contact_ratio for kind in build_set(scene).kinds]
+    assert len(set(both)) == 2
+    assert derive("contact_ratio", scene) == min(both)
+    internal = load(CAMPAIGNS / "base" / "internal_40_100.toml").cases[0].scene
+    assert 1.5 < derive("contact_ratio", internal) < 2.2  # an internal pair overlaps more than 40:100 outside
 
 
 def test_a_scene_without_dynamics_has_no_speed_ratio(study):

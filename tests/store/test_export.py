@@ -2,6 +2,7 @@
 
 import tracemalloc
 from dataclasses import replace
+from types import SimpleNamespace
 
 import netCDF4
 import numpy as np
@@ -92,6 +93,45 @@ def test_memory_holds_one_run(fill, tmp_path):
         tracemalloc.stop()
     run = store.run(many.cases[0].id).nbytes
     assert peaks[2] - peaks[1] < 2 * run
+
+
+def test_nothing_is_read_through_hdf5_while_the_file_is_open(fill, tmp_path, monkeypatch):
+    """Two datasets of netCDF4 open in one process, one read by dask's threads, have crashed it."""
+    from wearlab.store import export as module
+    from wearlab.store import lazy
+
+    read, opened = [], []
+
+    def reading(path, name):
+        read.append(name)
+        assert not opened, f"{name} was read while the file was open"
+        return read_variable(path, name)
+
+    class Opened:
+        def __init__(self, *words, **options):
+            self.file = netCDF4.Dataset(*words, **options)
+
+        def __enter__(self):
+            opened.append(self)
+            return self.file.__enter__()
+
+        def __exit__(self, *error):
+            opened.clear()
+            return self.file.__exit__(*error)
+
+    store = fill(two_axes())
+    read_variable = lazy.read_variable
+    monkeypatch.setattr(lazy, "read_variable", reading)
+    monkeypatch.setattr(module, "netCDF4", SimpleNamespace(Dataset=Opened))
+    first = next(case.id for case in two_axes().cases)
+    whole = store.run
+    monkeypatch.setattr(
+        store,
+        "run",
+        lambda i: whole(i).drop_vars("characteristic_point") if not opened and i == first else whole(i),
+    )
+    export(two_axes(), store, tmp_path / "out.nc")
+    assert read == ["characteristic_point"] and not opened
 
 
 def test_zarr(fill, tmp_path):

@@ -1,8 +1,5 @@
 """Quantities that ``exclude`` may ask for and that need gears: computed when a condition names them."""
 
-import math
-from typing import Any
-
 from wearlab.query import Key
 from wearlab.scene import Scene
 
@@ -46,15 +43,16 @@ class Derivation:
 
 
 def _contact_ratio(scene: Scene) -> float:
-    from wearlab.scene.build.gears import build_pair
+    """Return the contact ratio, the smallest where a set has meshes of several kinds."""
+    from wearlab.scene.build.sets import build_set
 
-    return float(build_pair(scene).contact_ratio)
+    return min(float(kind.pair.contact_ratio) for kind in build_set(scene).kinds)
 
 
 def _mesh_frequency(scene: Scene) -> float | None:
-    speed, gears = scene.operation.speed, scene.gears
-    driving: Any = getattr(gears, scene.operation.input)
-    return None if speed is None else speed / (2.0 * math.pi) * driving.teeth
+    from wearlab.scene.build.sets import build_set
+
+    return None if scene.operation.speed is None else float(build_set(scene).mesh_frequency)
 
 
 def _first_excited(scene: Scene) -> float | None:

@@ -98,16 +98,15 @@ def _netcdf(
     tell: Callable[[str], None],
 ) -> None:
     dims = tuple(str(dim) for dim in grid["run_id"].dims)
+    shared = _shared(grid, dims, entries, store)  # read before the file is open: HDF5 has one door only
     with netCDF4.Dataset(part, "w", format="NETCDF4") as file:
         file.setncatts(dict(attributes))
         for name, length in grid.sizes.items():
             file.createDimension(str(name), length)
-        shared = next((store.run(i) for i, e in entries.items() if e.state == "done"), xr.Dataset())
         for name, variable in grid.variables.items():
             _declare(file, str(name), variable, dims)
             if not _by_run(variable, dims):
-                one = shared.variables.get(name, variable) if variable.chunks is not None else variable
-                _fill(file, str(name), one)
+                _fill(file, str(name), shared[name])
         scene = file.createVariable("scene", str, dims)
         scene.long_name = "the whole scene of the run, as JSON in SI units"
         for run_id, points in _points(grid).items():
@@ -116,6 +115,18 @@ def _netcdf(
             if run_id in entries and entries[run_id].state == "done":
                 _place(file, grid, dims, points, store.run(run_id))
                 tell(run_id)
+
+
+def _shared(
+    grid: xr.Dataset, dims: tuple[str, ...], entries: "Mapping[str, Entry]", store: "Store"
+) -> dict[Any, xr.Variable]:
+    """Return, in memory, what is the same for all runs or belongs to the grid itself."""
+    one = next((store.run(i) for i, e in entries.items() if e.state == "done"), xr.Dataset())
+    return {
+        name: one.variables.get(name, variable).compute() if variable.chunks is not None else variable
+        for name, variable in grid.variables.items()
+        if not _by_run(variable, dims)
+    }
 
 
 def _by_run(variable: xr.Variable, dims: tuple[str, ...]) -> bool:
