@@ -104,3 +104,30 @@ def test_springs_on_both_rotations_are_refused(table):
     spring = {"torsional_stiffness": "1e6 N*m/rad", "torsional_damping": "2 N*m*s/rad"}
     table["dynamics"] = {"model": "torsional", "supports": {"pinion": spring, "gear": spring}}
     assert "hold both gears" in one(table)
+
+
+@pytest.mark.parametrize(
+    ("key", "given", "says"),
+    [
+        ("contact", "algorithm-1", "Algorithm 1 knows no tip corners: give mesh.contact = 'exact'"),
+        (
+            "stiffness",
+            {"model": "constant", "value": "300 N/um", "of": "mesh"},
+            "lets pairs engage one by one, and a stiffness of = 'mesh' has no pairs: give of = 'pair'",
+        ),
+    ],
+)
+def test_tip_corners_need_pairs_and_a_search_that_knows_them(table, key, given, says):
+    table["mesh"] |= {key: given, "extended_contact": True}
+    assert one(table) == f"scene.mesh.extended_contact: {says}, or leave it out"
+    table["mesh"]["extended_contact"] = False
+    assert not Scene.from_mapping(table).mesh.extended_contact
+
+
+def test_tip_corners_go_with_a_stiffness_of_pairs(table):
+    table["mesh"] |= {
+        "stiffness": {"model": "constant", "value": "300 N/um", "of": "pair"},
+        "contact": "exact",
+        "extended_contact": True,
+    }
+    assert Scene.from_mapping(table).mesh.extended_contact

@@ -22,6 +22,7 @@ def broken_rules(scene: "Scene") -> list[str]:
         _supports,
         _response,
         _requested,
+        _extended,
         _start,
         _conditions,
         _calibrated,
@@ -169,6 +170,23 @@ def _initial(scene: "Scene") -> Problems:
             yield (
                 f"wear.initial.{flank}.shape",
                 "'worn' is by this wear law and needs 'wear.coefficient'; or give 'quadratic' or 'uniform'",
+            )
+
+
+def _extended(scene: "Scene") -> Problems:
+    """Beyond A and E only tip corners touch: one search and one stiffness know nothing of them."""
+    for section in _sections(scene):
+        mesh = scene.mesh.of(section)
+        if not mesh.extended_contact:
+            continue
+        path = f"mesh.{section}.extended_contact".replace("..", ".")
+        if mesh.contact.model == "algorithm-1":
+            yield path, "Algorithm 1 knows no tip corners: give mesh.contact = 'exact', or leave it out"
+        if getattr(mesh.stiffness, "of", "pair") == "mesh":
+            yield (
+                path,
+                "lets pairs engage one by one, and a stiffness of = 'mesh' has no pairs: "
+                "give of = 'pair', or leave it out",
             )
 
 
