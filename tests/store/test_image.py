@@ -22,6 +22,18 @@ def file(tmp_path):
     return path
 
 
+def test_a_file_ends_where_its_content_does():
+    """In memory a file grows by 64 kB; what it has not filled is not written, and HDF5 asks for no more."""
+    data = xr.Dataset(
+        {"a": ("x", np.arange(9.0)), "b": ("y", np.arange(20_000) % 7)}, {"t": ("x", ["m"] * 9)}
+    )
+    image, _ = to_image(data)
+    assert len(image) % 65_536 != 0 and len(image) == int.from_bytes(image[28:36], "little")
+    with netCDF4.Dataset("memory", memory=image) as file:
+        assert file["a"][:].tolist() == list(range(9)) and file["b"][-1] == 19_999 % 7
+        assert file["t"][:].tolist() == ["m"] * 9
+
+
 def test_an_image_is_the_dataset(file):
     xr.testing.assert_identical(load(file), sealed(DATA))
     file.unlink()  # closed: nothing holds it

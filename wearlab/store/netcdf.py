@@ -30,7 +30,14 @@ def encoded(dataset: xr.Dataset) -> bytes:
     defined = [_defined(file, str(name), variable) for name, variable in variables.items()]
     for target, values in defined:
         target[...] = values
-    return bytes(file.close())
+    return _trimmed(bytes(file.close()))
+
+
+def _trimmed(image: bytes) -> bytes:
+    """Return a file without the room in memory that it has not filled, by the end that its head names."""
+    version, width = image[8], image[9]
+    end = int.from_bytes(image[28:36], "little")
+    return image[:end] if version in (2, 3) and width == 8 and 0 < end < len(image) else image
 
 
 def _defined(file: netCDF4.Dataset, name: str, variable: xr.Variable) -> tuple[netCDF4.Variable, Any]:
