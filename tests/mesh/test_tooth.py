@@ -79,7 +79,7 @@ def test_healthy_tooth_against_quadrature(pinion, side):
     tooth, _ = evaluate(tooth_flexibility(gear, radius), np.zeros(41))
     for i in (0, 7, 20, 40):
         expected = by_quadrature(gear, radius[i], lambda r: 0.0, radius.min())
-        assert tooth[i] == pytest.approx(expected, rel=2e-7)
+        assert tooth[i] == pytest.approx(expected, rel=3e-6, abs=0)
 
 
 @pytest.mark.parametrize("side", [0, 1])
@@ -104,17 +104,17 @@ def test_worn_tooth_against_quadrature(side):
         assert worn[i] - healthy[i] == pytest.approx(
             expected - by_quadrature(gear, radius[i], lambda r: 0.0, radius.min()), rel=2e-3, abs=2e-16
         )
-        assert worn[i] == pytest.approx(expected, rel=1e-6)
+        assert worn[i] == pytest.approx(expected, rel=1e-5, abs=0)
 
 
 def test_shear_factor_enters_the_shear_alone():
     pair = build()
-    s = np.linspace(pair.path.A, pair.path.E, 5)
+    s = np.linspace(pair.path.A, pair.path.E, 41)
     radius = pair.radius(0, s)
-    low, _ = evaluate(tooth_flexibility(pair.driving, radius, shear_factor=1.2), np.zeros(5))
-    high, _ = evaluate(tooth_flexibility(pair.driving, radius, shear_factor=1.5), np.zeros(5))
-    expected = by_quadrature(pair.driving, radius[3], lambda r: 0.0, radius[0], shear_factor=1.5)
-    assert high[3] == pytest.approx(expected, rel=1e-4)
+    low, _ = evaluate(tooth_flexibility(pair.driving, radius, shear_factor=1.2), np.zeros(41))
+    high, _ = evaluate(tooth_flexibility(pair.driving, radius, shear_factor=1.5), np.zeros(41))
+    expected = by_quadrature(pair.driving, radius[30], lambda r: 0.0, radius[0], shear_factor=1.5)
+    assert high[30] == pytest.approx(expected, rel=3e-6, abs=0)
     assert np.all(high > low)
 
 
@@ -142,7 +142,7 @@ def test_wear_tends_to_the_healthy_tooth_linearly_and_exactly():
     assert np.array_equal(healthy, again)
     once, worn_foundation = evaluate(flexibility, shape)
     tenth, _ = evaluate(flexibility, 0.1 * shape)
-    assert (once - healthy)[80] == pytest.approx(10 * (tenth - healthy)[80], rel=1e-2)
+    assert (once - healthy)[80] == pytest.approx(10 * (tenth - healthy)[80], rel=1e-2, abs=0)
     assert np.array_equal(foundation, worn_foundation)
     # wear of 1e-30 m changes nothing at all: no cancelling terms
     nothing, _ = evaluate(flexibility, 1e-24 * shape)
@@ -164,8 +164,8 @@ def test_equal_gears_are_mirror_images():
     wear = 50e-6 * (s / pair.path.E) ** 2 * (1 + 0.3 * s / pair.path.E)
     first, body1 = evaluate(tooth_flexibility(pair.driving, pair.radius(0, s)), wear)
     second, body2 = evaluate(tooth_flexibility(pair.driven, pair.radius(1, s)), wear[::-1].copy())
-    assert first == pytest.approx(second[::-1], rel=1e-11)
-    assert body1 == pytest.approx(body2[::-1], rel=1e-12)
+    assert first == pytest.approx(second[::-1], rel=1e-11, abs=0)
+    assert body1 == pytest.approx(body2[::-1], rel=1e-12, abs=0)
 
 
 def test_doubled_nodes_hold_both_sides_of_a_jump():
@@ -177,11 +177,11 @@ def test_doubled_nodes_hold_both_sides_of_a_jump():
     wear = np.full(41, 30e-6)
     a, _ = evaluate(plain, wear)
     b, _ = evaluate(split, np.insert(wear, 20, wear[20]))
-    assert np.delete(b, 20) == pytest.approx(a, rel=1e-13)
+    assert np.delete(b, 20) == pytest.approx(a, rel=1e-13, abs=0)
     stepped = np.insert(wear, 20, wear[20])
     stepped[21:] = 0.0
     c, _ = evaluate(split, stepped)
-    assert c[:21] == pytest.approx(b[:21], rel=1e-13)
+    assert c[:21] == pytest.approx(b[:21], rel=1e-13, abs=0)
     assert c[21] > c[20]  # the unworn side carries the load higher up
 
 
@@ -218,8 +218,8 @@ def test_compliance_scales_with_the_face_width_and_not_with_the_module():
         return evaluate(tooth_flexibility(pair.driving, radius), np.zeros(21))[0]
 
     reference = compliance(0.003, 0.02)
-    assert compliance(0.003, 0.002) == pytest.approx(10 * reference, rel=1e-12)
-    assert compliance(0.03, 0.02) == pytest.approx(reference, rel=1e-11)
+    assert compliance(0.003, 0.002) == pytest.approx(10 * reference, rel=1e-12, abs=0)
+    assert compliance(0.03, 0.02) == pytest.approx(reference, rel=1e-11, abs=0)
 
 
 def test_radii_off_the_involute_are_refused():
@@ -242,7 +242,7 @@ def test_single_stiffness_is_near_iso_6336(bore):
     for side in (0, 1):
         radius = pair.radius(side, np.linspace(pair.path.A, pair.path.E, 21))
         tooth, foundation = evaluate(tooth_flexibility(pair.gears[side], radius), np.zeros(21))
-        assert foundation == pytest.approx(foundation_compliance(pair.gears[side], radius), rel=1e-14)
+        assert foundation == pytest.approx(foundation_compliance(pair.gears[side], radius), rel=1e-14, abs=0)
         compliance += tooth[10] + foundation[10]
     assert 14.0e9 < single < 14.5e9
-    assert 1.0 / (compliance * pair.face_width) == pytest.approx(single, rel=0.18)
+    assert 1.0 / (compliance * pair.face_width) == pytest.approx(single, rel=0.18, abs=0)
