@@ -6,6 +6,7 @@ netCDF4 crashes when two threads enter it, so every reading goes through xarray'
 import hashlib
 import json
 import math
+import threading
 from array import array
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from xarray.backends import NetCDF4DataStore
 from xarray.backends.locks import HDF5_LOCK, NETCDFC_LOCK
 
 from wearlab.store.bounds import refuse_links, refuse_oversized
@@ -27,6 +29,7 @@ AT_STATES = frozenset((LIFE, "flank", "mesh", "member"))
 ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
 CODE = ("commit", "model_version")
 
+_one_door = threading.RLock()
 _files: dict[tuple[str, int, int, int], netCDF4.Dataset] = {}  # open files, the one used last at the end
 
 
@@ -66,18 +69,31 @@ def load(path: Path) -> xr.Dataset:
     StoreError : the file is absent, damaged, a link, or claims more than it can hold
     """
     refuse_links(path)
-    try:
-        _refuse_oversized(path)
-        return xr.load_dataset(path, engine="netcdf4")
-    except (OSError, RuntimeError, ValueError) as error:
-        raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
+    with _one_door:
+        try:
+            with _Opened(path) as file:
+                refuse_oversized(path, sum(_claimed(variable) for variable in file.variables.values()))
+                return xr.open_dataset(NetCDF4DataStore(file)).load()
+        except (OSError, RuntimeError, ValueError) as error:
+            raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
 
 
-def _refuse_oversized(path: Path) -> None:
-    """Look at what a file claims to hold before any of it is read."""
-    with NETCDFC_LOCK, HDF5_LOCK, netCDF4.Dataset(path) as file:
-        claimed = sum(_claimed(variable) for variable in file.variables.values())
-    refuse_oversized(path, claimed)
+class _Opened:
+    """A file opened for a moment, the only time in this process: netCDF crashes when one of two is closed."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __enter__(self) -> netCDF4.Dataset:
+        with NETCDFC_LOCK, HDF5_LOCK:
+            for key in [key for key in _files if key[0] == str(self.path)]:
+                _files.pop(key).close()
+            self.file = netCDF4.Dataset(self.path)
+        return self.file
+
+    def __exit__(self, *error: object) -> None:
+        with NETCDFC_LOCK, HDF5_LOCK:
+            self.file.close()
 
 
 def _claimed(variable: netCDF4.Variable) -> int:
@@ -88,7 +104,7 @@ def _claimed(variable: netCDF4.Variable) -> int:
 def read_variable(path: str, name: str) -> NDArray[Any]:
     """Read one variable of a run, safely from any thread."""
     refuse_links(path)
-    with NETCDFC_LOCK, HDF5_LOCK:
+    with _one_door, NETCDFC_LOCK, HDF5_LOCK:
         try:
             variable = _open(path).variables[name]
             refuse_oversized(path, _claimed(variable))
