@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LEAST_SPAN = 0.02  # of the values
+LETTER = 0.02  # of the width of a figure, that two letters of marks need
 SHORT_TEXT, LONG_TEXT = (
     1_000,
     500_000,
@@ -174,7 +175,7 @@ def _panels(figure: Figure, plot: Plot) -> None:
         share_y = first if plot.share_y == "all" else beside if plot.share_y == "row" else None
         share_x = first if len({p.x_label for p in plot.panels}) == 1 else None
         axes[place] = figure.add_subplot(grid[place], sharex=share_x, sharey=share_y)
-        _panel(axes[place], panel)
+        _panel(axes[place], panel, plot.columns)
     one_x = len({panel.x_label for panel in plot.panels}) == 1
     bottom = max(row for row, _ in axes)
     room = int((style.HEIGHTS[plot.shape][plot.columns] - 0.6) * 72 / 3.9)
@@ -188,15 +189,28 @@ def _panels(figure: Figure, plot: Plot) -> None:
     figure.align_ylabels(list(axes.values()))
 
 
-def _panel(ax: "Axes", panel: Panel) -> None:
+def _sides(panel: Panel, columns: int) -> list[str]:
+    """Return how the letters of marks are aligned: two close neighbours turn away from each other."""
+    places = np.array([mark.x for mark in panel.marks])
+    drawn = np.concatenate([curve.x for curve in panel.curves] + [places])
+    room = LETTER * columns * np.ptp(drawn[np.isfinite(drawn)])
+    sides = []
+    for place in places:
+        away = places - place
+        after, before = np.any((away > 0) & (away < room)), np.any((away < 0) & (away > -room))
+        sides.append("center" if after == before else "right" if after else "left")
+    return sides
+
+
+def _panel(ax: "Axes", panel: Panel, columns: int) -> None:
     ax.set_title(panel.title, pad=14.0 if panel.marks and panel.title else None)
     for curve in panel.curves:
         _curve(ax, curve)
-    for mark in panel.marks:
+    for mark, side in zip(panel.marks, _sides(panel, columns), strict=True):
         ax.axvline(mark.x, color="#9a9a9a", lw=0.6, ls=(0, (2, 2)), zorder=1)
         ax.annotate(
             mark.text, (mark.x, 1.0), (0, 2), xycoords=("data", "axes fraction"), textcoords="offset points",
-            ha="center", va="bottom", size=style.MARK_SIZE, color="#555555",
+            ha=side, va="bottom", size=style.MARK_SIZE, color="#555555",
         )  # fmt: skip
     ax.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
     ax.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
