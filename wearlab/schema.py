@@ -177,6 +177,20 @@ VARIABLES: dict[str, Variable] = {
     "unloaded_transmission_angle": Variable(
         _MESH, "rad", "rad", "unloaded transmission error of the driven gear", "Y23 Eq. 62"
     ),
+    "first_order_excess": Variable(
+        _STATE,
+        "1",
+        "%",
+        "by how much first-order contact overestimates the unloaded error",
+        "largest of min(h₁ + h₂) over the path of contact, against the largest of the exact form",
+    ),
+    "first_order_depth": Variable(
+        _STATE,
+        "m",
+        "um",
+        "wear depth beyond which first-order contact is 5 % off",
+        "by the largest unloaded error, with wear of this shape; missing without wear or up to 1 mm",
+    ),
     "mesh_frequency": Variable(("mesh",), "Hz", "Hz", "mesh frequency"),
     "contact_ratio": Variable(("mesh",), "1", "1", "transverse contact ratio"),
     "mesh_phase_offset": Variable(("mesh",), "1", "1", "phase of the mesh on the common clock"),

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from wearlab.life.state import KindState, WearState
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps
+from wearlab.mesh.exact.first_order import depth_of_disagreement, errors_in_both_forms
+from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps, WornFlanks
 from wearlab.mesh.exact.relation import (
     MeshRelation,
     contact_loss,
@@ -30,7 +31,7 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Val
 
     ``contact_angle``, ``rotation_angle`` (update, member, mesh, pair, phase), ``engaged`` (update, mesh,
     pair, phase), ``meshing_range``, ``contact_range`` and those of a lone pair (update, member, mesh, end),
-    ``contact_loss`` (update, member, mesh) and ``unloaded_transmission_angle`` (update, mesh, phase); NaN
+    ``contact_loss`` (update, member, mesh), how far the first-order form is off (update, mesh) and ``unloaded_transmission_angle`` (update, mesh, phase); NaN
     for members not in a mesh.
     """
     exact = (ExactGaps, AlgorithmOneGaps)
@@ -49,6 +50,8 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Val
         "lone_contact_range": np.full((*shape, 2), np.nan),
         "contact_loss": np.full(shape, np.nan),
         "single_contact_share": np.full((shape[0], shape[2]), np.nan),
+        "first_order_excess": np.full((shape[0], shape[2]), np.nan),
+        "first_order_depth": np.full((shape[0], shape[2]), np.nan),
         "end": ["engages", "leaves"],
         "unloaded_transmission_angle": np.full((shape[0], shape[2], phases), np.nan),
     }
@@ -81,6 +84,8 @@ def _one_state(
     values["unloaded_transmission_angle"][update, mesh] = (
         relation.unloaded_error / one.pair.driven.base_radius
     )
+    for name, value in _first_order(analysis.gaps.flanks, state.wear).items():
+        values[name][update, mesh] = value
     loss = contact_loss(one.pair, relation.contact_angle, engaged)
     turned, touched = (
         meshing_range(angles, engaged) for angles in (relation.rotation_angle, relation.contact_angle)
@@ -99,6 +104,18 @@ def _one_state(
         values["lone_meshing_range"][update, member, mesh] = turned_alone[gear]
         values["lone_contact_range"][update, member, mesh] = touched_alone[gear]
         values["contact_loss"][update, member, mesh] = loss[gear]
+
+
+def _first_order(flanks: WornFlanks, wear: Array) -> dict[str, float]:
+    """Return how far the first-order form is off, and the depth beyond which it is by 5 %; NaN unworn."""
+    deepest = float(wear.max())
+    if deepest == 0.0:
+        return {}
+    depth = depth_of_disagreement(flanks, wear / deepest)
+    return {
+        "first_order_excess": errors_in_both_forms(flanks, wear).excess,
+        "first_order_depth": depth if np.isfinite(depth) else np.nan,
+    }
 
 
 def _engaged(
