@@ -21,12 +21,13 @@ def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Response
     """Return another attractor of each state, None where released flanks return to the response stored.
 
     The methods of the papers march from one start alone, and so do errors that turn with their members;
-    among the angles of averaged errors nothing is looked for.
+    among the angles of averaged errors nothing is looked for, nor in sets of several meshes, where a march of
+    hundreds of periods costs more than a whole life.
     """
     vibration = parts.vibration
     if vibration is None or vibration.hunting > 1 or not isinstance(vibration.method, Periodic):
         return []
-    if vibration.slow is not None:
+    if vibration.slow is not None or len(parts.meshes) > 1:
         return []
     clock, account = time.perf_counter(), parts.coupling.account
     found = [_other(state.response, vibration.method) for state in states]

@@ -113,6 +113,8 @@ def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
         flags += reached_limits(
             one.pair, one.analysis, state.wear[kind], found.nodes.gap, found.static.deflection
         )
+    if parts.vibration is not None and len(parts.meshes) > 1:
+        flags.append("coexisting attractors of a set of several meshes are not looked for")
     if lived.life is not None and lived.life.saw_tooth:
         flags.append("saw-tooth: steps over cycles beyond the stability limit")
     return tuple(flags)
