@@ -1,7 +1,7 @@
 """Several operating conditions in turn: one wear rate, mixed per cycle."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -72,6 +72,10 @@ class DutyCoupling(Coupled):
         starts = self.apart(start) if start else [None] * len(self.blocks)
         found = tuple(one.evaluate(wear, near) for one, near in zip(self.blocks, starts, strict=True))
         return mixed(found, self.weight)
+
+    def wearing(self) -> "DutyCoupling":
+        """Return what the wear rate needs of it: no responses where the static force wears."""
+        return replace(self, blocks=tuple(block.wearing() for block in self.blocks))
 
     def apart(self, responses: Responses) -> list[Responses]:
         """Return the responses of each block."""

@@ -48,7 +48,7 @@ class SetRate:
     """
 
     def __init__(self, coupling: Coupled) -> None:
-        self.coupling = coupling
+        self.coupling = coupling.wearing()
         self.responses: Responses = ()
         self.noise = 0.0
 
@@ -57,7 +57,7 @@ class SetRate:
         state = self.coupling.evaluate(self.coupling.split(depth), self.responses)
         if not state.wears:
             raise ValueError("a scene without a wear law has no wear rate")
-        self.responses, self.noise = state.responses, state.noise
+        self.responses, self.noise = state.responses or self.responses, state.noise
         return self.coupling.flat(state.rate)
 
     def remember(self) -> Memory:

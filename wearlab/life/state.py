@@ -3,7 +3,7 @@
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from wearlab.dynamics.response import Response
 from wearlab.life.averaging import averaged_rate, scatter
 from wearlab.life.limits import StopWear
-from wearlab.life.load import Forces, Load, still, wearing_force
+from wearlab.life.load import Forces, Load, StaticLoad, still, wearing_force
 from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh.clock import Instants, Mesh, instants_of, of_kind, repeated
 from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
@@ -153,6 +153,10 @@ class Coupled(ABC):
     def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
         """Evaluate wear of every kind of mesh, each (2, n) [m], from responses of a neighbouring state."""
 
+    def wearing(self) -> "Coupled":
+        """Return what the wear rate needs of it: no response where the static force wears."""
+        return self
+
     def flat(self, wear: Sequence[Array]) -> Array:
         """Return depths or rates of every kind, each (2, n), as one array."""
         return np.concatenate([one.ravel() for one in wear])
@@ -224,6 +228,10 @@ class Coupling(Coupled):
             )
         self._spent("wear", clock)
         return WearState(tuple(states), responses, max(noises))
+
+    def wearing(self) -> "Coupling":
+        """Return what the wear rate needs of it: no response where the static force wears."""
+        return replace(self, vibration=None) if isinstance(self.load, StaticLoad) else self
 
     def touching(self, state: WearState) -> list[Touching]:
         """Return the flanks of every kind of mesh in a wear state."""
