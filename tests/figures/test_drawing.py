@@ -3,11 +3,15 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from PIL import Image
 
 from wearlab.figures import KINDS, FigureError
+from wearlab.figures.plot import Curve, Mark, Panel, Pen
+from wearlab.figures.render import _sides
 
 
 def texts(path):
@@ -81,3 +85,13 @@ def test_the_others_are_drawn_all_the_same(drawn):
 def test_the_table_of_kinds_needs_no_matplotlib():
     code = "import sys; from wearlab.figures import KINDS; assert KINDS and 'matplotlib' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_letters_of_close_marks_turn_away_from_each_other():
+    curve = Curve(np.array([0.0, 1.0]), np.zeros(2), Pen("k"), "line")
+    marks = tuple(Mark(x, letter) for x, letter in ((0.0, "A"), (0.5, "C"), (0.51, "D"), (1.0, "E")))
+    panel = Panel(0, 0, "", "", "", (curve,), marks)
+    assert _sides(panel, 1) == ["center", "right", "left", "center"]
+    apart = (*marks[:2], Mark(0.55, "D"), *marks[3:])
+    assert _sides(replace(panel, marks=apart), 1) == ["center"] * 4
+    assert _sides(replace(panel, marks=apart), 3) == ["center", "right", "left", "center"]
