@@ -5,10 +5,11 @@ import math
 import multiprocessing
 import os
 import sys
+import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from typing import Any
@@ -22,6 +23,8 @@ from wearlab.store.outcome import Outcome
 BATCH_SECONDS = 0.4  # a batch of short cases lasts about so long: dask costs 1.7 ms a task
 LARGEST_BATCH = 64
 CONNECT_SECONDS = 10
+RESTAFF_SECONDS = 2.0
+LOST_SECONDS = 10  # after which a worker that was not replaced is given up, and another one started
 AHEAD = 2  # batches per worker under way; the rest stays unclaimed, for another process to take
 ONE_THREAD = {
     name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -189,7 +192,8 @@ def connect(workers: int | None, scheduler: str | None, dashboard: bool = False)
 
     size = workers or available_cores()
     others = set(multiprocessing.active_children())
-    quiet = {"distributed.scheduler.allowed-failures": 1, "distributed.worker.daemon": True}
+    quiet: dict[str, Any] = {"distributed.scheduler.allowed-failures": 1, "distributed.worker.daemon": True}
+    quiet["distributed.deploy.lost-worker-timeout"] = f"{LOST_SECONDS}s"
     with dask.config.set(quiet), _main_module_hidden(), _quiet_logs():
         cluster = LocalCluster(
             n_workers=size,
@@ -202,7 +206,7 @@ def connect(workers: int | None, scheduler: str | None, dashboard: bool = False)
             env=ONE_THREAD,
         )
         try:
-            with Client(cluster) as client:
+            with Client(cluster) as client, _staffed(cluster, size):
                 client.wait_for_workers(size, timeout=120)
                 yield client
         except KeyboardInterrupt:  # busy workers would take seconds to say goodbye
@@ -211,6 +215,25 @@ def connect(workers: int | None, scheduler: str | None, dashboard: bool = False)
             raise
         finally:
             cluster.close()
+
+
+@contextmanager
+def _staffed(cluster: Any, size: int) -> Iterator[None]:
+    """Replace workers that are not replaced by themselves: one killed as it starts takes its nanny along."""
+    ended = threading.Event()
+
+    def watch() -> None:
+        while not ended.wait(RESTAFF_SECONDS):
+            with suppress(Exception):
+                cluster.scale(size)
+
+    watcher = threading.Thread(target=watch, name="wearlab-staff", daemon=True)
+    watcher.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        watcher.join()
 
 
 @contextmanager
