@@ -11,6 +11,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
+import storm
 from phases import PHASES
 from storm import begin, done, finish, kill_parent, kill_workers, reference
 
@@ -36,14 +37,15 @@ def parents(folder: Path) -> None:
 
 
 def workers(folder: Path) -> None:
-    whole = reference(folder / "slow", 600, act="slow")
     moments, (status, said) = kill_workers(folder / "bereft", 600, 30, seed=7)
     assert (status, said) == (0, "computed 600 of 600"), said
+    whole = reference(folder / "quiet", 600, folder / "bereft.log", act="slow")
     assert done(folder / "bereft") == whole
     print(f"{len(moments)} workers killed, when so many cases had begun: {moments}; {said}")
 
 
 if __name__ == "__main__":
+    storm.PATIENCE = 600.0
     with tempfile.TemporaryDirectory(dir=sys.argv[1] if len(sys.argv) > 1 else None) as folder:
         parents(Path(folder))
         workers(Path(folder))

@@ -50,7 +50,7 @@ def small_disk(folder, size):
 
 
 def test_a_full_disk_stops_in_order_and_the_rest_follows(tmp_path):
-    with small_disk(tmp_path / "disk", 1_200_000), closing(Store(tmp_path / "disk" / "store")) as store:
+    with small_disk(tmp_path / "disk", 700_000), closing(Store(tmp_path / "disk" / "store")) as store:
         with pytest.raises(StoreError, match=r"No space left on device|disk is full"):
             run(sweep(60), store)
         assert store.verify() == []

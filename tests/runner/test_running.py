@@ -12,6 +12,7 @@ from rich.console import Console
 import wearlab
 from wearlab.runner import RunnerError, cluster, running
 from wearlab.runner.progress import Bar
+from wearlab.sources import source_hash
 from wearlab.store import Store, StoreError
 
 
@@ -156,6 +157,7 @@ def test_an_unwritable_store_stops_before_anything_runs(tmp_path, log):
 def test_a_scheduler_that_was_there_before(store, log):
     from dask.distributed import LocalCluster
 
+    source_hash.cache_clear()  # the workers read the sources now
     quiet = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
     with LocalCluster(
         n_workers=1,

@@ -79,9 +79,9 @@ def kill_workers(folder, count, kills, seed):
     return moments, finish(child)
 
 
-def reference(folder, count, **options):
-    """Return the seals of an undisturbed campaign."""
-    status, said = finish(begin(folder, count, **options))
+def reference(folder, count, log="-", **options):
+    """Return the seals of an undisturbed campaign; its log is part of its scenes."""
+    status, said = finish(begin(folder, count, log, **options))
     assert (status, said) == (0, f"computed {count} of {count}")
     seals = done(folder)
     assert len(seals) == count == len(fake_campaign.sweep(count).cases)

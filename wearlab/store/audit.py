@@ -50,7 +50,7 @@ def verify(store: "Store") -> Iterator[Problem]:
         if problem := check_file(path, entry):
             yield problem
     begun = [e for e in entries.values() if e.state == "running"]
-    parts = {store.files.part(e.id, e.owner) for e in begun if store.files.is_writer(e.owner or "")}
+    parts = {store.files.part(e.id, e.owner or "") for e in begun if store.files.is_writer(e.owner or "")}
     unrecorded = {store.files.path(e.id) for e in begun}
     for path in store.files:
         if path in done or path in parts:
