@@ -407,6 +407,7 @@ VARIABLES: dict[str, Variable] = {
     "run_time_contact": Variable((), "s", "s", "time spent in contact analysis"),
     "run_time_dynamics": Variable((), "s", "s", "time spent in dynamics"),
     "run_time_wear": Variable((), "s", "s", "time spent on wear rates and steps"),
+    "run_time_estimates": Variable((), "s", "s", "time spent on the estimates of the error"),
     "run_time_total": Variable((), "s", "s", "time spent on the run, labelling included"),
     "count_contact_analyses": Variable((), "1", "1", "contact analyses"),
     "count_period_maps": Variable((), "1", "1", "period maps integrated"),

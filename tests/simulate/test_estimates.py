@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from wearlab.accuracy.estimates import draw, score, summary
+from wearlab.accuracy.drawn import draw, score, summary
 from wearlab.scene.build import build
 from wearlab.simulate.estimates import carried, rough_parts
 

@@ -1,162 +1,164 @@
-"""Are the error estimates honest? Varied scenes, each against a tight reference.
+"""Scores of the error estimates of many scenes.
 
-``python -m wearlab.accuracy.estimates --scenes 200 --seed 2`` prints how often the true error stays below the
-estimate, and by what factor the estimate exceeds it.
+``python -m wearlab.accuracy.estimates --scenes 200 --seed 2 --out scores.csv`` prints how often the error
+stays below its estimate, and by what factor the estimate exceeds it. Scenes without a score are told apart
+by the reason. The table grows scene by scene; asked again, what it holds is not computed again.
 """
 
 import argparse
-from collections.abc import Sequence
-from contextlib import suppress
-from typing import Any, NamedTuple
+import csv
+import json
+import signal
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from wearlab.mesh.profile import ProfileGrid
-from wearlab.scene import Scene
-from wearlab.scene.build import build
-from wearlab.simulate import Refused, simulate
-from wearlab.simulate.estimates import carried
+from wearlab.accuracy.drawn import QUANTITIES, Apart, Score, draw, score, summary
 
-TIGHTER = 0.01
-
-
-def draw(seed: int, number: int) -> Scene:
-    """Return scene ``number`` of a seed: teeth, module, load, speed, damping, errors and tolerance vary."""
-    rng = np.random.default_rng([seed, number])
-    module = float(rng.choice([2.0, 3.0, 4.0, 6.0]))
-    teeth = rng.integers(20, 61, size=2)
-    width = float(rng.uniform(5.0, 10.0)) * module
-    torque = float(rng.uniform(20.0, 90.0)) * 1e-3 * module**2 * width * teeth[0] / 2.0
-    dynamics = rng.choice(["none", "torsional", "spur-3dof"], p=[0.2, 0.3, 0.5])
-    speed = float(np.exp(rng.uniform(np.log(300.0), np.log(4000.0)))) * 150.0 / (module * teeth[0])
-    depth = float(np.exp(rng.uniform(np.log(1.0), np.log(40.0))))
-    table: dict[str, Any] = {
-        "gears": {
-            "kind": "external-pair",
-            "module": f"{module} mm",
-            "face_width": f"{width} mm",
-            "pinion": {"teeth": int(teeth[0])},
-            "gear": {"teeth": int(teeth[1])},
-        },
-        "operation": {"torque": f"{torque} N*m", "speed": f"{speed} rpm"},
-        "mesh": {"damping_ratio": float(rng.uniform(0.04, 0.12)), "normal_backlash": "100 um"},
-        "wear": {
-            "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
-            "until": {"depth": f"{depth} um", "flank": "pinion"},
-            "snapshots": {"depth": [f"{depth / 3.0} um"], "flank": "pinion"},
-        },
-        "numerics": {"tolerance": float(rng.choice([3e-3, 1e-3, 3e-4]))},
-    }
-    if rng.random() < 0.3:
-        for member in ("pinion", "gear"):
-            table["gears"][member]["tip_relief"] = {
-                "amount": f"{float(rng.uniform(3.0, 15.0))} um",
-                "length": f"{0.8 * module} mm",
-                "shape": str(rng.choice(["linear", "parabolic"])),
-            }
-    if rng.random() < 0.3:
-        table["mesh"]["stiffness"] = {"model": "potential-energy", "coupling": "shared"}
-    if dynamics != "none":
-        table["dynamics"] = {"model": str(dynamics)}
-        if dynamics == "spur-3dof":
-            support = {"radial_stiffness": f"{float(rng.uniform(300, 1500))} N/um", "damping_ratio": 0.06}
-            table["dynamics"]["supports"] = {"pinion": support, "gear": support}
-        if rng.random() < 0.4:
-            table["errors"] = {
-                "harmonic": [
-                    {"mesh": "pinion-gear", "order": 1, "amplitude": f"{float(rng.uniform(1.0, 5.0))} um"}
-                ]
-            }
-    return Scene.from_mapping(table)
+COLUMNS = (
+    "seed", "scene", "outcome", "seconds", "cost",
+    *(f"{name}_{what}" for name in QUANTITIES for what in ("error", "estimate")),
+)  # fmt: skip
+SCORED = "scored"
+Row = dict[str, Any]
 
 
-def reference(scene: Scene, cycles: Sequence[float]) -> Scene:
-    """Return the scene with a hundredth of its tolerance, to the same cycles whatever the depth."""
-    tight = scene.replace("numerics.tolerance", TIGHTER * scene.numerics.tolerance)
-    tight = tight.replace("wear.snapshots", None).replace("wear.until.cycles", cycles[-1])
-    tight = tight.replace("wear.until.flank", None).replace("wear.until.depth", None)
-    return tight.replace("wear.snapshots", {"cycles": list(cycles[1:-1])}) if cycles[1:-1] else tight
+class TooLong(BaseException):
+    """The time of a scene is over; not an ``Exception``, so that nothing on the way handles it."""
 
 
-class Score(NamedTuple):
-    """True and estimated errors of one scene, at the end of its life.
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """Raise TooLong in the main thread after some seconds."""
 
-    Parameters
-    ----------
-    wear_depth, life, mesh_force : (true error, estimate) [m], [1], [N]; None: not there or not comparable
-    """
+    def over(number: int, frame: Any) -> None:
+        raise TooLong
 
-    wear_depth: tuple[float, float] | None
-    life: tuple[float, float] | None
-    mesh_force: tuple[float, float] | None
+    before = signal.signal(signal.SIGALRM, over)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
 
 
-def score(scene: Scene) -> Score | None:
-    """Compare the estimates of a scene with its errors against a tight reference.
+def scored(seed: int, number: int, longest: float) -> Row:
+    """Return the row of one scene, within a time [s]."""
+    begun = time.perf_counter()
+    row: Row = {"seed": seed, "scene": number}
+    try:
+        with limited(longest):
+            row |= {"outcome": SCORED, **_cells(score(draw(seed, number)))}
+    except Apart as apart:
+        row["outcome"] = str(apart)
+    except TooLong:
+        row["outcome"] = "too long"
+    return row | {"seconds": round(time.perf_counter() - begun, 3)}
 
-    Returns None, to be scored apart, when the response is aperiodic, the life is not reached, or the
-    reference responds otherwise.
-    """
-    data = simulate(scene)
-    if str(data.end_reason.values) != "depth" or _aperiodic(data):
+
+def _cells(found: Score) -> Row:
+    cells: Row = {"cost": found.cost}
+    for name in QUANTITIES:
+        pair = getattr(found, name)
+        if pair is not None:
+            cells |= {f"{name}_error": pair[0], f"{name}_estimate": pair[1]}
+    return cells
+
+
+def read(file: Path) -> list[Row]:
+    """Return the rows of a table, none where there is no file."""
+    if not file.exists():
+        return []
+    with file.open(newline="") as lines:
+        rows = csv.DictReader(lines)
+        return [{key: _value(key, text) for key, text in row.items() if text} for row in rows]
+
+
+def _value(key: str, text: str) -> Any:
+    if key == "outcome":
+        return text
+    return int(text) if key in ("seed", "scene") else float(text)
+
+
+def of_row(row: Row) -> Score | None:
+    """Return the score of a row, None when it has none."""
+    if row["outcome"] != SCORED:
         return None
-    cycles = [float(cycle) for cycle in data.cycle.values]
-    tight = reference(scene, cycles)
-    truth = simulate(tight)
-    if truth.sizes["update"] != data.sizes["update"] or _aperiodic(truth):
-        return None
-    worn, truly = data.wear_depth.values[-1], truth.wear_depth.values[-1]
-    there = carried(_grid(tight), truly, _grid(scene))
-    fastest = float(data.wear_rate.values[-1].max())
-    limit = float(np.asarray(data.max_wear_depth.values)[-1, 0])
-    force = None
-    if "dynamic_mesh_force" in data and (data.response_period.values == truth.response_period.values).all():
-        difference = np.abs(data.dynamic_mesh_force.values[-1] - truth.dynamic_mesh_force.values[-1])
-        force = (float(np.nanmax(difference)), float(data.error_estimate_mesh_force[-1]))
-    return Score(
-        (float(np.abs(there - worn).max()), float(data.error_estimate_wear_depth[-1])),
-        (abs(limit - float(truly[0].max())) / fastest, float(data.error_estimate_life)),
-        force,
+    depth, life, force = (
+        (row[f"{name}_error"], row[f"{name}_estimate"]) if f"{name}_error" in row else None
+        for name in QUANTITIES
     )
+    return Score(depth, life, force, row["cost"])
 
 
-def _grid(scene: Scene) -> ProfileGrid:
-    return build(scene).kinds[0].analysis.grid
-
-
-def _aperiodic(data: xr.Dataset) -> bool:
-    return "response_period" in data and bool((data.response_period == 0).any())
-
-
-def summary(scores: Sequence[Score | None]) -> dict[str, tuple[int, float, float]]:
-    """Return for each quantity: scenes, share with error below estimate, median of estimate over error."""
-    found = {}
-    for name in Score._fields:
-        pairs = [getattr(one, name) for one in scores if one is not None]
-        values = np.array([pair for pair in pairs if pair is not None and np.isfinite(pair).all()])
-        if len(values):
-            true, estimate = values.T
-            ratio = np.median(estimate / np.maximum(true, 1e-300))
-            found[name] = (len(values), float(np.mean(true <= estimate)), float(ratio))
-    return found
-
-
-def main() -> None:
-    """Score scenes of a seed and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--scenes", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=2)
-    asked = parser.parse_args()
-    scores: list[Score | None] = []
-    for number in range(asked.scenes):
-        with suppress(Refused):
-            scores.append(score(draw(asked.seed, number)))
-    print(f"{len(scores)} scenes, {sum(one is None for one in scores)} scored apart")
+def table(rows: Sequence[Row]) -> dict[str, Any]:
+    """Return what the rows say: counts, scenes apart by reason, shares and ratios of each quantity."""
+    scores = [one for one in map(of_row, rows) if one is not None]
+    told: dict[str, Any] = {"scenes": len(rows), "scored": len(scores)}
+    reasons = [row["outcome"].partition(":")[0] for row in rows]
+    told["apart"] = dict(Counter(reason for reason in reasons if reason != SCORED))
+    if scores:
+        told["cost_median"] = float(np.median([one.cost for one in scores]))
+        told["cost_largest"] = max(one.cost for one in scores)
     for name, (count, share, ratio) in summary(scores).items():
-        print(
-            f"{name:12s} {count:4d} scenes: error below the estimate in {share:.1%}, median ratio {ratio:.2f}"
-        )
+        told[name] = {"scenes": count, "below_estimate": share, "median_ratio": ratio}
+    return told
+
+
+def run(asked: argparse.Namespace) -> list[Row]:
+    """Score the scenes that the table lacks, on several processes, and add each to the table when done."""
+    from rich.console import Console
+    from rich.progress import track
+
+    wanted = range(asked.first, asked.first + asked.scenes)
+    rows = [row for row in read(asked.out) if row["seed"] == asked.seed and row["scene"] in wanted]
+    there = {row["scene"] for row in rows}
+    new = not asked.out.exists()
+    console = Console(stderr=True)
+    with (
+        ProcessPoolExecutor(asked.workers, mp_context=get_context("spawn")) as pool,
+        asked.out.open("a", newline="") as lines,
+    ):
+        writer = csv.DictWriter(lines, COLUMNS)
+        if new:
+            writer.writeheader()
+        todo = [pool.submit(scored, asked.seed, n, asked.longest) for n in wanted if n not in there]
+        for done in track(as_completed(todo), "scenes", total=len(todo), console=console, transient=True):
+            rows.append(done.result())
+            writer.writerow(rows[-1])
+            lines.flush()
+    return rows
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Score scenes of a seed, keep the table and print what it says."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scenes", type=int, default=200, help="how many")
+    parser.add_argument("--first", type=int, default=0, help="number of the first")
+    parser.add_argument("--seed", type=int, default=2, help="1 set the weights of the estimates")
+    parser.add_argument("--longest", type=float, default=600.0, help="time of one scene [s]")
+    parser.add_argument("--workers", type=int, default=1, help="processes")
+    parser.add_argument("--out", type=Path, default=Path("estimates.csv"), help="table of the scores")
+    parser.add_argument("--json", action="store_true", help="print for machines")
+    asked = parser.parse_args(words)
+    told = table(run(asked))
+    if asked.json:
+        print(json.dumps(told, indent=1))
+        return
+    print(f"{told['scenes']} scenes, {told['scored']} scored; apart: {told['apart'] or 'none'}")
+    for name in (name for name in QUANTITIES if name in told):
+        count, share, ratio = told[name].values()
+        print(f"{name:12s}{count:4d} scenes: error below estimate in {share:.1%}, median ratio {ratio:.2f}")
+    if told["scored"]:
+        print(f"estimates add {told['cost_median']:.0%} to a run, at most {told['cost_largest']:.0%}")
 
 
 if __name__ == "__main__":

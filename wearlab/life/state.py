@@ -99,7 +99,9 @@ class WearState(NamedTuple):
 class Account:
     """Time spent and work done, for the record of the run."""
 
-    seconds: dict[str, float] = field(default_factory=lambda: {"contact": 0.0, "dynamics": 0.0, "wear": 0.0})
+    seconds: dict[str, float] = field(
+        default_factory=lambda: {"contact": 0.0, "dynamics": 0.0, "wear": 0.0, "estimates": 0.0}
+    )
     counts: dict[str, int] = field(
         default_factory=lambda: {"contact_analyses": 0, "period_maps": 0, "right_hand_sides": 0}
     )

@@ -180,7 +180,7 @@ def estimated(stage: Stage, lived: History) -> Estimates:
     blocks = range(len(stage.parts))
     each = [_twins(*one, lived) for one in zip(stage.scenes, stage.parts, blocks, strict=True)]
     found = [together(list(twins), stage.shares.weight) for twins in zip(*each, strict=True)]
-    stage.first.coupling.account.seconds["dynamics"] += time.perf_counter() - clock
+    stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
     known = [twin for twin in found if twin is not None]
     depth = _depth(lived, known)
     force = None

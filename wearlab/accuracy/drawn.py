@@ -1,0 +1,162 @@
+"""Are the error estimates honest? Varied scenes, each against a tight reference."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from wearlab.mesh.profile import ProfileGrid
+from wearlab.scene import Scene
+from wearlab.scene.build import build
+from wearlab.simulate import Refused, simulate
+from wearlab.simulate.estimates import carried
+
+TIGHTER = 0.01
+
+
+def draw(seed: int, number: int) -> Scene:
+    """Return scene ``number`` of a seed: teeth, module, load, speed, damping, errors and tolerance vary."""
+    rng = np.random.default_rng([seed, number])
+    module = float(rng.choice([2.0, 3.0, 4.0, 6.0]))
+    teeth = rng.integers(20, 61, size=2)
+    width = float(rng.uniform(5.0, 10.0)) * module
+    torque = float(rng.uniform(20.0, 90.0)) * 1e-3 * module**2 * width * teeth[0] / 2.0
+    dynamics = rng.choice(["none", "torsional", "spur-3dof"], p=[0.2, 0.3, 0.5])
+    speed = float(np.exp(rng.uniform(np.log(300.0), np.log(4000.0)))) * 150.0 / (module * teeth[0])
+    depth = float(np.exp(rng.uniform(np.log(1.0), np.log(40.0))))
+    table: dict[str, Any] = {
+        "gears": {
+            "kind": "external-pair",
+            "module": f"{module} mm",
+            "face_width": f"{width} mm",
+            "pinion": {"teeth": int(teeth[0])},
+            "gear": {"teeth": int(teeth[1])},
+        },
+        "operation": {"torque": f"{torque} N*m", "speed": f"{speed} rpm"},
+        "mesh": {"damping_ratio": float(rng.uniform(0.04, 0.12)), "normal_backlash": "100 um"},
+        "wear": {
+            "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+            "until": {"depth": f"{depth} um", "flank": "pinion"},
+            "snapshots": {"depth": [f"{depth / 3.0} um"], "flank": "pinion"},
+        },
+        "numerics": {"tolerance": float(rng.choice([3e-3, 1e-3, 3e-4]))},
+    }
+    if rng.random() < 0.3:
+        for member in ("pinion", "gear"):
+            table["gears"][member]["tip_relief"] = {
+                "amount": f"{float(rng.uniform(3.0, 15.0))} um",
+                "length": f"{0.8 * module} mm",
+                "shape": str(rng.choice(["linear", "parabolic"])),
+            }
+    if rng.random() < 0.3:
+        table["mesh"]["stiffness"] = {"model": "potential-energy", "coupling": "shared"}
+    if dynamics != "none":
+        table["dynamics"] = {"model": str(dynamics)}
+        if dynamics == "spur-3dof":
+            support = {"radial_stiffness": f"{float(rng.uniform(300, 1500))} N/um", "damping_ratio": 0.06}
+            table["dynamics"]["supports"] = {"pinion": support, "gear": support}
+        if rng.random() < 0.4:
+            table["errors"] = {
+                "harmonic": [
+                    {"mesh": "pinion-gear", "order": 1, "amplitude": f"{float(rng.uniform(1.0, 5.0))} um"}
+                ]
+            }
+    return Scene.from_mapping(table)
+
+
+def reference(scene: Scene, cycles: Sequence[float]) -> Scene:
+    """Return the scene with a hundredth of its tolerance, to the same cycles whatever the depth."""
+    tight = scene.replace("numerics.tolerance", TIGHTER * scene.numerics.tolerance)
+    tight = tight.replace("wear.snapshots", None).replace("wear.until.cycles", cycles[-1])
+    tight = tight.replace("wear.until.flank", None).replace("wear.until.depth", None)
+    return tight.replace("wear.snapshots", {"cycles": list(cycles[1:-1])}) if cycles[1:-1] else tight
+
+
+class Score(NamedTuple):
+    """True and estimated errors of one scene, at the end of its life.
+
+    Parameters
+    ----------
+    wear_depth, life, mesh_force : (true error, estimate) [m], [1], [N]; None: not there or not comparable
+    cost : time spent on the estimates over the time of everything else in the run [1]
+    """
+
+    wear_depth: tuple[float, float] | None
+    life: tuple[float, float] | None
+    mesh_force: tuple[float, float] | None
+    cost: float
+
+
+QUANTITIES = ("wear_depth", "life", "mesh_force")
+
+
+class Apart(Exception):
+    """Why a scene has no score: it is aperiodic, its life is not reached, or it is refused."""
+
+
+def score(scene: Scene) -> Score:
+    """Compare the estimates of a scene with its errors against a tight reference.
+
+    Raises
+    ------
+    Apart
+        When there is nothing to compare, with the reason.
+    """
+    data = _simulated(scene)
+    if _aperiodic(data):
+        raise Apart("aperiodic")
+    if str(data.end_reason.values) != "depth":
+        raise Apart("life not reached")
+    cycles = [float(cycle) for cycle in data.cycle.values]
+    tight = reference(scene, cycles)
+    truth = _simulated(tight)
+    if _aperiodic(truth):
+        raise Apart("aperiodic reference")
+    if truth.sizes["update"] != data.sizes["update"]:
+        raise Apart("reference ends early")
+    worn, truly = data.wear_depth.values[-1], truth.wear_depth.values[-1]
+    there = carried(_grid(tight), truly, _grid(scene))
+    fastest = float(data.wear_rate.values[-1].max())
+    limit = float(np.asarray(data.max_wear_depth.values)[-1, 0])
+    force = None
+    if "dynamic_mesh_force" in data and (data.response_period.values == truth.response_period.values).all():
+        difference = np.abs(data.dynamic_mesh_force.values[-1] - truth.dynamic_mesh_force.values[-1])
+        force = (float(np.nanmax(difference)), float(data.error_estimate_mesh_force[-1]))
+    spent, total = float(data.run_time_estimates), float(data.run_time_total)
+    return Score(
+        (float(np.abs(there - worn).max()), float(data.error_estimate_wear_depth[-1])),
+        (abs(limit - float(truly[0].max())) / fastest, float(data.error_estimate_life)),
+        force,
+        spent / (total - spent),
+    )
+
+
+def _simulated(scene: Scene) -> xr.Dataset:
+    try:
+        return simulate(scene)
+    except Refused as refusal:
+        raise Apart(f"refused: {refusal}") from refusal
+
+
+def _grid(scene: Scene) -> ProfileGrid:
+    return build(scene).kinds[0].analysis.grid
+
+
+def _aperiodic(data: xr.Dataset) -> bool:
+    return "response_period" in data and bool((data.response_period == 0).any())
+
+
+def summary(scores: Sequence[Score]) -> dict[str, tuple[int, float, float]]:
+    """Return for each quantity: scenes, share with error below estimate, median of estimate over error.
+
+    An estimate that is missing (NaN) counts as one that the error exceeds.
+    """
+    found = {}
+    for name in QUANTITIES:
+        values = np.array([getattr(one, name) for one in scores if getattr(one, name) is not None])
+        if len(values):
+            true, estimate = values.T
+            ratio = np.nanmedian(estimate / np.maximum(true, 1e-300))
+            found[name] = (len(values), float(np.mean(true <= estimate)), float(ratio))
+    return found
