@@ -13,7 +13,20 @@ import wearlab
 
 PACKAGE = Path(wearlab.__file__).parent
 ROAD = (
-    *("sources", "compiled", "usual_units", "units", "schema", "gears", "mesh", "dynamics", "wear", "life", "scene", "simulate"),
+    *(
+        "sources",
+        "compiled",
+        "usual_units",
+        "units",
+        "schema",
+        "gears",
+        "mesh",
+        "dynamics",
+        "wear",
+        "life",
+        "scene",
+        "simulate",
+    ),
     *("query", "campaign", "store", "runner", "compare", "figures", "accuracy", "report", "cli"),
 )
 PHYSICS = ROAD[ROAD.index("gears") : ROAD.index("scene")]

@@ -1,6 +1,5 @@
 """An absent part changes nothing where its effect is zero, and stores less."""
 
-import numpy as np
 import pytest
 
 from wearlab.accuracy.leaving_out import PARTS, saving, scene

@@ -139,6 +139,7 @@ def test_the_orbit_of_eighteen_degrees_of_freedom_closes_under_scipy() -> None:
     assert (np.abs(end - start) < 2e-6 * scale).all()
 
 
+@pytest.mark.slow
 def test_two_steps_at_once_are_of_sixth_order() -> None:
     system, found = planetary(), []
     for steps in (1200, 100, 200):
@@ -156,6 +157,7 @@ def test_equal_planets_share_the_load_equally() -> None:
     np.testing.assert_allclose(mean, 90.0 / 3 / BASE["sun"], rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_separating_flanks_go_by_parts_of_steps() -> None:
     """From a state of rest flanks part and meet; Runge–Kutta steps, finer, find the same end of a period.
 
@@ -175,6 +177,7 @@ def test_separating_flanks_go_by_parts_of_steps() -> None:
         assert error[18:].max() < 1e-3 * np.abs(ends[1][18:]).max()
 
 
+@pytest.mark.slow
 def test_derivative_of_the_map_with_separation() -> None:
     system, grid = planetary(30.0), stage_grid(BREAKS, 600)
     smooth = Periodic().solve(system, tables(grid, amplitude=0.2e-6), PERIOD)
@@ -189,6 +192,7 @@ def test_derivative_of_the_map_with_separation() -> None:
         assert np.abs(numeric - derivative[:, column]).max() < 1e-3 * np.abs(numeric).max()
 
 
+@pytest.mark.slow
 def test_warm_start_with_a_neighbours_derivative_finds_the_same_orbit() -> None:
     grid = stage_grid(BREAKS, 200)
     system, first, second = planetary(), tables(grid), tables(grid, amplitude=1.2e-6)
@@ -199,6 +203,7 @@ def test_warm_start_with_a_neighbours_derivative_finds_the_same_orbit() -> None:
     np.testing.assert_allclose(warm.state, cold.state, atol=1e-7 * np.abs(cold.state).max())
 
 
+@pytest.mark.slow
 def test_a_free_set_is_the_limit_of_a_weakly_grounded_one() -> None:
     grid = stage_grid(BREAKS, 200)
     free = planetary(carrier_stiffness=0.0, friction=True, balanced="carrier")
@@ -255,6 +260,7 @@ def b23_law(load: float, mu: float) -> Any:
     return of
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.1, 0.5])
 def test_torsional_set_with_friction_closes_under_scipy_and_in_energy(mu: float) -> None:
     system = torsional()

@@ -6,7 +6,10 @@ import pytest
 from phases import PHASES
 from storm import begin, done, finish, kill_parent, kill_workers, reference
 
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them"),
+]
 
 
 def test_a_parent_killed_at_every_step_loses_nothing(tmp_path):

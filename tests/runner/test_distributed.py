@@ -20,7 +20,10 @@ from wearlab.store import Store
 
 PATIENCE = 60.0
 
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them"),
+]
 
 
 class Cluster:

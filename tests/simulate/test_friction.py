@@ -175,6 +175,7 @@ def test_friction_turns_at_the_pitch_point():
     assert ratio[0] < 0.0 < ratio[-1]
 
 
+@pytest.mark.slow
 def test_a_set_loses_what_both_kinds_of_mesh_lose():
     data = of_set()
     pairs = [one.pair for one in build(scene_of(PLANETARY)).kinds]
@@ -188,6 +189,7 @@ def test_a_set_loses_what_both_kinds_of_mesh_lose():
     assert str(data.verdict.values) == "completed"
 
 
+@pytest.mark.slow
 def test_a_wind_stage_loses_power_the_other_way():
     """Carrier in, sun out: more than the sun gives goes in."""
     operation = {"torque": "463.9 N*m", "speed": "308.8 rpm", "input": "carrier", "output": "sun"}
@@ -197,6 +199,7 @@ def test_a_wind_stage_loses_power_the_other_way():
     assert float(data.energy_input[0]) > float(data.energy_output[0]) > 14e3
 
 
+@pytest.mark.slow
 def test_torque_follows_power():
     scene = scene_of(PLANETARY, operation__speed="3000 rpm")
     assert scene.operation.torque == pytest.approx(15e3 / (3000 * 2 * np.pi / 60), rel=1e-12)

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 from wearlab.figures.errors import FigureError
 
 if TYPE_CHECKING:
+    from wearlab.figures.again import redraw as redraw
     from wearlab.figures.drawing import draw as draw
     from wearlab.figures.kinds import KINDS as KINDS
-    from wearlab.figures.again import redraw as redraw
 
 __all__ = ["KINDS", "FigureError", "draw", "redraw"]
 

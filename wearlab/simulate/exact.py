@@ -31,8 +31,8 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Val
 
     ``contact_angle``, ``rotation_angle`` (update, member, mesh, pair, phase), ``engaged`` (update, mesh,
     pair, phase), ``meshing_range``, ``contact_range`` and those of a lone pair (update, member, mesh, end),
-    ``contact_loss`` (update, member, mesh), how far the first-order form is off (update, mesh) and ``unloaded_transmission_angle`` (update, mesh, phase); NaN
-    for members not in a mesh.
+    ``contact_loss`` (update, member, mesh), how far the first-order form is off (update, mesh) and
+    ``unloaded_transmission_angle`` (update, mesh, phase); NaN for members not in a mesh.
     """
     exact = (ExactGaps, AlgorithmOneGaps)
     if not any(isinstance(one.analysis.gaps, exact) for one in parts.kinds):

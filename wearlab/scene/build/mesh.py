@@ -52,9 +52,9 @@ def matched_points(pairs: Sequence[GearPair], points: int) -> list[int]:
     return [points] * len(pairs)
 
 
-def build_analysis(scene: Scene, one: PairOfSet, points: int) -> ContactAnalysis:
-    """Return the contact analysis of one kind of mesh at its static load."""
-    mesh = scene.mesh.of(one.section)
+def build_analysis(scene: Scene, one: PairOfSet, points: int | None = None) -> ContactAnalysis:
+    """Return the contact analysis of one kind of mesh at its static load, on as many nodes as asked for."""
+    mesh, points = scene.mesh.of(one.section), points or profile_points(scene)
     plain = _analysis(scene, one, points, NO_EXTENSION)
     if not mesh.extended_contact:
         return plain
