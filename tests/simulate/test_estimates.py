@@ -1,10 +1,12 @@
 """Error estimates against tight references, on scenes of a seed that was not used to set their weights."""
 
 import numpy as np
+import pytest
 
 from wearlab.accuracy.drawn import draw, score, summary
 from wearlab.scene.build import build
-from wearlab.simulate.estimates import carried, rough_parts
+from wearlab.simulate.end_of_life import above_nodes, end_of
+from wearlab.simulate.twins import carried, rough_parts
 
 SCENES = (0, 4, 6, 7, 8)
 """Those that take a second or two; 1 and 3 have long references."""
@@ -25,6 +27,22 @@ def test_values_carried_between_grids_keep_their_shape() -> None:
     found = carried(fine, wave, coarse)
     np.testing.assert_allclose(found[0], there[0], rtol=1e-12)
     np.testing.assert_allclose(found[1], there[1], atol=1e-4)
+
+
+def test_what_nodes_miss_of_the_deepest_place() -> None:
+    place = np.linspace(-1.0, 1.0, 41)
+    for middle in (0.51, -0.49, 0.99, -0.985):
+        missed = 2.0 - (2.0 - (place - middle) ** 2).max()
+        assert above_nodes(2.0 - (place - middle) ** 2) == pytest.approx(missed, rel=1e-9)
+    assert above_nodes(-np.abs(place)) == above_nodes(place) == above_nodes(-place) == 0.0  # corner and ends
+
+
+def test_the_end_of_a_life_is_told_by_the_flank_that_ends_it() -> None:
+    depth, rate = np.array([1.0, 3.0, 2.0, 9.0, 5.0, 1.0]), np.arange(6.0)
+    flank = np.repeat([0, 1], 3)
+    assert end_of(depth, rate, flank, slice(0, 3))[:2] == (3.0, 1.0)
+    assert end_of(depth, rate, flank, slice(0, 6))[:2] == (9.0, 3.0)
+    assert end_of(depth, rate, flank, slice(0, 6)).flanks.tolist() == [1]
 
 
 def test_estimates_bound_the_errors_and_do_not_exaggerate() -> None:

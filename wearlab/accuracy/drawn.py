@@ -10,7 +10,7 @@ from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.simulate import Refused, simulate
-from wearlab.simulate.estimates import carried
+from wearlab.simulate.twins import carried
 
 TIGHTER = 0.01
 
@@ -117,7 +117,8 @@ def score(scene: Scene) -> Score:
         raise Apart("reference ends early")
     worn, truly = data.wear_depth.values[-1], truth.wear_depth.values[-1]
     there = carried(_grid(tight), truly, _grid(scene))
-    fastest = float(data.wear_rate.values[-1].max())
+    at = int(np.argmax(truly[0]))
+    speed = float(truth.wear_rate.values[-1, 0, at])
     limit = float(np.asarray(data.max_wear_depth.values)[-1, 0])
     force = None
     if "dynamic_mesh_force" in data and (data.response_period.values == truth.response_period.values).all():
@@ -126,7 +127,7 @@ def score(scene: Scene) -> Score:
     spent, total = float(data.run_time_estimates), float(data.run_time_total)
     return Score(
         (float(np.abs(there - worn).max()), float(data.error_estimate_wear_depth[-1])),
-        (abs(limit - float(truly[0].max())) / fastest, float(data.error_estimate_life)),
+        (abs(limit - float(truly[0, at])) / speed, float(data.error_estimate_life)),
         force,
         spent / (total - spent),
     )

@@ -17,7 +17,7 @@ from wearlab.simulate.attractors import attractor_values, other_attractors
 from wearlab.simulate.calibration import Calibration, calibrated, calibrated_values
 from wearlab.simulate.conditions import along_duty, condition_coordinates, in_order
 from wearlab.simulate.errors import Refused
-from wearlab.simulate.estimates import Estimates, estimated, in_block
+from wearlab.simulate.estimates import Estimates, estimated
 from wearlab.simulate.exact import exact_values
 from wearlab.simulate.label import CONVENTIONS, labelled
 from wearlab.simulate.living import Lived, initial_wear, live, live_through
@@ -25,6 +25,7 @@ from wearlab.simulate.operating import Stage, stages_of
 from wearlab.simulate.provenance import provenance
 from wearlab.simulate.response import response_values
 from wearlab.simulate.trust import trust_values
+from wearlab.simulate.twins import in_block
 
 __all__ = ["initial_wear", "live", "simulate"]
 

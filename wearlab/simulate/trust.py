@@ -11,9 +11,10 @@ from wearlab.life.history import History
 from wearlab.scene.build import Parts
 from wearlab.scene.build.contact import reached_limits
 from wearlab.simulate.calibration import Calibration
-from wearlab.simulate.estimates import Estimates, in_block
+from wearlab.simulate.estimates import Estimates
 from wearlab.simulate.living import Lived
 from wearlab.simulate.operating import Stage
+from wearlab.simulate.twins import in_block
 
 Array = NDArray[np.float64]
 Values = dict[str, Any]

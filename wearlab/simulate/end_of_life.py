@@ -1,0 +1,76 @@
+"""The error of a life that a depth ends: what depends on the one flank that reaches it."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.life.limits import Index
+
+Array = NDArray[np.float64]
+
+DEEPEST = 0.95
+"""Share of the largest depth from which a node counts as one that may end the life."""
+BETWEEN = 1.5
+"""Weight of what the nodes miss of the deepest place: a parabola is right but for the third difference."""
+
+
+class End(NamedTuple):
+    """The last state of a life, on the flanks whose depth may end it.
+
+    Parameters
+    ----------
+    deepest : their largest depth [m]
+    rate : wear rate there [m per cycle]
+    between : by how much a flank may be worn deeper between its nodes [m]
+    flanks : (k,) numbers of the flanks that are as deep
+    """
+
+    deepest: float
+    rate: float
+    between: float
+    flanks: NDArray[np.int64]
+
+
+def end_of(depth: Array, rate: Array, flank: NDArray[np.int64], counts: Index) -> End:
+    """Return the end of a life.
+
+    Parameters
+    ----------
+    depth, rate : (n,) at the nodes of all flanks, flat [m], [m per cycle]
+    flank : (n,) which flank each node is on
+    counts : entries of the flanks whose depth the limit is about
+    """
+    numbers = np.unique(flank[counts])
+    largest = np.array([depth[flank == number].max() for number in numbers])
+    deep = numbers[largest >= DEEPEST * largest.max()]
+    at = int(np.argmax(np.where(np.isin(flank, numbers), depth, -np.inf)))
+    between = BETWEEN * max(above_nodes(depth[flank == number]) for number in deep)
+    return End(float(depth[at]), float(rate[at]), between, deep)
+
+
+def above_nodes(depth: Array) -> float:
+    """Return by how much a profile rises above its highest node [m].
+
+    ``y(t) = y₀ + b t + c t²`` has its vertex ``−b²/4c`` higher, if it has one within an interval. Through
+    that node and the next two on one side, because a node may be a corner; next to an end its neighbours.
+
+    Parameters
+    ----------
+    depth : (n,) at evenly spaced nodes [m]
+    """
+    top = int(np.argmax(depth))
+    after, before = depth[top : top + 3], depth[max(0, top - 2) : top + 1][::-1]
+    rises = [_vertex(*_parabola(*side)) for side in (after, before) if len(side) == 3]
+    if 2 in (len(after), len(before)):
+        left, middle, right = depth[top - 1 : top + 2]
+        rises.append(_vertex(0.5 * abs(right - left), 0.5 * (left + right) - middle))
+    return max(rises)
+
+
+def _parabola(first: float, second: float, third: float) -> tuple[float, float]:
+    return (4.0 * second - 3.0 * first - third) / 2.0, (first + third - 2.0 * second) / 2.0
+
+
+def _vertex(b: float, c: float) -> float:
+    return float(-b * b / (4.0 * c)) if 0.0 < b < -2.0 * c else 0.0

@@ -1,0 +1,185 @@
+"""The rougher twins of wear states: each state evaluated once more with half the steps and half the nodes."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.response import Response
+from wearlab.gears.errors import GearError
+from wearlab.life.history import History
+from wearlab.life.limits import StopWear
+from wearlab.life.state import Wear, WearState
+from wearlab.mesh.excitation import mesh_force
+from wearlab.mesh.profile import ProfileGrid, interpolate, lookup
+from wearlab.scene import Scene
+from wearlab.scene.build import Parts, build
+from wearlab.scene.build.mesh import profile_points
+
+Array = NDArray[np.float64]
+
+MOST_SAMPLES = 5
+"""States that are evaluated once more."""
+COARSENED = 0.5
+LESS_COARSENED = 0.75
+"""Share of the nodes and steps that a twin keeps, and where those respond otherwise all along."""
+SCALED = (COARSENED**-2 - 1.0) / (LESS_COARSENED**-2 - 1.0)
+"""What the change against the latter is worth as one against the former, at second order."""
+
+
+class Rougher(NamedTuple):
+    """One state evaluated once more, with half the steps and half the nodes.
+
+    Parameters
+    ----------
+    cycle : of the state [1]
+    wear : (n_rough,) its wear depth at the rougher nodes of all flanks [m]
+    rate : (n_rough,) change of the wear rate, None without a wear law [m]
+    flank : (n_rough,) which flank each node is on
+    force : largest change of the mesh force, NaN without dynamics [N]
+    """
+
+    cycle: float
+    wear: Array
+    rate: Array | None
+    flank: NDArray[np.int64]
+    force: float
+
+
+def rough_parts(scene: Scene, parts: Parts, share: float = COARSENED) -> Parts | None:
+    """Return the scene's physics with a share of the steps and of the nodes, None when that cannot be."""
+    changed: dict[str, int] = {"profile_points": max(9, int(share * profile_points(scene)))}
+    if parts.vibration is not None:
+        changed["steps_per_period"] = max(4, int(share * len(parts.vibration.stages.grid.width)))
+    numerics = scene.numerics.model_copy(update=changed)
+    try:
+        return build(scene.model_copy(update={"numerics": numerics}))
+    except GearError:
+        return None
+
+
+def carried(fine: ProfileGrid, values: Array, rough: ProfileGrid) -> Array:
+    """Return values (k, n) at the nodes of a grid on those of another that has the same breaks, (k, n')."""
+    phases, _ = rough.phase_nodes
+    segment = np.repeat(np.arange(len(rough.intervals)), rough.intervals + 1)
+    where = lookup(fine, phases, segment)
+    pairs = rough.pairs_at_phase_nodes
+    present = pairs >= 0
+    found = np.empty((len(values), len(rough.touching)))
+    for row, one in zip(found, fine.beyond(values), strict=True):
+        at_phases = np.empty(pairs.shape)
+        interpolate(fine.first, where, np.ascontiguousarray(one), 0.0, at_phases)
+        row[pairs[present]] = at_phases[present]
+    return found[:, rough.on_flank]
+
+
+def rougher(parts: Parts, rough: Parts, cycle: float, state: WearState) -> Rougher | None:
+    """Evaluate one state once more, None when the response is another one or none."""
+    responses = state.responses
+    if not is_periodic(state):
+        return None
+    try:
+        wear = tuple(np.maximum(0.0, one) for one in _carried(parts, state.wear, rough))
+        again = rough.coupling.evaluate(wear, responses)
+    except StopWear:
+        return None
+    if [one.period for one in again.responses] != [one.period for one in responses]:
+        return None
+    rate = None
+    if state.wears and again.wears:
+        rate = rough.coupling.flat(again.rate) - rough.coupling.flat(_carried(parts, state.rate, rough))
+    force = np.nan
+    if responses:
+        force = max(
+            _change_of_force(_force(parts, state, one), _force(rough, again, other))
+            for one, other in zip(responses, again.responses, strict=True)
+        )
+    return Rougher(cycle, rough.coupling.flat(again.wear), rate, flank_of_nodes(rough), force)
+
+
+def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
+    return tuple(
+        carried(fine.analysis.grid, one, other.analysis.grid)
+        for fine, one, other in zip(parts.kinds, values, rough.kinds, strict=True)
+    )
+
+
+def _change_of_force(fine: Array, coarse: Array) -> float:
+    """Return the largest difference of two forces that may begin in any of their periods [N]."""
+    turns = range(len(fine))
+    return float(min(np.abs(np.roll(coarse, turn, axis=0) - fine).max() for turn in turns))
+
+
+def _force(parts: Parts, state: WearState, response: Response) -> Array:
+    """Return the force of every mesh, (n_periods, n_mesh, n_phases) [N]."""
+    vibration = parts.vibration
+    assert vibration is not None
+    deflection, _ = vibration.deflection(response, vibration.look(parts.phase))
+    touching = parts.coupling.touching(state)
+    return np.stack(
+        [
+            np.stack([
+                mesh_force(
+                    touching[one.kind], parts.look(mesh, parts.phase), row, vibration.backlash_of(mesh)
+                ).elastic
+                for row in deflection[:, mesh]
+            ])
+            for mesh, one in enumerate(parts.meshes)
+        ],
+        axis=1,
+    )  # fmt: skip
+
+
+def samples(lived: History) -> list[int]:
+    """Return which of the kept states are evaluated once more: the first, the last, some between."""
+    count = len(lived.state)
+    return sorted({round(at) for at in np.linspace(0, count - 1, min(count, MOST_SAMPLES))})
+
+
+def flank_of_nodes(parts: Parts) -> NDArray[np.int64]:
+    """Return which flank each entry of the flat wear is on."""
+    sizes = [len(one.analysis.grid.position) for one in parts.kinds for _ in (0, 1)]
+    return np.repeat(np.arange(len(sizes)), sizes)
+
+
+def twins_of(scene: Scene, parts: Parts, block: int, lived: History) -> list[Rougher | None]:
+    """Return the rougher twins of some kept states in one condition."""
+    own = in_block(lived, block)
+    twins = _of_share(scene, parts, own, COARSENED)
+    if any(twins) or not any(is_periodic(own.state[k]) for k in samples(own)):
+        return twins
+    return [
+        twin._replace(rate=None if twin.rate is None else SCALED * twin.rate, force=SCALED * twin.force)
+        if twin is not None
+        else None
+        for twin in _of_share(scene, parts, own, LESS_COARSENED)
+    ]
+
+
+def _of_share(scene: Scene, parts: Parts, own: History, share: float) -> list[Rougher | None]:
+    rough, chosen = rough_parts(scene, parts, share), samples(own)
+    if rough is None:
+        return [None] * len(chosen)
+    return [rougher(parts, rough, float(own.cycle[k]), own.state[k]) for k in chosen]
+
+
+def is_periodic(state: WearState) -> bool:
+    """Return whether a state responds periodically in every condition; without dynamics it does."""
+    return all(response.period > 0 for response in state.responses) and all(map(is_periodic, state.block))
+
+
+def in_block(lived: History, block: int) -> History:
+    """Return a life as one of the conditions that take turns saw it."""
+    return lived._replace(state=tuple(state.block[block] if state.block else state for state in lived.state))
+
+
+def together(twins: list[Rougher | None], weight: Array) -> Rougher | None:
+    """Return the twins of one state in all conditions as one, None where one is missing."""
+    known = [twin for twin in twins if twin is not None]
+    if len(known) < len(twins):
+        return None
+    rates = [twin.rate for twin in known if twin.rate is not None]
+    rate = None
+    if len(rates) == len(known):
+        rate = np.asarray(sum(w * own for w, own in zip(weight, rates, strict=True)))
+    return known[0]._replace(rate=rate, force=max(twin.force for twin in known))
