@@ -16,10 +16,10 @@ PASSES = {"sun": 3.0, "planet-sun": 20 / 29, "planet-ring": 20 / 29, "ring": 3 *
 
 @cache
 def still():
-    """NGW11-6 without dynamics, one published life, few nodes."""
+    """NGW11-6 under its static load, one published life, few nodes."""
     scene = load(CAMPAIGNS / "planetary_torque.toml").cases[0].scene
     for key, value in (
-        ("wear.load", "static"), ("dynamics", None), ("wear.snapshots", None),
+        ("wear.load", "static"), ("wear.snapshots", None),
         ("numerics.profile_points", 81),
         ("wear.coefficient", {"model": "constant", "value": "2.4e-16 m^2/N"}),
     ):  # fmt: skip
