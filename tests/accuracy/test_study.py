@@ -1,5 +1,7 @@
 """What is told of a study: comparison, cheapest setting, dataset, figures."""
 
+import json
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,6 +11,7 @@ from wearlab.accuracy.dataset import dataset, netcdf
 from wearlab.accuracy.figure import pages, png
 from wearlab.accuracy.ladder import Curve, Rung
 from wearlab.accuracy.study import Study, cheapest_setting, comparison, knob_settings
+from wearlab.cli.measuring import _content
 from wearlab.figures.style import DPI, RC
 
 
@@ -98,3 +101,11 @@ def test_tables_have_a_cell_for_every_head(found):
         assert rows and all(len(row) == len(heads) for row in rows)
     asked = table.cheapest_rows(found, 1e-3)[0]
     assert "periodic, steps_per_period = 200" in asked
+
+
+def test_machines_read_every_rung_as_numbers(found):
+    told = json.loads(json.dumps(_content(found, 1e-3, [], 0.1), allow_nan=False))
+    assert len(told["curves"]) == sum(len(curve.rungs) for one in found for curve in one.curves)
+    last = [row for row in told["curves"] if row["name"] == "SciPy RK45"][-1]
+    assert (last["case"], last["setting"], last["error"], last["seconds"]) == ("800 rpm", 1e-7, 1e-7, 9e-2)
+    assert told["Cheapest setting"] and told["contact_analysis_seconds"] == 0.1

@@ -4,6 +4,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -136,6 +137,16 @@ def _content(found: list["Study"], error: float | None, files: list[Path], conta
             title: [dict(zip(heads, row, strict=True)) for row in rows]
             for title, (heads, rows) in _tables(found, error).items()
         },
+        "curves": [row for one in found for row in _rungs(one)],
         "contact_analysis_seconds": contact,
         "files": [str(path) for path in files],
     }
+
+
+def _rungs(one: "Study") -> Iterator[dict[str, Any]]:
+    """Yield every setting of every curve as plain numbers, times in seconds; None: not finite."""
+    for curve in one.curves:
+        named = {name: getattr(curve, name) for name in ("name", "knob", "quantity", "role", "fixed")}
+        for rung in curve.rungs:
+            numbers = {key: value if isfinite(value) else None for key, value in rung._asdict().items()}
+            yield {"case": one.label, **named, **numbers}
