@@ -10,6 +10,7 @@ from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.exact.extension import Deflections, extension
 from wearlab.mesh.exact.gaps import AlgorithmOneGaps, DisplacementBeyond, ExactGaps, Gaps, WornFlanks
 from wearlab.mesh.profile import Extension, ProfileGrid
+from wearlab.mesh.stiffness import SectionVanished
 from wearlab.scene import Scene
 from wearlab.scene.build.gears import modifications
 from wearlab.wear.initial import MeasuredProfile, measured, path_position
@@ -110,7 +111,10 @@ def reached_limits(
         if not _cut_off(analysis, gap, float(deflection.max())):
             return ()
         return (f"extended contact is cut off at a deflection of {1e6 * deflection.max():.3g} µm",)
-    share = sum(extended_length(pair, analysis, wear, deflection)) / (pair.path.E - pair.path.A)
+    try:
+        share = sum(extended_length(pair, analysis, wear, deflection)) / (pair.path.E - pair.path.A)
+    except SectionVanished:
+        return ("flanks are worn too steeply to tell how far deflection extends their contact",)
     if share <= EXTENDED_CONTACT:
         return ()
     return (f"deflection would extend the path of contact by {100 * share:.0f} %",)
