@@ -10,17 +10,18 @@ from hypothesis import HealthCheck, Phase, given, settings
 from wearlab.scene import Scene
 from wearlab.simulate import Refused, simulate
 
-EXAMPLES = 25
+EXAMPLES = {"scenes": 25, "internal_pairs": 15, "planetary_sets": 15}
 
 
-def test_random_scenes_are_finite_or_refused_by_name():
+@pytest.mark.parametrize("kind", EXAMPLES)
+def test_random_scenes_are_finite_or_refused_by_name(kind):
     verdicts: Counter[str] = Counter()
 
     @settings(
-        max_examples=EXAMPLES, derandomize=True, deadline=None, database=None, phases=[Phase.generate],
-        suppress_health_check=list(HealthCheck),
+        max_examples=EXAMPLES[kind], derandomize=True, deadline=None, database=None,
+        phases=[Phase.generate], suppress_health_check=list(HealthCheck),
     )  # fmt: skip
-    @given(random_scenes.scenes())
+    @given(getattr(random_scenes, kind)())
     def run(mapping):
         verdict, rules = random_scenes.outcome(mapping)
         verdicts[verdict] += 1

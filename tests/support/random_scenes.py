@@ -14,7 +14,7 @@ MAY_BE_ABSENT = (
     "error_estimate_mesh_force",  # likewise
     "error_estimate_wear_depth",  # where every rougher twin responds otherwise
     *("life", "remaining_useful_life", "service_life", "error_estimate_life"),  # not reached
-    "coexisting_multiplier",
+    *("coexisting_multiplier", "coexisting_period", "coexisting_force_min", "coexisting_force_max"),
 )
 WORST_RESIDUAL = 0.01
 MOST_MAPS = 2_000_000
@@ -58,6 +58,63 @@ def scenes(draw: Any) -> dict[str, Any]:
         mapping["wear"] = {"coefficient": coefficient}
         if draw(st.booleans()):
             mapping["wear"]["until"] = {"depth": f"{module * draw(decades(-5.5, -2.5)):.4g} m"}
+    return mapping
+
+
+@st.composite
+def internal_pairs(draw: Any) -> dict[str, Any]:
+    """Draw the mapping of a pinion in a ring, at rest."""
+    module, pinion = draw(decades(-3.7, -1.52)), draw(st.integers(17, 90))
+    ring = pinion + draw(st.integers(9, 150))
+    rim = module * (ring + 2.5 + draw(decades(0.3, 1.5)))
+    return _at_rest(
+        draw,
+        module,
+        {
+            "kind": "internal-pair",
+            "pinion": {"teeth": pinion},
+            "ring": {"teeth": ring, "rim_diameter": f"{rim:.6g} m", **draw(tips)},
+        },
+        pinion,
+    )
+
+
+@st.composite
+def planetary_sets(draw: Any) -> dict[str, Any]:
+    """Draw the mapping of a planetary set at rest, its planets at angles where they can be assembled."""
+    module, sun, planet = draw(decades(-3.7, -1.52)), draw(st.integers(18, 90)), draw(st.integers(18, 60))
+    ring, planets = sun + 2 * planet, draw(st.integers(2, 5))
+    steps = [round(2 * (sun + planet) * n / planets) for n in range(planets)]
+    rim = module * (ring + 2.5 + draw(decades(0.3, 1.5)))
+    gears = {
+        "kind": "planetary",
+        "planets": planets,
+        "planet_angles": [f"{180.0 * step / (sun + planet):.12g} deg" for step in steps],
+        "sun": {"teeth": sun},
+        "planet": {"teeth": planet},
+        "ring": {"teeth": ring, "rim_diameter": f"{rim:.6g} m", **draw(tips)},
+        "carrier": {"mass": "1 kg", "inertia": "1 kg*m^2"},
+    }
+    return _at_rest(draw, module, gears, sun)
+
+
+tips = st.sampled_from([*3 * [{"tip_alteration": "wang-2023"}], {}])
+"""A ring's full tips reach below the involute of many a pinion."""
+
+
+def _at_rest(draw: Any, module: float, gears: dict[str, Any], driving: int) -> dict[str, Any]:
+    """Return gears with a load, a stiffness and wear, all over many decades, without dynamics."""
+    width = module * draw(decades(0.0, 2.0))
+    torque = 1e7 * width * module * 0.5 * module * driving * draw(decades(-5.0, 1.5))
+    coefficient = {"model": "constant", "value": f"{draw(decades(-20.0, -14.0))} m^2/N"}
+    mapping: dict[str, Any] = {
+        "gears": {**gears, "module": f"{module} m", "face_width": f"{width} m"},
+        "operation": {"torque": f"{torque:.6g} N*m", "speed": f"{draw(decades(1.5, 4.5))} rpm"},
+        "mesh": {"stiffness": draw(stiffness(width))},
+        "wear": {"coefficient": coefficient},
+    }
+    if gears["kind"] == "internal-pair" and draw(st.booleans()):
+        mapping["wear"]["until"] = {"depth": f"{module * draw(decades(-5.5, -2.5)):.4g} m"}
     return mapping
 
 

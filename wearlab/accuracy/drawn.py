@@ -158,6 +158,7 @@ def summary(scores: Sequence[Score]) -> dict[str, tuple[int, float, float]]:
         values = np.array([getattr(one, name) for one in scores if getattr(one, name) is not None])
         if len(values):
             true, estimate = values.T
-            ratio = np.nanmedian(estimate / np.maximum(true, 1e-300))
+            known = np.isfinite(estimate)
+            ratio = np.median(estimate[known] / np.maximum(true[known], 1e-300)) if known.any() else np.nan
             found[name] = (len(values), float(np.mean(true <= estimate)), float(ratio))
     return found

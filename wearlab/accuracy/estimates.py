@@ -8,14 +8,15 @@ by the reason. The table grows scene by scene; asked again, what it holds is not
 import argparse
 import csv
 import json
-import signal
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
-from multiprocessing import get_context
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from multiprocessing import Pipe, get_context
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -27,41 +28,59 @@ COLUMNS = (
     *(f"{name}_{what}" for name in QUANTITIES for what in ("error", "estimate")),
 )  # fmt: skip
 SCORED = "scored"
+CONTEXT: Any = get_context("spawn")
 Row = dict[str, Any]
 
 
-class TooLong(BaseException):
-    """The time of a scene is over; not an ``Exception``, so that nothing on the way handles it."""
-
-
-@contextmanager
-def limited(seconds: float) -> Iterator[None]:
-    """Raise TooLong in the main thread after some seconds."""
-
-    def over(number: int, frame: Any) -> None:
-        raise TooLong
-
-    before = signal.signal(signal.SIGALRM, over)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
-
-
-def scored(seed: int, number: int, longest: float) -> Row:
-    """Return the row of one scene, within a time [s]."""
+def scored(seed: int, number: int) -> Row:
+    """Return the row of one scene."""
     begun = time.perf_counter()
-    row: Row = {"seed": seed, "scene": number}
     try:
-        with limited(longest):
-            row |= {"outcome": SCORED, **_cells(score(draw(seed, number)))}
+        cells = {"outcome": SCORED, **_cells(score(draw(seed, number)))}
     except Apart as apart:
-        row["outcome"] = str(apart)
-    except TooLong:
-        row["outcome"] = "too long"
-    return row | {"seconds": round(time.perf_counter() - begun, 3)}
+        cells = {"outcome": str(apart)}
+    except Exception as error:  # a defect of one scene does not cost the others
+        cells = {"outcome": f"failed: {error!r}"}
+    return {"seed": seed, "scene": number, **cells, "seconds": round(time.perf_counter() - begun, 3)}
+
+
+def _work(line: Connection) -> None:
+    """Score scenes as they are asked for, in a process of its own."""
+    while True:
+        line.send(scored(*line.recv()))
+
+
+class Worker:
+    """A process that scores scenes; one that takes too long is ended, and the next scene gets another."""
+
+    def __init__(self) -> None:
+        self.process: BaseProcess | None = None
+
+    def scored(self, seed: int, number: int, longest: float) -> Row:
+        """Return the row of one scene, within a time [s]."""
+        if self.process is None:
+            self.line, theirs = Pipe()
+            self.process = CONTEXT.Process(target=_work, args=(theirs,), daemon=True)
+            self.process.start()
+            theirs.close()
+        self.line.send((seed, number))
+        outcome = "too long"
+        if self.line.poll(longest):
+            try:
+                found: Row = self.line.recv()
+                return found
+            except EOFError:
+                outcome = "failed: its process ended"
+        self.close()
+        return {"seed": seed, "scene": number, "outcome": outcome, "seconds": longest}
+
+    def close(self) -> None:
+        """End the process."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.join()
+            self.line.close()
+        self.process = None
 
 
 def _cells(found: Score) -> Row:
@@ -123,18 +142,28 @@ def run(asked: argparse.Namespace) -> list[Row]:
     there = {row["scene"] for row in rows}
     new = not asked.out.exists()
     console = Console(stderr=True)
-    with (
-        ProcessPoolExecutor(asked.workers, mp_context=get_context("spawn")) as pool,
-        asked.out.open("a", newline="") as lines,
-    ):
+    idle: SimpleQueue[Worker] = SimpleQueue()
+    for _ in range(asked.workers):
+        idle.put(Worker())
+
+    def one(number: int) -> Row:
+        worker = idle.get()
+        try:
+            return worker.scored(asked.seed, number, asked.longest)
+        finally:
+            idle.put(worker)
+
+    with ThreadPoolExecutor(asked.workers) as pool, asked.out.open("a", newline="") as lines:
         writer = csv.DictWriter(lines, COLUMNS)
         if new:
             writer.writeheader()
-        todo = [pool.submit(scored, asked.seed, n, asked.longest) for n in wanted if n not in there]
+        todo = [pool.submit(one, n) for n in wanted if n not in there]
         for done in track(as_completed(todo), "scenes", total=len(todo), console=console, transient=True):
             rows.append(done.result())
             writer.writerow(rows[-1])
             lines.flush()
+    for _ in range(asked.workers):
+        idle.get().close()
     return rows
 
 
