@@ -139,7 +139,7 @@ def _planetary_torsional(scene: Scene, gears: GearSet, stiffness: Array) -> Syst
     held = {name: one for name, one in given.supports.given.items() if name != "ring"}
     tangential = {name: _tangential(one, radius[name]) for name, one in held.items()}
     try:
-        return planetary_torsional(
+        system = planetary_torsional(
             inertia={name: inertia[name] for name in ("sun", "planet", "carrier")},
             planet_mass=built.planet.mass,
             base_radius=base_radius,
@@ -158,6 +158,17 @@ def _planetary_torsional(scene: Scene, gears: GearSet, stiffness: Array) -> Syst
         )
     except ValueError as error:
         raise GearError(str(error)) from error
+    if scene.operation.input == "sun" or system.balance is None:
+        return system
+    carrier = _torques(scene, gears, set())["carrier"] / radius["carrier"]
+    return system._replace(
+        load=np.where(_of(system, "carrier.u"), carrier, 0.0), balance=_of(system, "sun.u").astype(float)
+    )
+
+
+def _of(system: System, coordinate: str) -> NDArray[np.bool_]:
+    """Return which coordinate has a name, (n,)."""
+    return np.array([name == coordinate for name in system.coordinates])
 
 
 def _tangential_damping(
