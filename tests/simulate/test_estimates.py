@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from wearlab.accuracy.drawn import draw, score, summary
-from wearlab.scene.build import build
+from wearlab.scene import Scene
+from wearlab.scene.build import Parts, build
+from wearlab.simulate import simulate, twins
 from wearlab.simulate.end_of_life import above_nodes, end_of
 from wearlab.simulate.twins import carried, rough_parts
 
@@ -51,3 +53,22 @@ def test_estimates_bound_the_errors_and_do_not_exaggerate() -> None:
     for name, count in (("wear_depth", 5), ("life", 5), ("mesh_force", 4)):
         scenes, share, ratio = found[name]
         assert scenes == count and share == 1.0 and 1.5 < ratio < 10.0, (name, found[name])
+
+
+def test_less_rough_twins_serve_where_the_rough_ones_fail(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, known = draw(7, 8), twins.rough_parts
+    usual = simulate(scene)
+    names = [name for name in usual.data_vars if str(name).startswith("error_estimate_")]
+    assert len(names) >= 2 and float(usual.run_time_estimates) > 0.0
+
+    def without_half(scene: Scene, parts: Parts, share: float = twins.COARSENED) -> Parts | None:
+        return None if share == twins.COARSENED else known(scene, parts, share)
+
+    monkeypatch.setattr(twins, "rough_parts", without_half)
+    other = simulate(scene)
+    for name in names:
+        assert 0.3 < float(other[name].values.flat[-1] / usual[name].values.flat[-1]) < 3.0, name
+    monkeypatch.setattr(twins, "rough_parts", lambda scene, parts, share=1.0: None)
+    none = simulate(scene)
+    for name in names:
+        assert np.isnan(none[name].values.flat[-1]), name
