@@ -56,7 +56,7 @@ def test_estimates_bound_the_errors_and_do_not_exaggerate() -> None:
 
 
 def test_less_rough_twins_serve_where_the_rough_ones_fail(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene, known = draw(7, 8), twins.rough_parts
+    scene, known = draw(7, 0), twins.rough_parts
     usual = simulate(scene)
     names = [name for name in usual.data_vars if str(name).startswith("error_estimate_")]
     assert len(names) >= 2 and float(usual.run_time_estimates) > 0.0
