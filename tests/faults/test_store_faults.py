@@ -224,7 +224,8 @@ def test_ctrl_c_twice_ends_at_once(tmp_path):
     import signal
 
     child = subprocess.Popen(
-        [sys.executable, "-c", TWICE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path,
+        [sys.executable, "-c", TWICE], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, cwd=tmp_path,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # parallel tests run without Ctrl-C
     )  # fmt: skip
     assert child.stdout.readline() == "begun\n"
