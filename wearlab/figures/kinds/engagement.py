@@ -40,10 +40,7 @@ def path_marks(run: Run, index: dict[str, int], ask: Ask) -> tuple[Mark, ...]:
 
 def _own_phase(run: Run, phase: Array, values: Array, index: dict[str, int], ask: Ask) -> tuple[Array, Array]:
     """Return phases counted from a mesh's own entry at A, ascending, and the values there."""
-    if "mesh_phase_offset" not in run.data:
-        return phase, values
-    lag = float(companion(run, "mesh_phase_offset", index, ask)[0])
-    own = np.round(phase - lag, 12) % 1.0
+    own = np.round(phase - entry_phase(run, index, ask), 12) % 1.0
     order = np.argsort(own)
     return own[order], values[order]
 
@@ -55,6 +52,11 @@ def _flank(run: Run, index: dict[str, int]) -> int:
     mesh = str(np.atleast_1d(run.data["mesh"].values)[index.get("mesh", 0)])
     named = [i for i, name in enumerate(run.data["flank"].values) if mesh.startswith(str(name))]
     return named[0] if named else 0
+
+
+def entry_phase(run: Run, index: dict[str, int], ask: Ask) -> float:
+    """Return the phase of the common clock at which a pair of the mesh enters at A."""
+    return float(companion(run, "mesh_phase_offset", index, ask)[0])
 
 
 def contact_ratio(run: Run, index: dict[str, int], ask: Ask) -> float:
