@@ -69,7 +69,7 @@ CASES = [
     ),
     ("wear.snapshots", {"flank": "gear"}, "scene.wear.snapshots: give one of 'cycles'"),
     ("wear.until", {"flank": "gear", "hours": 3}, "scene.wear.until: 'flank' belongs to a 'depth'"),
-    ("wear.until.hours", "3 h", "scene.wear.until.hours: '3 h' is not a plain number"),
+    ("wear.until.hours", "3 mm", "scene.wear.until.hours: '3 mm'"),
     ("numerics.tolerance", 2, "scene.numerics.tolerance: 2 must be less than 1"),
     ("mesh.face_load_factor", 0.9, "scene.mesh.face_load_factor: 0.9 must be at least 1"),
     (

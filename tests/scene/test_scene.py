@@ -65,6 +65,24 @@ def test_without_dynamics_the_load_is_static(table):
     assert Scene.from_mapping(table).wear.load == "static"
 
 
+@pytest.mark.parametrize("written", [90, "90 h", "5400 min"])
+def test_hours_are_a_count_or_a_time(table, written):
+    table["wear"]["until"] = {"hours": written}
+    assert Scene.from_mapping(table).wear.until.hours == pytest.approx(90.0, rel=1e-15)
+
+
+def test_one_tolerance_needs_no_list(table):
+    table["errors"] = {"pinion": {"installation": "3 um"}}
+    assert Scene.from_mapping(table).errors.members["pinion"].installation == (3e-6,)
+
+
+def test_shares_of_a_duty_without_a_unit_are_parts(table, tmp_path):
+    (tmp_path / "duty.csv").write_text("torque,speed,share\n100,900,3\n200,800,1\n")
+    table["operation"] = {"duty": {"file": "duty.csv", "units": {"torque": "N*m", "speed": "rpm"}}}
+    duty = Scene.from_mapping(table, base_directory=tmp_path).operation.duty
+    assert [block.share for block in duty] == [0.75, 0.25]
+
+
 def test_a_string_is_a_model(table):
     table["mesh"]["stiffness"] = {"model": "constant", "value": "300 N/um"}
     table["mesh"]["excitation"] = "modulated"

@@ -29,7 +29,7 @@ class DutyFile(Part):
         None, "header of torque, speed and share in the file", derived="their own names"
     )
     units: dict[str, str] = option(
-        ..., "units of torque, speed and share; shares of time in %, h, s or 1, in proportion to their sum"
+        ..., "units of torque, speed and share; shares of time in %, h, s or [1], in proportion to their sum"
     )
 
 

@@ -3,11 +3,19 @@
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from wearlab.scene.members import MESHES, TOOTHED
 from wearlab.scene.part import NOT_NEGATIVE, POSITIVE, Angle, Count, Depth, Part, option
+
+
+def _listed(given: object) -> object:
+    return [given] if isinstance(given, str) else given
+
+
+Tolerances = Annotated[tuple[Annotated[Depth, NOT_NEGATIVE], ...], BeforeValidator(_listed)]
+"""One tolerance or several, each in a direction of its own [m]."""
 
 
 class MemberErrors(Part):
@@ -19,7 +27,7 @@ class MemberErrors(Part):
     tooth_composite: Annotated[Depth, NOT_NEGATIVE] = option(
         0.0, "tooth-to-tooth tangential composite deviation f_i′", source="ISO 1328-1, W23 Eq. 28"
     )
-    installation: tuple[Annotated[Depth, NOT_NEGATIVE], ...] = option(
+    installation: Tolerances = option(
         (), "installation tolerances Δe_q, each in a random direction", source="W23 Eq. 30"
     )
 
@@ -27,7 +35,7 @@ class MemberErrors(Part):
 class PlanetErrors(MemberErrors):
     """Errors of every planet, each with angles of its own."""
 
-    planet_position: tuple[Annotated[Depth, NOT_NEGATIVE], ...] = option(
+    planet_position: Tolerances = option(
         (), "tolerances of the planets' pins, each in a fixed random direction of the carrier", source="W23"
     )
 
@@ -35,10 +43,10 @@ class PlanetErrors(MemberErrors):
 class CarrierErrors(Part):
     """Errors of the carrier."""
 
-    installation: tuple[Annotated[Depth, NOT_NEGATIVE], ...] = option(
+    installation: Tolerances = option(
         (), "installation tolerances of the carrier, each in a random direction", source="W23 Eq. 30"
     )
-    planet_position: tuple[Annotated[Depth, NOT_NEGATIVE], ...] = option(
+    planet_position: Tolerances = option(
         (), "tolerances of the pins, each in a fixed random direction of the carrier", source="W23 Eq. 30"
     )
 

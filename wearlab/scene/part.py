@@ -16,6 +16,7 @@ from pydantic import (
     Field,
     GetJsonSchemaHandler,
     StrictBool,
+    WithJsonSchema,
     model_validator,
 )
 from pydantic.json_schema import JsonSchemaValue
@@ -23,6 +24,7 @@ from pydantic_core import CoreSchema, PydanticCustomError
 
 from wearlab.units import KINDS, UnitError, quantity
 
+HOUR = 3600.0  # s
 Alternatives = tuple[tuple[tuple[str, ...], ...], ...]
 
 
@@ -125,6 +127,10 @@ def _count(value: object) -> int:
     return value if type(value) is int else int(number)
 
 
+def _hours(value: object) -> float:
+    return _reader("time")(value) / HOUR if isinstance(value, str) else _number(value)
+
+
 def _measured(kind: str) -> Any:
     return Annotated[float, BeforeValidator(_reader(kind)), Unit(kind)]
 
@@ -133,6 +139,11 @@ POSITIVE = Gt(0)
 NOT_NEGATIVE = Ge(0)
 
 Number = Annotated[float, BeforeValidator(_number)]
+Hours = Annotated[
+    float,
+    BeforeValidator(_hours),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "kind": "time", "unit": "s"}]}),
+]
 Count = Annotated[int, BeforeValidator(_count)]
 Switch = StrictBool
 

@@ -123,7 +123,7 @@ def duty_table(
     ----------
     file, base : the CSV file, and the folder that a relative path starts from
     columns : headers of torque, speed and share, where they differ from these names
-    units : their units
+    units : their units; shares without one are parts of a whole
 
     Raises
     ------
@@ -143,7 +143,7 @@ def duty_table(
             )
         each[name] = list(found[header])
     torque, speed = (_in(each[name], units.get(name), DUTY[name], name) for name in DUTY)
-    share = _times(each["share"], units.get("share"))
+    share = _times(each["share"], units.get("share", "1"))
     if min(torque) < 0.0 or min(speed) <= 0.0 or min(share) < 0.0 or sum(share) <= 0.0:
         raise TableError(f"{file}: torques and shares must not be negative, speeds must be positive")
     return torque, speed, share

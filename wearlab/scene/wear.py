@@ -25,6 +25,7 @@ from wearlab.scene.part import (
     POSITIVE,
     Alternatives,
     Depth,
+    Hours,
     Length,
     Number,
     Part,
@@ -159,7 +160,9 @@ class Until(Part):
 
     cycles: Positive | None = option(None, "revolutions of the pinion", derived="no such limit")
     mesh_cycles: Positive | None = option(None, "mesh cycles", derived="no such limit")
-    hours: Positive | None = option(None, "operating hours, a plain count", derived="no such limit")
+    hours: Annotated[Hours, POSITIVE] | None = option(
+        None, "operating hours, a plain count or a time with its unit", derived="no such limit"
+    )
     depth: PositiveDepth | None = option(
         None, "largest wear depth", derived="no such limit", source="W23: 400 µm"
     )
