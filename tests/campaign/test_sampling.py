@@ -63,6 +63,18 @@ def test_a_latin_hypercube_has_one_point_in_every_stratum():
     assert sorted(math.floor(value - 5.0) for value in error) == list(range(20))
 
 
+def test_lists_advance_beside_what_is_drawn():
+    block = {
+        "errors.seed": {"integers": [1, 20]},
+        "wear.coefficient.factor": BLOCK["wear.coefficient.factor"],
+    }
+    axis = sampled("latin-hypercube", 20, **block)
+    alone = sampled("latin-hypercube", 20, **{"a.factor": BLOCK["wear.coefficient.factor"]})
+    assert axis.values == tuple(range(1, 21)) and axis.coordinates["factor"].values == alone.values
+    said = refused({**block, "sample": {"method": "latin-hypercube", "n": 21, "seed": 7}})
+    assert "errors.seed has 20, wear.coefficient.factor has 21 values" in said
+
+
 def test_probabilities_become_values():
     assert Distribution("normal", 3.0, 2.0, None).at(0.5) == 3.0
     assert Distribution("normal", 0.0, 1.0, None).at(0.975) == pytest.approx(1.959963985)

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 from wearlab.dynamics.energy import energy_balance, nominal_speeds
 from wearlab.dynamics.periodic import Periodic
@@ -149,12 +150,115 @@ def test_two_steps_at_once_are_of_sixth_order() -> None:
     assert two < 1e-5 * abs(found[0]) and one > 25.0 * two
 
 
+def symmetric(steps: int = 240) -> Any:
+    """Response of equal planets whose meshes differ in nothing but their lag."""
+    return Periodic().solve(planetary(), tables(stage_grid(BREAKS, steps), amplitude=0.0), PERIOD)
+
+
+def spectrum(values: np.ndarray, phase: np.ndarray, orders: np.ndarray) -> np.ndarray:
+    """Fourier coefficients of a smooth period from uneven nodes, by its interpolating spline."""
+    even = np.arange(4096) / 4096
+    spline = CubicSpline(np.r_[phase, 1.0], np.r_[values, values[:1]], bc_type="periodic")
+    return np.fft.fft(spline(even))[orders] / 4096
+
+
 def test_equal_planets_share_the_load_equally() -> None:
-    response = Periodic().solve(planetary(), tables(stage_grid(BREAKS, 200)), PERIOD)
-    forces = step_forces(response)
-    width = response.tables.width
-    mean = np.einsum("s,sm->m", width, (forces.elastic + forces.damping)[0].mean(axis=1))
+    """In the mean, and at every instant one lag later."""
+    response = symmetric()
+    forces, tabled = step_forces(response), response.tables
+    total = (forces.elastic + forces.damping)[0]
+    mean = np.einsum("s,sm->m", tabled.width, total.mean(axis=1))
     np.testing.assert_allclose(mean, 90.0 / 3 / BASE["sun"], rtol=1e-3)
+    np.testing.assert_allclose(mean, np.repeat(mean[[0, 3]], 3), rtol=1e-9)
+    start = np.r_[0.0, np.cumsum(tabled.width)[:-1]]
+    deflection = response.state[0, :-1, :18] @ response.system.direction.T
+    own = np.linspace(0.0, 1.0, 50, endpoint=False)
+    shown = [
+        np.interp((own + OFFSET[m]) % 1.0, np.r_[start, 1.0], np.r_[deflection[:, m], deflection[:1, m]])
+        for m in range(6)
+    ]
+    for first in (0, 3):
+        spread = np.ptp(shown[first])
+        assert spread > 1e-8
+        for other in (1, 2):
+            np.testing.assert_allclose(shown[first + other], shown[first], atol=5e-3 * spread)
+
+
+def test_harmonics_excite_what_their_order_lets_them() -> None:
+    """Order l of three equal planets: rotations alone where 3 divides it, translations alone elsewhere."""
+    response = symmetric()
+    phase = np.r_[0.0, np.cumsum(response.tables.width)[:-1]]
+    orders = np.arange(1, 10)
+    thirds = orders % 3 == 0
+    for member in range(3):
+        x, y, u = response.state[0, :-1, 3 * member : 3 * member + 3].T
+        planar = np.hypot(*(np.abs(spectrum(one, phase, orders)) for one in (x, y)))
+        turning = np.abs(spectrum(u, phase, orders))
+        assert planar[thirds].max() < 1e-5 * planar[~thirds].max() and planar[~thirds].max() > 1e-11
+        assert turning[~thirds].max() < 1e-5 * turning[thirds].max() and turning[thirds].max() > 1e-11
+
+
+def test_energy_of_the_translating_set_closes_and_every_term_counts() -> None:
+    """Seen from the carrier, whose turning the gyroscopic and centripetal terms say."""
+    system = planetary()
+    response = Periodic().solve(system, tables(stage_grid(BREAKS, 400)), PERIOD)
+    speeds = nominal_speeds(system, {"sun.u": (SPEED - CARRIER) * BASE["sun"], "carrier.u": 0.0})
+    balance = energy_balance(response, speeds)
+    missing = abs(balance.residual) * balance.input
+    assert balance.input == pytest.approx(90.0 * (SPEED - CARRIER), rel=1e-9)
+    assert missing < 1e-5 * balance.bearing_damping
+    for term in (balance.bearing_damping, balance.mesh_damping, -balance.parametric, balance.moving_gaps):
+        assert term > 10.0 * missing
+
+
+def test_one_planet_on_rigid_bearings_is_a_pair() -> None:
+    """Sun against a planet that a rigid mesh ties to the ring: two coordinates, integrated by SciPy.
+
+    Bearings are rigid by stiffness and by mass, which keeps their modes slow.
+    """
+    rigid, held = 2e11, 2e7
+    set_of_one = planetary(
+        planet_angles=[0.7],
+        mass=dict.fromkeys(MASS, 1e6),
+        radial_stiffness=dict.fromkeys(RADIAL, 1e14),
+        radial_damping={},
+        tangential_stiffness={"carrier": 1e14, "ring": held},
+        tangential_damping={"ring": 700.0},
+        inertia=INERTIA | {"carrier": 1e6 * PIN**2},
+        mesh_damping={"sun_planet": DAMPING["sun_planet"], "planet_ring": 0.0},
+        carrier_speed=0.0,
+    )
+    response = Periodic().solve(set_of_one, one_planet(tables(stage_grid(BREAKS, 1000)), rigid), PERIOD)
+    u = [set_of_one.coordinates.index(name) for name in ("sun.u", "planet-1.u")]
+    start = response.state[0, 0][[*u, *(18 - 6 + at for at in u)]]
+    second = INERTIA["planet"] / BASE["planet"] ** 2 + INERTIA["ring"] / BASE["ring"] ** 2
+
+    def pair(middle: float) -> Any:
+        def rate(time: float, y: np.ndarray) -> np.ndarray:
+            phase = time / PERIOD
+            delta = y[0] + y[1] - 1e-6 * np.sin(2 * np.pi * phase)
+            speed = y[2] + y[3] - 2e-6 * np.pi / PERIOD * np.cos(2 * np.pi * phase)
+            force = sum(float(k) for k, _, _ in pairs(0, phase, middle, 0.0)) * max(delta, 0.0)
+            force += set_of_one.mesh_damping[0] * speed if delta > 0.0 else 0.0
+            first = (90.0 / BASE["sun"] - force) / (INERTIA["sun"] / BASE["sun"] ** 2)
+            return np.r_[y[2:], first, (-force - held * y[1] - 700.0 * y[3]) / second]
+
+        return rate
+
+    end = segments(pair, start.copy())
+    scale = np.abs(response.state[0][:, u]).max(), np.abs(response.state[0][:, [12 + at for at in u]]).max()
+    np.testing.assert_allclose(end[:2], start[:2], atol=5e-3 * scale[0])
+    np.testing.assert_allclose(end[2:], start[2:], atol=5e-3 * scale[1])
+
+
+def one_planet(given: StageTables, rigid: float) -> StageTables:
+    """The first sun–planet mesh, and a planet–ring mesh of one stiff pair without error."""
+    names = ("stiffness", "gap", "error", "error_rate")
+    each = {name: getattr(given, name)[:, :, [0, 3]].copy() for name in names}
+    each["stiffness"][:, :, 1] = 0.5 * rigid
+    for name in ("error", "error_rate"):
+        each[name][:, :, 1] = 0.0
+    return given._replace(**each)
 
 
 @pytest.mark.slow

@@ -134,17 +134,18 @@ def flat(table: dict[str, Any], above: str = "") -> dict[str, Any]:
 
 
 def _sampled(sample: Any, keys: dict[str, Any], where: str) -> dict[str, tuple[Any, ...]]:
-    """Return the values of a block whose keys are drawn."""
-    for key, value in keys.items():
-        if not isinstance(value, dict) or not any(word in value for word in DISTRIBUTIONS):
-            raise CampaignError(
-                [
-                    f"{where}.{key}: {shown(value)} is no distribution ({', '.join(DISTRIBUTIONS)}); "
-                    "what is not drawn belongs into a block of its own"
-                ]
-            )
-    found = {key: read_distribution(value, f"{where}.{key}") for key, value in keys.items()}
-    return draw(read_sample(sample, where, MOST_CASES), found)
+    """Return the values of a block with keys that are drawn; lists and generators advance beside them."""
+    drawn = {
+        key: read_distribution(value, f"{where}.{key}")
+        for key, value in keys.items()
+        if isinstance(value, dict) and any(word in value for word in DISTRIBUTIONS)
+    }
+    if not drawn:
+        first, value = next(iter(keys.items()))
+        known = ", ".join(DISTRIBUTIONS)
+        raise CampaignError([f"{where}.{first}: {shown(value)} is no distribution ({known}) to draw from"])
+    values = draw(read_sample(sample, where, MOST_CASES), drawn)
+    return {key: values.get(key) or _values(value, f"{where}.{key}") for key, value in keys.items()}
 
 
 def _values(value: Any, where: str) -> tuple[Any, ...]:

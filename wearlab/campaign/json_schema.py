@@ -97,7 +97,9 @@ class Sweep(BaseModel):
 
     name: str | None = option(None, "name of the axis", derived="the first key's last word")
     labels: list[str] | None = option(None, "names of values that are tables or lists", derived="the values")
-    sample: Sample | None = option(None, "draw the values of every key", derived="keys list their values")
+    sample: Sample | None = option(
+        None, "draw the values of every key that has a distribution", derived="keys list their values"
+    )
 
 
 class ExpectedValue(BaseModel):

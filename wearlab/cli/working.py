@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from wearlab.store import Store
 
 SHORT_ID = 10
+MOST_VALUES = 20
+"""Values of an axis that are listed one by one."""
 
 
 def check_campaign(file: str, as_json: bool) -> Status:
@@ -52,8 +54,10 @@ def check_campaign(file: str, as_json: bool) -> Status:
         return status
     say(campaign.title)
     for axis in campaign.axes:
-        values = ", ".join(value_text(value, None) for value in axis.values)
-        say(f"  {axis.name}: {values} {axis.units or ''}".rstrip())
+        ends = axis.values if len(axis.values) <= MOST_VALUES else (*axis.values[:3], "…", axis.values[-1])
+        values = ", ".join(value_text(value, None) for value in ends)
+        count = "" if len(ends) == len(axis.values) else f" ({len(axis.values)} values)"
+        say(f"  {axis.name}: {values} {axis.units or ''}".rstrip() + count)
     say(f"  {len(campaign.cases)} cases, {runs} runs")
     for label, (present, left_out) in parts.items():
         say(f"\n{label}")

@@ -223,10 +223,11 @@ def _lettered(panels: list[Panel]) -> tuple[Panel, ...]:
 def _legend(
     series: Sequence[Series], hues: list[Label | None], pen: Mapping[Label, Pen], hue: str | None
 ) -> tuple[Entry, ...]:
-    coloured = [s for s in reversed(series) if s.look in ("line", "line-points", "dots")]
+    coloured = [s for s in reversed(series) if s.look in ("line", "line-points", "dots", "area")]
     looks = {s.key[hue]: s.look for s in coloured if hue is not None and hue in s.key}
     entries = [Entry(h.text, pen[h], looks.get(h, "line")) for h in hues if h is not None]
     extra = {s.text: s for s in reversed(series) if s.text}
-    for text, one in sorted(extra.items(), key=lambda item: item[1].look):
-        entries.append(Entry(text, REFERENCE if one.look == "reference" else Pen(INK, "", "o"), one.look))
+    own = {"reference": REFERENCE, "area": Pen(ALONE)}
+    for text, one in sorted(reversed(extra.items()), key=lambda item: item[1].look):
+        entries.append(Entry(text, own.get(one.look, Pen(INK, "", "o")), one.look))
     return tuple(entries)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 LEAST_SPAN = 0.02  # of the values
 LETTER = 0.02  # of the width of a figure, that two letters of marks need
+AREA_ALPHA, AREA_WIDTH = 0.25, 6.0
 SHORT_TEXT, LONG_TEXT = (
     1_000,
     500_000,
@@ -145,6 +146,8 @@ def _strokes(pen: Pen, look: str) -> dict[str, Any]:
         return {"color": colour, "ls": "", "marker": "o", "mec": "white", "mew": 0.6, "ms": 5.0, "zorder": 4}
     if look == "dots":
         return {"color": colour, "ls": "", "marker": "o", "mew": 0.0, "ms": 1.8, "alpha": 0.7, "zorder": 3}
+    if look == "area":
+        return {"color": colour, "lw": AREA_WIDTH, "alpha": AREA_ALPHA, "solid_capstyle": "butt"}
     if look == "hairline":
         return {"color": colour, "ls": dash, "lw": 0.6, "zorder": 3}
     if look == "published":
@@ -217,6 +220,9 @@ def _panel(ax: "Axes", panel: Panel, columns: int) -> None:
 
 
 def _curve(ax: "Axes", curve: Curve) -> None:
+    if curve.look == "area":
+        ax.fill(curve.x, curve.y, color=curve.pen.colour, alpha=AREA_ALPHA, lw=0.0, zorder=2)
+        return
     ax.plot(curve.x, curve.y, **_strokes(curve.pen, curve.look))
 
 

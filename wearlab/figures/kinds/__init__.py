@@ -2,6 +2,7 @@
 
 from wearlab.figures.kind import Kind
 from wearlab.figures.kinds.cycles import DYNAMIC_FACTOR, EQUIVALENT_LOAD, MAX_WEAR
+from wearlab.figures.kinds.distribution import HISTOGRAM, PROBABILITY, QUANTILE_BANDS
 from wearlab.figures.kinds.engagement import STE, TVMS
 from wearlab.figures.kinds.force import MESH_FORCE
 from wearlab.figures.kinds.harmonics import DTE_HARMONICS, STE_HARMONICS, STIFFNESS_HARMONICS
@@ -19,6 +20,6 @@ KINDS: dict[str, Kind] = {
         *(TVMS, STIFFNESS_HARMONICS, STE, STE_HARMONICS, LOAD_SHARE),
         *(MESH_FORCE, PAIR_FORCE, EQUIVALENT_LOAD, DYNAMIC_FACTOR, DTE_HARMONICS, PHASE_PLANE, NATURAL_MODES),
         *(RESPONSE_CURVE, BIFURCATION, POINCARE, WATERFALL),
-        *(WEAR_PROFILE, MAX_WEAR, ALONG_PATH, SENSITIVITY, LINE),
+        *(WEAR_PROFILE, MAX_WEAR, ALONG_PATH, SENSITIVITY, HISTOGRAM, PROBABILITY, QUANTILE_BANDS, LINE),
     )
 }

@@ -1,0 +1,245 @@
+"""What a campaign's runs have in common and how they scatter: histogram, probability plot, quantile bands.
+
+A sample is all runs that differ in nothing that ``hue``, ``rows`` or ``cols`` names. Quantiles come with the
+confidence that order statistics give, whatever the distribution.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil
+from typing import NamedTuple
+
+import numpy as np
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import Kind
+from wearlab.figures.plot import Array, Mark, Scale, Series
+from wearlab.figures.runs import Run
+from wearlab.figures.slices import companion, shown, slices
+from wearlab.figures.wording import Label, joined
+
+CONFIDENCE = 0.95
+TAIL = 0.5 * (1.0 - CONFIDENCE)
+QUANTILES = (0.05, 0.5, 0.95)
+BANDS = ((0.05, 0.95), (0.25, 0.75))
+ACROSS = 200
+"""Places along x at which bands are taken."""
+MOST_BINS = 60
+COUNT = Scale("runs", "1")
+SCORE = Scale("standard score of the share of runs", "1")
+FEWEST = 3
+
+
+class Quantile(NamedTuple):
+    """A quantile of a sample: its estimate, and the interval that holds the true one with `CONFIDENCE`."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Sampled(Series):
+    """What one run adds to a sample; ``x`` and ``y`` hold its values."""
+
+
+def quantile(values: Array, probability: float) -> Quantile:
+    """Return a quantile of a sample with its distribution-free confidence interval.
+
+    The number of values below the true quantile is binomial, so that two order statistics enclose it with a
+    known probability; the innermost pair with at least `CONFIDENCE`, or the ends of the sample.
+
+    Parameters
+    ----------
+    values : (n,) any unit
+    probability : of staying below it
+    """
+    from scipy.stats import binom
+
+    ordered, n = np.sort(values), len(values)
+    low = int(binom.ppf(TAIL, n, probability)) - 1
+    high = int(binom.ppf(1.0 - TAIL, n, probability))
+    value = float(np.quantile(ordered, probability, method="median_unbiased"))
+    return Quantile(value, float(ordered[max(low, 0)]), float(ordered[min(high, n - 1)]))
+
+
+def histogram(values: Array) -> tuple[Array, Array]:
+    """Return edges and numbers of values in bins as wide as Freedman and Diaconis have them."""
+    spread = float(np.subtract(*np.quantile(values, [0.75, 0.25])))
+    width = 2.0 * spread / np.cbrt(len(values))
+    bins = min(MOST_BINS, max(1, ceil(float(np.ptp(values)) / width))) if width > 0.0 else 1
+    counts, edges = np.histogram(values, bins)
+    return edges, counts.astype(float)
+
+
+def _one_number(run: Run, ask: Ask) -> Iterator[Series]:
+    name = (ask.y or ("life",))[0]
+    values, scale = shown(run.data[name], name, ask)
+    if values.size != 1:
+        raise FigureError(
+            f"{ask.name}: {name} is not one number per run; choose one place along each of its dimensions "
+            "in select"
+        )
+    yield Sampled(_kept(run.place, ask), values.reshape(1), np.zeros(1), scale, COUNT)
+
+
+def _kept(key: Mapping[str, Label], ask: Ask) -> dict[str, Label]:
+    """Return the labels that tell samples apart: those along the dimensions that the figure names."""
+    return {name: key[name] for name in (ask.hue, ask.rows, ask.cols) if name is not None and name in key}
+
+
+def _samples(series: list[Series]) -> list[list[Series]]:
+    groups: dict[tuple[object, ...], list[Series]] = {}
+    for one in series:
+        groups.setdefault(tuple(sorted(one.key.items())), []).append(one)
+    return list(groups.values())
+
+
+def _values(group: Sequence[Series]) -> Array:
+    values = np.concatenate([one.x for one in group])
+    held = values[np.isfinite(values)]
+    if len(held) < FEWEST:
+        raise FigureError(f"a distribution needs at least {FEWEST} runs; there are {len(held)}")
+    return held
+
+
+def _histograms(series: list[Series]) -> list[Series]:
+    """Return the outline of every sample, its quantiles as marks and their confidence behind them."""
+    groups = _samples(series)
+    found: list[Series] = []
+    for group in groups:
+        values, first = _values(group), group[0]
+        edges, counts = histogram(values)
+        x, y = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])
+        found.append(Series(first.key, x, y, first.across, COUNT, "area"))
+        for probability in QUANTILES:
+            found += _quantile(values, probability, float(counts.max()), first, marked=len(groups) == 1)
+    return found
+
+
+def _quantile(values: Array, probability: float, top: float, first: Series, *, marked: bool) -> list[Series]:
+    """Return the line of a quantile, the band of its confidence, and its name above the panel."""
+    found, name = quantile(values, probability), f"{100 * probability:g} %"
+    band = np.array([found.low, found.low, found.high, found.high])
+    sides = np.array([0.0, top, top, 0.0])
+    marks = (Mark(found.value, name),) if marked else ()
+    said = f"{name}: {_said(found, first.across.units)}" if marked else ""
+    return [
+        Series(first.key, band, sides, first.across, COUNT, "area", said),
+        Series(first.key, np.full(2, found.value), sides[:2], first.across, COUNT, "hairline", marks=marks),
+    ]
+
+
+def _said(found: Quantile, units: str) -> str:
+    """Return a quantile and its interval in words, counts of a million and more in millions."""
+    power = 6 if units == "1" and found.value >= 1e6 else 0
+    value, low, high = (f"{one / 10**power:.3g}" for one in found)
+    return f"{value} ({low}–{high}){joined(units) if units != '1' else ' million' if power else ''}"
+
+
+def _probabilities(series: list[Series]) -> list[Series]:
+    """Return every sample in order over the scores of its ranks, and the log-normal law through it.
+
+    Hazen's places ``(i − ½)/n``. The law has the mean and standard deviation of the logarithms; the limits
+    hold each order statistic of such a sample with `CONFIDENCE` (a beta distribution of its rank).
+    """
+    from scipy.stats import beta, norm
+
+    found: list[Series] = []
+    for group in _samples(series):
+        values, first = np.sort(_values(group)), group[0]
+        n = len(values)
+        rank = np.arange(1, n + 1)
+        scores = norm.ppf((rank - 0.5) / n)
+        found.append(Series(first.key, np.log10(values), scores, _logarithm(first.across), SCORE, "dots"))
+        logs = np.log10(values)
+        mean, spread = float(logs.mean()), float(logs.std(ddof=1))
+        limits = [mean + spread * norm.ppf(beta.ppf(p, rank, n + 1 - rank)) for p in (TAIL, 1.0 - TAIL)]
+        outline = np.concatenate([limits[0], limits[1][::-1]]), np.concatenate([scores, scores[::-1]])
+        ends = scores[[0, -1]]
+        found.append(Series(first.key, *outline, _logarithm(first.across), SCORE, "area"))
+        found.append(Series(first.key, mean + spread * ends, ends, _logarithm(first.across), SCORE, "line"))
+    return found
+
+
+def _logarithm(scale: Scale) -> Scale:
+    return Scale(f"log₁₀ of {scale.words}" + (f" in {scale.units}" if scale.units != "1" else ""), "1")
+
+
+def _over_life(run: Run, ask: Ask) -> Iterator[Series]:
+    for piece in slices(run, (ask.y or ("max_wear_depth",))[0], ask, "update"):
+        x, across = companion(run, ask.x or "cycle", piece.place, ask)
+        held = np.isfinite(x) & np.isfinite(piece.values)
+        key = _kept(piece.key, ask)
+        yield Sampled(key, x[held], piece.values[held], across, piece.scale)
+
+
+def _bands(series: list[Series]) -> list[Series]:
+    """Return median and bands of every sample; a run that has ended keeps its last value.
+
+    Between its wear states a run is taken as straight. Depths end at the limit, so that bands end there too;
+    a remaining life ends at zero. The bands go on until the share of runs in them has ended.
+    """
+    found: list[Series] = []
+    for group in _samples(series):
+        first = group[0]
+        if len(group) < FEWEST:
+            raise FigureError(f"a distribution needs at least {FEWEST} runs; there are {len(group)}")
+        last = np.quantile([float(one.x[-1]) for one in group], BANDS[0][1], method="median_unbiased")
+        x = np.linspace(0.0, float(last), ACROSS)
+        values = np.stack([np.interp(x, one.x, one.y) for one in group])
+        for low, high in BANDS:
+            ends = [np.quantile(values, p, axis=0, method="median_unbiased") for p in (low, high)]
+            outline = np.concatenate([x, x[::-1]]), np.concatenate([ends[0], ends[1][::-1]])
+            found.append(Series(first.key, *outline, first.across, first.up, "area"))
+        found.append(Series(first.key, x, np.median(values, axis=0), first.across, first.up, "line"))
+    return found
+
+
+def _kind(
+    name: str,
+    title: str,
+    shows: str,
+    needs: tuple[str, ...],
+    series: Callable[[Run, Ask], Iterator[Series]],
+    together: Callable[[list[Series]], list[Series]],
+) -> Kind:
+    return Kind(
+        name=name,
+        title=title,
+        shows=shows,
+        needs=needs,
+        dims=("update",) if "cycle" in needs else (),
+        series=series,
+        roles=(("hue", "*"), ("cols", "*"), ("rows", "*")),
+        one_flank="cycle" in needs,
+        joined=together,
+    )
+
+
+HISTOGRAM = _kind(
+    "histogram",
+    "Distribution",
+    "how one number of each run is distributed, with its 5, 50 and 95 % quantiles and their 95 % confidence",
+    ("life",),
+    _one_number,
+    _histograms,
+)
+PROBABILITY = _kind(
+    "probability",
+    "Log-normal probability plot",
+    "one number of each run in order against the score of its rank, beside the log-normal law with the same "
+    "mean and spread of the logarithms; 95 % of each rank of such a sample lies in the band",
+    ("life",),
+    _one_number,
+    _probabilities,
+)
+QUANTILE_BANDS = _kind(
+    "quantile-bands",
+    "Quantiles",
+    "median, 25–75 % and 5–95 % bands of a variable over the cycles, of all runs; ended runs keep their end",
+    ("max_wear_depth", "cycle"),
+    _over_life,
+    _bands,
+)
