@@ -330,6 +330,9 @@ VARIABLES: dict[str, Variable] = {
     "energy_moving_gaps": Variable(
         ("update",), "W", "W", "mean power that moving gaps and errors take from the motion", "Σ F (ġ + ė)"
     ),
+    "energy_stored": Variable(
+        ("update",), "W", "W", "mean power that goes into the motion", "0 unless the response is aperiodic"
+    ),
     "residual_energy": Variable(
         ("update",), "1", "1", "power that the terms do not account for, over the input power"
     ),

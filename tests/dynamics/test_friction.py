@@ -120,6 +120,21 @@ def test_energy_closes_and_every_term_counts(mu: float) -> None:
     assert -response.system.load[-1] / (TORQUE / RADIUS[0]) == pytest.approx(balance.efficiency, rel=1e-9)
 
 
+HELD = Support(radial_stiffness=1e9, damping=5000.0, tangential_stiffness=1e7, torsional_damping=2e3)
+
+
+@pytest.mark.parametrize("second", [BEARING, HELD])
+def test_a_motion_that_does_not_repeat_gains_what_it_does_not_lose(second: Support) -> None:
+    """Soon after rest; a free set keeps one load throughout, whatever its march has tried before."""
+    system = spur(supports=(BEARING, second))
+    grid = stage_grid(BREAKS, 1200)
+    response = RungeKutta4(most=0, averaged=2).solve(system, tables(grid, 0.1), PERIOD)
+    balance = energy_balance(response, speeds(system))
+    assert response.period == 0
+    assert abs(balance.residual) < 1e-6
+    assert abs(balance.stored) > 1e-4 * balance.input
+
+
 def test_friction_moments_and_mesh_force_carry_the_torque_in_the_mean() -> None:
     response = respond(0.3, 600)
     forces = step_forces(response)
@@ -183,8 +198,7 @@ def test_newmark_is_of_second_order_with_friction() -> None:
 
 
 def test_a_grounded_pair_needs_no_load_to_be_found() -> None:
-    held = Support(radial_stiffness=1e9, damping=5000.0, tangential_stiffness=1e7, torsional_damping=2e3)
-    system = spur(supports=(BEARING, held))
+    system = spur(supports=(BEARING, HELD))
     assert system.balance is None
     response = Periodic().solve(system, tables(stage_grid(BREAKS, 300), 0.2), PERIOD)
     np.testing.assert_array_equal(response.system.load, system.load)

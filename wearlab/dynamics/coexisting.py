@@ -113,9 +113,7 @@ def _attractor(shooting: Shooting, state: Array, home: _Home, method: Periodic) 
                 return None if same else _periodic(shooting, orbit, method)
     if home.distance(strobe[-1]) <= DISTINCT:
         return None
-    verdict = Verdict(periodic=False, attracting=None, unique=True, converged=True)
-    kept = path.reshape(method.averaged, -1, shooting.rows)
-    return shooting.response(0, kept, np.empty(0, complex), verdict, 0.0)
+    return shooting.aperiodic(path, 0.0)
 
 
 def _periodic(shooting: Shooting, orbit: Orbit, method: Periodic) -> Response:

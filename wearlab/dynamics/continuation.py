@@ -111,10 +111,7 @@ class Continuation:
                 return Point(speed, found, np.tile(orbit.state[:, 0], (turns, 1))[: self.strobe])
         count = max(self.strobe, method.averaged)
         strobe, path = shooting.march(state, count, method.averaged)
-        verdict = Verdict(periodic=False, attracting=None, unique=True, converged=True)
-        kept = path.reshape(method.averaged, -1, shooting.rows)
-        found = shooting.response(0, kept, np.empty(0, complex), verdict, 0.0)
-        return Point(speed, found, strobe[-self.strobe :])
+        return Point(speed, shooting.aperiodic(path, 0.0), strobe[-self.strobe :])
 
     def jumps(self, mesh_at: MeshAt, points: Sequence[Point]) -> list[JumpOfResponse]:
         """Return where the responses of successive speeds lie on different branches."""

@@ -1,10 +1,12 @@
 """Energy over a period of a response: every term integrated on its own, none by subtraction.
 
 Multiply the equation of motion by the whole velocity V + q̇, V the nominal rotation (d·V = 0), and integrate:
-``∮ F·(V + q̇) − ∮ V·(C q̇ + K q) = friction + ∮ q̇ᵀ C q̇ + Σ ∮ c δ̇ (δ̇ + ė)``
-``− Σ_p ∮ ½ k̇_p x_p² + Σ_p ∮ F_p (ġ_p + ė)``.
+``∮ F·(V + q̇) − ∮ V·(C q̇ + (K − ω_c² K_ω) q) = friction + ∮ q̇ᵀ C q̇ + Σ ∮ c δ̇ (δ̇ + ė)``
+``− Σ_p ∮ ½ k̇_p x_p² + Σ_p ∮ F_p (ġ_p + ė) + ΔE``.
 Stiffness that changes under load does work (the parametric term, each jump of k adding ``½ Δk x²``), and so
-do flanks whose gaps and errors move.
+do flanks whose gaps and errors move. The stored energy changes by ΔE over the averaged periods of an
+aperiodic response, ``E = ½ q̇ᵀ M q̇ + V·(M q̇ + ω_c G q) + ½ qᵀ (K − ω_c² K_ω) q + Σ_p ½ k_p x_p²``; over a
+period it does not.
 """
 
 from collections.abc import Mapping
@@ -30,6 +32,7 @@ class EnergyBalance(NamedTuple):
     bearing_damping, mesh_damping : lost in the dampers of supports and of meshes
     parametric : −Σ ½ k̇ x² with the jumps of k: what changing stiffness takes from the motion
     moving_gaps : Σ F (ġ + ė): what moving gaps and errors take
+    stored : what the motion gains, 0 on a periodic orbit
     """
 
     input: float
@@ -39,11 +42,13 @@ class EnergyBalance(NamedTuple):
     mesh_damping: float
     parametric: float
     moving_gaps: float
+    stored: float
 
     @property
     def residual(self) -> float:
         """Power that the terms do not account for, over the input power, NaN without load [1]."""
-        taken = self.friction + self.bearing_damping + self.mesh_damping + self.parametric + self.moving_gaps
+        lost = self.friction + self.bearing_damping + self.mesh_damping
+        taken = lost + self.parametric + self.moving_gaps + self.stored
         return (self.input - self.output - taken) / self.input if self.input else float("nan")
 
     @property
@@ -76,7 +81,7 @@ def nominal_speeds(system: System, given: Mapping[str, float]) -> Array:
 
 
 def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
-    """Return the mean powers over the period of a response.
+    """Return the mean powers over the period, or over the kept periods, of a response.
 
     The motion within a step is the quintic polynomial through position, velocity and acceleration of both
     ends, the mesh the parabola of its stages; both are integrated by Gauss's rule. A step in which contact
@@ -84,7 +89,7 @@ def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
 
     Parameters
     ----------
-    response : a periodic response; of an aperiodic one the stored energy's change is missing
+    response : a response; of an aperiodic one the kept periods, which follow each other
     nominal : (n,) nominal speeds, see `nominal_speeds` [m/s]
     """
     system, tables, period = response.system, response.tables, response.mesh_period
@@ -103,19 +108,21 @@ def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
     if system.fluctuation_direction is not None and tables.fluctuation is not None:
         loads = loads + (_parabola(tables.fluctuation, x)[..., None] * system.fluctuation_direction) * whole
     work = np.array([mean(loads[..., row]) for row in range(loads.shape[-1])])
-    held = v @ system.damping.T + q @ system.stiffness.T
+    held = v @ system.damping.T + q @ system.total_stiffness.T
     flanks = _flank_powers(system, mesh, delta)
     touching = 1.0 if system.damping_always else flanks.touching
     damped = system.mesh_damping * rate * (rate + mesh.error_rate) * touching
     rubbed = _friction_power(system, mesh, flanks.pair, whole)
+    duration = len(response.state) * period
     return EnergyBalance(
         input=float(work[work > 0.0].sum()),
         output=float(-work[work < 0.0].sum()) + mean(held @ nominal),
         friction=0.0 if rubbed is None else mean(rubbed),
         bearing_damping=mean((v * (v @ system.damping.T)).sum(axis=-1)),
         mesh_damping=mean(damped.sum(axis=-1)),
-        parametric=-mean(flanks.parametric) - _jumps(response) / (len(response.state) * period),
+        parametric=-mean(flanks.parametric) - _jumps(response) / duration,
         moving_gaps=mean(flanks.moving),
+        stored=_gained(response, nominal) / duration if response.period == 0 else 0.0,
     )
 
 
@@ -195,18 +202,45 @@ def _friction_power(system: System, mesh: _Mesh, pair: Array, whole: Array) -> A
 
 
 def _jumps(response: Response) -> float:
-    """Return the energy that jumps of stiffness and gap between steps add, ``Σ ½ Δ(k x²)`` [J]."""
-    system, tables, ends = response.system, response.tables, [0, 2]
-    n = len(system.load)
-    state = np.stack([response.state[:, :-1, :n], response.state[:, 1:, :n]], axis=2)
-    delta = state @ system.direction.T - tables.error[:, ends]
-    approach = np.maximum(delta[..., None] - tables.gap[:, ends], 0.0)
-    stored = 0.5 * (tables.stiffness[:, ends] * approach**2).sum(axis=(-1, -2))
+    """Return the energy that jumps of stiffness and gap between steps add, ``Σ ½ Δ(k x²)`` [J].
+
+    The last is that from the end of the motion to the beginning of a further period.
+    """
+    n = len(response.system.load)
+    begin, end = (
+        _in_meshes(response, response.state[:, at, :n], side)
+        for at, side in ((slice(None, -1), 0), (slice(1, None), 2))
+    )
+    after = np.append(begin.ravel()[1:], _in_meshes(response, response.state[-1:, -1:, :n], 0, 1).ravel())
+    return float((after - end.ravel()).sum())
+
+
+def _in_meshes(response: Response, q: Array, side: int, steps: int | None = None) -> Array:
+    """Return the energy ``Σ ½ k x²`` of the meshes for q (…, n_steps, n) at one side of the steps [J]."""
+    system, tables = response.system, response.tables
+    stiffness, gap = tables.stiffness[:steps, side], tables.gap[:steps, side]
+    delta = q @ system.direction.T - tables.error[:steps, side]
+    approach = np.maximum(delta[..., None] - gap, 0.0)
+    energy = 0.5 * (stiffness * approach**2).sum(axis=(-1, -2))
     if system.backlash is not None:
         behind = np.maximum(-system.backlash - delta, 0.0)
-        stored = stored + 0.5 * (tables.stiffness[:, ends].sum(axis=-1) * behind**2).sum(axis=-1)
-    flat = stored.reshape(-1, 2)
-    return float((np.roll(flat[:, 0], -1) - flat[:, 1]).sum())
+        energy = energy + 0.5 * (stiffness.sum(axis=-1) * behind**2).sum(axis=-1)
+    return np.asarray(energy)
+
+
+def _gained(response: Response, nominal: Array) -> float:
+    """Return the stored energy at the end of the motion less that at its beginning [J]."""
+    system, n = response.system, len(response.system.load)
+    at = np.stack([response.state[0, 0], response.state[-1, -1]])
+    q, v = at[:, :n], at[:, n:]
+    momentum = v @ system.mass.T
+    if system.gyroscopic is not None:
+        momentum = momentum + system.rotation * q @ system.gyroscopic.T
+    kinetic = 0.5 * (v * (v @ system.mass.T)).sum(axis=-1) + momentum @ nominal
+    elastic = 0.5 * (q * (q @ system.total_stiffness.T)).sum(axis=-1)
+    meshes = _in_meshes(response, q[:, None], 0, 1)[:, 0]
+    before, after = kinetic + elastic + meshes
+    return float(after - before)
 
 
 def _within_steps(response: Response, x: Array) -> tuple[Array, Array]:

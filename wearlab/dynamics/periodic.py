@@ -100,10 +100,7 @@ class Periodic:
             return self._respond(shooting, found)
         spread = float(np.ptp(strobe[:, : shooting.rows // 2], axis=0).max())
         size = float(np.abs(strobe[:, : shooting.rows // 2]).max()) or 1.0
-        return shooting.response(
-            0, orbit.reshape(self.averaged, -1, shooting.rows), np.empty(0, complex),
-            Verdict(periodic=False, attracting=None, unique=True, converged=True), spread / size,
-        )  # fmt: skip
+        return shooting.aperiodic(orbit, spread / size)
 
     def _respond(self, shooting: Shooting, found: "Orbit") -> Response:
         unique = found.unique and (shooting.loaded or shooting.grounded)

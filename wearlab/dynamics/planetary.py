@@ -31,7 +31,6 @@ def assemble(
     backlash: Mapping[str, float] | None = None,
     friction: bool = False,
     balanced: str | None = None,
-    centrifugal_load: bool = True,
 ) -> System:
     """Build W23's model in the carrier frame, Eqs. 7–14 with the misprints mended.
 
@@ -59,7 +58,6 @@ def assemble(
     friction : the meshes get friction vectors (the tables then carry ``sliding`` and ``position``)
     balanced : the member whose torque is solved for, so that a set free to turn keeps its speed; None: the
         torques given must be in balance
-    centrifugal_load : the planets pull at their bearings with m_p ω_c² r_c (the papers leave it out)
 
     Returns
     -------
@@ -72,11 +70,14 @@ def assemble(
 
     Notes
     -----
-    A carrier that turns by u_c carries its planets along a circle, on which the centrifugal force does no
-    work. The preload P of the pins that holds them there adds P/r_c a planet to the stiffness of u_c, with
-    ``P/r_c = m_p ω_c²/(1 − m_p ω_c²/k_p)`` (a negative entry of K_ω): a rigid rotation stays neutral at any
-    speed. W23 and Lin & Parker leave this term out: without it ``K − ω_c² K_ω`` of an ungrounded carrier is
-    indefinite; beside a grounded one it is nothing.
+    q counts from the steady rotation, in which every planet runs on the circle r_c that its meshes are made
+    for: its pin, pulled at by m_p ω_c² r_c, sits on the smaller radius ``r_c (1 − σ)``, ``σ = m_p ω_c²/k_p``.
+    As the carrier turns by u_c, its pins move by (1 − σ) u_c, and their pull turns with them, which adds
+    ``m_p ω_c² (1 − σ)`` a planet to the stiffness of u_c (a negative entry of K_ω). The rotation of the whole
+    set is then neutral at any speed, in the ratio of its gears, so that power is neither made nor lost in
+    it. W23 and Lin & Parker leave these terms out: without them ``K − ω_c² K_ω`` of an ungrounded carrier is
+    indefinite, and a tangential deflection of the pins drives the set; beside a grounded carrier at
+    moderate speed they are nothing.
 
     References
     ----------
@@ -104,24 +105,18 @@ def assemble(
 
     members = (*CENTRAL, *["planet"] * planets)
     inertial = [(mass[m], mass[m], inertia[m] / radius[m] ** 2) for m in members]
-    stretch = 1.0 + _stretch(mass["planet"], radial_stiffness, carrier_speed)
-    spin, swing = _rotation(mass, members, planets * mass["planet"] * stretch)
-    # Off their pins by the centrifugal force, planets ride on a wider circle, and the bearings' dampers too.
-    drawn = np.where(np.arange(len(names)) == names.index("carrier.u"), stretch, 1.0)
+    inner = 1.0 - _pull(mass["planet"], radial_stiffness, carrier_speed)
+    spin, swing = _rotation(mass, members, planets * mass["planet"] * inner)
+    pins_turn = np.where(np.arange(len(names)) == names.index("carrier.u"), inner, 1.0)
     load = np.zeros(len(names))
     for member, value in (torque or {}).items():
         load[names.index(f"{member}.u")] += value / radius[member]
-    if centrifugal_load:
-        pull = mass["planet"] * carrier_speed**2 * pin_circle_radius
-        for planet, angle in enumerate(angles):
-            at = 3 * (planet + 3)
-            load[at : at + 2] += pull * np.array([np.cos(angle), np.sin(angle)])
     turning = carrier_speed != 0.0
     system = System(
         coordinates=names,
         mass=np.diag(np.array(inertial, float).ravel()),
-        damping=supports(radial_damping or {}, tangential_damping or {}, pins * drawn),
-        stiffness=supports(radial_stiffness, tangential_stiffness, pins),
+        damping=supports(radial_damping or {}, tangential_damping or {}, pins),
+        stiffness=supports(radial_stiffness, tangential_stiffness, pins * pins_turn),
         direction=vectors.direction,
         load=load,
         mesh_damping=per_mesh(mesh_damping or {}),
@@ -176,19 +171,19 @@ def balanced_torques(
     }
 
 
-def _stretch(mass: float, radial_stiffness: Mapping[str, float], carrier_speed: float) -> float:
-    """Return how far the centrifugal force pulls a planet off its pin, over the pin circle radius [1]."""
+def _pull(mass: float, radial_stiffness: Mapping[str, float], carrier_speed: float) -> float:
+    """Return σ, how far the centrifugal force pulls a planet off its pin, over the pin circle radius [1]."""
     share = mass * carrier_speed**2 / (radial_stiffness.get("planet", 0.0) or np.inf)
     if share >= 1.0:
         raise ValueError(
             f"K − ω_c² K_ω is indefinite: at {carrier_speed:.4g} rad/s a planet's centrifugal force grows "
             f"faster with its path than the bearing's, {radial_stiffness['planet']:.3g} N/m"
         )
-    return share / (1.0 - share)
+    return share
 
 
 def _rotation(mass: Mapping[str, float], members: Sequence[str], preloaded: float) -> tuple[Array, Array]:
-    """Return G and K_ω: ``m (ẍ − 2 ω ẏ − ω² x)``, ``m (ÿ + 2 ω ẋ − ω² y)``, and the pins' preload on u_c."""
+    """Return G and K_ω: ``m (ẍ − 2 ω ẏ − ω² x)``, ``m (ÿ + 2 ω ẋ − ω² y)``, and the pins' pull on u_c."""
     size = 3 * len(members)
     gyroscopic, centripetal = np.zeros((size, size)), np.zeros((size, size))
     for index, member in enumerate(members):

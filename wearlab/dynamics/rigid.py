@@ -14,7 +14,7 @@ NOTHING = 1e-9
 """Stiffness of a rigid motion over the largest of its kind (eigenvalues of K against M)."""
 MOVES = 1e-3
 UNBALANCED = 1e-3
-"""Share of the loads that balanced torques may miss (planets ride wider at speed): the shooting finds it."""
+"""Share of the loads that balanced torques may miss."""
 
 
 def held_stiffness(system: System) -> float:

@@ -12,6 +12,7 @@ from wearlab.dynamics.newton import CONVERGED, SINGULAR, exchange, set_start, sh
 from wearlab.dynamics.period_map import over_period
 from wearlab.dynamics.response import Counts, Response, Verdict, split_periods
 from wearlab.dynamics.runge_kutta4 import TableMarcher
+from wearlab.dynamics.steady import under_one_load
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -195,6 +196,12 @@ class Shooting:
         """March ``count`` periods; return strobed states (count + 1, 2n) and the last ``keep`` in full."""
         self.maps += count
         return self.marcher.march(state, count, keep)
+
+    def aperiodic(self, kept: Array, residual: float) -> Response:
+        """Return the aperiodic response of which a march kept some periods, (n_kept, n_steps + 1, 2n)."""
+        verdict = Verdict(periodic=False, attracting=None, unique=True, converged=True)
+        motion = under_one_load(self.marcher, kept, self.period)
+        return self.response(0, motion, np.empty(0, complex), verdict, residual)
 
     def response(
         self,

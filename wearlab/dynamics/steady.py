@@ -75,6 +75,27 @@ def _least_period(strobe: Array, m: int, rate: float, tolerance: float) -> int:
     return next(divisors, m)
 
 
+def under_one_load(marcher: Marcher, kept: Array, period: float) -> Array:
+    """Return a motion that follows periods kept of a march, (n_kept, n_steps + 1, 2n), under a constant load.
+
+    The load and the speed of a set free to turn are corrected after every period of a march. It goes on for
+    as many periods once to find the mean load, and once more under it; any other system keeps its motion.
+    """
+    balance = marcher.kernel.balance
+    if balance is None:
+        return kept
+    kernel, state, count = marcher.kernel, kept[-1, -1].copy(), len(kept)
+    held = balance._replace(gain=balance.gain * np.inf, shape=0.0 * balance.shape)
+    marcher.kernel = kernel._replace(balance=held)
+    strobe, _ = marcher.march(state.copy(), count, 1)
+    n = len(state) // 2
+    gained = balance.momentum @ (strobe[-1, n:] - strobe[0, n:])
+    balance.size[:] -= gained / (count * period * balance.gain)
+    _, motion = marcher.march(state, count, count)
+    marcher.kernel = kernel
+    return motion
+
+
 def march_to_steady(
     marcher: Marcher,
     steadiness: Steadiness,
@@ -107,6 +128,8 @@ def march_to_steady(
                 return response(m, kept, left, Verdict(True, None, True, True))
     _, kept = marcher.march(state, steadiness.averaged, steadiness.averaged)
     maps += steadiness.averaged
+    if np.isfinite(kept).all():
+        kept = under_one_load(marcher, kept, period)
     n = len(system.load)
     strobed = kept[:, 0, :n]
     spread = float(np.ptp(strobed, axis=0).max() / (np.abs(strobed).max() or 1.0))

@@ -122,8 +122,7 @@ def _planetary(scene: Scene, gears: GearSet, stiffness: Array) -> System:
             backlash=_backlash(scene),
             friction=given.friction is not None,
             balanced=_balanced(scene, grounded={name for name, k in tangential.items() if k > 0.0}),
-            centrifugal_load=False,
-        )  # fmt: skip
+        )
     except ValueError as error:
         raise GearError(str(error)) from error
 
