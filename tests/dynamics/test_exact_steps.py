@@ -11,10 +11,12 @@ from wearlab.dynamics.energy import energy_balance, nominal_speeds
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.planetary import assemble, balanced_torques, effective_masses, support_damping
 from wearlab.dynamics.planetary_torsional import planetary_torsional
-from wearlab.dynamics.response import step_forces
+from wearlab.dynamics.response import deflection_at, step_forces
 from wearlab.dynamics.runge_kutta4 import TableMarcher
 from wearlab.dynamics.shooting import Shooting
+from wearlab.dynamics.steps import exact_steps_per_period, steps_per_period
 from wearlab.dynamics.system import System
+from wearlab.gears.errors import GearError
 from wearlab.mesh.stages import StageGrid, StageTables, stage_grid
 
 BASE = {"sun": 21.145e-3, "ring": 83.515e-3, "planet": 30.655e-3}
@@ -160,6 +162,29 @@ def spectrum(values: np.ndarray, phase: np.ndarray, orders: np.ndarray) -> np.nd
     even = np.arange(4096) / 4096
     spline = CubicSpline(np.r_[phase, 1.0], np.r_[values, values[:1]], bc_type="periodic")
     return np.fft.fft(spline(even))[orders] / 4096
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
+def test_the_rule_for_exact_steps_meets_its_tolerance_and_little_more(tolerance: float) -> None:
+    """Read at any phase, right after pairs enter, too, where the mesh rings."""
+    system, phase = planetary(), np.linspace(0.0, 0.999, 401)
+    steps = exact_steps_per_period(system, 4e8, PERIOD, tolerance, len(BREAKS))
+    assert steps < 0.5 * steps_per_period(system, 4e8, PERIOD, tolerance, len(BREAKS))
+    found = []
+    for count in (steps, 4 * steps):
+        grid = stage_grid(BREAKS, count)
+        response = Periodic().solve(system, tables(grid, amplitude=0.2e-6), PERIOD)
+        found.append(deflection_at(response, grid, phase)[0])
+    error = np.abs(found[1] - found[0]).max() / np.abs(found[1]).max()
+    assert 0.02 * tolerance < error < tolerance
+
+
+def test_a_step_too_long_for_the_series_is_refused() -> None:
+    system, grid = planetary(), stage_grid(BREAKS, 200)
+    with pytest.raises(GearError, match=r"give at least 4\.\d+ times as many steps"):
+        Periodic().solve(system, tables(grid), 20.0 * PERIOD)
+    slow = exact_steps_per_period(system, 4e8, 20.0 * PERIOD, 1e-3)
+    Periodic().solve(system, tables(stage_grid(BREAKS, slow)), 20.0 * PERIOD)
 
 
 def test_equal_planets_share_the_load_equally() -> None:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.response import Response, accelerations
+from wearlab.dynamics.response import Response
 from wearlab.dynamics.system import System
 
 Array = NDArray[np.float64]
@@ -83,9 +83,8 @@ def nominal_speeds(system: System, given: Mapping[str, float]) -> Array:
 def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
     """Return the mean powers over the period, or over the kept periods, of a response.
 
-    The motion within a step is the quintic polynomial through position, velocity and acceleration of both
-    ends, the mesh the parabola of its stages; both are integrated by Gauss's rule. A step in which contact
-    changes is integrated with less accuracy.
+    The motion within the steps is the response's `Path`, the mesh the parabola of its stages; both are
+    integrated by Gauss's rule. A step in which contact changes is integrated with less accuracy.
 
     Parameters
     ----------
@@ -244,25 +243,8 @@ def _gained(response: Response, nominal: Array) -> float:
 
 
 def _within_steps(response: Response, x: Array) -> tuple[Array, Array]:
-    """Return q and q̇ at fractions of the steps, (n_kept, n_nodes, n_steps, n), by quintic polynomials."""
-    n = len(response.system.load)
-    h = (response.tables.width * response.mesh_period)[:, None]
-    one, two = response.state[:, :-1], response.state[:, 1:]
-    acceleration = accelerations(response)
-    values = (
-        one[..., :n], one[..., n:] * h, acceleration[:, :, 0] * h**2,
-        two[..., :n], two[..., n:] * h, acceleration[:, :, 1] * h**2,
-    )  # fmt: skip
-    conditions = [np.polynomial.polynomial.polyvander([end], 5) for end in (0.0, 1.0)]
-    rows = []
-    for end in conditions:
-        power, degree = end[0], np.arange(6.0)
-        first = np.r_[0.0, degree[1:] * power[:-1]]
-        rows += [power, first, np.r_[0.0, 0.0, degree[2:] * degree[1:-1] * power[:-2]]]
-    basis = np.linalg.inv(np.array(rows))
-    powers = np.polynomial.polynomial.polyvander(x, 5)
-    slopes = np.hstack([np.zeros((len(x), 1)), powers[:, :-1] * np.arange(1, 6)])
-    stacked = np.stack(values)
-    q = np.einsum("xc,cksn->kxsn", powers @ basis, stacked)
-    v = np.einsum("xc,cksn->kxsn", slopes @ basis, stacked) / h
+    """Return q and q̇ at fractions of the steps, (n_kept, n_nodes, n_steps, n)."""
+    steps = len(response.tables.width)
+    found = response.motion.at(np.tile(np.arange(steps), len(x)), np.repeat(x, steps))
+    q, v = (values.reshape(len(values), len(x), steps, -1) for values in found)
     return q, v

@@ -19,12 +19,14 @@ from numpy.typing import NDArray
 from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.frozen import Frozen
 from wearlab.dynamics.system import System
+from wearlab.gears.errors import GearError
 from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
 GRID = 0.05
 """Relative distance of the mean stiffnesses that share tables: they need be no exact means."""
-LARGEST_ANGLE = 12.0
+LARGEST_ANGLE = 6.0
+"""Bound of the angle a mode turns by in a step up to which the series of the exponential is summed [rad]."""
 SMALL = 1e-18
 
 
@@ -68,7 +70,7 @@ class Propagator(NamedTuple):
 def propagator_of(
     system: System, balance: Balance | None, tables: StageTables, period: float
 ) -> tuple[Propagator, float]:
-    """Return the tables, and the angle that the fastest mode turns by in the longest step [rad].
+    """Return the tables, and a bound of the angle that a mode turns by in the longest step [rad].
 
     Inputs are ordered channels, load, fluctuating load, loads of unknown size; what is absent is left out.
     """
@@ -115,14 +117,13 @@ def _propagator(
     # A channel's force acts against its vector, a load along it; both as inputs of size one.
     entering = np.vstack([vector.array, load.array]) @ inverse.T
     enters = np.vstack([np.zeros((n, len(entering))), entering.T])
-    rate = float(np.sqrt(np.linalg.norm(k, 2))) + float(np.linalg.norm(c, 2))
-    angle = 2.0 * rate * float(h.max())
+    angle = largest_rate(k, c) * float(h.max())
     if not angle <= LARGEST_ANGLE:
-        raise ValueError(
-            f"two steps of {h.max():.3g} s turn the fastest mode by {angle:.3g} rad, more than "
+        raise GearError(
+            f"a step of {h.max():.3g} s turns the fastest mode by {angle:.3g} rad, more than "
             f"{LARGEST_ANGLE:g}: give at least {angle / LARGEST_ANGLE:.3g} times as many steps a period"
         )
-    powers = _powers(matrix, angle)
+    powers = _powers(matrix, 2.0 * angle)
     sensors = np.zeros((2 * meshes, 2 * n))
     sensors[:meshes, :n], sensors[meshes:, n:] = d, d
     held = np.zeros((2, len(vector.array)))
@@ -131,6 +132,11 @@ def _propagator(
         _steps(powers, powers @ enters, sensors, count * h, stages) for count, stages in ((1, 3), (2, 5))
     )
     return Propagator(h, one, two, held[0], held[1]), angle
+
+
+def largest_rate(stiffness: Array, damping: Array) -> float:
+    """Return a bound of the eigenvalues' moduli, from M⁻¹K and M⁻¹C [1/s]."""
+    return float(np.sqrt(np.linalg.norm(stiffness, 2))) + float(np.linalg.norm(damping, 2))
 
 
 def _steps(powers: Array, fed: Array, sensors: Array, length: Array, stages: int) -> Steps:

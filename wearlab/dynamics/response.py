@@ -1,12 +1,13 @@
 """The steady response of a system, and what is read off it at any phase."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.compiled import jit
+from wearlab.dynamics.path import Path, path
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables
 
@@ -83,6 +84,20 @@ class Response:
         end: Array = self.state[-1, -1]
         return end
 
+    @cached_property
+    def motion(self) -> Path:
+        """The coordinates within the steps."""
+        n = len(self.system.load)
+        length = self.tables.width * self.mesh_period
+        return path(self.state[..., :n], self.state[..., n:], accelerations(self), length)
+
+    @cached_property
+    def approach(self) -> Path:
+        """The projections d·q of the meshes within the steps."""
+        n, d = len(self.system.load), self.system.direction.T
+        length = self.tables.width * self.mesh_period
+        return path(self.state[..., :n] @ d, self.state[..., n:] @ d, accelerations(self) @ d, length)
+
 
 def split_periods(path: Array, periods: int) -> Array:
     """Cut a path (periods · n_steps + 1, 2n) into (periods, n_steps + 1, 2n), ends shared."""
@@ -123,7 +138,7 @@ def deflection_at(
 ) -> tuple[Array, Array]:
     """Return mesh deflection δ and its rate at any phases, (n_kept, n_mesh, n_phases) [m], [m/s].
 
-    ``δ = d·q − e``, by the cubic Hermite polynomial of d·q on each step and the quadratic one of e.
+    ``δ = d·q − e``, by the polynomials of d·q on each two steps (`Path`) and the quadratic one of e.
 
     Parameters
     ----------
@@ -133,59 +148,14 @@ def deflection_at(
     segment, side : which side of a break is meant, see `step_of`
     """
     step = step_of(grid, phase, segment, side)
-    fraction = (phase - grid.start[step]) / grid.width[step]
-    tables, direction = response.tables, response.system.direction
-    kept = len(response.state)
-    delta = np.empty((kept, len(direction), len(phase)))
-    rate = np.empty_like(delta)
-    _deflection(
-        response.state, direction, tables.error, tables.error_rate, tables.width, response.mesh_period,
-        step, fraction, delta, rate,
-    )  # fmt: skip
-    return delta, rate
-
-
-@jit
-def _deflection(
-    state: Array,
-    direction: Array,
-    error: Array,
-    error_rate: Array,
-    width: Array,
-    period: float,
-    step: NDArray[np.int64],
-    fraction: Array,
-    delta: Array,
-    rate: Array,
-) -> None:
-    meshes, n = direction.shape
-    for kept in range(len(state)):
-        for m in range(meshes):
-            for at in range(len(step)):
-                i, x = step[at], fraction[at]
-                h, y = width[i] * period, 1.0 - x
-                q0 = q1 = v0 = v1 = 0.0
-                for row in range(n):
-                    d = direction[m, row]
-                    q0 += d * state[kept, i, row]
-                    q1 += d * state[kept, i + 1, row]
-                    v0 += d * state[kept, i, n + row]
-                    v1 += d * state[kept, i + 1, n + row]
-                l0, l1, l2 = y * (y - x), 4.0 * x * y, x * (x - y)
-                e = l0 * error[i, 0, m] + l1 * error[i, 1, m] + l2 * error[i, 2, m]
-                slope = l0 * error_rate[i, 0, m] + l1 * error_rate[i, 1, m] + l2 * error_rate[i, 2, m]
-                delta[kept, m, at] = (
-                    y * y * (1.0 + 2.0 * x) * q0
-                    + x * x * (3.0 - 2.0 * x) * q1
-                    + h * x * y * (y * v0 - x * v1)
-                    - e
-                )
-                rate[kept, m, at] = (
-                    6.0 * x * y * (q1 - q0) / h
-                    + y * (1.0 - 3.0 * x) * v0
-                    + x * (3.0 * x - 2.0) * v1
-                    - slope / period
-                )
+    x = (phase - grid.start[step]) / grid.width[step]
+    position, velocity = response.approach.at(step, x)
+    y = 1.0 - x
+    factors = np.array([y * (y - x), 4.0 * x * y, x * (x - y)])
+    tables = response.tables
+    error, slope = (np.einsum("in,nim->nm", factors, one[step]) for one in (tables.error, tables.error_rate))
+    delta, rate = position - error, velocity - slope / response.mesh_period
+    return np.ascontiguousarray(delta.transpose(0, 2, 1)), np.ascontiguousarray(rate.transpose(0, 2, 1))
 
 
 def coordinates_at(
@@ -198,14 +168,8 @@ def coordinates_at(
     """Return all coordinates q and q̇ at any phases, (n_kept, n, n_phases) [m], [m/s]; see `deflection_at`."""
     step = step_of(grid, phase, segment, side)
     x = (phase - grid.start[step]) / grid.width[step]
-    h, y = grid.width[step] * response.mesh_period, 1.0 - x
-    n = response.state.shape[2] // 2
-    before = np.moveaxis(response.state[:, step], 2, 1)
-    after = np.moveaxis(response.state[:, step + 1], 2, 1)
-    q0, v0, q1, v1 = before[:, :n], before[:, n:], after[:, :n], after[:, n:]
-    q = y * y * (1 + 2 * x) * q0 + x * x * (3 - 2 * x) * q1 + h * x * y * (y * v0 - x * v1)
-    v = 6 * x * y * (q1 - q0) / h + y * (1 - 3 * x) * v0 + x * (3 * x - 2) * v1
-    return q, v
+    position, velocity = response.motion.at(step, x)
+    return position.transpose(0, 2, 1), velocity.transpose(0, 2, 1)
 
 
 class StepForces(NamedTuple):

@@ -218,7 +218,7 @@ def _propagated(
         propagator,
         _paired(tables),
         dense,
-        max(1, int(np.ceil(0.5 * angle / SUBSTEP))),
+        max(1, int(np.ceil(angle / SUBSTEP))),
         np.zeros((8 * meshes, width)),
         np.zeros((8 * meshes, width)),
         force.reshape(5 * inputs, width),

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
-from wearlab.dynamics.steps import fastest_rate, steps_per_period
+from wearlab.dynamics.steps import (
+    EXACT_LARGEST,
+    STABLE,
+    exact_steps_per_period,
+    fastest_rate,
+    steps_per_period,
+)
+from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
 from wearlab.gears.errors import GearError
 from wearlab.life.vibration import Vibration
@@ -80,17 +87,19 @@ def steps_grid(
     """Return the steps: as many as asked for, or as system and meshes need at the scene's tolerance."""
     breaks, tolerance = edges[:-1], scene.numerics.tolerance
     turned = fastest_rate(system, stiffness) * period
+    exact = scene.dynamics is not None and scene.dynamics.method == "periodic" and not in_registers(system)
     if scene.numerics.steps_per_period is not None:
-        _check_stable(scene, turned)
+        if not exact:
+            _check_stable(scene, turned)
         return stage_grid(breaks, scene.numerics.steps_per_period)
-    if turned > MOST_STEPS:
+    if turned > MOST_STEPS * (EXACT_LARGEST if exact else STABLE):
         raise GearError(
             f"a mesh period lasts {period:.3g} s, in which the fastest mode turns by {turned:.3g} rad: that "
             f"takes more than {MOST_STEPS} steps; so slow a motion is quasi-static: drop [dynamics], raise "
             "the speed, or give numerics.steps_per_period"
         )
-    steps = steps_per_period(system, stiffness, period, tolerance, len(breaks))
-    steps = min(steps, MOST_STEPS)
+    rule = exact_steps_per_period if exact else steps_per_period
+    steps = min(rule(system, stiffness, period, tolerance, len(breaks)), MOST_STEPS)
     grid = stage_grid(breaks, steps)
     while len(grid.width) < MOST_FOR_MESH and _missing(analyses, meshes, edges, grid) > RESOLVED * tolerance:
         steps = int(np.ceil(RISE * steps))
