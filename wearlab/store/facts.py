@@ -1,6 +1,7 @@
 """What can be asked of runs: every value of their scenes and results, by key; written beside each run."""
 
 import json
+import operator
 import sqlite3
 from array import array
 from collections.abc import Iterator, Mapping
@@ -11,6 +12,7 @@ from wearlab.store.tables import SHIFT
 
 LONGEST = 200  # characters of a text that can be asked for
 CYCLE = "cycle"
+SIGNS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 Fact = tuple[str, str, Any]  # source, name, value
 
 
@@ -99,15 +101,15 @@ def first_cycle(sign: str, limit: float, values: bytes | None, cycles: bytes | N
     """
     if values is None or cycles is None:
         return None
-    numbers, at = array("d", values), array("d", cycles)
-    rising = sign[0] == ">"
-    low, high = numbers[: len(at)], numbers[-len(at) :]
-    line = high if rising else low
+    at, line = array("d", cycles), array("d", values)
+    count = len(at)
+    if len(line) != count:
+        line = line[count:] if sign[0] == ">" else line[:count]
+    is_beyond = SIGNS[sign]
     for i, value in enumerate(line):
-        beyond = (value > limit if rising else value < limit) or (len(sign) == 2 and value == limit)
-        if beyond:
-            if i == 0 or line[i - 1] != line[i - 1] or value == line[i - 1]:
+        if is_beyond(value, limit):
+            below = line[i - 1]
+            if i == 0 or below != below or value == below:
                 return at[i]
-            share = (limit - line[i - 1]) / (value - line[i - 1])
-            return at[i - 1] + share * (at[i] - at[i - 1])
+            return at[i - 1] + (limit - below) / (value - below) * (at[i] - at[i - 1])
     return None

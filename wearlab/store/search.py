@@ -153,10 +153,7 @@ class _Question:
     def value(self, operand: Any) -> str:
         """Return the expression of a key's value, or of a first cycle, for the run ``r``."""
         if isinstance(operand, FirstCycle):
-            inner = operand.condition
-            history, cycle = (self._fact(f"{name}()") for name in (inner.left.name, CYCLE))
-            sign, limit = self.mark(inner.sign), self.mark(inner.right.value)
-            return f"first_cycle({sign}, {limit}, {history}, {cycle})"
+            return self._first_cycle(operand.condition)
         name = operand.name
         if name in COLUMNS:
             return COLUMNS[name]
@@ -172,6 +169,22 @@ class _Question:
 
             return f"(nullif(r.source_hash, '') <> {self.mark(source_hash())})"
         return self._fact(name)
+
+    def _first_cycle(self, inner: Compare) -> str:
+        """Return the expression of a first cycle; where the largest value tells that there is none, NULL."""
+        history, cycle = (self._looked_up(f"{name}()") for name in (inner.left.name, CYCLE))
+        sign, limit = self.mark(inner.sign), self.mark(inner.right.value)
+        found = f"first_cycle({sign}, {limit}, {history}, {cycle})"
+        if inner.sign not in (">", ">="):
+            return found
+        return f"(CASE WHEN {self._fact(inner.left.name)} {SIGNS[inner.sign]} {limit} THEN {found} END)"
+
+    def _looked_up(self, name: str) -> str:
+        """Return the expression of a value that is read only where it is needed."""
+        number = self.search.numbers.get(name)
+        if number is None:
+            return "NULL"
+        return f"(SELECT value FROM facts WHERE place = {self.run} + {number << SHIFT})"
 
     def _fact(self, name: str) -> str:
         number = self.search.numbers.get(name)
@@ -193,6 +206,7 @@ def _driver(condition: Any, search: Search) -> tuple[Compare | None, list[Any]]:
     leaves least, as a sample tells, is the one to walk.
     """
     parts = list(condition.conditions) if isinstance(condition, All) else [condition] if condition else []
+    parts += [one.left.condition for one in parts if _rises(one)]
     fitting = [one for one in parts if _is_walkable(one, search)]
     if not fitting:
         return None, parts
@@ -212,6 +226,12 @@ def _share(one: Compare, search: Search) -> float:
         for order in ("ASC", "DESC")
     ]
     return float(sum(met for _, met in counts) / max(1, sum(count for count, _ in counts)))
+
+
+def _rises(one: Any) -> bool:
+    """Say whether a comparison is of a first cycle above a limit: the largest value is then above it too."""
+    first = isinstance(one, Compare) and isinstance(one.left, FirstCycle)
+    return first and one.left.condition.sign in (">", ">=")
 
 
 def _is_walkable(one: Any, search: Search) -> bool:
