@@ -1,4 +1,4 @@
-"""Adaptive second-order steps over cycles: RKC2 with as many stages as the stiffness needs.
+"""Adaptive steps over cycles: third order while they are not stiff, RKC2 beyond with the stages it takes.
 
 **Error test.** ``max|e| ≤ tolerance · w`` with the local error e of the step and ``w = max(Δh, D/20)``:
 Δh the largest wear of the step, D the largest depth reached so far, at least ``scale``. So the local errors
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.life import rkc
+from wearlab.life import embedded, rkc
 from wearlab.life.counted import CountedRate
 from wearlab.life.jump import Jump, crosses_jump, locate
 from wearlab.life.sawtooth import saws
@@ -29,6 +29,12 @@ SAFETY = 0.85
 RADIUS_SAFETY = 1.15
 LARGEST_GROWTH, LARGEST_CUT = 5.0, 0.1
 STEPS_PER_SPECTRUM = 12
+LOOKED_AT = 0.5
+"""ΔN ρ from which it matters that ρ is known."""
+NEAR_JUMP = 2.0
+"""ΔN ρ of a step in which a jump is located, over the square root of the tolerance: by trapezoids."""
+FIRST = 1.5
+"""ΔN ρ of a first step, over the cube root of the tolerance."""
 SHARE_OF_DEPTH = 1.0 / 20.0
 SHARE_OF_TOLERANCE = 0.5
 FIRST_SHARE = 0.1
@@ -48,7 +54,7 @@ PROBE = 1e-3
 
 @dataclass(frozen=True)
 class Adaptive:
-    """RKC2 with error control: the default."""
+    """Bogacki–Shampine or RKC2, with error control: the default."""
 
     def start(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> "AdaptiveStepper":
         """Return the stepper at the first state."""
@@ -57,12 +63,19 @@ class Adaptive:
 
 @dataclass(frozen=True)
 class _Try:
-    """A step tried: its end, its estimated local error (n,) [m], that over the allowed one, its size."""
+    """A step tried: end, estimated local error (n,) [m], that over the allowed one, size, order of method."""
 
     end: Node
     error: Array
     ratio: float
     size: float
+    order: int
+
+    def fits(self, ratio: float) -> float:
+        """Return the factor on the size that an error ratio asks for."""
+        if ratio <= 0.0:
+            return LARGEST_GROWTH
+        return float(np.clip(SAFETY * ratio ** (-1.0 / self.order), LARGEST_CUT, LARGEST_GROWTH))
 
 
 class AdaptiveStepper:
@@ -90,12 +103,16 @@ class AdaptiveStepper:
         self.age = 0
         self.spectrum = NOTHING_KNOWN
         self._look(node, random_direction(node.rate))
-        self.next_size = 0.1 / self.radius if self.radius > 0.0 else np.inf
+        self.next_size = self._cautious(np.inf)
 
     @property
     def radius(self) -> float:
         """Spectral radius with a margin [1/cycle]."""
         return RADIUS_SAFETY * self.spectrum.radius
+
+    def _cautious(self, otherwise: float) -> float:
+        """Return the step whose fastest wave is followed to the tolerance, when nothing else is known."""
+        return FIRST * self.tolerance ** (1.0 / 3.0) / self.radius if self.radius > 0.0 else otherwise
 
     @property
     def damping(self) -> float:
@@ -107,7 +124,7 @@ class AdaptiveStepper:
         memory, self.noise_before = self.rate.remember(), self.rate.noise
         sizes: list[float] = []
         changes: list[float] = []
-        if self.age >= STEPS_PER_SPECTRUM and self.next_size * self.radius > 0.5:
+        if self.age >= STEPS_PER_SPECTRUM and self.next_size * self.radius > LOOKED_AT:
             self._look(node, self.spectrum.direction, memory)
         if not np.isfinite(self.next_size):
             self.next_size = FIRST_SHARE * largest
@@ -123,6 +140,11 @@ class AdaptiveStepper:
                 self.most = np.inf
                 return [self._step(node, tried)], None
             if searches < MOST_SEARCHES and suspicious:
+                if size * self.radius > (short := NEAR_JUMP * self.tolerance**0.5):
+                    self.rejected += 1
+                    self.rate.recall(memory)
+                    size = short / self.radius
+                    continue
                 searches += 1
                 beyond = self.rate.remember()
                 found = self._across(node, tried, memory)
@@ -135,9 +157,9 @@ class AdaptiveStepper:
                 return [self._step(node, tried)], None
             self.rejected += 1
             self.rate.recall(memory)
-            if self.age > 0:
+            if self.age > 0 and size * self.radius > LOOKED_AT:
                 self._look(node, self.spectrum.direction, memory)
-            size = self._bounded(size * self._factor(max(tried.ratio, 1.3)), 0.5 * size if sawtooth else size)
+            size = self._bounded(size * tried.fits(max(tried.ratio, 1.3)), 0.5 * size if sawtooth else size)
 
     def _is_rough(self) -> bool:
         """Whether the rate is noisy on either side of the step, or has jumped too often to be followed."""
@@ -161,17 +183,22 @@ class AdaptiveStepper:
         up, across, jump = found
         self.jumps += 1
         self._look(across.end, random_direction(across.end.rate), self.rate.remember())
-        self.next_size = 0.1 / self.radius if self.radius > 0.0 else tried.size
+        self.next_size = self._cautious(tried.size)
         return [step for step in (up, across) if step.size > 0.0], jump
 
     def _try(self, node: Node, size: float) -> _Try:
         self.trying = size
-        coefficients = rkc.stages_for(size * self.radius, self.damping)
-        depth = rkc.step(self.rate, node.depth, node.rate, size, coefficients)
-        end = Node(node.cycle + size, depth, self.rate(depth))
-        error = rkc.local_error(node.depth, depth, node.rate, end.rate, size)
+        stiff = size * self.radius > embedded.REACH
+        if not stiff:
+            depth, rate, error = embedded.step(self.rate, node.depth, node.rate, size, self.radius)
+        else:
+            coefficients = rkc.stages_for(size * self.radius, self.damping)
+            depth = rkc.step(self.rate, node.depth, node.rate, size, coefficients)
+            rate = self.rate(depth)
+            error = rkc.local_error(node.depth, depth, node.rate, rate, size)
+        end = Node(node.cycle + size, depth, rate)
         largest = float(np.abs(error).max(initial=0.0))
-        return _Try(end, error, largest / self._allowed(node, end), size)
+        return _Try(end, error, largest / self._allowed(node, end), size, 2 if stiff else 3)
 
     def _allowed(self, node: Node, end: Node) -> float:
         worn = float((end.depth - node.depth).max(initial=0.0))
@@ -182,15 +209,10 @@ class AdaptiveStepper:
         reach = rkc.longest_reach(self.damping) / self.radius if self.radius > 0.0 else np.inf
         return float(min(size, largest, reach))
 
-    def _factor(self, ratio: float) -> float:
-        return (
-            float(np.clip(SAFETY * ratio**-0.5, LARGEST_CUT, LARGEST_GROWTH)) if ratio > 0 else LARGEST_GROWTH
-        )
-
     def _accepted(self, tried: _Try, *, rejected: bool) -> None:
         ratio = max(tried.ratio, 1e-10)
         trend = min(1.0, (self.last_ratio / ratio) ** 0.2)
-        factor = min(self._factor(ratio) * trend, 1.0 if rejected else LARGEST_GROWTH)
+        factor = min(tried.fits(ratio) * trend, 1.0 if rejected else LARGEST_GROWTH)
         self.next_size = tried.size * factor
         self.last_ratio, self.age, self.most = ratio, self.age + 1, np.inf
 

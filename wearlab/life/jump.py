@@ -73,9 +73,12 @@ def locate(
             low, near = middle, tried
         else:
             high, far = middle, tried
+    depth = _along(node, low, near, low)
+    rate.recall(memory)
+    near = rate(depth)  # along a steep way the last look there was at another depth
     if np.linalg.norm(far - near) < REMAINING * whole:
         return None
-    before = Node(node.cycle + low, _along(node, low, near, low), near)
+    before = Node(node.cycle + low, depth, near)
     after = _landed(rate, before, high - low, far, memory)
     change = 0.5 * low * (near - node.rate)
     up = Step(node, before, (node.rate, near), change, growth(node, before))

@@ -22,7 +22,7 @@ Method = Adaptive | Euler | Fixed
 
 ELASTIC_SCALE = 1e-6
 """Default depth scale: well below the elastic deflection of a loaded tooth pair (about 5 µm) [m]."""
-AIM = 1.02
+AIM = 1.1
 """How far past the expected crossing of a depth limit the last step aims."""
 LANDED = 1e-10
 
