@@ -19,7 +19,7 @@ from wearlab.simulate.twins import Rougher, flank_of_nodes, in_block, is_periodi
 
 Array = NDArray[np.float64]
 
-RATE_SHARE = 1.0
+RATE_SHARE = 0.6
 FORCE_SHARE = 0.3
 WORN_SHARE = 1.0
 """Weights of the rougher twin, set on scenes of seed 1 (`wearlab.accuracy.estimates`)."""
