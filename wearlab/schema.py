@@ -370,7 +370,7 @@ VARIABLES: dict[str, Variable] = {
     ),
     "natural_frequency": Variable(("mode",), "Hz", "Hz", "natural frequency at the mean mesh stiffness"),
     "critical_speed": Variable(
-        ("mode",), "rad s-1", "rpm", "speed of the reference gear at which mesh and natural frequency meet"
+        ("mode",), "rad s-1", "rpm", "speed of the input member at which mesh and natural frequency meet"
     ),
     "mode_participation": Variable(
         ("mesh", "mode"),

@@ -254,6 +254,10 @@ def test_balanced_torques_do_no_work_on_the_free_rotation() -> None:
 def test_what_floats_is_refused_with_its_name() -> None:
     with pytest.raises(ValueError, match=r"carrier, ring, sun float"):
         lin_parker(3, radial_stiffness={"planet": 1e8})
+    with pytest.raises(ValueError, match=r"carrier, ring, sun float"):  # turning or not
+        lin_parker(3, radial_stiffness={}, tangential_stiffness={}, carrier_speed=30.0)
+    with pytest.raises(ValueError, match=r"planet-1.*float"):
+        lin_parker(3, radial_stiffness=dict.fromkeys(("sun", "ring", "carrier"), 1e8), carrier_speed=30.0)
     with pytest.raises(ValueError, match=r"planet-1.*float"):
         lin_parker([0.0], radial_stiffness={"sun": 1e8, "ring": 1e8, "carrier": 1e8})
     with pytest.raises(ValueError, match=r"indefinite.*planet"):

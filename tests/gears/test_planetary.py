@@ -304,6 +304,7 @@ def test_printed_angles_are_rounded_to_whole_teeth():
         ({"ring": {"teeth": 28}}, "28 teeth cannot surround a planet of 29"),
         ({"carrier": Carrier(0.0, 1.0)}, "carrier: mass must be positive"),
         ({"carrier": Carrier(1.0, 1.0, 0.113)}, "pin_circle_diameter 226 mm is far from"),
+        ({"carrier": Carrier(1.0, 1.0, 0.057)}, "pin_circle_diameter 114 mm is far from"),
         ({**PRINTED, "carrier": Carrier(1.0, 1.0), "sun": {"profile_shift_coefficient": 0.0}}, "no pin"),
     ],
 )  # fmt: skip

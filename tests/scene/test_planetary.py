@@ -153,6 +153,11 @@ REFUSED = [
         "errors.harmonic[0].mesh: 'pinion-gear' is no mesh of this gear set; there are sun-planet",
     ),
     (
+        "errors",
+        {"planet": {"planet_position": ["3 um"]}, "carrier": {"planet_position": ["3 um"]}},
+        "errors.planet.planet_position: stands in errors.carrier as well, and both would add up",
+    ),
+    (
         "gears",
         {"kind": "planetry"},
         "gears.kind: 'planetry' is not one of 'external-pair', 'internal-pair', 'planetary'; "

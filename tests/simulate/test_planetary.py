@@ -6,6 +6,7 @@ import pytest
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.simulate import simulate
+from wearlab.simulate.modes import modes_table
 
 SUN, PLANET, RING = 20, 29, 79
 K = 1e-18
@@ -121,3 +122,29 @@ def test_face_load_factor_wears_as_a_narrower_face(scene, still):
     loaded = simulate(scene.replace("mesh.face_load_factor", 1.3))
     first = np.nan_to_num(still.wear_rate.values[0])
     np.testing.assert_allclose(loaded.wear_rate.values[0], 1.3 * first, rtol=1e-9)
+
+
+@pytest.mark.parametrize("roles", [("sun", "carrier", "ring"), ("carrier", "sun", "ring")])
+def test_critical_speeds_are_those_of_the_input(roles):
+    """At the speed in the table, as ``operation.speed`` would have it, the mesh meets the mode."""
+    held = {"radial_stiffness": "100 N/um", "damping_ratio": 0.03}
+    dynamics = {
+        "model": "planetary",
+        "rotation": False,
+        "supports": dict.fromkeys(("sun", "planet"), held)
+        | dict.fromkeys(("ring", "carrier"), held | {"tangential_stiffness": "10 N/um"}),
+    }
+    table = dict(zip(("input", "output", "fixed"), roles, strict=True))
+    changed = Scene.from_mapping(
+        {
+            **SET,
+            "operation": {**SET["operation"], **table},
+            "dynamics": dynamics,
+            "mesh": {"damping_ratio": 0.07},
+        }
+    )
+    row = modes_table(changed)[3]
+    for order in (1, 2):
+        speed = row[f"critical speed, order {order} [rpm]"]
+        at = build(changed.replace("operation.speed", f"{speed!r} rpm"))
+        assert order * at.gears.mesh_frequency == pytest.approx(row["natural_frequency [Hz]"], rel=1e-9)

@@ -73,6 +73,36 @@ def test_duty_of_a_planetary_set_mixes_the_lives():
     assert float(mixed.service_life) == pytest.approx(float(mixed.life) / relative)
 
 
+@cache
+def duty_life(label):
+    case = next(c for c in load(CAMPAIGNS / "planetary_duty.toml").cases if c.label == label)
+    return simulate(case.scene.replace("wear.snapshots", None))
+
+
+def test_duty_campaign_by_hand():
+    """Archard and Miner: 1/N = Σ w/N_b, N_b = 1.637e7 · 134 N·m / T_b, w by cycles of the carrier's view."""
+    share, speed, torque = np.array([0.2, 0.5, 0.3]), np.array([1500, 1200, 600]), np.array([150, 90, 30])
+    lives = 1.637e7 * 134 / torque
+    weight = share * speed / (share @ speed)
+    expected = 1.0 / (weight / lives).sum()
+    mixed = duty_life("blocks by share")
+    assert float(mixed.life) == pytest.approx(expected, rel=1e-3)
+    relative = share @ speed / 60 * 79 / 99
+    assert float(mixed.service_life) == pytest.approx(expected / relative, rel=1e-3)
+    by_label = {case.label: case for case in load(CAMPAIGNS / "planetary_duty.toml").cases}
+    assert by_label["load-duration table"].id == by_label["blocks by share"].id
+
+
+@pytest.mark.parametrize(("first", "torques"), [("heavy", (150, 30)), ("light", (30, 150))])
+def test_stages_in_order_by_hand(first, torques):
+    """5 million cycles use up their share of the first life, the rest is left of the second."""
+    lives = [1.637e7 * 134 / torque for torque in torques]
+    run = duty_life(f"{first} first")
+    expected = 5e6 + (1.0 - 5e6 / lives[0]) * lives[1]
+    assert float(run.life) == pytest.approx(expected, rel=1e-3)
+    assert run.update_stage.values[0] == first and len(set(run.update_stage.values)) == 2
+
+
 def test_calibration_names_a_flank_of_the_set():
     given = {"model": "calibrated", "life": 1e7, "depth": "400 um", "torque": "134 N*m", "speed": "1500 rpm"}
     with pytest.raises(SceneError, match="no flank of this gear set; there are sun, planet-sun"):

@@ -121,15 +121,15 @@ def modes(system: System, mesh_stiffness: MeshStiffness) -> Modes:
     return Modes(frequency, vectors.T.copy(), participation)
 
 
-def critical_speeds(frequency: Array, teeth: int, orders: int = 1) -> Array:
-    """Return speeds of the reference gear at which a harmonic of the mesh meets a mode.
+def critical_speeds(frequency: Array, teeth: float, orders: int = 1) -> Array:
+    """Return speeds of a member at which a harmonic of the mesh meets a mode.
 
     ``order · z Ω/2π = f``: order 1 is the primary resonance, order r the super-harmonic at 1/r of its speed.
 
     Parameters
     ----------
     frequency : (n_modes,) [Hz]
-    teeth : teeth of the reference gear z
+    teeth : mesh periods in one turn of that member z: its teeth, in a pair
     orders : highest harmonic of the mesh frequency
 
     Returns

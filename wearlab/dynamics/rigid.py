@@ -49,8 +49,15 @@ def require_held(system: System) -> None:
         Naming the coordinates that float, or the load that would accelerate a free rotation.
     """
     d, k = system.direction, held_stiffness(system)
-    square, shapes = eigh(system.total_stiffness + k * d.T @ d, system.mass)
+    square, shapes = eigh(system.stiffness + k * d.T @ d, system.mass)
     limit = NOTHING * np.abs(square).max()
+    floating = _floating(system, shapes[:, square <= limit])
+    if floating:
+        raise ValueError(
+            f"{', '.join(floating)} float: neither supports nor meshes hold them; give a radial stiffness to "
+            "the sun, the ring or the carrier, and to the planets"
+        )
+    square, shapes = eigh(system.total_stiffness + k * d.T @ d, system.mass)
     if square[0] < -limit:
         raise ValueError(
             f"K − ω_c² K_ω is indefinite ({square[0]:.3g} 1/s²): at {system.rotation:.4g} rad/s the "
@@ -58,12 +65,6 @@ def require_held(system: System) -> None:
             "give stiffer supports or a lower carrier speed"
         )
     free = shapes[:, square <= limit]
-    floating = _floating(system, free)
-    if floating:
-        raise ValueError(
-            f"{', '.join(floating)} float: neither supports nor meshes hold them; give a radial stiffness to "
-            "the sun, the ring or the carrier, and to the planets"
-        )
     if system.balance is None and free.size:
         work = np.abs(free.T @ system.load).max() / np.linalg.norm(free)
         if work > UNBALANCED * np.linalg.norm(system.load):

@@ -23,6 +23,9 @@ from wearlab.gears.spacing import assembled_angles, check_neighbours
 from wearlab.gears.specification import GearSpec
 from wearlab.gears.train import Central, Train
 
+ONE_DISTANCE, TWO_DISTANCES = 0.005, 0.1
+"""How far pins may be from the centre distance, as a share: where there is one, where a paper prints two."""
+
 Array = NDArray[np.float64]
 
 
@@ -197,7 +200,8 @@ def _resolved(carrier: Carrier, a_sp: float, a_pr: float) -> Carrier:
                 "pin circle; give pin_circle_diameter"
             )
         return replace(carrier, pin_circle_radius=a_sp)
-    if not 0.9 * min(a_sp, a_pr) < radius < 1.1 * max(a_sp, a_pr):
+    apart = ONE_DISTANCE if abs(a_sp - a_pr) <= 1e-9 * a_sp else TWO_DISTANCES
+    if not (1.0 - apart) * min(a_sp, a_pr) < radius < (1.0 + apart) * max(a_sp, a_pr):
         raise GearError(
             f"{carrier.name}: pin_circle_diameter {2e3 * radius:.5g} mm is far from twice the centre "
             f"distance, {2e3 * a_sp:.5g} mm"

@@ -39,6 +39,16 @@ def _harmonics(scene: "Scene") -> Problems:
             )
 
 
+def _pins(scene: "Scene") -> Problems:
+    """The planets' pins stand in one member's errors: written twice, they would count twice."""
+    given = scene.errors.members if scene.errors is not None else {}
+    if all(getattr(given.get(member), "planet_position", ()) for member in ("planet", "carrier")):
+        yield (
+            "errors.planet.planet_position",
+            "stands in errors.carrier as well, and both would add up: give the pins' tolerances in one place",
+        )
+
+
 def _grounded(scene: "Scene") -> Problems:
     """Without a load torque, a torsional spring must hold the output."""
     if scene.operation.load_torque != "zero" or not isinstance(scene.dynamics, PlanetaryDynamics):
@@ -64,4 +74,4 @@ def _torsional_carrier(scene: "Scene") -> Problems:
         yield "operation.load_torque", "the torsional model turns freely and needs the load torque: 'balance'"
 
 
-RULES_OF_SETS = (_meshes_of_the_set, _harmonics, _torsional_carrier, _grounded)
+RULES_OF_SETS = (_meshes_of_the_set, _harmonics, _pins, _torsional_carrier, _grounded)

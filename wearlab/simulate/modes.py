@@ -14,6 +14,8 @@ from wearlab.simulate.errors import Refused
 def modes_table(scene: Scene) -> list[dict[str, Any]]:
     """Return one row a mode: frequency, what moves, whether the mesh excites it, and its critical speeds.
 
+    A critical speed is that of the input member, as ``operation.speed`` is.
+
     Parameters
     ----------
     scene : a scene with dynamics

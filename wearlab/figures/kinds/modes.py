@@ -20,11 +20,11 @@ def _campbell(run: Run, ask: Ask) -> Iterator[Series]:
     natural, up = shown(run.data["natural_frequency"], "natural_frequency", ask)
     critical, across = shown(run.data["critical_speed"], "critical_speed", ask, "x")
     mesh = float(companion(run, "mesh_frequency", {}, ask)[0].ravel()[0])
-    per_speed = float(natural[0] / critical[0])  # mesh frequency over speed: teeth per revolution
+    per_speed = float(natural[0] / critical[0])  # mesh frequency over speed: mesh periods per turn
     top = MARGIN * max(float(critical.max()), mesh / per_speed)
     speed = np.array([0.0, top])
     up = Scale("frequency", up.units)
-    across = Scale("speed of the reference gear", across.units)
+    across = Scale("speed of the input member", across.units)
     for order in range(1, ORDERS + 1):
         name = Label(float(order), "mesh frequency" if order == 1 else f"{ordinal(order)} harmonic")
         reach = min(top, MARGIN * float(natural.max()) / (order * per_speed))

@@ -20,7 +20,7 @@ class SceneModes(NamedTuple):
     Parameters
     ----------
     modes : natural frequencies, shapes and participations
-    critical_speed : (orders, n_modes) speeds of the reference gear at which harmonic 1, 2 … of the mesh
+    critical_speed : (orders, n_modes) speeds of the input member at which harmonic 1, 2 … of the mesh
         meets a mode [rad/s]
     mean_stiffness : (n_mesh,) of the unworn meshes [N/m]
     coordinates : names of the coordinates
@@ -42,7 +42,7 @@ def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
     found = modes(parts.vibration.system, stiffness)
     return SceneModes(
         found,
-        critical_speeds(found.frequency, parts.gears.reference_teeth, orders),
+        critical_speeds(found.frequency, parts.gears.input_teeth, orders),
         stiffness,
         parts.vibration.system.coordinates,
         mode_kinds(parts.vibration.system, found) if _moves_in_plane(parts.vibration.system) else None,

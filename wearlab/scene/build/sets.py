@@ -59,6 +59,7 @@ class GearSet:
     members : names of the members, as datasets order them
     gears : the gears among them, by name
     reference_teeth : teeth of the gear whose turns relative to the carrier are the cycles
+    input_teeth : mesh periods in a turn of the input member: its teeth, in a pair
     speed : of that gear relative to the carrier [rad/s]
     planetary : the planetary set, None for a pair
     """
@@ -71,6 +72,7 @@ class GearSet:
     members: tuple[str, ...]
     gears: dict[str, Gear]
     reference_teeth: int
+    input_teeth: float
     speed: float
     planetary: PlanetarySet | None = None
 
@@ -172,6 +174,7 @@ def _of_planetary(scene: Scene) -> GearSet:
         members=("sun", *planets, "ring", "carrier"),
         gears={"sun": built.sun, "planet": built.planet, "ring": built.ring},
         reference_teeth=built.sun.teeth,
+        input_teeth=built.sun.teeth * abs(train.speeds(1.0).sun_relative),
         speed=turning["sun"],
         planetary=built,
     )
@@ -201,5 +204,6 @@ def _of_pair(scene: Scene) -> GearSet:
         members=names,
         gears={name: gears[name] for name in names},
         reference_teeth=teeth,
+        input_teeth=pair.driving.teeth,
         speed=driving_speed * pair.driving.teeth / teeth,
     )
