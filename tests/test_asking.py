@@ -39,7 +39,7 @@ def test_a_condition_chooses_runs(ask):
     status, out, err = ask("--where", "speed > 850 and status = done", "--json")
     assert (status, err) == (0, "")
     assert [row["position"]["speed"] for row in json.loads(out)] == ["900 rpm", "1000 rpm"]
-    assert ask("--where", "speed > 1e6")[:2] == (0, "\n")
+    assert ask("--where", "speed > 1e6") == (0, "", "no such runs\n")
 
 
 def test_order_and_limit(ask):

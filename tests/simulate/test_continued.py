@@ -52,6 +52,36 @@ def test_two_runs_make_the_life_of_one(parent):
     assert tail.attrs["parent_interpolation_error"].endswith(" m")
 
 
+def test_the_error_of_the_parent_is_added(parent):
+    cycle = 2.5e7
+    of_parent = float(np.interp(cycle, parent["cycle"], parent["error_estimate_wear_depth"]))
+    assert of_parent > 0.0
+    own = Scene.from_mapping({**PAIR, "start": {"run": parent.attrs["id"], "cycle": cycle}})
+    given = start_wear(parent, own.start)
+    assert given.estimate == pytest.approx(of_parent)
+    tail = child(parent, cycle, 1.5e7)
+    error = tail["error_estimate_wear_depth"].values
+    assert error[0] == pytest.approx(of_parent + given.error) and (np.diff(error) >= 0.0).all()
+    new = child(parent, cycle, 1.5e7, replace=["pinion", "gear"])
+    assert new["error_estimate_wear_depth"].values[0] == 0.0
+    bare = start_wear(parent.drop_vars("error_estimate_wear_depth"), own.start)
+    assert np.isnan(bare.estimate)
+
+
+def test_the_error_of_the_parent_moves_the_end_of_the_life(parent):
+    until = {"depth": "6 um", "cycles": 1e9}
+    own = Scene.from_mapping(
+        {**PAIR, "wear": {**PAIR["wear"], "until": until, "snapshots": {"cycles": [1e6]}},
+         "start": {"run": parent.attrs["id"], "cycle": 2e7}}
+    )  # fmt: skip
+    given = start_wear(parent, own.start)
+    sure, unsure = [
+        simulate(own.with_start_wear(given._replace(estimate=estimate))) for estimate in (0.0, 1e-7)
+    ]
+    more = float(unsure["error_estimate_life"] - sure["error_estimate_life"])
+    assert more == pytest.approx(1e-7 / float(sure["wear_rate"].values[-1].max()), rel=1e-6)
+
+
 def test_it_begins_with_the_wear_of_its_parent_and_a_new_gear(parent):
     tail = child(parent, 2e7, 1e6, replace=["gear"])
     np.testing.assert_array_equal(

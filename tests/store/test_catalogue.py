@@ -160,9 +160,27 @@ def test_a_catalogue_of_the_first_version_becomes_one_of_this(tmp_path):
     assert (entry.summary, entry.sizes, entry.digests) == ({"life": 1e7}, {"update": 3}, {"cycle": "12"})
     assert entry.warnings == ("thin film",) and made.layouts(["k"]) == {"k": {"variables": {}, "labels": {}}}
     (member,) = made.members()
-    assert member.campaign == "first" and member.comparison is None
+    assert member.campaign == "first" and member.comparison is None and member.metadata == {}
+    made.record_campaign("first", None, "a.toml", [("ab", "base", {})], {"author": "A. Author"})
+    assert made.members()[0].metadata == {"author": "A. Author"}
     assert {name for (name,) in made.read("SELECT name FROM keys")} == {"operation.torque", "life"}
     made.close()
+
+
+def test_a_catalogue_of_the_second_version_gets_metadata(tmp_path):
+    path = tmp_path / "catalogue.sqlite"
+    made = Catalogue(path)
+    made.create()
+    made.record([DONE])
+    made.record_campaign("second", None, None, [(DONE.id, "base", {})])
+    made.close()
+    connection = sqlite3.connect(path)
+    connection.executescript("ALTER TABLE campaigns DROP COLUMN metadata; PRAGMA user_version = 2")
+    connection.close()
+    again = Catalogue(path)
+    assert [(m.campaign, m.metadata) for m in again.members()] == [("second", {})]
+    assert again.read("PRAGMA user_version") == [(VERSION,)] and list(again.entries()) == [DONE.id]
+    again.close()
 
 
 def test_heads_tell_states_without_contents(catalogue):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from wearlab.cli.output import (
     Format,
     Status,
+    complain,
     first_line,
     say,
     seconds_text,
@@ -15,6 +16,7 @@ from wearlab.cli.output import (
     show_table,
 )
 from wearlab.store.catalogue import Entry, Member
+from wearlab.store.cite import WHO
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -64,7 +66,7 @@ def list_runs(store: "Store", wanted: Wanted, form: Format) -> Status:
     if form is Format.JSON:
         show_json(rows)
     else:
-        show_table(HEADS, [_cells(row) for row in rows])
+        _show_rows(HEADS, [_cells(row) for row in rows])
     return Status.WELL
 
 
@@ -85,7 +87,15 @@ def _show_columns(store: "Store", wanted: Wanted, form: Format) -> None:
         show_json({"columns": units, "rows": list(found)})
     else:
         heads, rows = found.displayed()
-        show_table(heads, [(row[0][:SHORT_ID], *map(_value, row[1:])) for row in rows])
+        _show_rows(heads, [(row[0][:SHORT_ID], *map(_value, row[1:])) for row in rows])
+
+
+def _show_rows(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Show a table, or say that it is empty."""
+    if rows:
+        show_table(heads, rows)
+    else:
+        complain("no such runs")
 
 
 def _rows(store: "Store", ids: Sequence[str] | None = None) -> list[dict[str, Any]]:
@@ -204,7 +214,8 @@ def show_run(store: "Store", prefix: str, as_json: bool) -> Status:
         return Status.WELL
     for name, value in facts.items():
         if value not in (None, "", []):
-            say(f"{name:<16}{', '.join(value) if isinstance(value, list) else value}")
+            for number, line in enumerate(value if isinstance(value, list) else [value]):
+                say(f"{'' if number else name:<16}{line}")
     for name, text in (("reason", [entry.reason] if entry.reason else []), ("warnings", entry.warnings)):
         for line in text:
             say(f"{name:<16}{line.rstrip()}")
@@ -218,12 +229,18 @@ def show_run(store: "Store", prefix: str, as_json: bool) -> Status:
 
 
 def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
+    from wearlab.store.lineage import children, lineage
+
     members = store.catalogue.members([entry.id])
+    metadata = members[0].metadata if members else {}
     return {
         "id": entry.id,
         "state": state_of(store, entry),
         "verdict": entry.summary.get("verdict"),
         "campaigns": list(dict.fromkeys(f"{m.campaign} ({m.label})" for m in members)),
+        "goes on from": [str(step) for step in lineage(store, entry)],
+        "continued by": children(store, entry.id),
+        **{key: metadata[key] for key in WHO if key in metadata},
         "file": str(store.files.path(entry.id)) if entry.state == "done" else None,
         "bytes": entry.size,
         "sha256": entry.sha256,
@@ -231,7 +248,14 @@ def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
         "run time": seconds_text(entry.seconds),
         "source hash": entry.source_hash,
         "wearlab": entry.wearlab_version,
+        "model version": entry.summary.get("model_version"),
+        "commit": entry.summary.get("commit"),
+        "made by": "other code" if _is_of_other_code(entry) else "this code",
     }
+
+
+def _is_of_other_code(entry: Entry) -> bool:
+    return bool(entry.source_hash) and entry.source_hash != _current_source({entry.id: entry})
 
 
 def _flat(scene: Any, path: str = "") -> list[tuple[str, Any]]:

@@ -1,7 +1,7 @@
 """Names become keys, quantities become SI: a condition is bound to what is known."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Any
@@ -40,9 +40,22 @@ class Key:
 
 
 class Vocabulary:
-    """All keys that may be asked for, found by their name or by its last words."""
+    """All keys that may be asked for, found by their name or by its last words.
 
-    def __init__(self, keys: Iterable[Key], aliases: dict[str, str] | None = None) -> None:
+    Parameters
+    ----------
+    keys : those that have values
+    aliases : other names of keys
+    elsewhere : returns the key of a name that means something although nothing here has a value of it
+    """
+
+    def __init__(
+        self,
+        keys: Iterable[Key],
+        aliases: dict[str, str] | None = None,
+        elsewhere: Callable[[str], Key | None] = lambda name: None,
+    ) -> None:
+        self.elsewhere = elsewhere
         self.keys = {key.name: key for key in keys}
         self.aliases = aliases or {}
         self.ends: dict[str, list[str]] = {}
@@ -69,6 +82,8 @@ class Vocabulary:
             raise QueryError(
                 f"{name.text!r} may mean {_listed(sorted(candidates), 'or')}: write more of it", text, name.at
             )
+        if (known := self.elsewhere(wanted)) is not None:
+            return known
         near = get_close_matches(wanted, [*self.keys, *self.ends, *self.aliases], 3)
         remedy = f"did you mean {_listed(near, 'or')}?" if near else "nothing here is called so"
         raise QueryError(f"unknown name {name.text!r}; {remedy}", text, name.at)

@@ -24,5 +24,13 @@ def key_of(name: str, source: str, kind: str) -> Key:
     return Key(name, kind, variable.units, None, variable.display_units)
 
 
+def declared_key(name: str) -> Key | None:
+    """Return the key of a result that datasets may have, None for any other name."""
+    variable = VARIABLES.get(name) or VARIABLES.get(_stem(name))
+    if variable is None:
+        return None
+    return key_of(name, "result", "number" if variable.units else "text")
+
+
 def _stem(name: str) -> str:
     return next((name.removesuffix(end) for end in STATISTICS if name.endswith(end)), name)

@@ -13,6 +13,7 @@ from wearlab.figures.errors import FigureError
 from wearlab.figures.question import question
 from wearlab.scene import parts_left_out, parts_present
 from wearlab.store.errors import StoreError
+from wearlab.store.lineage import lineage
 from wearlab.store.outcome import Comparison
 from wearlab.store.place import place, value_text
 
@@ -87,6 +88,7 @@ class Content:
     failures: tuple[Failure, ...]
     remarks: tuple[tuple[str, int], ...]
     code: tuple[Mapping[str, str], ...]
+    lineage: tuple[tuple[str, tuple[str, ...]], ...]
     text: str
     hash: str
 
@@ -121,6 +123,7 @@ def content(campaign: "Campaign", store: "Store") -> Content:
         failures=tuple(_failures(campaign, rows, entries))[:MOST_FAILURES],
         remarks=_remarks(entries),
         code=tuple(_code(store, entries)),
+        lineage=tuple(_lineage(campaign, store, entries)),
         text=text,
         hash=fingerprint(text),
     )
@@ -249,6 +252,20 @@ def _failures(campaign: "Campaign", rows: Sequence[Row], entries: "Mapping[str, 
         reason = (entry.reason if entry else None) or ""
         name = ", ".join([case.label, *place(campaign, case).values()])
         yield Failure(name, case.id, row.state, reason.strip().rpartition("\n")[2], reason.strip())
+
+
+def _lineage(
+    campaign: "Campaign", store: "Store", entries: "Mapping[str, Entry]"
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Yield the cases that go on from other runs, and which runs those are; equal ones together."""
+    found: dict[tuple[str, ...], list[str]] = {}
+    for case in campaign.cases:
+        steps = tuple(map(str, lineage(store, entries[case.id]))) if case.id in entries else ()
+        if steps:
+            name = ", ".join([case.label, *place(campaign, case).values()])
+            found.setdefault(steps, []).append(name)
+    for told, names in found.items():
+        yield "; ".join(names), told
 
 
 def _remarks(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:

@@ -209,7 +209,11 @@ def _record(campaign: "Campaign", store: "Store") -> str:
     members = [(case.id, case.label, place(campaign, case)) for case in campaign.cases]
     path = getattr(campaign, "path", None)
     return store.catalogue.record_campaign(
-        campaign.title, campaign.reference, None if path is None else str(path), members
+        campaign.title,
+        campaign.reference,
+        None if path is None else str(path),
+        members,
+        getattr(campaign, "metadata", None),
     )
 
 

@@ -23,6 +23,7 @@ class StartWear(NamedTuple):
     side : flank → side of the tooth that the parent loaded
     position : flank → (n,) path coordinate of the nodes [m]
     depth : flank → (n,) wear depth there [m]
+    estimate : error of the parent's wear depth at that cycle, as the parent estimates it [m]; NaN: unknown
     """
 
     cycle: float
@@ -30,6 +31,7 @@ class StartWear(NamedTuple):
     side: dict[str, str]
     position: dict[str, tuple[float, ...]]
     depth: dict[str, tuple[float, ...]]
+    estimate: float = 0.0
 
 
 def _identity(text: str) -> str:

@@ -48,6 +48,19 @@ def continued_wear(scene: Scene, parts: Parts) -> Wear:
     return wear
 
 
+def inherited_error(scene: Scene, parts: Parts) -> float:
+    """Return the error of the wear that a run starts from [m]: its parent's, and of reading between states.
+
+    It is 0 where nothing is inherited; NaN where the parent has no estimate.
+    """
+    given = scene.start_wear
+    if scene.start is None or given is None:
+        return 0.0
+    if all(is_replaced(name, scene.start.replace) for name in parts.gears.flanks):
+        return 0.0
+    return given.error + given.estimate
+
+
 def moved(own: Array, depth: Array, wanted: Array) -> Array:
     """Return depths at other nodes, steps kept as steps, 0 beyond the ends, (m,) [m]."""
     if own.shape == wanted.shape and np.allclose(own, wanted, rtol=0.0, atol=1e-12):

@@ -40,13 +40,14 @@ class Estimates(NamedTuple):
     life: float | None
 
 
-def estimated(stage: Stage, lived: History) -> Estimates:
+def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
     Parameters
     ----------
     stage : what runs, in all its conditions
     lived : its history
+    inherited : error of the wear that the run starts from [m]; counts for the mesh force here
 
     Notes
     -----
@@ -64,8 +65,9 @@ def estimated(stage: Stage, lived: History) -> Estimates:
     depth = _depth(lived, known)
     force = None
     if stage.first.vibration is not None:
+        worn = inherited if depth is None else depth + inherited
         force = tuple(
-            _force_error(parts, in_block(lived, block), [twin for twin in twins if twin is not None], depth)
+            _force_error(parts, in_block(lived, block), [twin for twin in twins if twin is not None], worn)
             for block, (parts, twins) in enumerate(zip(stage.parts, each, strict=True))
         )
     return Estimates(depth, force, _life(stage, lived, known))
@@ -96,7 +98,7 @@ def _integral(cycle: Array, values: Array) -> Array:
     return np.concatenate([np.zeros_like(values[:1]), np.cumsum(pieces, axis=0)])
 
 
-def _force_error(parts: Parts, lived: History, found: list[Rougher], depth: Array | None) -> Array:
+def _force_error(parts: Parts, lived: History, found: list[Rougher], depth: Array | float) -> Array:
     known = [twin for twin in found if np.isfinite(twin.force)]
     if not known:
         return np.full(len(lived.state), np.nan)
@@ -106,9 +108,8 @@ def _force_error(parts: Parts, lived: History, found: list[Rougher], depth: Arra
         max(weight @ one.static.tangent for weight, one in zip(weights, state.kind, strict=True))
         for state in lived.state
     ])  # fmt: skip
-    worn = 0.0 if depth is None else stiffness * depth
     aperiodic = [any(one.period == 0 for one in state.responses) for state in lived.state]
-    return np.where(aperiodic, np.nan, FORCE_SHARE * force + WORN_SHARE * worn)
+    return np.where(aperiodic, np.nan, FORCE_SHARE * force + WORN_SHARE * stiffness * depth)
 
 
 def _life(stage: Stage, lived: History, found: list[Rougher]) -> float | None:

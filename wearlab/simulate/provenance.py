@@ -47,6 +47,7 @@ def _lineage(scene: Scene) -> dict[str, str]:
     if scene.start_wear is not None:
         told["parent_cycle"] = repr(scene.start_wear.cycle)
         told["parent_interpolation_error"] = f"{scene.start_wear.error:.3g} m"
+        told["parent_error"] = f"{scene.start_wear.estimate:.3g} m"
     return {key: text for key, text in told.items() if text or key == "parents"}
 
 

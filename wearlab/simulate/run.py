@@ -16,6 +16,7 @@ from wearlab.simulate import vibration as vibrating
 from wearlab.simulate.attractors import attractor_values, other_attractors
 from wearlab.simulate.calibration import Calibration, calibrated, calibrated_values
 from wearlab.simulate.conditions import along_duty, condition_coordinates, in_order
+from wearlab.simulate.continued import inherited_error
 from wearlab.simulate.errors import Refused
 from wearlab.simulate.estimates import Estimates, estimated
 from wearlab.simulate.exact import exact_values
@@ -68,7 +69,8 @@ def _dataset(
 ) -> xr.Dataset:
     """Return what every condition of operation says for itself, and what is the life's."""
     reached = stages[: len(lived.stages)]
-    estimates = [estimated(stage, own) for stage, own in zip(reached, lived.stages, strict=True)]
+    inherited = inherited_error(scene, stages[0].first)
+    estimates = [estimated(stage, own, inherited) for stage, own in zip(reached, lived.stages, strict=True)]
     others: list[Response | None] = []
     each = [
         [_of_condition(stage, k, block, lived, estimates[k], others) for block in range(len(stage.parts))]
@@ -85,7 +87,8 @@ def _dataset(
         values |= named.wear_values(first, whole.cycle, lived.seconds, whole.state)
     if first.vibration is not None:
         values["attractor"] = vibrating.attractor(whole)
-    values |= trust_values(reached, lived, estimates, others, calibration) | calibrated_values(calibration)
+    values |= trust_values(reached, lived, estimates, others, calibration, inherited)
+    values |= calibrated_values(calibration)
     coordinates = {"cycle": whole.cycle, **named.coordinates(first), **condition_coordinates(scene, lived)}
     coordinates |= {name: values.pop(name) for name in ("mesh_cycles", "operating_hours") if name in values}
     coordinates |= {name: labels for name, labels in LABELS.items() if name in dataset.dims}

@@ -28,6 +28,7 @@ def trust_values(
     estimates: Sequence[Estimates],
     others: Sequence[Response | None] = (),
     calibration: Calibration | None = None,
+    inherited: float = 0.0,
 ) -> Values:
     """Return verdict, validity, error estimates, run times and counts.
 
@@ -38,6 +39,7 @@ def trust_values(
     estimates : of each stage
     others : other attractors of the states, None where none is known
     calibration : how the wear coefficient was found, None where it was given
+    inherited : error of the wear that the run starts from [m]
     """
     each = [parts for stage in stages for parts in stage.parts]
     told = () if calibration is None else (calibration.told,)
@@ -47,7 +49,7 @@ def trust_values(
     }
     life = lived.whole.life
     if life is not None:
-        depth, of_life = accumulated(estimates, lived.whole)
+        depth, of_life = accumulated(estimates, lived.whole, inherited)
         values["error_estimate_wear_depth"] = depth
         values["steps_cycle"] = life.cycle[1:]
         values["count_wear_steps"] = life.count_steps
@@ -59,9 +61,14 @@ def trust_values(
     return values | {f"count_{what}": sum(a.counts[what] for a in accounts) for what in accounts[0].counts}
 
 
-def accumulated(estimates: Sequence[Estimates], whole: History) -> tuple[Array, float | None]:
-    """Return the errors of wear depth (n_updates,) [m] and life [1] over all stages: errors add up."""
-    before, depths = 0.0, []
+def accumulated(
+    estimates: Sequence[Estimates], whole: History, inherited: float = 0.0
+) -> tuple[Array, float | None]:
+    """Return the errors of wear depth (n_updates,) [m] and life [1] over all stages: errors add up.
+
+    What the run inherits from the one it goes on from [m] is added like an earlier stage.
+    """
+    before, depths = inherited, []
     for number, one in enumerate(estimates):
         assert one.wear_depth is not None
         depths.append(before + one.wear_depth[1 if number else 0 :])

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from wearlab.scene.start import Start
 
 Array = NDArray[np.float64]
+ERROR = "error_estimate_wear_depth"
 
 
 def start_wear(parent: "xr.Dataset", start: "Start") -> StartWear:
@@ -27,6 +28,8 @@ def start_wear(parent: "xr.Dataset", start: "Start") -> StartWear:
     ----------
     parent : the run
     start : cycle or fraction of the life; the last state when neither is given
+
+    The error that the parent estimates of its own wear is handed on; NaN where it has no estimate.
 
     Raises
     ------
@@ -48,7 +51,15 @@ def start_wear(parent: "xr.Dataset", start: "Start") -> StartWear:
         {flank: str(side) for flank, side in zip(flanks, sides, strict=True)},
         {flank: tuple(position[i][held[i]].tolist()) for i, flank in enumerate(flanks)},
         {flank: tuple(depth[i][held[i]].tolist()) for i, flank in enumerate(flanks)},
+        _estimated_error(parent, cycle),
     )
+
+
+def _estimated_error(parent: "xr.Dataset", cycle: float) -> float:
+    """Return the estimated error of the parent's wear depth at a cycle [m], NaN where none is stored."""
+    if ERROR not in parent:
+        return float("nan")
+    return float(np.interp(cycle, parent["cycle"].values, parent[ERROR].values))
 
 
 def _cycle(parent: "xr.Dataset", start: "Start", name: str) -> float:

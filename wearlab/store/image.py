@@ -8,6 +8,7 @@ import json
 import math
 import threading
 from array import array
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,6 +29,7 @@ LIFE = "update"
 AT_STATES = frozenset((LIFE, "flank", "mesh", "member"))
 ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
 CODE = ("commit", "model_version")
+PARENT_CYCLE = "parent_cycle"
 
 _one_door = threading.RLock()
 _files: dict[tuple[str, int, int, int], netCDF4.Dataset] = {}  # open files, the one used last at the end
@@ -172,6 +174,8 @@ def _digest(values: xr.DataArray) -> str:
 def _results(dataset: xr.Dataset) -> tuple[dict[str, Any], dict[str, bytes]]:
     """Return summary and histories."""
     summary: dict[str, Any] = {name: str(dataset.attrs[name]) for name in CODE if name in dataset.attrs}
+    with suppress(KeyError, ValueError, TypeError):
+        summary[PARENT_CYCLE] = plain(float(dataset.attrs[PARENT_CYCLE]))
     histories: dict[str, bytes] = {}
     for name, variable in dataset.variables.items():
         if variable.ndim == 0:

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from operator import itemgetter
 from typing import Any, Literal
@@ -16,7 +16,8 @@ from wearlab.store.outcome import Comparison
 class Member:
     """One case of a recorded campaign: the campaign's title and file, its label, and what sets it apart.
 
-    ``comparison`` is how it compares with what the campaign expects of it, once it has run.
+    ``comparison`` is how it compares with what the campaign expects of it, once it has run; ``reference`` and
+    ``metadata`` (author, orcid, institution, licence) are the campaign's.
     """
 
     campaign: str
@@ -25,6 +26,8 @@ class Member:
     label: str
     position: dict[str, Any]
     comparison: Comparison | None = None
+    reference: str = ""
+    metadata: dict[str, str] = field(default_factory=dict)
 
 
 class Memberships(Database):
@@ -36,6 +39,7 @@ class Memberships(Database):
         reference: str | None,
         path: str | None,
         members: Sequence[tuple[str, str, Mapping[str, Any]]],
+        metadata: Mapping[str, str] | None = None,
     ) -> str:
         """Write a campaign's cases as (run id, label, position), return its key; the same twice is one."""
         rows = [(run_id, label, json.dumps(dict(position))) for run_id, label, position in members]
@@ -43,8 +47,8 @@ class Memberships(Database):
         with self._transaction() as connection:
             ((latest,),) = connection.execute("SELECT max(recorded) FROM campaigns").fetchall()
             connection.execute(
-                "INSERT OR REPLACE INTO campaigns VALUES (?, ?, ?, ?, ?)",
-                (key, title, reference, path, _after(latest)),
+                "INSERT OR REPLACE INTO campaigns VALUES (?, ?, ?, ?, ?, ?)",
+                (key, title, reference, path, _after(latest), json.dumps(dict(metadata or {}))),
             )
             connection.executemany(
                 "INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)",
@@ -75,7 +79,7 @@ class Memberships(Database):
         """Return the cases of campaigns with these runs (all when None), the campaign recorded last first."""
         compared = self._comparisons()
         question = (
-            "SELECT title, path, run, label, position, campaign, number, recorded "
+            "SELECT title, path, run, label, position, campaign, number, recorded, reference, metadata "
             "FROM members JOIN campaigns ON campaign = key"
         )
         if runs is None:
@@ -85,9 +89,21 @@ class Memberships(Database):
         found.sort(key=itemgetter(5, 6))
         found.sort(key=itemgetter(7), reverse=True)
         return [
-            Member(title, path, run, label, json.loads(text), compared.get((key, number)))
-            for title, path, run, label, text, key, number, _ in found
+            Member(
+                *(title, path, run, label, json.loads(text), compared.get((key, number)), reference or ""),
+                _texts(metadata),
+            )
+            for title, path, run, label, text, key, number, _, reference, metadata in found
         ]
+
+
+def _texts(document: str | None) -> dict[str, str]:
+    """Return a table of texts; nothing where a stranger's catalogue holds anything else."""
+    try:
+        found = json.loads(document or "{}")
+    except (ValueError, RecursionError):
+        return {}
+    return {str(key): str(text) for key, text in found.items()} if isinstance(found, dict) else {}
 
 
 def key_of(text: str) -> str:

@@ -111,8 +111,8 @@ def _without_data(entry: "Entry") -> Outcome:
 def _campaigns(store: "Store", other: "Store") -> int:
     """Copy the rows of campaigns that we do not know; return how many came."""
     known = {row[0] for row in store.catalogue.read("SELECT key FROM campaigns")}
-    rows = [row for row in other.catalogue.read("SELECT key, title, reference, path, recorded FROM campaigns")
-            if row[0] not in known]  # fmt: skip
+    question = "SELECT key, title, reference, path, recorded, metadata FROM campaigns"
+    rows = [row for row in other.catalogue.read(question) if row[0] not in known]
     keys = [row[0] for row in rows]
     members = list(
         other.catalogue.read_many(

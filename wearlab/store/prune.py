@@ -1,10 +1,11 @@
 """What no campaign refers to any more."""
 
-import json
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from wearlab.store.lineage import lineage
 
 if TYPE_CHECKING:
     from wearlab.store.store import Store
@@ -37,7 +38,8 @@ def prunable(store: "Store", kept: Iterable[str] = ()) -> list[Prunable]:
     """
     entries = store.entries()
     wanted = referred(store) | set(kept)
-    wanted |= {parent for run_id in wanted if run_id in entries for parent in _parents(entries[run_id].scene)}
+    for run_id in [one for one in wanted if one in entries]:
+        wanted |= {step.run for step in lineage(store, entries[run_id])}
     known = {member.run for member in store.catalogue.members()}
     return [
         Prunable(
@@ -56,12 +58,6 @@ def referred(store: "Store") -> set[str]:
         latest[path or f"\0{title}"] = key
     rows = store.catalogue.read_many("SELECT run FROM members WHERE campaign IN", sorted(latest.values()))
     return {row[0] for row in rows}
-
-
-def _parents(scene: str | None) -> list[str]:
-    """Return the runs that a scene continues."""
-    start = json.loads(scene or "{}").get("start") or {}
-    return [start["run"]] if isinstance(start.get("run"), str) else []
 
 
 def prune(store: "Store", runs: Iterable[Prunable]) -> int:

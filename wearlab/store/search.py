@@ -52,7 +52,7 @@ class Search:
             for _, name, source, kind, unit, quantity, shown in rows
             if kind != "history"
         ]
-        self.vocabulary = Vocabulary([*named, *OWN_KEYS], ALIASES)
+        self.vocabulary = Vocabulary([*named, *OWN_KEYS], ALIASES, _elsewhere)
         catalogue.teach("first_cycle", 4, first_cycle)
 
     def table(self, where: str, columns: Sequence[str] | None, sort: str | None, limit: int | None) -> Table:
@@ -83,6 +83,14 @@ class Search:
         values = (*question.values, *(() if limit is None else (limit,)))
         heads = tuple(_column(text, one) for text, one in shown.items())
         return Table(heads, self.catalogue.read(text, values))
+
+
+def _elsewhere(name: str) -> Key | None:
+    """Return the key of a result or of a scene's value that no run here has."""
+    from wearlab.query.result_keys import declared_key
+    from wearlab.query.scene_keys import quantity_at, scene_key
+
+    return declared_key(name) or (scene_key(name, text=False) if quantity_at(name) else None)
 
 
 class _Question:

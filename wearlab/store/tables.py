@@ -8,7 +8,7 @@ run, so that one key's values lie side by side, and one run's value of a key is 
 import sqlite3
 from collections.abc import Callable
 
-VERSION = 2
+VERSION = 3
 SHIFT = 32  # bits of a place that number the run; the key stands above them
 
 TABLES = """
@@ -29,7 +29,7 @@ CREATE TABLE keys (
 CREATE TABLE facts (place INTEGER PRIMARY KEY, value);
 CREATE TABLE layouts (key TEXT PRIMARY KEY, layout TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS campaigns (
-    key TEXT PRIMARY KEY, title TEXT, reference TEXT, path TEXT, recorded TEXT
+    key TEXT PRIMARY KEY, title TEXT, reference TEXT, path TEXT, recorded TEXT, metadata TEXT
 ) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS members (
     campaign TEXT NOT NULL, number INTEGER NOT NULL, run TEXT NOT NULL, label TEXT, position TEXT,
@@ -56,13 +56,21 @@ def make(connection: sqlite3.Connection) -> None:
 
 
 def upgrade(connection: sqlite3.Connection, keep: Keep) -> None:
-    """Turn the tables of version 1 into these, within a transaction.
+    """Turn the tables of an earlier version into these, within a transaction.
 
     Parameters
     ----------
-    connection : to a catalogue of version 1
+    connection : to the catalogue
     keep : writes one run, given its values in the order of `FIRST`
     """
+    connection.execute("ALTER TABLE campaigns ADD COLUMN metadata TEXT")
+    if connection.execute("PRAGMA user_version").fetchone()[0] == 1:
+        _from_first(connection, keep)
+    connection.execute(f"PRAGMA user_version = {VERSION}")
+
+
+def _from_first(connection: sqlite3.Connection, keep: Keep) -> None:
+    """Turn the one wide table of runs of version 1 into narrow ones."""
     connection.execute("ALTER TABLE runs RENAME TO first_runs")
     connection.execute("ALTER TABLE layouts RENAME TO first_layouts")
     make(connection)
