@@ -12,6 +12,7 @@ from wearlab.scene.store import Store
 from wearlab.scene.wear import Until
 from wearlab.simulate.errors import Refused
 from wearlab.simulate.estimates import estimated
+from wearlab.simulate.kept_lives import once
 from wearlab.simulate.living import live_through
 from wearlab.simulate.operating import in_condition, stages_of
 
@@ -98,17 +99,20 @@ def _life(alone: Scene, given: CalibratedCoefficient) -> tuple[float, float]:
     """Return the life with the uncalibrated coefficient, and its error, both in cycles."""
     key = canonical(alone.model_dump())
     if key not in _LIVES:
-        stages = stages_of(alone)
-        lived = live_through(alone, stages).whole
-        assert lived.life is not None
-        if lived.life.end_reason != "depth":
-            raise Refused(
-                f"these gears cannot be calibrated on {1e6 * given.depth:g} µm on the {given.flank}: "
-                f"their life ends before, by {lived.life.end_reason}"
-            )
-        error = estimated(stages[0], lived).life
-        _LIVES[key] = float(lived.life.cycle[-1]), error or 0.0
+        _LIVES[key] = once(key, lambda: _lived(alone, given))
     return _LIVES[key]
+
+
+def _lived(alone: Scene, given: CalibratedCoefficient) -> tuple[float, float]:
+    stages = stages_of(alone)
+    lived = live_through(alone, stages).whole
+    assert lived.life is not None
+    if lived.life.end_reason != "depth":
+        raise Refused(
+            f"these gears cannot be calibrated on {1e6 * given.depth:g} µm on the {given.flank}: "
+            f"their life ends before, by {lived.life.end_reason}"
+        )
+    return float(lived.life.cycle[-1]), estimated(stages[0], lived).life or 0.0
 
 
 def calibrated_values(found: Calibration | None) -> dict[str, float]:
