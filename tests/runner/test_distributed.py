@@ -37,7 +37,8 @@ class Cluster:
 
     def start(self, role, *words, path=()):
         support = str(Path(fake_campaign.__file__).parent)
-        places = os.pathsep.join([*map(str, path), support])
+        here = os.environ.get("PYTHONPATH", "")
+        places = os.pathsep.join([*map(str, path), support, *here.split(os.pathsep)])
         command = [sys.executable, "-m", f"distributed.cli.dask_{role}", "--no-dashboard", *map(str, words)]
         child = subprocess.Popen(
             command,
@@ -120,6 +121,20 @@ def test_killed_and_strange_workers_lose_nothing(there, edited, tmp_path):
     assert strange.pid not in begun(log)
     assert store.verify() == []
     assert all(entry.source_hash == "abc" for entry in store.entries().values())
+    store.close()
+
+
+def test_a_worker_that_dies_while_it_compiles_is_replaced(there, tmp_path):
+    log, store = tmp_path / "log", Store(tmp_path / "store")
+    campaign = sweep(4, log=str(log), act="die compiling")
+    there.worker(), there.worker()
+    until(lambda: two_workers(there))
+    reports = []
+    here = threading.Thread(target=lambda: reports.append(run(campaign, store, there)), daemon=True)
+    here.start()
+    here.join(PATIENCE)
+    assert reports and reports[0].done == 4
+    assert len((tmp_path / "log.warm").read_text().splitlines()) == 2
     store.close()
 
 

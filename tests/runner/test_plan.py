@@ -1,5 +1,6 @@
 import json
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import fake_campaign
 import pytest
@@ -7,7 +8,7 @@ from fake_campaign import Campaign, alter, sweep
 
 from wearlab.cli import app, planning
 from wearlab.runner import plan as planner
-from wearlab.runner.plan import Amount, parts_of, plan
+from wearlab.runner.plan import Amount, differing, parts_of, plan
 from wearlab.runner.worker import Task, execute
 from wearlab.store import Store
 
@@ -117,7 +118,7 @@ def test_the_command_in_words(command, monkeypatch):
     status, out, err = command()
     assert (status, err) == (0, "")
     for words in (
-        *("4 cases, 4 runs, 2 cases excluded", "3 new", "1 cached", "2 excluded by speed_ratio > 1"),
+        *("4 cases, 4 distinct runs, 2 excluded", "3 new", "1 cached", "2 excluded by speed_ratio > 1"),
         *(
             "time: about 4.5 s with 2 workers (3 s to 6 s)",
             " kB ",
@@ -143,3 +144,17 @@ def test_a_billion_cases_are_refused_before_they_are_made(tmp_path, capsys):
     assert app.status_of(["plan", str(tmp_path / "absurd.toml"), "--store", str(tmp_path / "s")]) == 2
     assert "1,000,000,000 cases, more than 100,000" in capsys.readouterr().err
     assert not (tmp_path / "s").exists()
+
+
+def test_what_has_changed_since_a_case_ran(store):
+    campaign = replace(sweep(3), path=Path("a.toml"))
+    members = [(case.id, case.label, {"speed": f"{case.scene.speed:g} rpm"}) for case in campaign.cases]
+    store.catalogue.record_campaign(campaign.title, None, "a.toml", members)
+    found = plan(alter(campaign, 1, updates=4), store)
+    assert [(run.state, run.changed) for run in found.runs[:2]] == [("cached", ()), ("new", ("updates",))]
+    assert plan(replace(alter(campaign, 1, updates=4), path=Path("b.toml")), store).runs[1].changed == ()
+
+
+def test_only_the_model_has_changed(store):
+    entry = store.find(sweep(1).cases[0].id)
+    assert differing(entry, entry.scene) == ("the version of the model",)

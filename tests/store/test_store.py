@@ -42,6 +42,18 @@ def test_which_run_is_meant(fill):
         store.run(alter(sweep(20), 0, act="fail").cases[0].id)
 
 
+def test_a_run_can_be_named_by_a_condition(fill):
+    campaign = sweep(3)
+    store = fill(campaign)
+    assert store.find("speed = 900").id == campaign.cases[1].id
+    with pytest.raises(StoreError, match="2 runs meet this"):
+        store.find("speed > 850")
+    with pytest.raises(StoreError, match="no such run"):
+        store.find("speed > 1e6")
+    with pytest.raises(StoreError, match="unknown name 'sped'"):
+        store.find("sped > 1")
+
+
 def test_a_sound_store_has_no_problems(fill):
     assert fill(sweep(3)).verify() == []
 

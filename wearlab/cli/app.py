@@ -25,6 +25,14 @@ StoreFolder = Annotated[
     Path, typer.Option("--store", metavar="DIR", envvar="WEARLAB_STORE", help="The folder of the runs.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Write JSON.")]
+Run = Annotated[
+    str,
+    typer.Argument(
+        metavar="RUN",
+        help='An id, its beginning, or a condition that one run meets: "speed = 900 rpm".',
+        show_default=False,
+    ),
+]
 STORE = Path("wearlab-store")
 
 
@@ -111,7 +119,7 @@ def ls(
 
 @app.command()
 def show(
-    run: Annotated[str, typer.Argument(metavar="RUN", help="An id, or its beginning.", show_default=False)],
+    run: Run,
     store: StoreFolder = STORE,
     json: Json = False,
 ) -> Status:
@@ -148,7 +156,10 @@ def figures(
 
 @app.command()
 def compare(
-    a: Annotated[str, typer.Argument(metavar="A", help="A run or a campaign file.", show_default=False)],
+    a: Annotated[
+        str,
+        typer.Argument(metavar="A", help="A run (id or condition) or a campaign file.", show_default=False),
+    ],
     b: Annotated[str, typer.Argument(metavar="B", help="Another.", show_default=False)],
     store: StoreFolder = STORE,
     on: Annotated[str, typer.Option(metavar="WHAT", help="At the same cycle or wear_depth.")] = "cycle",
@@ -274,7 +285,7 @@ def reindex(store: StoreFolder = STORE, json: Json = False) -> Status:
 
 @app.command()
 def cite(
-    run: Annotated[str, typer.Argument(metavar="RUN", help="An id, or its beginning.", show_default=False)],
+    run: Run,
     store: StoreFolder = STORE,
     json: Json = False,
 ) -> Status:

@@ -26,7 +26,7 @@ def compare_two(
 
     Parameters
     ----------
-    a, b : campaign files, or ids of runs
+    a, b : campaign files, ids of runs, or conditions that one run meets
     store : where their runs are
     on : cycle or wear_depth
     tolerance : relative

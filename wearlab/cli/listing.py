@@ -1,7 +1,7 @@
 """``ls``, ``show`` and ``verify``: what is in a store."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -100,7 +100,7 @@ def _show_rows(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 def _rows(store: "Store", ids: Sequence[str] | None = None) -> list[dict[str, Any]]:
     entries = store.entries(ids)
-    members = [member for member in store.catalogue.members(ids) if member.run in entries]
+    members = _once(member for member in store.catalogue.members(ids) if member.run in entries)
     named = {member.run for member in members}
     alone = [Member("", None, run_id, "", {}) for run_id in entries if run_id not in named]
     current = _current_source(entries)
@@ -108,6 +108,14 @@ def _rows(store: "Store", ids: Sequence[str] | None = None) -> list[dict[str, An
         place = {run_id: number for number, run_id in enumerate(entries)}
         members = sorted(members, key=lambda member: place[member.run])
     return [_row(store, member, entries[member.run], current) for member in members + alone]
+
+
+def _once(members: Iterable[Member]) -> list[Member]:
+    """Return each case of a campaign once, however often its file was extended and run again."""
+    found: dict[tuple[Any, ...], Member] = {}
+    for one in members:
+        found.setdefault((one.campaign, one.path, one.run, one.label, *one.position.items()), one)
+    return list(found.values())
 
 
 def _row(store: "Store", member: Member, entry: Entry, current: str) -> dict[str, Any]:

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING
 from wearlab.cli.output import REFUSALS, Status, complain, load_campaign, refusing, say, show_json
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from wearlab.runner.plan import Amount, Plan
     from wearlab.store import Store
 
+SHOWN = 6
 UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 HOUR, MINUTE = 3600.0, 60.0
 
@@ -39,12 +42,14 @@ def _tell(found: "Plan") -> None:
     from wearlab.runner.plan import WORDS
 
     say(found.title)
-    say(f"  {found.cases} cases, {len(found.runs)} runs, {len(found.excluded)} cases excluded")
+    say(f"  {found.cases} cases, {len(found.runs)} distinct runs, {len(found.excluded)} excluded")
     for state, words in WORDS.items():
         if count := found.count(state):
             say(f"  {count:>7} {words}")
     if other := sum(run.other_code for run in found.runs):
         say(f"  {other:>7} of the cached made by other code")
+    for keys, count in Counter(run.changed for run in found.runs if run.changed).items():
+        say(f"  {count:>7} of the new were run before with another {_some(keys)}")
     for condition, count in Counter(condition for condition, _ in found.excluded).items():
         say(f"  {count:>7} excluded by {condition}")
     for run in found.runs:
@@ -52,13 +57,20 @@ def _tell(found: "Plan") -> None:
             where = ", ".join(f"{name}={value}" for name, value in run.position.items())
             say(f"  {run.state}: {run.label}{f' ({where})' if where else ''}")
     if found.seconds is None or found.bytes is None:
-        say("  time and size unknown: nothing to do, or no recorded runs to tell from")
+        to_do = any(run.state in ("new", "lost") for run in found.runs)
+        say("  time and size unknown: no recorded runs to tell from" if to_do else "  nothing to do")
         return
     about, least, most = (_time(value / found.workers) for value in found.seconds)
-    say(f"  time: about {about} with {found.workers} workers ({least} to {most})")
+    workers = "one worker" if found.workers == 1 else f"{found.workers} workers"
+    say(f"  time: about {about} with {workers} ({least} to {most})")
     low, high = _size(found.bytes.low), _size(found.bytes.high)
     say(f"  disk: about {_size(found.bytes.value)} ({low} to {high}), {_size(found.free)} free")
     say(f"  from {found.basis}")
+
+
+def _some(keys: "Sequence[str]") -> str:
+    more = f" and {len(keys) - SHOWN} more" if len(keys) > SHOWN else ""
+    return ", ".join(keys[:SHOWN]) + more
 
 
 def _time(seconds: float) -> str:

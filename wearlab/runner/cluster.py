@@ -55,12 +55,14 @@ class Cluster:
         return list(self.client.scheduler_info(n_workers=-1)["workers"])
 
     def warm_up(self, scenes: Sequence[Any]) -> None:
-        """Compile on one worker while the others import; then all find the compiled code on disk."""
-        first, *others = self.workers()
-        importing = [
-            self.client.submit(prepare, self.simulate, workers=[name], pure=False) for name in others
-        ]
-        compiling = self.client.submit(warm_up, scenes, self.simulate, workers=[first], pure=False)
+        """Compile on one worker while the others import; then all find the compiled code on disk.
+
+        Each is asked for by name, and may be replaced: what waits for a worker that died would wait for ever.
+        """
+        first, *others = ([name] for name in self.workers())
+        free: dict[str, Any] = {"allow_other_workers": True, "pure": False}
+        compiling = self.client.submit(warm_up, scenes, self.simulate, workers=first, **free)
+        importing = [self.client.submit(prepare, self.simulate, workers=one, **free) for one in others]
         self.client.gather([compiling, *importing], errors="skip")
 
     def compute(self, tasks: Sequence[Task], settle: Settle) -> None:

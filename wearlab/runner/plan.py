@@ -3,7 +3,7 @@
 import json
 import shutil
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
@@ -17,7 +17,7 @@ from wearlab.store.place import place
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
     from wearlab.store import Store
-    from wearlab.store.catalogue import Head
+    from wearlab.store.catalogue import Entry, Head
 
 MANY = 10_000  # runs above which a plan warns
 SAMPLE = 1_000  # recorded runs that an estimate looks at, the latest first
@@ -40,6 +40,7 @@ class PlannedRun(NamedTuple):
     id, label, position : the run, and what sets it apart
     state : a key of `WORDS`
     other_code : whether it is cached and was made by other code
+    changed : keys by which a new run differs from what the same case of the campaign was when it ran last
     """
 
     id: str
@@ -47,6 +48,7 @@ class PlannedRun(NamedTuple):
     position: dict[str, str]
     state: str
     other_code: bool = False
+    changed: tuple[str, ...] = ()
 
 
 class Amount(NamedTuple):
@@ -110,8 +112,11 @@ def plan(campaign: "Campaign", store: "Store", *, workers: int | None = None, re
             head = heads.get(case.id)
             other = head is not None and bool(head.source_hash) and head.source_hash != current
             state = _state(store, head)
-            run = PlannedRun(case.id, case.label, place(campaign, case), state, other and state == "cached")
+            where = place(campaign, case)
+            run = PlannedRun(case.id, case.label, where, state, other and state == "cached")
             runs[case.id], scenes[case.id] = run, case.scene
+    if exists:
+        runs |= _changed(campaign, store, [run for run in runs.values() if run.state == "new"], scenes)
     again = ("new", "lost", "failed", "refused") if retry else ("new", "lost")
     to_do = [scenes[run.id] for run in runs.values() if run.state in again]
     seconds, size, basis = _estimate(store, to_do) if exists else (None, None, "")
@@ -123,6 +128,35 @@ def plan(campaign: "Campaign", store: "Store", *, workers: int | None = None, re
         free=free,
         warnings=tuple(_warnings(len(to_do), size, free)),
     )
+
+
+def _changed(
+    campaign: "Campaign", store: "Store", new: Sequence[PlannedRun], scenes: Mapping[str, Any]
+) -> dict[str, PlannedRun]:
+    """Return those of the new runs whose case has run before, with the keys that have changed since."""
+    path = None if campaign.path is None else str(campaign.path)
+    earlier: dict[str, str] = {}
+    for member in store.catalogue.members() if new else ():
+        if member.path == path and member.campaign == campaign.title:
+            earlier.setdefault(_case(member.label, member.position), member.run)
+    before = {run.id: earlier[case] for run in new if (case := _case(run.label, run.position)) in earlier}
+    known = store.entries(set(before.values()))
+    return {
+        run.id: run._replace(changed=differing(known[before[run.id]], scenes[run.id].canonical()))
+        for run in new
+        if before.get(run.id, run.id) != run.id and before[run.id] in known
+    }
+
+
+def _case(label: str, position: Mapping[str, Any]) -> str:
+    return json.dumps([label, position], sort_keys=True)
+
+
+def differing(entry: "Entry", scene: str) -> tuple[str, ...]:
+    """Return the keys by which a scene differs from a recorded run's; only the model where none does."""
+    old, new = (dict(flat(json.loads(text or "{}"))) for text in (entry.scene, scene))
+    keys = sorted(key for key in {*old, *new} if old.get(key) != new.get(key))
+    return tuple(keys) or ("the version of the model",)
 
 
 def _state(store: "Store", head: "Head | None") -> str:

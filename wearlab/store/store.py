@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from wearlab.campaign import Campaign
     from wearlab.store.table import Table
 
+CONDITION = " =<>("  # signs that are in every condition and in no id
+
 
 class Store:
     """A folder of runs.
@@ -119,13 +121,24 @@ class Store:
         return load(self.files.path(found.id))
 
     def find(self, prefix: str) -> Entry:
-        """Return the one run whose id begins so."""
-        matches = self.catalogue.matching(prefix) if prefix else []
+        """Return the one run whose id begins so, or that alone meets a condition, ``"torque = 5 N*m"``.
+
+        Raises
+        ------
+        StoreError : no such run, or more than one
+        """
+        from wearlab.query import QueryError
+
+        condition = any(sign in CONDITION for sign in prefix)
+        try:
+            found = self.query(prefix, columns=())["id"] if condition else self.catalogue.matching(prefix)
+        except QueryError as error:
+            raise StoreError(f"run: {error}") from error
+        matches = found if prefix else []
         if len(matches) != 1:
             some = ", ".join(match[:12] for match in matches[:4])
-            raise StoreError(
-                f"run {prefix!r}: {f'{len(matches)} runs begin so: {some}' if matches else 'no such run'}"
-            )
+            many = f"{len(matches)} runs {'meet this' if condition else 'begin so'}: {some}"
+            raise StoreError(f"run {prefix!r}: {many if matches else 'no such run'}")
         return self.entries(matches)[matches[0]]
 
     def entries(self, ids: Iterable[str] | None = None) -> dict[str, Entry]:
