@@ -75,6 +75,16 @@ REFUSED = [
         {"input": "sun", "fixed": "sun"},
         "operation: one member in two roles: input 'sun', output 'carrier', fixed 'sun'",
     ),
+    (
+        "operation",
+        {"fixed": "sun"},
+        "operation: the sun drives by default, but is fixed; give input = 'ring' or 'carrier'",
+    ),
+    (
+        "operation",
+        {"output": "sun"},
+        "operation: the sun drives by default, but is output; give input = 'ring' or 'carrier'",
+    ),
     ("operation.output", "pinion", "operation.output: 'pinion' is no member that may be that; there are"),
     (
         "operation.load_torque",

@@ -113,6 +113,15 @@ class Operation(Part):
         for key, default in zip(keys, role["default"], strict=True):
             if filled.get(key) is None:
                 free = [name for name in (default, *role["members"]) if name not in taken]
+                if key == "input" and len(free) > 1 and default in taken:
+                    raise PydanticCustomError(
+                        "members", "the {default} drives by default, but is {role}; give input = {free}",
+                        {
+                            "default": default,
+                            "role": next(of for of in keys if filled.get(of) == default),
+                            "free": " or ".join(repr(name) for name in free),
+                        },
+                    )  # fmt: skip
                 if free:
                     filled[key] = free[0]
                     taken.append(free[0])

@@ -108,16 +108,15 @@ def order_lines(signal: Array, phase: Array, weight: Array, lines: Array) -> Arr
     periods = len(signal)
     count = np.rint(lines * periods).astype(int)
     own = np.abs(count - lines * periods) < 1e-6
-    line = count[own]
-    turned = np.fft.fft(signal, axis=0) / periods
-    residue, at = np.unique(line % periods, return_inverse=True)
+    rest = np.exp(-2j * np.pi / periods * np.outer(np.arange(periods), phase))
+    turned = np.fft.fft(signal, axis=0) / periods * (rest * weight)[:, None]
+    whole, wave = np.exp(-2j * np.pi * phase), np.ones(len(phase), complex)
+    found = np.empty((int(count.max()) // periods + 1, periods, signal.shape[1]))
+    for order in found:
+        order[:] = 2.0 * np.abs(turned @ wave)
+        wave *= whole
     amplitude = np.zeros((signal.shape[1], len(lines)))
-    found = np.empty((signal.shape[1], len(line)))
-    for row, one in enumerate(residue):
-        mine = at == row
-        wave = np.exp(-2j * np.pi * np.outer(phase, line[mine]) / periods)
-        found[:, mine] = 2.0 * np.abs((turned[one] * weight) @ wave)
-    amplitude[:, own] = found
+    amplitude[:, own] = found.reshape(-1, signal.shape[1])[count[own]].T
     return amplitude
 
 
