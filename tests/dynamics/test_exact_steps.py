@@ -16,6 +16,7 @@ from wearlab.dynamics.runge_kutta4 import TableMarcher
 from wearlab.dynamics.shooting import Shooting
 from wearlab.dynamics.steps import exact_steps_per_period, steps_per_period
 from wearlab.dynamics.system import System
+from wearlab.dynamics.touching import halved, touching_orbit
 from wearlab.gears.errors import GearError
 from wearlab.mesh.stages import StageGrid, StageTables, stage_grid
 
@@ -142,14 +143,70 @@ def test_the_orbit_of_eighteen_degrees_of_freedom_closes_under_scipy() -> None:
     assert (np.abs(end - start) < 2e-6 * scale).all()
 
 
-@pytest.mark.slow
-def test_two_steps_at_once_are_of_sixth_order() -> None:
+def test_four_steps_at_once_are_of_high_order() -> None:
     system, found = planetary(), []
-    for steps in (1200, 100, 200):
-        response = Periodic().solve(system, tables(stage_grid(BREAKS, steps)), PERIOD)
+    for steps in (1200, 150, 300):
+        response = Periodic().solve(system, tables(stage_grid(BREAKS, steps, 4)), PERIOD)
         found.append(float(system.direction[0] @ response.state[0, 0, :18]))
     one, two = abs(found[1] - found[0]), abs(found[2] - found[0])
-    assert two < 1e-5 * abs(found[0]) and one > 25.0 * two
+    assert two < 1e-8 * abs(found[0]) and one > 30.0 * two
+
+
+def test_derivative_of_the_affine_map_is_that_of_scipy() -> None:
+    """The map is affine: any difference quotient is its derivative."""
+    system = planetary()
+    response = touching_orbit(system, tables(stage_grid(BREAKS, 400, 4)), PERIOD, 1e-3)
+    assert response is not None and response.derivative is not None
+    law, rate = plain_law(system), 2.0 * np.pi / PERIOD
+    start = response.state[0, 0]
+    scale = np.repeat([1.0, rate], 18)
+    moved = 1e-7 * scale * np.random.default_rng(5).normal(size=36)
+    expected = segments(law, start + moved) - segments(law, start.copy())
+    error = np.abs(response.derivative @ moved - expected) / scale
+    assert error.max() < 1e-5 * np.abs(expected / scale).max()
+
+
+def test_multipliers_of_a_free_set_leave_its_rotation_out() -> None:
+    """Liouville: the product of all multipliers is the contraction of the map; the free ones are 1."""
+    system, one = torsional(), tables(stage_grid(BREAKS, 400, 4), 0.1)
+    found = touching_orbit(system, one, PERIOD, 1e-3)
+    assert found is not None and len(found.multipliers) == 8
+    d, c = system.direction, system.mesh_damping
+    trace = np.trace(np.linalg.solve(system.mass, d.T @ (c[:, None] * d) + system.total_damping))
+    assert np.log(np.abs(found.multipliers)).sum() == pytest.approx(-trace * PERIOD, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_the_general_map_finds_the_orbit_of_touching_flanks_and_its_multipliers() -> None:
+    for system, mu in ((planetary(), None), (torsional(), 0.1)):
+        one = tables(stage_grid(BREAKS, 800, 4), mu)
+        found = touching_orbit(system, one, PERIOD, 1e-3)
+        shooting = Shooting(system, one, PERIOD)
+        orbit = shooting.shoot(1, np.zeros(shooting.rows), touch=True)
+        assert found is not None and orbit is not None and orbit.derivative is not None
+        np.testing.assert_allclose(found.state, orbit.state, atol=1e-6 * np.abs(orbit.state).max())
+        np.testing.assert_allclose(np.abs(found.multipliers), np.abs(orbit.multipliers), atol=1e-6, rtol=1e-5)
+        size = np.abs(orbit.derivative).max()
+        np.testing.assert_allclose(found.derivative, orbit.derivative, atol=1e-5 * size)
+
+
+def test_parting_flanks_and_no_load_are_left_to_the_general_map() -> None:
+    grid = stage_grid(BREAKS, 400, 4)
+    assert touching_orbit(planetary(0.5), tables(grid, amplitude=3e-5), PERIOD, 1e-3) is None
+    assert touching_orbit(planetary(0.0), tables(grid), PERIOD, 1e-3) is None
+
+
+def test_half_steps_keep_the_parabola_of_every_step() -> None:
+    grid = stage_grid(BREAKS, 100)
+    one, two = tables(grid, 0.1), halved(tables(grid, 0.1))
+    assert two.width.sum() == pytest.approx(1.0) and len(two.width) == 2 * len(one.width)
+    for whole, half in ((one.stiffness, two.stiffness), (one.position, two.position), (one.error, two.error)):
+        assert whole is not None and half is not None
+        np.testing.assert_array_equal(half[::2, 0], whole[:, 0])
+        np.testing.assert_array_equal(half[1::2, 2], whole[:, 2])
+        np.testing.assert_array_equal(half[::2, 2], whole[:, 1])
+        third = half[::2, 1] * 8.0 - 3.0 * whole[:, 0] - 6.0 * whole[:, 1] + whole[:, 2]
+        assert np.abs(third).max() < 1e-12 * np.abs(whole).max()
 
 
 def symmetric(steps: int = 240) -> Any:
@@ -176,12 +233,12 @@ def test_the_rule_for_exact_steps_meets_its_tolerance_and_little_more(tolerance:
         response = Periodic().solve(system, tables(grid, amplitude=0.2e-6), PERIOD)
         found.append(deflection_at(response, grid, phase)[0])
     error = np.abs(found[1] - found[0]).max() / np.abs(found[1]).max()
-    assert 0.02 * tolerance < error < tolerance
+    assert 1e-3 * tolerance < error < tolerance
 
 
 def test_a_step_too_long_for_the_series_is_refused() -> None:
     system, grid = planetary(), stage_grid(BREAKS, 200)
-    with pytest.raises(GearError, match=r"give at least 4\.\d+ times as many steps"):
+    with pytest.raises(GearError, match=r"give at least 2\.\d+ times as many steps"):
         Periodic().solve(system, tables(grid), 20.0 * PERIOD)
     slow = exact_steps_per_period(system, 4e8, 20.0 * PERIOD, 1e-3)
     Periodic().solve(system, tables(stage_grid(BREAKS, slow)), 20.0 * PERIOD)
@@ -328,7 +385,7 @@ def test_warm_start_with_a_neighbours_derivative_finds_the_same_orbit() -> None:
     second = second._replace(stiffness=1.01 * second.stiffness)
     neighbour = Periodic().solve(system, first, PERIOD)
     warm, cold = (Periodic().solve(system, second, PERIOD, start) for start in (neighbour, None))
-    assert warm.derivative is neighbour.derivative and warm.counts.period_maps <= 6
+    assert warm.derivative is neighbour.derivative and 2 <= warm.counts.period_maps <= 8
     np.testing.assert_allclose(warm.state, cold.state, atol=1e-7 * np.abs(cold.state).max())
 
 
@@ -389,7 +446,6 @@ def b23_law(load: float, mu: float) -> Any:
     return of
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.1, 0.5])
 def test_torsional_set_with_friction_closes_under_scipy_and_in_energy(mu: float) -> None:
     system = torsional()

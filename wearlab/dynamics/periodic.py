@@ -1,7 +1,7 @@
 """The default method: Newton shooting on the period map; marching where no simple orbit attracts."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from wearlab.dynamics.response import Response, Verdict
 from wearlab.dynamics.shooting import Orbit, Shooting
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
+from wearlab.dynamics.touching import halved, touching_orbit
 from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
@@ -51,6 +52,17 @@ class Periodic:
         period : duration of a mesh period [s]
         start : response of a neighbouring case to start from
         """
+        if in_registers(system):
+            return self._shoot(system, tables, period, start)
+        if start is None or start.counts.newton_iterations == 1:
+            found = touching_orbit(system, tables, period, self.margin)
+            if found is not None:
+                return found
+        # Where flanks part, steps go in twos and not in fours: half as long they are as accurate.
+        found = self._shoot(system, halved(tables), period, start)
+        return replace(found, state=np.ascontiguousarray(found.state[:, ::2]), tables=tables)
+
+    def _shoot(self, system: System, tables: StageTables, period: float, start: Response | None) -> Response:
         shooting = Shooting(system, tables, period)
         found = self._simple_orbit(shooting, start)
         if found is not None and found.largest <= 1.0 + self.margin:

@@ -74,10 +74,21 @@ def propagator_of(
 
     Inputs are ordered channels, load, fluctuating load, loads of unknown size; what is absent is left out.
     """
-    middle = tables.stiffness.sum(axis=3)
-    mean = np.einsum("s,skm->m", tables.width, middle * np.array([1.0, 4.0, 1.0])[:, None] / 6.0)
-    mean = np.exp(GRID * np.round(np.log(np.maximum(mean, 1e-300)) / GRID))
-    lengths = np.unique(tables.width * period)
+    vectors, loads = input_vectors(system, balance)
+    matrices = (system.mass, system.total_stiffness, system.total_damping, vectors, loads)
+    numbers = (system.mesh_damping, mean_stiffness(tables), np.unique(tables.width * period))
+    return _propagator(*(Frozen(x) for x in (*matrices, *numbers)))
+
+
+def mean_stiffness(tables: StageTables) -> Array:
+    """Return the mean stiffness of every mesh, rounded so that wear states share it, (n_mesh,) [N/m]."""
+    whole = tables.stiffness.sum(axis=3)
+    mean = np.einsum("s,skm->m", tables.width, whole * np.array([1.0, 4.0, 1.0])[:, None] / 6.0)
+    return np.asarray(np.exp(GRID * np.round(np.log(np.maximum(mean, 1e-300)) / GRID)), np.float64)
+
+
+def input_vectors(system: System, balance: Balance | None) -> tuple[Array, Array]:
+    """Return the force vectors of all channels (n_channel, n) and all loads (n_load, n)."""
     vectors = [system.direction]
     if system.friction_constant is not None and system.friction_slope is not None:
         vectors += [system.friction_constant, system.friction_slope]
@@ -86,15 +97,7 @@ def propagator_of(
         loads.append(system.fluctuation_direction)
     if balance is not None:
         loads += list(balance.response @ system.mass)
-    matrices = (
-        system.mass,
-        system.total_stiffness,
-        system.total_damping,
-        np.vstack(vectors),
-        np.vstack(loads),
-    )
-    numbers = (system.mesh_damping, mean, lengths)
-    return _propagator(*(Frozen(x) for x in (*matrices, *numbers)))
+    return np.vstack(vectors), np.vstack(loads)
 
 
 @lru_cache(maxsize=16)
@@ -123,7 +126,7 @@ def _propagator(
             f"a step of {h.max():.3g} s turns the fastest mode by {angle:.3g} rad, more than "
             f"{LARGEST_ANGLE:g}: give at least {angle / LARGEST_ANGLE:.3g} times as many steps a period"
         )
-    powers = _powers(matrix, 2.0 * angle)
+    powers = powers_of(matrix, 2.0 * angle)
     sensors = np.zeros((2 * meshes, 2 * n))
     sensors[:meshes, :n], sensors[meshes:, n:] = d, d
     held = np.zeros((2, len(vector.array)))
@@ -142,8 +145,8 @@ def largest_rate(stiffness: Array, damping: Array) -> float:
 def _steps(powers: Array, fed: Array, sensors: Array, length: Array, stages: int) -> Steps:
     nodes = np.linspace(0.0, 1.0, stages)
     lagrange = np.asarray(np.linalg.inv(np.vander(nodes, increasing=True)).T, np.float64)
-    moved = [_series(powers, x * length) for x in nodes[1:]]
-    entered = [_inputs(fed, length, x, lagrange) for x in nodes[1:]]
+    moved = [series(powers, x * length) for x in nodes[1:]]
+    entered = [effects(fed, length, x, lagrange) for x in nodes[1:]]
     middle, meshes = (stages - 1) // 2 - 1, len(sensors) // 2
 
     def seen(tables: list[Array]) -> Array:
@@ -153,7 +156,7 @@ def _steps(powers: Array, fed: Array, sensors: Array, length: Array, stages: int
     return Steps(moved[-1], entered[-1], moved[middle], entered[middle], seen(moved), seen(entered))
 
 
-def _powers(matrix: Array, angle: float) -> Array:
+def powers_of(matrix: Array, angle: float) -> Array:
     """Return powers of A as far as the series of ``e^{Ah}`` needs them, (n_terms, 2n, 2n)."""
     powers, term = [np.eye(len(matrix))], 1.0
     while term > SMALL or len(powers) < 6:
@@ -162,13 +165,13 @@ def _powers(matrix: Array, angle: float) -> Array:
     return np.array(powers)
 
 
-def _series(powers: Array, h: Array) -> Array:
+def series(powers: Array, h: Array) -> Array:
     """Return ``e^{Ah} = Σ A^k h^k/k!`` of every length, (n_lengths, 2n, 2n)."""
     factors = np.cumprod(np.vstack([np.ones_like(h), *[h / k for k in range(1, len(powers))]]), axis=0)
     return np.tensordot(factors.T, powers, axes=1)
 
 
-def _inputs(fed: Array, length: Array, share: float, lagrange: Array) -> Array:
+def effects(fed: Array, length: Array, share: float, lagrange: Array) -> Array:
     """Return ``∫_0^t e^{A(t−τ)} B L_i(τ/h) dτ`` of the Lagrange polynomials, (n_lengths, 2n, n_stages n_in).
 
     ``∫_0^t e^{A(t−τ)} (τ/h)^j dτ = Σ_k A^k t^{k+1} share^j j!/(k+j+1)!``, t = share · h.

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgeev, dgetrf, dgetrs
+from scipy.linalg.lapack import dgetrf, dgetrs
 
-from wearlab.dynamics.balance import found_load, true_derivative
+from wearlab.dynamics.balance import found_load
 from wearlab.dynamics.family import nearest_orbit
 from wearlab.dynamics.newton import CONVERGED, SINGULAR, exchange, set_start, shoot
 from wearlab.dynamics.period_map import over_period
@@ -15,6 +15,7 @@ from wearlab.dynamics.runge_kutta4 import TableMarcher
 from wearlab.dynamics.steady import under_one_load
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
+from wearlab.dynamics.touching import multipliers_of
 from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
@@ -108,15 +109,12 @@ class Shooting:
             matrix[balance.held, balance.held] -= 1.0
         factors, pivots, failed = dgetrf(matrix)
         states, last = np.empty((self.steps + 1) * self.rows), np.inf
-        # Where one pass was exact contact never changed; most likely it still does not, and to ask once at
-        # the end which pairs touch is less work than to ask at every step.
-        touch = neighbour.counts.newton_iterations == 1
         exchange(balance, state)
         for _ in range(MOST_CHORDS):
             set_start(balance, states, state, 1)
             over_period(
                 kernel, self.tables, self.period, np.uint64(1), self.marcher.width, states, 0,
-                self.marcher.scratch, touch,
+                self.marcher.scratch, False,
             )  # fmt: skip
             self.maps += 1
             path = states.reshape(-1, self.rows)
@@ -125,23 +123,11 @@ class Shooting:
             if failed or bad or not error <= SHRINKS * last:
                 return None
             if error <= CLOSED * size:
-                if touch and not self._touches(path):
-                    return None
                 self.iterations += 1
                 closure = self._distance(path[-1], path[0]) / (size or 1.0)
                 return Orbit(1, path[None].copy(), neighbour.multipliers, closure, True, derivative)
             state, last = state + step, error
         return None
-
-    def _touches(self, path: Array) -> bool:
-        """Whether every pair in the path touches at the ends and in the middle of all steps."""
-        tables, n = self.tables, self.rows // 2
-        d = self.system.direction.T
-        q, v = path[:, :n] @ d, path[:, n:] @ d
-        bend = 0.125 * (tables.width * self.period)[:, None] * (v[:-1] - v[1:])
-        stages = np.stack([q[:-1], 0.5 * (q[:-1] + q[1:]) + bend, q[1:]], axis=1) - tables.error
-        approach = stages[..., None] - tables.gap
-        return bool((approach[tables.stiffness > 0.0] >= 0.0).all())
 
     def _orbit(self, periods: int, orbit: Array, monodromy: Array, unique: bool = True) -> Orbit | None:
         strobe = orbit[:: self.steps]
@@ -154,13 +140,7 @@ class Shooting:
 
     def multipliers(self, derivative: Array) -> NDArray[np.complex128]:
         """Return the multipliers, largest first; position and speed of a free rotation are left out."""
-        balance = self.kernel.balance
-        matrix = derivative if balance is None else true_derivative(self.system, balance, derivative)
-        real, imaginary, *_ = dgeev(matrix, compute_vl=0, compute_vr=0)
-        found = real + 1j * imaginary
-        if balance is not None:
-            found = found[abs(found - 1.0).argsort()[2 * len(balance.held) :]]
-        return found[abs(found).argsort()[::-1]]
+        return multipliers_of(self.system, self.kernel.balance, derivative)
 
     def _distance(self, state: Array, other: Array | float = 0.0) -> float:
         """Return the largest difference of two states, velocities measured in units of ``rate``."""

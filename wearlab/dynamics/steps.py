@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.propagator import LARGEST_ANGLE, largest_rate
+from wearlab.dynamics.collocation import LARGEST_TURN, SIZES
+from wearlab.dynamics.propagator import largest_rate
 from wearlab.dynamics.system import System
 
 Array = NDArray[np.float64]
@@ -12,9 +13,10 @@ STABLE = 1.0
 ERROR_CONSTANT = 0.06
 FLOOR = 6.0
 STEPS_PER_SEGMENT = 6
-EXACT_ERROR_CONSTANT = 2.5e-5
-EXACT_LARGEST = 2.0
-EXACT_FLOOR = 12.0
+EXACT_ERROR_CONSTANT = 5e-7
+EXACT_ORDER = 9.0
+EXACT_LARGEST = 2.2
+EXACT_FLOOR = 30.0
 EXACT_STEPS_PER_SEGMENT = 4
 
 
@@ -52,20 +54,20 @@ def exact_steps_per_period(
     """Return the exact steps of a mesh period that keep their error near ``tolerance``.
 
     Exact steps of the linear part know no limit of stability, and free vibration costs no accuracy. What they
-    interpolate is the force by which a mesh differs from its mean, ``(k(φ) − k̄) δ``, over two steps by its
-    five stages: δ rings after every pair that enters, and the error is about ``1.5e-5 (ω h)⁶`` (measured, W23
-    and B23 sets at 100 to 1000 rpm, 1e-2 to 1e-7), ω the fastest rate with the stiffest mesh; 2.5e-5 leaves
-    room. The mesh itself has to be resolved, too: no fewer than ``12 tolerance^(−1/6)`` steps, and four a
-    segment; and the exponential's series has to be summed.
+    interpolate, by the nine stages of four steps, is the force by which a mesh differs from its mean,
+    ``(k(φ) − k̄) δ``: δ rings after every pair that enters. Between steps a response is of ninth order, and
+    its error is ``2e-8`` to ``4e-7 (ω h)⁹`` (measured, W23 and B23 sets), ω the fastest rate with the
+    stiffest mesh. The mesh itself has to be resolved, too: no fewer than ``30 tolerance^(−1/9)`` steps, and
+    four a segment; and the exponential's series has to be summed.
 
     Parameters
     ----------
     system, mesh_stiffness_max, period, tolerance, segments : as for `steps_per_period`
     """
-    step_angle = min(EXACT_LARGEST, (tolerance / EXACT_ERROR_CONSTANT) ** (1.0 / 6.0))
+    step_angle = min(EXACT_LARGEST, (tolerance / EXACT_ERROR_CONSTANT) ** (1.0 / EXACT_ORDER))
     wanted = fastest_rate(system, mesh_stiffness_max) * period / step_angle
-    summed = largest_rate(*_normalised(system, mesh_stiffness_max)) * period / LARGEST_ANGLE
-    floor = EXACT_FLOOR * tolerance ** (-1.0 / 6.0)
+    summed = largest_rate(*_normalised(system, mesh_stiffness_max)) * period / LARGEST_TURN * SIZES[0]
+    floor = EXACT_FLOOR * tolerance ** (-1.0 / EXACT_ORDER)
     return int(np.ceil(max(wanted, summed, floor, EXACT_STEPS_PER_SEGMENT * segments)))
 
 

@@ -63,13 +63,14 @@ class StageTables(NamedTuple):
     position: Array | None = None
 
 
-def stage_grid(breaks: Array, steps: int) -> StageGrid:
+def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:
     """Cut one mesh period into about ``steps`` steps that land on every break.
 
     Parameters
     ----------
     breaks : (n,) ascending phases in [0, 1) at which something jumps or kinks; 0 is added when missing [1]
-    steps : the number of steps wanted; every segment gets an even number, in proportion to its length
+    steps : the number of steps wanted; every segment gets its share, in proportion to its length
+    multiple : the steps of a segment are a multiple of it
 
     Returns
     -------
@@ -78,7 +79,7 @@ def stage_grid(breaks: Array, steps: int) -> StageGrid:
     edges = np.unique(np.concatenate([[0.0], np.asarray(breaks, float), [1.0]]))
     starts, widths, segments = [], [], []
     for index, (low, high) in enumerate(pairwise(edges)):
-        count = max(2, 2 * int(np.ceil(0.5 * steps * (high - low) - 1e-9)))
+        count = multiple * max(1, int(np.ceil(steps * (high - low) / multiple - 1e-9)))
         width = (high - low) / count
         starts.append(low + width * np.arange(count))
         widths.append(np.full(count, width))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
+from wearlab.dynamics.collocation import SIZES
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.steps import (
     EXACT_LARGEST,
@@ -98,12 +99,12 @@ def steps_grid(
             f"takes more than {MOST_STEPS} steps; so slow a motion is quasi-static: drop [dynamics], raise "
             "the speed, or give numerics.steps_per_period"
         )
-    rule = exact_steps_per_period if exact else steps_per_period
+    rule, multiple = (exact_steps_per_period, SIZES[0]) if exact else (steps_per_period, 2)
     steps = min(rule(system, stiffness, period, tolerance, len(breaks)), MOST_STEPS)
-    grid = stage_grid(breaks, steps)
+    grid = stage_grid(breaks, steps, multiple)
     while len(grid.width) < MOST_FOR_MESH and _missing(analyses, meshes, edges, grid) > RESOLVED * tolerance:
         steps = int(np.ceil(RISE * steps))
-        grid = stage_grid(breaks, steps)
+        grid = stage_grid(breaks, steps, multiple)
     return grid
 
 
