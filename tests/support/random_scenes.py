@@ -63,11 +63,11 @@ def scenes(draw: Any) -> dict[str, Any]:
 
 @st.composite
 def internal_pairs(draw: Any) -> dict[str, Any]:
-    """Draw the mapping of a pinion in a ring, at rest."""
+    """Draw the mapping of a pinion in a ring."""
     module, pinion = draw(decades(-3.7, -1.52)), draw(st.integers(17, 90))
     ring = pinion + draw(st.integers(9, 150))
     rim = module * (ring + 2.5 + draw(decades(0.3, 1.5)))
-    return _at_rest(
+    return _loaded(
         draw,
         module,
         {
@@ -81,7 +81,7 @@ def internal_pairs(draw: Any) -> dict[str, Any]:
 
 @st.composite
 def planetary_sets(draw: Any) -> dict[str, Any]:
-    """Draw the mapping of a planetary set at rest, its planets at angles where they can be assembled."""
+    """Draw the mapping of a planetary set, its planets at angles where they can be assembled."""
     module, sun, planet = draw(decades(-3.7, -1.52)), draw(st.integers(18, 90)), draw(st.integers(18, 60))
     ring, planets = sun + 2 * planet, draw(st.integers(2, 5))
     steps = [round(2 * (sun + planet) * n / planets) for n in range(planets)]
@@ -95,27 +95,63 @@ def planetary_sets(draw: Any) -> dict[str, Any]:
         "ring": {"teeth": ring, "rim_diameter": f"{rim:.6g} m", **draw(tips)},
         "carrier": {"mass": "1 kg", "inertia": "1 kg*m^2"},
     }
-    return _at_rest(draw, module, gears, sun)
+    return _loaded(draw, module, gears, sun)
 
 
 tips = st.sampled_from([*3 * [{"tip_alteration": "wang-2023"}], {}])
 """A ring's full tips reach below the involute of many a pinion."""
 
 
-def _at_rest(draw: Any, module: float, gears: dict[str, Any], driving: int) -> dict[str, Any]:
-    """Return gears with a load, a stiffness and wear, all over many decades, without dynamics."""
+def _loaded(draw: Any, module: float, gears: dict[str, Any], driving: int) -> dict[str, Any]:
+    """Return gears with a load, a stiffness and wear over many decades; some move, rub, or have a duty."""
     width = module * draw(decades(0.0, 2.0))
     torque = 1e7 * width * module * 0.5 * module * driving * draw(decades(-5.0, 1.5))
+    speed = draw(decades(1.5, 4.5))
     coefficient = {"model": "constant", "value": f"{draw(decades(-20.0, -14.0))} m^2/N"}
     mapping: dict[str, Any] = {
         "gears": {**gears, "module": f"{module} m", "face_width": f"{width} m"},
-        "operation": {"torque": f"{torque:.6g} N*m", "speed": f"{draw(decades(1.5, 4.5))} rpm"},
+        "operation": {"torque": f"{torque:.6g} N*m", "speed": f"{speed} rpm"},
         "mesh": {"stiffness": draw(stiffness(width))},
         "wear": {"coefficient": coefficient},
     }
     if gears["kind"] == "internal-pair" and draw(st.booleans()):
         mapping["wear"]["until"] = {"depth": f"{module * draw(decades(-5.5, -2.5)):.4g} m"}
+    if draw(st.booleans()):
+        mapping["mesh"]["damping_ratio"] = draw(decades(-3.0, -0.3))
+        pair = gears["kind"] == "internal-pair"
+        mapping["dynamics"] = draw(dynamics(width, "ring") if pair else motion(width))
+        if draw(st.booleans()):
+            mapping["dynamics"]["friction"] = {"coefficient": draw(decades(-3.0, -0.3))}
+    if draw(st.sampled_from([True, False, False])):
+        mapping["operation"] = {"duty": draw(duty(torque, speed))}
     return mapping
+
+
+def duty(torque: float, speed: float) -> Any:
+    """Draw two or three loads that take turns around one torque and one speed."""
+    loads = st.lists(st.tuples(decades(-1.0, 1.0), decades(-0.5, 0.5)), min_size=2, max_size=3)
+    return loads.map(
+        lambda each: [
+            {
+                "torque": f"{torque * load:.6g} N*m",
+                "speed": f"{speed * fast:.6g} rpm",
+                "share": 1.0 / len(each),
+            }
+            for load, fast in each
+        ]
+    )
+
+
+@st.composite
+def motion(draw: Any, width: float) -> dict[str, Any]:
+    """Draw the moving coordinates of a planetary set."""
+    if draw(st.booleans()):
+        return {"model": "planetary-torsional"}
+    bearing = {
+        "radial_stiffness": f"{width * draw(decades(8.0, 11.0)):.6g} N/m",
+        "damping_ratio": draw(decades(-3.0, -0.3)),
+    }
+    return {"model": "planetary", "supports": dict.fromkeys(("sun", "planet", "ring", "carrier"), bearing)}
 
 
 def stiffness(width: float) -> Any:
@@ -134,7 +170,7 @@ def stiffness(width: float) -> Any:
 
 
 @st.composite
-def dynamics(draw: Any, width: float) -> dict[str, Any]:
+def dynamics(draw: Any, width: float, driven: str = "gear") -> dict[str, Any]:
     """Draw moving coordinates."""
     if draw(st.booleans()):
         return {"model": "torsional"}
@@ -142,7 +178,7 @@ def dynamics(draw: Any, width: float) -> dict[str, Any]:
         "radial_stiffness": f"{width * draw(decades(9.0, 12.0)):.6g} N/m",
         "damping_ratio": draw(decades(-3.0, -0.3)),
     }
-    return {"model": "spur-3dof", "supports": {"pinion": bearing, "gear": bearing}}
+    return {"model": "spur-3dof", "supports": {"pinion": bearing, driven: bearing}}
 
 
 def outcome(mapping: dict[str, Any]) -> tuple[str, list[str]]:

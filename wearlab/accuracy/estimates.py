@@ -187,9 +187,15 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--longest", type=float, default=600.0, help="processor time of one scene [s]")
     parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--out", type=Path, default=Path("estimates.csv"), help="table of the scores")
+    parser.add_argument("--figure", type=Path, help="estimates against errors, as PNG, PDF or SVG")
     parser.add_argument("--json", action="store_true", help="print for machines")
     asked = parser.parse_args(words)
-    told = table(run(asked))
+    rows = run(asked)
+    told = table(rows)
+    if asked.figure is not None:
+        from wearlab.accuracy.scores_figure import draw_scores
+
+        draw_scores([one for one in map(of_row, rows) if one is not None], asked.figure)
     if asked.json:
         print(json.dumps(told, indent=1))
         return

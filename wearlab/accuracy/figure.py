@@ -62,7 +62,7 @@ class Page(NamedTuple):
 
 def pages(made: xr.Dataset) -> tuple[Page, ...]:
     """Return the figures that a dataset of studies gives, as data."""
-    wanted = (_work_precision(made), _knobs(made), _lives(made))
+    wanted = (_work_precision(made), _knobs(made), _lives(made), _lives_in_time(made))
     return tuple(page for page in wanted if page.panels)
 
 
@@ -117,28 +117,44 @@ def _knobs(made: xr.Dataset) -> Page:
 
 
 def _lives(made: xr.Dataset) -> Page:
+    return Page(
+        "life",
+        "Error of a life against the contact analyses it takes",
+        "Numbers: observed order over tolerance or threshold. Adaptive: third order while the wear is not "
+        "stiff, RKC2 beyond. Euler: L16's wear threshold.",
+        _life_panels(made, "work", 1.0, "contact analyses", ("life", "wear_depth")),
+    )
+
+
+def _lives_in_time(made: xr.Dataset) -> Page:
+    return Page(
+        "life-time",
+        "Error of a life against its run time",
+        "Of an unworn set the remaining useful life is the life. The same rungs as over contact analyses.",
+        _life_panels(made, "run_time", 1.0, "wall time in s", ("life",)),
+    )
+
+
+def _life_panels(
+    made: xr.Dataset, x: str, factor: float, label: str, quantities: tuple[str, ...]
+) -> tuple[tuple[str, str, tuple[Stroke, ...]], ...]:
+    """Return a panel of both ways of stepping over cycles for every case and quantity."""
     steppers = [
         i for i in range(made.sizes["curve"]) if str(made.knob[i].item()) in ("cycle_tolerance", "threshold")
     ]
     panels = []
     for case in range(made.sizes["case"]):
-        for quantity in ("life", "wear_depth"):
+        for quantity in quantities:
             strokes = [
-                _stroke(made, case, i, "work", 1.0, _method_look(made, i), named=True)
+                _stroke(made, case, i, x, factor, _method_look(made, i), named=True)
                 for i in steppers
                 if str(made.quantity[i].item()) == quantity
             ]
             strokes = [stroke for stroke in strokes if len(stroke.x)]
             if strokes:
                 title = f"{made['case'][case].item()}: {NAMES.get(quantity, quantity)}"
-                panels.append((title, "contact analyses", tuple(strokes)))
-    return Page(
-        "life",
-        "Error of a life against the contact analyses it takes",
-        "Numbers: observed order over tolerance or threshold. Adaptive: stabilised second order (RKC2). "
-        "Euler: L16's wear threshold.",
-        tuple(panels),
-    )
+                panels.append((title, label, tuple(strokes)))
+    return tuple(panels)
 
 
 def _stroke(

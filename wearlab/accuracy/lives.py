@@ -16,6 +16,7 @@ from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.wear import build_limits
 from wearlab.simulate.run import initial_wear
+from wearlab.simulate.twins import flank_of_nodes
 
 Array = NDArray[np.float64]
 
@@ -45,7 +46,8 @@ class Lived(NamedTuple):
     Parameters
     ----------
     cycle : its end [1]
-    depth : (2 n,) wear depth there [m]
+    depth : (n_entries,) wear depth there [m]
+    flank : (n_entries,) which flank each entry is on
     analyses : contact analyses it took
     seconds : wall time [s]
     saw_tooth : whether steps were longer than the stability limit
@@ -53,6 +55,7 @@ class Lived(NamedTuple):
 
     cycle: float
     depth: Array
+    flank: NDArray[np.int64]
     analyses: int
     seconds: float
     saw_tooth: bool
@@ -85,6 +88,7 @@ def lived(problem: Wearing, method: Method, tolerance: float) -> Lived:
     return Lived(
         float(life.cycle[-1]),
         life.depth[-1],
+        flank_of_nodes(problem.parts),
         life.count_rate_evaluations,
         time.perf_counter() - begun,
         life.saw_tooth,
@@ -119,7 +123,12 @@ def second_life(problem: Wearing, end: float) -> Lived:
         events=reaches_depth if problem.limits.depth is not None else None,
     )  # fmt: skip
     return Lived(
-        float(solution.t[-1]), solution.y[:, -1], rate.count, time.perf_counter() - begun, saw_tooth=False
+        float(solution.t[-1]),
+        solution.y[:, -1],
+        flank_of_nodes(problem.parts),
+        rate.count,
+        time.perf_counter() - begun,
+        saw_tooth=False,
     )
 
 
@@ -130,6 +139,11 @@ def errors(one: Lived, reference: Lived) -> tuple[float, float]:
     """
     mine, exact = one.depth, reference.depth
     if mine.shape != exact.shape:
-        mine, exact = mine.reshape(2, -1).max(axis=1), exact.reshape(2, -1).max(axis=1)
+        mine, exact = _deepest(one), _deepest(reference)
     depth = np.abs(mine - exact).max() / exact.max()
     return abs(one.cycle / reference.cycle - 1.0), float(depth)
+
+
+def _deepest(one: Lived) -> Array:
+    """Return the largest wear depth of every flank [m]."""
+    return np.array([one.depth[one.flank == flank].max() for flank in np.unique(one.flank)])

@@ -1,0 +1,58 @@
+"""The scores of the error estimates as a figure: estimate against true error, one point for each scene."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from wearlab.accuracy.drawn import Score
+
+DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
+TENFOLD = 10.0
+HONEST, EXCEEDED = "#0072B2", "#D55E00"
+
+
+class Panel(NamedTuple):
+    """What a panel shows: quantity, unit in which it is drawn, and how many of that make one of ours."""
+
+    quantity: str
+    title: str
+    unit: str
+    scale: float
+
+
+PANELS = (
+    Panel("wear_depth", "wear depth", "µm", 1e6),
+    Panel("life", "life", "cycles", 1.0),
+    Panel("mesh_force", "mesh force", "N", 1.0),
+)
+
+
+def draw_scores(scores: Sequence[Score], file: Path) -> None:
+    """Write a figure of estimates against true errors, log–log."""
+    with matplotlib.rc_context(DEFAULTS):
+        figure = Figure((7.2, 2.9), layout="constrained")
+        for axes, panel in zip(figure.subplots(1, len(PANELS)), PANELS, strict=True):
+            pairs = [getattr(one, panel.quantity) for one in scores]
+            known = np.array([pair for pair in pairs if pair is not None and np.isfinite(pair).all()])
+            true, told = panel.scale * known.reshape(-1, 2).T
+            _points(axes, true, told)
+            axes.set_title(f"{panel.title}: {len(true)} scenes, {np.mean(true <= told):.1%} below", size=8)
+            axes.set_xlabel(f"true error in {panel.unit}", size=8)
+            axes.set_ylabel(f"estimated error in {panel.unit}", size=8)
+            axes.tick_params(labelsize=7)
+        handles, labels = figure.axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=7, frameon=False)
+        figure.savefig(file, dpi=200)
+
+
+def _points(axes, true, told) -> None:  # type: ignore[no-untyped-def]
+    below = true <= told
+    axes.loglog(true[below], told[below], "o", ms=2.5, color=HONEST, label="error below its estimate")
+    axes.loglog(true[~below], told[~below], "s", ms=3.0, color=EXCEEDED, label="error above it")
+    ends = np.array([true.min(), true.max()]) if len(true) else np.ones(2)
+    axes.loglog(ends, ends, "-", lw=0.8, color="black", label="equal")
+    axes.loglog(ends, TENFOLD * ends, "--", lw=0.8, color="black", label="ten times the error")
