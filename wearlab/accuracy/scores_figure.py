@@ -40,7 +40,7 @@ def draw_scores(scores: Sequence[Score], file: Path) -> None:
             known = np.array([pair for pair in pairs if pair is not None and np.isfinite(pair).all()])
             true, told = panel.scale * known.reshape(-1, 2).T
             _points(axes, true, told)
-            axes.set_title(f"{panel.title}: {len(true)} scenes, {np.mean(true <= told):.1%} below", size=8)
+            axes.set_title(f"{panel.title}\n{len(true)} scenes, {np.mean(true <= told):.1%} below", size=8)
             axes.set_xlabel(f"true error in {panel.unit}", size=8)
             axes.set_ylabel(f"estimated error in {panel.unit}", size=8)
             axes.tick_params(labelsize=7)
