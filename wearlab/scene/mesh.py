@@ -179,6 +179,10 @@ class Mesh(OneMesh):
         own: OneMesh | None = getattr(self, section) if section else None
         return self if own is None else own
 
+    def each(self, kind: str) -> "tuple[OneMesh, ...]":
+        """Return what holds for each kind of mesh of a kind of gear set, in their order."""
+        return tuple(map(self.of, OWN_MESHES)) if kind == "planetary" else (self,)
+
     @model_serializer(mode="wrap")
     def _what_holds(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Dump what holds for each kind of mesh, wherever it was written: once if it is the same for both."""

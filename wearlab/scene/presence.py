@@ -1,12 +1,15 @@
 """Which parts a scene has, and which it leaves out: not computed, not compiled, not stored."""
 
+from collections.abc import Iterable
+
 from wearlab.scene.members import TOOTHED
 from wearlab.scene.scene import Scene
 
 
 def _parts(scene: Scene) -> dict[str, str | None]:
     """Return every part by its word; with what is chosen of it, None when it is left out."""
-    mesh, wear, dynamics, errors = scene.mesh, scene.wear, scene.dynamics, scene.errors
+    wear, dynamics, errors = scene.wear, scene.dynamics, scene.errors
+    meshes = scene.mesh.each(scene.gears.kind)
     gears = list(scene.gears.gears().values())
     oil = scene.lubricant is not None and all(g.roughness_ra is not None for g in gears)
     modified = any(g.tip_relief or g.root_relief or g.profile_crowning or g.profile_slope for g in gears)
@@ -19,13 +22,15 @@ def _parts(scene: Scene) -> dict[str, str | None]:
     return {
         "gears": scene.gears.kind,
         "flank modifications": "" if modified else None,
-        "mesh stiffness": mesh.stiffness.model,
-        "contact": mesh.contact.model,
-        "contact beyond A and E": "" if mesh.extended_contact else None,
+        "mesh stiffness": _chosen(mesh.stiffness.model for mesh in meshes),
+        "contact": _chosen(mesh.contact.model for mesh in meshes),
+        "contact beyond A and E": "" if any(mesh.extended_contact for mesh in meshes) else None,
         "errors": None if errors is None else errors.slow,
         "dynamics": None if dynamics is None else f"{dynamics.model}, {dynamics.method}",
-        "excitation": None if dynamics is None else mesh.excitation.model,
-        "back flank": None if dynamics is None or mesh.normal_backlash is None else "",
+        "excitation": None if dynamics is None else meshes[0].excitation.model,
+        "back flank": None
+        if dynamics is None or all(mesh.normal_backlash is None for mesh in meshes)
+        else "",
         "friction": None if dynamics is None or dynamics.friction is None else "",
         "response over speed": None
         if dynamics is None or dynamics.response is None
@@ -40,6 +45,11 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "wear": f"{' and '.join(models)} coefficient, {wear.load} load" if wear and models else None,
         "life": wear.step.method if wear and (wear.until or scene.operation.stage) else None,
     }
+
+
+def _chosen(models: Iterable[str]) -> str:
+    """Return what each kind of mesh has, once where they have the same."""
+    return " and ".join(dict.fromkeys(models))
 
 
 def parts_present(scene: Scene) -> list[str]:

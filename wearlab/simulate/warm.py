@@ -24,13 +24,15 @@ def warm_up(scenes: Iterable[Scene]) -> None:
 
 def _kernels(scene: Scene) -> tuple[object, ...]:
     """Return what decides which kernels a scene calls."""
+    meshes = scene.mesh.each(scene.gears.kind)
     dynamics = scene.dynamics and (
         scene.dynamics.model,
         scene.dynamics.method,
-        scene.mesh.normal_backlash is None,
-        scene.mesh.damping_in,
-        scene.mesh.excitation.model == "pairs",
+        scene.dynamics.friction is None,
+        all(mesh.normal_backlash is None for mesh in meshes),
+        meshes[0].damping_in,
+        meshes[0].excitation.model == "pairs",
         scene.operation.torque_fluctuation is None,
     )
     law = scene.wear and (scene.wear.average_over_contact_width, str(scene.wear.coefficient))
-    return dynamics, scene.mesh.stiffness.model, law
+    return dynamics, tuple((mesh.stiffness.model, mesh.contact.model) for mesh in meshes), law
