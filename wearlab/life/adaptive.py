@@ -8,6 +8,12 @@ tolerance is half the one asked for: where wear brakes itself (h ∝ √N), a li
 
 **Rough stretches.** Averaged over an aperiodic response the rate is noisy, and no step is short enough for
 the test. There a step wears a fixed share of the depth, and its estimated error is recorded all the same.
+
+**Growing waves.** Under the load of the moment a flank may corrugate: below the natural frequency of a mesh
+the force is largest where the flank is worn most, and waves of wear grow until teeth part. Errors grow with
+them, so that no step is short enough to tell where a wave will be many e-foldings later; what the waves do on
+the average is all that can be known. Where errors made at the start would grow to more than 1/tolerance
+before the end, a step is not cut below that same share of the depth, as long as it follows the fastest wave.
 """
 
 from dataclasses import dataclass
@@ -20,7 +26,7 @@ from wearlab.life import embedded, rkc
 from wearlab.life.counted import CountedRate
 from wearlab.life.jump import Jump, crosses_jump, locate
 from wearlab.life.sawtooth import saws
-from wearlab.life.spectrum import Spectrum, random_direction, spectrum
+from wearlab.life.spectrum import Spectrum, growth_rate, random_direction, spectrum
 from wearlab.life.step import Node, Step, growth
 
 Array = NDArray[np.float64]
@@ -46,6 +52,8 @@ MOST_JUMPS = 6
 """Jumps that are located; in a life with more of them the rate counts as rough."""
 ROUGH_SHARE = 0.02
 """Wear of a step through a rough stretch, over the depth reached."""
+FOLLOWED = 1.5
+"""Largest ΔN ρ of a step that misses its error test: each wave is followed, and decays if it should."""
 NOTHING_KNOWN = Spectrum(0.0, 1.0, np.ones(0))
 """Until the first look."""
 PROBE = 1e-3
@@ -81,7 +89,8 @@ class _Try:
 class AdaptiveStepper:
     """The controller between steps: next size, last error ratio, spectrum and its age.
 
-    ``trying`` is the size of the last try, ``rejected`` counts tries; a saw is rejected, never flagged.
+    ``trying`` is the size of the last try, ``rejected`` counts tries; a saw is rejected, never flagged;
+    ``wave_growth`` is the fastest growth of a wave of wear that was seen [1/cycle].
 
     Parameters
     ----------
@@ -100,6 +109,8 @@ class AdaptiveStepper:
         self.jumps = 0
         self.most = np.inf
         self.noise_before = 0.0
+        self.wave_growth = 0.0
+        self.foreseeable = True
         self.age = 0
         self.spectrum = NOTHING_KNOWN
         self._look(node, random_direction(node.rate))
@@ -130,7 +141,9 @@ class AdaptiveStepper:
             self.next_size = FIRST_SHARE * largest
         if self._is_rough():
             self.next_size = self._rough_size(node)
-        size, searches = self._bounded(min(self.next_size, self.most), largest), 0
+        self.foreseeable = self.foreseeable and self._errors_stay_small(node, largest)
+        floor = 0.0 if self.foreseeable else min(self._rough_size(node), FOLLOWED / self.radius)
+        size, searches = self._bounded(min(max(self.next_size, floor), self.most), largest), 0
         while True:
             tried = self._try(node, size)
             sizes.append(size)
@@ -138,6 +151,9 @@ class AdaptiveStepper:
             suspicious = tried.ratio > SUSPICIOUS or crosses_jump(sizes, changes)
             if self._is_rough():
                 self.most = np.inf
+                return [self._step(node, tried)], None
+            if tried.ratio > 1.0 and size <= floor:
+                self._accepted(tried, rejected=True)
                 return [self._step(node, tried)], None
             if searches < MOST_SEARCHES and suspicious:
                 if size * self.radius > (short := NEAR_JUMP * self.tolerance**0.5):
@@ -159,11 +175,17 @@ class AdaptiveStepper:
             self.rate.recall(memory)
             if self.age > 0 and size * self.radius > LOOKED_AT:
                 self._look(node, self.spectrum.direction, memory)
-            size = self._bounded(size * tried.fits(max(tried.ratio, 1.3)), 0.5 * size if sawtooth else size)
+            cut = max(size * tried.fits(max(tried.ratio, 1.3)), min(floor, size))
+            size = self._bounded(cut, 0.5 * size if sawtooth else size)
 
     def _is_rough(self) -> bool:
         """Whether the rate is noisy on either side of the step, or has jumped too often to be followed."""
         return max(self.rate.noise, self.noise_before) > 0.0 or self.jumps >= MOST_JUMPS
+
+    def _errors_stay_small(self, node: Node, left: float) -> bool:
+        """Whether an error made at the start grows to less than 1/tolerance before the limit."""
+        whole = node.cycle + (left if np.isfinite(left) else 0.0)
+        return self.wave_growth * whole <= -np.log(self.tolerance)
 
     def _rough_size(self, node: Node) -> float:
         """Return the step that wears a fixed share of the depth reached: the error test is no guide here."""
@@ -226,6 +248,9 @@ class AdaptiveStepper:
             return
         direction = direction if direction.size else random_direction(node.rate)
         self.spectrum = spectrum(self.rate, node.depth, direction, amplitude=PROBE * self.scale)
+        if not self.spectrum.is_real and self.foreseeable:
+            found = growth_rate(self.rate, node.depth, self.spectrum.direction, amplitude=PROBE * self.scale)
+            self.wave_growth = max(self.wave_growth, found)
         if memory is not None:
             self.rate.recall(memory)
         self.age = 0

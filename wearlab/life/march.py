@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wearlab.life.adaptive import Adaptive
+from wearlab.life.adaptive import Adaptive, AdaptiveStepper
 from wearlab.life.counted import CountedRate, Rate
 from wearlab.life.euler import Euler, Fixed, SawTooth
 from wearlab.life.jump import Jump
@@ -56,6 +56,7 @@ class Life:
     end_reason : "cycles", "depth", "no wear", "saw-tooth", "evaluation limit", or why the gears stopped
     jumps : where the wear rate jumped to another branch
     saw_tooth : whether steps beyond the stability limit left their mark
+    wave_growth : fastest growth of a wave of wear, where it is too fast to foresee its end; else 0 [1/cycle]
     count_rate_evaluations, count_rejected : work done
     """
 
@@ -69,6 +70,7 @@ class Life:
     end_reason: str
     jumps: tuple[Jump, ...]
     saw_tooth: bool
+    wave_growth: float
     count_rate_evaluations: int
     count_rejected: int
 
@@ -166,7 +168,7 @@ class _March:
         self.curves: list[Step] = []
         self.jumps: list[Jump] = []
         self.reason = ""
-        self.rejected, self.saw_tooth = 0, False
+        self.rejected, self.saw_tooth, self.wave_growth = 0, False, 0.0
 
     @property
     def node(self) -> Node:
@@ -189,6 +191,8 @@ class _March:
                 progress(self.node)
         if stepper is not None:
             self.rejected, self.saw_tooth = stepper.rejected, stepper.saw_tooth
+        if isinstance(stepper, AdaptiveStepper) and not stepper.foreseeable:
+            self.wave_growth = stepper.wave_growth
 
     def _advance(self, stepper: Stepper) -> None:
         largest = self._largest()
@@ -276,6 +280,7 @@ class _March:
             end_reason=self.reason,
             jumps=tuple(self.jumps),
             saw_tooth=self.saw_tooth,
+            wave_growth=self.wave_growth,
             count_rate_evaluations=self.rate.count,
             count_rejected=self.rejected,
         )

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 MOST_ITERATIONS = 15
+KRYLOV = 16
+FOUND = 0.3
+"""Residual of an approximate eigenvalue, over the spectral radius seen, up to which it counts as found."""
 
 
 class Spectrum(NamedTuple):
@@ -71,6 +74,44 @@ def spectrum(
         if abs(radius - previous) <= tolerance * radius:
             break
     return Spectrum(radius, alignment, v)
+
+
+def growth_rate(
+    rate: Callable[[Array], Array], h: Array, start: Array, *, amplitude: float, iterations: int = KRYLOV
+) -> float:
+    """Return the largest growth rate among the waves of a profile, the largest Re λ of ∂r/∂h, at least 0.
+
+    Arnoldi's method with differences of the rate, as in :func:`spectrum`; of its values only those count
+    whose residual is small, because those of a non-normal matrix may lie far from any eigenvalue.
+
+    Parameters
+    ----------
+    rate, h, start, amplitude : as for :func:`spectrum`
+    iterations : evaluations, the size of the Krylov space
+    """
+    length = float(np.linalg.norm(start))
+    if length == 0.0:
+        return 0.0
+    base = rate(h + amplitude)
+    basis, upper = [start / length], np.zeros((iterations + 1, iterations))
+    for k in range(iterations):
+        v = basis[-1]
+        largest = float(np.abs(v).max())
+        w = (rate(h + amplitude * (1.0 + v / largest)) - base) * (largest / amplitude)
+        for _ in range(2):  # twice is enough for orthogonality to rounding
+            for i, one in enumerate(basis):
+                share = float(one @ w)
+                upper[i, k] += share
+                w = w - share * one
+        upper[k + 1, k] = length = float(np.linalg.norm(w))
+        if length <= 1e-10 * float(np.abs(upper).max()):
+            iterations = k + 1
+            break
+        basis.append(w / length)
+    values, vectors = np.linalg.eig(upper[:iterations, :iterations])
+    residual = upper[iterations, iterations - 1] * np.abs(vectors[-1])
+    found = values[residual <= FOUND * np.abs(values)]
+    return max(0.0, float(found.real.max(initial=0.0)))
 
 
 def random_direction(r: Array) -> Array:

@@ -178,6 +178,7 @@ def _one_life(lives: list[Life], starts: Array, reason: str) -> Life:
         end_reason=reason,
         jumps=tuple(jump._replace(cycle=jump.cycle + start) for one, start in begun for jump in one.jumps),
         saw_tooth=any(one.saw_tooth for one in lives),
+        wave_growth=max(one.wave_growth for one in lives),
         count_rate_evaluations=sum(one.count_rate_evaluations for one in lives),
         count_rejected=sum(one.count_rejected for one in lives),
     )

@@ -125,4 +125,10 @@ def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
         flags.append("coexisting attractors of a set of several meshes are not looked for")
     if lived.life is not None and lived.life.saw_tooth:
         flags.append("saw-tooth: steps over cycles beyond the stability limit")
+    if lived.life is not None and lived.life.wave_growth > 0.0:
+        fold = float(lived.life.rate[0].max()) / lived.life.wave_growth
+        flags.append(
+            f"the flanks corrugate: waves of wear grow e-fold every {1e6 * fold:.3g} um of wear, so that "
+            "where they end is not foreseeable; only what they do on the average is"
+        )
     return tuple(flags)
