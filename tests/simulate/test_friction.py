@@ -257,6 +257,63 @@ def test_a_wind_stage_loses_power_the_other_way():
     assert 0.97 * asked < float(data.energy_output[0]) < 0.99 * asked
 
 
+def on_supports(stiffness):
+    """Return a slow set whose members have supports; the ring's stiffness against turning is tenfold."""
+    held = {"radial_stiffness": f"{stiffness} N/um", "damping_ratio": 0.03}
+    supports = {**dict.fromkeys(("sun", "carrier", "planet"), held)}
+    supports["ring"] = {**held, "tangential_stiffness": f"{10 * stiffness} N/um"}
+    dynamics = {"model": "planetary", "friction": {"coefficient": MU}, "supports": supports}
+    return {**PLANETARY, "operation": {"power": "1 kW", "speed": "400 rpm"}, "dynamics": dynamics}
+
+
+@cache
+def of_supported(stiffness=100, **changes):
+    return simulate(scene_of(on_supports(stiffness), **changes))
+
+
+@pytest.mark.slow
+def test_a_slow_set_on_supports_loses_what_sliding_flanks_lose_under_the_static_load():
+    data = of_supported()
+    mapping = on_supports(100)
+    still = simulate(Scene.from_mapping({key: mapping[key] for key in mapping if key != "dynamics"}))
+    pairs = [one.pair for one in build(scene_of(PLANETARY)).kinds]
+    for one, tolerance in ((data, 0.01), (still, 0.02)):
+        each = zip(("sun", "ring"), pairs, strict=True)
+        lost = 3 * sum(lost_along_path(one, flank, pair.base_pitch) for flank, pair in each)
+        assert float(data.energy_friction[0]) == pytest.approx(lost, rel=tolerance)
+    assert 1.0 - float(data.efficiency[0]) == pytest.approx(float(data.energy_friction[0]) / 1e3, rel=0.01)
+    assert abs(float(data.residual_energy[0])) < 1e-6
+
+
+@pytest.mark.slow
+def test_stiff_supports_give_the_efficiency_of_the_torsional_model():
+    torsional = simulate(scene_of({**PLANETARY, "operation": {"power": "1 kW", "speed": "400 rpm"}}))
+    off = [abs(float(of_supported(k).efficiency[0] - torsional.efficiency[0])) for k in (100, 1000, 10000)]
+    assert off[2] < 5e-7 and off[0] > 2.0 * off[1] > 4.0 * off[2]
+
+
+@pytest.mark.slow
+def test_a_set_on_supports_without_friction_much_of_it_and_reversed():
+    plain = on_supports(100)
+    plain["dynamics"] = {key: value for key, value in plain["dynamics"].items() if key != "friction"}
+    smooth, rough = (of_supported(dynamics__friction__coefficient=mu) for mu in (0.0, 0.5))
+    np.testing.assert_array_equal(smooth.dynamic_mesh_force, simulate(scene_of(plain)).dynamic_mesh_force)
+    assert float(smooth.efficiency[0]) == pytest.approx(1.0, abs=1e-9)
+    assert 0.90 < float(rough.efficiency[0]) < 0.93 and abs(float(rough.residual_energy[0])) < 1e-6
+    left = of_supported(operation__drive_flank="left")
+    assert set(left.flank_side.values) == {"left"}
+    for name in ("efficiency", "wear_rate", "friction_force"):
+        np.testing.assert_array_equal(left[name], of_supported()[name])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mapping", [PLANETARY, on_supports(100)], ids=["torsional", "on supports"])
+def test_a_set_without_torque_neither_loses_nor_crashes(mapping):
+    data = simulate(scene_of({**mapping, "operation": {"torque": "0 N*m", "speed": "400 rpm"}}))
+    assert str(data.verdict.values) == "non-unique"
+    assert float(data.energy_friction[0]) == 0.0 and np.isnan(float(data.efficiency[0]))
+
+
 @pytest.mark.slow
 def test_torque_follows_power():
     scene = scene_of(PLANETARY, operation__speed="3000 rpm")
