@@ -97,7 +97,7 @@ def tables(grid: StageGrid, mu: float | None = None, amplitude: float = 1e-6) ->
         for i in range(3)
     )
     angle = 2.0 * np.pi * phase[..., None] + np.arange(6)
-    rubbing = (None, None) if mu is None else (sliding, position)
+    rubbing = (None, None) if mu is None else (sliding, sliding * position)
     error, rate = amplitude * np.sin(angle), amplitude * 2.0 * np.pi * np.cos(angle)
     return StageTables(grid.width, k, np.zeros_like(k), error, rate, None, *rubbing)
 

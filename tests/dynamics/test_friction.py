@@ -53,7 +53,7 @@ def tables(grid: StageGrid, mu: float) -> StageTables:
     )
     angle = 2.0 * np.pi * phase[..., None]
     error, rate = 2e-6 * np.sin(angle), 4e-6 * np.pi * np.cos(angle)
-    return StageTables(grid.width, k, g, error, rate, None, sliding, position)
+    return StageTables(grid.width, k, g, error, rate, None, sliding, sliding * position)
 
 
 def respond(mu: float = 0.1, steps: int = 300, method: Method | None = None, **changes: Any) -> Response:
@@ -148,7 +148,7 @@ def test_friction_moments_and_mesh_force_carry_the_torque_in_the_mean() -> None:
 def test_no_friction_is_the_model_without_friction() -> None:
     grid = stage_grid(BREAKS, 300)
     plain = Periodic().solve(
-        spur(friction=None), tables(grid, 0.0)._replace(sliding=None, position=None), PERIOD
+        spur(friction=None), tables(grid, 0.0)._replace(sliding=None, moment=None), PERIOD
     )
     smooth = respond(0.0)
     phase = np.linspace(0.0, 0.99, 50)
@@ -169,7 +169,7 @@ def test_slow_and_stiff_loses_what_the_quasi_static_formula_says() -> None:
     still = still._replace(error=0.0 * still.error, error_rate=0.0 * still.error_rate, gap=0.0 * still.gap)
     response = Periodic().solve(spur(), still, slow)
     found = energy_balance(response, nominal_speeds(response.system, {"pinion.u": PITCH / slow}))
-    k, s = still.stiffness[:, :, 0], np.abs(still.position[:, :, 0])  # type: ignore[index]
+    k, s = still.stiffness[:, :, 0], np.abs(still.moment[:, :, 0]) / 0.05  # type: ignore[index]
     arms = (k * s).sum(-1) / k.sum(-1)
     mean = float(still.width @ (arms @ np.array([1.0, 4.0, 1.0]) / 6.0))
     loss = 0.05 * TORQUE / RADIUS[0] * mean * (1.0 / RADIUS[0] + 1.0 / RADIUS[1]) * PITCH / slow

@@ -80,6 +80,20 @@ def test_equivalent_springs_carry_the_same_total_force(coupled):
             assert total == pytest.approx(load, rel=1e-10)
 
 
+def test_each_spring_hands_its_force_to_pairs():
+    """Springs add up to each pair's own force, at every load, and together to all of it."""
+    for coupled in (False, True):
+        matrix, gap = random_case(3, coupled)
+        compliance, gaps, cross = as_tables(matrix, gap, coupled)
+        stiffness, shifted, part = np.empty((1, 3)), np.empty((1, 3)), np.empty((1, 3, 3))
+        equivalent_springs(compliance, gaps, cross, stiffness, shifted, part)
+        np.testing.assert_allclose(part.sum(axis=2), stiffness, rtol=1e-12)
+        for load in (5.0, 2e3, 3e4):
+            delta, force, _ = by_brute_force(matrix, gap, load)
+            handed = np.maximum(0.0, delta - shifted[0]) @ part[0]
+            np.testing.assert_allclose(handed, force, rtol=1e-9, atol=1e-9 * load)
+
+
 def test_absent_pairs_carry_nothing():
     compliance = np.array([[np.inf, 5e-9]])
     gap = np.array([[np.inf, 2e-6]])

@@ -26,6 +26,14 @@ def test_defaults(table):
         "weber",
         1.0,
     )
+    mapping = {**table, "mesh": {key: value for key, value in table["mesh"].items() if key != "stiffness"}}
+    plain = Scene.from_mapping(mapping).mesh.stiffness
+    assert (plain.hertz, plain.foundation, plain.coupling, plain.plane) == (
+        "yang-sun",
+        "sainsot",
+        "shared",
+        "stress",
+    )
 
 
 @pytest.mark.parametrize(

@@ -135,7 +135,7 @@ class _Mesh(NamedTuple):
     error: Array
     error_rate: Array
     sliding: Array | None
-    position: Array | None
+    moment: Array | None
 
 
 class _Flanks(NamedTuple):
@@ -170,7 +170,7 @@ def _mesh_at(response: Response, x: Array) -> _Mesh:
         _parabola(tables.error, x),
         _parabola(tables.error_rate, x) / period,
         None if tables.sliding is None else _parabola(tables.sliding, x),
-        None if tables.position is None else _parabola(tables.position, x),
+        None if tables.moment is None else _parabola(tables.moment, x),
     )
 
 
@@ -192,11 +192,10 @@ def _flank_powers(system: System, mesh: _Mesh, delta: Array) -> _Flanks:
 def _friction_power(system: System, mesh: _Mesh, pair: Array, whole: Array) -> Array | None:
     """Return ``Σ Λμ F (f0 + s f1)·(V + q̇)`` over all pairs, None without friction [W]."""
     constant, slope = system.friction_constant, system.friction_slope
-    if constant is None or slope is None or mesh.sliding is None or mesh.position is None:
+    if constant is None or slope is None or mesh.sliding is None or mesh.moment is None:
         return None
-    rubbing = mesh.sliding * pair
-    power = rubbing.sum(axis=-1) * (whole @ constant.T)
-    power = power + (rubbing * mesh.position).sum(axis=-1) * (whole @ slope.T)
+    power = (mesh.sliding * pair).sum(axis=-1) * (whole @ constant.T)
+    power = power + (mesh.moment * pair).sum(axis=-1) * (whole @ slope.T)
     return np.asarray(power.sum(axis=-1))
 
 

@@ -249,8 +249,9 @@ def friction_stage(
         k_a, w_a, k_b, w_b = 0.0, 0.0, 0.0, 0.0
         for p in range(len(kernel.pairs)):
             if contact[m, p]:
-                rubs = within(tables.sliding[step, :, m, p], x) * within(tables.stiffness[step, :, m, p], x)
-                arm = rubs * within(tables.position[step, :, m, p], x)
+                k = within(tables.stiffness[step, :, m, p], x)
+                rubs = k * within(tables.sliding[step, :, m, p], x)
+                arm = k * within(tables.moment[step, :, m, p], x)
                 gap = within(tables.gap[step, :, m, p], x) + e
                 k_a += rubs
                 w_a += rubs * gap

@@ -91,7 +91,7 @@ def add_friction_at(
             k = within(tables.stiffness[step, :, m, p], x)
             if approach > 0.0 and k > 0.0:
                 force = k * approach * within(tables.sliding[step, :, m, p], x)
-                arm = force * within(tables.position[step, :, m, p], x)
+                arm = k * approach * within(tables.moment[step, :, m, p], x)
                 for row in range(n):
                     out[row] -= kernel.structure.response[(meshes + m) * n + row] * force
                     out[row] -= kernel.structure.response[(2 * meshes + m) * n + row] * arm

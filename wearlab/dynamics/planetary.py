@@ -55,7 +55,7 @@ def assemble(
     mesh_damping : c of ``sun_planet`` and ``planet_ring`` [N s/m]; see `effective_masses`
     damping_always : the mesh damping acts in separation too
     backlash : j_bn of ``sun_planet`` and ``planet_ring`` [m]; None: no back flanks
-    friction : the meshes get friction vectors (the tables then carry ``sliding`` and ``position``)
+    friction : the meshes get friction vectors (the tables then carry ``sliding`` and ``moment``)
     balanced : the member whose torque is solved for, so that a set free to turn keeps its speed; None: the
         torques given must be in balance
 

@@ -209,10 +209,12 @@ def friction_forces(response: Response, forces: StepForces) -> tuple[Array, Arra
     (n_kept, n_steps, 2, n_mesh) each, as in `StepForces`.
     """
     tables, ends = response.tables, [0, 2]
-    if tables.sliding is None or tables.position is None:
+    if tables.sliding is None or tables.moment is None:
         raise ValueError("the mesh tables carry no sliding: this response has no friction")
-    rubbing = tables.sliding[:, ends] * forces.pair
-    return rubbing.sum(axis=-1), (rubbing * tables.position[:, ends]).sum(axis=-1)
+    tangential, moment = (
+        (of_pairs[:, ends] * forces.pair).sum(axis=-1) for of_pairs in (tables.sliding, tables.moment)
+    )
+    return tangential, moment
 
 
 def accelerations(response: Response) -> Array:

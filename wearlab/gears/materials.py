@@ -29,6 +29,12 @@ class Material(NamedTuple):
         """Plane-strain modulus, E / (1 − ν²) [Pa]."""
         return self.youngs_modulus / (1.0 - self.poisson_ratio**2)
 
+    @property
+    def in_plane_strain(self) -> "Material":
+        """The material that in plane stress is what this one is in plane strain: the same G, E/(1 − ν²)."""
+        nu = self.poisson_ratio
+        return self._replace(youngs_modulus=self.plane_strain_modulus, poisson_ratio=nu / (1.0 - nu))
+
 
 STEEL = Material(youngs_modulus=206e9, poisson_ratio=0.3, density=7830.0)
 

@@ -48,7 +48,7 @@ class Stages:
     edges : (n_segments + 1,) breaks of the clock between which every mesh is smooth [1]
     meshes : the meshes
     where : for each kind of mesh, look-up of the (n_steps · 3) stages, one mesh of the kind after another
-    rubbing : Λμ and path position of every pair at the stages, None without friction
+    rubbing : Λμ and Λμ s of every pair at the stages, None without friction
     """
 
     grid: StageGrid
@@ -83,11 +83,11 @@ class Rubbing(NamedTuple):
     Parameters
     ----------
     sliding : (n_steps, 3, n_mesh, n_pairs) Λμ, 0 out of the path [1]
-    position : (n_steps, 3, n_mesh, n_pairs) path position as the model counts it [m]
+    moment : (n_steps, 3, n_mesh, n_pairs) Λμ times the path position as the model counts it [m]
     """
 
     sliding: Array
-    position: Array
+    moment: Array
 
 
 def stages(
@@ -114,18 +114,19 @@ def _rubbing(
     steps: int,
     friction: Friction,
 ) -> Rubbing:
-    """Return Λμ and the path position of every pair; sliding turns at the pitch point, where steps end."""
+    """Return Λμ and Λμ s of every pair; sliding turns at the pitch point, where steps end."""
     pairs = max(nodes.n_pairs for nodes in grids)
-    sliding, position = np.zeros((2, steps, 3, len(meshes), pairs))
+    sliding, moment = np.zeros((2, steps, 3, len(meshes), pairs))
     for kind, (nodes, at) in enumerate(zip(grids, where, strict=True)):
         found = np.empty((len(at.phase), nodes.n_pairs))
         interpolate(nodes.first, at, nodes.touching, np.nan, found)
         s = found.reshape(-1, steps, 3, nodes.n_pairs).transpose(1, 2, 0, 3)
         own = of_kind(meshes, kind)
         sign = np.broadcast_to(np.sign(s[:, 1:2]), s.shape)
-        sliding[:, :, own, : nodes.n_pairs] = friction.coefficient * np.nan_to_num(sign)
-        position[:, :, own, : nodes.n_pairs] = friction.sense[kind] * np.nan_to_num(s)
-    return Rubbing(sliding, position)
+        rubs = friction.coefficient * np.nan_to_num(sign)
+        sliding[:, :, own, : nodes.n_pairs] = rubs
+        moment[:, :, own, : nodes.n_pairs] = rubs * friction.sense[kind] * np.nan_to_num(s)
+    return Rubbing(sliding, moment)
 
 
 class Series(NamedTuple):
@@ -243,17 +244,34 @@ def stage_tables(kinds: Sequence[Touching], stages: Stages, fluctuation: Array |
         meshes = of_kind(stages.meshes, kind)
         stiffness[:, :, meshes, : k.shape[-1]] = k
         gap[:, :, meshes, : g.shape[-1]] = g
-    for mesh, one in enumerate(stages.meshes):
+    for mesh, this in enumerate(stages.meshes):
         error[:, :, mesh], rate[:, :, mesh] = stages.error(mesh)
-        series = kinds[one.kind].series
+        series = kinds[this.kind].series
         if series is not None:
-            own = stages.grid.phase - one.lag
+            own = stages.grid.phase - this.lag
             error[:, :, mesh] += series.error.value(own)
             rate[:, :, mesh] += series.error.rate(own)
     tables = StageTables(stages.grid.width, stiffness, gap, error, rate, fluctuation)
     if stages.rubbing is None:
         return tables
-    return tables._replace(sliding=stages.rubbing.sliding, position=stages.rubbing.position)
+    sliding, moment = stages.rubbing.sliding.copy(), stages.rubbing.moment.copy()
+    for kind, (one, where) in enumerate(zip(kinds, stages.where, strict=True)):
+        if len(one.nodes.cross):
+            _hand_on(one, where, of_kind(stages.meshes, kind), (sliding, moment))
+    return tables._replace(sliding=sliding, moment=moment)
+
+
+def _hand_on(one: Touching, where: Lookup, meshes: NDArray[np.int64], of_pairs: tuple[Array, Array]) -> None:
+    """Turn Λμ and Λμ s of the pairs of a kind of mesh into those of its equivalent springs, in place."""
+    steps, pairs = len(of_pairs[0]), one.analysis.grid.n_pairs
+    part = np.empty((len(where.phase), pairs, pairs))
+    stiffness = _springs(one.analysis, one.nodes, where, part)[0]
+    weight = np.divide(
+        part, stiffness[:, :, None], out=np.zeros_like(part), where=stiffness[:, :, None] > 0.0
+    )
+    weight = weight.reshape(-1, steps, 3, pairs, pairs)
+    for values in of_pairs:
+        values[:, :, meshes, :pairs] = np.einsum("mskij,skmj->skmi", weight, values[:, :, meshes, :pairs])
 
 
 def _stage_springs(one: Touching, where: Lookup, steps: int) -> tuple[Array, Array]:
@@ -291,11 +309,13 @@ def load_share(state: Quasistatic) -> Array:
     return np.divide(state.force, total, out=np.zeros_like(state.force), where=total > 0.0)
 
 
-def _springs(analysis: ContactAnalysis, nodes: Nodes, where: Lookup) -> tuple[Array, ...]:
+def _springs(
+    analysis: ContactAnalysis, nodes: Nodes, where: Lookup, part: Array | None = None
+) -> tuple[Array, ...]:
     """Return stiffness and gap of the equivalent springs, and compliance, gap and cross of the pairs."""
     compliance, gap, cross = analysis.at(nodes, where)
     stiffness, gaps = np.empty(compliance.shape), np.empty(compliance.shape)
-    equivalent_springs(compliance, gap, cross, stiffness, gaps)
+    equivalent_springs(compliance, gap, cross, stiffness, gaps, part)
     return stiffness, gaps, compliance, gap, cross
 
 

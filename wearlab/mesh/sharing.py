@@ -163,7 +163,12 @@ def _share_coupled(matrix, gap, load, active, unit, offset, force):  # type: ign
 
 @jit
 def equivalent_springs(
-    compliance: Array, gap: Array, cross: Array, stiffness_out: Array, gap_out: Array
+    compliance: Array,
+    gap: Array,
+    cross: Array,
+    stiffness_out: Array,
+    gap_out: Array,
+    pair_out: Array | None = None,
 ) -> None:
     """Turn coupled pairs into the uncoupled springs of the same total force, at every phase.
 
@@ -175,16 +180,23 @@ def equivalent_springs(
     compliance, gap : (n, n_pairs) as in :func:`share`
     cross : (n, n_pairs, n_apart) as in :func:`share`
     stiffness_out, gap_out : (n, n_pairs) filled; absent springs get stiffness 0 and gap 0
+    pair_out : (n, n_pairs, n_pairs) filled with what each spring (rows) adds to dF/dδ of each pair, so that
+        ``F_j(δ) = Σ_p k_pj max(0, δ − g_p)`` and ``k_p = Σ_j k_pj``; a spring takes from pairs that touched
+        before it. None: not wanted [N/m]
     """
     n, n_pairs = compliance.shape
     matrix = np.zeros((n_pairs, n_pairs))
     active = np.zeros(n_pairs, np.bool_)
     unit, offset = np.zeros(n_pairs), np.zeros(n_pairs)
+    earlier = np.zeros(n_pairs)
     for i in range(n):
         for p in range(n_pairs):
             present = compliance[i, p] < np.inf and gap[i, p] < np.inf
             stiffness_out[i, p] = 1.0 / compliance[i, p] if present else 0.0
             gap_out[i, p] = gap[i, p] if present else 0.0
+            if pair_out is not None:
+                pair_out[i, p, :] = 0.0
+                pair_out[i, p, p] = stiffness_out[i, p]
         if cross.shape[2] == 0:
             continue
         _fill_matrix(compliance[i], cross[i], matrix)
@@ -193,13 +205,17 @@ def equivalent_springs(
         active[:] = False
         following = _first_to_touch(matrix, gap[i])
         where = gap[i, following] if following >= 0 else np.inf
-        before = 0.0
+        earlier[:] = 0.0
+        if pair_out is not None:
+            pair_out[i, :, :] = 0.0
         for slot in range(n_pairs):
             if following < 0:
                 break
             active[following] = True
             _respond(matrix, gap[i], active, unit, offset)
-            stiffness_out[i, slot] = unit.sum() - before
+            stiffness_out[i, slot] = unit.sum() - earlier.sum()
             gap_out[i, slot] = where
-            before = unit.sum()
+            if pair_out is not None:
+                pair_out[i, slot, :] = unit - earlier
+            earlier[:] = unit
             following, where = _next_to_touch(matrix, gap[i], active, unit, offset)

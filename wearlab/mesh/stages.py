@@ -50,7 +50,10 @@ class StageTables(NamedTuple):
     fluctuation : (n_steps, 3) factor on the system's fluctuating load [1], or None
     sliding : (n_steps, 3, n_mesh, n_pairs) Λμ of each pair's drive flank: coefficient of friction times the
         sign of sliding, 0 out of the path [1]; None: no friction. It jumps at the pitch point, a break
-    position : (n_steps, 3, n_mesh, n_pairs) path position s of each pair [m]; None: no friction
+    moment : (n_steps, 3, n_mesh, n_pairs) Λμ times the path position s of each pair [m]; None: no friction
+
+    Where pairs share a gear body, the springs are those of :func:`wearlab.mesh.sharing.equivalent_springs`:
+    Λμ and Λμ s are then what the spring hands to the pairs, weighted by their parts of its stiffness.
     """
 
     width: Array
@@ -60,7 +63,7 @@ class StageTables(NamedTuple):
     error_rate: Array
     fluctuation: Array | None
     sliding: Array | None = None
-    position: Array | None = None
+    moment: Array | None = None
 
 
 def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:

@@ -1,11 +1,13 @@
 """``[mesh]`` and ``[errors]`` → contact analysis, excitation and prescribed errors."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.gears.gear import Gear
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.annulus import body_compliance, body_coupling
@@ -108,11 +110,12 @@ def _given_curve(stiffness: Any, pair: GearPair) -> Curve | None:
 
 def _potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> PotentialEnergy:
     body = body_compliance if given.foundation == "annulus" else foundation_compliance
+    gears = [_in_plane(gear, given.plane) for gear in pair.gears]
     teeth = [
         tooth_flexibility(gear, pair.radius(i, grid.loaded), shear_factor=given.shear_factor, body=body)
-        for i, gear in enumerate(pair.gears)
+        for i, gear in enumerate(gears)
     ]
-    coupling, partner = _coupling(given, pair, grid)
+    coupling, partner = _coupling(given, gears, pair, grid)
     return PotentialEnergy(
         teeth=(teeth[0], teeth[1]),
         hertz=_hertz(given, pair, grid),
@@ -139,7 +142,13 @@ def _hertz(given: Any, pair: GearPair, grid: ProfileGrid) -> float | WeberContac
     )
 
 
-def _coupling(given: Any, pair: GearPair, grid: ProfileGrid) -> tuple[Array, NDArray[np.int64]]:
+def _in_plane(gear: Gear, plane: str) -> Gear:
+    return replace(gear, material=gear.material.in_plane_strain) if plane == "strain" else gear
+
+
+def _coupling(
+    given: Any, gears: Sequence[Gear], pair: GearPair, grid: ProfileGrid
+) -> tuple[Array, NDArray[np.int64]]:
     """Return for each gear what neighbouring pairs share of its body, and who the neighbour is."""
     n = len(grid.touching)
     if given.coupling == "none" or given.foundation == "none":
@@ -153,7 +162,7 @@ def _coupling(given: Any, pair: GearPair, grid: ProfileGrid) -> tuple[Array, NDA
             partner[pairs[both, ahead + apart]] = pairs[both, ahead]
         ratio = np.zeros((2, n))
         have = partner >= 0
-        for i, gear in enumerate(pair.gears):
+        for i, gear in enumerate(gears):
             radius = pair.radius(i, grid.loaded)
             ratio[i, have] = body_coupling(gear, radius[have], radius[partner[have]], teeth_apart=apart)
         ratios.append(ratio)
