@@ -6,7 +6,7 @@ from wearlab.compiled import jit
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 
 NEWTON_STEPS = 30
-SECANT_STEPS = 20
+SECANT_STEPS = 40
 CLOSE = 1e-14  # [m]; the Newton step after it is below rounding
 
 
@@ -44,6 +44,8 @@ def rotation_gap(driving: Flank, driven: Flank, x: float, s: float, w: float) ->
 def corner_gap(driving: Flank, driven: Flank, x: float, s2: float, reach: float) -> tuple[float, float]:
     """Return how far a corner of the driven flank is ahead of touching the driving flank.
 
+    Of several pieces of the driving flank that it could touch, the one it touches first counts.
+
     Parameters
     ----------
     driving, driven : the flanks
@@ -55,31 +57,53 @@ def corner_gap(driving: Flank, driven: Flank, x: float, s2: float, reach: float)
     gap : inf where the driving flank has no point at that distance from the driven gear's centre [m]
     s : path position of the driving flank's point [m]
     """
-    last = len(driving.start) - 1
-    low, high = driving.start[0], driving.start[last] + driving.width[last]
-    before = min(max(s2, low), high)
-    f_before = _miss(driving, driven, x, before, reach)
-    s = min(max(before - f_before, low), high)
-    for _ in range(SECANT_STEPS):
-        f = _miss(driving, driven, x, s, reach)
-        if not f == f or f == f_before:
-            break
-        following = s - f * (s - before) / (f - f_before)
-        before, f_before = s, f
-        if not low <= following <= high:
-            return math.inf, math.nan
-        s = following
-        if abs(s - before) <= CLOSE:
-            w, _ = shift_at(driving, interval_of(driving, s), s)
-            _, q_n, q_u = _seen(driving, driven, x, s, w)
-            return x - s2 - _turned(driven, reach, q_n, q_u), s
-    return math.inf, math.nan
+    best, where = math.inf, math.nan
+    for p in range(len(driving.piece) - 1):
+        first, last = driving.piece[p], driving.piece[p + 1] - 1
+        a, b = driving.start[first], driving.start[last] + driving.width[last]
+        f_a = _excess_reach(driving, driven, x, a, driving.shift[first, 0], reach)
+        f_b = _excess_reach(driving, driven, x, b, driving.shift[last, 1], reach)
+        if not f_a * f_b <= 0.0:
+            continue
+        s = _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b)
+        w = _shift_within(driving, first, last, s)
+        _, q_n, q_u = _seen(driving, driven, x, s, w)
+        gap = x - s2 - _turned(driven, reach, q_n, q_u)
+        if gap < best:
+            best, where = gap, s
+    return best, where
 
 
 @jit
-def _miss(driving, driven, x, s, reach):  # type: ignore[no-untyped-def]
-    w, _ = shift_at(driving, interval_of(driving, s), s)
-    return _seen(driving, driven, x, s, w)[0] - reach
+def _excess_reach(driving, driven, x, s, w, reach):  # type: ignore[no-untyped-def]
+    """Return by how much a driving point reaches further; inside the base circle, to that."""
+    found, _, _ = _seen(driving, driven, x, s, w)
+    return (found if found == found else -driven.side * driven.curvature) - reach
+
+
+@jit
+def _shift_within(flank, first, last, s):  # type: ignore[no-untyped-def]
+    return shift_at(flank, min(max(interval_of(flank, s), first), last), s)[0]
+
+
+@jit
+def _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b):  # type: ignore[no-untyped-def]
+    """Return the driving point between a and b at the corner's distance from the driven gear's centre.
+
+    By false position, halving the older end's value where it stays (Illinois).
+    """
+    s = b
+    for _ in range(SECANT_STEPS):
+        before, s = s, (a * f_b - b * f_a) / (f_b - f_a) if f_b != f_a else b
+        if abs(s - before) <= CLOSE:
+            break
+        f = _excess_reach(driving, driven, x, s, _shift_within(driving, first, last, s), reach)
+        if f * f_b <= 0.0:
+            a, f_a = b, f_b
+        else:
+            f_a *= 0.5
+        b, f_b = s, f
+    return s
 
 
 @jit

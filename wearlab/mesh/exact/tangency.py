@@ -71,7 +71,7 @@ def _solve(driving, driven, s, partner, x_driving, x_driven):  # type: ignore[no
     for i in range(len(s)):
         w, slope = shift_at(driving, interval_of(driving, s[i]), s[i])
         eta, a_n, a_u = along_normal(driving, s[i], w, slope)
-        s2 = _root(driven, s[i], a_n, a_u, d_n, d_u)
+        s2 = root_near(driven, s[i], a_n, a_u, d_n, d_u)
         if not s2 == s2:
             continue
         w2, slope2 = shift_at(driven, interval_of(driven, s2), s2)
@@ -84,7 +84,7 @@ def _solve(driving, driven, s, partner, x_driving, x_driven):  # type: ignore[no
 
 
 @jit
-def _distance(flank, k, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
+def excess_distance(flank, k, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     """Return ``(|D|² − a²) / 2a``, which is D's excess over the centre distance to first order [m]."""
     w, slope = shift_at(flank, k, s)
     _, b_n, b_u = along_normal(flank, s, w, slope)
@@ -93,12 +93,12 @@ def _distance(flank, k, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
 
 
 @jit
-def _root(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
+def root_near(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     """Return the root nearest to ``start``, bracketed by growing steps towards falling distance."""
     last = len(flank.start) - 1
     low_end, high_end = flank.start[0], flank.start[last] + flank.width[last]
     begin = min(max(start, low_end), high_end)
-    f_begin = _distance(flank, interval_of(flank, begin), begin, a_n, a_u, d_n, d_u)
+    f_begin = excess_distance(flank, interval_of(flank, begin), begin, a_n, a_u, d_n, d_u)
     if f_begin == 0.0:
         return begin
     rising = 1.0 if d_u > 0.0 else -1.0
@@ -110,7 +110,7 @@ def _root(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
         if (outer <= low_end and step < 0.0) or (outer >= high_end and step > 0.0):
             return math.nan
         outer = min(max(outer + step, low_end), high_end)
-        f_outer = _distance(flank, interval_of(flank, outer), outer, a_n, a_u, d_n, d_u)
+        f_outer = excess_distance(flank, interval_of(flank, outer), outer, a_n, a_u, d_n, d_u)
         step *= 2.0
     return _ridders(flank, inner, f_inner, outer, f_outer, a_n, a_u, d_n, d_u)
 
@@ -122,13 +122,13 @@ def _ridders(flank, x0, f0, x1, f1, a_n, a_u, d_n, d_u):  # type: ignore[no-unty
     x, f = x1, f1
     for _ in range(ITERATIONS):
         middle = 0.5 * (x0 + x1)
-        f_middle = _distance(flank, interval_of(flank, middle), middle, a_n, a_u, d_n, d_u)
+        f_middle = excess_distance(flank, interval_of(flank, middle), middle, a_n, a_u, d_n, d_u)
         root = math.sqrt(f_middle * f_middle - f0 * f1)
         if root == 0.0:
             break
         before = x
         x = middle + (middle - x0) * (f_middle if f0 > f1 else -f_middle) / root
-        f = _distance(flank, interval_of(flank, x), x, a_n, a_u, d_n, d_u)
+        f = excess_distance(flank, interval_of(flank, x), x, a_n, a_u, d_n, d_u)
         if f == 0.0 or abs(x - before) <= RESOLUTION:
             break
         if f_middle * f < 0.0:
