@@ -1,10 +1,13 @@
 """An internal pair whose wear evolves, driven by either gear, in exact and in first-order contact."""
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import wearlab
+from wearlab.cli import app
 from wearlab.scene import Scene
 from wearlab.simulate import simulate
 
@@ -87,3 +90,28 @@ def test_it_is_told_how_far_the_first_order_form_is_off():
     assert float(
         simulate(scene("exact", BY_PINION, initial=at_depth)).first_order_excess[0, 0]
     ) == pytest.approx(0.05, rel=1e-3)
+
+
+MEASURED = 'x = "path_position", y = "depth", units = { path_position = "mm", depth = "um" }'
+
+
+@pytest.mark.parametrize(
+    ("initial", "said"),
+    [
+        ('depth = "9 mm", shape = "uniform"', "pinion: wear of 9 mm is deeper than the tooth"),
+        (
+            f'file = "few.csv", {MEASURED}',
+            "pinion: 2 measured points lie on the active flank; give 5 or more",
+        ),
+        (f'file = "short.csv", {MEASURED}', "pinion: the measured profile covers diameters"),
+    ],
+)
+def test_wear_that_no_tooth_can_have_is_refused_before_anything_is_written(tmp_path, capsys, initial, said):
+    base = Path(wearlab.__file__).parents[1] / "campaigns" / "base" / "internal_40_100.toml"
+    (tmp_path / "few.csv").write_text("path_position,depth\n-30,0\n-5,1\n5,2\n40,3\n")
+    rows = "".join(f"{s},{abs(s)}\n" for s in range(-3, 4))
+    (tmp_path / "short.csv").write_text("path_position,depth\n" + rows)
+    file, store = tmp_path / "worn.toml", tmp_path / "store"
+    file.write_text(f'extends = "{base.as_posix()}"\n[wear.initial]\npinion = {{ {initial} }}\n')
+    assert app.status_of(["run", str(file), "--store", str(store)]) == 2
+    assert said in capsys.readouterr().err and not store.exists()

@@ -97,14 +97,15 @@ def _first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
 
 
 def _impossible(campaign: "Campaign") -> list[dict[str, Any]]:
-    """Return the cases whose gears cannot be, with the reason, and whether the file expects it."""
+    """Return the cases whose gears or flanks cannot be, with the reason, and whether the file expects it."""
     from wearlab.gears.errors import GearError
+    from wearlab.scene.build.contact import check_initial_wear
     from wearlab.scene.build.sets import build_set
 
     refused = []
     for case in {case.id: case for case in campaign.cases}.values():
         try:
-            build_set(case.scene)
+            check_initial_wear(case.scene, build_set(case.scene))
         except GearError as error:
             expected = case.expect is not None and case.expect.verdict == "refused"
             found = {"case": case_name(campaign, case), "id": case.id, "reason": str(error)}

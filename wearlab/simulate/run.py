@@ -33,6 +33,8 @@ __all__ = ["initial_wear", "live", "simulate"]
 LABELS: dict[str, Any] = {"axis": ["x", "y"], "part": ["real", "imaginary"]}
 ALONG_SPEED = ("response_speed", "direction", "order", "edge", "end")
 
+FIRST_STATE = {"section vanished": "a section of a tooth vanishes under its initial wear; give less of it"}
+
 
 def simulate(scene: Scene) -> xr.Dataset:
     """Simulate one scene.
@@ -58,7 +60,8 @@ def simulate(scene: Scene) -> xr.Dataset:
     except GearError as error:
         raise Refused(str(error)) from error
     except StopWear as stop:
-        raise Refused(f"the gears cannot run in their first state: {stop.reason}") from stop
+        reason = FIRST_STATE.get(stop.reason, stop.reason)
+        raise Refused(f"the gears cannot run in their first state: {reason}") from stop
     dataset = _dataset(settled, stages, lived, calibration, clock)
     dataset.attrs = {"Conventions": CONVENTIONS, **provenance(scene, begun)}
     return dataset

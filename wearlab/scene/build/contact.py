@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.gears.errors import GearError
+from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.exact.extension import Deflections, extension
@@ -13,7 +15,8 @@ from wearlab.mesh.profile import Extension, ProfileGrid
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.scene import Scene
 from wearlab.scene.build.gears import modifications
-from wearlab.wear.initial import MeasuredProfile, measured, path_position
+from wearlab.scene.build.sets import GearSet
+from wearlab.wear.initial import MeasuredProfile, measured, path_position, quadratic, uniform
 
 Array = NDArray[np.float64]
 
@@ -25,6 +28,8 @@ STEP = 0.02
 """Base pitches in which extended contact grows, so that grids of different density reach equally far."""
 EXTENDED_CONTACT = 0.05
 """Share of the path by which contact may be extended before a run without extended contact says so."""
+CHECKED_POINTS = 101
+"""Points of a flank at which the wear it starts with is looked at before anything runs."""
 
 
 def flanks_of(pair: GearPair, grid: ProfileGrid) -> WornFlanks:
@@ -167,3 +172,38 @@ def measured_wear(given: Any, pair: GearPair, gear: int, position: Array) -> Arr
         given.smooth,
     )
     return measured(profile, pair, gear, position)
+
+
+def check_initial_wear(scene: Scene, gears: GearSet) -> None:
+    """Refuse wear a scene starts with that its gears cannot have, before anything runs.
+
+    Raises
+    ------
+    GearError
+        Where a measured profile does not cover its flank, or wear is deeper than the tooth.
+    """
+    if scene.wear is None:
+        return
+    for name in gears.flanks:
+        flank, (kind, gear) = scene.wear.initial_of(name), gears.flank(name)
+        if flank is None:
+            continue
+        pair = gears.kinds[kind].pair
+        position = np.linspace(pair.path.A, pair.path.E, CHECKED_POINTS)
+        match getattr(flank, "shape", "measured"):
+            case "measured":
+                depth = measured_wear(flank, pair, gear, position)
+            case "quadratic":
+                depth = quadratic(position, flank.depth)
+            case "uniform":
+                depth = uniform(position, flank.depth)
+            case _:
+                continue  # worn by the law: the run finds out
+        body = pair.gears[gear]
+        thickness = 2.0 * contact_depth(body, pair.radius(gear, position))
+        if np.any(depth >= thickness):
+            worst = int(np.argmax(depth - thickness))
+            raise GearError(
+                f"{name}: wear of {1e3 * depth[worst]:.4g} mm is deeper than the tooth, "
+                f"{1e3 * thickness[worst]:.4g} mm thick there along its normal; give less initial wear"
+            )
