@@ -17,6 +17,7 @@ from wearlab.scene import Scene
 from wearlab.scene.build.gears import build_pair, build_planetary
 
 Array = NDArray[np.float64]
+APART = "planet: its two meshes deflect apart, as if they shared no body"
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,8 @@ class GearSet:
     @property
     def assumed(self) -> tuple[str, ...]:
         """What was assumed about the gears, with their names."""
-        return tuple(f"{gear.name}: {flag}" for gear in self.gears.values() for flag in gear.assumed)
+        own = tuple(f"{gear.name}: {flag}" for gear in self.gears.values() for flag in gear.assumed)
+        return own if self.planetary is None else (*own, APART)
 
 
 def build_set(scene: Scene) -> GearSet:
