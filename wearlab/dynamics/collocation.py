@@ -142,8 +142,8 @@ def _inputs(
     whole = [k.sum(axis=-1) - mean]
     push = [(k * gap).sum(axis=-1) + system.mesh_damping * tables.error_rate / period]
     if system.friction_constant is not None:
-        assert tables.sliding is not None and tables.position is not None
-        for rubbing in (tables.sliding * k, tables.sliding * k * tables.position):
+        assert tables.sliding is not None and tables.moment is not None
+        for rubbing in (tables.sliding * k, tables.moment * k):
             whole.append(rubbing.sum(axis=-1))
             push.append((rubbing * gap).sum(axis=-1))
     meshes, count = error.shape[2], 0 if balance is None else len(balance.held)
