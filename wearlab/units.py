@@ -210,7 +210,10 @@ def _between(from_unit: str, to_unit: str) -> tuple[float, float]:
     source, target = _unit(from_unit), _unit(to_unit)
     if "degree_C" in f"{source}{target}" or "degree_F" in f"{source}{target}":
         return _between_temperatures(source, target, from_unit, to_unit)
-    (up, base), (down, other) = registry.get_root_units(source), registry.get_root_units(target)
+    try:
+        (up, base), (down, other) = registry.get_root_units(source), registry.get_root_units(target)
+    except ArithmeticError as error:
+        raise UnitError(f"{from_unit!r} is beyond all numbers") from error
     if base != other:
         raise UnitError(f"{from_unit!r} is not a unit like {to_unit!r}{_hint(base, other)}")
     return _decimal(float(up) / float(down)), 0.0

@@ -162,6 +162,8 @@ def test_rows_that_are_no_json(store, column, capsys):
         "life > " + "9" * 100_000,
         " and ".join(["life > 1"] * 20_000),
         "life > 1e999",
+        "torque > 1 N**999999999*m",
+        "life > 1 N" + "**9" * 200,
         "\x00",
     ],
 )
@@ -197,6 +199,7 @@ BASE = 'title = "a stranger\'s"\n'
         'exclude = "' + "(" * 20_000 + '"',
         'extends = "' + "../" * 40 + 'etc/passwd"',
         'extends = "/dev/zero"',
+        "[numerics]\nphase_points = 100000000000",
     ],
 )
 def test_campaign_files_are_refused_in_a_moment(tmp_path, text, capsys):

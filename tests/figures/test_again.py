@@ -106,6 +106,21 @@ def test_what_is_no_figure_of_ours(store, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_what_is_larger_than_any_figure(store, tmp_path, monkeypatch):
+    from PIL import Image
+
+    monkeypatch.setattr("wearlab.figures.embedded.LARGEST", 1000)
+    Image.new("L", (100, 100)).save(tmp_path / "wide.png")
+    (tmp_path / "long.png").write_bytes(b"\x89PNG" + bytes(1000))
+    for name, message in (
+        ("wide.png", "100 by 100 pixels are more"),
+        ("long.png", "1004 bytes are more"),
+        (".", "is no file"),
+    ):
+        with pytest.raises(FigureError, match=message):
+            redraw(tmp_path / name, store, tmp_path / "out")
+
+
 @pytest.mark.parametrize(
     "spoilt", [{"table": {"kind": "../../evil"}}, {"campaign": []}, {"runs": 1}, {"format": 9}, {"points": 3}]
 )

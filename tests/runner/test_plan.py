@@ -1,6 +1,7 @@
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import fake_campaign
 import pytest
@@ -8,7 +9,7 @@ from fake_campaign import Campaign, alter, sweep
 
 from wearlab.cli import app, planning
 from wearlab.runner import plan as planner
-from wearlab.runner.plan import Amount, differing, parts_of, plan
+from wearlab.runner.plan import Amount, differing, least_bytes, parts_of, plan
 from wearlab.runner.worker import Task, execute
 from wearlab.store import Store
 
@@ -153,6 +154,16 @@ def test_what_has_changed_since_a_case_ran(store):
     found = plan(alter(campaign, 1, updates=4), store)
     assert [(run.state, run.changed) for run in found.runs[:2]] == [("cached", ()), ("new", ("updates",))]
     assert plan(replace(alter(campaign, 1, updates=4), path=Path("b.toml")), store).runs[1].changed == ()
+
+
+def test_a_scene_that_asks_for_too_much_is_told_without_any_record(monkeypatch, tmp_path):
+    text = {"numerics": {"phase_points": 1_000_000}, "wear": {"snapshots": {"cycles": [1.0] * 9}}}
+    scene = SimpleNamespace(canonical=lambda: json.dumps(text))
+    assert least_bytes(scene) == 10 * 1_000_000 * 8 * 8 // 2
+    assert least_bytes(SimpleNamespace(canonical=lambda: "{}")) == 64 * 8 * 8 // 2
+    monkeypatch.setattr(planner, "_free", lambda path: 3000)
+    (warning,) = plan(sweep(2), Store(tmp_path / "none")).warnings
+    assert "the disk will be full: about 4.1e+03 bytes" in warning
 
 
 def test_only_the_model_has_changed(store):

@@ -196,3 +196,14 @@ def test_the_bar_counts_trouble(store, alone, monkeypatch):
     run(alter(alter(sweep(4), 1, act="fail"), 2, act="refuse"), store)
     assert "1 failed, 1 refused" in screen.getvalue()
     assert "4/4" in screen.getvalue()
+
+
+def test_a_scheduler_that_does_not_answer_leaves_nothing_behind(tmp_path, monkeypatch):
+    monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.2)
+    store = Store(tmp_path / "store")
+    with pytest.raises(RunnerError, match="no dask scheduler answers"):
+        wearlab.run(sweep(2), store, scheduler="tcp://127.0.0.1:9", simulate=SIMULATE, progress=False)
+    monkeypatch.setattr(cluster, "find_spec", lambda name: None)
+    with pytest.raises(RunnerError, match="the dashboard needs bokeh"):
+        wearlab.run(sweep(2), store, dashboard=True, simulate=SIMULATE, progress=False)
+    assert not store.path.exists()

@@ -11,6 +11,7 @@ from wearlab.figures.errors import FigureError
 DESCRIPTION = "{http://purl.org/dc/elements/1.1/}description"
 SUBJECT = re.compile(rb"/Subject \(((?:[^\\()]|\\.)*)\)", re.DOTALL)
 ESCAPED = re.compile(rb"\\(.)", re.DOTALL)
+LARGEST = 50_000_000  # bytes, and pixels
 ESCAPES = {b"n": b"\n", b"r": b"\r"}
 
 
@@ -22,6 +23,10 @@ def embedded(file: Path) -> dict[str, str]:
     FigureError : it cannot be read, or is no PNG, SVG or PDF
     """
     try:
+        if file.exists() and not file.is_file():
+            raise FigureError(f"{file}: is no file")
+        if file.stat().st_size > LARGEST:
+            raise FigureError(f"{file}: {file.stat().st_size} bytes are more than a figure has")
         data = file.read_bytes()
     except OSError as error:
         raise FigureError(f"{file}: cannot be read ({error.strerror or error})") from error
@@ -38,6 +43,8 @@ def _png(file: Path, data: bytes) -> dict[str, str]:
     from PIL import Image
 
     with Image.open(file, formats=["PNG"]) as image:
+        if image.width * image.height > LARGEST:
+            raise FigureError(f"{file}: {image.width} by {image.height} pixels are more than a figure has")
         image.load()
         return {str(key): str(text) for key, text in image.text.items()}  # type: ignore[attr-defined]
 

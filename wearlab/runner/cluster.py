@@ -169,6 +169,24 @@ class Pace:
         return max(1, min(fitting, LARGEST_BATCH, math.ceil(waiting / (2 * workers)), waiting))
 
 
+def refuse_unreachable(scheduler: str | None, dashboard: bool) -> None:
+    """Refuse before anything is written where the workers asked for cannot be had.
+
+    Raises
+    ------
+    RunnerError : nobody answers, or the page needs what is not installed
+    """
+    if scheduler is not None:
+        from dask.distributed import Client
+
+        try:
+            Client(scheduler, timeout=CONNECT_SECONDS).close()
+        except (OSError, ValueError, TimeoutError) as error:
+            raise RunnerError(f"no dask scheduler answers at {scheduler} ({error})") from error
+    elif dashboard and find_spec("bokeh") is None:
+        raise RunnerError("the dashboard needs bokeh: pip install 'wearlab[dashboard]'")
+
+
 @contextmanager
 def connect(workers: int | None, scheduler: str | None, dashboard: bool = False) -> Iterator[Any]:
     """Open a client of the given scheduler, or of a cluster of processes on this machine.
@@ -181,10 +199,8 @@ def connect(workers: int | None, scheduler: str | None, dashboard: bool = False)
 
     Raises
     ------
-    RunnerError : nobody answers, or the page needs what is not installed
+    RunnerError : nobody answers
     """
-    if dashboard and scheduler is None and find_spec("bokeh") is None:
-        raise RunnerError("the dashboard needs bokeh: pip install bokeh")
     if scheduler is not None:
         with _remote(scheduler) as client:
             yield client

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from wearlab.store import Store
     from wearlab.store.catalogue import Entry, Head
 
+POINTS = ("phase_points", "profile_points")
+FEWEST, ALONG_PHASE, FLOAT = 64, 8, 8  # points and variables that a run has at least; bytes of a number
 MANY = 10_000  # runs above which a plan warns
 SAMPLE = 1_000  # recorded runs that an estimate looks at, the latest first
 SPREAD = 0.1  # shares of the recorded runs left out at both ends of a range
@@ -126,7 +128,7 @@ def plan(campaign: "Campaign", store: "Store", *, workers: int | None = None, re
         *(campaign.title, len(campaign.cases), tuple(runs.values()), excluded, seconds, size, basis),
         workers=max(1, min(workers or available_cores(), len(to_do))),
         free=free,
-        warnings=tuple(_warnings(len(to_do), size, free)),
+        warnings=tuple(_warnings(len(to_do), size, sum(map(least_bytes, to_do)), free)),
     )
 
 
@@ -167,11 +169,24 @@ def _state(store: "Store", head: "Head | None") -> str:
     return head.state
 
 
-def _warnings(count: int, size: Amount | None, free: int) -> Iterable[str]:
+def least_bytes(scene: Any) -> int:
+    """Return the bytes that a run has at least, by the snapshots and the points that its scene asks for.
+
+    A few variables along the phase at every wear state, half of them lost to compression.
+    """
+    table = json.loads(scene.canonical())
+    numerics = table.get("numerics") or {}
+    points = max((v for k in POINTS if isinstance(v := numerics.get(k), int)), default=FEWEST)
+    snapshots = (table.get("wear") or {}).get("snapshots") or {}
+    states = 1 + max((len(one) for one in snapshots.values() if isinstance(one, list)), default=0)
+    return int(states * points * ALONG_PHASE * FLOAT // 2)
+
+
+def _warnings(count: int, size: Amount | None, least: int, free: int) -> Iterable[str]:
     if count > MANY:
         yield f"{count:,} runs are more than {MANY:,}: is every value of every axis needed?"
-    if size is not None and size.value > free:
-        yield f"the disk will be full: about {size.value:.3g} bytes to write, {free:.3g} bytes free"
+    if (wanted := max(least, size.value if size is not None else 0.0)) > free:
+        yield f"the disk will be full: about {wanted:.3g} bytes to write, {free:.3g} bytes free"
 
 
 def _free(path: Path) -> int:

@@ -6,7 +6,7 @@ from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING
 
 from wearlab.runner.again import chosen, restore
-from wearlab.runner.cluster import Cluster, connect
+from wearlab.runner.cluster import Cluster, connect, refuse_unreachable
 from wearlab.runner.continuing import with_parents
 from wearlab.runner.crew import Crew
 from wearlab.runner.expectation import Expected, comparisons
@@ -68,6 +68,7 @@ def run(
     again = chosen(recompute, retry)
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
     tasks = with_parents(tasks, store)
+    refuse_unreachable(None if store.catalogue.exists() else scheduler, dashboard)
     notes = _opened(store)
     key = _record(campaign, store)
     with store.presence() as presence, watched(progress) as bar:

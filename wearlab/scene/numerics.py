@@ -2,10 +2,11 @@
 
 from typing import Annotated
 
-from annotated_types import Ge, Lt
+from annotated_types import Ge, Le, Lt
 
 from wearlab.scene.part import POSITIVE, Count, Number, Part, option
 
+MOST = 1_000_000  # points; a state of the wear would take gigabytes
 DERIVED = "from the tolerance"
 
 
@@ -15,13 +16,13 @@ class Numerics(Part):
     tolerance: Annotated[Number, POSITIVE, Lt(1.0)] = option(
         1e-3, "relative error in wear depth and life", source="wearlab"
     )
-    steps_per_period: Annotated[Count, Ge(4)] | None = option(
+    steps_per_period: Annotated[Count, Ge(4), Le(MOST)] | None = option(
         None, "integration steps in a mesh period", derived=DERIVED
     )
-    phase_points: Annotated[Count, Ge(8)] | None = option(
+    phase_points: Annotated[Count, Ge(8), Le(MOST)] | None = option(
         None, "stored phases of a mesh period", derived=DERIVED
     )
-    profile_points: Annotated[Count, Ge(9)] | None = option(
+    profile_points: Annotated[Count, Ge(9), Le(MOST)] | None = option(
         None, "nodes on the path of contact", derived=DERIVED
     )
     cycle_tolerance: Annotated[Number, POSITIVE, Lt(1.0)] | None = option(
