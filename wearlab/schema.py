@@ -258,6 +258,9 @@ VARIABLES: dict[str, Variable] = {
         _STATE, "1", "1", "largest dynamic over static mesh force", "over the stored phases"
     ),
     "separation_fraction": Variable(_STATE, "1", "%", "fraction of time without drive-flank contact"),
+    "mesh_load_factor": Variable(
+        _STATE, "1", "1", "mean force of a mesh over the mean of its kind", "1: the planets share alike"
+    ),
     "equivalent_load": Variable(_STATE, "N m", "N*m", "equivalent torque by Miner's rule (L16 Eq. 25)"),
     "response_period": Variable(("update",), "1", "1", "mesh periods per response period", "0: aperiodic"),
     "floquet_multiplier": Variable(

@@ -124,6 +124,26 @@ def test_face_load_factor_wears_as_a_narrower_face(scene, still):
     np.testing.assert_allclose(loaded.wear_rate.values[0], 1.3 * first, rtol=1e-9)
 
 
+def test_planets_with_errors_of_their_pins_share_unequally(scene):
+    """The mean elastic and damping force of each mesh, over that of its kind; alike without errors."""
+    held = {"radial_stiffness": "100 N/um", "tangential_stiffness": "50 N/um", "damping_ratio": 0.05}
+    dynamics = {"model": "planetary", "supports": dict.fromkeys(("sun", "ring", "carrier", "planet"), held)}
+    for member in ("sun", "planet"):
+        dynamics["supports"][member] = {k: v for k, v in held.items() if k != "tangential_stiffness"}
+    table = {**SET, "dynamics": dynamics, "mesh": {"damping_ratio": 0.07}}
+    table["wear"] = {"coefficient": SET["wear"]["coefficient"]}
+    alike = simulate(Scene.from_mapping(table)).mesh_load_factor.values
+    np.testing.assert_allclose(alike, 1.0, atol=1e-4)
+    table["errors"] = {"slow": "frozen", "seed": 3, "carrier": {"planet_position": ["5 um"]}}
+    data = simulate(Scene.from_mapping(table))
+    found = data.mesh_load_factor.values[0]
+    assert np.ptp(found[:3]) > 0.05 and found[:3].mean() == pytest.approx(1.0, abs=1e-12)
+    force = (data.dynamic_mesh_force + data.mesh_damping_force)[0].mean(("mesh_period", "phase")).values
+    shares = np.r_[force[:3] / force[:3].mean(), force[3:] / force[3:].mean()]
+    np.testing.assert_allclose(found, shares, atol=2e-3)
+    np.testing.assert_allclose(found[:3], found[3:], atol=1e-2)  # a planet passes on what it takes
+
+
 @pytest.mark.parametrize("roles", [("sun", "carrier", "ring"), ("carrier", "sun", "ring")])
 def test_critical_speeds_are_those_of_the_input(roles):
     """At the speed in the table, as ``operation.speed`` would have it, the mesh meets the mode."""

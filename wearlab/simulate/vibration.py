@@ -82,11 +82,14 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
         values["dynamic_transmission_error"] = (transmission + parts.constant_error[0])[None]
         values["dte_harmonics"] = series.amplitude[None]
         values["dte_rms"] = [series.rms]
+    means = [mean_moments(parts, vibration, touching, kind, response) for kind in range(len(touching))]
+    if parts.gears.planetary is not None:
+        values["mesh_load_factor"] = np.concatenate([load_factors(parts, k, m) for k, m in enumerate(means)])
     values |= {
         "separation_fraction": separated(parts, vibration, touching, response),
         "response_period": response.period * vibration.hunting,
         "floquet_multiplier": _as_parts(response, 2 * len(vibration.system.coordinates)),
-        "residual_mean_force": mean_force_residual(parts, vibration, touching, response),
+        "residual_mean_force": mean_force_residual(parts, [mine.analysis.load for mine in touching], means),
         "residual_orbit": response.residual,
         **energy_values(parts, vibration, response),
     }
@@ -170,16 +173,13 @@ def separated(parts: Parts, vibration: Vibration, touching: list[Touching], resp
     ])  # fmt: skip
 
 
-def mean_force_residual(
-    parts: Parts, vibration: Vibration, touching: list[Touching], response: Response
-) -> float:
+def mean_force_residual(parts: Parts, loads: list[float], moments_of: list[Array]) -> float:
     """Return mean(elastic + damping) over the static force, minus one: the largest of the kinds of mesh.
 
     Meshes of one kind share the load among them, so their mean is what the load decides. With friction the
     moments on the gear whose torque is given count, and on a planet those of its two meshes.
     """
-    means = [_mean_moments(parts, vibration, touching, kind, response) for kind in range(len(touching))]
-    loads = [mine.analysis.load for mine in touching]
+    means = [each.mean(axis=0) for each in moments_of]
     if parts.friction is None:
         found = [_relative(float(mean.mean()), load) for mean, load in zip(means, loads, strict=True)]
     else:
@@ -201,10 +201,16 @@ def _relative(mean: float, load: float) -> float:
     return mean / load - 1.0 if load > 0.0 else mean
 
 
-def _mean_moments(
+def load_factors(parts: Parts, kind: int, means: Array) -> Array:
+    """Return how much of its share of the load each mesh of a kind carries in the mean, (n_mesh,) [1]."""
+    own = means[:, _loaded_gear(parts, kind)]
+    return own / own.mean() if own.any() else np.full(len(own), np.nan)
+
+
+def mean_moments(
     parts: Parts, vibration: Vibration, touching: list[Touching], kind: int, response: Response
 ) -> Array:
-    """Return the mean moments of a kind of mesh over base radius, on the driving and the driven gear [N]."""
+    """Return the mean moments of each mesh of a kind over base radius, (n_mesh, (driving, driven)) [N]."""
     mine, grid = touching[kind], vibration.stages.grid
     phase, segment, weight = within_steps(grid)
     when, middle = Instants(phase, segment), grid.start + 0.5 * grid.width
@@ -223,7 +229,7 @@ def _mean_moments(
                 for gear in (0, 1)
             ]
         )
-    return np.mean(found, axis=0)
+    return np.array(found)
 
 
 def transmission_error(vibration: Vibration, position: Array) -> Array | None:
