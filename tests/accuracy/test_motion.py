@@ -18,7 +18,7 @@ def by_hand(problem: Steady, time: float, y: np.ndarray) -> np.ndarray:
     phase = (time / vibration.period) % 1.0
     where = problem.parts.look(0, np.array([phase]))
     stages = replace(vibration.stages, grid=_one_step(phase), where=(_thrice(where),))
-    tables = stage_tables([problem.mesh], stages, None)
+    tables = stage_tables(problem.kinds, stages, None)
     k, g = tables.stiffness[0, 0, 0], tables.gap[0, 0, 0]
     n, d = len(system.load), system.direction[0]
     delta = d @ y[:n] - tables.error[0, 0, 0]

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from wearlab.dynamics.energy import energy_balance, nominal_speeds
+from wearlab.dynamics.newmark import Newmark
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.planetary import assemble, balanced_torques, effective_masses, support_damping
 from wearlab.dynamics.planetary_torsional import planetary_torsional
@@ -460,3 +461,22 @@ def test_torsional_set_with_friction_closes_under_scipy_and_in_energy(mu: float)
     balance = energy_balance(response, speeds)
     assert abs(balance.residual) < 1e-6 and balance.friction > 0.0
     assert balance.efficiency == pytest.approx(load / PIN * speeds[1] / (90.0 * SPEED), rel=1e-6)
+
+
+@pytest.mark.parametrize("free", [True, pytest.param(False, marks=pytest.mark.slow)])
+def test_newmark_comes_to_the_same_response_with_second_order(free: bool) -> None:
+    """The paper's method, marched: B23's set with friction, whose load is found, and eighteen degrees."""
+    system, mu = (torsional(), 0.1) if free else (planetary(), None)
+    phase, grid = np.linspace(0.0, 0.999, 101), stage_grid(BREAKS, 600, 4)
+    response = Periodic().solve(system, tables(grid, mu), PERIOD)
+    exact = deflection_at(response, grid, phase)[0]
+    error = []
+    for steps in (400, 800):
+        grid = stage_grid(BREAKS, steps)
+        marched = Newmark(tolerance=1e-5).solve(system, tables(grid, mu), PERIOD)
+        error.append(np.abs(deflection_at(marched, grid, phase)[0] - exact).max() / np.abs(exact).max())
+        assert marched.period == 1
+        np.testing.assert_allclose(
+            marched.system.load, response.system.load, rtol=1e-3, atol=1e-3 * np.abs(system.load).max()
+        )
+    assert error[1] < 0.012 and np.log2(error[0] / error[1]) == pytest.approx(1.9, abs=0.15)

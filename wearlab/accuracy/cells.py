@@ -5,16 +5,18 @@ written as polynomials of degree four on cells that end wherever anything in it 
 the jumps and the points of a given table. Everything sits in one flat array, as C callbacks want it.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.structure import force_vectors
+from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
-from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.excitation import Touching, stage_tables, stages
-from wearlab.mesh.stages import StageGrid
+from wearlab.mesh.excitation import Friction, Touching, stage_tables, stages
+from wearlab.mesh.stages import StageGrid, StageTables
 from wearlab.mesh.stiffness import GivenStiffness
 
 Array = NDArray[np.float64]
@@ -25,8 +27,10 @@ NEVER = 1e300
 """A backlash that no motion reaches: no back flank."""
 
 # Where things stand in the flat array.
-N, PAIRS, CELLS, GUIDES, PERIOD, BACKLASH, GATED, MESH_DAMPING, DIAGONAL, HAS_ERROR = range(10)
+N, MESHES, PAIRS, CELLS, GUIDES, PERIOD, GATED, DIAGONAL, HAS_ERROR, RUBS = range(10)
 HEADER = 10
+CELLS_PER_SEGMENT = 96
+"""Cells of a segment of a set of several meshes, whose nodes together are too many."""
 
 
 class Motion(NamedTuple):
@@ -37,8 +41,8 @@ class Motion(NamedTuple):
     flat : everything, in one array: header, structure, cell edges, guide, coefficients
     breaks : (n_segments + 1,) phases between which the mesh is smooth [1]
     first_cell : (n_segments + 1,) cell with which each segment begins
-    n : coordinates
-    pairs : pairs in the path
+    n, meshes : coordinates and meshes
+    pairs : pairs in the path of a mesh
     period : duration of a mesh period [s]
     """
 
@@ -46,20 +50,25 @@ class Motion(NamedTuple):
     breaks: Array
     first_cell: NDArray[np.int64]
     n: int
+    meshes: int
     pairs: int
     period: float
 
 
-def motion(mesh: Touching, vibration: Vibration) -> Motion:
+def motion(
+    kinds: Sequence[Touching], vibration: Vibration, system: System, friction: Friction | None
+) -> Motion:
     """Write a wear state as a :class:`Motion`.
 
     Parameters
     ----------
-    mesh : contact of the wear state, and what the excitation was fitted to
+    kinds : contact of the wear state of every kind of mesh, and what the excitation was fitted to
     vibration : the dynamics; its slow errors must not turn (no hunting)
+    system : its structure with all loads known
+    friction : of the flanks, None without
     """
-    analysis = mesh.analysis
-    edges, segment = _edges(analysis)
+    breaks = vibration.stages.edges
+    edges, segment = _edges(kinds, vibration)
     width = np.diff(edges)
     halves = StageGrid(
         np.stack([edges[:-1], edges[:-1] + 0.5 * width], 1).ravel(),
@@ -67,49 +76,63 @@ def motion(mesh: Touching, vibration: Vibration) -> Motion:
         np.repeat(segment, 2),
     )
     given = vibration.stages
-    tables = stage_tables([mesh], stages([analysis.grid], given.meshes, given.edges, halves), None)
-    cells, pairs = len(width), tables.stiffness.shape[3]
-    quantities = [
-        *(tables.stiffness[:, :, 0, p] for p in range(pairs)),
-        *(tables.gap[:, :, 0, p] for p in range(pairs)),
-        tables.error[:, :, 0],
-        tables.error_rate[:, :, 0],
-    ]
-    coefficients = np.stack([_polynomials(values) for values in quantities], axis=1)
-    system = vibration.system
+    grids = [one.analysis.grid for one in kinds]
+    tables = stage_tables(kinds, stages(grids, given.meshes, breaks, halves, friction), None)
+    coefficients = np.stack([_polynomials(one) for one in _quantities(tables)], axis=1)
+    (meshes, pairs), cells = tables.stiffness.shape[2:], len(width)
     inverse = np.linalg.inv(system.mass)
     stiffness, damping = inverse @ system.total_stiffness, inverse @ system.total_damping
     marks = np.arange(GUIDES_PER_CELL * cells) / (GUIDES_PER_CELL * cells)
     guide = np.searchsorted(edges, marks, "right") - 1
     header = np.zeros(HEADER)
-    header[[N, PAIRS, CELLS, GUIDES]] = len(system.load), pairs, cells, len(guide)
-    header[[PERIOD, MESH_DAMPING]] = vibration.period, system.mesh_damping[0]
-    header[BACKLASH] = NEVER if system.backlash is None else system.backlash[0]
-    header[GATED] = not system.damping_always
+    header[[N, MESHES, PAIRS, CELLS, GUIDES]] = len(system.load), meshes, pairs, cells, len(guide)
+    header[[PERIOD, GATED, RUBS]] = vibration.period, not system.damping_always, tables.sliding is not None
     header[DIAGONAL] = all(np.count_nonzero(m - np.diag(m.diagonal())) == 0 for m in (stiffness, damping))
     header[HAS_ERROR] = np.any(tables.error != 0.0)
-    parts = [header, stiffness, damping, system.direction[0], inverse @ system.direction[0]]
-    parts += [inverse @ system.load, edges, 1.0 / width, guide.astype(float), coefficients]
-    breaks = analysis.grid.breaks
+    vectors = force_vectors(system)[1] @ inverse.T
+    backlash = np.full(meshes, NEVER) if system.backlash is None else system.backlash
+    parts = [header, stiffness, damping, system.direction, system.mesh_damping, backlash]
+    parts += [inverse @ system.load, vectors, edges, 1.0 / width, guide.astype(float), coefficients]
     return Motion(
         np.concatenate([np.ravel(part) for part in parts]),
         breaks,
         np.searchsorted(edges, breaks - 1e-12),
         len(system.load),
+        meshes,
         pairs,
         vibration.period,
     )
 
 
-def _edges(analysis: ContactAnalysis) -> tuple[Array, NDArray[np.int64]]:
-    """Return cell edges (n_cells + 1,) and the smooth segment of each cell."""
-    grid = analysis.grid
-    inner: Array = grid.phase_nodes[0]
-    if isinstance(analysis.stiffness, GivenStiffness):
-        inner = np.concatenate([inner, analysis.stiffness.curve.x % 1.0])
-    edges, segments = [grid.breaks[:1]], []
-    for index, (low, high) in enumerate(pairwise(grid.breaks)):
+def _quantities(tables: StageTables) -> list[Array]:
+    """Return for each mesh: stiffness and gap of its pairs, their friction, error and its rate."""
+    found: list[Array] = []
+    for m in range(tables.stiffness.shape[2]):
+        found += list(np.moveaxis(tables.stiffness[:, :, m], 2, 0))
+        found += list(np.moveaxis(tables.gap[:, :, m], 2, 0))
+        if tables.sliding is not None and tables.position is not None:
+            found += list(np.moveaxis(tables.sliding[:, :, m], 2, 0))
+            found += list(np.moveaxis(tables.position[:, :, m], 2, 0))
+        found += [tables.error[:, :, m], tables.error_rate[:, :, m]]
+    return found
+
+
+def _edges(kinds: Sequence[Touching], vibration: Vibration) -> tuple[Array, NDArray[np.int64]]:
+    """Return cell edges (n_cells + 1,) and the smooth segment of each cell.
+
+    One mesh bends at its nodes; of several meshes the bends are too many and too small to be told.
+    """
+    inner = np.empty(0)
+    if len(vibration.stages.meshes) == 1:
+        analysis = kinds[0].analysis
+        inner = analysis.grid.phase_nodes[0]
+        if isinstance(analysis.stiffness, GivenStiffness):
+            inner = np.concatenate([inner, analysis.stiffness.curve.x % 1.0])
+    edges, segments = [vibration.stages.edges[:1]], []
+    for index, (low, high) in enumerate(pairwise(vibration.stages.edges)):
         inside = np.unique(np.round(inner[(inner > low + 1e-9) & (inner < high - 1e-9)], 12))
+        if not len(inner):
+            inside = np.linspace(low, high, CELLS_PER_SEGMENT + 1)[1:-1]
         edges += [inside, np.array([high])]
         segments += [index] * (len(inside) + 1)
     return np.concatenate(edges), np.array(segments)
@@ -127,13 +150,8 @@ def _polynomials(values: Array) -> Array:
     return np.ascontiguousarray(np.linalg.solve(matrix, five.T).T)
 
 
-def starting_state(given: Motion, vibration: Vibration) -> Array:
-    """Return the static equilibrium at the mean mesh stiffness, at rest, (2n,): a good first guess."""
-    system = vibration.system
-    cells, n = int(given.flat[CELLS]), given.n
-    first = HEADER + 2 * n * n + 3 * n + (cells + 1) + cells + int(given.flat[GUIDES])
-    shape = (cells, 2 * given.pairs + 2, DEGREE + 1)
-    mean = given.flat[first:].reshape(shape)[:, : given.pairs, 0].sum(axis=1).mean()
-    d = system.direction[0]
-    q = np.linalg.solve(system.total_stiffness + mean * np.outer(d, d), system.load)
-    return np.concatenate([q, np.zeros(n)])
+def starting_state(system: System, mean: Array) -> Array:
+    """Return the static equilibrium at mean mesh stiffnesses (n_mesh,), at rest, (2n,): a first guess."""
+    d = system.direction
+    q = np.linalg.lstsq(system.total_stiffness + d.T @ (mean[:, None] * d), system.load, rcond=1e-12)[0]
+    return np.concatenate([q, np.zeros(len(q))])

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 
 from wearlab.accuracy.cells import (
-    BACKLASH,
     CELLS,
     DEGREE,
     DIAGONAL,
@@ -13,9 +12,10 @@ from wearlab.accuracy.cells import (
     GUIDES,
     HAS_ERROR,
     HEADER,
-    MESH_DAMPING,
+    MESHES,
     PAIRS,
     PERIOD,
+    RUBS,
     N,
 )
 from wearlab.compiled import jit
@@ -44,63 +44,91 @@ def polynomial(flat: Any, at: int, u: float) -> float:
 
 
 @jit
+def first_edge(flat: Any) -> int:
+    """Return where the cell edges begin."""
+    n, meshes = int(flat[N]), int(flat[MESHES])
+    channels = 3 * meshes if flat[RUBS] > 0.0 else meshes
+    return HEADER + 2 * n * n + meshes * n + 2 * meshes + n + channels * n
+
+
+@jit
+def first_coefficient(flat: Any, cell: int, mesh: int) -> int:
+    """Return where the coefficients of a mesh in a cell begin."""
+    cells, pairs = int(flat[CELLS]), int(flat[PAIRS])
+    quantities = (4 * pairs if flat[RUBS] > 0.0 else 2 * pairs) + 2
+    start = first_edge(flat) + 2 * cells + 1 + int(flat[GUIDES])
+    return start + (cell * int(flat[MESHES]) + mesh) * quantities * (DEGREE + 1)
+
+
+@jit
 def motion_in_cell(phase: float, cell: int, y: Any, out: Any, flat: Any, contact: Any) -> None:
     """Write ẏ (2n,) at ``phase`` of ``cell``; contact by the sign of the approach, or as ``contact`` says.
 
     Parameters
     ----------
-    contact : (n_pairs + 1,) whether each pair and the back flank touch; empty: their approach decides
+    contact : (n_mesh · (n_pairs + 1),) whether each pair and the back flank touch; empty: their approach
+        decides
     """
-    n, pairs, cells, guides = int(flat[N]), int(flat[PAIRS]), int(flat[CELLS]), int(flat[GUIDES])
+    n, meshes, pairs = int(flat[N]), int(flat[MESHES]), int(flat[PAIRS])
     damping = HEADER + n * n
     direction = damping + n * n
-    response = direction + n
-    load = response + n
-    edges = load + n
-    inverse_width = edges + cells + 1
-    at = inverse_width + cells + guides + cell * (2 * pairs + 2) * (DEGREE + 1)
-    u = (phase - flat[edges + cell]) * flat[inverse_width + cell]
-    delta, rate = 0.0, 0.0
-    for row in range(n):
-        delta += flat[direction + row] * y[row]
-        rate += flat[direction + row] * y[n + row]
-    if flat[HAS_ERROR] > 0.0:
-        delta -= polynomial(flat, at + 2 * pairs * (DEGREE + 1), u)
-        rate -= polynomial(flat, at + (2 * pairs + 1) * (DEGREE + 1), u) / flat[PERIOD]
-    held = len(contact) > 0
-    force, every, touching = 0.0, 0.0, False
-    for p in range(pairs):
-        k = polynomial(flat, at + p * (DEGREE + 1), u)
-        if k > 0.0:
-            every += k
-            approach = delta - polynomial(flat, at + (pairs + p) * (DEGREE + 1), u)
-            if contact[p] if held else approach > 0.0:
-                force += k * approach
-                touching = True
-    back = -flat[BACKLASH] - delta
-    if contact[pairs] if held else back > 0.0:
-        force -= every * back
-        touching = True
-    if touching or flat[GATED] == 0.0:
-        force += flat[MESH_DAMPING] * rate
+    mesh_damping = direction + meshes * n
+    backlash = mesh_damping + meshes
+    load = backlash + meshes
+    response = load + n
+    edges = first_edge(flat)
+    u = (phase - flat[edges + cell]) * flat[edges + int(flat[CELLS]) + 1 + cell]
+    rubs, held, one = flat[RUBS] > 0.0, len(contact) > 0, DEGREE + 1
     for row in range(n):
         out[row] = y[n + row]
-        a = flat[load + row] - flat[response + row] * force
+        a = flat[load + row]
         if flat[DIAGONAL] > 0.0:
             a -= flat[HEADER + row * n + row] * y[row] + flat[damping + row * n + row] * y[n + row]
         else:
             for col in range(n):
                 a -= flat[HEADER + row * n + col] * y[col] + flat[damping + row * n + col] * y[n + col]
         out[n + row] = a
+    for m in range(meshes):
+        at, last = first_coefficient(flat, cell, m), (4 * pairs if rubs else 2 * pairs)
+        delta, rate = 0.0, 0.0
+        for row in range(n):
+            delta += flat[direction + m * n + row] * y[row]
+            rate += flat[direction + m * n + row] * y[n + row]
+        if flat[HAS_ERROR] > 0.0:
+            delta -= polynomial(flat, at + last * one, u)
+            rate -= polynomial(flat, at + (last + 1) * one, u) / flat[PERIOD]
+        force, every, touching, rubbed, moment = 0.0, 0.0, False, 0.0, 0.0
+        for p in range(pairs):
+            k = polynomial(flat, at + p * one, u)
+            if k > 0.0:
+                every += k
+                approach = delta - polynomial(flat, at + (pairs + p) * one, u)
+                if contact[m * (pairs + 1) + p] if held else approach > 0.0:
+                    force += k * approach
+                    touching = True
+                    if rubs:
+                        tangential = k * approach * polynomial(flat, at + (2 * pairs + p) * one, u)
+                        rubbed += tangential
+                        moment += tangential * polynomial(flat, at + (3 * pairs + p) * one, u)
+        back = -flat[backlash + m] - delta
+        if contact[m * (pairs + 1) + pairs] if held else back > 0.0:
+            force -= every * back
+            touching = True
+        if touching or flat[GATED] == 0.0:
+            force += flat[mesh_damping + m] * rate
+        for row in range(n):
+            out[n + row] -= flat[response + m * n + row] * force
+            if rubs:
+                out[n + row] -= flat[response + (meshes + m) * n + row] * rubbed
+                out[n + row] -= flat[response + (2 * meshes + m) * n + row] * moment
 
 
 @jit
 def motion_at(time: float, y: Any, out: Any, flat: Any) -> None:
     """Write ẏ (2n,) at ``time`` [s]: contact by the sign of the approach, the mesh repeats every period."""
-    n, cells = int(flat[N]), int(flat[CELLS])
     phase = time / flat[PERIOD]
     phase -= np.floor(phase)
-    cell = find_cell(flat, HEADER + 2 * n * n + 3 * n, cells, int(flat[GUIDES]), phase)
+    cell = find_cell(flat, first_edge(flat), int(flat[CELLS]), int(flat[GUIDES]), phase)
     motion_in_cell(phase, cell, y, out, flat, BY_APPROACH)
 
 
@@ -121,8 +149,7 @@ def motion_of(time: float, y: Any, flat: Any) -> Any:
 @jit
 def cell_within(flat: Any, first: int, last: int, phase: float) -> int:
     """Return the cell among ``first … last − 1`` that holds ``phase``: one side of a jump."""
-    n = int(flat[N])
-    edges = HEADER + 2 * n * n + 3 * n
+    edges = first_edge(flat)
     low, high = first, last - 1
     while low < high:
         middle = (low + high + 1) // 2
@@ -144,21 +171,24 @@ def motion_held(time: float, y: Any, flat: Any, first: int, last: int, contact: 
 
 @jit
 def approaches(time: float, y: Any, flat: Any, first: int, last: int) -> Any:
-    """Return the approach of every pair and of the back flank, (n_pairs + 1,) [m]; −1 out of the path."""
-    n, pairs, cells, guides = int(flat[N]), int(flat[PAIRS]), int(flat[CELLS]), int(flat[GUIDES])
+    """Return the approach of all pairs and back flanks, (n_mesh · (n_pairs + 1),) [m]; −1 out of the path."""
+    n, meshes, pairs, one = int(flat[N]), int(flat[MESHES]), int(flat[PAIRS]), DEGREE + 1
     direction = HEADER + 2 * n * n
-    edges = direction + 3 * n
+    backlash = direction + meshes * n + meshes
+    edges = first_edge(flat)
     phase = time / flat[PERIOD]
     cell = cell_within(flat, first, last, phase)
-    at = edges + 2 * cells + 1 + guides + cell * (2 * pairs + 2) * (DEGREE + 1)
-    u = (phase - flat[edges + cell]) * flat[edges + cells + 1 + cell]
-    delta = 0.0
-    for row in range(n):
-        delta += flat[direction + row] * y[row]
-    delta -= polynomial(flat, at + 2 * pairs * (DEGREE + 1), u)
-    out = np.empty(pairs + 1)
-    for p in range(pairs):
-        inside = polynomial(flat, at + p * (DEGREE + 1), u) > 0.0
-        out[p] = delta - polynomial(flat, at + (pairs + p) * (DEGREE + 1), u) if inside else -1.0
-    out[pairs] = -flat[BACKLASH] - delta
+    u = (phase - flat[edges + cell]) * flat[edges + int(flat[CELLS]) + 1 + cell]
+    out = np.empty(meshes * (pairs + 1))
+    for m in range(meshes):
+        at = first_coefficient(flat, cell, m)
+        error = 4 * pairs if flat[RUBS] > 0.0 else 2 * pairs
+        delta = -polynomial(flat, at + error * one, u)
+        for row in range(n):
+            delta += flat[direction + m * n + row] * y[row]
+        for p in range(pairs):
+            inside = polynomial(flat, at + p * one, u) > 0.0
+            gap = polynomial(flat, at + (pairs + p) * one, u)
+            out[m * (pairs + 1) + p] = delta - gap if inside else -1.0
+        out[m * (pairs + 1) + pairs] = -flat[backlash + m] - delta
     return out

@@ -1,6 +1,6 @@
 """A tight reference of a steady state, verified by a second method that shares no integrator with the first.
 
-First: our RK4 period map with many steps. Second: SciPy's DOP853 on the compiled equation of motion, landing
+First: our own period map with many steps. Second: SciPy's DOP853 on the compiled equation of motion, landing
 on every jump and on every change of contact, closed by a chord Newton iteration of its own.
 """
 
@@ -14,10 +14,13 @@ from scipy.integrate import solve_ivp
 from wearlab.accuracy.cells import Motion
 from wearlab.accuracy.motion import approaches, motion_held
 from wearlab.accuracy.steady import Steady, relative_error
+from wearlab.dynamics.balance import balance_of, true_derivative
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.shooting import Shooting
-from wearlab.dynamics.steps import steps_per_period
+from wearlab.dynamics.steps import exact_steps_per_period, steps_per_period
+from wearlab.dynamics.structure import in_registers
+from wearlab.dynamics.system import System
 
 Array = NDArray[np.float64]
 
@@ -37,7 +40,7 @@ class Reference(NamedTuple):
 
     Parameters
     ----------
-    force : (n_periods, n_phases) elastic mesh force [N]
+    force : (n_periods, n_mesh · n_phases) elastic mesh forces [N]
     start : (2n,) state at phase 0 of the first period
     response : the tight response it was read off
     disagreement : relative difference of the second method [1]
@@ -70,34 +73,55 @@ def reference(problem: Steady) -> Reference:
     largest = float(np.abs(response.multipliers).max())
     if problem.vibration.fluctuation is not None:
         return Reference(force, start, response, float("nan"), largest)
-    other = second_method(problem, problem.motion(), response)
+    other = second_method(problem, problem.motion(response.system), response)
     return Reference(force, start, response, relative_error(other, force), largest)
 
 
 def tight_steps(problem: Steady) -> int:
-    """Return the steps a mesh period that make RK4's error about ``TIGHT``."""
-    analysis, vibration = problem.analysis, problem.vibration
-    grid = analysis.grid
-    stiffest = float(analysis.quasistatic(problem.mesh.nodes, analysis.at_nodes).tangent.max())
-    return steps_per_period(vibration.system, stiffest, vibration.period, TIGHT, len(grid.intervals))
+    """Return the steps a mesh period that make the error of the default method about ``TIGHT``."""
+    vibration = problem.vibration
+    stiffest = stiffest_meshes(problem)
+    rule = steps_per_period if in_registers(vibration.system) else exact_steps_per_period
+    segments = len(problem.parts.edges) - 1
+    return rule(vibration.system, stiffest, vibration.period, TIGHT, segments)
+
+
+def stiffest_meshes(problem: Steady) -> Array:
+    """Return the largest stiffness of every mesh over a period, (n_mesh,) [N/m]."""
+    found = [
+        one.analysis.quasistatic(one.nodes, one.analysis.at_nodes).tangent.max() for one in problem.kinds
+    ]
+    return np.array([found[mesh.kind] for mesh in problem.parts.meshes])
 
 
 def second_method(problem: Steady, given: Motion, response: Response) -> Array:
-    """Return the mesh force (n_periods, n_phases) [N] of the orbit that DOP853 closes near ``response``."""
+    """Return the mesh forces (n_periods, n_mesh · n_phases) [N] of the orbit that DOP853 closes nearby."""
     rows, periods = 2 * given.n, response.period
-    shooting = Shooting(problem.vibration.system, response.tables, response.mesh_period)
-    derivative = np.eye(rows)
-    for period in range(periods):
-        derivative = shooting.path_of(response.state[period, 0].copy())[1] @ derivative
+    derivative = period_derivative(problem.vibration.system, response)
     scale = np.abs(response.state).max(axis=(0, 1))
     state = response.state[0, 0].copy()
     for _ in range(MOST_CLOSINGS):
-        states, end = over_periods(given, state, periods, problem.where.phase, scale)
+        states, end = over_periods(given, state, periods, problem.phase, scale)
         missing = end - state
         if np.abs(missing / scale).max() <= CLOSED:
             break
-        state = state + np.linalg.solve(np.eye(rows) - derivative, missing)
+        # A set free to turn has an orbit in every position: the nearest is taken.
+        matrix = np.eye(rows) - derivative * scale / scale[:, None]
+        state = state + scale * np.linalg.lstsq(matrix, missing / scale, rcond=1e-9)[0]
     return problem.force_of_states(states)
+
+
+def period_derivative(system: System, response: Response) -> Array:
+    """Return the derivative of the map over all periods of a response, (2n, 2n)."""
+    balance = balance_of(system, response.mesh_period)
+    if response.derivative is not None:
+        known = response.derivative
+        return known if balance is None else true_derivative(system, balance, known)
+    shooting = Shooting(system, response.tables, response.mesh_period)
+    derivative = np.eye(shooting.rows)
+    for period in range(response.period):
+        derivative = shooting.path_of(response.state[period, 0].copy())[1] @ derivative
+    return derivative
 
 
 def over_periods(
@@ -139,7 +163,7 @@ def _over_segment(
         solution = solve_ivp(
             motion_held, (now, end), state, method="DOP853", args=(given.flat, *cells, contact),
             rtol=LANDING_TOLERANCE, atol=LANDING_TOLERANCE * scale, max_step=given.period / 200,
-            dense_output=True, events=_changes(given, cells, contact),
+            dense_output=True, events=_change(given, cells, contact),
         )  # fmt: skip
         reached = solution.t[-1]
         here = (times >= now - 1e-15) & (times <= reached)
@@ -148,21 +172,23 @@ def _over_segment(
         now, state = reached, solution.y[:, -1]
         if solution.status != 1:
             break
-        changed = [p for p, when in enumerate(solution.t_events) if len(when)]
-        contact = contact.copy()
-        contact[changed] = ~contact[changed]
+        left = _agreement(now, state, given, cells, contact)
+        contact = contact ^ (left <= max(0.0, float(left.min())))
     return found, state
 
 
-def _changes(given: Motion, cells: tuple[int, int], contact: Array) -> list[Callable[..., float]]:
-    """Return the events at which each pair, and the back flank, gains or loses contact."""
-    events: list[Callable[..., float]] = []
-    for p in range(given.pairs + 1):
+def _agreement(time: float, state: Array, given: Motion, cells: tuple[int, int], contact: Array) -> Array:
+    """Return how far every flank is from losing or gaining contact, negative where it has [m]."""
+    approach = approaches(time, state, given.flat, *cells)
+    return np.where(contact, approach, -approach)
 
-        def event(time: float, state: Array, *unused: Any, p: int = p) -> float:
-            return float(approaches(time, state, given.flat, *cells)[p])
 
-        event.terminal = True  # type: ignore[attr-defined]
-        event.direction = -1.0 if contact[p] else 1.0  # type: ignore[attr-defined]
-        events.append(event)
-    return events
+def _change(given: Motion, cells: tuple[int, int], contact: Array) -> Callable[..., float]:
+    """Return the event at which some pair or back flank gains or loses contact."""
+
+    def event(time: float, state: Array, *unused: Any) -> float:
+        return float(_agreement(time, state, given, cells, contact).min())
+
+    event.terminal = True  # type: ignore[attr-defined]
+    event.direction = -1.0  # type: ignore[attr-defined]
+    return event

@@ -7,15 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.accuracy.cells import Motion, motion
+from wearlab.dynamics.collocation import SIZES
+from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
+from wearlab.dynamics.structure import in_registers
+from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
+from wearlab.mesh.clock import look
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.excitation import Touching, mesh_force, stages
-from wearlab.mesh.profile import Lookup
 from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
-from wearlab.scene.build.vibration import fluctuation
+from wearlab.scene.build.vibration import build_friction, fluctuation
 from wearlab.simulate.run import initial_wear
 from wearlab.wear.initial import quadratic
 
@@ -32,21 +36,19 @@ class Steady:
     Parameters
     ----------
     scene, parts : the scene and its physics
-    mesh : contact of the first wear state, and what the excitation was fitted to
+    kinds : contact of every kind of mesh in the first wear state, and what the excitation was fitted to
     near : those of a neighbouring, slightly more worn state
-    where : phases at which mesh forces are compared
     """
 
     scene: Scene
     parts: Parts
-    mesh: Touching
-    near: Touching
-    where: Lookup
+    kinds: tuple[Touching, ...]
+    near: tuple[Touching, ...]
 
     @property
     def analysis(self) -> ContactAnalysis:
-        """Contact of the mesh."""
-        return self.mesh.analysis
+        """Contact of the first kind of mesh."""
+        return self.kinds[0].analysis
 
     @property
     def vibration(self) -> Vibration:
@@ -54,62 +56,86 @@ class Steady:
         assert self.parts.vibration is not None
         return self.parts.vibration
 
-    def motion(self) -> Motion:
-        """Return the equation of motion for foreign integrators."""
-        return motion(self.mesh, self.vibration)
+    @property
+    def phase(self) -> Array:
+        """Phases of the clock at which mesh forces are compared, (n_phases,) [1]."""
+        return self.parts.phase
+
+    def motion(self, system: System | None = None) -> Motion:
+        """Return the equation of motion for foreign integrators, with the loads that ``system`` has."""
+        friction = build_friction(self.scene, self.parts.gears)
+        return motion(self.kinds, self.vibration, system or self.vibration.system, friction)
 
     def with_steps(self, steps: int, method: Any = None) -> Vibration:
         """Return the dynamics with about ``steps`` steps a mesh period, by ``method`` if one is given."""
-        parts = self.parts
-        grid = stage_grid(parts.edges[:-1], steps)
+        parts, chosen = self.parts, method or self.vibration.method
+        exact = isinstance(chosen, Periodic) and not in_registers(self.vibration.system)
+        grid = stage_grid(parts.edges[:-1], steps, SIZES[0] if exact else 2)
+        grids, friction = [one.analysis.grid for one in self.kinds], build_friction(self.scene, parts.gears)
         return replace(
             self.vibration,
-            method=method or self.vibration.method,
-            stages=stages([self.analysis.grid], parts.meshes, parts.edges, grid),
+            method=chosen,
+            stages=stages(grids, parts.meshes, parts.edges, grid, friction),
             fluctuation=fluctuation(self.scene, grid.phase),
         )
 
     def solve(self, vibration: Vibration, start: Response | None = None) -> Response:
-        """Return the response, tables included."""
-        return vibration.solve([self.mesh], None if start is None else (start,))[0]
+        """Return the response, tables included; slow errors are left out."""
+        return replace(vibration, slow=None).solve(self.kinds, None if start is None else (start,))[0]
 
-    def solve_near(self, vibration: Vibration) -> Response:
+    def solve_near(self, vibration: Vibration, start: Response | None = None) -> Response:
         """Return the response of the neighbouring wear state."""
-        return vibration.solve([self.near], None)[0]
+        return replace(vibration, slow=None).solve(self.near, None if start is None else (start,))[0]
 
-    def force_of(self, vibration: Vibration, response: Response) -> Array:
-        """Return the elastic mesh force, (n_periods, n_phases) [N]."""
-        when = vibration.look(self.parts.phase)
-        return self.force(vibration.deflection(response, when)[0][:, 0])
+    def force_of(self, vibration: Vibration, response: Response, phase: Array | None = None) -> Array:
+        """Return the elastic forces of all meshes, (n_periods, n_mesh · n_phases) [N]."""
+        phase = self.phase if phase is None else phase
+        return self.force(vibration.deflection(response, vibration.look(phase))[0], phase)
 
-    def force(self, deflection: Array) -> Array:
-        """Return the elastic mesh force for mesh deflections, both (n_periods, n_phases) [m], [N]."""
-        backlash = self.vibration.backlash
-        return np.stack([mesh_force(self.mesh, self.where, one, backlash).elastic for one in deflection])
+    def force(self, deflection: Array, phase: Array) -> Array:
+        """Return the elastic mesh forces for mesh deflections.
+
+        Parameters
+        ----------
+        deflection : (n_periods, n_mesh, n_phases) [m]
+        phase : (n_phases,) of the clock [1]
+
+        Returns
+        -------
+        (n_periods, n_mesh · n_phases) [N]
+        """
+        found = []
+        for m, mesh in enumerate(self.parts.meshes):
+            one = self.kinds[mesh.kind]
+            where = look(one.analysis.grid, [mesh.lag], phase)
+            backlash = self.vibration.backlash_of(m)
+            found.append([mesh_force(one, where, delta, backlash).elastic for delta in deflection[:, m]])
+        return np.concatenate(np.array(found), axis=1)
 
     def force_of_states(self, states: Array) -> Array:
-        """Return the elastic mesh force for states (n_periods, n_phases, 2n), (n_periods, n_phases) [N]."""
-        direction = self.vibration.system.direction[0]
-        error = self.parts.meshes[0].error.value(self.where.phase)
-        return self.force(states[..., : len(direction)] @ direction - error)
+        """Return the elastic mesh forces for states (n_periods, n_phases, 2n), as `force` does [N]."""
+        direction = self.vibration.system.direction
+        position = states[..., : direction.shape[1]] @ direction.T
+        meshes = self.parts.meshes
+        error = np.stack([mesh.error.value(self.phase - mesh.lag) for mesh in meshes], axis=-1)
+        return self.force(np.moveaxis(position - error, 2, 1), self.phase)
 
 
 def steady(scene: Scene) -> Steady:
     """Build the steady problem of a scene at its initial wear."""
     parts = build(scene)
     assert parts.vibration is not None
-    wear = initial_wear(scene, parts)[0]
-    analysis = parts.kinds[0].analysis
-    more = quadratic(analysis.grid.position, NEIGHBOUR)
-    mesh, near = (_touching(parts, depth) for depth in (wear[0], wear[0] + more))
-    return Steady(scene, parts, mesh, near, parts.look(0, parts.phase))
+    kinds, near = [], []
+    for kind, wear in zip(parts.kinds, initial_wear(scene, parts)[0], strict=True):
+        more = quadratic(kind.analysis.grid.position, NEIGHBOUR)
+        kinds.append(_touching(parts.vibration, kind.analysis, wear))
+        near.append(_touching(parts.vibration, kind.analysis, wear + more))
+    return Steady(scene, parts, tuple(kinds), tuple(near))
 
 
-def _touching(parts: Parts, wear: Array) -> Touching:
-    assert parts.vibration is not None
-    analysis = parts.kinds[0].analysis
+def _touching(vibration: Vibration, analysis: ContactAnalysis, wear: Array) -> Touching:
     nodes = analysis.nodes(wear)
-    return Touching(analysis, nodes, parts.vibration.excitation.prepare(analysis, nodes))
+    return Touching(analysis, nodes, vibration.excitation.prepare(analysis, nodes))
 
 
 def relative_error(force: Array, reference: Array) -> float:

@@ -1,7 +1,6 @@
 """Work–precision curves of a steady state: every knob, every named method, every peer."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -55,8 +54,9 @@ def steady_curves(problem: Steady, known: Reference, report: Report) -> Iterator
     yield marched_curve(problem, known, "newmark", NEWMARK_STEPS, lambda left: Newmark(tolerance=left))
     report("relative tolerance, rk45")
     yield adaptive_curve(problem, known)
-    yield from knob_curves(problem.scene, report)
-    yield phase_points_curve(problem, known)
+    if len(problem.parts.meshes) == 1:
+        yield from knob_curves(problem.scene, report)
+        yield phase_points_curve(problem, known)
 
 
 def steps_curve(problem: Steady, known: Reference, ladder: tuple[int, ...] = STEPS) -> Curve:
@@ -175,10 +175,7 @@ def phase_points_curve(problem: Steady, known: Reference) -> Curve:
     vibration = problem.with_steps(tight_steps(problem), Periodic())
 
     def largest(points: int) -> float:
-        phases = np.arange(points) / points
-        where = problem.parts.look(0, phases)
-        deflection = vibration.deflection(response, vibration.look(phases))[0][:, 0]
-        return float(replace(problem, where=where).force(deflection).max())
+        return float(problem.force_of(vibration, response, np.arange(points) / points).max())
 
     truth = largest(FINEST_PHASE)
     rungs = tuple(
@@ -190,8 +187,10 @@ def phase_points_curve(problem: Steady, known: Reference) -> Curve:
 
 def peer_curves(problem: Steady, known: Reference, report: Report) -> Iterator[Curve]:
     """Yield the curves of the peers, each told how many mesh periods to march."""
-    given = problem.motion()
-    cold = starting_state(given, problem.vibration)
+    system, tables = known.response.system, known.response.tables
+    given = problem.motion(system)
+    mean = np.einsum("s,sm->m", tables.width, tables.stiffness.sum(axis=3)[:, 1])
+    cold = starting_state(system, mean)
     tight = problem.with_steps(len(known.response.tables.width) // 4, Periodic())
     warm = problem.solve_near(tight).state[0, 0]
     left = transient(problem, known, cold), transient(problem, known, warm)
@@ -239,7 +238,7 @@ def _peer_error(
     scale: Array,
 ) -> float:
     periods = len(known.force)
-    turns = count + np.arange(periods)[:, None] + problem.where.phase
+    turns = count + np.arange(periods)[:, None] + problem.phase
     states = peer.march(
         given, start, (count + periods) * given.period, tolerance, scale, turns.ravel() * given.period
     )

@@ -30,8 +30,8 @@ def transient(problem: Steady, reference: Reference, start: Array) -> Array:
     count = int(min(MOST_PERIODS, np.ceil(np.log(SMALLEST) / np.log(decay)) + 30 * orbit.period))
     marcher = TableMarcher(vibration.system, orbit.tables, orbit.mesh_period)
     _, path = marcher.march(start.copy(), count, count)
-    path = path[..., : len(start) // 2] @ vibration.system.direction[0]
-    goal = orbit.state[..., : len(start) // 2] @ vibration.system.direction[0]
+    path = path[..., : len(start) // 2] @ vibration.system.direction.T
+    goal = orbit.state[..., : len(start) // 2] @ vibration.system.direction.T
     stiffest = orbit.tables.stiffness.sum(axis=3).max()
     turns = (_worst(path, np.roll(goal, turn, axis=0)) for turn in range(orbit.period))
     left = min(turns, key=lambda worst: worst[-1]) * stiffest / np.abs(reference.force).max()
@@ -39,8 +39,8 @@ def transient(problem: Steady, reference: Reference, start: Array) -> Array:
 
 
 def _worst(path: Array, goal: Array) -> Array:
-    repeated = np.tile(goal, (-(-len(path) // len(goal)), 1))[: len(path)]
-    return np.abs(path - repeated).max(axis=1)
+    repeated = np.tile(goal, (-(-len(path) // len(goal)), 1, 1))[: len(path)]
+    return np.abs(path - repeated).max(axis=(1, 2))
 
 
 def periods_to(left: Array, error: float) -> int:
