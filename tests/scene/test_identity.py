@@ -86,7 +86,7 @@ def test_defaults_are_filled_in(table):
 def test_the_id_is_short_and_knows_the_model_version(table, monkeypatch):
     scene = Scene.from_mapping(table)
     assert len(scene.id) == 20 and int(scene.id, 16) >= 0
-    monkeypatch.setattr("wearlab.scene.identity.MODEL_VERSION", 2)
+    monkeypatch.setattr("wearlab.scene.identity.MODEL_VERSION", 999)
     assert Scene.from_mapping(table).id != scene.id
 
 

@@ -1,0 +1,35 @@
+"""Results move only together with the version of the model, or stored runs would be taken for what they are not."""
+
+import json
+
+import golden
+import pytest
+
+from wearlab.scene import MODEL_VERSION, Scene
+
+KNOWN = json.loads(golden.FILE.read_text())
+REMEDY = "python tests/support/golden.py writes tests/golden/results.json anew, for review"
+
+
+def test_the_known_results_are_of_this_version():
+    assert KNOWN["model_version"] == MODEL_VERSION, REMEDY
+    assert set(KNOWN["scenes"]) == set(golden.SCENES), REMEDY
+
+
+@pytest.mark.parametrize("name", golden.SCENES)
+def test_results_are_what_they_were(name):
+    known = KNOWN["scenes"][name]
+    moved = golden.moved(known, golden.results(golden.SCENES[name]))
+    assert not moved, f"{moved} moved: raise MODEL_VERSION in wearlab/scene/identity.py, then {REMEDY}"
+
+
+@pytest.mark.parametrize("name", golden.SCENES)
+def test_identities_are_what_they_were(name):
+    """Another identity, as a new key with a default gives, makes every stored run be computed again."""
+    assert Scene.from_mapping(golden.SCENES[name]).id == KNOWN["scenes"][name]["id"], REMEDY
+
+
+def test_what_counts_as_moved():
+    assert golden.moved({"id": "a", "life": 1e7}, {"id": "b", "life": 1e7 * (1 + 1e-6)}) == []
+    assert golden.moved({"life": 1e7}, {"life": 1.001e7}) == ["life"]
+    assert golden.moved({"life": 1e7}, {"worn_mass": 1.0}) == ["life", "worn_mass"]
