@@ -1,4 +1,4 @@
-"""Results move only together with the version of the model, or stored runs would be taken for what they are not."""
+"""Results move only together with the version of the model: stored runs are known by it."""
 
 import json
 
