@@ -257,6 +257,19 @@ def test_a_wind_stage_loses_power_the_other_way():
     assert 0.97 * asked < float(data.energy_output[0]) < 0.99 * asked
 
 
+@pytest.mark.slow
+def test_newmark_approaches_the_losses_and_forces_of_a_set_with_second_order():
+    fast = scene_of(PLANETARY, operation={"power": "15 kW", "speed": "3000 rpm"})
+    exact = simulate(fast.replace("numerics.steps_per_period", 1600))
+    newmark = fast.replace("dynamics.method", "newmark")
+    found = [simulate(newmark.replace("numerics.steps_per_period", n)) for n in (400, 800)]
+    force = [float(np.abs(one.dynamic_mesh_force - exact.dynamic_mesh_force).max()) for one in found]
+    loss = [abs(float(one.efficiency[0] - exact.efficiency[0])) for one in found]
+    for off in (force, loss):
+        assert np.log2(off[0] / off[1]) == pytest.approx(2.0, abs=0.2)
+    assert force[1] < 5e-3 * float(exact.static_mesh_force.max()) and loss[1] < 1e-7
+
+
 def on_supports(stiffness):
     """Return a slow set whose members have supports; the ring's stiffness against turning is tenfold."""
     held = {"radial_stiffness": f"{stiffness} N/um", "damping_ratio": 0.03}
