@@ -110,9 +110,9 @@ def _quantities(tables: StageTables) -> list[Array]:
     for m in range(tables.stiffness.shape[2]):
         found += list(np.moveaxis(tables.stiffness[:, :, m], 2, 0))
         found += list(np.moveaxis(tables.gap[:, :, m], 2, 0))
-        if tables.sliding is not None and tables.position is not None:
+        if tables.sliding is not None and tables.moment is not None:
             found += list(np.moveaxis(tables.sliding[:, :, m], 2, 0))
-            found += list(np.moveaxis(tables.position[:, :, m], 2, 0))
+            found += list(np.moveaxis(tables.moment[:, :, m], 2, 0))
         found += [tables.error[:, :, m], tables.error_rate[:, :, m]]
     return found
 

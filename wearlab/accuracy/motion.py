@@ -107,9 +107,8 @@ def motion_in_cell(phase: float, cell: int, y: Any, out: Any, flat: Any, contact
                     force += k * approach
                     touching = True
                     if rubs:
-                        tangential = k * approach * polynomial(flat, at + (2 * pairs + p) * one, u)
-                        rubbed += tangential
-                        moment += tangential * polynomial(flat, at + (3 * pairs + p) * one, u)
+                        rubbed += k * approach * polynomial(flat, at + (2 * pairs + p) * one, u)
+                        moment += k * approach * polynomial(flat, at + (3 * pairs + p) * one, u)
         back = -flat[backlash + m] - delta
         if contact[m * (pairs + 1) + pairs] if held else back > 0.0:
             force -= every * back
