@@ -98,7 +98,7 @@ class Scene(NamedTuple):
             for j in (0, 1):
                 k, gap, s = pair_values(mesh, own, inner, j)
                 sign = np.where(k > 0.0, np.sign(ENTRY[mesh] + (inner + j) * PITCH), 0.0)
-                columns[:, :, :, at, j] = k, gap, self.friction * sign, s
+                columns[:, :, :, at, j] = k, gap, self.friction * sign, self.friction * sign * s
         error = np.zeros(columns.shape[1:4])
         return StageTables(grid.width, columns[0], columns[1], error, error, None, columns[2], columns[3])
 
