@@ -174,7 +174,7 @@ def test_multipliers_of_a_free_set_leave_its_rotation_out() -> None:
     assert found is not None and len(found.multipliers) == 8
     d, c = system.direction, system.mesh_damping
     trace = np.trace(np.linalg.solve(system.mass, d.T @ (c[:, None] * d) + system.total_damping))
-    assert np.log(np.abs(found.multipliers)).sum() == pytest.approx(-trace * PERIOD, rel=1e-6)
+    assert np.log(np.abs(found.multipliers)).sum() == pytest.approx(-trace * PERIOD, rel=1e-4)
 
 
 @pytest.mark.slow
@@ -201,7 +201,7 @@ def test_half_steps_keep_the_parabola_of_every_step() -> None:
     grid = stage_grid(BREAKS, 100)
     one, two = tables(grid, 0.1), halved(tables(grid, 0.1))
     assert two.width.sum() == pytest.approx(1.0) and len(two.width) == 2 * len(one.width)
-    for whole, half in ((one.stiffness, two.stiffness), (one.position, two.position), (one.error, two.error)):
+    for whole, half in ((one.stiffness, two.stiffness), (one.moment, two.moment), (one.error, two.error)):
         assert whole is not None and half is not None
         np.testing.assert_array_equal(half[::2, 0], whole[:, 0])
         np.testing.assert_array_equal(half[1::2, 2], whole[:, 2])
