@@ -130,8 +130,8 @@ def _lives_in_time(made: xr.Dataset) -> Page:
     return Page(
         "life-time",
         "Error of a life against its run time",
-        "Of an unworn set the remaining useful life is the life. The same rungs as over contact analyses.",
-        _life_panels(made, "run_time", 1.0, "wall time in s", ("life",)),
+        "Of an unworn set the remaining useful life is the life. The rungs are those over contact analyses.",
+        _life_panels(made, "run_time", 1.0, "wall time in s", ("life", "wear_depth")),
     )
 
 

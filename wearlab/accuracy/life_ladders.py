@@ -2,8 +2,6 @@
 
 from collections.abc import Callable, Iterator
 
-import numpy as np
-
 from wearlab.accuracy.ladder import Curve, Rung
 from wearlab.accuracy.lives import (
     Lived,
@@ -24,6 +22,8 @@ EULER_PARTS = (5, 10, 20, 40, 80, 160, 320, 640, 1280, 2560)
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
 PROFILE_POINTS = (25, 51, 101, 201, 401)
 STEPS = (32, 64, 128, 256, 512)
+ROUND_OFF = 1e-12
+"""A life without larger errors is known exactly: where it ends, the wear does not change its own rate."""
 STEADY = 3e-6
 """Cycle tolerance while other knobs are turned."""
 FINEST = {"numerics.profile_points": 801, "numerics.steps_per_period": 2048}
@@ -93,5 +93,5 @@ def _both(
         rungs = tuple(
             Rung(setting, errors(one, known)[index], one.seconds, one.analyses) for setting, one in found
         )
-        if np.any([rung.error > 0.0 for rung in rungs]):
+        if any(rung.error > ROUND_OFF for rung in rungs):
             yield Curve(name, knob, quantity, role, rungs, fixed)  # type: ignore[arg-type]
