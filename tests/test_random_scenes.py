@@ -10,18 +10,28 @@ from hypothesis import HealthCheck, Phase, given, settings
 from wearlab.scene import Scene
 from wearlab.simulate import Refused, simulate
 
-EXAMPLES = {"scenes": 25, "internal_pairs": 15, "planetary_sets": 15}
+KINDS = [
+    (random_scenes.scenes(), 25),
+    (random_scenes.internal_pairs(), 15),
+    (random_scenes.planetary_sets(), 15),
+    pytest.param(random_scenes.internal_pairs(moving=True), 40, marks=pytest.mark.slow),
+    pytest.param(random_scenes.planetary_sets(moving=True), 40, marks=pytest.mark.slow),
+]
 
 
-@pytest.mark.parametrize("kind", EXAMPLES)
-def test_random_scenes_are_finite_or_refused_by_name(kind):
+@pytest.mark.parametrize(
+    ("drawn", "examples"),
+    KINDS,
+    ids=["external pairs", "internal pairs", "planetary sets", "internal moving", "planetary moving"],
+)
+def test_random_scenes_are_finite_or_refused_by_name(drawn, examples):
     verdicts: Counter[str] = Counter()
 
     @settings(
-        max_examples=EXAMPLES[kind], derandomize=True, deadline=None, database=None,
+        max_examples=examples, derandomize=True, deadline=None, database=None,
         phases=[Phase.generate], suppress_health_check=list(HealthCheck),
     )  # fmt: skip
-    @given(getattr(random_scenes, kind)())
+    @given(drawn)
     def run(mapping):
         verdict, rules = random_scenes.outcome(mapping)
         verdicts[verdict] += 1

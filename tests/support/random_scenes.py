@@ -62,8 +62,8 @@ def scenes(draw: Any) -> dict[str, Any]:
 
 
 @st.composite
-def internal_pairs(draw: Any) -> dict[str, Any]:
-    """Draw the mapping of a pinion in a ring."""
+def internal_pairs(draw: Any, *, moving: bool = False) -> dict[str, Any]:
+    """Draw the mapping of a pinion in a ring; some move when they may."""
     module, pinion = draw(decades(-3.7, -1.52)), draw(st.integers(17, 90))
     ring = pinion + draw(st.integers(9, 150))
     rim = module * (ring + 2.5 + draw(decades(0.3, 1.5)))
@@ -76,11 +76,12 @@ def internal_pairs(draw: Any) -> dict[str, Any]:
             "ring": {"teeth": ring, "rim_diameter": f"{rim:.6g} m", **draw(tips)},
         },
         pinion,
+        moving=moving,
     )
 
 
 @st.composite
-def planetary_sets(draw: Any) -> dict[str, Any]:
+def planetary_sets(draw: Any, *, moving: bool = False) -> dict[str, Any]:
     """Draw the mapping of a planetary set, its planets at angles where they can be assembled."""
     module, sun, planet = draw(decades(-3.7, -1.52)), draw(st.integers(18, 90)), draw(st.integers(18, 60))
     ring, planets = sun + 2 * planet, draw(st.integers(2, 5))
@@ -95,14 +96,14 @@ def planetary_sets(draw: Any) -> dict[str, Any]:
         "ring": {"teeth": ring, "rim_diameter": f"{rim:.6g} m", **draw(tips)},
         "carrier": {"mass": "1 kg", "inertia": "1 kg*m^2"},
     }
-    return _loaded(draw, module, gears, sun)
+    return _loaded(draw, module, gears, sun, moving=moving)
 
 
 tips = st.sampled_from([*3 * [{"tip_alteration": "wang-2023"}], {}])
 """A ring's full tips reach below the involute of many a pinion."""
 
 
-def _loaded(draw: Any, module: float, gears: dict[str, Any], driving: int) -> dict[str, Any]:
+def _loaded(draw: Any, module: float, gears: dict[str, Any], driving: int, *, moving: bool) -> dict[str, Any]:
     """Return gears with a load, a stiffness and wear over many decades; some move, rub, or have a duty."""
     width = module * draw(decades(0.0, 2.0))
     torque = 1e7 * width * module * 0.5 * module * driving * draw(decades(-5.0, 1.5))
@@ -116,7 +117,7 @@ def _loaded(draw: Any, module: float, gears: dict[str, Any], driving: int) -> di
     }
     if gears["kind"] == "internal-pair" and draw(st.booleans()):
         mapping["wear"]["until"] = {"depth": f"{module * draw(decades(-5.5, -2.5)):.4g} m"}
-    if draw(st.booleans()):
+    if moving and draw(st.booleans()):
         mapping["mesh"]["damping_ratio"] = draw(decades(-3.0, -0.3))
         pair = gears["kind"] == "internal-pair"
         mapping["dynamics"] = draw(dynamics(width, "ring") if pair else motion(width))
