@@ -64,7 +64,7 @@ def scenes(draw: Any) -> dict[str, Any]:
 @st.composite
 def internal_pairs(draw: Any, *, moving: bool = False) -> dict[str, Any]:
     """Draw the mapping of a pinion in a ring; some move when they may."""
-    module, pinion = draw(decades(-3.7, -1.52)), draw(st.integers(17, 90))
+    module, pinion = draw(decades(-3.7, -1.52)), draw(st.integers(20, 90))
     ring = pinion + draw(st.integers(9, 150))
     rim = module * (ring + 2.5 + draw(decades(0.3, 1.5)))
     return _loaded(
