@@ -115,3 +115,35 @@ def test_wear_that_no_tooth_can_have_is_refused_before_anything_is_written(tmp_p
     file.write_text(f'extends = "{base.as_posix()}"\n[wear.initial]\npinion = {{ {initial} }}\n')
     assert app.status_of(["run", str(file), "--store", str(store)]) == 2
     assert said in capsys.readouterr().err and not store.exists()
+
+
+def vibrating(model, operation):
+    supports = {
+        "pinion": {"radial_stiffness": "1000 N/um", "damping": "1 N*s/m"},
+        "ring": {"radial_stiffness": "2000 N/um", "damping": "1 N*s/m"},
+    }
+    mapping = {
+        "gears": PAIR,
+        "operation": operation,
+        "mesh": {"damping_ratio": 1e-3},
+        "dynamics": {"model": model, **({"supports": supports} if model == "spur-3dof" else {})},
+        "numerics": {"profile_points": 81, "phase_points": 256, "tolerance": 1e-5},
+    }
+    return simulate(Scene.from_mapping(mapping))
+
+
+@pytest.mark.parametrize("model", ["torsional", "spur-3dof"])
+def test_driven_by_the_ring_an_undamped_pair_vibrates_backwards(model):
+    """Above its resonances and all but undamped, one driver's motion is the other's with time reversed."""
+    by_pinion = vibrating(model, BY_PINION | {"speed": "5000 rpm"})
+    by_ring = vibrating(model, BY_RING | {"speed": "2000 rpm"})
+    assert by_ring.natural_frequency.values == pytest.approx(by_pinion.natural_frequency.values, rel=1e-9)
+    phase, ratio = by_pinion.phase.values, float(by_pinion.contact_ratio.values.ravel()[0])
+    forth, back = (one.dynamic_mesh_force.values[0, 0, -1] for one in (by_pinion, by_ring))
+    mirrored = np.interp((ratio - phase) % 1.0, np.r_[phase, 1.0], np.r_[forth, forth[0]])
+    steps = np.abs((phase[:, None] - [0.0, ratio] + 0.5) % 1.0 - 0.5).min(axis=1) > 2.0 / len(phase)
+    assert np.ptp(forth) > 0.3 * forth.mean()
+    np.testing.assert_allclose(back[steps], mirrored[steps], atol=4e-3 * forth.mean())
+    if model == "spur-3dof":
+        pull = [np.abs(one.bearing_force.values).max() for one in (by_pinion, by_ring)]
+        assert pull[0] == pytest.approx(pull[1], rel=1e-2)
