@@ -66,6 +66,8 @@ def asked(tmp_path):
         ("life is missing and status = done", [3]),
         ("torque = 100 N*m or status = failed", [1, 4]),
         ("status in [failed, refused]", [4]),
+        ("efficiency > 0.9 or torque = 100 N*m", [1]),
+        ("efficiency is missing and lubricant.pressure_viscosity is missing", [1, 2, 3, 4]),
         ("pinion.teeth < gear.teeth and pinion.teeth > 22", [3, 4]),
         ("film", [1]),
         ("coefficient.model = constant and not film", [2, 3, 4]),
