@@ -480,3 +480,13 @@ def test_newmark_comes_to_the_same_response_with_second_order(free: bool) -> Non
             marched.system.load, response.system.load, rtol=1e-3, atol=1e-3 * np.abs(system.load).max()
         )
     assert error[1] < 0.012 and np.log2(error[0] / error[1]) == pytest.approx(1.9, abs=0.15)
+
+
+@pytest.mark.slow
+def test_an_orbit_found_by_chords_does_not_say_that_its_flanks_always_touch() -> None:
+    """One pass would: then the next orbit would first be looked for where no flank parts."""
+    grid, system = stage_grid(BREAKS, 200), planetary()
+    neighbour = Periodic().solve(system, tables(grid), PERIOD)
+    shooting = Shooting(system, tables(grid, amplitude=1.0001e-6), PERIOD)
+    assert neighbour.counts.newton_iterations == 1
+    assert shooting.chord(neighbour) is not None and shooting.iterations > 1

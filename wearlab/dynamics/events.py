@@ -151,19 +151,27 @@ def first_change(
 ) -> tuple[float, int, int]:
     """Return where contact first changes after ``a``, and which mesh and flank; 2.0 if none does.
 
-    ``mesh`` and ``flank`` are those that changed at ``a``.
+    ``mesh`` and ``flank`` are those that changed at ``a``. The states at the middle and at the end of the
+    rest of the step say which flanks to look at: one whose contact both agree with has not changed.
     """
     pairs = len(kernel.pairs)
     found, found_mesh, found_flank = 2.0, NOTHING, NOTHING
+    if not 1.0 - a > NO_TIME:
+        return found, found_mesh, found_flank
+    size, middle = np.uint64(len(s.part) // 4), a + 0.5 * (1.0 - a)
+    two, three = size + size, size + size + size
+    part_step(kernel, tables, step, a, middle, period, np.uint64(1), width, s, np.uint64(0), two)
+    part_step(kernel, tables, step, a, 1.0, period, np.uint64(1), width, s, np.uint64(0), three)
     for m in range(len(kernel.mesh_damping)):
         for p in range(pairs + 1):
             if p < pairs and not in_path(tables, step, m, p):
                 continue
             x, changed = 2.0, m == mesh and p == flank
-            for half in range(1, 3):
-                if x > 1.0:
-                    to = a + 0.5 * half * (1.0 - a)
-                    x = crossing(kernel, tables, step, a, to, m, p, changed, period, width, s)
+            sign = 1.0 if s.contact[m, p] else -1.0
+            if sign * compression(kernel, tables, step, m, p, middle, s, two, width) < 0.0:
+                x = crossing(kernel, tables, step, a, middle, m, p, changed, period, width, s)
+            if x > 1.0 and sign * compression(kernel, tables, step, m, p, 1.0, s, three, width) < 0.0:
+                x = crossing(kernel, tables, step, a, 1.0, m, p, changed, period, width, s)
             if x < found:
                 found, found_mesh, found_flank = x, m, p
     return found, found_mesh, found_flank

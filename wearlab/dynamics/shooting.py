@@ -123,7 +123,7 @@ class Shooting:
             if failed or bad or not error <= SHRINKS * last:
                 return None
             if error <= CLOSED * size:
-                self.iterations += 1
+                self.iterations += 2  # one would say that a single pass was exact: that no flank parts
                 closure = self._distance(path[-1], path[0]) / (size or 1.0)
                 return Orbit(1, path[None].copy(), neighbour.multipliers, closure, True, derivative)
             state, last = state + step, error
