@@ -120,6 +120,9 @@ def score(scene: Scene) -> Score:
     at = int(np.argmax(truly[0]))
     speed = float(truth.wear_rate.values[-1, 0, at])
     limit = float(np.asarray(data.max_wear_depth.values)[-1, 0])
+    life = None  # where the deepest place wears no more, no rate says what its depth is worth in cycles
+    if speed > 0.0:
+        life = (abs(limit - float(truly[0, at])) / speed, float(data.error_estimate_life))
     force = None
     if "dynamic_mesh_force" in data and (data.response_period.values == truth.response_period.values).all():
         difference = np.abs(data.dynamic_mesh_force.values[-1] - truth.dynamic_mesh_force.values[-1])
@@ -127,7 +130,7 @@ def score(scene: Scene) -> Score:
     spent, total = float(data.run_time_estimates), float(data.run_time_total)
     return Score(
         (float(np.abs(there - worn).max()), float(data.error_estimate_wear_depth[-1])),
-        (abs(limit - float(truly[0, at])) / speed, float(data.error_estimate_life)),
+        life,
         force,
         spent / (total - spent),
     )
