@@ -81,8 +81,8 @@ def test_dataset_is_labelled_and_read_back(found, tmp_path):
 def test_figures_are_the_same_bytes_twice(found):
     made = dataset("two cases", found, 0.0)
     drawn = pages(made)
-    assert [page.file for page in drawn] == ["work-precision", "knobs", "life"]
-    assert [len(page.panels) for page in drawn] == [1, 1, 2]
+    assert [page.file for page in drawn] == ["work-precision", "knobs", "life", "life-time"]
+    assert [len(page.panels) for page in drawn] == [1, 1, 2, 2]
     for page in drawn:
         image = png(page, RC, DPI, {"Title": "two"})
         assert image == png(page, RC, DPI, {"Title": "two"}) and image[:4] == b"\x89PNG"
