@@ -129,6 +129,16 @@ def test_thick_ring_under_pressure(plane, refinement):
     assert math.log2(errors[0] / errors[1]) > 3.0  # superconvergent at a vertex: near 4
 
 
+def test_loads_push_inwards_or_as_asked():
+    one, width = sector(chart(Flank(EXTERNAL)), STEEL, "strain", 1), 0.2 * EXTERNAL.module
+    inwards, asked = -Flank(EXTERNAL).normal([1.2, 1.6]), np.array([[0.6, -0.8], [0.8, 0.6]])
+    for direction, loads in (
+        (inwards, flank_loads(one, [1.2, 1.6], width)),
+        (asked, flank_loads(one, [1.2, 1.6], width, asked)),
+    ):
+        np.testing.assert_allclose([loads[one.dofs[axis]].sum(axis=0) for axis in (0, 1)], direction)
+
+
 @pytest.mark.parametrize("gear", [EXTERNAL, RING], ids=["external", "ring"])
 def test_the_wheel_from_one_sector_is_the_whole_wheel(gear):
     """All sectors turned into place, common nodes merged, solved at once."""

@@ -95,8 +95,10 @@ def _turn(angle: float, count: int) -> Array:
     return whole
 
 
-def flank_loads(sector: Sector, parameter: ArrayLike, half_width: float) -> Array:
-    """Return the nodal loads of unit Hertzian patches along the inward flank normals.
+def flank_loads(
+    sector: Sector, parameter: ArrayLike, half_width: float, direction: Array | None = None
+) -> Array:
+    """Return the nodal loads of unit Hertzian patches, along the inward flank normals or as asked.
 
     The patch is a half ellipse of pressure in the length along the flank, ``p ∝ √(1 − (x/w)²)``, integrated
     by the Gauss rule made for it.
@@ -106,6 +108,7 @@ def flank_loads(sector: Sector, parameter: ArrayLike, half_width: float) -> Arra
     sector : the sector
     parameter : (m,) middles of the patches on the flank, in [1, 2]
     half_width : w [m]
+    direction : (2, m) unit vectors in the tooth's frame; None: the inward normals [1]
 
     Returns
     -------
@@ -119,7 +122,7 @@ def flank_loads(sector: Sector, parameter: ArrayLike, half_width: float) -> Arra
     nodes = sector.nodes(u=1.0)
     nodes = nodes[sector.logical[1, nodes] > 1.0 - 1e-9]
     element, shape = _quadratic(sector.logical[1, nodes], v)
-    direction = -flank.normal(q)
+    direction = -flank.normal(q) if direction is None else direction
     loads = np.zeros((sector.stiffness.shape[0], len(q)))
     for local in range(3):
         touched = nodes[2 * element + local]
