@@ -13,8 +13,9 @@ Array = NDArray[np.float64]
 
 FURTHEST = 0.45
 """Base pitches beyond either end at most: before A and after E pairs stay apart in phase."""
-BISECTIONS = 50
 SCAN = 32
+CLOSE = 1e-12
+"""Of the furthest: how narrowly the end of contact is enclosed."""
 
 
 @dataclass(frozen=True)
@@ -42,18 +43,16 @@ def extension(flanks: WornFlanks, wear: Array, deflection: Deflections) -> Exten
     path, most = flanks.pair.path, FURTHEST * flanks.pair.base_pitch
 
     def reached(end: float, sense: float, delta: float) -> float:
-        distance = np.linspace(0.0, most, SCAN)
-        touching = minimum_gap(first, second, end + sense * distance).gap < delta
-        if touching.all():
-            return most
-        index = int(np.argmin(touching))
-        if index == 0:
-            return 0.0
-        low, high = distance[index - 1], distance[index]
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            closed = minimum_gap(first, second, [end + sense * middle]).gap[0] < delta
-            low, high = (middle, high) if closed else (low, middle)
+        low, high = 0.0, most
+        while high - low > CLOSE * most:
+            distance = np.linspace(low, high, SCAN)
+            touching = minimum_gap(first, second, end + sense * distance).gap < delta
+            if touching.all():
+                return high
+            index = int(np.argmin(touching))
+            if index == 0:
+                return low
+            low, high = distance[index - 1], distance[index]
         return float(low)
 
     return Extension(reached(path.A, -1.0, deflection.entering), reached(path.E, 1.0, deflection.leaving))
