@@ -13,7 +13,7 @@ from wearlab.accuracy.tip_corners import by_model, draw, report, ways, wear_rate
 from wearlab.campaign import load
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.exact.minimum_gap import minimum_gap
-from wearlab.mesh.finite_element import pair_compliance
+from wearlab.mesh.finite_element import Wear, pair_compliance
 from wearlab.mesh.profile import profile_grid
 from wearlab.scene.build.sets import build_set
 
@@ -49,6 +49,27 @@ def test_drawn_outlines_part_as_the_minimum_gap_says(where):
     drawn = [Outlines(pair).touch(s).angle * pair.driven.base_radius for s in position]
     np.testing.assert_allclose(drawn, gap, atol=2e-10)
     assert gap[0] > 40e-6 and gap[-3] > 40e-6
+
+
+@pytest.mark.parametrize("where", GEARS)
+def test_worn_outlines_part_as_the_minimum_gap_says(where):
+    """Waves of wear, so deep that crests keep the flanks out of hollows."""
+    pair = gears(*where).pair
+    grid = profile_grid(pair, 401)
+    s = grid.position
+    depth = 3e-6 * (1.0 - np.cos(6.0 * (s - pair.path.A) / pair.base_pitch)) * np.array([[1.0], [0.3]])
+    wear = []
+    for index, worn in enumerate(depth):
+        radius = pair.radius(index, s)
+        order = np.argsort(radius, kind="stable")
+        wear.append(Wear(radius[order], worn[order]))
+    outlines = Outlines(pair, (wear[0], wear[1]))
+    position = np.linspace(pair.path.A, pair.path.E, 21)
+    driving, driven = WornFlanks(pair, grid, np.zeros_like(depth)).worn(depth)
+    gap = minimum_gap(driving, driven, position).gap
+    drawn = [outlines.touch(x).angle * pair.driven.base_radius for x in position]
+    np.testing.assert_allclose(drawn, gap, atol=2e-8)
+    assert np.max(np.interp(position, s, depth.sum(axis=0)) - gap) > 1e-7
 
 
 @pytest.mark.parametrize("where", GEARS)

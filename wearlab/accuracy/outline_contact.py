@@ -1,4 +1,4 @@
-"""Where two unworn teeth meet first, from their outlines alone: points rotated, distances on circles.
+"""Where two teeth meet first, from their outlines alone: points rotated, distances on circles.
 
 A second way to what :mod:`wearlab.mesh.exact` computes, for comparison with it. Both flanks are polygons of
 many points of the drawn outline, root curve and tip corner included. The driving one is turned; each of its
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.gears.pair import GearPair
-from wearlab.mesh.finite_element.flank import Flank
+from wearlab.mesh.finite_element.flank import Flank, Wear
 
 Array = NDArray[np.float64]
 
@@ -60,14 +60,16 @@ class Outlines:
     Parameters
     ----------
     pair : the gears
+    wear : of their flanks, (driving, driven); None: unworn. It moves points and distances, not the normals
     """
 
     pair: GearPair
+    wear: tuple[Wear | None, Wear | None] = (None, None)
 
     @cached_property
     def flanks(self) -> tuple[Flank, Flank]:
-        """The unworn flanks, (driving, driven)."""
-        return Flank(self.pair.driving), Flank(self.pair.driven)
+        """The flanks, (driving, driven)."""
+        return Flank(self.pair.driving, self.wear[0]), Flank(self.pair.driven, self.wear[1])
 
     @cached_property
     def polygons(self) -> tuple[Polygon, Polygon]:
@@ -128,15 +130,14 @@ class Outlines:
 
     def _turned(self, position: float) -> tuple[float, float]:
         """Return the angles of both centre lines, the driven one's in the mirrored frame [rad]."""
-        (first, second), radius = self.polygons, self.pitch_radius
-        at_pitch = [
-            np.interp(r, one.radius[order], one.angle[order])
-            for r, one in zip(radius, (first, second), strict=True)
-            for order in [np.argsort(one.radius)]
-        ]
+        at_pitch = []
+        for gear, radius in zip(self.pair.gears, self.pitch_radius, strict=True):
+            flank = Flank(gear)
+            x, y = flank.point(flank.parameter([radius]))
+            at_pitch.append(float(np.arctan2(y[0], x[0])))
         return (
-            float(position / self.pair.driving.base_radius - at_pitch[0]),
-            float(position / self.pair.driven.base_radius + at_pitch[1]),
+            position / self.pair.driving.base_radius - at_pitch[0],
+            position / self.pair.driven.base_radius + at_pitch[1],
         )
 
     def _found(
