@@ -385,8 +385,11 @@ def test_warm_start_with_a_neighbours_derivative_finds_the_same_orbit() -> None:
     system, first, second = planetary(), tables(grid), tables(grid, amplitude=1.2e-6)
     second = second._replace(stiffness=1.01 * second.stiffness)
     neighbour = Periodic().solve(system, first, PERIOD)
-    warm, cold = (Periodic().solve(system, second, PERIOD, start) for start in (neighbour, None))
-    assert warm.derivative is neighbour.derivative and 2 <= warm.counts.period_maps <= 8
+    shooting = Shooting(system, second, PERIOD)
+    warm = shooting.chord(neighbour)
+    assert warm is not None and warm.derivative is neighbour.derivative and 2 <= shooting.maps <= 8
+    cold = shooting.shoot(1, neighbour.state[0, 0].copy())
+    assert cold is not None
     np.testing.assert_allclose(warm.state, cold.state, atol=1e-7 * np.abs(cold.state).max())
 
 

@@ -353,7 +353,7 @@ def test_no_friction_is_the_model_without() -> None:
     plain = Periodic().solve(
         scene.system(friction=False, balanced=None, torque=balanced_torques(TORQUE, RADIUS, PIN, ALPHA)
                      | {"ring": 0.0}),
-        scene.tables(grid)._replace(sliding=None, position=None),
+        scene.tables(grid)._replace(sliding=None, moment=None),
         PERIOD,
     )  # fmt: skip
     size = np.abs(plain.state).max(axis=(0, 1))
