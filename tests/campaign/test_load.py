@@ -21,6 +21,22 @@ def test_texts(study):
     assert campaign.path.name == "study.toml" and campaign.path.is_absolute()
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('metadata = "me"', "metadata: 'me' is no table: write [metadata]"),
+        ("[metadata]\nauthor = 3", "metadata.author: 3 is no text: author"),
+        ('figure = ["tvms"]', "figure[0]: 'tvms' is no table: write [[figure]]"),
+        ("[[figure]]\nkind = 3", "figure[0].kind: 3 is no text: kind of figure"),
+        ('[[figure]]\nkind = "tvms"\ny = 3', "figure[0].y: 3 is no text or list: variable along y"),
+        ('[[figure]]\nkind = "tvms"\nselect = "gear"', "figure[0].select: 'gear' is no table: dimension ="),
+    ],
+)
+def test_a_value_of_the_wrong_kind(study, text, said):
+    (problem,) = refused(study, text)
+    assert f": {said}" in problem
+
+
 def test_texts_and_figures_are_no_part_of_a_run(study):
     plain = study()
     told = study('title = "t"\nreference = "r"\n[metadata]\nauthor = "A"\n[[figure]]\nkind = "tvms"')

@@ -47,6 +47,8 @@ def test_contents_become_part_of_the_scene(table, tmp_path):
         (CSV.replace("diameter", "radius"), {}, "expected diameter or roll_angle or path_position for x"),
         (CSV, {"x": "roll_angle"}, "expected roll_angle for x"),
         (CSV, {"units": {"diameter": "mm"}}, "units.deviation is required"),
+        (CSV, {"units": "um"}, "units: 'um' is no table: write units = { diameter = "),
+        (CSV, {"abscissa": 3}, "'abscissa' is read from file"),
         (CSV, {"zero": "middle"}, "zero"),
         (CSV, {"depth": "3 um"}, "depth"),
     ],

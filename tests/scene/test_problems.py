@@ -1,4 +1,6 @@
+import copy
 import pickle
+import re
 
 import pytest
 
@@ -50,7 +52,7 @@ CASES = [
     ("wear", 7, "scene.wear: 7 is no table"),
     ("wear.coefficient", "hardness", "scene.wear.coefficient.k: required"),
     ("wear.coefficient.gear.valu", 1, "scene.wear.coefficient.gear.valu: unknown key, did you mean 'value'?"),
-    ("wear.coefficient.film", "yes", "scene.wear.coefficient.film: 'yes'"),
+    ("wear.coefficient.film", "yes", "scene.wear.coefficient.film: 'yes' is not true or false: whether"),
     ("wear.coefficient.film", 1, "scene.wear.coefficient.film: 1"),
     (
         "wear.step",
@@ -109,6 +111,7 @@ CASES = [
     ),
     ("store.variables", ["wear_dept"], "scene.store.variables: 'wear_dept' is no variable"),
 ]
+PYTHON = re.compile(r"Input should|'\w+' object|NoneType|iterable|sequence|unhashable|not supported between")
 LATER = [
     ("gears.helix_angle", "10 deg"),
     ("lubricant.temperature", "60 degC"),
@@ -127,6 +130,28 @@ def test_what_comes_later_is_refused_by_name(table, key, value):
     with pytest.raises(SceneError, match="not part of this version") as caught:
         Scene.from_mapping(merge(table, nested(key, value)))
     assert any(key in line and "not part of" in line for line in caught.value.problems)
+
+
+def paths(table, above=()):
+    """Yield every place of a table and of its lists."""
+    for key, value in table.items() if isinstance(table, dict) else enumerate(table):
+        yield (*above, key)
+        if isinstance(value, dict | list):
+            yield from paths(value, (*above, key))
+
+
+@pytest.mark.parametrize("wrong", ["text", 3, True, [1, "x"], [], {"a": {"b": 1}}], ids=repr)
+def test_no_value_of_the_wrong_kind_gives_a_message_of_python(full, wrong):
+    for *above, last in paths(full):
+        table = copy.deepcopy(full)
+        inner = table
+        for key in above:
+            inner = inner[key]
+        inner[last] = wrong
+        try:
+            Scene.from_mapping(table)
+        except SceneError as error:
+            assert not PYTHON.search(str(error)), error
 
 
 def test_all_problems_are_collected_once(table):

@@ -83,6 +83,20 @@ def test_shares_of_a_duty_without_a_unit_are_parts(table, tmp_path):
     assert [block.share for block in duty] == [0.75, 0.25]
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"units": "h"}, "units: 'h' is no table: write units = { torque = "),
+        ({"columns": "time"}, "columns: 'time' is no table: write columns = { share = "),
+        ({"file": 3}, "file: 3 is no text"),
+    ],
+)
+def test_a_duty_file_of_the_wrong_kind_is_refused(table, given, said):
+    table["operation"] = {"duty": {"file": "duty.csv", "units": {"torque": "N*m"}, **given}}
+    with pytest.raises(SceneError, match=f"scene.operation.duty: {said}"):
+        Scene.from_mapping(table)
+
+
 def test_a_string_is_a_model(table):
     table["mesh"]["stiffness"] = {"model": "constant", "value": "300 N/um"}
     table["mesh"]["excitation"] = "modulated"

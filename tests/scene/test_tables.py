@@ -84,6 +84,10 @@ def test_a_missing_file_and_missing_keys(table, tmp_path):
             {"file": "no.csv", "units": UNITS, "stiffness": [1.0]},
             "'stiffness' is read from file, not written",
         ),
+        ({"file": "no.csv", "units": UNITS, "abscissa": 3}, "'abscissa' is read from file, not written"),
+        ({"file": "no.csv", "units": "N/m"}, "units: 'N/m' is no table: write units = { stiffness = "),
+        ({"file": "no.csv", "units": {"stiffness": 3}}, "units.stiffness: 3 is no text: write units ="),
+        ({"file": 3, "units": UNITS}, "file: 3 is no text"),
     ]:
         with pytest.raises(SceneError, match=said):
             Scene.from_mapping(

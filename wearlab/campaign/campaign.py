@@ -18,7 +18,7 @@ from wearlab.scene import Scene
 from wearlab.scene.later import LATER_KEYS, later
 from wearlab.scene.merge import Table
 from wearlab.scene.part import option
-from wearlab.scene.problems import shown
+from wearlab.scene.problems import not_of_kind, shown
 
 OWN_KEYS = (
     "title",
@@ -170,15 +170,30 @@ def _modelled(model: type[Model], given: Any, where: str) -> Model:
     try:
         return model.model_validate(given)
     except ValidationError as error:
-        raise CampaignError(_figure_line(dict(one), model, where) for one in error.errors()) from None
+        faults: dict[str, list[dict[str, Any]]] = {}
+        for one in error.errors():
+            faults.setdefault(str(one["loc"][0]) if one["loc"] else "", []).append(dict(one))
+        raise CampaignError(
+            _line(key, errors, given, model, where) for key, errors in faults.items()
+        ) from None
 
 
-def _figure_line(error: dict[str, Any], model: type[BaseModel], where: str) -> str:
-    key = str(error["loc"][0]) if error["loc"] else ""
+def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseModel], where: str) -> str:
+    """Return what is wrong with one key, "" for the whole table."""
+    error = errors[0]
+    if not key:
+        return f"{where}: {shown(given)} is {not_of_kind([error['type']])}: write {_header(where)}"
     if error["type"] == "extra_forbidden":
         near = get_close_matches(key, model.model_fields, 1)
         remedy = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(model.model_fields)}"
         return f"{where}.{key}: unknown key{remedy}"
+    meaning = model.model_fields[key].description
     if error["type"] == "missing":
-        return f"{where}.{key}: required: {model.model_fields[key].description}"
-    return f"{where}{f'.{key}' if key else ''}: {shown(error['input'])}: {error['msg']}"
+        return f"{where}.{key}: required: {meaning}"
+    return f"{where}.{key}: {shown(given[key])} is {not_of_kind(one['type'] for one in errors)}: {meaning}"
+
+
+def _header(where: str) -> str:
+    """Return how the table is begun in a file: ``[[figure]]`` for one of several."""
+    name, several, _ = where.partition("[")
+    return f"[[{name}]]" if several else f"[{name}]"

@@ -18,12 +18,12 @@ class FigureSpec(BaseModel):
     kind: str = option(..., "kind of figure, listed by `wearlab schema --figures`")
     select: dict[str, Any] = option({}, "dimension = label, or a list of labels", derived="the kind's")
     x: str | None = option(None, "dimension or coordinate along x", derived="the kind's")
-    y: Names | None = option(None, "variables along y", derived="the kind's")
+    y: Names | None = option(None, "variable along y, or a list of them", derived="the kind's")
     hue: str | None = option(None, "dimension told apart by colour", derived="the kind's")
     rows: str | None = option(None, "dimension told apart by rows of panels", derived="the kind's")
     cols: str | None = option(None, "dimension told apart by columns of panels", derived="the kind's")
     units: str | dict[str, str] | None = option(
-        None, "unit of y, or variable = unit", derived="each variable's display unit"
+        None, "unit of y as a text, or a table of variable = unit", derived="each variable's display unit"
     )
     title: str | None = option(None, "title of the figure", derived="the kind's")
     note: str | None = option(

@@ -7,7 +7,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, Valida
 from pydantic_core import PydanticCustomError
 
 from wearlab.scene.part import NOT_NEGATIVE, POSITIVE, Number, Part, Speed, Stored, Torque, option
-from wearlab.scene.tables import TableError, duty_table
+from wearlab.scene.tables import TableError, duty_table, named_file, named_texts
 
 SUM_OF_SHARES = 1e-6
 """How far written shares may be from 1 in sum."""
@@ -59,10 +59,10 @@ def _blocks(given: Any, info: ValidationInfo) -> Any:
             )
     base: Path | None = (info.context or {}).get("base_directory")
     try:
-        torque, speed, share = duty_table(
-            str(given["file"]), dict(given.get("columns") or {}), dict(given["units"]), base
-        )
-    except (TableError, TypeError, ValueError) as error:
+        columns = named_texts({"columns": {}, **given}, "columns", '{ share = "duration" }')
+        units = named_texts(given, "units", '{ torque = "N*m", speed = "rpm", share = "h" }')
+        torque, speed, share = duty_table(named_file(given), columns, units, base)
+    except TableError as error:
         raise PydanticCustomError("table", "{message}", {"message": str(error)}) from None
     total = sum(share)
     return [

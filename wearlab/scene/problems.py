@@ -18,6 +18,15 @@ LIMITS = {
     "less_than": ("lt", "less than"),
     "less_than_equal": ("le", "at most"),
 }
+EXPECTED = {
+    "string_type": "text",
+    "path_type": "text",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    **dict.fromkeys(("model_type", "model_attributes_type", "dict_type"), "table"),
+    **dict.fromkeys(("tuple_type", "list_type"), "list"),
+}
+"""What a value of the wrong kind should have been, by pydantic's name of the error."""
 SHOWN = 60
 CHOOSING = ("union_tag_invalid", "not_of_the_set")
 """Errors of a whole table that are about the key which chooses it."""
@@ -66,6 +75,12 @@ def not_a_choice(value: object, choices: Iterable[str]) -> str:
     if near and len(valid) > 1:
         return f"{shown(value)} is not one of {listed}; did you mean {near[0]!r}?"
     return f"{shown(value)} is not {'one of ' if len(valid) > 1 else ''}{listed}"
+
+
+def not_of_kind(kinds: Iterable[str]) -> str:
+    """Return what a value is not, from pydantic's names of its errors: ``no text or list``."""
+    words = " or ".join(dict.fromkeys(EXPECTED[kind] for kind in kinds))
+    return f"not {words}" if words == EXPECTED["bool_type"] else f"no {words}"
 
 
 def shown(value: object) -> str:
@@ -128,10 +143,8 @@ def _reason(error: dict[str, Any], path: Path, parts: Parts) -> str:
     if kind in LIMITS:
         key, words = LIMITS[kind]
         return f"{shown(value)} must be {words} {context[key]:g}"
-    if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return f"{shown(value)} is no table: {_wanted(path, parts)}"
-    if kind == "tuple_type":
-        return f"{shown(value)} is no list: {_wanted(path, parts)}"
+    if kind in EXPECTED:
+        return f"{shown(value)} is {not_of_kind([kind])}: {_wanted(path, parts)}"
     if kind in ("too_short", "too_long"):
         return f"{shown(value)} has {context['actual_length']} entries: {_wanted(path, parts)}"
     return re.sub(r"^Value error, ", "", error["msg"]) if _speaks(kind) else f"{shown(value)}: {error['msg']}"

@@ -26,7 +26,7 @@ def read_stiffness(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
     given : the options as written; contents that were read before stay
     base : folder that a relative path starts from
     """
-    if isinstance(given.get("stiffness"), list | tuple) and _is_stored(given):
+    if "along" in given and _stored(given.get("abscissa"), given.get("stiffness")):
         return given
     for key in ("along", "abscissa", "stiffness"):
         if key in given:
@@ -35,8 +35,10 @@ def read_stiffness(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
         if key not in given:
             raise PydanticCustomError("table", "{key} is required: {file, of, units}", {"key": repr(key)})
     try:
-        along, x, k = stiffness_table(str(given["file"]), dict(given["units"]), base)
-    except (TableError, TypeError, ValueError) as error:
+        along, x, k = stiffness_table(
+            named_file(given), named_texts(given, "units", '{ stiffness = "N/um" }'), base
+        )
+    except TableError as error:
         raise PydanticCustomError("table", "{message}", {"message": str(error)}) from None
     return {**given, "along": along, "abscissa": x, "stiffness": k}
 
@@ -53,8 +55,7 @@ def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
     given : the options as written; contents that were read before stay
     base : folder that a relative path starts from
     """
-    contents = (*given.get("abscissa", ()), *given.get("ordinate", ()))
-    if contents and "x" in given and "y" in given and all(isinstance(n, Stored) for n in contents):
+    if "x" in given and "y" in given and _stored(given.get("abscissa"), given.get("ordinate")):
         return given
     for key in ("abscissa", "ordinate"):
         if key in given:
@@ -63,7 +64,7 @@ def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
         raise PydanticCustomError("table", "{key} is required: {file, x, y, units}", {"key": "'units'"})
     try:
         x, y, abscissa, ordinate = profile_table(given, base)
-    except (TableError, TypeError, ValueError) as error:
+    except TableError as error:
         raise PydanticCustomError("table", "{message}", {"message": str(error)}) from None
     return {**given, "x": x, "y": y, "abscissa": abscissa, "ordinate": ordinate}
 
@@ -78,7 +79,7 @@ def profile_table(
     TableError
         When the file cannot be read, lacks a column or a unit, or is not in order.
     """
-    file, units = str(given["file"]), dict(given["units"])
+    file, units = named_file(given), named_texts(given, "units", '{ diameter = "mm", depth = "um" }')
     columns = {
         name: list(values) for name, values in _columns(Path(file) if base is None else base / file).items()
     }
@@ -97,7 +98,7 @@ def profile_table(
 def _column(asked: Any, columns: dict[str, list[float]], known: tuple[str, ...], key: str, file: str) -> str:
     """Return the column meant: the one asked for, or the only known one of the file."""
     if asked is not None and asked not in known:
-        raise TableError(f"{key} = {asked!r}: expected {', '.join(known)}")
+        raise TableError(f"{key}: {asked!r} is not one of {', '.join(known)}")
     present = [name for name in known if name in columns]
     if asked is None and len(present) > 1:
         raise TableError(f"{file} has columns {' and '.join(present)}; say which with {key}")
@@ -115,7 +116,7 @@ TIMES = ("s", "1")
 
 
 def duty_table(
-    file: str, columns: dict[str, Any], units: dict[str, Any], base: Path | None
+    file: str, columns: dict[str, str], units: dict[str, str], base: Path | None
 ) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
     """Return torques [N m], speeds [rad/s] and shares of time (in their own proportions) of a load table.
 
@@ -135,7 +136,7 @@ def duty_table(
     found = _columns(Path(file) if base is None else base / file)
     each = {}
     for name in (*DUTY, "share"):
-        header = str(columns.get(name, name))
+        header = columns.get(name, name)
         if header not in found:
             raise TableError(
                 f"{file}: columns are {', '.join(found)}; expected {header!r} for {name}, or name it "
@@ -149,7 +150,7 @@ def duty_table(
     return torque, speed, share
 
 
-def _times(values: list[float], unit: Any) -> tuple[float, ...]:
+def _times(values: list[float], unit: str) -> tuple[float, ...]:
     for wanted in TIMES:
         try:
             return _in(values, unit, wanted, "share")
@@ -158,13 +159,44 @@ def _times(values: list[float], unit: Any) -> tuple[float, ...]:
     raise reason
 
 
-def _is_stored(given: dict[str, Any]) -> bool:
-    numbers = (*given.get("abscissa", ()), *given["stiffness"])
-    return "along" in given and all(isinstance(number, Stored) for number in numbers)
+def named_file(given: dict[str, Any]) -> str:
+    """Return the name of the file that a table's contents stand in.
+
+    Raises
+    ------
+    TableError : it is no text
+    """
+    if not isinstance(given["file"], str):
+        raise TableError(f"file: {given['file']!r} is no text: the name of a CSV file")
+    return given["file"]
+
+
+def named_texts(given: dict[str, Any], key: str, example: str) -> dict[str, str]:
+    """Return a table of texts by column, such as units.
+
+    Raises
+    ------
+    TableError : it is something else
+    """
+    found = given[key]
+    if not isinstance(found, dict):
+        raise TableError(f"{key}: {found!r} is no table: write {key} = {example}")
+    for column, text in found.items():
+        if not isinstance(text, str):
+            raise TableError(f"{key}.{column}: {text!r} is no text: write {key} = {example}")
+    return found
+
+
+def _stored(*columns: Any) -> bool:
+    """Say whether these are columns of numbers that a scene has already read."""
+    return all(
+        isinstance(column, list | tuple) and column and all(isinstance(number, Stored) for number in column)
+        for column in columns
+    )
 
 
 def stiffness_table(
-    file: str, units: dict[str, Any], base: Path | None
+    file: str, units: dict[str, str], base: Path | None
 ) -> tuple[str, tuple[float, ...], tuple[float, ...]]:
     """Return what the abscissa is, the abscissa [1] or [m], and the stiffness [N/m].
 
@@ -191,8 +223,8 @@ def stiffness_table(
     return along, x, k
 
 
-def _in(values: list[float], unit: Any, wanted: str, column: str) -> tuple[float, ...]:
-    if not isinstance(unit, str):
+def _in(values: list[float], unit: str | None, wanted: str, column: str) -> tuple[float, ...]:
+    if unit is None:
         raise TableError(f"units.{column} is required, such as {wanted!r}")
     try:
         return tuple(convert(value, unit, wanted) for value in values)
