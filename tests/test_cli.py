@@ -8,12 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import fake_campaign
+import made_up
 import pytest
 from fake_campaign import alter, sweep
 
 import wearlab
 from wearlab.cli import app, output, working
 from wearlab.runner import Interrupted, running
+from wearlab.store import Store
 
 SPEEDS = Path(wearlab.__file__).parents[1] / "campaigns" / "spur_speeds.toml"
 
@@ -113,6 +115,24 @@ def test_show(command, campaign):
     assert content["scene"]["speed"] == 800.0
     assert content["variables"]["wear_depth"]["attrs"]["units"] == "m"
     assert content["summary"]["life"] == 1e8 / 800
+
+
+def test_show_keeps_long_texts_out_of_the_table(command, tmp_path):
+    flags = [f"sun: something of it is assumed, number {number}" for number in range(9)]
+    scene = {
+        "operation": {"duty": [{"share": 0.2, "torque": 150.0}, {"share": 0.8, "torque": 90.0}]},
+        "mesh": {"stiffness": {"abscissa": [number / 500 for number in range(500)]}},
+    }
+    store = Store(tmp_path / "wearlab-store")
+    store.create()
+    data = made_up.run(1.0).assign(validity=((), "\n".join(flags)), verdict=((), "completed"))
+    made_up.put(store, "a" * 20, data, json.dumps(scene))
+    lines = command("show", "a" * 20).out.splitlines()
+    assert max(map(len, lines)) < 180
+    assert next(line for line in lines if line.startswith("validity ")).split()[1] == "(below)"
+    assert lines[lines.index("validity") + 1 :] == [f"  {flag}" for flag in flags]
+    assert "  operation.duty[1].torque = 90.0" in lines
+    assert "  mesh.stiffness.abscissa = [0.0, 0.002, 0.004, … 500 in all]" in lines
 
 
 def test_show_a_failure_with_its_traceback(command, campaign):

@@ -2,6 +2,7 @@
 
 import base64
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from made_up import put, run
 
 import wearlab as wl
 from wearlab.cli.app import status_of
+from wearlab.report import content
 from wearlab.report.page import report
 from wearlab.store import Store
 from wearlab.store.outcome import Comparison, Outcome
@@ -142,6 +144,26 @@ def test_what_it_tells(page, study):
         "spur_50_50.toml",
     ):
         assert told in text, told
+
+
+def test_remarks_that_differ_in_one_number_are_one(study):
+    campaign, store = study
+    entries = store.entries(case.id for case in campaign.cases[:2])
+    one, other = entries.values()
+    said = {
+        "one": ["path longer by 9 %", "path longer by 43 %", "h_f = 1.2, at most 2", "R_q = 1.25 R_a"],
+        "other": ["path longer by 12 %", "h_f = 1.3, at most 3", "R_q = 1.25 R_a"],
+    }
+    told = {
+        name: replace(entry, summary={"validity": "\n".join(said[name])}, warnings=())
+        for name, entry in (("one", one), ("other", other))
+    }
+    assert set(content._remarks(told)) == {
+        ("path longer by 9 to 43 %", 2),
+        ("R_q = 1.25 R_a", 2),
+        ("h_f = 1.2, at most 2", 1),
+        ("h_f = 1.3, at most 3", 1),
+    }
 
 
 def test_figures_are_in_the_page(page):

@@ -114,12 +114,12 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
     return data.set_coords(coordinates)
 
 
-def put(store: Store, run_id: str, data: xr.Dataset | None) -> None:
+def put(store: Store, run_id: str, data: xr.Dataset | None, scene: str = "{}") -> None:
     with store.presence() as here:
         store.claim([run_id], here.token, lambda entry: False)
         if data is None:
             outcome = Outcome(run_id, "failed", "now", 1.0, "{}", reason="no")
         else:
             made = {"source_hash": "feed", "wearlab_version": "9.9", **describe(data)._asdict()}
-            outcome = Outcome(run_id, "done", "now", 1.0, "{}", *to_image(data), **made)
+            outcome = Outcome(run_id, "done", "now", 1.0, scene, *to_image(data), **made)
         store.save([outcome], here.token)

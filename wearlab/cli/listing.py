@@ -17,16 +17,19 @@ from wearlab.cli.output import (
 )
 from wearlab.store.catalogue import Entry, Member
 from wearlab.store.cite import WHO
+from wearlab.store.headline import headlines
 
 if TYPE_CHECKING:
     from wearlab.store import Store
 
 SHORT_ID = 10
-MICROMETRES = 1e6
+LONGEST_TEXT = 24  # characters of a text in a table of values
+LONGEST_LIST = 100  # characters of a list in one line
+FIRST = 3  # items of a longer one
 
 
 HEADS = (
-    *("id", "campaign", "case", "differs by", "state", "life or wear", "error", "time", "note"),
+    *("id", "campaign", "case", "differs by", "state", "result", "error", "time", "note"),
     *("expected", "measured"),
 )
 USUAL = ("campaign", "case", "verdict", "life", "max_wear_depth", "seconds", "started")
@@ -119,6 +122,7 @@ def _once(members: Iterable[Member]) -> list[Member]:
 
 
 def _row(store: "Store", member: Member, entry: Entry, current: str) -> dict[str, Any]:
+    told = next(iter(headlines(entry.summary)), None)
     errors = {name: value for name, value in entry.summary.items() if name.startswith("error_estimate")}
     return {
         "id": entry.id,
@@ -130,6 +134,8 @@ def _row(store: "Store", member: Member, entry: Entry, current: str) -> dict[str
         "life": entry.summary.get("life"),
         "max_wear_depth": entry.summary.get("max_wear_depth"),
         "error_estimates": errors,
+        "result": "" if told is None else told.short,
+        "relative_error": None if told is None else told.error,
         "verdict": entry.summary.get("verdict"),
         "expected": None if member.comparison is None else member.comparison._asdict(),
         "seconds": entry.seconds,
@@ -148,8 +154,8 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         row["label"],
         ", ".join(f"{name}={value}" for name, value in row["position"].items()),
         row["state"],
-        _life_or_wear(row),
-        _error(row),
+        row["result"],
+        "" if row["relative_error"] is None else f"{100 * row['relative_error']:.2g} %",
         seconds_text(row["seconds"]),
         _note(row),
         *_expected(row),
@@ -169,21 +175,6 @@ def state_of(store: "Store", entry: Entry) -> str:
     if store.is_stale(entry):
         return "interrupted"
     return "lost" if store.is_lost(entry) else entry.state
-
-
-def _life_or_wear(row: Mapping[str, Any]) -> str:
-    if row["life"] is not None:
-        return f"{row['life']:.4g} cycles"
-    if row["max_wear_depth"] is not None:
-        return f"{row['max_wear_depth'] * MICROMETRES:.4g} µm"
-    return ""
-
-
-def _error(row: Mapping[str, Any]) -> str:
-    """Return the error estimate that belongs to the number before it, relative to it."""
-    name, value = ("life", row["life"]) if row["life"] is not None else ("wear_depth", row["max_wear_depth"])
-    error = row["error_estimates"].get(f"error_estimate_{name}")
-    return f"{100 * error / value:.2g} %" if error is not None and value else ""
 
 
 def _note(row: Mapping[str, Any]) -> str:
@@ -229,11 +220,30 @@ def show_run(store: "Store", prefix: str, as_json: bool) -> Status:
             say(f"{name:<16}{line.rstrip()}")
     say("\nscene")
     for path, value in sorted(_flat(scene)):
-        say(f"  {path} = {json.dumps(value, ensure_ascii=False)}")
+        say(f"  {path} = {_shortened(value)}")
     if variables:
         say()
         show_table(("variable", "dims", "unit", "value", "meaning"), _variables(variables, entry))
+    for name, value in entry.summary.items():
+        if name in variables and _is_long(value):
+            say(f"\n{name}")
+            for line in value.splitlines():
+                say(f"  {line}")
     return Status.WELL
+
+
+def _shortened(value: Any) -> str:
+    """Return a value of a scene as JSON; of a long list its first items and how many there are."""
+    text = json.dumps(value, ensure_ascii=False)
+    if not isinstance(value, list) or len(text) <= LONGEST_LIST:
+        return text
+    first = ", ".join(json.dumps(one, ensure_ascii=False) for one in value[:FIRST])
+    return f"[{first}, … {len(value)} in all]"
+
+
+def _is_long(value: Any) -> bool:
+    """Say whether a value is a text that would widen a table; it stands below."""
+    return isinstance(value, str) and (len(value) > LONGEST_TEXT or "\n" in value)
 
 
 def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
@@ -267,11 +277,13 @@ def _is_of_other_code(entry: Entry) -> bool:
 
 
 def _flat(scene: Any, path: str = "") -> list[tuple[str, Any]]:
-    """Return a scene's values by dotted key; what is absent is left out."""
+    """Return a scene's values by dotted key, tables of a list numbered; what is absent is left out."""
     if isinstance(scene, dict):
         return [
             pair for key, value in scene.items() for pair in _flat(value, f"{path}.{key}" if path else key)
         ]
+    if isinstance(scene, list) and any(isinstance(one, dict) for one in scene):
+        return [pair for number, one in enumerate(scene) for pair in _flat(one, f"{path}[{number}]")]
     return [] if scene is None else [(path, scene)]
 
 
@@ -281,11 +293,15 @@ def _variables(variables: Mapping[str, dict[str, Any]], entry: Entry) -> list[tu
             name,
             ", ".join(f"{dim} {entry.sizes[dim]}" for dim in variable["dims"]),
             str(variable["attrs"].get("units", "")),
-            "" if variable["dims"] else _value(entry.summary.get(name)),
+            "" if variable["dims"] else _brief(entry.summary.get(name)),
             str(variable["attrs"].get("long_name", "")),
         )
         for name, variable in variables.items()
     ]
+
+
+def _brief(value: Any) -> str:
+    return "(below)" if _is_long(value) else _value(value)
 
 
 def _value(value: Any) -> str:

@@ -2,6 +2,7 @@
 
 import base64
 import json
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from wearlab.figures.errors import FigureError
 from wearlab.figures.question import question
 from wearlab.scene import parts_left_out, parts_present
 from wearlab.store.errors import StoreError
+from wearlab.store.headline import headlines
 from wearlab.store.lineage import lineage
 from wearlab.store.outcome import Comparison
 from wearlab.store.place import place, value_text
@@ -24,9 +26,15 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 2000  # of a table: beyond, a page is no place to read them
 MOST_FAILURES = 100
-MICROMETRES = 1e6
 BROAD = 1000  # pixels: several columns of panels take a whole row
-PROVENANCE = ("commit", "dirty", "packages", "machine", "model_version")
+PROVENANCE = {
+    "commit": "commit",
+    "dirty": "uncommitted edits",
+    "packages": "packages",
+    "machine": "machine",
+    "model_version": "model version",
+}
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w)")
 
 
 @dataclass(frozen=True)
@@ -155,6 +163,7 @@ def _row(
 ) -> Row:
     where = place(campaign, case)
     summary = entry.summary if entry else {}
+    told = headlines(summary)
     state: str = "missing" if entry is None else "lost" if store.is_lost(entry) else entry.state
     if entry is not None and store.is_stale(entry):
         state = "interrupted"
@@ -163,35 +172,13 @@ def _row(
         places=tuple(where.get(axis.name, "all") for axis in campaign.axes),
         state=state,
         verdict=str(summary.get("verdict") or ""),
-        result=_result(summary),
-        error=_error(summary),
+        result=", ".join(one.text for one in told),
+        error=", ".join(f"{100 * one.error:.2g} % of the {one.of}" for one in told if one.error is not None),
         seconds=duration(entry.seconds) if entry and entry.seconds is not None else "",
         run=case.id,
         note=_note(entry),
         comparison=compared.get((case.id, case.label, json.dumps(where, sort_keys=True))),
     )
-
-
-def _result(summary: Mapping[str, Any]) -> str:
-    """Return life or wear, with why the run ended."""
-    told = []
-    if summary.get("life") is not None:
-        told.append(f"{summary['life']:.4g} cycles of life")
-    if summary.get("max_wear_depth") is not None:
-        told.append(f"{summary['max_wear_depth'] * MICROMETRES:.4g} µm worn")
-    return ", ".join(told)
-
-
-def _error(summary: Mapping[str, Any]) -> str:
-    """Return the estimated numerical errors of life and wear, relative to them."""
-    told = []
-    for name, value, words in (
-        ("error_estimate_life", summary.get("life"), "of the life"),
-        ("error_estimate_wear_depth", summary.get("max_wear_depth"), "of the wear"),
-    ):
-        if summary.get(name) is not None and value:
-            told.append(f"{100 * summary[name] / value:.2g} % {words}")
-    return ", ".join(told)
 
 
 def _note(entry: "Entry | None") -> str:
@@ -269,12 +256,34 @@ def _lineage(
 
 
 def _remarks(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
-    """Return assumed values and limits of validity that runs touch, warnings too, each with its count."""
-    lines: Counter[str] = Counter()
+    """Return assumed values and limits of validity that runs touch, warnings too, each with its count.
+
+    Lines that differ in one number are one, with its range.
+    """
+    lines: dict[str, set[str]] = {}
     for entry in entries.values():
-        lines.update(set(str(entry.summary.get("validity") or "").split("\n")) - {""})
-        lines.update(set(entry.warnings))
-    return tuple(lines.most_common(MOST_FAILURES))
+        said = {*str(entry.summary.get("validity") or "").split("\n"), *entry.warnings} - {""}
+        for line in said:
+            lines.setdefault(line, set()).add(entry.id)
+    alike: dict[str, list[str]] = {}
+    for line in lines:
+        alike.setdefault(NUMBER.sub("#", line), []).append(line)
+    counted: Counter[str] = Counter()
+    for some in alike.values():
+        for words, those in _ranged(some).items():
+            counted[words] = len(set().union(*(lines[line] for line in those)))
+    return tuple(counted.most_common(MOST_FAILURES))
+
+
+def _ranged(lines: list[str]) -> dict[str, list[str]]:
+    """Return what to say of lines that are equal but for their numbers, and of which lines it is said."""
+    numbers = list(zip(*(list(NUMBER.finditer(line)) for line in lines), strict=True))
+    varying = [matches for matches in numbers if len({match[0] for match in matches}) > 1]
+    if len(varying) != 1:
+        return {line: [line] for line in lines}
+    ordered = sorted(varying[0], key=lambda match: float(match[0]))
+    first, last = ordered[0], ordered[-1]
+    return {f"{first.string[: first.end()]} to {last[0]}{first.string[first.end() :]}": lines}
 
 
 def _code(store: "Store", entries: "Mapping[str, Entry]") -> Iterator[dict[str, str]]:
@@ -289,4 +298,6 @@ def _code(store: "Store", entries: "Mapping[str, Entry]") -> Iterator[dict[str, 
             attributes = store.run(ids[0]).attrs
         except StoreError:
             attributes = {}
-        yield told | {name: str(attributes[name]) for name in PROVENANCE if name in attributes}
+        yield told | {
+            words: str(attributes[name]) for name, words in PROVENANCE.items() if name in attributes
+        }

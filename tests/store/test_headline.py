@@ -1,0 +1,28 @@
+"""What a run came to, in words: by hand."""
+
+import pytest
+
+from wearlab.store.headline import headlines
+
+LIFE = {"life": 2e7, "error_estimate_life": 4e3, "max_wear_depth": 4e-4, "error_estimate_wear_depth": 8e-8}
+FORCES = {"mesh_force_max": 8000.0, "error_estimate_mesh_force": 4.0, "ste_peak_to_peak": 1.25e-5}
+
+
+def test_life_comes_before_wear():
+    life, wear = headlines({**FORCES, **LIFE, "cycle": 2e7})
+    assert (life.text, life.short, life.of) == ("2e+07 cycles of life", "2e+07 cycles", "life")
+    assert life.error == pytest.approx(2e-4, rel=1e-12)
+    assert (wear.text, wear.short) == ("400 µm worn", "400 µm") and wear.error == pytest.approx(2e-4)
+
+
+def test_one_wear_state_tells_what_acts_in_the_mesh_and_not_the_wear_it_was_given():
+    force, ste, given = headlines({**FORCES, "cycle": 0.0, "max_wear_depth": 1e-5})
+    assert (force.short, force.error) == ("8000 N in mesh", pytest.approx(5e-4, rel=1e-12))
+    assert (ste.short, ste.error) == ("12.5 µm STE", None)
+    assert given.short == "10 µm"
+
+
+def test_nothing_to_tell_and_nothing_to_compare_with():
+    assert headlines({"verdict": "completed"}) == []
+    (still,) = headlines({"cycle": 0.0, "mesh_force_max": 0.0, "error_estimate_mesh_force": 1.0})
+    assert still.error is None

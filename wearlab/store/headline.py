@@ -1,0 +1,59 @@
+"""What a run came to, in a few words: its life or wear, or what acts in the mesh where nothing wears."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+
+class Headline(NamedTuple):
+    """One number of a run.
+
+    Parameters
+    ----------
+    text : with its unit and what it is
+    short : with its unit alone, or what it is where that is not plain
+    of : what its error is an error of
+    error : estimated numerical error, relative to it; None where there is no estimate
+    """
+
+    text: str
+    short: str
+    of: str
+    error: float | None
+
+
+class _Kind(NamedTuple):
+    name: str
+    scale: float
+    text: str
+    short: str
+    of: str
+    error: str
+
+
+WORN = (
+    _Kind("life", 1.0, "cycles of life", "cycles", "life", "error_estimate_life"),
+    _Kind("max_wear_depth", 1e6, "µm worn", "µm", "wear", "error_estimate_wear_depth"),
+)
+ONE_STATE = (
+    _Kind("mesh_force_max", 1.0, "N largest mesh force", "N in mesh", "force", "error_estimate_mesh_force"),
+    _Kind("ste_peak_to_peak", 1e6, "µm range of STE", "µm STE", "STE", ""),
+    WORN[1],
+)
+
+
+def headlines(summary: Mapping[str, Any]) -> list[Headline]:
+    """Return what a run came to, the most telling first.
+
+    Parameters
+    ----------
+    summary : results by name, SI, as the catalogue has them; a run whose last ``cycle`` is 0 wears nothing
+    """
+    kinds = ONE_STATE if summary.get("cycle") == 0.0 else WORN
+    return [_headline(kind, summary) for kind in kinds if summary.get(kind.name) is not None]
+
+
+def _headline(kind: _Kind, summary: Mapping[str, Any]) -> Headline:
+    value, error = summary[kind.name], summary.get(kind.error)
+    number = f"{value * kind.scale:.4g}"
+    relative = error / value if error is not None and value else None
+    return Headline(f"{number} {kind.text}", f"{number} {kind.short}", kind.of, relative)
