@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from wearlab.query import QueryError
-from wearlab.store import Store, StoreError
+from wearlab.store import Store, StoreError, search
 from wearlab.store.facts import first_cycle
 from wearlab.store.outcome import Outcome
 from wearlab.store.search import MOST_JOINS
@@ -224,3 +224,22 @@ def test_first_cycle_between_two_states():
     assert first_cycle("<", 2.0, None, cycles) is None
     gap = np.array([np.nan, 3.0, 5.0]).tobytes()
     assert first_cycle(">", 1.0, gap, cycles) == 10.0
+
+
+def test_a_largest_value_at_the_limit_is_beyond_it_or_not_as_the_sign_says(asked, monkeypatch):
+    looked = []
+
+    def counting(sign, limit, values, cycles):
+        looked.append(max(np.frombuffer(values)))
+        return first_cycle(sign, limit, values, cycles)
+
+    monkeypatch.setattr(search, "first_cycle", counting)
+    largest = float(np.max(np.array([0.0, 10e-6, 30e-6]) * 2))
+    assert asked(f"first_cycle(max_wear_depth >= {largest!r} m) <= 3e6") == [2, 3]
+    assert set(looked) == {largest, 1.5 * largest}
+    looked.clear()
+    assert asked(f"first_cycle(max_wear_depth > {largest!r} m) <= 3e6") == [3]
+    assert set(looked) == {1.5 * largest}  # what cannot be beyond the limit is not looked through
+    looked.clear()
+    assert asked(f"first_cycle(max_wear_depth > {largest!r} m) is missing") == [1, 2, 4]
+    assert set(looked) == {1.5 * largest}
