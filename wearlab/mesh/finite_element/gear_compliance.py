@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
 
 from wearlab.gears.gear import Gear
 from wearlab.mesh.finite_element.errors import LibraryMissing
@@ -33,6 +32,8 @@ class GearCompliance:
 
     def weights(self, parameter: ArrayLike) -> Array:
         """Return the weights of the samples at positions, (n, m) [1]: a cubic spline, straight beyond."""
+        from scipy.interpolate import CubicSpline
+
         q = np.asarray(parameter, dtype=float)
         spline = CubicSpline(self.parameter, np.eye(len(self.parameter)))
         inside = np.clip(q, self.parameter[0], self.parameter[-1])
