@@ -1,12 +1,14 @@
 import json
+import sqlite3
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from wearlab.query import QueryError
+from wearlab.query.evaluate import SIGNS
 from wearlab.store import Store, StoreError, search
-from wearlab.store.facts import first_cycle
+from wearlab.store.facts import first_cycle, largest_rate
 from wearlab.store.outcome import Outcome
 from wearlab.store.search import MOST_JOINS
 from wearlab.store.table import Column, Table
@@ -243,3 +245,56 @@ def test_a_largest_value_at_the_limit_is_beyond_it_or_not_as_the_sign_says(asked
     looked.clear()
     assert asked(f"first_cycle(max_wear_depth > {largest!r} m) is missing") == [1, 2, 4]
     assert set(looked) == {1.5 * largest}
+
+
+def test_no_history_is_above_its_largest_rate():
+    cycles, depth = np.array([0.0, 10.0, 40.0]), np.array([0.0, 3.0, 8.0])
+    assert largest_rate(depth.tobytes(), cycles.tobytes()) == 0.3
+    assert largest_rate(np.concatenate([9.0 * depth, depth]).tobytes(), cycles.tobytes()) == 0.3
+    assert largest_rate((depth + 1.0).tobytes(), cycles.tobytes()) == np.inf
+    assert largest_rate((-depth).tobytes(), cycles.tobytes()) == 0.0
+    assert largest_rate(np.array([0.0, np.nan, 8.0]).tobytes(), cycles.tobytes()) == 0.2
+
+
+@pytest.mark.parametrize("beyond", [">", ">="])
+@pytest.mark.parametrize("sign", ["<", "<=", ">", ">=", "=", "!="])
+def test_first_cycles_are_found_as_if_every_history_were_looked_through(tmp_path, sign, beyond):
+    rng = np.random.default_rng(7)
+    store = Store(tmp_path / "store")
+    store.create()
+    lines, runs = [], []
+    for number in range(60):
+        cycles = np.cumsum(rng.random(5)) * 1e6 * (number % 3 > 0) + np.arange(5.0)
+        cycles[0] = 0.0
+        depth = (np.cumsum(rng.random(5)) - (number % 4)) * (number % 7 > 0)
+        both = np.concatenate([depth - 0.5, depth])
+        lines.append((both, cycles))
+        summary = {"max_wear_depth": depth.max()}
+        histories = {"max_wear_depth": both.tobytes(), "cycle": cycles.tobytes()}
+        runs.append(outcome(number, 1.0, None, summary=summary, histories=histories))
+    store.catalogue.record(runs)
+    for limit in (-0.5, 0.0, 1.0, float(lines[5][0][7])):
+        exact = {n: first_cycle(beyond, limit, a.tobytes(), b.tobytes()) for n, (a, b) in enumerate(lines)}
+        for last in (-1.0, 0.0, 2.0, 1e6, *(exact[n] for n in (9, 17) if exact[n] is not None)):
+            where = f"first_cycle(max_wear_depth {beyond} {limit!r} m) {sign} {last!r}"
+            found = [int(row["id"], 16) for row in store.query(where)]
+            wanted = [n for n, cycle in exact.items() if cycle is not None and SIGNS[sign](cycle, last)]
+            assert found == wanted, where
+
+
+def test_a_catalogue_of_the_third_version_gets_rates(asked):
+    catalogue = asked.store.catalogue
+    where = "first_cycle(max_wear_depth > 20 um) < 1.6e6"
+    rates = "SELECT f.place & 0xFFFFFFFF, value FROM facts AS f JOIN keys AS k ON f.place >> 32 = k.number "
+    before = catalogue.read(rates + "WHERE k.kind = 'rate'")
+    assert [run for run, _ in before] == [1, 2, 3]
+    catalogue.close()
+    connection = sqlite3.connect(catalogue.path)
+    (number,) = connection.execute("SELECT number FROM keys WHERE kind = 'rate'").fetchone()
+    connection.execute("DELETE FROM facts WHERE place >> 32 = ?", (number,))
+    connection.execute("DELETE FROM keys WHERE kind = 'rate'")
+    connection.execute("PRAGMA user_version = 3")
+    connection.commit()
+    connection.close()
+    assert asked(where) == [2, 3]
+    assert catalogue.read(rates + "WHERE k.kind = 'rate'") == before

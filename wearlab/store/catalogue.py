@@ -231,6 +231,7 @@ class Catalogue(Memberships):
         with self._transaction() as connection:
             if connection.execute("PRAGMA user_version").fetchone()[0] < VERSION:
                 tables.upgrade(connection, self._keep)
+                self._facts.add_rates(connection)
 
     def release(self, owner: str) -> int:
         """Forget the runs that ``owner`` had begun and not finished; return how many."""

@@ -5,6 +5,7 @@ import operator
 import sqlite3
 from array import array
 from collections.abc import Iterator, Mapping
+from math import inf
 from typing import Any
 
 from wearlab.query.flat import flat
@@ -12,6 +13,7 @@ from wearlab.store.tables import SHIFT
 
 LONGEST = 200  # characters of a text that can be asked for
 CYCLE = "cycle"
+MARKS = {"history": "()", "rate": "'"}  # after the name of a variable: all its values; its largest rate
 SIGNS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 Fact = tuple[str, str, Any]  # source, name, value
 
@@ -26,7 +28,7 @@ class Facts:
         """Write the facts of one run, within a transaction."""
         rows = []
         for source, name, value in facts:
-            kind = "text" if isinstance(value, str) else "history" if isinstance(value, bytes) else "number"
+            kind = source if source in MARKS else "text" if isinstance(value, str) else "number"
             number, known = self._number(connection, source, name, kind)
             rows.append((number << SHIFT | run, value if known == kind else str(value)))
         connection.executemany("INSERT OR REPLACE INTO facts VALUES (?, ?)", rows)
@@ -38,13 +40,26 @@ class Facts:
             "DELETE FROM facts WHERE place = ?", ((key << SHIFT | run,) for key in keys for run in runs)
         )
 
+    def add_rates(self, connection: sqlite3.Connection) -> None:
+        """Write the largest rate of every history of a catalogue that has none, within a transaction."""
+        keys = dict(connection.execute("SELECT name, number FROM keys WHERE kind = 'history'").fetchall())
+        cycle = keys.pop(CYCLE + MARKS["history"], 0)
+        connection.create_function("largest_rate", 2, largest_rate, deterministic=True)
+        for stored, history in keys.items():
+            rate, _ = self._number(connection, "rate", stored.removesuffix(MARKS["history"]), "rate")
+            connection.execute(
+                "INSERT INTO facts SELECT h.place - ?1 + ?2, largest_rate(h.value, c.value) FROM facts AS h "
+                "JOIN facts AS c ON c.place = h.place - ?1 + ?3 WHERE h.place BETWEEN ?1 AND ?1 + ?4",
+                (history << SHIFT, rate << SHIFT, cycle << SHIFT, (1 << SHIFT) - 1),
+            )
+
     def clear(self) -> None:
         """Forget the numbers of keys, where a transaction was given up or the tables were emptied."""
         self._numbers.clear()
 
     def _number(self, connection: sqlite3.Connection, source: str, name: str, kind: str) -> tuple[int, str]:
-        """Return the number of a key and its kind; what is a history stands beside the value of that name."""
-        stored = f"{name}()" if kind == "history" else name
+        """Return the number of a key and its kind; histories and rates stand beside the value so named."""
+        stored = name + MARKS.get(kind, "")
         found = self._numbers.get((source, stored))
         if found is None:
             from wearlab.query.result_keys import key_of
@@ -78,6 +93,8 @@ def facts_of(scene: str, summary: Mapping[str, Any], histories: Mapping[str, byt
             yield from _fact("result", name, value)
     for name, values in histories.items():
         yield "history", name, values
+        if name != CYCLE and CYCLE in histories:
+            yield "rate", name, largest_rate(values, histories[CYCLE])
 
 
 def _fact(source: str, name: str, value: Any) -> Iterator[Fact]:
@@ -85,6 +102,21 @@ def _fact(source: str, name: str, value: Any) -> Iterator[Fact]:
         yield source, name, int(value)
     elif isinstance(value, int | float) or (isinstance(value, str) and len(value) <= LONGEST):
         yield source, name, value
+
+
+def largest_rate(values: bytes, cycles: bytes) -> float:
+    """Return the largest x/N along a history x(N) [1/cycle], ∞ where it begins above 0.
+
+    Straight lines between states stay below x = rate N, so that x > L > 0 is first met at N ≥ L/rate.
+
+    Parameters
+    ----------
+    values, cycles : as the catalogue keeps them
+    """
+    at = array("d", cycles)
+    line = array("d", values)[-len(at) :]
+    rates = (x / n if n > 0.0 else inf for x, n in zip(line, at, strict=False) if x > 0.0)
+    return max(rates, default=0.0)
 
 
 def first_cycle(sign: str, limit: float, values: bytes | None, cycles: bytes | None) -> float | None:

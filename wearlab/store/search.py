@@ -1,13 +1,13 @@
 """Questions to the catalogue: a bound condition becomes SQL in which every value is a parameter."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
 from wearlab.query.grammar import DAY, All, Compare, FirstCycle, Literal, Missing, Not, Some
 from wearlab.store.database import Database
 from wearlab.store.errors import StoreError
-from wearlab.store.facts import CYCLE, first_cycle
+from wearlab.store.facts import CYCLE, MARKS, first_cycle
 from wearlab.store.table import Column, Table
 from wearlab.store.tables import SHIFT
 
@@ -32,6 +32,7 @@ OWN_KEYS = (
 ALIASES = {"state": "status", "date": "started", "run_time": "seconds", "run": "id", "code": "source_hash"}
 SAMPLE = 200
 MOST_JOINS = 50
+ROUNDING = 1e-9  # relative, far above that of an interpolated cycle
 SIGNS = {"<": "<", "<=": "<=", ">": ">", ">=": ">=", "=": "=", "!=": "<>"}
 
 
@@ -48,9 +49,9 @@ class Search:
         rows = catalogue.read("SELECT number, name, source, kind, unit, quantity, display_unit FROM keys")
         self.numbers = {row[1]: row[0] for row in rows}
         named = [
-            Key(name, kind, unit, quantity, shown, source == "scene", f"{name}()" in self.numbers)
+            Key(name, kind, unit, quantity, shown, source == "scene", name + MARKS["history"] in self.numbers)
             for _, name, source, kind, unit, quantity, shown in rows
-            if kind != "history"
+            if kind not in MARKS
         ]
         self.vocabulary = Vocabulary([*named, *OWN_KEYS], ALIASES, _elsewhere)
         catalogue.teach("first_cycle", 4, first_cycle)
@@ -180,7 +181,7 @@ class _Question:
 
     def _first_cycle(self, inner: Compare) -> str:
         """Return the expression of a first cycle; where the largest value tells that there is none, NULL."""
-        history, cycle = (self._looked_up(f"{name}()") for name in (inner.left.name, CYCLE))
+        history, cycle = (self._looked_up(name + MARKS["history"]) for name in (inner.left.name, CYCLE))
         sign, limit = self.mark(inner.sign), self.mark(inner.right.value)
         found = f"first_cycle({sign}, {limit}, {history}, {cycle})"
         if inner.sign not in (">", ">="):
@@ -214,7 +215,7 @@ def _driver(condition: Any, search: Search) -> tuple[Compare | None, list[Any]]:
     leaves least, as a sample tells, is the one to walk.
     """
     parts = list(condition.conditions) if isinstance(condition, All) else [condition] if condition else []
-    parts += [one.left.condition for one in parts if _rises(one)]
+    parts += [one for whole in parts for one in _needed(whole)]
     fitting = [one for one in parts if _is_walkable(one, search)]
     if not fitting:
         return None, parts
@@ -236,10 +237,22 @@ def _share(one: Compare, search: Search) -> float:
     return float(sum(met for _, met in counts) / max(1, sum(count for count, _ in counts)))
 
 
-def _rises(one: Any) -> bool:
-    """Say whether a comparison is of a first cycle above a limit: the largest value is then above it too."""
-    first = isinstance(one, Compare) and isinstance(one.left, FirstCycle)
-    return first and one.left.condition.sign in (">", ">=")
+def _needed(whole: Any) -> Iterator[Compare]:
+    """Yield what must hold for a comparison of a first cycle above a limit, and is quicker to look up.
+
+    The largest value is above the limit; if that is to happen early, the largest rate is high enough.
+    """
+    if not (isinstance(whole, Compare) and isinstance(whole.left, FirstCycle)):
+        return
+    inner = whole.left.condition
+    if inner.sign not in (">", ">="):
+        return
+    yield inner
+    early = isinstance(whole.right, Literal) and whole.sign in ("<", "<=")
+    last, limit = float(whole.right.value) if early else 0.0, inner.right.value
+    if last > 0.0 and limit > 0.0:
+        rate = limit / last * (1.0 - ROUNDING)
+        yield Compare(">", Key(inner.left.name + MARKS["rate"]), Literal(rate, inner.right.at))
 
 
 def _is_walkable(one: Any, search: Search) -> bool:

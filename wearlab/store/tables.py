@@ -8,7 +8,7 @@ run, so that one key's values lie side by side, and one run's value of a key is 
 import sqlite3
 from collections.abc import Callable
 
-VERSION = 3
+VERSION = 4
 SHIFT = 32  # bits of a place that number the run; the key stands above them
 
 TABLES = """
@@ -63,8 +63,10 @@ def upgrade(connection: sqlite3.Connection, keep: Keep) -> None:
     connection : to the catalogue
     keep : writes one run, given its values in the order of `FIRST`
     """
-    connection.execute("ALTER TABLE campaigns ADD COLUMN metadata TEXT")
-    if connection.execute("PRAGMA user_version").fetchone()[0] == 1:
+    version = connection.execute("PRAGMA user_version").fetchone()[0]
+    if version < 3:
+        connection.execute("ALTER TABLE campaigns ADD COLUMN metadata TEXT")
+    if version == 1:
         _from_first(connection, keep)
     connection.execute(f"PRAGMA user_version = {VERSION}")
 
