@@ -105,6 +105,10 @@ def interpolated(errors: Sequence[float], costs: Sequence[float], error: float) 
     return min(reached, default=float("nan"))
 
 
+LONG = 2.0
+"""What takes longer is timed once [s]."""
+
+
 def best_time(action: Callable[[], object], *, least: int = 3, most: int = 25, budget: float = 0.15) -> float:
     """Return the shortest of several wall times [s]; the first call is not counted unless it is long.
 
@@ -117,6 +121,8 @@ def best_time(action: Callable[[], object], *, least: int = 3, most: int = 25, b
     begun = time.perf_counter()
     action()
     first = time.perf_counter() - begun
+    if first > LONG:
+        return first
     shortest, spent, done = np.inf, 0.0, 0
     if first > budget:  # long enough for its warm-up not to matter
         least, shortest, spent, done = 2, first, first, 1

@@ -32,6 +32,8 @@ TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 SETTLED = 1e-10
 SHARE = 0.3
 """Part of a method's own error that is left of the transient when it stops."""
+ENOUGH = 10.0
+"""A peer that takes longer for a rung is not asked for a finer one [s]."""
 
 Report = Callable[[str], None]
 
@@ -197,11 +199,12 @@ def peer_curves(problem: Steady, known: Reference, report: Report) -> Iterator[C
     scale = np.abs(known.response.state).max(axis=(0, 1))
     for peer in peers():
         report(peer.name)
-        rungs = tuple(
-            _peer_rung(problem, known, given, peer, tolerance, (cold, warm), left, scale)
-            for tolerance in peer.tolerances
-        )
-        yield Curve(peer.name, "relative", "mesh_force", "peer", rungs)
+        rungs: list[Rung] = []
+        for tolerance in peer.tolerances:
+            rungs.append(_peer_rung(problem, known, given, peer, tolerance, (cold, warm), left, scale))
+            if rungs[-1].seconds > ENOUGH:
+                break
+        yield Curve(peer.name, "relative", "mesh_force", "peer", tuple(rungs))
 
 
 def _peer_rung(
