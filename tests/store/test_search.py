@@ -97,6 +97,13 @@ def test_conditions_find_runs(asked, where, found):
     assert asked(where) == found
 
 
+def test_torque_is_that_of_the_operation_whatever_else_has_one(asked):
+    duty = {"operation": {"torque": 500.0, "duty": [{"torque": 900.0, "share": 1.0}]}}
+    asked.store.catalogue.record([outcome(5, 0.0, None, scene=json.dumps(duty))])
+    assert asked("torque > 250 N*m") == [3, 4, 5]
+    assert asked("torque = 500 N*m and duty.0.torque = 900 N*m") == [5]
+
+
 def test_python_and_sql_agree(asked):
     from wearlab.query import holds, read_condition
     from wearlab.query.flat import flat

@@ -72,7 +72,8 @@ class Vocabulary:
         QueryError : no key is called so, or several are; the message lists them
         """
         wanted = name.text.removeprefix("scene.")
-        wanted = self.aliases.get(wanted, wanted)
+        if wanted not in self.keys:
+            wanted = self.aliases.get(wanted, wanted)
         if wanted in self.keys:
             return self.keys[wanted]
         candidates = self.ends.get(wanted, [])
@@ -84,7 +85,7 @@ class Vocabulary:
             )
         if (known := self.elsewhere(wanted)) is not None:
             return known
-        near = get_close_matches(wanted, [*self.keys, *self.ends, *self.aliases], 3)
+        near = get_close_matches(wanted, {**self.keys, **self.ends, **self.aliases}, 3)
         remedy = f"did you mean {_listed(near, 'or')}?" if near else "nothing here is called so"
         raise QueryError(f"unknown name {name.text!r}; {remedy}", text, name.at)
 

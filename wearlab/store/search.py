@@ -29,7 +29,10 @@ OWN_KEYS = (
     *(Key(name, "text") for name in (*DOCUMENTS, *MEMBERS)),
     *(Key("started", "date"), Key("seconds", unit="s", display_unit="s"), Key("bytes"), Key(OTHER_CODE)),
 )
-ALIASES = {"state": "status", "date": "started", "run_time": "seconds", "run": "id", "code": "source_hash"}
+ALIASES = {
+    **{"state": "status", "date": "started", "run_time": "seconds", "run": "id", "code": "source_hash"},
+    **{"torque": "operation.torque", "speed": "operation.speed"},  # not those of a duty or a calibration
+}
 SAMPLE = 200
 MOST_JOINS = 50
 ROUNDING = 1e-9  # relative, far above that of an interpolated cycle
