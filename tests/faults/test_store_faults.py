@@ -206,8 +206,8 @@ from wearlab.cli import working
 from wearlab.cli.app import main
 
 def stubborn(*words):
-    print("begun", flush=True)
     try:
+        print("begun", flush=True)
         time.sleep(60)
     except KeyboardInterrupt:
         print("farewell", flush=True)
