@@ -36,6 +36,9 @@ class Scene:
             stderr=subprocess.STDOUT,
             text=True,
             start_new_session=True,
+            preexec_fn=lambda: signal.signal(
+                signal.SIGINT, signal.SIG_DFL
+            ),  # a test run in the background has none
         )
         self.children.append(child)
         return child
