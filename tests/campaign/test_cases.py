@@ -102,7 +102,7 @@ def test_tables_along_an_axis(study):
     ("text", "said"),
     [
         ("[[case]]", "case[0].label: required"),
-        ('[[case]]\nlabel = "base"', "case[0].label: 'base' stands twice"),
+        ('[[case]]\nlabel = "base"', "case[0].label: 'base' is the file without its [[case]] blocks"),
         (STATIC + STATIC, "case[1].label: 'static' stands twice"),
         ('[[case]]\nlabel = "a"\nlable = "b"', "case[0].lable: unknown key, did you mean 'label'?"),
         ('[[case]]\nlabel = "a"\n"opration.torque" = "1 N*m"', "unknown key, did you mean 'operation'?"),

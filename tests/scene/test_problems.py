@@ -9,6 +9,10 @@ from wearlab.scene.merge import merge, nested
 
 CASES = [
     ("wear.coeficient", 1, "scene.wear.coeficient: unknown key, did you mean 'coefficient'?"),
+    ("friction", {"coefficient": 0.1}, "scene.friction: unknown key; it belongs in dynamics.friction; there"),
+    ("mesh.wohler_slope", 6.6, "scene.mesh.wohler_slope: unknown key; it belongs in wear.wohler_slope"),
+    ("wear.coefficient", 4e-16, "no table: wear coefficient k; required with until: a table"),
+    ("gears.pinion.tip_relief", 4, "a table with amount, length"),
     ("geers", {}, "scene.geers: unknown key, did you mean 'gears'?"),
     ("operation.torque", 340, "scene.operation.torque: 340 has no unit: write a torque"),
     ("operation.torque", "-3 N*m", "scene.operation.torque: '-3 N*m' must be at least 0"),

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from difflib import get_close_matches
 from itertools import product
 from math import prod
 from typing import Any, NamedTuple
@@ -13,7 +12,7 @@ from wearlab.campaign.expect import Expectation, merged, read_expectation
 from wearlab.campaign.start import named_start
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.merge import DropError, Table, merge, nested, without
-from wearlab.scene.problems import shown
+from wearlab.scene.problems import shown, unknown_key
 
 BASE = "base"
 OWN_WORDS = ("label", "drop", "sweep")
@@ -67,7 +66,8 @@ def read_differences(blocks: Any, axes: tuple[Axis, ...]) -> tuple[Difference, .
     labels = [BASE, *(one.label for one in found)]
     for number, label in enumerate(labels[1:]):
         if label in labels[: number + 1]:
-            raise CampaignError([f"case[{number}].label: {label!r} stands twice"])
+            taken = "is the file without its [[case]] blocks" if label == BASE else "stands twice"
+            raise CampaignError([f"case[{number}].label: {label!r} {taken}: choose another"])
     for number, one in enumerate(found):
         swept = [key for axis in axes for key in axis.written if _sets(one.own, key)] if one.sweep else []
         if swept:
@@ -95,9 +95,7 @@ def _section(key: str, value: Any, where: str) -> Table:
     section = key.partition(".")[0]
     valid = [*Scene.model_fields, EXPECT, *OWN_WORDS]
     if section not in (*Scene.model_fields, EXPECT):
-        near = get_close_matches(section, valid, 1)
-        remedy = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(valid)}"
-        raise CampaignError([f"{where}.{key}: unknown key{remedy}"])
+        raise CampaignError([f"{where}.{key}: {unknown_key(section, (), valid)}"])
     return nested(key, value)
 
 

@@ -67,3 +67,16 @@ def keys_at(path: Path) -> tuple[str, ...]:
 def is_known(path: Path) -> bool:
     """Return whether a scene may have a value at this path."""
     return bool(path) and (field_at(path) is not None or bool(parts_at(path)))
+
+
+@cache
+def nearest_place(key: str) -> Path | None:
+    """Return the path nearest to the root of a scene at which a key stands, None if it stands nowhere."""
+    level: list[Path] = [()]
+    while level:
+        below = [(*path, name) for path in level for part in parts_at(path) for name in part.model_fields]
+        found = next((path for path in below if path[-1] == key), None)
+        if found is not None:
+            return found
+        level = list(dict.fromkeys(path for path in below if parts_at(path)))
+    return None

@@ -8,7 +8,7 @@ from typing import Any, get_args
 from pydantic import ValidationError
 
 from wearlab.scene.later import LATER_CHOICES, LATER_KEYS, later
-from wearlab.scene.lookup import MEMBERS, Path, chooser_at, parts_at, parts_in
+from wearlab.scene.lookup import MEMBERS, Path, chooser_at, nearest_place, parts_at, parts_in
 from wearlab.scene.part import Part, Unit
 from wearlab.units import KINDS
 
@@ -59,7 +59,11 @@ def unknown_key(key: str, above: Path, keys: Iterable[str]) -> str:
         return later(reason)
     valid = [k for k in keys if k != key]
     near = [k for k in valid if _words(k) == _words(key)] or get_close_matches(key, valid, 1)
-    return f"unknown key, did you mean {near[0]!r}?" if near else f"unknown key; there are {', '.join(valid)}"
+    if near:
+        return f"unknown key, did you mean {near[0]!r}?"
+    elsewhere = nearest_place(key)
+    belongs = f"; it belongs in {'.'.join(elsewhere)}" if elsewhere else ""
+    return f"unknown key{belongs}; there are {', '.join(valid)}"
 
 
 def _words(key: str) -> list[str]:
@@ -144,7 +148,7 @@ def _reason(error: dict[str, Any], path: Path, parts: Parts) -> str:
         key, words = LIMITS[kind]
         return f"{shown(value)} must be {words} {context[key]:g}"
     if kind in EXPECTED:
-        return f"{shown(value)} is {not_of_kind([kind])}: {_wanted(path, parts)}"
+        return f"{shown(value)} is {not_of_kind([kind])}: {_wanted(path, parts)}{_table_with(kind, path)}"
     if kind in ("too_short", "too_long"):
         return f"{shown(value)} has {context['actual_length']} entries: {_wanted(path, parts)}"
     return re.sub(r"^Value error, ", "", error["msg"]) if _speaks(kind) else f"{shown(value)}: {error['msg']}"
@@ -191,6 +195,16 @@ def _wanted(path: Path, parts: Parts) -> str:
     unit = _unit(field.metadata) or _unit_within(field.annotation)
     example = f", such as {KINDS[unit.kind].example!r}" if unit else ""
     return f"{field.description}{example}"
+
+
+def _table_with(kind: str, path: Path) -> str:
+    """Return how a table at a path begins, if it is a table that should stand there."""
+    if EXPECTED[kind] != EXPECTED["dict_type"]:
+        return ""
+    if models := _models(path):
+        return f": a table with {chooser_at(path)} = {' or '.join(map(repr, models))}"
+    keys = dict.fromkeys(name for part in parts_at(path) for name in part.model_fields)
+    return f": a table with {', '.join(keys)}" if keys else ""
 
 
 def _unit(metadata: Iterable[Any]) -> Unit | None:
