@@ -86,7 +86,7 @@ CASES = [
     (
         "mesh.contact.extended_contact",
         True,
-        "scene.mesh.contact.extended_contact: unknown key; there are mod",
+        "scene.mesh.contact.extended_contact: unknown key; it belongs in mesh.extended_contact; there",
     ),
     ("dynamics.friction", {}, "scene.dynamics.friction.coefficient: required: coefficient of friction μ"),
     (
