@@ -62,7 +62,7 @@ def unknown_key(key: str, above: Path, keys: Iterable[str]) -> str:
     if near:
         return f"unknown key, did you mean {near[0]!r}?"
     elsewhere = nearest_place(key)
-    belongs = f"; it belongs in {'.'.join(elsewhere)}" if elsewhere else ""
+    belongs = f"; it belongs in {'.'.join(elsewhere)}" if elsewhere and not {*MEMBERS} & {*elsewhere} else ""
     return f"unknown key{belongs}; there are {', '.join(valid)}"
 
 
