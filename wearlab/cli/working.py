@@ -73,13 +73,17 @@ def check_campaign(file: str, as_json: bool) -> Status:
 def sound_campaign(file: str) -> "Campaign":
     """Read a campaign file whose figures name kinds, variables, dimensions and cases that exist."""
     campaign = load_campaign(file)
+    _refuse_wrong_figures(campaign, file)
+    return campaign
+
+
+def _refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
     if campaign.figures:
         from wearlab.figures.checking import figure_problems
 
         problems = figure_problems(campaign)
         if problems:
             raise Stop("\n".join(f"{file}: {problem}" for problem in problems))
-    return campaign
 
 
 def _refuse_the_impossible(campaign: "Campaign") -> None:
@@ -130,9 +134,12 @@ def run_campaign(
     dashboard: bool,
 ) -> Status:
     """Compute what is missing and report trouble."""
-    from wearlab.runner import Interrupted, RunnerError, run
+    from wearlab.runner import Interrupted, RunnerError, foresee, run
 
-    campaign = sound_campaign(file)
+    campaign = load_campaign(file)
+    with refusing(*REFUSALS):
+        foresee(campaign, store, scheduler)
+    _refuse_wrong_figures(campaign, file)
     _refuse_the_impossible(campaign)
     try:
         with refusing(*REFUSALS, RunnerError):

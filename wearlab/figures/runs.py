@@ -4,15 +4,17 @@ import itertools
 import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.select import index_of, narrow
 from wearlab.figures.wording import Label, cycles, place
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BASE = "base"
 COORDINATES = (
@@ -36,7 +38,7 @@ class Run:
 
     id: str
     place: Mapping[str, Label]
-    data: xr.Dataset
+    data: "xr.Dataset"
     states: tuple[Label, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
 
@@ -49,7 +51,7 @@ class Picked:
     missing: tuple[str, ...]
 
 
-def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> Picked:
+def pick(grid: "xr.Dataset", ask: Ask, *, all_cases: bool) -> Picked:
     """Return the selected points of a grid, a broadcast case once.
 
     Parameters
@@ -82,7 +84,7 @@ def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> Picked:
     return Picked(tuple(found.values()), tuple(missing.values()))
 
 
-def _wanted(grid: xr.Dataset, dim: str, ask: Ask, all_cases: bool) -> list[int]:
+def _wanted(grid: "xr.Dataset", dim: str, ask: Ask, all_cases: bool) -> list[int]:
     values = list(grid[dim].values)
     if dim in ask.select:
         units = grid[dim].attrs.get("units")
@@ -92,7 +94,7 @@ def _wanted(grid: xr.Dataset, dim: str, ask: Ask, all_cases: bool) -> list[int]:
     return list(range(len(values)))
 
 
-def _labels(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]) -> dict[str, Label]:
+def _labels(grid: "xr.Dataset", dims: Sequence[str], point: tuple[int, ...]) -> dict[str, Label]:
     """Return the labels of a point; a case that is broadcast bears its own along every axis."""
     labels = {
         dim: place(dim, _plain(grid[dim].values[index]), grid[dim].attrs.get("units"))
@@ -104,7 +106,7 @@ def _labels(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]) -> di
     return labels
 
 
-def _is_broadcast(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]) -> bool:
+def _is_broadcast(grid: "xr.Dataset", dims: Sequence[str], point: tuple[int, ...]) -> bool:
     index = tuple(at if dim == "case" else slice(None) for dim, at in zip(dims, point, strict=True))
     ids = grid.run_id.values[index]
     return bool(ids.size > 1 and len(set(ids.flat) - {""}) == 1)
@@ -114,7 +116,7 @@ def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def load(grid: xr.Dataset, picked: Picked, names: Iterable[str], ask: Ask) -> list[Run]:
+def load(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: Ask) -> list[Run]:
     """Load the variables that a figure needs, run by run, narrowed by ``select``.
 
     Variables that a run does not have are left out of its dataset.
@@ -132,7 +134,7 @@ def load(grid: xr.Dataset, picked: Picked, names: Iterable[str], ask: Ask) -> li
     return _with_states(runs)
 
 
-def _without_absent(data: xr.Dataset) -> xr.Dataset:
+def _without_absent(data: "xr.Dataset") -> "xr.Dataset":
     """Drop variables that the grid only padded, and the mesh periods that no state reaches."""
     absent: list[Hashable] = [
         name for name, v in data.variables.items() if name not in data.dims and _is_void(v)
@@ -146,7 +148,7 @@ def _without_absent(data: xr.Dataset) -> xr.Dataset:
     return data
 
 
-def _is_void(variable: xr.Variable) -> bool:
+def _is_void(variable: "xr.Variable") -> bool:
     if variable.dtype.kind == "f":
         return bool(np.isnan(variable.values).all())
     return variable.dtype.kind in "OU" and not any(variable.values.flat)
@@ -161,7 +163,7 @@ def _with_states(runs: list[Run]) -> list[Run]:
     return [replace(run, states=labels) for run, labels in zip(runs, named, strict=True)]
 
 
-def _cycle_labels(data: xr.Dataset) -> tuple[Label, ...]:
+def _cycle_labels(data: "xr.Dataset") -> tuple[Label, ...]:
     if "cycle" not in data:
         return tuple(Label(i, f"wear state {i}") for i in range(data.sizes.get("update", 1)))
     unworn = "max_wear_depth" in data and not np.any(

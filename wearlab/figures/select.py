@@ -2,13 +2,15 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 STATE_COORDINATES = ("cycle", "mesh_cycles")
 
@@ -56,7 +58,7 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
-def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
+def narrow(data: "xr.Dataset", ask: Ask, grid_dims: set[str]) -> "xr.Dataset":
     """Return the run with only the selected places of its own dimensions.
 
     ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the nearest wear state;
@@ -87,7 +89,7 @@ def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
     return data
 
 
-def _states(asked: Any, data: xr.Dataset, ask: Ask) -> list[int]:
+def _states(asked: Any, data: "xr.Dataset", ask: Ask) -> list[int]:
     some = list(asked) if isinstance(asked, list | tuple) else [asked]
     count = data.sizes["update"]
     for index in some:

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError
@@ -13,6 +12,9 @@ from wearlab.figures.plot import Array, Scale
 from wearlab.figures.runs import Run
 from wearlab.figures.wording import Label, converted, place
 from wearlab.units import UnitError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 STATES_SHOWN = 6
 WORDS = {
@@ -63,19 +65,19 @@ class Slice(NamedTuple):
     scale: Scale
 
 
-def units_of(variable: xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple[str, str]:
+def units_of(variable: "xr.DataArray", name: str, ask: Ask, axis: str = "y") -> tuple[str, str]:
     """Return the stored unit of a variable and the one to show."""
     stored = str(variable.attrs.get("units", "1"))
     shown = ask.units.get(name) or ask.units.get(axis) or variable.attrs.get("display_units") or stored
     return stored, str(shown)
 
 
-def words_of(variable: xr.DataArray, name: str) -> str:
+def words_of(variable: "xr.DataArray", name: str) -> str:
     """Return a variable's name for an axis: short words where the long name is long."""
     return WORDS.get(name) or str(variable.attrs.get("long_name") or name.replace("_", " "))
 
 
-def shown(variable: xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple[Array, Scale]:
+def shown(variable: "xr.DataArray", name: str, ask: Ask, axis: str = "y") -> tuple[Array, Scale]:
     """Return a variable's values in display units, and what an axis says of them.
 
     Raises
@@ -97,7 +99,7 @@ def slices(run: Run, name: str, ask: Ask, *along: str, axis: str = "y") -> Itera
     variable = run.data[name]
     others = [str(dim) for dim in variable.dims if dim not in along]
     values, scale = shown(variable, name, ask, axis)
-    array = xr.DataArray(values, dims=variable.dims)
+    array = variable.copy(data=values)
     for point in np.ndindex(*(variable.sizes[dim] for dim in others)):
         index = dict(zip(others, point, strict=True))
         key = {dim: label(run, dim, i) for dim, i in index.items()}
@@ -123,7 +125,7 @@ def companion(
     """Return the coordinate that goes with a piece: its values where the piece was taken."""
     variable = run.data[name]
     values, scale = shown(variable, name, ask, axis)
-    array = xr.DataArray(values, dims=variable.dims)
+    array = variable.copy(data=values)
     return array.isel({dim: i for dim, i in index.items() if dim in variable.dims}).values, scale
 
 

@@ -1,20 +1,16 @@
 """Workers of dask: a cluster of processes here, or any scheduler elsewhere; batches out, outcomes back."""
 
-import logging
 import math
-import multiprocessing
-import os
-import sys
-import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from typing import Any
 
 from wearlab.runner.crew import Crew, OtherCode
+from wearlab.runner.local import local_client
 from wearlab.runner.report import RunnerError
 from wearlab.runner.worker import Task, execute_all, prepare, warm_up
 from wearlab.sources import source_hash
@@ -23,14 +19,7 @@ from wearlab.store.outcome import Outcome
 BATCH_SECONDS = 0.4  # a batch of short cases lasts about so long: dask costs 1.7 ms a task
 LARGEST_BATCH = 64
 CONNECT_SECONDS = 10
-RESTAFF_SECONDS = 2.0
-LOST_SECONDS = 10  # after which a worker that was not replaced is given up, and another one started
 AHEAD = 2  # batches per worker under way; the rest stays unclaimed, for another process to take
-ONE_THREAD = {
-    name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-}
-
-
 Settle = Callable[[list[Outcome], Sequence[Task]], list[Task]]
 
 
@@ -201,57 +190,9 @@ def connect(workers: int | None, scheduler: str | None, dashboard: bool = False)
     ------
     RunnerError : nobody answers
     """
-    if scheduler is not None:
-        with _remote(scheduler) as client:
-            yield client
-        return
-    import dask
-    from dask.distributed import Client, LocalCluster
-
-    size = workers or available_cores()
-    others = set(multiprocessing.active_children())
-    quiet: dict[str, Any] = {"distributed.scheduler.allowed-failures": 1, "distributed.worker.daemon": True}
-    quiet["distributed.deploy.lost-worker-timeout"] = f"{LOST_SECONDS}s"
-    with dask.config.set(quiet), _main_module_hidden(), _quiet_logs():
-        cluster = LocalCluster(
-            n_workers=size,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            scheduler_kwargs={"dashboard": dashboard, "dashboard_address": "127.0.0.1:0"},
-            worker_dashboard_address=None,
-            silence_logs=logging.CRITICAL,
-            env=ONE_THREAD,
-        )
-        try:
-            with Client(cluster) as client, _staffed(cluster, size):
-                client.wait_for_workers(size, timeout=120)
-                yield client
-        except KeyboardInterrupt:  # busy workers would take seconds to say goodbye
-            for worker in set(multiprocessing.active_children()) - others:
-                worker.kill()
-            raise
-        finally:
-            cluster.close()
-
-
-@contextmanager
-def _staffed(cluster: Any, size: int) -> Iterator[None]:
-    """Replace workers that are not replaced by themselves: one killed as it starts takes its nanny along."""
-    ended = threading.Event()
-
-    def watch() -> None:
-        while not ended.wait(RESTAFF_SECONDS):
-            with suppress(Exception):
-                cluster.scale(size)
-
-    watcher = threading.Thread(target=watch, name="wearlab-staff", daemon=True)
-    watcher.start()
-    try:
-        yield
-    finally:
-        ended.set()
-        watcher.join()
+    opened = local_client(workers, dashboard) if scheduler is None else _remote(scheduler)
+    with opened as client:
+        yield client
 
 
 @contextmanager
@@ -268,41 +209,6 @@ def _remote(address: str) -> Iterator[Any]:
         except TimeoutError as error:
             raise RunnerError(f"the dask scheduler at {address} has no workers") from error
         yield client
-
-
-def available_cores() -> int:
-    """Return the number of cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-@contextmanager
-def _main_module_hidden() -> Iterator[None]:
-    """Keep spawned workers from importing the user's script again.
-
-    A plain script without ``if __name__ == "__main__"`` would otherwise start itself anew in every worker.
-    """
-    main: dict[str, Any] = sys.modules["__main__"].__dict__
-    kept: dict[str, Any] = {name: main[name] for name in ("__file__", "__spec__") if name in main}
-    main["__spec__"] = None
-    main.pop("__file__", None)
-    try:
-        yield
-    finally:
-        main.update(kept)
-
-
-@contextmanager
-def _quiet_logs() -> Iterator[None]:
-    """Keep dask's goodbyes off the screen."""
-    logger = logging.getLogger("distributed")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        logger.setLevel(level)
 
 
 def _lost(task: Task, error: BaseException) -> Outcome:

@@ -10,7 +10,7 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.query.flat import flat
-from wearlab.runner.cluster import available_cores
+from wearlab.runner.local import available_cores
 from wearlab.sources import source_hash
 from wearlab.store.place import place
 

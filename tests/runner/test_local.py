@@ -1,0 +1,55 @@
+"""Workers on this machine: forked from what has imported everything, and ended at once."""
+
+import multiprocessing
+import os
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from wearlab.runner import foresee, local
+from wearlab.runner.local import ONE_THREAD, local_client
+
+
+def test_workers_find_everything_imported_and_leave_at_once() -> None:
+    with local_client(2, dashboard=False) as client:
+        parents = client.run(os.getppid)
+        ready = client.run(lambda: {"wearlab.simulate", "dask.array", "netCDF4"} <= set(sys.modules))
+        single = client.run(lambda names: [os.environ[name] for name in names], list(ONE_THREAD))
+        workers = list(client.run(os.getpid).values())
+    assert len(workers) == 2
+    assert not multiprocessing.active_children()
+    for worker in workers:
+        with pytest.raises(ProcessLookupError):
+            os.kill(worker, 0)
+    assert all(set(values) == {"1"} for values in single.values())
+    if sys.platform == "linux":
+        assert all(ready.values())
+        assert len(set(parents.values())) == 1
+        assert os.getpid() not in parents.values()
+
+
+def test_environment_reaches_workers_as_it_is_now(monkeypatch: pytest.MonkeyPatch) -> None:
+    local.begin_imports()
+    monkeypatch.setenv("WEARLAB_TEST_WORD", "late")  # unknown to the process that workers are forked from
+    with local_client(1, dashboard=False) as client:
+        assert list(client.run(os.getenv, "WEARLAB_TEST_WORD").values()) == ["late"]
+
+
+@pytest.mark.parametrize(
+    ("done", "scheduler", "begun"),
+    [((), None, 1), (("a",), None, 1), (("a", "b"), None, 0), ((), "tcp://127.0.0.1:1", 0)],
+)
+def test_imports_begin_early_when_workers_will_be_wanted(
+    done: tuple[str, ...], scheduler: str | None, begun: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[int] = []
+    monkeypatch.setattr(local, "begin_imports", lambda: calls.append(1))
+    campaign = SimpleNamespace(cases=[SimpleNamespace(id=name) for name in ("a", "b", "c", "c")])
+    store = SimpleNamespace(catalogue=SimpleNamespace(exists=lambda: True), heads=lambda ids: set(done))
+    foresee(campaign, store, scheduler)  # type: ignore[arg-type]
+    assert len(calls) == begun
+    store.catalogue.exists = lambda: False
+    calls.clear()
+    foresee(campaign, store, scheduler)  # type: ignore[arg-type]
+    assert len(calls) == (scheduler is None)

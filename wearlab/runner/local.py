@@ -1,0 +1,162 @@
+"""Worker processes on this machine: a cluster of dask's, begun early and ended at once."""
+
+import logging
+import multiprocessing
+import os
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from wearlab.campaign import Campaign
+    from wearlab.store import Store
+
+RESTAFF_SECONDS = 2.0
+LOST_SECONDS = 10  # after which a worker that was not replaced is given up, and another one started
+START_SECONDS = 120
+ONE_THREAD = {
+    name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+}
+FORKS = sys.platform == "linux"
+"""Whether workers are forked from a process that has imported everything; elsewhere forking is not safe."""
+
+
+def available_cores() -> int:
+    """Return the number of cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def foresee(campaign: "Campaign", store: "Store", scheduler: str | None) -> None:
+    """Begin what workers import, if workers will be wanted: while it goes on, the campaign can be checked.
+
+    Parameters
+    ----------
+    campaign, store, scheduler : as `wearlab.runner.run` is about to get them
+    """
+    wanted = {case.id for case in campaign.cases}
+    if scheduler is None and store.catalogue.exists():
+        wanted -= set(store.heads(wanted))
+    if scheduler is None and len(wanted) > 1:
+        begin_imports()
+
+
+def begin_imports() -> None:
+    """Start the process that workers are forked from, unless it runs; it imports by itself."""
+    if not FORKS:
+        return
+    from multiprocessing import forkserver
+
+    forkserver.set_forkserver_preload(["wearlab.runner.preload"])
+    with _environment(ONE_THREAD):
+        forkserver.ensure_running()
+
+
+@contextmanager
+def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
+    """Open a client of a cluster of processes on this machine.
+
+    Parameters
+    ----------
+    workers : number of processes [the cores]
+    dashboard : whether it shows dask's page about itself
+    """
+    begin_imports()
+    import dask
+    from dask.distributed import Client, LocalCluster
+
+    from wearlab.runner.nanny import SwiftNanny
+
+    size = workers or available_cores()
+    others = set(multiprocessing.active_children())
+    quiet: dict[str, Any] = {"distributed.scheduler.allowed-failures": 1, "distributed.worker.daemon": True}
+    quiet["distributed.deploy.lost-worker-timeout"] = f"{LOST_SECONDS}s"
+    if FORKS:
+        quiet["distributed.worker.multiprocessing-method"] = "forkserver"
+    with dask.config.set(quiet), _main_module_hidden(), _quiet_logs():
+        cluster = LocalCluster(
+            n_workers=size,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            scheduler_kwargs={"dashboard": dashboard, "dashboard_address": "127.0.0.1:0"},
+            worker_dashboard_address=None,
+            worker_class=SwiftNanny,
+            silence_logs=logging.CRITICAL,
+            env={**os.environ, **ONE_THREAD},
+        )
+        try:
+            with Client(cluster) as client, _staffed(cluster, size):
+                client.wait_for_workers(size, timeout=START_SECONDS)
+                yield client
+        except KeyboardInterrupt:  # busy workers would take seconds to say goodbye
+            for worker in set(multiprocessing.active_children()) - others:
+                worker.kill()
+            raise
+        finally:
+            cluster.close()
+
+
+@contextmanager
+def _staffed(cluster: Any, size: int) -> Iterator[None]:
+    """Replace workers that are not replaced by themselves: one killed as it starts takes its nanny along."""
+    ended = threading.Event()
+
+    def watch() -> None:
+        while not ended.wait(RESTAFF_SECONDS):
+            with suppress(Exception):
+                cluster.scale(size)
+
+    watcher = threading.Thread(target=watch, name="wearlab-staff", daemon=True)
+    watcher.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        watcher.join()
+
+
+@contextmanager
+def _environment(values: dict[str, str]) -> Iterator[None]:
+    """Set environment variables for a moment."""
+    kept = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in kept.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+@contextmanager
+def _main_module_hidden() -> Iterator[None]:
+    """Keep spawned workers from importing the user's script again.
+
+    A plain script without ``if __name__ == "__main__"`` would otherwise start itself anew in every worker.
+    """
+    main: dict[str, Any] = sys.modules["__main__"].__dict__
+    kept: dict[str, Any] = {name: main[name] for name in ("__file__", "__spec__") if name in main}
+    main["__spec__"] = None
+    main.pop("__file__", None)
+    try:
+        yield
+    finally:
+        main.update(kept)
+
+
+@contextmanager
+def _quiet_logs() -> Iterator[None]:
+    """Keep dask's goodbyes off the screen."""
+    logger = logging.getLogger("distributed")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)

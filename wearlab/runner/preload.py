@@ -1,0 +1,22 @@
+"""What worker processes need, imported once and for all: they are forked from the process that imported this.
+
+Importing what is only found out to be wanted on first use (the array types that xarray looks for, the tables
+from which Numba loads compiled code) is a third of a worker's start. No thread is begun here and no file is
+left open, so that forking is safe.
+"""
+
+import importlib
+import signal
+from contextlib import suppress
+
+signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupted parent sees to its workers
+
+for name in ("distributed", "distributed.nanny", "wearlab.simulate", "netCDF4", "dask.array", "pint"):
+    with suppress(ImportError):  # is told where it is wanted
+        importlib.import_module(name)
+
+with suppress(ImportError):
+    from numba.core.registry import cpu_target
+
+    cpu_target.target_context.refresh()
+    cpu_target.typing_context.refresh()
