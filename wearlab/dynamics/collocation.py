@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.balance import Balance
-from wearlab.dynamics.collocation_kernel import over_groups, path_over_groups
+from wearlab.dynamics.collocation_inputs import inputs_of
+from wearlab.dynamics.collocation_kernel import over_groups, path_over_groups, starts_of_groups
 from wearlab.dynamics.frozen import Frozen
 from wearlab.dynamics.propagator import (
     effects,
@@ -45,8 +46,8 @@ class Group(NamedTuple):
     ----------
     transition : (n_lengths, J · 2n, 2n) e^{At} up to the end of each step
     effect : (n_lengths, J · 2n, (2J + 1) n_in) what the inputs at the stages add there
-    sense : (n_lengths, 2J n_mesh, 2n) d·q at all stages but the first, without inputs
-    feed : (n_lengths, 2J n_mesh, (2J + 1) n_in) what the inputs add to it
+    sense : (n_lengths, 2n, 2J n_mesh) d·q at all stages but the first, without inputs
+    feed : (n_lengths, (2J + 1) n_in, 2J n_mesh) what the inputs add to it
     """
 
     transition: Array
@@ -55,17 +56,32 @@ class Group(NamedTuple):
     feed: Array
 
 
-class Inputs(NamedTuple):
-    """The inputs at the stages of all steps, ``u = push (1, sizes) − law d·q``.
+class Cut(NamedTuple):
+    """The groups that the steps of a period make.
 
     Parameters
     ----------
-    law : (n_steps, 3, n_in, n_mesh)
-    push : (n_steps, 3, n_in, 1 + n_balance) by tables and constant loads; by loads of size one
+    groups : tables for each of `SIZES`
+    first, size, slot : (n_groups,) first step, which of `SIZES`, which length
     """
 
-    law: Array
-    push: Array
+    groups: tuple[Group, ...]
+    first: Index
+    size: Index
+    slot: Index
+
+    def path(self, starts: Array, inputs: Array) -> Array:
+        """Return the states at the ends of all steps, (n_steps + 1, 2n).
+
+        Parameters
+        ----------
+        starts : (n_groups + 1, 2n) states at the starts of the groups
+        inputs : (n_groups, most inputs) inputs at their stages
+        """
+        last = int(self.first[-1]) + SIZES[int(self.size[-1])]
+        states = np.empty((last + 1, starts.shape[1]))
+        path_over_groups(*self, starts, inputs, states)
+        return states
 
 
 class AffineMap(NamedTuple):
@@ -74,27 +90,22 @@ class AffineMap(NamedTuple):
     Parameters
     ----------
     whole : (2n, 2n + 1 + n_balance) P, b and p side by side
-    groups : tables for each of `SIZES`
-    first, size, slot : (n_groups,) first step, which of `SIZES`, which length
+    cut : the groups
+    maps : (n_groups, 2n, 2n + 1 + n_balance) the same over each group
     stages : (n_groups, most inputs, 2n + 1 + n_balance) the inputs at the stages by the state at the start
     """
 
     whole: Array
-    groups: tuple[Group, ...]
-    first: Index
-    size: Index
-    slot: Index
+    cut: Cut
+    maps: Array
     stages: Array
 
     def path(self, start: Array, sizes: Array) -> Array:
         """Return the states at the ends of all steps, (n_steps + 1, 2n), from ``start`` (2n,)."""
-        last = int(self.first[-1]) + SIZES[int(self.size[-1])]
-        states = np.empty((last + 1, len(start)))
-        states[0] = start
-        path_over_groups(
-            self.groups, self.first, self.size, self.slot, self.stages, np.r_[1.0, sizes], states
-        )
-        return states
+        starts = np.empty((len(self.maps) + 1, len(start)))
+        inputs = np.empty(self.stages.shape[:2])
+        starts_of_groups(self.maps, self.stages, np.r_[start, 1.0, sizes], starts, inputs)
+        return self.cut.path(starts, inputs)
 
 
 def affine_map(
@@ -107,57 +118,44 @@ def affine_map(
     system, tables, period : what moves
     balance : loads of unknown size, None without
     """
-    vectors, loads = input_vectors(system, balance)
-    mean, length = mean_stiffness(tables), tables.width * period
-    basis, shares = _basis(system, np.vstack([vectors, loads]))
-    first, size = _cut(tables)
-    lengths, slot = np.unique(length, return_inverse=True)
+    mean = mean_stiffness(tables)
+    basis, shares = basis_of(system, balance)
+    cut = cut_of(system, tables, period, mean, basis)
+    if cut is None:
+        return None
+    inputs = inputs_of(system, balance, tables, period, mean, shares)
+    columns = len(basis.T) * 2 + inputs.push.shape[3]
+    stages = np.empty((len(cut.first), (2 * SIZES[0] + 1) * len(basis), columns))
+    maps = np.empty((len(cut.first), 2 * len(system.load), columns))
+    whole = np.empty(maps.shape[1:])
+    over_groups(*cut, np.ascontiguousarray(system.direction), inputs, stages, maps, whole)
+    return AffineMap(whole, cut, maps, stages)
+
+
+def cut_of(system: System, tables: StageTables, period: float, mean: Array, basis: Array) -> Cut | None:
+    """Return the groups of a period's steps; None: the steps are too long for the series.
+
+    Parameters
+    ----------
+    system, tables, period : what moves
+    mean : (n_mesh,) stiffness that the linear part holds [N/m]
+    basis : (n_in, n) input vectors
+    """
+    lengths, slot = np.unique(tables.width * period, return_inverse=True)
     given = (system.mass, system.total_stiffness, system.total_damping, system.direction)
     frozen = [Frozen(x) for x in (*given, system.mesh_damping, mean, basis, lengths)]
     if not _turn(*frozen[:6]) * lengths.max() * SIZES[0] <= LARGEST_TURN:
         return None
-    groups = _groups(*frozen)
-    inputs = _inputs(system, balance, tables, period, mean, shares)
-    columns = len(basis.T) * 2 + inputs.push.shape[3]
-    stages = np.empty((len(first), (2 * SIZES[0] + 1) * len(basis), columns))
-    whole = np.empty((2 * len(system.load), columns))
-    direction = np.ascontiguousarray(system.direction)
-    over_groups(groups, first, size, slot[first], direction, inputs, stages, whole)
-    return AffineMap(whole, groups, first, size, slot[first], stages)
+    first, size = _cut(tables)
+    return Cut(_groups(*frozen), first, size, slot[first])
 
 
-def _basis(system: System, vectors: Array) -> tuple[Array, Array]:
-    """Return input vectors (n_in, n), forces of size one, and the share of each vector in them."""
+def basis_of(system: System, balance: Balance | None) -> tuple[Array, Array]:
+    """Return input vectors (n_in, n), forces of size one, and the share of each channel and load in them."""
+    vectors = np.vstack(input_vectors(system, balance))
     if len(vectors) <= len(system.load):
         return vectors, np.eye(len(vectors))
     return system.mass.T, np.asarray(np.linalg.solve(system.mass, vectors.T), np.float64)
-
-
-def _inputs(
-    system: System, balance: Balance | None, tables: StageTables, period: float, mean: Array, shares: Array
-) -> Inputs:
-    """Return the mesh law and the loads at all stages, as `wearlab.dynamics.flanks.mesh_law` has them."""
-    k, error = tables.stiffness, tables.error
-    gap = tables.gap + error[..., None]
-    whole = [k.sum(axis=-1) - mean]
-    push = [(k * gap).sum(axis=-1) + system.mesh_damping * tables.error_rate / period]
-    if system.friction_constant is not None:
-        assert tables.sliding is not None and tables.moment is not None
-        for rubbing in (tables.sliding * k, tables.moment * k):
-            whole.append(rubbing.sum(axis=-1))
-            push.append((rubbing * gap).sum(axis=-1))
-    meshes, count = error.shape[2], 0 if balance is None else len(balance.held)
-    channels = len(whole) * meshes
-    law = np.zeros((*error.shape[:2], len(shares), meshes))
-    for at, one in enumerate(whole):
-        law += shares[:, at * meshes : (at + 1) * meshes] * one[:, :, None, :]
-    pushed = np.zeros((*error.shape[:2], len(shares), 1 + count))
-    pushed[..., 0] = np.concatenate(push, axis=-1) @ shares[:, :channels].T + shares[:, channels]
-    if system.fluctuation_direction is not None and tables.fluctuation is not None:
-        pushed[..., 0] += tables.fluctuation[..., None] * shares[:, channels + 1]
-    if count:
-        pushed[..., 1:] = shares[:, -count:]
-    return Inputs(law, pushed)
 
 
 def _cut(tables: StageTables) -> tuple[Index, Index]:
@@ -221,6 +219,12 @@ def _group(matrix: Array, enters: Array, direction: Array, length: Array, turn: 
     return Group(
         np.ascontiguousarray(moved[:, 1::2]).reshape(lengths, -1, 2 * n),
         np.ascontiguousarray(entered[:, 1::2]).reshape(lengths, steps * 2 * n, -1),
-        np.ascontiguousarray(direction @ moved[:, :, :n]).reshape(lengths, -1, 2 * n),
-        np.ascontiguousarray(direction @ entered[:, :, :n]).reshape(lengths, 2 * steps * len(direction), -1),
+        _seen(direction @ moved[:, :, :n]),
+        _seen(direction @ entered[:, :, :n]),
     )
+
+
+def _seen(table: Array) -> Array:
+    """Turn (n_lengths, stages, n_mesh, columns) into (n_lengths, columns, stages · n_mesh)."""
+    lengths, columns = len(table), table.shape[3]
+    return np.ascontiguousarray(table.reshape(lengths, -1, columns).transpose(0, 2, 1))

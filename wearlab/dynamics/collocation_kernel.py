@@ -5,37 +5,13 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import jit, jit_inner, jit_inner_apart
+from wearlab.dynamics.elimination import WIDTH, eliminate
 
 
 @jit_inner
-def eliminate(matrix: Any, rows: int) -> None:
-    """Solve ``A X = B`` by elimination with row pivots, ``matrix`` (rows, …) = (A, B); X takes B's place."""
-    total = np.uint64(matrix.shape[1])
-    for k in range(rows):
-        pivot = k
-        for row in range(k + 1, rows):
-            if abs(matrix[row, k]) > abs(matrix[pivot, k]):
-                pivot = row
-        if pivot != k:
-            for col in range(np.uint64(k), total):
-                matrix[k, col], matrix[pivot, col] = matrix[pivot, col], matrix[k, col]
-        upper = matrix[k]
-        inverse = 1.0 / upper[k]
-        for row in range(k + 1, rows):
-            lower = matrix[row]
-            factor = lower[k] * inverse
-            for col in range(np.uint64(k + 1), total):
-                lower[col] -= factor * upper[col]
-    for k in range(rows - 1, -1, -1):
-        upper = matrix[k]
-        inverse = 1.0 / upper[k]
-        for col in range(np.uint64(rows), total):
-            upper[col] *= inverse
-        for row in range(k):
-            lower = matrix[row]
-            factor = lower[k]
-            for col in range(np.uint64(rows), total):
-                lower[col] -= factor * upper[col]
+def padded(rows: int) -> int:
+    """Return the unknowns of a group, filled up to a multiple of `WIDTH`."""
+    return (rows + WIDTH - 1) // WIDTH * WIDTH
 
 
 @jit_inner
@@ -46,44 +22,50 @@ def place(first: int, stage: int, stages: int) -> tuple[int, int]:
 
 @jit_inner
 def fill(sense: Any, feed: Any, direction: Any, law: Any, push: Any, first: int, matrix: Any) -> None:
-    """Write ``(1 + feed law) X = (sense − feed_0 law_0 d, feed push)`` of one group into ``matrix``."""
-    rows, states, meshes, inputs = len(sense), sense.shape[1], law.shape[3], law.shape[2]
-    stages, n = rows // meshes, direction.shape[1]
-    for row in range(rows):
-        out = matrix[row]
-        out[:] = 0.0
-        out[row] = 1.0
-        out[rows : rows + states] = sense[row]
+    """Write ``(1 + feed law) X = (sense − feed_0 law_0 d, feed push)`` of one group into ``matrix``.
+
+    Columns lie one after another, (columns, padded rows), as in ``sense`` (2n, rows) and ``feed``
+    (stages n_in, rows).
+    """
+    states, rows = sense.shape
+    meshes, inputs, n = law.shape[3], law.shape[2], direction.shape[1]
+    stages, begin = rows // meshes, matrix.shape[1]
+    matrix[:, :] = 0.0
+    for row in range(begin):
+        matrix[row, row] = 1.0
+    matrix[begin : begin + states, :rows] = sense
     for stage in range(stages + 1):
         step, at = place(first, stage, stages)
         for a in range(inputs):
-            by = stage * inputs + a
+            fed = feed[stage * inputs + a]
             for x in range(push.shape[3]):
-                add_column(matrix, rows + states + x, feed, by, push[step, at, a, x])
+                add(matrix[begin + states + x], fed, push[step, at, a, x])
             for m in range(meshes):
                 value = law[step, at, a, m]
                 if value != 0.0 and stage > 0:
-                    add_column(matrix, (stage - 1) * meshes + m, feed, by, value)
+                    add(matrix[(stage - 1) * meshes + m], fed, value)
                 elif value != 0.0:
                     for col in range(n):
-                        add_column(matrix, rows + col, feed, by, -value * direction[m, col])
+                        add(matrix[begin + col], fed, -value * direction[m, col])
 
 
 @jit_inner
-def add_column(out: Any, to: int, given: Any, source: int, factor: float) -> None:
-    """Add a multiple of a column of ``given`` to a column of ``out``."""
+def add(out: Any, given: Any, factor: float) -> None:
+    """Add a multiple of ``given`` to the first entries of ``out``."""
     if factor != 0.0:
-        for row in range(len(given)):
-            out[row, to] += factor * given[row, source]
+        for row in range(np.uint64(0), np.uint64(len(given))):
+            out[row] += factor * given[row]
 
 
 @jit_inner
-def inputs_at_stages(direction: Any, law: Any, push: Any, first: int, found: Any, out: Any) -> None:
+def inputs_at_stages(
+    direction: Any, law: Any, push: Any, first: int, found: Any, rows: int, out: Any
+) -> None:
     """Write the inputs ``u = push − law d·q`` at all stages of a group by its start, (stages n_in, columns).
 
-    ``found``: (rows, columns) d·q at all stages but the first.
+    ``found``: (columns, padded rows) d·q at all stages but the first, ``rows`` of them.
     """
-    rows, columns = found.shape
+    columns = len(found)
     meshes, inputs, n = law.shape[3], law.shape[2], direction.shape[1]
     stages = rows // meshes
     for stage in range(stages + 1):
@@ -97,8 +79,8 @@ def inputs_at_stages(direction: Any, law: Any, push: Any, first: int, found: Any
                 value = law[step, at, a, m]
                 if value != 0.0:
                     if stage > 0:
-                        felt = found[(stage - 1) * meshes + m]
-                        for col in range(np.uint64(0), np.uint64(columns)):
+                        felt = found[:, (stage - 1) * meshes + m]
+                        for col in range(columns):
                             row[col] -= value * felt[col]
                     else:
                         for col in range(n):
@@ -108,60 +90,91 @@ def inputs_at_stages(direction: Any, law: Any, push: Any, first: int, found: Any
 @jit_inner_apart
 def over_group(
     transition: Any, effect: Any, sense: Any, feed: Any, direction: Any, inputs: Any, first: int, work: Any,
-    stages: Any, whole: Any,
+    stages: Any, one: Any,
 ) -> None:  # fmt: skip
-    """Carry the map so far, ``whole`` (2n, columns), over one group; keep its stages' inputs."""
-    rows, states = sense.shape
-    columns = whole.shape[1]
-    matrix = work[: rows * (rows + columns)].reshape((rows, rows + columns))
+    """Find the map over one group, ``one`` (2n, columns), and its stages' inputs."""
+    states, rows = sense.shape
+    unknowns, columns = padded(rows), one.shape[1]
+    matrix = work[: unknowns * (unknowns + columns)].reshape((unknowns + columns, unknowns))
     fill(sense, feed, direction, inputs.law, inputs.push, first, matrix)
-    eliminate(matrix, rows)
+    eliminate(matrix)
     by_start = stages[: effect.shape[1]]
-    inputs_at_stages(direction, inputs.law, inputs.push, first, matrix[:, rows:], by_start)
+    inputs_at_stages(direction, inputs.law, inputs.push, first, matrix[unknowns:], rows, by_start)
     last = len(effect) - states
-    one = np.dot(effect[last:], by_start)
+    np.dot(effect[last:], by_start, one)
     one[:, :states] += transition[last:]
-    carried = np.dot(np.ascontiguousarray(one[:, :states]), whole)
-    carried[:, states:] += one[:, states:]
-    whole[:, :] = carried
 
 
 @jit
 def over_groups(
-    groups: Any, first: Any, size: Any, slot: Any, direction: Any, inputs: Any, stages: Any, whole: Any
-) -> None:
-    """Fill ``whole`` (2n, columns) with the map over all groups, and ``stages`` with their inputs."""
+    groups: Any, first: Any, size: Any, slot: Any, direction: Any, inputs: Any, stages: Any, maps: Any,
+    whole: Any,
+) -> None:  # fmt: skip
+    """Find the maps over all groups.
+
+    Parameters
+    ----------
+    stages : (n_groups, most inputs, columns) filled with the inputs at the stages
+    maps : (n_groups, 2n, columns) filled with the map over each group
+    whole : (2n, columns) filled with the map over all
+    """
     four, two, one = groups
-    rows = four.sense.shape[1]
-    work = np.empty(rows * (rows + whole.shape[1]))
+    states, columns = whole.shape
+    unknowns = padded(four.sense.shape[2])
+    work = np.empty(unknowns * (unknowns + columns))
     whole[:, :] = 0.0
-    for row in range(len(whole)):
+    for row in range(states):
         whole[row, row] = 1.0
     for at in range(len(first)):
-        x = slot[at]
+        x, step = slot[at], maps[at]
         group = four if size[at] == 0 else (two if size[at] == 1 else one)
         over_group(
             group.transition[x], group.effect[x], group.sense[x], group.feed[x], direction, inputs, first[at],
-            work, stages[at], whole,
+            work, stages[at], step,
         )  # fmt: skip
+        carried = np.dot(np.ascontiguousarray(step[:, :states]), whole)
+        carried[:, states:] += step[:, states:]
+        whole[:, :] = carried
+
+
+@jit
+def starts_of_groups(maps: Any, stages: Any, given: Any, starts: Any, inputs: Any) -> None:
+    """Fill the state at the start of every group, and the inputs at its stages.
+
+    Parameters
+    ----------
+    maps, stages : as `over_groups` fills them
+    given : (columns,) start of the first group, 1, and the sizes of loads; left as at the end of the last
+    starts : (n_groups + 1, 2n)
+    inputs : (n_groups, most inputs)
+    """
+    rows = starts.shape[1]
+    starts[0] = given[:rows]
+    for at in range(len(maps)):
+        np.dot(stages[at], given, inputs[at])
+        np.dot(maps[at], given, starts[at + 1])
+        given[:rows] = starts[at + 1]
 
 
 @jit
 def path_over_groups(
-    groups: Any, first: Any, size: Any, slot: Any, stages: Any, constant: Any, states: Any
+    groups: Any, first: Any, size: Any, slot: Any, starts: Any, inputs: Any, states: Any
 ) -> None:
-    """Fill ``states`` (n_steps + 1, 2n) from its first row; ``constant``: 1 and the sizes of loads."""
+    """Fill ``states`` (n_steps + 1, 2n) from the groups' starts and inputs, groups alike in one product."""
     four, two, one = groups
-    rows = states.shape[1]
-    given = np.empty(rows + len(constant))
-    given[rows:] = constant
-    for at in range(len(first)):
-        x, begin = slot[at], first[at]
-        group = four if size[at] == 0 else (two if size[at] == 1 else one)
+    rows, begin = states.shape[1], 0
+    states[0] = starts[0]
+    while begin < len(first):
+        end = begin + 1
+        while end < len(first) and slot[end] == slot[begin] and size[end] == size[begin]:
+            end += 1
+        x = slot[begin]
+        group = four if size[begin] == 0 else (two if size[begin] == 1 else one)
         effect = group.effect[x]
-        given[:rows] = states[begin]
-        pushed = np.dot(stages[at, : effect.shape[1]], given)
+        pushed = np.ascontiguousarray(inputs[begin:end, : effect.shape[1]])
+        moved = np.dot(starts[begin:end], group.transition[x].T)
+        moved += np.dot(pushed, effect.T)
         steps = len(effect) // rows
-        moved = np.dot(group.transition[x], states[begin]) + np.dot(effect, pushed)
-        for step in range(steps):
-            states[begin + 1 + step] = moved[step * rows : (step + 1) * rows]
+        low, count = first[begin] + 1, (end - begin) * steps
+        states[low : low + count] = moved.reshape((count, rows))
+        begin = end
