@@ -15,6 +15,7 @@ PACKAGE = Path(wearlab.__file__).parent
 ROAD = (
     *(
         "sources",
+        "linking",
         "compiled",
         "usual_units",
         "units",

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit_inner
 from wearlab.dynamics.rigid import rigid_modes
 from wearlab.dynamics.system import System
 
@@ -70,7 +70,7 @@ def balance_of(system: System, period: float) -> Balance | None:
     return Balance(index, pushed, np.zeros(count), np.zeros(count), shapes, momentum, gain)
 
 
-@jit
+@jit_inner
 def rebalance(balance: Any, before: Any, after: Any, period: float) -> None:
     """Take mean acceleration and drift of a marched period (2n,) out of a set free to turn."""
     if balance is not None:

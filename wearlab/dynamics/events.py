@@ -224,7 +224,7 @@ def step_with_changes(
     size = np.uint64(len(s.part) // 4)
     s.part[:size] = states[i : i + size]
     s.cut[:] = 0.0
-    a, m, p, changes, ended = 0.0, NOTHING, NOTHING, 0, False
+    a, m, p, changes, ended = 0.0, np.int64(NOTHING), np.int64(NOTHING), 0, False
     while not ended:
         b, m, p = first_change(kernel, tables, step, a, m, p, period, width, s)
         ended = b > 1.0 or changes == MOST_CHANGES

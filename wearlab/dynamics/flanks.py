@@ -13,9 +13,8 @@ to the channels of f0 and f1.
 from typing import Any
 
 import numpy as np
-from numba.extending import overload
 
-from wearlab.compiled import jit_inner, jit_inner_apart
+from wearlab.compiled import jit_inner, jit_inner_apart, overload_inner
 from wearlab.dynamics.structure import Propagated
 
 
@@ -112,7 +111,7 @@ def begin_push(structure: Any, stage: Any, w: Any, push: Any) -> None:
     raise NotImplementedError("compiled code only")
 
 
-@overload(begin_push)
+@overload_inner(begin_push)
 def _choose_begin(structure: Any, stage: Any, w: Any, push: Any) -> Any:
     return _begin_inputs if structure.instance_class is Propagated else _begin_acceleration
 
@@ -135,7 +134,7 @@ def push_channel(structure: Any, channel: Any, stage: Any, total: Any, w: Any, p
     raise NotImplementedError("compiled code only")
 
 
-@overload(push_channel)
+@overload_inner(push_channel)
 def _choose_push(structure: Any, channel: Any, stage: Any, total: Any, w: Any, push: Any) -> Any:
     return _push_input if structure.instance_class is Propagated else _push_acceleration
 
@@ -157,7 +156,7 @@ def push_load(
     raise NotImplementedError("compiled code only")
 
 
-@overload(push_load)
+@overload_inner(push_load)
 def _choose_load(
     structure: Any, vector: Any, index: Any, stage: Any, column: Any, size: Any, w: Any, push: Any
 ) -> Any:

@@ -2,9 +2,7 @@
 
 from typing import Any
 
-from numba.extending import overload
-
-from wearlab.compiled import jit_inner
+from wearlab.compiled import jit_inner, overload_inner
 from wearlab.dynamics.flanks import behind, within
 from wearlab.dynamics.structure import Dense, Diagonal
 
@@ -14,7 +12,7 @@ def unmeshed(structure: Any, state: Any, out: Any) -> None:
     raise NotImplementedError("compiled code only")
 
 
-@overload(unmeshed)
+@overload_inner(unmeshed)
 def _choose_unmeshed(structure: Any, state: Any, out: Any) -> Any:
     return {Diagonal: _unmeshed_diagonal, Dense: _unmeshed_dense}[structure.instance_class]
 

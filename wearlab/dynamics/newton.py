@@ -55,7 +55,7 @@ def exchange(balance: Any, start: Any) -> None:
             start[at] = balance.size[row]
 
 
-@jit
+@jit_inner
 def restore(balance: Any, start: Any) -> None:
     """Undo `exchange`, keeping the sizes found."""
     if balance is not None:

@@ -3,9 +3,8 @@
 from typing import Any
 
 import numpy as np
-from numba.extending import overload
 
-from wearlab.compiled import jit_apart, jit_inner
+from wearlab.compiled import jit_apart, jit_inner, overload_inner
 from wearlab.dynamics.events import step_with_changes
 from wearlab.dynamics.exact_step import exact_pair
 from wearlab.dynamics.flanks import contact_differs, mesh_law, row_product, see_contact
@@ -63,7 +62,7 @@ def by_pair(
     raise NotImplementedError("compiled code only")
 
 
-@overload(by_pair)
+@overload_inner(by_pair)
 def _choose_pair(
     structure: Any, kernel: Any, tables: Any, step: int, period: Any, width: Any, states: Any, i: Any, s: Any,
     touch: Any,

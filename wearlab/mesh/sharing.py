@@ -8,7 +8,7 @@ still a sum of one-sided springs, and that equivalent is what the dynamics integ
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_inner
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ def share(
             )
 
 
-@jit
+@jit_inner
 def _share_uncoupled(compliance, gap, load, active, force):  # type: ignore[no-untyped-def]
     n_pairs = len(compliance)
     stiffness, moment = 0.0, 0.0
@@ -71,7 +71,7 @@ def _share_uncoupled(compliance, gap, load, active, force):  # type: ignore[no-u
     return deflection, stiffness
 
 
-@jit
+@jit_inner
 def _fill_matrix(compliance, cross, matrix):  # type: ignore[no-untyped-def]
     n_pairs = len(compliance)
     for p in range(n_pairs):
@@ -83,7 +83,7 @@ def _fill_matrix(compliance, cross, matrix):  # type: ignore[no-untyped-def]
             matrix[q, p] = value
 
 
-@jit
+@jit_inner
 def _respond(matrix, gap, active, unit, offset):  # type: ignore[no-untyped-def]
     """Solve ``C_AA [unit, offset] = [1, g_A]`` by elimination, so that ``F_A = unit δ − offset``."""
     n = len(gap)
@@ -114,7 +114,7 @@ def _respond(matrix, gap, active, unit, offset):  # type: ignore[no-untyped-def]
         offset[index[r]] = work[r, m + 1]
 
 
-@jit
+@jit_inner
 def _first_to_touch(compliance_diagonal_finite, gap):  # type: ignore[no-untyped-def]
     first = -1
     for p in range(len(gap)):
@@ -124,7 +124,7 @@ def _first_to_touch(compliance_diagonal_finite, gap):  # type: ignore[no-untyped
     return first
 
 
-@jit
+@jit_inner
 def _next_to_touch(matrix, gap, active, unit, offset):  # type: ignore[no-untyped-def]
     """Return the slot that engages next as δ grows, and the δ at which it does."""
     nearest, where = -1, np.inf
@@ -141,7 +141,7 @@ def _next_to_touch(matrix, gap, active, unit, offset):  # type: ignore[no-untype
     return nearest, where
 
 
-@jit
+@jit_inner
 def _share_coupled(matrix, gap, load, active, unit, offset, force):  # type: ignore[no-untyped-def]
     active[:] = False
     first = _first_to_touch(matrix, gap)
@@ -215,7 +215,8 @@ def equivalent_springs(
             _respond(matrix, gap[i], active, unit, offset)
             stiffness_out[i, slot] = unit.sum() - earlier.sum()
             gap_out[i, slot] = where
-            if pair_out is not None:
-                pair_out[i, slot, :] = unit - earlier
-            earlier[:] = unit
+            for p in range(n_pairs):  # not by slices: telling of unequal lengths compiles for seconds
+                if pair_out is not None:
+                    pair_out[i, slot, p] = unit[p] - earlier[p]
+                earlier[p] = unit[p]
             following, where = _next_to_touch(matrix, gap[i], active, unit, offset)

@@ -17,7 +17,7 @@ as a → 0, and no value turns negative. What would fall off either end of the p
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_inner
 from wearlab.wear.path import WearPath
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ def cell_edges(arc: Array) -> Array:
     return np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
 
 
-@jit
+@jit_inner
 def _collected(x: float, a: float) -> float:
     """∫ of the share of a unit source at 0, spread over ±a, that lies below x; twice integrated kernel."""
     if x <= -a:
@@ -54,7 +54,7 @@ def _collected(x: float, a: float) -> float:
     return (x + a) ** 2 / (4.0 * a)
 
 
-@jit
+@jit_inner
 def _below(edge: float, left: float, right: float, a: float) -> float:
     """Area per depth that the cell (left, right) leaves below an edge."""
     return _collected(edge - left, a) - _collected(edge - right, a)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_inner
 from wearlab.gears.pair import DRIVING, GearPair
 from wearlab.mesh.profile import ProfileGrid
 
@@ -189,7 +189,7 @@ def _fill(position, shift, runs, low, high, start, width, ends, slope, piece):  
     piece[p] = k
 
 
-@jit
+@jit_inner
 def _slope(y, i, first, last):  # type: ignore[no-untyped-def]
     """Return the slope per node spacing from five neighbours of the same run, exact for quartics."""
     if i == first:

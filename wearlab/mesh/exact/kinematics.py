@@ -2,7 +2,7 @@
 
 import math
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 
 NEWTON_STEPS = 30
@@ -10,7 +10,7 @@ SECANT_STEPS = 40
 CLOSE = 1e-14  # [m]; the Newton step after it is below rounding
 
 
-@jit
+@jit_inner
 def rotation_gap(driving: Flank, driven: Flank, x: float, s: float, w: float) -> tuple[float, float]:
     """Return how far the driven gear is ahead of touching one point of the driving flank.
 
@@ -40,7 +40,7 @@ def rotation_gap(driving: Flank, driven: Flank, x: float, s: float, w: float) ->
     return best, where
 
 
-@jit
+@jit_inner
 def corner_gap(driving: Flank, driven: Flank, x: float, s2: float, reach: float) -> tuple[float, float]:
     """Return how far a corner of the driven flank is ahead of touching the driving flank.
 
@@ -74,19 +74,19 @@ def corner_gap(driving: Flank, driven: Flank, x: float, s2: float, reach: float)
     return best, where
 
 
-@jit
+@jit_inner
 def _excess_reach(driving, driven, x, s, w, reach):  # type: ignore[no-untyped-def]
     """Return by how much a driving point reaches further; inside the base circle, to that."""
     found, _, _ = _seen(driving, driven, x, s, w)
     return (found if found == found else -driven.side * driven.curvature) - reach
 
 
-@jit
+@jit_inner
 def _shift_within(flank, first, last, s):  # type: ignore[no-untyped-def]
     return shift_at(flank, min(max(interval_of(flank, s), first), last), s)[0]
 
 
-@jit
+@jit_inner
 def _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b):  # type: ignore[no-untyped-def]
     """Return the driving point between a and b at the corner's distance from the driven gear's centre.
 
@@ -106,7 +106,7 @@ def _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b):  # type: 
     return s
 
 
-@jit
+@jit_inner
 def _seen(driving, driven, x, s, w):  # type: ignore[no-untyped-def]
     """Return a driving point seen from the driven gear: the ``s2 + w2`` of its radius, and its place.
 
@@ -126,7 +126,7 @@ def _seen(driving, driven, x, s, w):  # type: ignore[no-untyped-def]
     return driven.side * excess / (math.sqrt(square) + driven.curvature), q_n, q_u
 
 
-@jit
+@jit_inner
 def _turned(driven, reach, q_n, q_u):  # type: ignore[no-untyped-def]
     """Return how far the driven gear must turn to bring its point of that reach to (q_n, q_u) [m]."""
     b_n, b_u = driven.side * driven.base_radius, driven.side * driven.curvature
@@ -135,7 +135,7 @@ def _turned(driven, reach, q_n, q_u):  # type: ignore[no-untyped-def]
     return driven.side * driven.base_radius * math.atan2(cross, dot)
 
 
-@jit
+@jit_inner
 def _point_reaching(flank: Flank, p: int, reach: float) -> float:
     """Return s with ``s + w(s) = reach`` on one piece, NaN when the piece does not reach."""
     low, high = flank.piece[p], flank.piece[p + 1]
@@ -167,7 +167,7 @@ def _point_reaching(flank: Flank, p: int, reach: float) -> float:
     return s
 
 
-@jit
+@jit_inner
 def along_normal(flank: Flank, s: float, w: float, slope: float) -> tuple[float, float, float]:
     """Return the tilt η of the worn normal, and what wear and tilt move the point by, seen along that normal.
 

@@ -2,7 +2,7 @@
 
 import math
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit_inner
 from wearlab.mesh.exact.flank import Flank, shift_at
 from wearlab.mesh.exact.kinematics import rotation_gap
 
@@ -11,7 +11,7 @@ MINIMISER_STEPS = 80
 MINIMISER_TOLERANCE = 3e-9  # [m]: the gap is quadratic in it
 
 
-@jit
+@jit_inner
 def smallest_within(driving: Flank, driven: Flank, x: float, k: int) -> tuple[float, float]:
     """Return the smallest rotation gap at x within interval k of the driving flank, and its point [m]."""
     a, b = driving.start[k], driving.start[k] + driving.width[k]
@@ -38,7 +38,7 @@ def smallest_within(driving: Flank, driven: Flank, x: float, k: int) -> tuple[fl
     return g, s
 
 
-@jit
+@jit_inner
 def _next_step(a, b, s, g, r, g_r, v, g_v, middle, step, before):  # type: ignore[no-untyped-def]
     """Return the parabolic step where it can be trusted, else the golden section, and the step before."""
     if abs(before) > MINIMISER_TOLERANCE:

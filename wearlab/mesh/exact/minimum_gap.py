@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 from wearlab.mesh.exact.kinematics import corner_gap, rotation_gap
 from wearlab.mesh.exact.minimiser import smallest_within
@@ -75,7 +75,7 @@ def _search(driving, driven, traced, x, s1, s2, x2):  # type: ignore[no-untyped-
         x2[i] = x[i] - gap
 
 
-@jit
+@jit_inner
 def _deepest(driving, driven):  # type: ignore[no-untyped-def]
     """Return the least material removed from both flanks on the intervals up to, and from, each one [m]."""
     m = len(driving.start)
@@ -92,13 +92,13 @@ def _deepest(driving, driven):  # type: ignore[no-untyped-def]
     return below, above
 
 
-@jit
+@jit_inner
 def _at_end(driving, driven, x, k, end):  # type: ignore[no-untyped-def]
     s = driving.start[k] + end * driving.width[k]
     return rotation_gap(driving, driven, x, s, driving.shift[k, end])[0]
 
 
-@jit
+@jit_inner
 def _refined(driving, driven, x, low, high, left, right, best):  # type: ignore[no-untyped-def]
     """Return the smallest gap and its points, searching every interval whose ends are nearly as low."""
     gap, where, partner = math.inf, math.nan, math.nan
@@ -121,7 +121,7 @@ def _refined(driving, driven, x, low, high, left, right, best):  # type: ignore[
     return gap, where, partner
 
 
-@jit
+@jit_inner
 def _at_corners(driving, driven, x, span, where, partner, gap):  # type: ignore[no-untyped-def]
     """Let the corners of the driven flank within ``span`` of x touch first, if they do."""
     for p in range(len(driven.piece) - 1):
@@ -136,7 +136,7 @@ def _at_corners(driving, driven, x, span, where, partner, gap):  # type: ignore[
     return where, partner, gap
 
 
-@jit
+@jit_inner
 def _sag(left, right, low, high, k):  # type: ignore[no-untyped-def]
     """Return how far the gap may sink inside interval k below its ends, from the bend at both of them.
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 from wearlab.mesh.exact.kinematics import along_normal
 
@@ -83,7 +83,7 @@ def _solve(driving, driven, s, partner, x_driving, x_driven):  # type: ignore[no
         x_driven[i] = s2 + driven.side * driven.base_radius * (turn - eta2)
 
 
-@jit
+@jit_inner
 def excess_distance(flank, k, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     """Return ``(|D|² − a²) / 2a``, which is D's excess over the centre distance to first order [m]."""
     w, slope = shift_at(flank, k, s)
@@ -92,7 +92,7 @@ def excess_distance(flank, k, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped
     return (d_n * n + d_u * u + 0.5 * (n * n + u * u)) / math.hypot(d_n, d_u)
 
 
-@jit
+@jit_inner
 def root_near(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     """Return the root nearest to ``start``, bracketed by growing steps towards falling distance."""
     last = len(flank.start) - 1
@@ -115,7 +115,7 @@ def root_near(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     return _ridders(flank, inner, f_inner, outer, f_outer, a_n, a_u, d_n, d_u)
 
 
-@jit
+@jit_inner
 def _ridders(flank, x0, f0, x1, f1, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     """Return the root between x0 and x1 by Ridders' method; NaN where the function jumps over zero."""
     scale = max(abs(f0), abs(f1))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 from wearlab.mesh.exact.kinematics import along_normal, corner_gap, rotation_gap
 from wearlab.mesh.exact.minimiser import smallest_within
@@ -145,7 +145,7 @@ def _single_valued(driving, driven):  # type: ignore[no-untyped-def]
     return True
 
 
-@jit
+@jit_inner
 def _centres(driving, driven):  # type: ignore[no-untyped-def]
     d_n = driven.side * driven.base_radius - driving.side * driving.base_radius
     return d_n, driven.side * driven.curvature - driving.side * driving.curvature
@@ -170,7 +170,7 @@ def _fill(driving, driven, part, joints, x):  # type: ignore[no-untyped-def]
     return sense
 
 
-@jit
+@jit_inner
 def _sense(x):  # type: ignore[no-untyped-def]
     """Return the sign of the slope of the parabola through three values, 0 where it turns or nearly so."""
     rise = x[2] - x[0]
@@ -180,7 +180,7 @@ def _sense(x):  # type: ignore[no-untyped-def]
     return 1 if rise > 0.0 else -1
 
 
-@jit
+@jit_inner
 def _turned_to(driving, driven, joints, k, s, start):  # type: ignore[no-untyped-def]
     """Return x at which the point s of interval k touches with a common tangent, and its only partner.
 
@@ -212,7 +212,7 @@ def _turned_to(driving, driven, joints, k, s, start):  # type: ignore[no-untyped
     return s + driving.side * driving.base_radius * (turn - eta), s2
 
 
-@jit
+@jit_inner
 def _in_one_part(driven, part, partner):  # type: ignore[no-untyped-def]
     """Whether partners lie on the same smooth part of the driven flank, its ends included."""
     if not partner[0] + partner[1] + partner[2] < math.inf:
@@ -282,13 +282,13 @@ def traced_gap(
     return gap, where, partner
 
 
-@jit
+@jit_inner
 def may_touch(away, parts, deepest, best):  # type: ignore[no-untyped-def]
     """Whether points further away than this from x may lie lower than the best found so far."""
     return not best < math.inf or SAFETY * 0.5 * parts * away * away + deepest < best
 
 
-@jit
+@jit_inner
 def _stationary(traced, driving, driven, k, x):  # type: ignore[no-untyped-def]
     """Return the gap where it is stationary in interval k, and its points; inf where none is found."""
     f0, f1, f2 = traced
