@@ -12,7 +12,7 @@ from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.exact.extension import Deflections, extension
 from wearlab.mesh.exact.gaps import AlgorithmOneGaps, DisplacementBeyond, ExactGaps, Gaps, WornFlanks
 from wearlab.mesh.profile import Extension, ProfileGrid
-from wearlab.mesh.stiffness import SectionVanished
+from wearlab.mesh.reach import Folded, reach_beyond
 from wearlab.scene import Scene
 from wearlab.scene.build.gears import modifications
 from wearlab.scene.build.sets import GearSet
@@ -118,7 +118,7 @@ def reached_limits(
         return (f"extended contact is cut off at a deflection of {1e6 * deflection.max():.3g} µm",)
     try:
         share = sum(extended_length(pair, analysis, wear, deflection)) / (pair.path.E - pair.path.A)
-    except SectionVanished:
+    except Folded:
         return ("flanks are worn too steeply to tell how far deflection extends their contact",)
     if share <= EXTENDED_CONTACT:
         return ()
@@ -138,8 +138,8 @@ def extended_length(pair: GearPair, analysis: ContactAnalysis, wear: Array, defl
     last_of_segment = np.cumsum(grid.intervals + 1) - 1
     leaves = int(np.argmin(np.abs(grid.breaks[:-1] - pair.contact_ratio % 1.0)))
     after = last_of_segment[leaves] - grid.intervals[leaves]
-    ends = Deflections(float(deflection[-1]), float(deflection[after]))
-    return extension(flanks_of(pair, grid), wear, ends)
+    depth = wear + modifications(pair, grid.position)
+    return reach_beyond(pair, grid.position, depth, (float(deflection[-1]), float(deflection[after])))
 
 
 def _cut_off(analysis: ContactAnalysis, gap: Array, deflection: float) -> bool:

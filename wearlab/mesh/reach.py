@@ -1,0 +1,133 @@
+"""How far beyond A and E deflected teeth would touch, told without the exact search: a measure, not a part.
+
+A run without extended contact asks this once, to say how much it leaves out. Both flanks are taken as their
+nodes with straight lines between, and the tip corner is met exactly; kinematics as in
+:mod:`wearlab.mesh.exact.kinematics`, for all points and positions at once.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.gears.pair import DRIVING, GearPair
+from wearlab.mesh.exact.flank import healthy_reach, side_of
+from wearlab.mesh.profile import Extension
+
+Array = NDArray[np.float64]
+
+FURTHEST = 0.45
+"""Base pitches looked at beyond either end."""
+SCAN = 33
+SCANS = 2
+POINTS_BELOW = 40
+"""Points between the form circle and the active flank."""
+
+
+class Folded(ValueError):
+    """A flank so steeply worn that it overhangs."""
+
+
+def reach_beyond(pair: GearPair, position: Array, depth: Array, deflection: tuple[float, float]) -> Extension:
+    """Return how far beyond A and E the gap stays below a deflection, to a thousandth of a base pitch.
+
+    Parameters
+    ----------
+    pair : the gears
+    position : (n,) path positions of the nodes, A to E [m]
+    depth : (2, n) material removed from the flanks along their normals, (driving, driven) [m]
+    deflection : δ where a pair is about to enter at A, and where one has just left at E [m]
+
+    Raises
+    ------
+    Folded
+        When a flank overhangs.
+    """
+    driving, driven = (_Points(pair, gear, position, depth[gear]) for gear in (0, 1))
+    path, most = pair.path, FURTHEST * pair.base_pitch
+
+    def reached(end: float, sense: float, delta: float) -> float:
+        low, high = 0.0, most
+        for _ in range(SCANS):
+            distance = np.linspace(low, high, SCAN)
+            touching = _gap(driving, driven, end + sense * distance) < delta
+            if touching.all():
+                return high
+            index = int(np.argmin(touching))
+            if index == 0:
+                return low
+            low, high = distance[index - 1], distance[index]
+        return float(low)
+
+    return Extension(reached(path.A, -1.0, deflection[0]), reached(path.E, 1.0, deflection[1]))
+
+
+class _Points:
+    """A worn flank as points: path position s, shift w along the healthy normal, and ``s + w``, ascending."""
+
+    def __init__(self, pair: GearPair, gear: int, position: Array, depth: Array) -> None:
+        low, high = healthy_reach(pair, gear)
+        before, after = _between(low, position[0]), _between(high, position[-1])[::-1]
+        self.s = np.concatenate([before, position, after])
+        signed = -depth if gear == DRIVING else depth
+        self.w = np.interp(self.s, position, signed)
+        self.w[len(before) : len(before) + len(position)] = signed
+        self.reach = self.s + self.w
+        self.base_radius = pair.gears[gear].base_radius
+        self.curvature = self.base_radius * np.tan(pair.working_pressure_angle)
+        self.side = side_of(pair, gear)
+        smooth = np.diff(self.s) > 0.0
+        if np.any(np.diff(self.reach)[smooth] <= 0.0):
+            raise Folded("the flank overhangs")
+        self.rising = np.maximum.accumulate(self.reach)
+
+
+def _between(end: float, active: float) -> Array:
+    """Return points from the end of a flank to its active part, which is left out."""
+    return np.linspace(end, active, POINTS_BELOW if end != active else 0, endpoint=False)
+
+
+def _gap(driving: _Points, driven: _Points, x: Array) -> Array:
+    """Return the smallest rotation gap over the points of the driving flank and at the driven tip, (m,)."""
+    reach, q_n, q_u = _seen(driving, driven, x[:, None], driving.s, driving.w)
+    s2 = np.interp(reach, driven.rising, driven.s, left=np.nan, right=np.nan)
+    gap = x[:, None] - s2 - _turned(driven, reach, q_n, q_u)
+    best = np.where(np.isnan(gap), np.inf, gap).min(axis=1)
+    for end in (0, -1):
+        best = np.minimum(best, _corner_gap(driving, driven, x, reach, end))
+    return np.asarray(best)
+
+
+def _corner_gap(driving: _Points, driven: _Points, x: Array, reach: Array, end: int) -> Array:
+    """Return the gap of one end of the driven flank, inf where the driving flank has no such point, (m,)."""
+    corner = driven.reach[end]
+    with np.errstate(invalid="ignore"):
+        crosses = (reach[:, :-1] - corner) * (reach[:, 1:] - corner) <= 0.0
+    found = crosses.any(axis=1)
+    at, row = np.argmax(crosses, axis=1), np.arange(len(x))
+    before, after = reach[row, at], reach[row, at + 1]
+    share = np.divide(corner - before, after - before, out=np.zeros(len(x)), where=found & (after != before))
+    s, w = (values[at] + share * (values[at + 1] - values[at]) for values in (driving.s, driving.w))
+    _, q_n, q_u = _seen(driving, driven, x, s, w)
+    return np.where(found, x - driven.s[end] - _turned(driven, corner, q_n, q_u), np.inf)
+
+
+def _seen(driving: _Points, driven: _Points, x: Array, s: Array, w: Array) -> tuple[Array, Array, Array]:
+    """Return driving points seen from the driven gear: the ``s2 + w2`` of their radius, and their place."""
+    kappa = driving.side * (x - s) / driving.base_radius
+    sin, versine = np.sin(kappa), 2.0 * np.sin(0.5 * kappa) ** 2
+    v_n = driving.side * driving.base_radius
+    v_u = driving.side * driving.curvature + s + w
+    q_n = -versine * v_n - sin * v_u
+    q_u = sin * v_n - versine * v_u + s + w
+    b_n, b_u = driven.side * driven.base_radius, driven.side * driven.curvature
+    excess = 2.0 * (b_n * q_n + b_u * q_u) + q_n * q_n + q_u * q_u
+    square = driven.curvature**2 + excess
+    root = np.sqrt(np.where(square > 0.0, square, np.nan))
+    return driven.side * excess / (root + driven.curvature), q_n, q_u
+
+
+def _turned(driven: _Points, reach: Array | float, q_n: Array, q_u: Array) -> Array:
+    """Return how far the driven gear must turn to bring its point of that reach to (q_n, q_u) [m]."""
+    b_n, b_u = driven.side * driven.base_radius, driven.side * driven.curvature
+    cross = (b_n * q_u - b_u * q_n) - reach * (b_n + q_n)
+    dot = (b_n + q_n) * b_n + (b_u + q_u) * (b_u + reach)
+    return np.asarray(driven.side * driven.base_radius * np.arctan2(cross, dot))
