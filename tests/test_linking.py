@@ -1,4 +1,4 @@
-"""Kernels are put together right: compiled, from the disk, and where one is new and the other from the disk."""
+"""Kernels are put together right: all compiled, all from the disk, and some of each."""
 
 import subprocess
 import sys
