@@ -128,7 +128,7 @@ def test_branches_do_not_leak_through_rejected_tries():
         return 1e-12 / (1.0 + (h / 1e-6) ** 2)
 
     limits = Limits(depth=1e-5)
-    leaky, plain = (evolve(rate, np.zeros(1), limits=limits, scale=1e-8) for rate in (Leaky(), honest))
+    leaky, plain = (evolve(rate, np.zeros(1), limits=limits) for rate in (Leaky(), honest))
     assert plain.count_rejected > 0
     assert leaky.cycle[-1] == pytest.approx(plain.cycle[-1], rel=2e-3)
     exact = (1e-5 + 1e-5**3 / (3 * 1e-12)) / 1e-12

@@ -120,7 +120,7 @@ def _lives(made: xr.Dataset) -> Page:
     return Page(
         "life",
         "Error of a life against the contact analyses it takes",
-        "Numbers: observed order over tolerance or threshold. Adaptive: third order while the wear is not "
+        "Numbers: observed order over tolerance or threshold. Adaptive: fourth order while the wear is not "
         "stiff, RKC2 beyond. Euler: L16's wear threshold.",
         _life_panels(made, "work", 1.0, "contact analyses", ("life", "wear_depth")),
     )

@@ -1,10 +1,14 @@
-"""Adaptive steps over cycles: third order while they are not stiff, RKC2 beyond with the stages it takes.
+"""Adaptive steps over cycles: fourth order while they are not stiff, RKC2 beyond with the stages it takes.
 
 **Error test.** ``max|e| ≤ tolerance · w`` with the local error e of the step and ``w = max(Δh, D/20)``:
 Δh the largest wear of the step, D the largest depth reached so far, at least ``scale``. So the local errors
 sum to the tolerance times the final depth (times at most 1 + steps/20), which makes the tolerance one of the
 whole life and not of a step; and noise of the rate below ``tolerance·D/20`` never shrinks a step. The local
 tolerance is half the one asked for: where wear brakes itself (h ∝ √N), a life is half as exact as its depth.
+
+**Stiffness.** Stages of a step tell a lower bound of the spectral radius ρ of ∂r/∂h. As long as ρ times the
+whole way left is small by it, no step can be stiff and no wave can grow much, and nothing else is asked. A
+longer way, or a step that fails its test, is worth a power iteration.
 
 **Rough stretches.** Averaged over an aperiodic response the rate is noisy, and no step is short enough for
 the test. There a step wears a fixed share of the depth, and its estimated error is recorded all the same.
@@ -16,7 +20,7 @@ the average is all that can be known. Where errors made at the start would grow 
 before the end, a step is not cut below that same share of the depth, as long as it follows the fastest wave.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -35,26 +39,41 @@ SAFETY = 0.85
 RADIUS_SAFETY = 1.15
 LARGEST_GROWTH, LARGEST_CUT = 5.0, 0.1
 STEPS_PER_SPECTRUM = 12
+STEPS_BEFORE_STIFF = 3
 LOOKED_AT = 0.5
 """ΔN ρ from which it matters that ρ is known."""
 NEAR_JUMP = 2.0
 """ΔN ρ of a step in which a jump is located, over the square root of the tolerance: by trapezoids."""
-FIRST = 1.5
-"""ΔN ρ of a first step, over the cube root of the tolerance."""
+FIRST = 2.0
+"""ΔN ρ of a first step, over the fourth root of the tolerance."""
 SHARE_OF_DEPTH = 1.0 / 20.0
 SHARE_OF_TOLERANCE = 0.5
-FIRST_SHARE = 0.1
+FIRST_SHARE = 0.5
 """Largest first step over the way to the limit."""
+FIRST_WEAR = 15.0
+"""Largest wear of a first step, over the depth scale and the fourth root of the tolerance."""
+LONG_WAY = 3.0
+"""ρ times the way left from which a step may be stiff, and a wave may grow."""
+HOPELESS = 3.0
+"""Error ratio foreseen after half a step at which it is not completed."""
+WORTH = 1.25
+"""Least step of RKC2 over the longest of the fourth-order method, which is far more exact."""
+RETRIED = 1.25
+"""Growth of what RKC2 is believed to manage, with every step without it: errors fade."""
+STRETCH = 1.1
+"""Largest factor on a step that ends the way."""
 MOST_SEARCHES = 3
 SUSPICIOUS = 10.0
-"""Error ratio that a controlled smooth step does not reach."""
+"""Error ratio that a smooth step does not reach once it was cut."""
 MOST_JUMPS = 6
 """Jumps that are located; in a life with more of them the rate counts as rough."""
 ROUGH_SHARE = 0.02
 """Wear of a step through a rough stretch, over the depth reached."""
-FOLLOWED = 1.5
+FOLLOWED = 1.25
 """Largest ΔN ρ of a step that misses its error test: each wave is followed, and decays if it should."""
-NOTHING_KNOWN = Spectrum(0.0, 1.0, np.ones(0))
+LOST = 0.1
+"""Largest error of such a step over its wear."""
+NOTHING_KNOWN = Spectrum(0.0, 1.0, np.empty(0))
 """Until the first look."""
 PROBE = 1e-3
 """Amplitude of the power iteration over the depth scale."""
@@ -62,7 +81,7 @@ PROBE = 1e-3
 
 @dataclass(frozen=True)
 class Adaptive:
-    """Bogacki–Shampine or RKC2, with error control: the default."""
+    """Kutta's fourth order or RKC2, with error control: the default."""
 
     def start(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> "AdaptiveStepper":
         """Return the stepper at the first state."""
@@ -71,13 +90,22 @@ class Adaptive:
 
 @dataclass(frozen=True)
 class _Try:
-    """A step tried: end, estimated local error (n,) [m], that over the allowed one, size, order of method."""
+    """A step tried: end, estimated local error (n,) [m], that over the allowed one, size, order of method.
+
+    ``share`` is 2/3 of a step that was given up there; its end is what a straight line makes of the rest.
+    """
 
     end: Node
     error: Array
     ratio: float
     size: float
     order: int
+    share: float = 1.0
+
+    def follows(self, start: Node) -> bool:
+        """Whether the error is still small beside the wear of the step."""
+        worn = float((self.end.depth - start.depth).max(initial=0.0))
+        return float(np.abs(self.error).max(initial=0.0)) <= LOST * worn
 
     def fits(self, ratio: float) -> float:
         """Return the factor on the size that an error ratio asks for."""
@@ -113,8 +141,9 @@ class AdaptiveStepper:
         self.foreseeable = True
         self.age = 0
         self.spectrum = NOTHING_KNOWN
-        self._look(node, random_direction(node.rate))
-        self.next_size = self._cautious(np.inf)
+        self.looked = self.growth_known = False
+        self.next_size = self.stiff_size = np.inf
+        self.last_order = 4
 
     @property
     def radius(self) -> float:
@@ -123,7 +152,7 @@ class AdaptiveStepper:
 
     def _cautious(self, otherwise: float) -> float:
         """Return the step whose fastest wave is followed to the tolerance, when nothing else is known."""
-        return FIRST * self.tolerance ** (1.0 / 3.0) / self.radius if self.radius > 0.0 else otherwise
+        return FIRST * self.tolerance**0.25 / self.radius if self.radius > 0.0 else otherwise
 
     @property
     def damping(self) -> float:
@@ -135,24 +164,26 @@ class AdaptiveStepper:
         memory, self.noise_before = self.rate.remember(), self.rate.noise
         sizes: list[float] = []
         changes: list[float] = []
-        if self.age >= STEPS_PER_SPECTRUM and self.next_size * self.radius > LOOKED_AT:
+        if self._must_look(largest):
             self._look(node, self.spectrum.direction, memory)
         if not np.isfinite(self.next_size):
-            self.next_size = FIRST_SHARE * largest
+            self.next_size = self._first(node, largest)
         if self._is_rough():
             self.next_size = self._rough_size(node)
         self.foreseeable = self.foreseeable and self._errors_stay_small(node, largest)
         floor = 0.0 if self.foreseeable else min(self._rough_size(node), FOLLOWED / self.radius)
-        size, searches = self._bounded(min(max(self.next_size, floor), self.most), largest), 0
+        wanted = self._suited(max(self.next_size, floor), self.last_order)
+        size, searches = self._bounded(self._even(wanted, largest), largest), 0
         while True:
             tried = self._try(node, size)
             sizes.append(size)
-            changes.append(float(np.linalg.norm(tried.end.rate - node.rate)))
-            suspicious = tried.ratio > SUSPICIOUS or crosses_jump(sizes, changes)
+            changes.append(tried.share**-1 * float(np.linalg.norm(tried.end.rate - node.rate)))
+            again = len(sizes) > 1
+            suspicious = again and (tried.ratio > SUSPICIOUS or crosses_jump(sizes, changes))
             if self._is_rough():
                 self.most = np.inf
                 return [self._step(node, tried)], None
-            if tried.ratio > 1.0 and size <= floor:
+            if tried.ratio > 1.0 and size <= floor and tried.follows(node):
                 self._accepted(tried, rejected=True)
                 return [self._step(node, tried)], None
             if searches < MOST_SEARCHES and suspicious:
@@ -176,7 +207,39 @@ class AdaptiveStepper:
             if self.age > 0 and size * self.radius > LOOKED_AT:
                 self._look(node, self.spectrum.direction, memory)
             cut = max(size * tried.fits(max(tried.ratio, 1.3)), min(floor, size))
-            size = self._bounded(cut, 0.5 * size if sawtooth else size)
+            cut = self._suited(cut, tried.order)
+            size = self._bounded(cut, 0.5 * size if sawtooth else 0.95 * size)
+
+    def _must_look(self, left: float) -> bool:
+        """Whether it matters now to know the spectrum at least as well as it is known."""
+        if not self.looked:
+            return left * self.radius > LONG_WAY
+        turns_stiff = self.last_order == 4 and self.next_size * self.radius > embedded.REACH
+        if turns_stiff:
+            return self.age >= STEPS_BEFORE_STIFF
+        return self.age >= STEPS_PER_SPECTRUM and self.next_size * self.radius > LOOKED_AT
+
+    def _first(self, node: Node, left: float) -> float:
+        """Return a first step when nothing is known: half a step will tell whether it is too long."""
+        fastest = float(node.rate.max(initial=0.0))
+        worn = FIRST_WEAR * self.scale * self.tolerance**0.25
+        return min(FIRST_SHARE * left, worn / fastest) if fastest > 0.0 else FIRST_SHARE * left
+
+    def _suited(self, size: float, order: int) -> float:
+        """Return a step for the method that suits it: what the test of a method of this order asked for."""
+        if not self.looked or (order == 4 and size * self.radius <= embedded.REACH):
+            return size
+        self.stiff_size = size if order == 2 else min(size, RETRIED * self.stiff_size)
+        reach = embedded.REACH / self.radius
+        return self.stiff_size if self.stiff_size > WORTH * reach else reach
+
+    def _even(self, size: float, left: float) -> float:
+        """Return a step that leaves no short one for the end of the way."""
+        if size < left <= STRETCH * size:
+            size = left
+        elif size < left < 2.0 * size:
+            size = 0.5 * left
+        return min(size, self.most)
 
     def _is_rough(self) -> bool:
         """Whether the rate is noisy on either side of the step, or has jumped too often to be followed."""
@@ -184,8 +247,10 @@ class AdaptiveStepper:
 
     def _errors_stay_small(self, node: Node, left: float) -> bool:
         """Whether an error made at the start grows to less than 1/tolerance before the limit."""
-        whole = node.cycle + (left if np.isfinite(left) else 0.0)
-        return self.wave_growth * whole <= -np.log(self.tolerance)
+        whole, most = node.cycle + (left if np.isfinite(left) else 0.0), -np.log(self.tolerance)
+        if self.spectrum.radius * whole > most and not self.growth_known:
+            self._look_for_growth(node)
+        return bool(self.wave_growth * whole <= most)
 
     def _rough_size(self, node: Node) -> float:
         """Return the step that wears a fixed share of the depth reached: the error test is no guide here."""
@@ -210,17 +275,34 @@ class AdaptiveStepper:
 
     def _try(self, node: Node, size: float) -> _Try:
         self.trying = size
-        stiff = size * self.radius > embedded.REACH
-        if not stiff:
-            depth, rate, error = embedded.step(self.rate, node.depth, node.rate, size, self.radius)
-        else:
-            coefficients = rkc.stages_for(size * self.radius, self.damping)
-            depth = rkc.step(self.rate, node.depth, node.rate, size, coefficients)
-            rate = self.rate(depth)
-            error = rkc.local_error(node.depth, depth, node.rate, rate, size)
-        end = Node(node.cycle + size, depth, rate)
+        if self.looked and size * self.radius > embedded.REACH:
+            return self._try_stiff(node, size)
+        begun = embedded.begin(self.rate, node.depth, node.rate, size)
+        self._saw(begun.seen)
+        end = Node(node.cycle + size, node.depth + size * begun.third, begun.third)
+        foreseen = self._tried(node, end, begun.foreseen(size, self.radius), size, 4)
+        if foreseen.ratio > HOPELESS and not self._is_rough():
+            return replace(foreseen, share=2.0 / 3.0)
+        depth, rate, difference, seen = embedded.complete(self.rate, node.depth, node.rate, size, begun)
+        self._saw(seen)
+        error = embedded.reported(difference, size * self.radius)
+        return self._tried(node, Node(node.cycle + size, depth, rate), error, size, 4)
+
+    def _try_stiff(self, node: Node, size: float) -> _Try:
+        coefficients = rkc.stages_for(size * self.radius, self.damping)
+        depth = rkc.step(self.rate, node.depth, node.rate, size, coefficients)
+        rate = self.rate(depth)
+        error = rkc.local_error(node.depth, depth, node.rate, rate, size)
+        return self._tried(node, Node(node.cycle + size, depth, rate), error, size, 2)
+
+    def _tried(self, node: Node, end: Node, error: Array, size: float, order: int) -> _Try:
         largest = float(np.abs(error).max(initial=0.0))
-        return _Try(end, error, largest / self._allowed(node, end), size, 2 if stiff else 3)
+        return _Try(end, error, largest / self._allowed(node, end), size, order)
+
+    def _saw(self, radius: float) -> None:
+        """Take what the stages of a step tell of the spectral radius, where nothing better is known."""
+        if not self.looked and self.rate.noise == 0.0 and radius > self.spectrum.radius:
+            self.spectrum = NOTHING_KNOWN._replace(radius=radius)
 
     def _allowed(self, node: Node, end: Node) -> float:
         worn = float((end.depth - node.depth).max(initial=0.0))
@@ -233,10 +315,10 @@ class AdaptiveStepper:
 
     def _accepted(self, tried: _Try, *, rejected: bool) -> None:
         ratio = max(tried.ratio, 1e-10)
-        trend = min(1.0, (self.last_ratio / ratio) ** 0.2)
+        trend = min(1.0, (self.last_ratio / ratio) ** 0.1) if tried.order == self.last_order else 1.0
         factor = min(tried.fits(ratio) * trend, 1.0 if rejected else LARGEST_GROWTH)
         self.next_size = tried.size * factor
-        self.last_ratio, self.age, self.most = ratio, self.age + 1, np.inf
+        self.last_ratio, self.last_order, self.age, self.most = ratio, tried.order, self.age + 1, np.inf
 
     def _step(self, node: Node, tried: _Try) -> Step:
         return Step(node, tried.end, (node.rate, tried.end.rate), tried.error, growth(node, tried.end))
@@ -246,11 +328,17 @@ class AdaptiveStepper:
         if self.rate.noise > 0.0:
             self.age = 0
             return
-        direction = direction if direction.size else random_direction(node.rate)
+        direction = direction if direction.size == node.rate.size else random_direction(node.rate)
         self.spectrum = spectrum(self.rate, node.depth, direction, amplitude=PROBE * self.scale)
-        if not self.spectrum.is_real and self.foreseeable:
-            found = growth_rate(self.rate, node.depth, self.spectrum.direction, amplitude=PROBE * self.scale)
-            self.wave_growth = max(self.wave_growth, found)
         if memory is not None:
             self.rate.recall(memory)
-        self.age = 0
+        self.age, self.looked, self.growth_known = 0, True, self.spectrum.is_real or not self.foreseeable
+
+    def _look_for_growth(self, node: Node) -> None:
+        """Measure the growth of waves at a state where the spectrum was looked at, and is complex."""
+        if self.rate.noise > 0.0 or not self.looked:
+            return
+        memory = self.rate.remember()
+        found = growth_rate(self.rate, node.depth, self.spectrum.direction, amplitude=PROBE * self.scale)
+        self.rate.recall(memory)
+        self.wave_growth, self.growth_known = max(self.wave_growth, found), True

@@ -40,7 +40,7 @@ def crosses_jump(steps: list[float], changes: list[float]) -> bool:
     ----------
     steps, changes : step size and |r(end) − r(start)| of successive tries, all but the last one rejected
     """
-    return len(steps) > 1 and steps[-1] <= 0.6 * steps[0] and changes[-1] > 0.7 * changes[0] > 0.0
+    return len(steps) > 1 and steps[-1] <= 0.65 * steps[0] and changes[-1] > 0.7 * changes[0] > 0.0
 
 
 def locate(

@@ -24,6 +24,10 @@ ELASTIC_SCALE = 1e-6
 """Default depth scale: well below the elastic deflection of a loaded tooth pair (about 5 µm) [m]."""
 AIM = 1.1
 """How far past the expected crossing of a depth limit the last step aims."""
+TREND = 0.5
+"""Share of the trend of the rate over the last step that is expected to go on: wear evens out."""
+MOST_TREND = 1.5
+"""Largest factor by which the trend of the rate moves the expected crossing."""
 LANDED = 1e-10
 
 
@@ -223,10 +227,26 @@ class _March:
         rate, missing = node.rate[limits.flank], limits.depth - node.depth[limits.flank]
         if limits.cycles is None and not node.rate.any():
             return np.inf
-        due = np.divide(missing, rate, out=np.full_like(missing, np.inf), where=rate > 0.0).min(
-            initial=np.inf
-        )
-        return float(min(left, AIM * due)) if np.isfinite(due) else float(left)
+        due = np.divide(missing, rate, out=np.full_like(missing, np.inf), where=rate > 0.0)
+        soonest = float(due.min(initial=np.inf))
+        if not np.isfinite(soonest):
+            return float(left)
+        braked = float((due * self._braking(due)).min())
+        return float(min(left, AIM * np.clip(braked, soonest / MOST_TREND, soonest * MOST_TREND)))
+
+    def _braking(self, due: Array) -> Array:
+        """Return by what the trend of the last step moves the cycles due at the present rate, (n_flank,) [1].
+
+        ``g + q g²/2 = 1`` with q the change of the rate over those cycles, relative to the rate.
+        """
+        if not self.curves:
+            return np.ones_like(due)
+        step, flank = self.curves[-1], self.limits.flank
+        trend = (step.end.rate - step.start.rate)[flank] / step.size
+        wears = np.isfinite(due)
+        q = np.zeros_like(due)
+        q[wears] = TREND * trend[wears] * due[wears] / step.end.rate[flank][wears]
+        return np.asarray(2.0 / (1.0 + np.sqrt(np.maximum(0.0, 1.0 + 2.0 * q))))
 
     def _negligible(self, size: float) -> bool:
         """Whether a step is too short to matter for the life or the depth."""

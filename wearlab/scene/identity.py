@@ -10,7 +10,7 @@ from typing import Any
 
 from wearlab.scene.part import Stored
 
-MODEL_VERSION = 2
+MODEL_VERSION = 3
 DIGITS = 12
 WHOLE_BELOW = 2**53
 

@@ -119,8 +119,8 @@ def _life(stage: Stage, lived: History, found: list[Rougher]) -> float | None:
         return None
     counts = build_limits(stage.scenes[0], stage.first.gears, stage.coupling).flank
     end = end_of(life.depth[-1], life.rate[-1], flank_of_nodes(stage.first), counts)
-    if end.rate <= 0.0:
-        return 0.0
+    if end.rate <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth
+        return float("nan") if lived.cycle[-1] > 0.0 else 0.0
     error = float(life.accumulated_error[-1]) + end.between + RATE_SHARE * _deepest_change(lived, found, end)
     return error / end.rate
 
