@@ -1,16 +1,20 @@
-"""The table of scores: told apart, kept on disk, and never computed twice."""
+"""Scores of drawn scenes: told apart, kept as they come, never computed twice, and what they promise."""
 
+import json
 import math
 import multiprocessing
 
 import pytest
+import xarray as xr
 
-from wearlab.accuracy import estimates
-from wearlab.accuracy.drawn import Score, summary
+from wearlab.accuracy import estimates, scores_table
+from wearlab.accuracy.drawn import KINDS, Score, draw_any, small_scenes, summary
+from wearlab.campaign import CampaignError, load, load_drawing
+from wearlab.cli.app import status_of
 
 
-def row(scene, outcome=estimates.SCORED, **cells):
-    return {"seed": 5, "scene": scene, "outcome": outcome, "seconds": 1.0, **cells}
+def row(scene, outcome=estimates.SCORED, kind="external-pair", **cells):
+    return {"seed": 5, "scene": scene, "kind": kind, "outcome": outcome, "seconds": 1.0, **cells}
 
 
 SCORES = [
@@ -20,6 +24,12 @@ SCORES = [
 ROWS = [row(number, **estimates._cells(score)) for number, score in enumerate(SCORES)]
 
 
+def written(folder, scenes=3, more=""):
+    file = folder / "drawn.toml"
+    file.write_text(f'title = "T"\n[estimates]\nscenes = {scenes}\nseed = 5\nlongest = "9 s"\n{more}')
+    return file
+
+
 def test_a_missing_estimate_counts_as_a_miss():
     found = summary(SCORES[:1])
     assert found == {"wear_depth": (1, 1.0, 2.0), "life": (1, 1.0, 4.0)}
@@ -27,33 +37,129 @@ def test_a_missing_estimate_counts_as_a_miss():
     assert summary(SCORES)["life"] == (2, 0.5, 2.25)
 
 
-def test_scenes_without_a_score_are_told_apart():
-    rows = [*ROWS[:1], row(2, "refused: undercut"), row(3, "refused: too thin"), row(4, "too long")]
-    told = estimates.table(rows)
-    assert (told["scenes"], told["scored"], told["apart"]) == (4, 1, {"refused": 2, "too long": 1})
-    assert told["cost_median"] == told["cost_largest"] == 0.1
-    assert told["life"] == {"scenes": 1, "below_estimate": 1.0, "median_ratio": 4.0}
+def test_scenes_without_a_score_are_told_apart_with_what_it_means():
+    others = (
+        "refused: undercut",
+        "refused: too thin",
+        "reference too long",
+        "life not reached: evaluation limit",
+    )
+    rows = [*ROWS[:1], *(row(number, text, "planetary") for number, text in enumerate(others, 2))]
+    told = scores_table.apart_rows(rows)
+    assert [(reason, count) for reason, count, _ in told] == [
+        ("refused", "2"),
+        ("reference too long", "1"),
+        ("life not reached", "1"),
+    ]
+    assert all(meaning for _, _, meaning in told)
+    assert scores_table.costs(rows) == (0.1, 0.1)
+    assert ("all", "life", "1", "100.0%", "4.0") in scores_table.score_rows(rows)
+    assert not any(kind == "planetary" for kind, *_ in scores_table.score_rows(rows))
 
 
-def test_the_table_is_read_back_and_completed(tmp_path, monkeypatch, capsys):
+def test_what_is_promised_and_not_kept_is_said():
+    def told(error, estimate, cost=0.1):
+        return " ".join(scores_table.missed([row(0, cost=cost, life_error=error, life_estimate=estimate)]))
+
+    assert told(1.0, 9.0) == ""
+    assert "below its estimate in 0.0%" in told(1.0, 0.9)
+    assert "median of estimate over error is 11.0" in told(1.0, 11.0)
+    assert "up to 60%" in told(1.0, 9.0, cost=0.6)
+    assert scores_table.missed([row(0, "aperiodic")]) == []
+
+
+def test_one_scene_in_ten_is_internal_and_one_is_planetary():
+    kinds = [draw_any(77, number).gears.kind for number in range(20)]
+    assert [kinds.count(kind) for kind in KINDS] == [16, 2, 2]
+    assert draw_any(77, 9).id == draw_any(77, 9).id != draw_any(78, 9).id != draw_any(77, 19).id
+    small = small_scenes()
+    assert {one.gears.kind for one in small} == {"internal-pair", "planetary"}
+    assert len({None if one.dynamics is None else one.dynamics.model for one in small}) == 5
+
+
+def test_the_file_is_scored_kept_and_completed(tmp_path, monkeypatch, capsys):
     asked = []
 
     class Fake(estimates.Worker):
         def scored(self, seed, number, longest):
             asked.append((seed, number, longest))
-            return ROWS[0] | {"seed": seed, "scene": number}
+            return ROWS[number % 2] | {"seed": seed, "scene": number}
 
     monkeypatch.setattr(estimates, "Worker", Fake)
-    out = tmp_path / "scores.csv"
-    for scenes in ("2", "3"):
-        estimates.main(["--scenes", scenes, "--seed", "5", "--longest", "9", "--out", str(out)])
+    out = tmp_path / "out"
+
+    def command(scenes, *words):
+        words = ["accuracy", str(written(tmp_path, scenes)), "--out", str(out), "--workers", "1", *words]
+        return status_of(words), capsys.readouterr()
+
+    command(2)
+    status, said = command(3)
     assert asked == [(5, 0, 9.0), (5, 1, 9.0), (5, 2, 9.0)]
-    assert estimates.of_row(estimates.read(out)[2]) == SCORES[0]
-    assert "3 scenes, 3 scored; apart: none" in capsys.readouterr().out
+    assert status == 1 and "life: the error is below its estimate in 66.7%" in said.err
+    told = json.loads(command(3, "--json")[1].out)
+    assert len(asked) == 3
+    assert told["scores"][1]["scenes"] == "3" and told["apart"] == {} and len(told["missed"]) == 3
+    with xr.open_dataset(out / "estimates.nc") as made:
+        assert made.life_estimate.values.tolist() == [4.0, 1.0, 4.0]
+        assert made.attrs["seed"] == 5 and made.wear_depth_error.attrs["units"] == "m"
+    table = out / "estimates.csv"
+    assert estimates.of_row(estimates.read(table)[0]) == SCORES[0]
+    table.write_text(table.read_text().replace(estimates.read(table)[1]["source"], "other", 1))
+    command(3)
+    assert asked[3:] == [(5, 0, 9.0)]  # what other sources made does not count
+    table.write_text(table.read_text()[:-60])
+    command(3)
+    assert len(asked) == 5  # nor does a row that was cut off
+
+
+def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch):
+    class Fake(estimates.Worker):
+        def scored(self, seed, number, longest):
+            if number == 1:
+                raise KeyboardInterrupt
+            return ROWS[0] | {"scene": number}
+
+    monkeypatch.setattr(estimates, "Worker", Fake)
+    drawing = load_drawing(written(tmp_path))
+    with pytest.raises(KeyboardInterrupt):
+        estimates.run(drawing.estimates, "here", tmp_path / "t.csv", 1, lambda text: None)
+    assert estimates.read(tmp_path / "t.csv")[0]["scene"] == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("scenes = 0\nseed = 1", "estimates.scenes: 0 is not within 1"),
+        ("scenes = 2.5\nseed = 1", "estimates.scenes: 2.5 is not a whole number"),
+        ("scenes = 2", "estimates.seed: required"),
+        ("scenes = 2\nseed = -1", "estimates.seed: -1"),
+        ("scenes = 2\nseed = 1\nlongest = 5", "estimates.longest: 5"),
+        ("scenes = 2\nseed = 1\nscnes = 3", "did you mean 'scenes'"),
+        ("scenes = 2\nseed = 1\n[gears]\nmodule = '3 mm'", "gears: does not go with [estimates]"),
+    ],
+)
+def test_wrong_files_are_refused(tmp_path, text, told):
+    file = tmp_path / "drawn.toml"
+    file.write_text(f"[estimates]\n{text}\n")
+    with pytest.raises(CampaignError, match=r"drawn\.toml") as refused:
+        load_drawing(file)
+    assert told in str(refused.value)
+
+
+@pytest.mark.parametrize("words", [["check"], ["run"], ["plan"], ["figures"]])
+def test_everything_else_refuses_such_a_file_and_says_what_it_is_for(tmp_path, words, capsys):
+    file = written(tmp_path)
+    assert status_of([*words, str(file)]) == 2
+    assert "wearlab accuracy FILE" in capsys.readouterr().err
+    with pytest.raises(CampaignError, match="wearlab accuracy"):
+        load(file)
+    assert status_of(["accuracy", str(file), "--error", "1e-3"]) == 2
+    assert "--error" in capsys.readouterr().err
 
 
 def _never(line):
     line.recv()
+    line.send(estimates.REFERENCE)
     estimates.limit_work(0.0)
     while True:
         pass
@@ -64,10 +170,13 @@ def _dies(line):
 
 
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
-@pytest.mark.parametrize(("work", "told"), [(_never, "too long"), (_dies, "failed: its process ended")])
+@pytest.mark.parametrize(
+    ("work", "told"), [(_never, "reference too long"), (_dies, "failed: its process ended")]
+)
 def test_a_scene_that_takes_too_long_or_ends_its_process_costs_no_other(work, told, monkeypatch):
     monkeypatch.setattr(estimates, "_work", work)
     monkeypatch.setattr(estimates, "CONTEXT", multiprocessing.get_context("fork"))
     worker = estimates.Worker()
-    assert worker.scored(1, 2, 20.0)["outcome"] == told
+    found = worker.scored(1, 9, 20.0)
+    assert (found["outcome"], found["kind"]) == (told, "planetary")
     assert worker.process is None

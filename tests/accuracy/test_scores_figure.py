@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from wearlab.accuracy.drawn import Score
-from wearlab.accuracy.scores_figure import draw_scores
+from wearlab.accuracy.scores_figure import scores_png
 
 
 @pytest.fixture
@@ -19,14 +19,13 @@ def figures(monkeypatch):
     return written
 
 
-def test_every_scene_is_a_point_on_its_side_of_the_line(tmp_path, figures):
+def test_every_scene_is_a_point_on_its_side_of_the_line(figures):
     scores = [
         Score((1e-8, 3e-8), (10.0, 40.0), None, 0.1),
         Score((2e-8, 1e-8), (20.0, math.nan), (1.0, 5.0), 0.1),
         Score((3e-8, 9e-8), None, (2.0, 9.0), 0.1),
     ]
-    draw_scores(scores, tmp_path / "scores.png")
-    assert (tmp_path / "scores.png").read_bytes()[:4] == b"\x89PNG"
+    assert scores_png(scores)[:4] == b"\x89PNG"
     depth, life, force = figures[0].axes[:3]
     below, above, equal, tenfold = depth.lines
     np.testing.assert_allclose(below.get_xydata(), [[1e-2, 3e-2], [3e-2, 9e-2]])

@@ -1,19 +1,16 @@
-"""Scores of the error estimates of many scenes.
+"""Scores of the error estimates of many scenes, computed one by one and kept as they come.
 
-``python -m wearlab.accuracy.estimates --scenes 200 --seed 2 --out scores.csv`` prints how often the error
-stays below its estimate, and by what factor the estimate exceeds it. Scenes without a score are told apart
-by the reason. The table grows scene by scene; asked again, what it holds is not computed again.
+Every scene runs in a process of its own, within a time of the processor. Its row is added to a table at once,
+so that an interruption loses no more than what is under way; rows that other sources made do not count.
 """
 
-import argparse
 import csv
-import json
 import math
+import os
 import resource
 import signal
 import time
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from multiprocessing import Pipe, get_context
 from multiprocessing.connection import Connection
@@ -22,37 +19,44 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-import numpy as np
-
-from wearlab.accuracy.drawn import QUANTITIES, Apart, Score, draw, score, summary
+from wearlab.accuracy.drawn import QUANTITIES, Apart, Score, draw_any, score, small_scenes
+from wearlab.campaign.estimates import Estimates
 
 COLUMNS = (
-    "seed", "scene", "outcome", "seconds", "cost",
+    "source", "seed", "scene", "kind", "outcome", "seconds", "cost",
     *(f"{name}_{what}" for name in QUANTITIES for what in ("error", "estimate")),
 )  # fmt: skip
 SCORED = "scored"
+RUN, REFERENCE = "run", "reference"
+TOO_LONG = "too long"
 CONTEXT: Any = get_context("spawn")
 Row = dict[str, Any]
+Report = Callable[[str], None]
 
 
-def scored(seed: int, number: int) -> Row:
+def scored(seed: int, number: int, told: Report) -> Row:
     """Return the row of one scene, with the time of the processor that it took [s]."""
-    begun = time.process_time()
+    begun, scene = time.process_time(), draw_any(seed, number)
     try:
-        cells = {"outcome": SCORED, **_cells(score(draw(seed, number)))}
+        cells = {"outcome": SCORED, **_cells(score(scene, told))}
     except Apart as apart:
         cells = {"outcome": str(apart)}
     except Exception as error:  # a defect of one scene does not cost the others
         cells = {"outcome": f"failed: {error!r}"}
-    return {"seed": seed, "scene": number, **cells, "seconds": round(time.process_time() - begun, 3)}
+    seconds = round(time.process_time() - begun, 3)
+    return {"seed": seed, "scene": number, "kind": scene.gears.kind, **cells, "seconds": seconds}
 
 
 def _work(line: Connection) -> None:
     """Score scenes as they are asked for, in a process of its own that ends when a scene takes too long."""
+    from wearlab.simulate import simulate
+
+    for scene in small_scenes():  # compiled before any clock runs
+        simulate(scene)
     while True:
         seed, number, longest = line.recv()
         limit_work(longest)
-        line.send(scored(seed, number))
+        line.send(scored(seed, number, line.send))
 
 
 def limit_work(longest: float) -> None:
@@ -76,14 +80,19 @@ class Worker:
             self.process.start()
             theirs.close()
         self.line.send((seed, number, longest))
+        stage = RUN
         try:
-            found: Row = self.line.recv()
+            while isinstance(told := self.line.recv(), str):
+                stage = told
+            found: Row = told
             return found
-        except EOFError:
+        except (EOFError, ConnectionError):
             self.process.join()
-            outcome = "too long" if self.process.exitcode == -signal.SIGXCPU else "failed: its process ended"
+            late = self.process.exitcode == -signal.SIGXCPU
+            outcome = f"{stage} {TOO_LONG}" if late else "failed: its process ended"
         self.close()
-        return {"seed": seed, "scene": number, "outcome": outcome, "seconds": longest}
+        kind = draw_any(seed, number).gears.kind
+        return {"seed": seed, "scene": number, "kind": kind, "outcome": outcome, "seconds": longest}
 
     def close(self) -> None:
         """End the process."""
@@ -104,16 +113,18 @@ def _cells(found: Score) -> Row:
 
 
 def read(file: Path) -> list[Row]:
-    """Return the rows of a table, none where there is no file."""
+    """Return the rows of a table, none where there is no file; a row that was cut off does not count."""
     if not file.exists():
         return []
     with file.open(newline="") as lines:
         rows = csv.DictReader(lines)
-        return [{key: _value(key, text) for key, text in row.items() if text} for row in rows]
+        return [
+            {key: _value(key, text) for key, text in row.items() if text} for row in rows if row["outcome"]
+        ]
 
 
 def _value(key: str, text: str) -> Any:
-    if key == "outcome":
+    if key in ("source", "kind", "outcome"):
         return text
     return int(text) if key in ("seed", "scene") else float(text)
 
@@ -129,33 +140,46 @@ def of_row(row: Row) -> Score | None:
     return Score(depth, life, force, row["cost"])
 
 
-def table(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return what the rows say: counts, scenes apart by reason, shares and ratios of each quantity."""
-    scores = [one for one in map(of_row, rows) if one is not None]
-    told: dict[str, Any] = {"scenes": len(rows), "scored": len(scores)}
-    reasons = [row["outcome"].partition(":")[0] for row in rows]
-    told["apart"] = dict(Counter(reason for reason in reasons if reason != SCORED))
-    if scores:
-        told["cost_median"] = float(np.median([one.cost for one in scores]))
-        told["cost_largest"] = max(one.cost for one in scores)
-    for name, (count, share, ratio) in summary(scores).items():
-        told[name] = {"scenes": count, "below_estimate": share, "median_ratio": ratio}
-    return told
+def run(asked: Estimates, source: str, file: Path, workers: int | None, report: Report) -> list[Row]:
+    """Score the scenes that the table lacks, on several processes, and add each to the table when done.
+
+    Parameters
+    ----------
+    asked : the scenes
+    source : hash of the sources that score them
+    file : the table
+    workers : processes; None: the cores
+    report : told of every scene that is done
+    """
+    wanted = range(asked.scenes)
+    known = {
+        row["scene"]: row
+        for row in read(file)
+        if row["source"] == source and row["seed"] == asked.seed and row["scene"] in wanted
+    }
+    for number in known:
+        report(f"scene {number}")
+    missing = [number for number in wanted if number not in known]
+    new = not file.exists()
+    with file.open("a", newline="") as lines:
+        writer = csv.DictWriter(lines, COLUMNS)
+        if new:
+            writer.writeheader()
+        for row in _rows(asked, missing, workers or os.cpu_count() or 1):
+            row = {"source": source, **row}
+            writer.writerow(row)
+            lines.flush()
+            known[row["scene"]] = row
+            report(f"scene {row['scene']}")
+    return [known[number] for number in wanted]
 
 
-def run(asked: argparse.Namespace) -> list[Row]:
-    """Score the scenes that the table lacks, on several processes, and add each to the table when done."""
-    from rich.console import Console
-    from rich.progress import track
-
-    wanted = range(asked.first, asked.first + asked.scenes)
-    rows = [row for row in read(asked.out) if row["seed"] == asked.seed and row["scene"] in wanted]
-    there = {row["scene"] for row in rows}
-    new = not asked.out.exists()
-    console = Console(stderr=True)
+def _rows(asked: Estimates, missing: list[int], count: int) -> Iterator[Row]:
+    """Yield the rows of scenes as they are done; nothing goes on when nobody waits for them any more."""
     idle: SimpleQueue[Worker] = SimpleQueue()
-    for _ in range(asked.workers):
-        idle.put(Worker())
+    workers = [Worker() for _ in range(min(count, len(missing)))]
+    for worker in workers:
+        idle.put(worker)
 
     def one(number: int) -> Row:
         worker = idle.get()
@@ -164,48 +188,11 @@ def run(asked: argparse.Namespace) -> list[Row]:
         finally:
             idle.put(worker)
 
-    with ThreadPoolExecutor(asked.workers) as pool, asked.out.open("a", newline="") as lines:
-        writer = csv.DictWriter(lines, COLUMNS)
-        if new:
-            writer.writeheader()
-        todo = [pool.submit(one, n) for n in wanted if n not in there]
-        for done in track(as_completed(todo), "scenes", total=len(todo), console=console, transient=True):
-            rows.append(done.result())
-            writer.writerow(rows[-1])
-            lines.flush()
-    for _ in range(asked.workers):
-        idle.get().close()
-    return rows
-
-
-def main(words: Sequence[str] | None = None) -> None:
-    """Score scenes of a seed, keep the table and print what it says."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--scenes", type=int, default=200, help="how many")
-    parser.add_argument("--first", type=int, default=0, help="number of the first")
-    parser.add_argument("--seed", type=int, default=2, help="1 set the weights of the estimates")
-    parser.add_argument("--longest", type=float, default=600.0, help="processor time of one scene [s]")
-    parser.add_argument("--workers", type=int, default=1, help="processes")
-    parser.add_argument("--out", type=Path, default=Path("estimates.csv"), help="table of the scores")
-    parser.add_argument("--figure", type=Path, help="estimates against errors, as PNG, PDF or SVG")
-    parser.add_argument("--json", action="store_true", help="print for machines")
-    asked = parser.parse_args(words)
-    rows = run(asked)
-    told = table(rows)
-    if asked.figure is not None:
-        from wearlab.accuracy.scores_figure import draw_scores
-
-        draw_scores([one for one in map(of_row, rows) if one is not None], asked.figure)
-    if asked.json:
-        print(json.dumps(told, indent=1))
-        return
-    print(f"{told['scenes']} scenes, {told['scored']} scored; apart: {told['apart'] or 'none'}")
-    for name in (name for name in QUANTITIES if name in told):
-        count, share, ratio = told[name].values()
-        print(f"{name:12s}{count:4d} scenes: error below estimate in {share:.1%}, median ratio {ratio:.2f}")
-    if told["scored"]:
-        print(f"estimates add {told['cost_median']:.0%} to a run, at most {told['cost_largest']:.0%}")
-
-
-if __name__ == "__main__":
-    main()
+    pool = ThreadPoolExecutor(max(1, len(workers)))
+    try:
+        for done in as_completed([pool.submit(one, number) for number in missing]):
+            yield done.result()
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for worker in workers:
+            worker.close()

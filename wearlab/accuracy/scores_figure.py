@@ -1,7 +1,7 @@
 """The scores of the error estimates as a figure: estimate against true error, one point for each scene."""
 
+import io
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 import matplotlib
@@ -31,8 +31,9 @@ PANELS = (
 )
 
 
-def draw_scores(scores: Sequence[Score], file: Path) -> None:
-    """Write a figure of estimates against true errors, log–log."""
+def scores_png(scores: Sequence[Score]) -> bytes:
+    """Return the PNG of a figure of estimates against true errors, log–log."""
+    stream = io.BytesIO()
     with matplotlib.rc_context(DEFAULTS):
         figure = Figure((7.2, 2.9), layout="constrained")
         for axes, panel in zip(figure.subplots(1, len(PANELS)), PANELS, strict=True):
@@ -40,13 +41,15 @@ def draw_scores(scores: Sequence[Score], file: Path) -> None:
             known = np.array([pair for pair in pairs if pair is not None and np.isfinite(pair).all()])
             true, told = panel.scale * known.reshape(-1, 2).T
             _points(axes, true, told)
-            axes.set_title(f"{panel.title}\n{len(true)} scenes, {np.mean(true <= told):.1%} below", size=8)
+            below = f", {np.mean(true <= told):.1%} below" if len(true) else ""
+            axes.set_title(f"{panel.title}\n{len(true)} scenes{below}", size=8)
             axes.set_xlabel(f"true error in {panel.unit}", size=8)
             axes.set_ylabel(f"estimated error in {panel.unit}", size=8)
             axes.tick_params(labelsize=7)
         handles, labels = figure.axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=7, frameon=False)
-        figure.savefig(file, dpi=200)
+        figure.savefig(stream, format="png", dpi=200, metadata={"Software": None})
+    return stream.getvalue()
 
 
 def _points(axes, true, told) -> None:  # type: ignore[no-untyped-def]

@@ -1,9 +1,10 @@
 """Campaigns: a file becomes scenes, each with its place in a grid, and figures to draw."""
 
 from wearlab.campaign.axes import Axis, Coordinate
-from wearlab.campaign.campaign import Campaign, Metadata, load
+from wearlab.campaign.campaign import Campaign, Metadata, load, load_drawing
 from wearlab.campaign.cases import BASE, Case
 from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.estimates import Drawing, Estimates
 from wearlab.campaign.exclusion import Excluded
 from wearlab.campaign.expect import Expectation, Wanted
 from wearlab.campaign.figure import FigureSpec
@@ -16,11 +17,14 @@ __all__ = [
     "CampaignError",
     "Case",
     "Coordinate",
+    "Drawing",
+    "Estimates",
     "Excluded",
     "Expectation",
     "FigureSpec",
     "Metadata",
     "Wanted",
     "load",
+    "load_drawing",
     "schema_json",
 ]

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from wearlab.campaign.axes import Axis, flat, overlap, read_axes
 from wearlab.campaign.cases import EXPECT, Case, expand, read_differences
 from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.estimates import BESIDE, ELSEWHERE, MOST_SCENES, SECTION, Drawing, Estimates
 from wearlab.campaign.exclusion import Excluded, read_conditions, without_excluded
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.inheritance import Inherited, inherit
@@ -32,6 +33,8 @@ OWN_KEYS = (
     "figure",
     "expect",
 )
+WITH_REASON = ("unit", "number", "count")
+"""Errors that say themselves what is wrong with a value."""
 Model = TypeVar("Model", bound=BaseModel)
 Result = TypeVar("Result")
 
@@ -89,8 +92,50 @@ def load(path: str | Path) -> Campaign:
     """
     file = Path(path).expanduser().resolve()
     inherited = inherit(file)
+    if SECTION in inherited.table:
+        raise CampaignError([f"{inherited.file_of(SECTION)}: {ELSEWHERE}"])
+    return _told_with_file(inherited, file, _read)
+
+
+def load_drawing(path: str | Path) -> Drawing | None:
+    """Read a file whose scenes are drawn, None when it writes them.
+
+    Parameters
+    ----------
+    path : a TOML file
+
+    Raises
+    ------
+    CampaignError
+        When it cannot be read, or its ``[estimates]`` are wrong.
+    """
+    file = Path(path).expanduser().resolve()
+    inherited = inherit(file)
+    return _told_with_file(inherited, file, _read_drawing) if SECTION in inherited.table else None
+
+
+def _read_drawing(inherited: Inherited, file: Path) -> Drawing:
+    table = inherited.table
+    problems = [
+        f"{key}: does not go with [{SECTION}], whose scenes are drawn" for key in table if key not in BESIDE
+    ]
+    tried: Callable[..., Any] = lambda read, *args: _tried(problems, read, *args)  # noqa: E731
+    asked = tried(_modelled, Estimates, table[SECTION], SECTION)
+    title = tried(_text, table, "title")
+    if asked is not None and not 1 <= asked.scenes <= MOST_SCENES:
+        problems.append(f"{SECTION}.scenes: {asked.scenes} is not within 1 and {MOST_SCENES}")
+    if asked is not None and asked.seed < 0:
+        problems.append(f"{SECTION}.seed: {asked.seed} is not a whole number from 0 on")
+    if asked is not None and asked.longest <= 0.0:
+        problems.append(f"{SECTION}.longest: {asked.longest:g} s is no time")
+    if problems:
+        raise CampaignError(problems)
+    return Drawing(title or file.stem, asked)
+
+
+def _told_with_file(inherited: Inherited, file: Path, read: Callable[[Inherited, Path], Result]) -> Result:
     try:
-        return _read(inherited, file)
+        return read(inherited, file)
     except CampaignError as error:
         raise CampaignError(_with_file(line, inherited) for line in error.problems) from None
 
@@ -187,6 +232,8 @@ def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseMo
         near = get_close_matches(key, model.model_fields, 1)
         remedy = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(model.model_fields)}"
         return f"{where}.{key}: unknown key{remedy}"
+    if error["type"] in WITH_REASON:
+        return f"{where}.{key}: {error['msg']}"
     meaning = model.model_fields[key].description
     if error["type"] == "missing":
         return f"{where}.{key}: required: {meaning}"

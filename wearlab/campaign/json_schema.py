@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
 from wearlab.campaign.campaign import Metadata
+from wearlab.campaign.estimates import SECTION, Estimates
 from wearlab.campaign.expect import VERDICTS
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.sampling import METHODS
@@ -155,6 +156,11 @@ class CampaignFile(Scene):
     expect: Expect | None = option(
         None, "expected outcome, of every case or of its own; no part of any run's identity", derived="none"
     )
+    estimates: Estimates | None = option(
+        None,
+        "scenes that are drawn for `wearlab accuracy`, instead of any that the file writes",
+        derived="none",
+    )
 
 
 class _Plain(GenerateJsonSchema):
@@ -163,7 +169,14 @@ class _Plain(GenerateJsonSchema):
     def generate(self, schema: Any, mode: Any = "validation") -> JsonSchemaValue:
         """Return the schema of a campaign file."""
         found: dict[str, Any] = _plain(super().generate(schema, mode))
-        return {"$schema": DIALECT, "title": "wearlab campaign", "sources": SOURCES, **found}
+        written = [{"required": found.pop("required")}, {"required": [SECTION]}]
+        return {
+            "$schema": DIALECT,
+            "title": "wearlab campaign",
+            "sources": SOURCES,
+            **found,
+            "anyOf": written,
+        }
 
 
 def _plain(value: Any, names: bool = False) -> Any:

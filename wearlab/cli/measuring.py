@@ -1,14 +1,24 @@
 """``accuracy``: error against run time of a campaign's scenes."""
 
-import os
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wearlab.cli.output import Status, complain, load_campaign, refusing, say, show_json, show_table
+from wearlab.cli.output import (
+    Status,
+    Stop,
+    complain,
+    load_campaign,
+    load_drawing,
+    refusing,
+    say,
+    show_json,
+    show_table,
+)
+from wearlab.cli.progress import bar, write_all
+from wearlab.cli.scoring import score_estimates
 from wearlab.cli.working import case_name
 
 if TYPE_CHECKING:
@@ -18,8 +28,12 @@ if TYPE_CHECKING:
 FILE = "accuracy.nc"
 
 
-def measure_accuracy(file: str, out: Path, error: float | None, as_json: bool) -> Status:
+def measure_accuracy(file: str, out: Path, error: float | None, workers: int | None, as_json: bool) -> Status:
     """Study every case of a campaign; print tables, store the dataset and draw the figures."""
+    if (drawing := load_drawing(file)) is not None:
+        if error is not None:
+            raise Stop("--error: it chooses among settings of a scene, and the scenes of this file are drawn")
+        return score_estimates(drawing, out, workers, as_json)
     campaign = load_campaign(file)
     from wearlab.accuracy.contact import contact_text, contact_time
     from wearlab.accuracy.dataset import dataset
@@ -52,7 +66,7 @@ def _studies(campaign: "Campaign", *, silent: bool) -> list["Study"]:
 
     total = sum(expected_reports(case.scene) for case in campaign.cases)
     names = _labels(campaign)
-    with _bar(total, silent) as tell:
+    with bar(total, silent) as tell:
         return [
             study(name, case.scene, lambda what, name=name: tell(f"{name}: {what}"))  # type: ignore[misc]
             for name, case in zip(names, campaign.cases, strict=True)
@@ -68,29 +82,6 @@ def _labels(campaign: "Campaign") -> list[str]:
     return short if len(set(short)) == len(short) else full
 
 
-@contextmanager
-def _bar(total: int, silent: bool) -> Iterator[Callable[[str], None]]:
-    """Show what is measured on standard error; silent where nobody watches."""
-    from rich import progress
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if silent or not console.is_terminal:
-        yield lambda text: None
-        return
-    columns = (
-        progress.SpinnerColumn(),
-        progress.TextColumn("{task.description}"),
-        progress.BarColumn(),
-        progress.TimeElapsedColumn(),
-        progress.TextColumn("left"),
-        progress.TimeRemainingColumn(),
-    )
-    with progress.Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=total)
-        yield lambda text: bar.update(task, advance=1, description=text)
-
-
 def _write(made: Any, out: Path) -> list[Path]:
     """Write the dataset and its figures, each whole or not at all."""
     from wearlab.accuracy.dataset import netcdf
@@ -99,13 +90,7 @@ def _write(made: Any, out: Path) -> list[Path]:
 
     texts = {"Title": made.attrs["title"], "runs": " ".join(made.run_id.values.tolist())}
     images = {f"{page.file}.png": png(page, RC, DPI, texts) for page in pages(made)}
-    written = []
-    for name, image in {FILE: netcdf(made), **images}.items():
-        part = out / f"{name}.part"
-        part.write_bytes(image)
-        os.replace(part, out / name)
-        written.append(out / name)
-    return written
+    return write_all({FILE: netcdf(made), **images}, out)
 
 
 def _tables(found: list["Study"], error: float | None) -> dict[str, tuple[tuple[str, ...], Any]]:

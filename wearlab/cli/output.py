@@ -2,16 +2,17 @@
 
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from enum import IntEnum, StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from wearlab.store.errors import StoreError
 
 if TYPE_CHECKING:
-    from wearlab.campaign import Campaign
+    from wearlab.campaign import Campaign, Drawing
 
+Content = TypeVar("Content")
 MOST_STYLED = 500  # rows of a table that is fitted to the terminal
 
 
@@ -58,8 +59,24 @@ def load_campaign(file: str) -> "Campaign":
     """
     from wearlab.campaign import load
 
+    return _loaded(load, file)
+
+
+def load_drawing(file: str) -> "Drawing | None":
+    """Read a file whose scenes are drawn, None when it writes them.
+
+    Raises
+    ------
+    Stop : it is absent, unreadable or wrong
+    """
+    from wearlab.campaign import load_drawing
+
+    return _loaded(load_drawing, file)
+
+
+def _loaded(read: Callable[[str], Content], file: str) -> Content:
     try:
-        return load(file)
+        return read(file)
     except OSError as error:
         raise Stop(f"{error.filename or file}: {error.strerror or error}") from error
     except ValueError as error:

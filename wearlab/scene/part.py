@@ -165,6 +165,7 @@ Density = _measured("density")
 Viscosity = _measured("viscosity")
 PressureViscosity = _measured("pressure-viscosity coefficient")
 WearCoefficient = _measured("wear coefficient")
+Time = _measured("time")
 
 
 class Choice:
