@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.collocation_inputs import inputs_of
-from wearlab.dynamics.collocation_kernel import over_groups, path_over_groups, starts_of_groups
+from wearlab.dynamics.collocation_kernel import over_groups, part_at_jumps, path_over_groups, starts_of_groups
 from wearlab.dynamics.frozen import Frozen
 from wearlab.dynamics.propagator import (
     effects,
@@ -100,11 +100,16 @@ class AffineMap(NamedTuple):
     maps: Array
     stages: Array
 
-    def path(self, start: Array, sizes: Array) -> Array:
-        """Return the states at the ends of all steps, (n_steps + 1, 2n), from ``start`` (2n,)."""
-        starts = np.empty((len(self.maps) + 1, len(start)))
+    def path(self, given: Array) -> Array:
+        """Return the states at the ends of all steps, (n_steps + 1, 2n).
+
+        Parameters
+        ----------
+        given : (2n + 1 + n_balance,) the start, 1, and the sizes of loads
+        """
+        starts = np.empty((len(self.maps) + 1, len(self.whole)))
         inputs = np.empty(self.stages.shape[:2])
-        starts_of_groups(self.maps, self.stages, np.r_[start, 1.0, sizes], starts, inputs)
+        starts_of_groups(self.maps, self.stages, given.copy(), starts, inputs)
         return self.cut.path(starts, inputs)
 
 
@@ -124,7 +129,7 @@ def affine_map(
     if cut is None:
         return None
     inputs = inputs_of(system, balance, tables, period, mean, shares)
-    columns = len(basis.T) * 2 + inputs.push.shape[3]
+    columns = len(basis.T) * 2 + inputs.load.shape[3]
     stages = np.empty((len(cut.first), (2 * SIZES[0] + 1) * len(basis), columns))
     maps = np.empty((len(cut.first), 2 * len(system.load), columns))
     whole = np.empty(maps.shape[1:])
@@ -158,14 +163,18 @@ def basis_of(system: System, balance: Balance | None) -> tuple[Array, Array]:
     return system.mass.T, np.asarray(np.linalg.solve(system.mass, vectors.T), np.float64)
 
 
-def _cut(tables: StageTables) -> tuple[Index, Index]:
-    """Return first step and size, as an index of `SIZES`, of groups of equal steps with no jump inside."""
-    joined = np.diff(tables.width) == 0.0
+def joined_steps(tables: StageTables) -> NDArray[np.bool_]:
+    """Whether each step but the last is as long as the next, and no table jumps between them."""
+    joined = tables.width[1:] == tables.width[:-1]
     for table in (tables.stiffness, tables.gap, tables.sliding):
         if table is not None:
-            jump = np.abs(table[:-1, 2] - table[1:, 0]) > SMOOTH * max(table.max(), -table.min())
-            joined &= ~jump.reshape(len(joined), -1).any(axis=1)
-    ends = np.flatnonzero(np.r_[~joined, True]) + 1
+            part_at_jumps(table, SMOOTH * max(table.max(), -table.min()), joined)
+    return joined
+
+
+def _cut(tables: StageTables) -> tuple[Index, Index]:
+    """Return first step and size, as an index of `SIZES`, of groups of equal steps with no jump inside."""
+    ends = np.flatnonzero(np.r_[~joined_steps(tables), True]) + 1
     size = [part for steps in np.diff(np.r_[0, ends]) for part in _parts(int(steps))]
     taken = np.array(SIZES)[size]
     return np.cumsum(taken) - taken, np.array(size)

@@ -5,25 +5,34 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
 class Inputs(NamedTuple):
-    """The inputs at the stages of all steps, ``u = push (1, sizes) − law d·q``.
+    """The inputs at the stages of all steps, ``u = shares (push − law d·q) + load (1, sizes)``.
+
+    Channels are the meshes, with friction three times over: channel c feels mesh c mod n_mesh.
 
     Parameters
     ----------
-    law : (n_steps, 3, n_in, n_mesh)
-    push : (n_steps, 3, n_in, 1 + n_balance) by tables and constant loads; by loads of size one
+    share : (n_shares,) share of a channel in an input
+    to, of : (n_shares,) which input, and which channel
+    law, push : (n_steps, 3, n_channel) stiffness beyond the linear part's [N/m], and force [N]
+    load : (n_steps or 1, 3 or 1, n_in, 1 + n_balance) by given loads; by loads of size one
     """
 
+    share: Array
+    to: Index
+    of: Index
     law: Array
     push: Array
+    load: Array
 
 
 def inputs_of(
@@ -40,27 +49,29 @@ def inputs_of(
     steps, stages, meshes = tables.error.shape
     count = 0 if balance is None else len(balance.held)
     channels = meshes if system.friction_constant is None else 3 * meshes
-    law = np.zeros((steps, stages, len(shares), meshes))
-    push = np.empty((steps, stages, len(shares), 1 + count))
-    push[..., 0] = shares[:, channels]
+    law, push = np.empty((2, steps, stages, channels))
+    load = shares[:, channels : channels + 1]
     if system.fluctuation_direction is not None and tables.fluctuation is not None:
-        push[..., 0] += tables.fluctuation[..., None] * shares[:, channels + 1]
+        load = load + tables.fluctuation[..., None, None] * shares[:, channels + 1 : channels + 2]
+    load = load.reshape(-1, load.shape[-3] if load.ndim > 2 else 1, *load.shape[-2:])
     if count:
-        push[..., 1:] = shares[:, -count:]
+        sizes = np.broadcast_to(shares[:, -count:], (*load.shape[:3], count))
+        load = np.concatenate([load, sizes], axis=3)
     friction = None if system.friction_constant is None else (tables.sliding, tables.moment)
     tabulate(
-        tables.stiffness, tables.gap, tables.error, tables.error_rate, friction, shares, mean,
+        tables.stiffness, tables.gap, tables.error, tables.error_rate, friction, mean,
         system.mesh_damping / period, law, push,
     )  # fmt: skip
-    return Inputs(law, push)
+    to, of = np.nonzero(shares[:, :channels])
+    return Inputs(shares[to, of], to, of, law, push, np.ascontiguousarray(load))
 
 
 @jit
 def tabulate(
-    stiffness: Any, gap: Any, error: Any, error_rate: Any, friction: Any, shares: Any, mean: Any,
-    damping: Any, law: Any, push: Any,
+    stiffness: Any, gap: Any, error: Any, error_rate: Any, friction: Any, mean: Any, damping: Any, law: Any,
+    push: Any,
 ) -> None:  # fmt: skip
-    """Add ``W = k d·q − Σ_p k_p (g_p + e) − c ė`` of every mesh, less its mean part, to ``law`` and ``push``.
+    """Fill ``law`` and ``push`` with ``Σ_p k_p − k̄`` and ``Σ_p k_p (g_p + e) + c ė`` of every mesh.
 
     ``friction``: Λμ and Λμ s of all pairs, whose channels are ``Σ_p Λμ_p F_p`` and ``Σ_p Λμ_p s_p F_p``.
     """
@@ -73,7 +84,7 @@ def tabulate(
                     k = stiffness[step, stage, m, p]
                     total += k
                     held += k * (gap[step, stage, m, p] + error[step, stage, m])
-                enter(shares, m, m, total, held, law[step, stage], push[step, stage])
+                law[step, stage, m], push[step, stage, m] = total, held
                 if friction is not None:
                     for channel in range(2):
                         total, held = 0.0, 0.0
@@ -82,14 +93,16 @@ def tabulate(
                             total += k
                             held += k * (gap[step, stage, m, p] + error[step, stage, m])
                         at = (channel + 1) * meshes + m
-                        enter(shares, at, m, total, held, law[step, stage], push[step, stage])
+                        law[step, stage, at], push[step, stage, at] = total, held
 
 
-@jit
-def enter(shares: Any, channel: int, m: int, total: float, held: float, law: Any, push: Any) -> None:
-    """Add the force ``total d·q − held`` of a channel of mesh ``m`` to the inputs that share it."""
-    for a in range(len(shares)):
-        share = shares[a, channel]
-        if share != 0.0:
-            law[a, m] += share * total
-            push[a, 0] += share * held
+@jit_inner
+def at_stage(inputs: Any, step: int, stage: int, law: Any, push: Any) -> None:
+    """Fill the inputs of a stage, ``push (1, sizes) − law d·q``: (n_in, n_mesh) and (n_in, 1 + n_balance)."""
+    load = inputs.load
+    push[:, :] = load[step if len(load) > 1 else 0, stage if load.shape[1] > 1 else 0]
+    law[:, :] = 0.0
+    for x in range(len(inputs.share)):
+        a, channel, share = inputs.to[x], inputs.of[x], inputs.share[x]
+        law[a, channel % law.shape[1]] += share * inputs.law[step, stage, channel]
+        push[a, 0] += share * inputs.push[step, stage, channel]

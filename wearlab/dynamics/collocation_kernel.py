@@ -5,7 +5,18 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import jit, jit_inner, jit_inner_apart
+from wearlab.dynamics.collocation_inputs import at_stage
 from wearlab.dynamics.elimination import WIDTH, eliminate
+
+
+@jit
+def part_at_jumps(table: Any, limit: float, joined: Any) -> None:
+    """Unmark in ``joined`` (n_steps − 1,) where a table (n_steps, 3, n_mesh, n_pairs) jumps by more."""
+    for step in range(len(joined)):
+        for m in range(table.shape[2]):
+            for p in range(table.shape[3]):
+                if abs(table[step + 1, 0, m, p] - table[step, 2, m, p]) > limit:
+                    joined[step] = False
 
 
 @jit_inner
@@ -21,27 +32,29 @@ def place(first: int, stage: int, stages: int) -> tuple[int, int]:
 
 
 @jit_inner
-def fill(sense: Any, feed: Any, direction: Any, law: Any, push: Any, first: int, matrix: Any) -> None:
+def fill(sense: Any, feed: Any, direction: Any, inputs: Any, first: int, matrix: Any) -> None:
     """Write ``(1 + feed law) X = (sense − feed_0 law_0 d, feed push)`` of one group into ``matrix``.
 
     Columns lie one after another, (columns, padded rows), as in ``sense`` (2n, rows) and ``feed``
     (stages n_in, rows).
     """
     states, rows = sense.shape
-    meshes, inputs, n = law.shape[3], law.shape[2], direction.shape[1]
+    (meshes, n), count = direction.shape, inputs.load.shape[2]
     stages, begin = rows // meshes, matrix.shape[1]
+    law, push = np.empty((count, meshes)), np.empty(inputs.load.shape[2:])
     matrix[:, :] = 0.0
     for row in range(begin):
         matrix[row, row] = 1.0
     matrix[begin : begin + states, :rows] = sense
     for stage in range(stages + 1):
         step, at = place(first, stage, stages)
-        for a in range(inputs):
-            fed = feed[stage * inputs + a]
-            for x in range(push.shape[3]):
-                add(matrix[begin + states + x], fed, push[step, at, a, x])
+        at_stage(inputs, step, at, law, push)
+        for a in range(count):
+            fed = feed[stage * count + a]
+            for x in range(push.shape[1]):
+                add(matrix[begin + states + x], fed, push[a, x])
             for m in range(meshes):
-                value = law[step, at, a, m]
+                value = law[a, m]
                 if value != 0.0 and stage > 0:
                     add(matrix[(stage - 1) * meshes + m], fed, value)
                 elif value != 0.0:
@@ -58,25 +71,23 @@ def add(out: Any, given: Any, factor: float) -> None:
 
 
 @jit_inner
-def inputs_at_stages(
-    direction: Any, law: Any, push: Any, first: int, found: Any, rows: int, out: Any
-) -> None:
-    """Write the inputs ``u = push − law d·q`` at all stages of a group by its start, (stages n_in, columns).
+def inputs_at_stages(direction: Any, inputs: Any, first: int, found: Any, rows: int, out: Any) -> None:
+    """Write the inputs at all stages of a group by its start, (stages n_in, columns).
 
     ``found``: (columns, padded rows) d·q at all stages but the first, ``rows`` of them.
     """
-    columns = len(found)
-    meshes, inputs, n = law.shape[3], law.shape[2], direction.shape[1]
-    stages = rows // meshes
+    (meshes, n), count, columns = direction.shape, inputs.load.shape[2], len(found)
+    law, push, stages = np.empty((count, meshes)), np.empty(inputs.load.shape[2:]), rows // meshes
     for stage in range(stages + 1):
         step, at = place(first, stage, stages)
-        for a in range(inputs):
-            row = out[stage * inputs + a]
+        at_stage(inputs, step, at, law, push)
+        for a in range(count):
+            row = out[stage * count + a]
             row[:] = 0.0
-            for x in range(push.shape[3]):
-                row[2 * n + x] = push[step, at, a, x]
+            for x in range(push.shape[1]):
+                row[2 * n + x] = push[a, x]
             for m in range(meshes):
-                value = law[step, at, a, m]
+                value = law[a, m]
                 if value != 0.0:
                     if stage > 0:
                         felt = found[:, (stage - 1) * meshes + m]
@@ -96,10 +107,10 @@ def over_group(
     states, rows = sense.shape
     unknowns, columns = padded(rows), one.shape[1]
     matrix = work[: unknowns * (unknowns + columns)].reshape((unknowns + columns, unknowns))
-    fill(sense, feed, direction, inputs.law, inputs.push, first, matrix)
+    fill(sense, feed, direction, inputs, first, matrix)
     eliminate(matrix)
     by_start = stages[: effect.shape[1]]
-    inputs_at_stages(direction, inputs.law, inputs.push, first, matrix[unknowns:], rows, by_start)
+    inputs_at_stages(direction, inputs, first, matrix[unknowns:], rows, by_start)
     last = len(effect) - states
     np.dot(effect[last:], by_start, one)
     one[:, :states] += transition[last:]

@@ -55,7 +55,7 @@ class Periodic:
         if in_registers(system):
             return self._shoot(system, tables, period, start)
         if start is None or start.counts.newton_iterations == 1:
-            found = touching_orbit(system, tables, period, self.margin)
+            found = touching_orbit(system, tables, period, self.margin, start.near if start else None)
             if found is not None:
                 return found
         # Where flanks part, steps go in twos and not in fours: half as long they are as accurate.

@@ -82,8 +82,9 @@ def propagator_of(
 
 def mean_stiffness(tables: StageTables) -> Array:
     """Return the mean stiffness of every mesh, rounded so that wear states share it, (n_mesh,) [N/m]."""
-    whole = tables.stiffness.sum(axis=3)
-    mean = np.einsum("s,skm->m", tables.width, whole * np.array([1.0, 4.0, 1.0])[:, None] / 6.0)
+    stiffness = tables.stiffness
+    weight = tables.width[:, None] * np.array([1.0, 4.0, 1.0]) / 6.0
+    mean = (weight.ravel() @ stiffness.reshape(weight.size, -1)).reshape(stiffness.shape[2:]).sum(axis=1)
     return np.asarray(np.exp(GRID * np.round(np.log(np.maximum(mean, 1e-300)) / GRID)), np.float64)
 
 

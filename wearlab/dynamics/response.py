@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from wearlab.dynamics.path import Path, path
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables
+
+if TYPE_CHECKING:
+    from wearlab.dynamics.neighbour import Neighbour
 
 Array = NDArray[np.float64]
 
@@ -65,6 +68,7 @@ class Response:
     system, tables, mesh_period : what it is the response of, with the loads that were found; duration of a
         mesh period [s]
     derivative : (2n, 2n) of the map over m periods at its start, kept where a neighbour can use it, or None
+    near : what neighbouring cases are found from where no flank parts, or None
     """
 
     period: int
@@ -77,6 +81,7 @@ class Response:
     tables: StageTables
     mesh_period: float
     derivative: Array | None = None
+    near: "Neighbour | None" = None
 
     @property
     def end(self) -> Array:

@@ -7,11 +7,13 @@ their force is handed to the pairs by the quasi-static share.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from functools import cached_property
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.compiled import jit
 from wearlab.mesh.clock import Mesh, look_within, of_kind
 from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
 from wearlab.mesh.harmonics import Harmonics, harmonics
@@ -57,11 +59,13 @@ class Stages:
     where: tuple[Lookup, ...]
     rubbing: "Rubbing | None" = None
 
-    def error(self, mesh: int) -> tuple[Array, Array]:
-        """Return the prescribed error of a mesh and its rate at the stages, both (n_steps, 3) [m]."""
-        one = self.meshes[mesh]
-        phase = self.grid.phase - one.lag
-        return one.error.value(phase), one.error.rate(phase)
+    @cached_property
+    def errors(self) -> tuple[Array, Array]:
+        """Prescribed errors of all meshes and their rates at the stages, (n_steps, 3, n_mesh) each [m]."""
+        phases = [self.grid.phase - mesh.lag for mesh in self.meshes]
+        values = [mesh.error.value(phase) for mesh, phase in zip(self.meshes, phases, strict=True)]
+        rates = [mesh.error.rate(phase) for mesh, phase in zip(self.meshes, phases, strict=True)]
+        return np.stack(values, axis=-1), np.stack(rates, axis=-1)
 
 
 class Friction(NamedTuple):
@@ -236,16 +240,15 @@ def stage_tables(kinds: Sequence[Touching], stages: Stages, fluctuation: Array |
     fluctuation : (n_steps, 3) factor on the fluctuating load [1], or None
     """
     steps, count = len(stages.grid.width), len(stages.meshes)
-    springs = [_stage_springs(one, where, steps) for one, where in zip(kinds, stages.where, strict=True)]
+    springs = [_stage_springs(one, where) for one, where in zip(kinds, stages.where, strict=True)]
     pairs = max(stiffness.shape[-1] for stiffness, _ in springs)
-    stiffness, gap = np.zeros((steps, 3, count, pairs)), np.zeros((steps, 3, count, pairs))
-    error, rate = np.empty((steps, 3, count)), np.empty((steps, 3, count))
-    for kind, (k, g) in enumerate(springs):
+    stiffness, gap = np.zeros((2, steps, 3, count, pairs))
+    for kind, of_kind_springs in enumerate(springs):
         meshes = of_kind(stages.meshes, kind)
-        stiffness[:, :, meshes, : k.shape[-1]] = k
-        gap[:, :, meshes, : g.shape[-1]] = g
+        for values, table in zip(of_kind_springs, (stiffness, gap), strict=True):
+            tabulate(values.reshape(len(meshes), steps, 3, -1), meshes, table)
+    error, rate = (values.copy() for values in stages.errors)
     for mesh, this in enumerate(stages.meshes):
-        error[:, :, mesh], rate[:, :, mesh] = stages.error(mesh)
         series = kinds[this.kind].series
         if series is not None:
             own = stages.grid.phase - this.lag
@@ -274,15 +277,23 @@ def _hand_on(one: Touching, where: Lookup, meshes: NDArray[np.int64], of_pairs: 
         values[:, :, meshes, :pairs] = np.einsum("mskij,skmj->skmi", weight, values[:, :, meshes, :pairs])
 
 
-def _stage_springs(one: Touching, where: Lookup, steps: int) -> tuple[Array, Array]:
-    """Return stiffness and gap of the pairs of each mesh of a kind, (n_steps, 3, n_meshes, n_pairs)."""
+def _stage_springs(one: Touching, where: Lookup) -> tuple[Array, Array]:
+    """Return stiffness and gap of the pairs of each mesh of a kind, (n_meshes · n_steps · 3, n_pairs)."""
     if one.series is None:
         stiffness, gap = _springs(one.analysis, one.nodes, where)[:2]
-    else:
-        stiffness = one.series.stiffness.value(where.phase)[:, None]
-        gap = np.zeros_like(stiffness)
-    shape = (-1, steps, 3, stiffness.shape[-1])
-    return tuple(values.reshape(shape).transpose(1, 2, 0, 3) for values in (stiffness, gap))  # type: ignore[return-value]
+        return stiffness, gap
+    stiffness = one.series.stiffness.value(where.phase)[:, None]
+    return stiffness, np.zeros_like(stiffness)
+
+
+@jit
+def tabulate(values: Any, meshes: Any, table: Any) -> None:
+    """Write values of some meshes, (n_meshes, n_steps, 3, n_pairs), to a table (n_steps, 3, n_mesh, …)."""
+    for at in range(len(meshes)):
+        for step in range(values.shape[1]):
+            for stage in range(values.shape[2]):
+                for p in range(values.shape[3]):
+                    table[step, stage, meshes[at], p] = values[at, step, stage, p]
 
 
 def mesh_force(one: Touching, where: Lookup, deflection: Array, backlash: float | None) -> MeshForce:

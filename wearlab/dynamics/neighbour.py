@@ -1,0 +1,200 @@
+"""The orbit of touching meshes from the factors of a neighbouring case, whose stiffness is nearly the same.
+
+With ``A0 z = b0`` solved and its factors kept, ``A z = b`` is ``A0 z = b − (A − A0) z``: the known answers of
+all groups of steps to additional inputs at their stages, ``Δpush − Δlaw d·q``, give a correction, whose own
+``−Δlaw d·q`` gives the next. Wear moves gaps by far more than stiffness: one or two corrections do. They
+contract as long as the meshes touch alike and their stiffness changes little; otherwise the case is left to
+`wearlab.dynamics.touching`. Multipliers follow to first order.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dgetrs
+
+from wearlab.dynamics.balance import Balance
+from wearlab.dynamics.collocation import joined_steps
+from wearlab.dynamics.collocation_inputs import inputs_of
+from wearlab.dynamics.neighbour_factors import Drifts, Factors, drifts_of, factors_of
+from wearlab.dynamics.neighbour_kernel import added_inputs, changes, end_of_period, over_period, whole_inputs
+from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageTables
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+NEAR = 0.01
+"""Change of the stiffness, over the largest, up to which a neighbour is worth a try."""
+MOST = 4
+SHRINKS = 0.1
+"""Ratio of successive corrections above which the neighbour is left."""
+LEFT = 1e-7
+"""Size of what is left to correct over that of the deflection."""
+CLOSED = 1e-6
+"""Distance between groups, over the size of the path, beyond which the corrections are not believed."""
+CLEAR = 0.02
+"""Distance of multipliers from 1, and bound of their change, within which a neighbour speaks for them."""
+
+
+class Closing(NamedTuple):
+    """What starts and load sizes close a period.
+
+    Parameters
+    ----------
+    factors : of ``I − P``, scaled, where loads take the columns of held coordinates
+    scale : (2n,) sizes of the states
+    held : (n_balance,) these coordinates
+    """
+
+    factors: tuple[Array, NDArray[np.int32]]
+    scale: Array
+    held: Index
+
+    def of(self, end: Array) -> Array:
+        """Return (2n + 1 + n_balance,) start, 0 and sizes of the orbit that ``end`` (2n,) is added to."""
+        start = self.scale * dgetrs(*self.factors, end / self.scale)[0]
+        sizes = start[self.held]
+        start[self.held] = 0.0
+        return np.concatenate([start, [0.0], sizes])
+
+
+class Found(NamedTuple):
+    """An orbit on which every pair in the path touches, as far as the equations say.
+
+    Parameters
+    ----------
+    path : (n_steps + 1, 2n) states at the ends of the steps
+    sizes : (n_balance,) sizes of loads
+    multipliers : largest first
+    closure : how far the path is from closing or joining, relative to its size
+    corrections : passes over the period
+    """
+
+    path: Array
+    sizes: Array
+    multipliers: NDArray[np.complex128]
+    closure: float
+    corrections: int
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbour:
+    """A solved case of touching meshes; its factors are computed when they are first asked for.
+
+    Parameters
+    ----------
+    system, balance, tables, period : the case, balance None where nothing is free
+    start : (2n + 1 + n_balance,) state at phase 0, 1, sizes of loads
+    whole : (2n, 2n) derivative of the period map
+    derivative : the same where loads take the columns of held coordinates
+    closing : how its period closes
+    multipliers : its multipliers, largest first
+    """
+
+    system: System
+    balance: Balance | None
+    tables: StageTables
+    period: float
+    start: Array
+    whole: Array
+    derivative: Array
+    closing: Closing
+    multipliers: NDArray[np.complex128]
+
+    @cached_property
+    def factors(self) -> Factors:
+        """The answers of its groups of steps."""
+        return factors_of(self.system, self.balance, self.tables, self.period, self.start)
+
+    @cached_property
+    def drifts(self) -> Drifts:
+        """How its leading multipliers change with the mesh."""
+        return drifts_of(self.factors, self.whole, self.multipliers)
+
+    @cached_property
+    def joined(self) -> NDArray[np.bool_]:
+        """Where no jump parts its steps."""
+        return joined_steps(self.tables)
+
+    def resembles(self, system: System, tables: StageTables, period: float) -> bool:
+        """Whether another case is worth a try: the same but for meshes of nearly this stiffness."""
+        mine = self.tables
+        if system is not self.system or period != self.period or abs(self.multipliers[0]) >= 1.0 - CLEAR:
+            return False
+        if tables.stiffness.shape != mine.stiffness.shape or (tables.width != mine.width).any():
+            return False
+        change = np.abs(tables.stiffness - mine.stiffness).max()
+        return bool(change <= NEAR * mine.stiffness.max() and (joined_steps(tables) == self.joined).all())
+
+    def multipliers_after(self, law: Array) -> NDArray[np.complex128] | None:
+        """Return the multipliers after a change of the mesh law, None where they come near 1 or move far."""
+        which, by_law = self.drifts
+        change = by_law @ law.ravel()
+        found = self.multipliers.copy()
+        twins = np.abs(found - found[which, None].conj()).argmin(axis=1)
+        found[which] += change
+        found[twins] = found[which].conj()
+        if not (np.abs(change).max() <= CLEAR and np.abs(found).max() < 1.0 - CLEAR):
+            return None
+        return found[np.abs(found).argsort()[::-1]]
+
+
+def corrected(near: Neighbour, system: System, tables: StageTables, period: float) -> Found | None:
+    """Return the orbit while every pair in the path touches, None where the neighbour does not lead to it.
+
+    Parameters
+    ----------
+    near : a solved case
+    system, tables, period : this case
+    """
+    if not near.resembles(system, tables, period):
+        return None
+    known = near.factors
+    where = known.cut.first, known.stages
+    inputs = inputs_of(system, near.balance, tables, period, known.mean, known.shares)
+    law, push = np.empty((2, *known.felt.shape[:2], inputs.law.shape[2]))
+    changes(inputs, known.inputs, *where, law, push)
+    multipliers = near.multipliers_after(law)
+    if multipliers is None:
+        return None
+    starts, felt = known.starts.copy(), known.felt.copy()
+    sizes = near.start[len(near.whole) + 1 :].copy()
+    count = _correct(near, law, push, starts, felt, sizes)
+    if count is None:
+        return None
+    entering = np.empty((len(felt), felt.shape[1] * inputs.load.shape[2]))
+    whole_inputs(inputs, *where, felt, sizes, entering)
+    path = known.cut.path(starts, entering)
+    apart = path[known.cut.first + known.stages // 2] - starts[1:]
+    scale = near.closing.scale
+    closure = float(np.abs(apart / scale).max() / np.abs(path / scale).max())
+    return Found(path, sizes, multipliers, closure, count) if closure <= CLOSED else None
+
+
+def _correct(
+    near: Neighbour, law: Array, push: Array, starts: Array, felt: Array, sizes: Array
+) -> int | None:
+    """Correct states, projections and loads in place; return how many times, None where it does not contract.
+
+    What is left after a correction is what the inputs then missing would add, at the rate of the last ones.
+    """
+    known, end = near.factors, np.empty(len(near.whole))
+    added, answer = np.empty((len(felt), known.by_input.shape[2])), np.empty(known.by_state.shape[:2])
+    steps, more = np.empty_like(starts), np.empty_like(felt)
+    largest = added_inputs(known.inputs, law, push, felt, added)
+    for count in range(1, MOST + 1):
+        end_of_period(known.by_state, known.by_input, added, answer, end)
+        given = near.closing.of(end)
+        sizes += given[len(end) + 1 :]
+        over_period(known.by_state, known.direction, given, answer, steps, more)
+        starts += steps
+        felt += more
+        before = largest
+        largest = added_inputs(known.inputs, law, None, more, added)
+        if not largest <= SHRINKS * before:
+            return None
+        if largest * np.abs(more).max() <= LEFT * before * np.abs(felt).max():
+            return count
+    return None

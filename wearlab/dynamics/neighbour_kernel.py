@@ -1,0 +1,182 @@
+"""What groups of steps answer, and corrections over a period; see `wearlab.dynamics.neighbour`."""
+
+from typing import Any
+
+import numpy as np
+
+from wearlab.compiled import jit, jit_inner_apart
+from wearlab.dynamics.collocation_kernel import fill, inputs_at_stages, padded, place
+from wearlab.dynamics.elimination import eliminate
+
+
+@jit_inner_apart
+def answers_of_group(
+    transition: Any, effect: Any, sense: Any, feed: Any, direction: Any, inputs: Any, first: int, moving: int,
+    work: Any, by_state: Any, by_input: Any,
+) -> None:  # fmt: skip
+    """Fill the answers of one group, see `answers_of_groups`."""
+    states, rows = sense.shape
+    count, given = inputs.load.shape[2], by_state.shape[1]
+    unknowns, stages = padded(rows), rows // len(direction) + 1
+    columns = given + stages * moving
+    matrix = work[: unknowns * (unknowns + columns)].reshape((unknowns + columns, unknowns))
+    fill(sense, feed, direction, inputs, first, matrix)
+    for stage in range(stages):
+        for a in range(moving):
+            matrix[unknowns + given + stage * moving + a, :rows] = feed[stage * count + a]
+    eliminate(matrix)
+    entering = np.empty((stages * count, columns))
+    inputs_at_stages(direction, inputs, first, matrix[unknowns:], rows, entering)
+    for stage in range(stages):
+        for a in range(moving):
+            entering[stage * count + a, given + stage * moving + a] += 1.0
+    last = len(effect) - states
+    end = np.dot(effect[last:], entering)
+    end[:, :states] += transition[last:]
+    by_state[:, :], by_input[:, :] = 0.0, 0.0
+    by_state[:states] = end[:, :given]
+    by_input[:states, : stages * moving] = end[:, given:]
+    for row in range(rows):
+        for col in range(given):
+            by_state[states + row, col] = matrix[unknowns + col, row]
+        for col in range(stages * moving):
+            by_input[states + row, col] = matrix[unknowns + given + col, row]
+
+
+@jit
+def answers_of_groups(
+    groups: Any, first: Any, size: Any, slot: Any, direction: Any, inputs: Any, moving: int, by_state: Any,
+    by_input: Any,
+) -> None:  # fmt: skip
+    """Fill what end and stages of every group answer to its start and to additional inputs.
+
+    Parameters
+    ----------
+    moving : the first inputs, which may be added to
+    by_state : (n_groups, 2n + most stages · n_mesh, 2n + 1 + n_balance) end, and d·q at all stages but the
+        first, by start, tables and loads of size one
+    by_input : (n_groups, …, most stages · moving) the same by additional inputs at all stages
+    """
+    four, two, one = groups
+    unknowns = padded(four.sense.shape[2])
+    work = np.empty(unknowns * (unknowns + by_state.shape[2] + by_input.shape[2]))
+    for at in range(len(first)):
+        x = slot[at]
+        group = four if size[at] == 0 else (two if size[at] == 1 else one)
+        answers_of_group(
+            group.transition[x], group.effect[x], group.sense[x], group.feed[x], direction, inputs, first[at],
+            moving, work, by_state[at], by_input[at],
+        )  # fmt: skip
+
+
+@jit
+def changes(inputs: Any, known: Any, first: Any, stages: Any, law: Any, push: Any) -> None:
+    """Fill the changes of law and push of all channels at all stages of groups, (n_groups, most stages, …).
+
+    Parameters
+    ----------
+    inputs, known : those of other tables, and of the known ones
+    first, stages : (n_groups,) first step and number of stages
+    """
+    law[:], push[:] = 0.0, 0.0
+    for at in range(len(first)):
+        for stage in range(stages[at]):
+            step, where = place(first[at], stage, stages[at] - 1)
+            for c in range(law.shape[2]):
+                law[at, stage, c] = inputs.law[step, where, c] - known.law[step, where, c]
+                push[at, stage, c] = inputs.push[step, where, c] - known.push[step, where, c]
+
+
+@jit
+def added_inputs(inputs: Any, law: Any, push: Any, felt: Any, added: Any) -> float:
+    """Fill the inputs by which other tables differ, ``shares (push − law d·q)``, and return the largest.
+
+    Parameters
+    ----------
+    inputs : any with these shares
+    law, push : (n_groups, most stages, n_channel); push None: 0
+    felt : (n_groups, most stages, n_mesh) d·q
+    added : (n_groups, most stages · moving)
+    """
+    groups, stages = law.shape[:2]
+    moving, meshes, largest = added.shape[1] // stages, felt.shape[2], 0.0
+    added[:, :] = 0.0
+    for at in range(groups):
+        for stage in range(stages):
+            for x in range(len(inputs.share)):
+                channel = inputs.of[x]
+                force = -law[at, stage, channel] * felt[at, stage, channel % meshes]
+                if push is not None:
+                    force += push[at, stage, channel]
+                added[at, stage * moving + inputs.to[x]] += inputs.share[x] * force
+        for x in range(added.shape[1]):
+            largest = max(largest, abs(added[at, x]))
+    return largest
+
+
+@jit
+def end_of_period(by_state: Any, by_input: Any, added: Any, answer: Any, end: Any) -> None:
+    """Fill the answers of all groups to added inputs alone, and what they add to the end of the period.
+
+    ``answer`` (n_groups, 2n + …), ``end`` (2n,).
+    """
+    rows = len(end)
+    given, carried = np.zeros(by_state.shape[2]), np.empty(rows)
+    for at in range(len(by_state)):
+        np.dot(by_input[at], added[at], answer[at])
+        np.dot(by_state[at, :rows], given, carried)
+        for row in range(rows):
+            given[row] = carried[row] + answer[at, row]
+    end[:] = given[:rows]
+
+
+@jit
+def over_period(by_state: Any, direction: Any, given: Any, answer: Any, starts: Any, felt: Any) -> None:
+    """Carry a start over all groups: fill their starts and d·q at all stages.
+
+    Parameters
+    ----------
+    given : (2n + 1 + n_balance,) the start, 1 or 0 with or without the tables, sizes of loads; overwritten
+    answer : (n_groups, 2n + …) what is added to every group; overwritten
+    starts : (n_groups + 1, 2n)
+    felt : (n_groups, most stages, n_mesh)
+    """
+    rows, (stages, meshes) = starts.shape[1], felt.shape[1:]
+    n = direction.shape[1]
+    carried = np.empty(by_state.shape[1])
+    starts[0] = given[:rows]
+    for at in range(len(by_state)):
+        for m in range(meshes):
+            total = 0.0
+            for col in range(n):
+                total += direction[m, col] * given[col]
+            felt[at, 0, m] = total
+        np.dot(by_state[at], given, carried)
+        for row in range(len(carried)):
+            carried[row] += answer[at, row]
+        given[:rows] = carried[:rows]
+        starts[at + 1] = carried[:rows]
+        for stage in range(stages - 1):
+            for m in range(meshes):
+                felt[at, stage + 1, m] = carried[rows + stage * meshes + m]
+
+
+@jit
+def whole_inputs(inputs: Any, first: Any, stages: Any, felt: Any, sizes: Any, found: Any) -> None:
+    """Fill the inputs at all stages, (n_groups, most inputs)."""
+    load, meshes = inputs.load, felt.shape[2]
+    count = load.shape[2]
+    for at in range(len(first)):
+        for stage in range(stages[at]):
+            step, where = place(first[at], stage, stages[at] - 1)
+            here, now = step if len(load) > 1 else 0, where if load.shape[1] > 1 else 0
+            for a in range(count):
+                total = load[here, now, a, 0]
+                for x in range(len(sizes)):
+                    total += load[here, now, a, 1 + x] * sizes[x]
+                found[at, stage * count + a] = total
+            for x in range(len(inputs.share)):
+                channel = inputs.of[x]
+                force = inputs.push[step, where, channel]
+                force -= inputs.law[step, where, channel] * felt[at, stage, channel % meshes]
+                found[at, stage * count + inputs.to[x]] += inputs.share[x] * force
