@@ -74,7 +74,8 @@ def test_one_scene_in_ten_is_internal_and_one_is_planetary():
     assert draw_any(77, 9).id == draw_any(77, 9).id != draw_any(78, 9).id != draw_any(77, 19).id
     small = small_scenes()
     assert {one.gears.kind for one in small} == {"internal-pair", "planetary"}
-    assert len({None if one.dynamics is None else one.dynamics.model for one in small}) == 5
+    models = [None if one.dynamics is None else one.dynamics.model for one in small]
+    assert len(set(models)) == 5 and all(models.count(one) == 2 for one in set(models))
 
 
 def test_the_file_is_scored_kept_and_completed(tmp_path, monkeypatch, capsys):
