@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 
 RATE_SHARE = 0.6
 FORCE_SHARE = 0.3
-WORN_SHARE = 1.0
-"""Weights of the rougher twin, set on scenes of seed 1 (`wearlab.accuracy.estimates`)."""
+WORN_SHARE = 2.0
+"""Weights of the rougher twin and the wear, set on scenes of seeds 1 and 77 (`wearlab.accuracy.drawn`)."""
 
 
 class Estimates(NamedTuple):
@@ -52,7 +52,7 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
     Notes
     -----
     Wear depth: what the steps over cycles accumulate, and the integral of the change of rate over the cycles.
-    Mesh force: its own change, and what the error of the wear depth is worth at the mean mesh stiffness.
+    Mesh force: its own change, and twice what the error of the depth is worth at the mean mesh stiffness.
     A state whose rougher twin responds otherwise counts as its neighbours do. Without any twin, less rough
     ones serve; without those there is no estimate, except of wear by averages over aperiodic responses.
     """
