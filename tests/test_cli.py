@@ -387,3 +387,31 @@ def test_what_can_never_work_stops_before_anything_is_written(command, tmp_path,
         done = command(verb, file)
         assert done.status == 2 and says in done.err and "Traceback" not in done.err
     assert files(tmp_path) == ["study.toml"]
+
+
+FLOATING = """
+title = "floating planets"
+extends = "{base}"
+[operation]
+torque = "90 N*m"
+speed = "1000 rpm"
+[dynamics]
+model = "planetary"
+[dynamics.supports]
+sun     = {{ radial_stiffness = "10 N/um" }}
+ring    = {{ radial_stiffness = "10 N/um", tangential_stiffness = "57.6 N/um" }}
+carrier = {{ radial_stiffness = "10 N/um", tangential_stiffness = "10 N/um" }}
+[[case]]
+label = "floating"
+"""
+
+
+@pytest.mark.parametrize("word", ["check", "run"])
+def test_supports_between_which_planets_float_are_refused_before_anything_is_written(command, word):
+    base = Path(__file__).parents[1] / "campaigns" / "base" / "planetary_ngw11.toml"
+    Path("floating.toml").write_text(FLOATING.format(base=base))
+    refused = command(word, "floating.toml")
+    assert refused.status == 2 and refused.out == ""
+    assert "scene.dynamics.supports: planet-1, planet-2, planet-3 float" in refused.err
+    assert "give a radial stiffness" in refused.err
+    assert files(".") == ["floating.toml"]

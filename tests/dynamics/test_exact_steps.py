@@ -28,6 +28,7 @@ from scipy.interpolate import CubicSpline
 from wearlab.dynamics.energy import energy_balance, nominal_speeds
 from wearlab.dynamics.newmark import Newmark
 from wearlab.dynamics.periodic import Periodic
+from wearlab.dynamics.propagator import GRID, propagator_of
 from wearlab.dynamics.response import deflection_at, step_forces
 from wearlab.dynamics.runge_kutta4 import TableMarcher
 from wearlab.dynamics.shooting import Shooting
@@ -178,6 +179,36 @@ def test_a_step_too_long_for_the_series_is_refused() -> None:
         Periodic().solve(system, tables(grid), 20.0 * PERIOD)
     slow = exact_steps_per_period(system, 4e8, 20.0 * PERIOD, 1e-3)
     Periodic().solve(system, tables(stage_grid(BREAKS, slow)), 20.0 * PERIOD)
+
+
+def test_steps_of_modes_of_any_rate_are_the_same_in_their_own_time() -> None:
+    """A hundred thousand times faster: rates near 1e10 rad/s, whose powers would overflow in seconds.
+
+    The factor keeps the mean stiffness of the linear part on its grid.
+    """
+    period, grid = 3.2 * PERIOD, stage_grid(BREAKS, 200, 4)
+    slow, fast = planetary(), float(np.exp(230 * GRID))
+    system = slow._replace(
+        damping=fast * slow.damping,
+        stiffness=fast**2 * slow.stiffness,
+        mesh_damping=fast * slow.mesh_damping,
+        load=fast**2 * slow.load,
+        rotation=fast * slow.rotation,
+    )
+    one, other = tables(grid), tables(grid)
+    other = other._replace(stiffness=fast**2 * other.stiffness)
+    expected, found = (
+        propagator_of(system, None, given, period)[0].two
+        for system, given, period in ((slow, one, period), (system, other, period / fast))
+    )
+    size = np.repeat([1.0, fast], 18)
+    for name in ("transition", "between"):
+        scaled, known = getattr(found, name) / size[:, None] * size, getattr(expected, name)
+        np.testing.assert_allclose(scaled, known, rtol=1e-9, atol=1e-14 * np.abs(known).max())
+    orbits = [touching_orbit(slow, one, period, 1e-3), touching_orbit(system, other, period / fast, 1e-3)]
+    assert orbits[0] is not None and orbits[1] is not None
+    projected = [orbit.state[..., :18] @ slow.direction.T for orbit in orbits if orbit]
+    np.testing.assert_allclose(projected[1], projected[0], atol=1e-7 * np.abs(projected[0]).max())
 
 
 def test_equal_planets_share_the_load_equally() -> None:

@@ -101,15 +101,18 @@ def _first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
 
 
 def _impossible(campaign: "Campaign") -> list[dict[str, Any]]:
-    """Return the cases whose gears or flanks cannot be, with the reason, and whether the file expects it."""
+    """Return the cases whose gears, flanks or supports cannot be, why, and whether the file expects it."""
     from wearlab.gears.errors import GearError
     from wearlab.scene.build.contact import check_initial_wear
     from wearlab.scene.build.sets import build_set
+    from wearlab.scene.build.system import check_held
 
     refused = []
     for case in {case.id: case for case in campaign.cases}.values():
         try:
-            check_initial_wear(case.scene, build_set(case.scene))
+            gears = build_set(case.scene)
+            check_initial_wear(case.scene, gears)
+            check_held(case.scene, gears)
         except GearError as error:
             expected = case.expect is not None and case.expect.verdict == "refused"
             found = {"case": case_name(campaign, case), "id": case.id, "reason": str(error)}

@@ -127,14 +127,15 @@ def _propagator(
             f"a step of {h.max():.3g} s turns the fastest mode by {angle:.3g} rad, more than "
             f"{LARGEST_ANGLE:g}: give at least {angle / LARGEST_ANGLE:.3g} times as many steps a period"
         )
-    powers = powers_of(matrix, 2.0 * angle)
+    # In units of the longest two steps: powers of fast rates would overflow in seconds.
+    unit = 2.0 * float(h.max())
+    powers = powers_of(unit * matrix, 2.0 * angle)
+    fed = unit * (powers @ enters)
     sensors = np.zeros((2 * meshes, 2 * n))
     sensors[:meshes, :n], sensors[meshes:, n:] = d, d
     held = np.zeros((2, len(vector.array)))
     held[0, :meshes], held[1, :meshes] = mean.array, mesh_damping.array
-    one, two = (
-        _steps(powers, powers @ enters, sensors, count * h, stages) for count, stages in ((1, 3), (2, 5))
-    )
+    one, two = (_steps(powers, fed, sensors, count * h / unit, stages) for count, stages in ((1, 3), (2, 5)))
     return Propagator(h, one, two, held[0], held[1]), angle
 
 

@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 NEVER = 1.0
 """A backlash that no motion reaches, where the meshes of the other kind alone have a back flank [m]."""
+ANY = 1e8
+"""A mesh stiffness, where its size is of no account [N/m]."""
 SECTIONS = ("sun_planet", "planet_ring")
 
 
@@ -31,6 +33,18 @@ def build_system(scene: Scene, gears: GearSet, stiffness: Array) -> System:
             return _planetary_torsional(scene, gears, stiffness)
         case _:
             return _of_pair(scene, gears.kinds[0].pair, float(stiffness[0]))
+
+
+def check_held(scene: Scene, gears: GearSet) -> None:
+    """Refuse a planetary set of which anything floats: its meshes need no more than to be there.
+
+    Raises
+    ------
+    GearError
+        Naming what floats, or what the rotation of the carrier tears away.
+    """
+    if scene.dynamics is not None and gears.planetary is not None:
+        build_system(scene, gears, np.full(2 * len(gears.planetary.planet_angles), ANY))
 
 
 def _of_pair(scene: Scene, pair: GearPair, stiffness: float) -> System:
@@ -124,7 +138,7 @@ def _planetary(scene: Scene, gears: GearSet, stiffness: Array) -> System:
             balanced=_balanced(scene, grounded={name for name, k in tangential.items() if k > 0.0}),
         )
     except ValueError as error:
-        raise GearError(str(error)) from error
+        raise GearError(f"scene.dynamics.supports: {error}") from error
 
 
 def _planetary_torsional(scene: Scene, gears: GearSet, stiffness: Array) -> System:
@@ -156,7 +170,7 @@ def _planetary_torsional(scene: Scene, gears: GearSet, stiffness: Array) -> Syst
             friction=given.friction is not None,
         )
     except ValueError as error:
-        raise GearError(str(error)) from error
+        raise GearError(f"scene.dynamics.supports: {error}") from error
     if scene.operation.input == "sun" or system.balance is None:
         return system
     carrier = _torques(scene, gears, set())["carrier"] / radius["carrier"]
