@@ -47,6 +47,13 @@ profile_points = 61
 
 
 @pytest.fixture(scope="module")
+def planetary() -> Scene:
+    """A planetary gearbox with 18 degrees of freedom."""
+    base = load(BASE.parent / "planetary_ngw11_vibration.toml").cases[0].scene
+    return base.replace("numerics.profile_points", 61)
+
+
+@pytest.fixture(scope="module")
 def wears(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     """A static life of a few micrometres."""
     text = """

@@ -3,18 +3,20 @@
 import numpy as np
 import pytest
 
-from wearlab.accuracy import life_ladders, lives, steady_ladders
+from wearlab.accuracy import life_ladders, lives, peer_ladders, steady_ladders
 from wearlab.accuracy.ladder import Curve, Rung, best_time, interpolated
+from wearlab.accuracy.peer_ladders import peer_curves
 from wearlab.accuracy.peers import peers
 from wearlab.accuracy.reference import reference
-from wearlab.accuracy.steady_ladders import marched_curve, peer_curves, steps_curve
+from wearlab.accuracy.steady_ladders import marched_curve, steps_curve
 from wearlab.dynamics.methods import Newmark, RungeKutta4
 from wearlab.life.euler import Euler
 
 
 @pytest.fixture(autouse=True)
 def untimed(monkeypatch):
-    monkeypatch.setattr(steady_ladders, "best_time", lambda action, **more: action() is None or 1e-3)
+    for ladders in (steady_ladders, peer_ladders):
+        monkeypatch.setattr(ladders, "best_time", lambda action, **more: action() is None or 1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -37,13 +39,48 @@ def test_marched_methods_have_their_order(problem, known, method, order):
 
 def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
     few = [type(peer)(peer.name, peer.march, (1e-4, 1e-7)) for peer in peers() if peer.name != "SciPy RK45"]
-    monkeypatch.setattr(steady_ladders, "peers", lambda: few)
+    monkeypatch.setattr(peer_ladders, "peers", lambda: few)
     told = []
     curves = list(peer_curves(problem, known, told.append))
     assert told == [peer.name for peer in few] and "SciPy DOP853" in told
     for curve in curves:
         coarse, fine = curve.rungs
         assert fine.error < 3e-4 and fine.error < coarse.error, curve.name
+
+
+def test_a_march_that_cannot_be_afforded_is_timed_in_part(problem, known, monkeypatch):
+    marched = []
+
+    def counted(peer):
+        def march(given, start, end, tolerance, scale, times):
+            marched.append(end / given.period)
+            return peer.march(given, start, end, tolerance, scale, times)
+
+        return type(peer)(peer.name, march, peer.tolerances)
+
+    peer = counted(next(peer for peer in peers() if peer.name == "SciPy DOP853"))
+    given = peer_ladders.course(problem, known)
+    whole = peer_ladders.rung(given, peer, 1e-5)
+    full = marched[-1]  # periods that the error was read off after
+    assert whole.timed == 1.0 and whole.seconds == 1e-3 and full > 4
+    monkeypatch.setattr(peer_ladders, "AFFORDED", 1e-9)  # no more than one period
+    marched.clear()
+    part = peer_ladders.rung(given, peer, 1e-5)
+    assert part.timed == pytest.approx(1.0 / full) and part.seconds == pytest.approx(1e-3 * full)
+    assert marched[1:] == pytest.approx([1.0, 1.0])
+    assert 0.5 * whole.error < part.error < 2.0 * whole.error
+
+
+def test_a_ladder_ends_where_rungs_take_long_or_tell_nothing(problem, known, monkeypatch):
+    def settings(seconds, disagreement):
+        monkeypatch.setattr(steady_ladders, "best_time", lambda action, **more: seconds)
+        sure = known._replace(disagreement=disagreement)
+        curve = marched_curve(problem, sure, "any", (64, 128, 256), lambda left: RungeKutta4(tolerance=left))
+        return len(curve.rungs)
+
+    assert settings(1e-3, 1e-10) == 3
+    assert settings(99.0, 1e-10) == 1
+    assert settings(1e-3, 1e-3) < 3
 
 
 def test_euler_over_cycles_is_of_first_order_and_lives_agree(wears):
@@ -64,13 +101,7 @@ def ladder(errors, seconds=(1.0, 2.0, 4.0), settings=(10.0, 20.0, 40.0)):
 
 
 def test_cheapest_is_the_fastest_rung_from_which_all_finer_ones_are_good():
-    assert ladder((1e-2, 1e-4, 1e-6)).cheapest(1e-3) == (
-        20.0,
-        1e-4,
-        2.0,
-        1.0,
-        pytest.approx(np.nan, nan_ok=True),
-    )
+    assert ladder((1e-2, 1e-4, 1e-6)).cheapest(1e-3)[:4] == (20.0, 1e-4, 2.0, 1.0)
     assert ladder((1e-4, 1e-2, 1e-6)).cheapest(1e-3).setting == 40.0  # the first was luck
     assert ladder((1e-4, 1e-5, 1e-6), seconds=(5.0, 1.0, 4.0)).cheapest(1e-3).setting == 20.0
     assert ladder((1e-2, 1e-3, 1e-4)).cheapest(1e-6) is None
@@ -82,6 +113,12 @@ def test_order_leaves_out_what_the_reference_cannot_tell():
     assert curve.order(0.0) == pytest.approx(4.0)
     assert np.isnan(curve.order(3e-5))  # one slope is no order
     assert ladder((1e-2, 1e-12, 1e-12)).order(1e-12) != ladder((1e-2, 1e-12, 1e-12)).order(1e-12)  # NaN
+
+
+def test_a_time_is_extrapolated_where_a_rung_beside_it_is():
+    whole, part = Rung(1e-3, 1e-2, 1.0, 1.0), Rung(1e-5, 1e-4, 2.0, 1.0, timed=0.1)
+    curve = Curve("SciPy", "relative", "mesh_force", "peer", (whole, part))
+    assert curve.extrapolated_to(1e-3) and not curve.extrapolated_to(1e-2)
 
 
 def test_costs_are_interpolated_in_logarithms():

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from wearlab.accuracy.cells import HEADER
-from wearlab.accuracy.reference import over_periods, reference, second_method
+from wearlab.accuracy.reference import Reference, over_periods, reference, second_method, tight_steps
 from wearlab.accuracy.steady import relative_error, steady
 from wearlab.accuracy.transient import periods_to, transient
+from wearlab.dynamics.periodic import Periodic
 
 
 @pytest.mark.parametrize("which", ["loaded", "parting"])
@@ -43,6 +44,17 @@ def test_a_transient_decays_like_the_largest_multiplier(problem):
     count = periods_to(left, 1e-2), periods_to(left, 1e-8)
     assert (count[1] - count[0]) == pytest.approx(np.log(1e-6) / np.log(known.multiplier), rel=0.1)
     assert np.all(np.diff(left) <= 0.0)
+
+
+def test_a_transient_of_a_large_system_decays_too(planetary):
+    problem = steady(planetary)
+    response = problem.solve(problem.with_steps(tight_steps(problem), Periodic()))
+    largest = float(np.abs(response.multipliers).max())
+    force = problem.force_of(problem.vibration, response)
+    known = Reference(force, response.state[0, 0], response, 0.0, largest)
+    left = transient(problem, known, 1.1 * known.start)
+    count = periods_to(left, 1e-5), periods_to(left, 1e-8)
+    assert (count[1] - count[0]) == pytest.approx(np.log(1e-3) / np.log(largest), rel=0.2)
 
 
 def test_forces_over_several_periods_may_begin_anywhere():

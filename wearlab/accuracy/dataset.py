@@ -25,6 +25,10 @@ ATTRIBUTES: dict[str, dict[str, str]] = {
         "long_name": "right-hand sides of a steady state, contact analyses of a life",
         "units": "1",
     },
+    "run_time_share": {
+        "long_name": "share of the wall time that was measured; less than 1: extrapolated from that",
+        "units": "1",
+    },
     "observed_order": {
         "long_name": "observed order: slope of the error over the setting, both logarithmic",
         "units": "1",
@@ -62,7 +66,7 @@ def dataset(title: str, found: Sequence[Study], begun: float) -> xr.Dataset:
     quantities = sorted({key[2] for key in keys})
     by_rung: dict[str, Any] = {
         name: np.full((len(found), len(keys), rungs), np.nan)
-        for name in ("setting", "error", "run_time", "work", "run_time_warm")
+        for name in ("setting", "error", "run_time", "work", "run_time_warm", "run_time_share")
     }
     order = np.full((len(found), len(keys)), np.nan)
     reached: dict[str, Any] = {

@@ -35,13 +35,14 @@ NAMES = {"mesh_force": "mesh force", "wear_depth": "wear depth", "dynamic_factor
 
 
 class Stroke(NamedTuple):
-    """One curve of a panel."""
+    """One curve of a panel; where it is hollow the wall time is extrapolated."""
 
     x: np.ndarray
     y: np.ndarray
     name: str
     look: dict[str, Any]
     order: float
+    hollow: np.ndarray
 
 
 class Page(NamedTuple):
@@ -81,13 +82,14 @@ def _work_precision(made: xr.Dataset) -> Page:
         strokes = [stroke for stroke in strokes if len(stroke.x)]
         if strokes:
             panels.append((str(made["case"][case].item()), "wall time in ms", tuple(strokes)))
-    return Page(
-        "work-precision",
-        "Error of the steady mesh force against wall time",
+    note = (
         "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: told how long to "
-        "march, from the static equilibrium, with a compiled right-hand side.",
-        tuple(panels),
+        "march, from the static equilibrium, with a compiled right-hand side."
     )
+    if any(stroke.hollow.any() for _, _, strokes in panels for stroke in strokes):
+        note += " Hollow: timed over the first periods, the others extrapolated."
+    title = "Error of the steady mesh force against wall time"
+    return Page("work-precision", title, note, tuple(panels))
 
 
 def _knobs(made: xr.Dataset) -> Page:
@@ -172,7 +174,8 @@ def _stroke(
     across, error = factor * made[x].isel(at).values, made.error.isel(at).values
     good = np.isfinite(across) & np.isfinite(error) & (error > 0.0)
     text = str(made.name[curve].item()) if named else name
-    return Stroke(across[good], error[good], text, look, float(made.observed_order.isel(at)))
+    hollow = made.run_time_share.isel(at).values[good] < 1.0
+    return Stroke(across[good], error[good], text, look, float(made.observed_order.isel(at)), hollow)
 
 
 def _method_look(made: xr.Dataset, curve: int) -> dict[str, Any]:
@@ -263,6 +266,9 @@ def _panel(ax: "Axes", title: str, x_label: str, strokes: Sequence[Stroke]) -> N
     ax.set_xlabel(x_label)
     for stroke in strokes:
         ax.loglog(stroke.x, stroke.y, label=stroke.name, **stroke.look)
+        if stroke.hollow.any():
+            look = {**stroke.look, "ls": "", "mfc": "white"}
+            ax.loglog(stroke.x[stroke.hollow], stroke.y[stroke.hollow], **look)
     beside = sorted((s for s in strokes if np.isfinite(s.order)), key=lambda s: s.y.min())
     ax.margins(x=0.08, y=0.1)
     for axis in (ax.xaxis, ax.yaxis):

@@ -15,6 +15,13 @@ FLOOR = 10.0
 LEAST_SLOPES = 2
 COARSEST = 0.1
 """Errors above this say nothing of the order either."""
+SHARE = 0.3
+"""Part of a method's own error that is left of the transient when it stops marching [1]."""
+
+ENOUGH = 5.0
+"""What takes longer for a rung is not asked for a finer one [s]."""
+TOLD = 3.0
+"""Nor is what errs by less than this many times what the reference is sure of."""
 
 
 class Rung(NamedTuple):
@@ -27,6 +34,7 @@ class Rung(NamedTuple):
     seconds : best wall time of several [s]
     work : right-hand sides of a steady state, contact analyses of a life [1]
     warm_seconds : best wall time from the answer of a neighbouring wear state; NaN: not measured [s]
+    timed : share of the wall time that was measured; less than 1: extrapolated from that [1]
     """
 
     setting: float
@@ -34,6 +42,18 @@ class Rung(NamedTuple):
     seconds: float
     work: float
     warm_seconds: float = np.nan
+    timed: float = 1.0
+
+
+def fine_enough(rung: Rung, uncertainty: float) -> bool:
+    """Whether a ladder ends with a rung: the next would take too long, or tell nothing.
+
+    Parameters
+    ----------
+    rung : the finest so far
+    uncertainty : relative uncertainty of the reference [1]
+    """
+    return rung.seconds > ENOUGH or rung.error < TOLD * uncertainty
 
 
 @dataclass(frozen=True)
@@ -85,6 +105,11 @@ class Curve:
         """Return the wall time to a relative error [s]; see `interpolated`."""
         times = [rung.warm_seconds if warm else rung.seconds for rung in self.rungs]
         return interpolated([rung.error for rung in self.rungs], times, error)
+
+    def extrapolated_to(self, error: float) -> bool:
+        """Whether the wall time to a relative error rests on marches that were timed in part only."""
+        fine = next((i for i, rung in enumerate(self.rungs) if rung.error <= error), len(self.rungs))
+        return any(rung.timed < 1.0 for rung in self.rungs[max(0, fine - 1) : fine + 1])
 
     def work_to(self, error: float) -> float:
         """Return the work to a relative error [1]; see `interpolated`."""

@@ -79,11 +79,19 @@ def reference(problem: Steady) -> Reference:
 
 def tight_steps(problem: Steady) -> int:
     """Return the steps a mesh period that make the error of the default method about ``TIGHT``."""
-    vibration = problem.vibration
-    stiffest = stiffest_meshes(problem)
-    rule = steps_per_period if in_registers(vibration.system) else exact_steps_per_period
-    segments = len(problem.parts.edges) - 1
-    return rule(vibration.system, stiffest, vibration.period, TIGHT, segments)
+    if in_registers(problem.vibration.system):
+        return marching_steps(problem, TIGHT)
+    return _steps(problem, exact_steps_per_period, TIGHT)
+
+
+def marching_steps(problem: Steady, tolerance: float) -> int:
+    """Return the steps a mesh period that make the error of marching by RK4 about ``tolerance``."""
+    return _steps(problem, steps_per_period, tolerance)
+
+
+def _steps(problem: Steady, rule: Callable[..., int], tolerance: float) -> int:
+    vibration, segments = problem.vibration, len(problem.parts.edges) - 1
+    return rule(vibration.system, stiffest_meshes(problem), vibration.period, tolerance, segments)
 
 
 def stiffest_meshes(problem: Steady) -> Array:

@@ -1,26 +1,32 @@
 """Work–precision curves of a steady state: every knob, every named method, every peer."""
 
 from collections.abc import Callable, Iterator
-from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.accuracy.cells import Motion, starting_state
-from wearlab.accuracy.ladder import Curve, Rung, best_time
-from wearlab.accuracy.peers import Peer, peers
-from wearlab.accuracy.reference import Reference, reference, tight_steps
+from wearlab.accuracy.ladder import SHARE, Curve, Rung, best_time, fine_enough
+from wearlab.accuracy.peer_ladders import peer_curves
+from wearlab.accuracy.reference import (
+    Reference,
+    marching_steps,
+    reference,
+    stiffest_meshes,
+    tight_steps,
+)
 from wearlab.accuracy.steady import Steady, relative_error, steady
-from wearlab.accuracy.transient import periods_to, transient
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.response import Response
+from wearlab.dynamics.steps import fastest_rate
 from wearlab.scene import Scene
 
 Array = NDArray[np.float64]
 
 STEPS = (32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024)
-NEWMARK_STEPS = (32, 64, 128, 256, 512, 1024, 2048, 4096)
+MARCHED_STEPS = tuple(2**power for power in range(5, 16))
+STABLE_TURN = 2.78
+"""RK4 is stable while its steps turn the fastest mode by less [rad]."""
 RELATIVE = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 PROFILE_POINTS = (25, 51, 101, 201, 401, 801, 1601)
 FINEST_PROFILE = 3201
@@ -30,10 +36,6 @@ HARMONICS = (1, 2, 3, 5, 8, 12, 20, 40)
 MOST_HARMONICS = 160
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 SETTLED = 1e-10
-SHARE = 0.3
-"""Part of a method's own error that is left of the transient when it stops."""
-ENOUGH = 10.0
-"""A peer that takes longer for a rung is not asked for a finer one [s]."""
 
 Report = Callable[[str], None]
 
@@ -51,9 +53,11 @@ def steady_curves(problem: Steady, known: Reference, report: Report) -> Iterator
     if problem.vibration.fluctuation is None:
         yield from peer_curves(problem, known, report)
     report("steps_per_period, rk4")
-    yield marched_curve(problem, known, "rk4", STEPS, lambda left: RungeKutta4(tolerance=left))
+    turn = fastest_rate(problem.vibration.system, stiffest_meshes(problem)) * problem.vibration.period
+    stable = tuple(steps for steps in MARCHED_STEPS if turn / steps < STABLE_TURN)
+    yield marched_curve(problem, known, "rk4", stable, lambda left: RungeKutta4(tolerance=left))
     report("steps_per_period, newmark")
-    yield marched_curve(problem, known, "newmark", NEWMARK_STEPS, lambda left: Newmark(tolerance=left))
+    yield marched_curve(problem, known, "newmark", MARCHED_STEPS, lambda left: Newmark(tolerance=left))
     report("relative tolerance, rk45")
     yield adaptive_curve(problem, known)
     if len(problem.parts.meshes) == 1:
@@ -92,8 +96,10 @@ def marched_curve(
     method: Callable[[float], Any],
 ) -> Curve:
     """Return a fixed-step method over its steps, marched until its transient is less than its error."""
-    rungs = []
+    rungs: list[Rung] = []
     for steps in ladder:
+        if rungs and fine_enough(rungs[-1], known.disagreement):
+            break
         settled = problem.with_steps(steps, method(SETTLED))
         error = _error(problem, known, settled)
         vibration = problem.with_steps(steps, method(max(SETTLED, min(1e-2, SHARE * error))))
@@ -103,11 +109,13 @@ def marched_curve(
 
 def adaptive_curve(problem: Steady, known: Reference) -> Curve:
     """Return the adaptive Runge–Kutta pair over its tolerance, on tables as fine as that needs."""
-    rungs = []
+    rungs: list[Rung] = []
     for relative in RELATIVE:
-        steps = int(np.ceil(tight_steps(problem) * (1e-10 / relative) ** 0.25))
+        if rungs and fine_enough(rungs[-1], known.disagreement):
+            break
         method = RungeKutta45(relative=relative, tolerance=max(SETTLED, SHARE * relative))
-        rungs.append(_rung(problem, known, problem.with_steps(steps, method), relative))
+        vibration = problem.with_steps(marching_steps(problem, relative), method)
+        rungs.append(_rung(problem, known, vibration, relative))
     return Curve("rk45", "relative", "mesh_force", "as published", tuple(rungs), 'method = "rk45"')
 
 
@@ -185,69 +193,6 @@ def phase_points_curve(problem: Steady, known: Reference) -> Curve:
         for n in PHASE_POINTS
     )
     return Curve("phase_points", "phase_points", "dynamic_factor", "wearlab", rungs)
-
-
-def peer_curves(problem: Steady, known: Reference, report: Report) -> Iterator[Curve]:
-    """Yield the curves of the peers, each told how many mesh periods to march."""
-    system, tables = known.response.system, known.response.tables
-    given = problem.motion(system)
-    mean = np.einsum("s,sm->m", tables.width, tables.stiffness.sum(axis=3)[:, 1])
-    cold = starting_state(system, mean)
-    tight = problem.with_steps(len(known.response.tables.width) // 4, Periodic())
-    warm = problem.solve_near(tight).state[0, 0]
-    left = transient(problem, known, cold), transient(problem, known, warm)
-    scale = np.abs(known.response.state).max(axis=(0, 1))
-    for peer in peers():
-        report(peer.name)
-        rungs: list[Rung] = []
-        for tolerance in peer.tolerances:
-            rungs.append(_peer_rung(problem, known, given, peer, tolerance, (cold, warm), left, scale))
-            if rungs[-1].seconds > ENOUGH:
-                break
-        yield Curve(peer.name, "relative", "mesh_force", "peer", tuple(rungs))
-
-
-def _peer_rung(
-    problem: Steady,
-    known: Reference,
-    given: Motion,
-    peer: Peer,
-    tolerance: float,
-    starts: tuple[Array, Array],
-    left: tuple[Array, Array],
-    scale: Array,
-) -> Rung:
-    """Find the error that marching on and on would leave, then march as long as that is worth."""
-    floor = _peer_error(problem, known, given, peer, tolerance, known.start, periods_to(left[0], 1e-3), scale)
-    worth = SHARE * floor if np.isfinite(floor) else 1e-3
-    count = periods_to(left[0], worth)
-    error = _peer_error(problem, known, given, peer, tolerance, starts[0], count, scale)
-    ends = [(n + len(known.force)) * given.period for n in (count, periods_to(left[1], worth))]
-    cold, warm = (
-        best_time(partial(peer.march, given, start, end, tolerance, scale, None), most=8)
-        for start, end in zip(starts, ends, strict=True)
-    )
-    return Rung(tolerance, error, cold, float("nan"), warm)
-
-
-def _peer_error(
-    problem: Steady,
-    known: Reference,
-    given: Motion,
-    peer: Peer,
-    tolerance: float,
-    start: Array,
-    count: int,
-    scale: Array,
-) -> float:
-    periods = len(known.force)
-    turns = count + np.arange(periods)[:, None] + problem.phase
-    states = peer.march(
-        given, start, (count + periods) * given.period, tolerance, scale, turns.ravel() * given.period
-    )
-    if len(states) != turns.size:
-        return float("inf")
-    return relative_error(problem.force_of_states(states.reshape(*turns.shape, -1)), known.force)
 
 
 def steady_study(scene: Scene, report: Report) -> tuple[tuple[Curve, ...], float, float]:

@@ -87,6 +87,7 @@ class Comparison:
     ours, warm : wall time of a cold start (look-up and tables included) and of one from a neighbour [s]
     peer, peer_warm : fastest peer from the static equilibrium, and from the same neighbour [s]
     name : the fastest peer
+    extrapolated : whether its time was measured in part only
     """
 
     error: float
@@ -95,6 +96,7 @@ class Comparison:
     peer: float
     peer_warm: float
     name: str
+    extrapolated: bool = False
 
     @property
     def ratio(self) -> float:
@@ -129,6 +131,7 @@ def comparison(found: Study, error: float) -> Comparison | None:
         reached[fastest],
         float(warm),
         fastest,
+        next(c for c in rivals if c.name == fastest).extrapolated_to(error),
     )
 
 

@@ -30,8 +30,8 @@ def curve_rows(found: Sequence[Study]) -> Rows:
             curve.name,
             curve.knob,
             _number(curve.order(one.uncertainty(curve.quantity)), ".2f"),
-            *(_milliseconds(curve.seconds_to(error)) for error in TARGETS),
-            _milliseconds(curve.seconds_to(TARGETS[-1], warm=True)),
+            *(_milliseconds(curve.seconds_to(error), curve.extrapolated_to(error)) for error in TARGETS),
+            _milliseconds(curve.seconds_to(TARGETS[-1], warm=True), curve.extrapolated_to(TARGETS[-1])),
             _number(curve.work_to(TARGETS[0]), ".0f"),
         )
         for one in found
@@ -51,7 +51,7 @@ def peer_rows(found: Sequence[Study]) -> Rows:
                 f"{error:.0e}",
                 _milliseconds(c.ours),
                 c.name,
-                _milliseconds(c.peer),
+                _milliseconds(c.peer, c.extrapolated),
                 _times(c.ratio),
                 _milliseconds(c.warm),
                 _times(c.warm_ratio),
@@ -128,8 +128,10 @@ def _number(value: float, form: str) -> str:
     return format(value, form) if np.isfinite(value) else ""
 
 
-def _milliseconds(seconds: float) -> str:
-    return f"{1e3 * seconds:.3g} ms" if np.isfinite(seconds) else ""
+def _milliseconds(seconds: float, extrapolated: bool = False) -> str:
+    if not np.isfinite(seconds):
+        return ""
+    return f"{1e3 * seconds:.3g} ms{', extrapolated' if extrapolated else ''}"
 
 
 def _times(ratio: float) -> str:

@@ -16,7 +16,9 @@ STEPS_SHARE = 4
 
 
 def transient(problem: Steady, reference: Reference, start: Array) -> Array:
-    """Return the relative error of the mesh force that is left after 0, 1, 2 … mesh periods, (n + 1,) [1].
+    """Return the relative error of the mesh force that is left after 0, 1, 2 … mesh periods, (n,) [1].
+
+    What is left is told from where the same march ends up.
 
     Parameters
     ----------
@@ -27,20 +29,15 @@ def transient(problem: Steady, reference: Reference, start: Array) -> Array:
     vibration = problem.with_steps(steps, Periodic())
     orbit = problem.solve(vibration)
     decay = min(reference.multiplier, 1.0 - 1e-9) or 0.5
-    count = int(min(MOST_PERIODS, np.ceil(np.log(SMALLEST) / np.log(decay)) + 30 * orbit.period))
-    marcher = TableMarcher(vibration.system, orbit.tables, orbit.mesh_period)
+    settled = int(min(MOST_PERIODS, np.ceil(np.log(SMALLEST) / np.log(decay)) + 30 * orbit.period))
+    count = -(-settled // orbit.period) * orbit.period
+    marcher = TableMarcher(vibration.system, orbit.tables, orbit.mesh_period, exact=True)
     _, path = marcher.march(start.copy(), count, count)
     path = path[..., : len(start) // 2] @ vibration.system.direction.T
-    goal = orbit.state[..., : len(start) // 2] @ vibration.system.direction.T
+    apart = np.abs(path.reshape(-1, orbit.period, *path.shape[1:]) - path[-orbit.period :])
     stiffest = orbit.tables.stiffness.sum(axis=3).max()
-    turns = (_worst(path, np.roll(goal, turn, axis=0)) for turn in range(orbit.period))
-    left = min(turns, key=lambda worst: worst[-1]) * stiffest / np.abs(reference.force).max()
+    left = apart.reshape(path.shape).max(axis=(1, 2)) * stiffest / np.abs(reference.force).max()
     return np.maximum.accumulate(left[::-1])[::-1]
-
-
-def _worst(path: Array, goal: Array) -> Array:
-    repeated = np.tile(goal, (-(-len(path) // len(goal)), 1, 1))[: len(path)]
-    return np.abs(path - repeated).max(axis=(1, 2))
 
 
 def periods_to(left: Array, error: float) -> int:
