@@ -132,3 +132,12 @@ def test_best_time_warms_up_and_repeats():
     calls = []
     assert best_time(lambda: calls.append(1), least=3, most=3) >= 0.0
     assert len(calls) == 4
+
+
+@pytest.mark.parametrize("sections", [("",), ("sun_planet", "planet_ring")])
+def test_harmonics_of_all_meshes_are_changed_wherever_they_are_written(planetary, sections):
+    series = {"excitation": {"model": "fourier", "stiffness_harmonics": 3, "error_harmonics": 2}}
+    written = series if sections == ("",) else dict.fromkeys(sections, series)
+    changed = steady_ladders.with_harmonics(planetary.replace("mesh", written), 7)
+    for one in changed.mesh.each("planetary"):
+        assert (one.excitation.stiffness_harmonics, one.excitation.error_harmonics) == (7, 7)

@@ -86,7 +86,7 @@ def test_figures_are_the_same_bytes_twice(found):
     for page in drawn:
         image = png(page, RC, DPI, {"Title": "two"})
         assert image == png(page, RC, DPI, {"Title": "two"}) and image[:4] == b"\x89PNG"
-    stroke = drawn[0].panels[0][2][0]
+    stroke = drawn[0].panels[0].strokes[0]
     assert stroke.name == "periodic" and stroke.x == pytest.approx([0.05, 0.1, 0.2, 0.4])  # ms
 
 

@@ -31,6 +31,15 @@ PANEL = (2.4, 2.05)  # inches
 LEAST_WIDTH = 4.8
 NOTE = 0.15
 DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
+NEAR = 30.0
+UNSURE = " Dotted: the reference and the second method differ by this."
+LIMITS = {
+    "steps_per_period": "steps against a tight orbit on the same nodes (a life: 2048)",
+    "profile_points": "nodes and tolerance against 3201 nodes (a life: 801)",
+    "tolerance": "nodes and tolerance against 3201 nodes (a life: 801)",
+    "phase_points": "the dynamic factor against 8192 phases",
+    "stiffness_harmonics": "harmonics against 160",
+}
 NAMES = {"mesh_force": "mesh force", "wear_depth": "wear depth", "dynamic_factor": "dynamic factor"}
 
 
@@ -45,6 +54,22 @@ class Stroke(NamedTuple):
     hollow: np.ndarray
 
 
+class Panel(NamedTuple):
+    """One pair of axes.
+
+    Parameters
+    ----------
+    title, x_label : texts
+    strokes : the curves
+    unsure : relative difference between the reference and the second method, NaN: not to be shown [1]
+    """
+
+    title: str
+    x_label: str
+    strokes: tuple[Stroke, ...]
+    unsure: float = float("nan")
+
+
 class Page(NamedTuple):
     """A figure as data.
 
@@ -52,13 +77,13 @@ class Page(NamedTuple):
     ----------
     file : its name without ending
     title, note : texts
-    panels : title, label of the abscissa and curves of each
+    panels : title, label of the abscissa, curves and uncertainty of the reference of each
     """
 
     file: str
     title: str
     note: str
-    panels: tuple[tuple[str, str, tuple[Stroke, ...]], ...]
+    panels: tuple[Panel, ...]
 
 
 def pages(made: xr.Dataset) -> tuple[Page, ...]:
@@ -81,18 +106,20 @@ def _work_precision(made: xr.Dataset) -> Page:
         ]
         strokes = [stroke for stroke in strokes if len(stroke.x)]
         if strokes:
-            panels.append((str(made["case"][case].item()), "wall time in ms", tuple(strokes)))
+            title, unsure = str(made["case"][case].item()), _unsure(made, case, "mesh_force", strokes)
+            panels.append(Panel(title, "wall time in ms", tuple(strokes), unsure))
     note = (
         "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: told how long to "
         "march, from the static equilibrium, with a compiled right-hand side."
     )
-    if any(stroke.hollow.any() for _, _, strokes in panels for stroke in strokes):
+    if any(stroke.hollow.any() for panel in panels for stroke in panel.strokes):
         note += " Hollow: timed over the first periods, the others extrapolated."
     title = "Error of the steady mesh force against wall time"
-    return Page("work-precision", title, note, tuple(panels))
+    return Page("work-precision", title, note + _said_of_the_reference(panels), tuple(panels))
 
 
 def _knobs(made: xr.Dataset) -> Page:
+    limits: dict[str, str] = {}
     ours = [
         i
         for i in range(made.sizes["curve"])
@@ -108,38 +135,39 @@ def _knobs(made: xr.Dataset) -> Page:
         quantity = str(made.quantity[i].item())
         if strokes:
             title = NAMES.get(quantity, quantity)
-            panels.append((title, str(made.knob[i].item()).replace("_", " "), tuple(strokes)))
-    return Page(
-        "knobs",
-        "Error against every knob",
-        "Numbers: observed order. Each against its own limit: steps against a tight orbit on the same nodes, "
-        "nodes against 3201 (a life: 801), the dynamic factor against 8192 phases.",
-        tuple(panels),
-    )
+            knob = str(made.knob[i].item())
+            panels.append(Panel(title, knob.replace("_", " "), tuple(strokes)))
+            limits[knob] = LIMITS[knob]
+    told = "; ".join(dict.fromkeys(limits.values()))
+    note = f"Numbers: observed order. Each knob against its own limit: {told}."
+    return Page("knobs", "Error against every knob", note, tuple(panels))
 
 
 def _lives(made: xr.Dataset) -> Page:
+    panels = _life_panels(made, "work", 1.0, "contact analyses", ("life", "wear_depth"))
     return Page(
         "life",
         "Error of a life against the contact analyses it takes",
         "Numbers: observed order over tolerance or threshold. Adaptive: fourth order while the wear is not "
-        "stiff, RKC2 beyond. Euler: L16's wear threshold.",
-        _life_panels(made, "work", 1.0, "contact analyses", ("life", "wear_depth")),
+        "stiff, RKC2 beyond. Euler: L16's wear threshold." + _said_of_the_reference(panels),
+        panels,
     )
 
 
 def _lives_in_time(made: xr.Dataset) -> Page:
+    panels = _life_panels(made, "run_time", 1.0, "wall time in s", ("life", "wear_depth"))
     return Page(
         "life-time",
         "Error of a life against its run time",
-        "Of an unworn set the remaining useful life is the life. The rungs are those over contact analyses.",
-        _life_panels(made, "run_time", 1.0, "wall time in s", ("life", "wear_depth")),
+        "Of an unworn set the remaining useful life is the life. The rungs are those over contact analyses."
+        + _said_of_the_reference(panels),
+        panels,
     )
 
 
 def _life_panels(
     made: xr.Dataset, x: str, factor: float, label: str, quantities: tuple[str, ...]
-) -> tuple[tuple[str, str, tuple[Stroke, ...]], ...]:
+) -> tuple[Panel, ...]:
     """Return a panel of both ways of stepping over cycles for every case and quantity."""
     steppers = [
         i for i in range(made.sizes["curve"]) if str(made.knob[i].item()) in ("cycle_tolerance", "threshold")
@@ -155,8 +183,19 @@ def _life_panels(
             strokes = [stroke for stroke in strokes if len(stroke.x)]
             if strokes:
                 title = f"{made['case'][case].item()}: {NAMES.get(quantity, quantity)}"
-                panels.append((title, label, tuple(strokes)))
+                panels.append(Panel(title, label, tuple(strokes), _unsure(made, case, quantity, strokes)))
     return tuple(panels)
+
+
+def _unsure(made: xr.Dataset, case: int, quantity: str, strokes: Sequence[Stroke]) -> float:
+    """Return how far the reference is from the second method, where curves come near; else NaN [1]."""
+    unsure = float(made.reference_disagreement.isel(case=case).sel(quantity_compared=quantity))
+    finest = min(float(stroke.y.min()) for stroke in strokes)
+    return unsure if 0.0 < finest < NEAR * unsure else float("nan")
+
+
+def _said_of_the_reference(panels: Sequence[Panel]) -> str:
+    return UNSURE if any(np.isfinite(panel.unsure) for panel in panels) else ""
 
 
 def _stroke(
@@ -228,7 +267,7 @@ def _draw(page: Page) -> Figure:
     rows = -(-len(page.panels) // columns)
     width = max(LEAST_WIDTH, columns * PANEL[0] + 0.3)
     note = textwrap.wrap(page.note, int(width * 21.5))
-    names = list(dict.fromkeys(stroke.name for _, _, strokes in page.panels for stroke in strokes))
+    names = list(dict.fromkeys(stroke.name for panel in page.panels for stroke in panel.strokes))
     per_line = max(1, int(width / 1.25))
     above = 0.3 + 0.17 * -(-len(names) // per_line) + 0.1
     below = NOTE * len(note) + 0.1
@@ -241,7 +280,7 @@ def _draw(page: Page) -> Figure:
         if index >= len(page.panels):
             ax.remove()
             continue
-        _panel(ax, *page.panels[index])
+        _panel(ax, page.panels[index])
         if index % columns == 0:
             ax.set_ylabel("relative error")
     figure.text(0.08 / width, 1.0 - 0.08 / height, page.title, size=10.5, weight="bold", va="top")
@@ -261,9 +300,10 @@ def _handles(axes: Any, names: Sequence[str]) -> list[Any]:
     return [known[name] for name in names if name in known]
 
 
-def _panel(ax: "Axes", title: str, x_label: str, strokes: Sequence[Stroke]) -> None:
-    ax.set_title(title)
-    ax.set_xlabel(x_label)
+def _panel(ax: "Axes", panel: Panel) -> None:
+    strokes = panel.strokes
+    ax.set_title(panel.title)
+    ax.set_xlabel(panel.x_label)
     for stroke in strokes:
         ax.loglog(stroke.x, stroke.y, label=stroke.name, **stroke.look)
         if stroke.hollow.any():
@@ -271,6 +311,8 @@ def _panel(ax: "Axes", title: str, x_label: str, strokes: Sequence[Stroke]) -> N
             ax.loglog(stroke.x[stroke.hollow], stroke.y[stroke.hollow], **look)
     beside = sorted((s for s in strokes if np.isfinite(s.order)), key=lambda s: s.y.min())
     ax.margins(x=0.08, y=0.1)
+    if np.isfinite(panel.unsure):
+        ax.axhline(panel.unsure, color="#999999", lw=0.8, ls=":", zorder=1)
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_minor_formatter(NullFormatter())
     low, high = ax.get_xlim()

@@ -13,6 +13,7 @@ Role = Literal["wearlab", "as published", "peer"]
 FLOOR = 10.0
 """Errors below this many times the uncertainty of the reference say nothing of the order."""
 LEAST_SLOPES = 2
+FINEST_SLOPES = 3
 COARSEST = 0.1
 """Errors above this say nothing of the order either."""
 SHARE = 0.3
@@ -53,7 +54,12 @@ def fine_enough(rung: Rung, uncertainty: float) -> bool:
     rung : the finest so far
     uncertainty : relative uncertainty of the reference [1]
     """
-    return rung.seconds > ENOUGH or rung.error < TOLD * uncertainty
+    return rung.seconds > ENOUGH or told(rung, uncertainty)
+
+
+def told(rung: Rung, uncertainty: float) -> bool:
+    """Whether a rung errs by so little that the reference can tell no more."""
+    return rung.error < TOLD * uncertainty
 
 
 @dataclass(frozen=True)
@@ -78,7 +84,7 @@ class Curve:
     fixed: str = ""
 
     def order(self, uncertainty: float) -> float:
-        """Return the observed order: |d log error / d log setting|, the median over rungs; NaN: too few.
+        """Return the observed order |d log error / d log setting|, the median of the finest three; NaN: few.
 
         Parameters
         ----------
@@ -90,7 +96,7 @@ class Curve:
             for a, b in pairwise(told)
             if a.setting != b.setting and a.error > b.error
         ]
-        return float(np.median(slopes)) if len(slopes) >= LEAST_SLOPES else float("nan")
+        return float(np.median(slopes[-FINEST_SLOPES:])) if len(slopes) >= LEAST_SLOPES else float("nan")
 
     def cheapest(self, error: float) -> Rung | None:
         """Return the fastest rung that is good enough, where all finer ones are, too; None: there is none."""

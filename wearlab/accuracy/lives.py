@@ -7,11 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from wearlab.accuracy.ladder import best_time
 from wearlab.life.adaptive import Adaptive
 from wearlab.life.counted import CountedRate
 from wearlab.life.history import SetRate
 from wearlab.life.limits import Limits
-from wearlab.life.march import Method, evolve
+from wearlab.life.march import Life, Method, evolve
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.wear import build_limits
@@ -23,6 +24,8 @@ Array = NDArray[np.float64]
 TIGHT = 3e-7
 SECOND_METHOD = 1e-8
 MOST_ANALYSES = 200_000
+SHORT = 0.5
+"""A life that takes longer is timed once [s]."""
 
 
 class Wearing(NamedTuple):
@@ -74,24 +77,30 @@ def has_life(scene: Scene) -> bool:
 
 
 def lived(problem: Wearing, method: Method, tolerance: float) -> Lived:
-    """Return the life by a method of stepping over cycles."""
+    """Return the life by a method of stepping over cycles, timed a few times where it is short."""
     begun = time.perf_counter()
-    rate = SetRate(problem.parts.coupling)
-    life = evolve(
-        rate,
-        problem.wear,
-        limits=problem.limits,
-        method=method,
-        tolerance=tolerance,
-        most_evaluations=MOST_ANALYSES,
-    )
+    life = _evolved(problem, method, tolerance)
+    seconds = time.perf_counter() - begun
+    if seconds < SHORT:
+        seconds = best_time(lambda: _evolved(problem, method, tolerance), most=5)
     return Lived(
         float(life.cycle[-1]),
         life.depth[-1],
         flank_of_nodes(problem.parts),
         life.count_rate_evaluations,
-        time.perf_counter() - begun,
+        seconds,
         life.saw_tooth,
+    )
+
+
+def _evolved(problem: Wearing, method: Method, tolerance: float) -> Life:
+    return evolve(
+        SetRate(problem.parts.coupling),
+        problem.wear,
+        limits=problem.limits,
+        method=method,
+        tolerance=tolerance,
+        most_evaluations=MOST_ANALYSES,
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.accuracy.cells import Motion, starting_state
-from wearlab.accuracy.ladder import SHARE, Curve, Rung, best_time, fine_enough
+from wearlab.accuracy.ladder import SHARE, Curve, Rung, best_time, told
 from wearlab.accuracy.peers import Peer, peers
 from wearlab.accuracy.reference import Reference
 from wearlab.accuracy.steady import Steady, relative_error
@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 AFFORDED = 2.0
 """A march that would take longer is timed over its first periods, and scaled to all of them [s]."""
+LONGEST = 10.0
+"""A peer whose rung took longer to measure is not asked for a finer one [s]."""
 FORGOTTEN = 1e-3
 """Of an error made earlier so much is left when the error of going on and on is measured [1]."""
 
@@ -102,8 +104,9 @@ def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]
         peer.march(given.motion, known.start, given.motion.period, peer.tolerances[0], given.scale, None)
         rungs: list[Rung] = []
         for tolerance in peer.tolerances:
+            begun = time.perf_counter()
             rungs.append(rung(given, peer, tolerance))
-            if fine_enough(rungs[-1], known.disagreement):
+            if time.perf_counter() - begun > LONGEST or told(rungs[-1], known.disagreement):
                 break
         yield Curve(peer.name, "relative", "mesh_force", "peer", tuple(rungs))
 

@@ -41,14 +41,14 @@ class Peer:
 def peers() -> Iterator[Peer]:
     """Yield what is installed."""
     decades = tuple(10.0 ** -np.arange(3.0, 9.5, 1.0))
-    fine = tuple(10.0 ** -np.arange(2.0, 11.01, 0.5))
+    fine = tuple(10.0 ** -np.arange(2.0, 11.5, 1.0))
     for method in ("RK45", "DOP853"):
         yield Peer(f"SciPy {method}", _scipy(method), decades)
     if find_spec("CyRK") is not None:
         for method in ("RK45", "TSIT5", "VERN7", "DOP853"):
             yield Peer(f"CyRK {method}", _cyrk(method), fine)
     if find_spec("sksundae") is not None:
-        yield Peer("CVODE Adams", _cvode, tuple(10.0 ** -np.arange(2.0, 11.5, 1.0)))
+        yield Peer("CVODE Adams", _cvode, fine)
 
 
 def missing_peers() -> tuple[str, ...]:

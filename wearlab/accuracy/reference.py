@@ -77,11 +77,11 @@ def reference(problem: Steady) -> Reference:
     return Reference(force, start, response, relative_error(other, force), largest)
 
 
-def tight_steps(problem: Steady) -> int:
-    """Return the steps a mesh period that make the error of the default method about ``TIGHT``."""
+def tight_steps(problem: Steady, tolerance: float = TIGHT) -> int:
+    """Return the steps a mesh period that make the error of the default method about ``tolerance``."""
     if in_registers(problem.vibration.system):
-        return marching_steps(problem, TIGHT)
-    return _steps(problem, exact_steps_per_period, TIGHT)
+        return marching_steps(problem, tolerance)
+    return _steps(problem, exact_steps_per_period, tolerance)
 
 
 def marching_steps(problem: Steady, tolerance: float) -> int:

@@ -48,7 +48,7 @@ class Study:
 
 
 def study(label: str, scene: Scene, report: Callable[[str], None]) -> Study:
-    """Study one scene: its steady state where it has dynamics, its life where it wears.
+    """Study one scene: its life where it wears until something, else its steady state.
 
     Parameters
     ----------
@@ -59,22 +59,22 @@ def study(label: str, scene: Scene, report: Callable[[str], None]) -> Study:
     curves: tuple[Curve, ...] = ()
     disagreement: dict[str, float] = {}
     multiplier, notes = float("nan"), []
-    if scene.dynamics is not None:
+    if has_life(scene):
+        curves, apart = life_study(scene, report)
+        disagreement = {"life": apart, "wear_depth": apart}
+    elif scene.dynamics is not None:
         try:
             curves, disagreement["mesh_force"], multiplier = steady_study(scene, report)
         except Unsuited as unsuited:
             notes.append(f"steady state not studied: {unsuited}")
-    if has_life(scene):
-        lives, apart = life_study(scene, report)
-        curves += lives
-        disagreement |= {"life": apart, "wear_depth": apart}
     return Study(label, scene, curves, disagreement, multiplier, tuple(notes))
 
 
 def expected_reports(scene: Scene) -> int:
     """Return about how often a study reports, for a progress bar."""
-    steady = 8 + len(list(peers())) if scene.dynamics is not None else 0
-    return steady + (6 if has_life(scene) else 0)
+    if has_life(scene):
+        return 6
+    return 8 + len(list(peers())) if scene.dynamics is not None else 0
 
 
 @dataclass(frozen=True)
