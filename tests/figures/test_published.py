@@ -26,6 +26,14 @@ def test_points_in_their_units_and_the_colour_of_their_hue(plot, table):
     assert [c.pen for c in points] == [pens["800 rpm"], pens["1100 rpm"]]
 
 
+def test_one_curve_beside_points_has_its_name_too(plot, table):
+    alone = {"kind": "max-wear", "select": {"case": "base", "speed": 800, "flank": "pinion"}}
+    assert "computed" not in [entry.text for entry in plot(**alone).legend]
+    one = plot(**alone, published=table("x [million cycles],y [um]\n3,2\n"))
+    assert [entry.text for entry in one.legend] == ["computed", "published"]
+    assert one.legend[0].pen == next(c.pen for c in one.panels[0].curves if c.look != "published")
+
+
 def test_points_find_their_panel(plot, table):
     path = table("x,y [N],speed\n0.5,100,1100\n")
     panels = plot(kind="mesh-force", published=path).panels

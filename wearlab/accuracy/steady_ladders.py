@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,8 @@ from wearlab.accuracy.steady import Steady, relative_error, steady
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.steps import fastest_rate
+from wearlab.gears.errors import GearError
+from wearlab.life.vibration import Vibration
 from wearlab.scene import Scene
 from wearlab.scene.mesh import OWN_MESHES
 
@@ -76,19 +79,21 @@ def steps_curve(problem: Steady, known: Reference, ladder: tuple[int, ...] = STE
     """
     rungs = []
     for steps in ladder:
-        vibration = problem.with_steps(steps, Periodic())
-        response = problem.solve(vibration)
-        near = problem.solve_near(vibration)
-        rungs.append(
-            Rung(
-                len(vibration.stages.grid.width),
-                relative_error(problem.force_of(vibration, response), known.force),
-                best_time(lambda v=vibration: problem.solve(v)),  # type: ignore[misc]
-                response.counts.right_hand_sides,
-                best_time(lambda v=vibration, s=near: problem.solve(v, s)),  # type: ignore[misc]
-            )
-        )
+        with suppress(GearError):  # so few steps are refused
+            rungs.append(_steps_rung(problem, known, problem.with_steps(steps, Periodic())))
     return Curve("periodic", "steps_per_period", "mesh_force", "wearlab", tuple(rungs))
+
+
+def _steps_rung(problem: Steady, known: Reference, vibration: Vibration) -> Rung:
+    response = problem.solve(vibration)
+    near = problem.solve_near(vibration)
+    return Rung(
+        len(vibration.stages.grid.width),
+        relative_error(problem.force_of(vibration, response), known.force),
+        best_time(lambda: problem.solve(vibration)),
+        response.counts.right_hand_sides,
+        best_time(lambda: problem.solve(vibration, near)),
+    )
 
 
 def marched_curve(

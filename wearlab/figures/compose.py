@@ -17,6 +17,8 @@ MOST_COLUMNS = 3
 SHOWS_ITSELF = ("variable", "part")  # what the y label tells
 ALONE = "#0072B2"  # a curve without a hue
 REFERENCE = Pen(GREY, ":")
+OURS = "computed"
+"""A curve without a hue, beside published points."""
 
 
 def compose(
@@ -226,6 +228,8 @@ def _legend(
     coloured = [s for s in reversed(series) if s.look in ("line", "line-points", "dots", "area")]
     looks = {s.key[hue]: s.look for s in coloured if hue is not None and hue in s.key}
     entries = [Entry(h.text, pen[h], looks.get(h, "line")) for h in hues if h is not None]
+    if not entries and coloured and any(s.look == "published" for s in series):
+        entries = [Entry(OURS, Pen(ALONE, "-", "o"), coloured[-1].look)]
     extra = {s.text: s for s in reversed(series) if s.text}
     own = {"reference": REFERENCE, "area": Pen(ALONE)}
     for text, one in sorted(reversed(extra.items()), key=lambda item: item[1].look):
