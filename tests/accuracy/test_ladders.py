@@ -8,8 +8,10 @@ from wearlab.accuracy.ladder import Curve, Rung, best_time, interpolated
 from wearlab.accuracy.peer_ladders import peer_curves
 from wearlab.accuracy.peers import peers
 from wearlab.accuracy.reference import reference
+from wearlab.accuracy.steady import Steady
 from wearlab.accuracy.steady_ladders import marched_curve, steps_curve
 from wearlab.dynamics.methods import Newmark, RungeKutta4
+from wearlab.gears.errors import GearError
 from wearlab.life.euler import Euler
 
 
@@ -81,6 +83,28 @@ def test_a_ladder_ends_where_rungs_take_long_or_tell_nothing(problem, known, mon
     assert settings(1e-3, 1e-10) == 3
     assert settings(99.0, 1e-10) == 1
     assert settings(1e-3, 1e-3) < 3
+
+
+def test_settings_that_physics_refuses_are_left_out(problem, known, wears, monkeypatch):
+    found = problem.with_steps(128)
+
+    def refusing(self, steps, method):
+        if steps < 100:
+            raise GearError("too few steps")
+        return found
+
+    monkeypatch.setattr(Steady, "with_steps", refusing)
+    assert len(steps_curve(problem, known, (64, 128)).rungs) == 1
+
+    def refused(wearing, method, tolerance):
+        if len(wearing.wear) < 100:
+            raise GearError("too few nodes")
+        return lives.Lived(1e6, np.ones(4), np.zeros(4), 1, 1.0, False)
+
+    monkeypatch.setattr(life_ladders, "lived", refused)
+    truth = lives.Lived(2e6, np.ones(4), np.zeros(4), 1, 1.0, False)
+    (curve,) = life_ladders._knob(wears, "numerics.profile_points", (41, 61), {}, truth)
+    assert [rung.setting for rung in curve.rungs] == [61.0]
 
 
 def test_euler_over_cycles_is_of_first_order_and_lives_agree(wears):

@@ -1,9 +1,11 @@
 """The widest influence comes first; the case without a colon is the base."""
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from wearlab.figures.kinds.sensitivity import RANK, ranked
-from wearlab.figures.plot import Scale, Series
+from wearlab.figures.kinds.sensitivity import RANK, SENSITIVITY, ranked
+from wearlab.figures.plot import Plot, Scale, Series
+from wearlab.figures.render import _limits
 from wearlab.figures.wording import Label
 
 
@@ -21,3 +23,13 @@ def test_influences_are_ranked_by_their_range_about_the_base():
     np.testing.assert_array_equal(found[2].x, [9.8, 10.0, 10.5])
     np.testing.assert_array_equal(found[2].y, 3.0)
     assert found[-1].look == "reference" and found[-1].x[0] == 10.0
+
+
+def test_the_first_rank_is_on_top_and_ranks_are_whole():
+    axes = Figure().subplots()
+    axes.plot([4.0, 10.0], [1.0, 1.0])
+    axes.plot([9.0, 11.0], [2.0, 2.0])
+    _limits(axes, Plot("", (), 1, 1, ranks=SENSITIVITY.ranks))
+    bottom, top = axes.get_ylim()
+    assert bottom > 2.0 > 1.0 > top
+    assert all(tick == int(tick) for tick in axes.get_yticks())

@@ -34,7 +34,7 @@ DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "
 NEAR = 30.0
 UNSURE = " Dotted: the reference and the second method differ by this."
 LIMITS = {
-    "steps_per_period": "steps against a tight orbit on the same nodes (a life: 2048)",
+    "steps_per_period": "steps against a tight orbit on the same nodes (a life: 2048, of a large set 768)",
     "profile_points": "nodes and tolerance against 3201 nodes (a life: 801)",
     "tolerance": "nodes and tolerance against 3201 nodes (a life: 801)",
     "phase_points": "the dynamic factor against 8192 phases",

@@ -1,6 +1,7 @@
 """Work–precision curves of a life: stepping over cycles, and the knobs below it."""
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 
 from wearlab.accuracy.ladder import ENOUGH, Curve, Rung
 from wearlab.accuracy.lives import (
@@ -12,6 +13,8 @@ from wearlab.accuracy.lives import (
     tight_life,
     wearing,
 )
+from wearlab.dynamics.structure import in_registers
+from wearlab.gears.errors import GearError
 from wearlab.life.adaptive import Adaptive
 from wearlab.life.euler import Euler
 from wearlab.scene import Scene
@@ -26,7 +29,9 @@ ROUND_OFF = 1e-12
 """A life without larger errors is known exactly: where it ends, the wear does not change its own rate."""
 STEADY = 3e-6
 """Cycle tolerance while other knobs are turned."""
-FINEST = {"numerics.profile_points": 801, "numerics.steps_per_period": 2048}
+FINEST_PROFILE = 801
+FINEST_STEPS, FINEST_EXACT_STEPS = 2048, 768
+"""Steps of a mesh period while other knobs are turned: of order four, and of order nine in large systems."""
 
 Report = Callable[[str], None]
 
@@ -53,16 +58,27 @@ def life_curves(scene: Scene, problem: Wearing, known: Lived, report: Report) ->
         if published[-1][1].seconds > ENOUGH:
             break
     yield from _both("Euler", "threshold", "as published", published, known, 'step.method = "euler"')
-    truth = lived(wearing(_with(scene, FINEST)), Adaptive(), STEADY)
+    finest = finest_settings(problem)
+    truth = lived(wearing(_with(scene, finest)), Adaptive(), STEADY)
     knobs = [("numerics.profile_points", PROFILE_POINTS), ("numerics.tolerance", TOLERANCES)]
     if scene.dynamics is not None:
         knobs.insert(1, ("numerics.steps_per_period", STEPS))
     for key, values in knobs:
         report(f"life, {key.rpartition('.')[2]}")
-        yield from _knob(scene, key, values, truth)
+        yield from _knob(scene, key, values, finest, truth)
 
 
-def _knob(scene: Scene, key: str, values: tuple[float, ...], truth: Lived) -> Iterator[Curve]:
+def finest_settings(problem: Wearing) -> dict[str, int]:
+    """Return the settings of the knobs that are not turned."""
+    vibration = problem.parts.vibration
+    exact = vibration is not None and not in_registers(vibration.system)
+    steps = FINEST_EXACT_STEPS if exact else FINEST_STEPS
+    return {"numerics.profile_points": FINEST_PROFILE, "numerics.steps_per_period": steps}
+
+
+def _knob(
+    scene: Scene, key: str, values: tuple[float, ...], finest: dict[str, int], truth: Lived
+) -> Iterator[Curve]:
     """Yield the curve of a knob that changes the rate of wear itself, all others at their finest.
 
     The tolerance moves all the others, as it does in a run. What ends the life is exact, the other counts.
@@ -71,8 +87,11 @@ def _knob(scene: Scene, key: str, values: tuple[float, ...], truth: Lived) -> It
     found = []
     for value in values:
         alone = name == "tolerance"
-        turned = (scene if alone else _with(scene, FINEST)).replace(key, value)
-        found.append((float(value), lived(wearing(turned), Adaptive(), float(value) if alone else STEADY)))
+        turned = (scene if alone else _with(scene, finest)).replace(key, value)
+        with suppress(GearError):  # so few steps are refused
+            found.append(
+                (float(value), lived(wearing(turned), Adaptive(), float(value) if alone else STEADY))
+            )
     counts = "wear_depth" if wearing(scene).limits.depth is None else "life"
     yield from (c for c in _both(name, name, "wearlab", found, truth) if c.quantity == counts)
 

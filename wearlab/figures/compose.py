@@ -58,6 +58,7 @@ def compose(
         legend=legend,
         notes=tuple(notes),
         shape=kind.shape,
+        ranks=kind.ranks,
     )
 
 

@@ -28,6 +28,7 @@ class Kind:
     all_cases : whether it shows every case when ``select`` names none
     one_flank : whether it shows the first flank when ``select`` names none
     shape : of a panel
+    ranks : whether its ordinate is a rank, the first on top
     joined : the series of all runs → the curves to be seen, None: as they are
     """
 
@@ -42,4 +43,5 @@ class Kind:
     all_cases: bool = False
     one_flank: bool = False
     shape: Literal["wide", "square"] = "wide"
+    ranks: bool = False
     joined: Callable[[list[Series]], list[Series]] | None = None

@@ -105,6 +105,7 @@ class Plot:
     legend : what the pens mean
     notes : lines below the axes
     shape : width over height of a panel, wide or square
+    ranks : whether ordinates are ranks, the first on top
     """
 
     title: str
@@ -115,3 +116,4 @@ class Plot:
     legend: tuple[Entry, ...] = ()
     notes: tuple[str, ...] = field(default=())
     shape: Literal["wide", "square"] = "wide"
+    ranks: bool = False

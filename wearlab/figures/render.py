@@ -238,5 +238,8 @@ def _limits(ax: "Axes", plot: Plot) -> None:
     if high - low < least:
         middle = (low + high) / 2
         ax.set_ylim(middle - least / 2, middle + least / 2)
-    if (values >= 0.0).all() and 0.0 != low < 0.25 * high:
+    if plot.ranks:
+        ax.set_ylim(max(values) + 0.2, min(values) - 0.2)
+        ax.yaxis.set_major_locator(MaxNLocator(integer=True))
+    elif (values >= 0.0).all() and 0.0 != low < 0.25 * high:
         ax.set_ylim(0.0, high)

@@ -64,5 +64,6 @@ SENSITIVITY = Kind(
     series=_case,
     roles=(("hue", "influence"),),
     all_cases=True,
+    ranks=True,
     joined=ranked,
 )
