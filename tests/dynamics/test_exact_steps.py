@@ -37,6 +37,7 @@ from wearlab.dynamics.system import System
 from wearlab.dynamics.touching import halved, touching_orbit
 from wearlab.gears.errors import GearError
 from wearlab.mesh.stages import StageTables, stage_grid
+from wearlab.scene.build.vibration import patient
 
 
 def segments(middle_law: Any, y: np.ndarray) -> np.ndarray:
@@ -209,6 +210,15 @@ def test_steps_of_modes_of_any_rate_are_the_same_in_their_own_time() -> None:
     assert orbits[0] is not None and orbits[1] is not None
     projected = [orbit.state[..., :18] @ slow.direction.T for orbit in orbits if orbit]
     np.testing.assert_allclose(projected[1], projected[0], atol=1e-7 * np.abs(projected[0]).max())
+
+
+def test_marches_of_large_systems_are_bounded_in_steps() -> None:
+    """A march that finds no orbit ends, whatever a period takes; a short period gets the march it wants."""
+    assert patient(Periodic(), planetary(), 216) == Periodic()
+    for steps in (500, 2000, 20_000):
+        method = patient(Periodic(), planetary(), steps)
+        assert isinstance(method, Periodic) and method.longest >= 2
+        assert steps * (4 * method.transient + 2 * method.averaged) < 2e6
 
 
 def test_equal_planets_share_the_load_equally() -> None:

@@ -42,6 +42,8 @@ MOST_STEPS = 30_000
 """Steps of a mesh period beyond which a motion is refused: it is quasi-static."""
 AFFORDED = 4_000
 """Steps of a mesh period up to which marches are as long as the method wants them."""
+AFFORDED_DENSE = 250
+"""The same for systems too large for registers, whose steps take some twenty times as long."""
 TAKEN_UP = 1e-9
 MOST_FOR_MESH = 2000
 """Steps beyond which a finer mesh table is no reason for more."""
@@ -65,7 +67,7 @@ def build_vibration(
     slow = slow_errors(scene, gears, meshes, system)
     return Vibration(
         system=system,
-        method=patient(METHODS[scene.dynamics.method](scene), len(grid.width)),
+        method=patient(METHODS[scene.dynamics.method](scene), system, len(grid.width)),
         excitation=build_excitation(scene),
         stages=stages([one.grid for one in analyses], meshes, edges, grid, build_friction(scene, gears)),
         period=gears.period,
@@ -129,11 +131,15 @@ def _check_stable(scene: Scene, turned: float) -> None:
         )
 
 
-def patient(method: Method, steps: int) -> Method:
-    """Return the method with marches that take a bounded number of steps, however many a period has."""
-    if not isinstance(method, Periodic) or steps <= AFFORDED:
+def patient(method: Method, system: System, steps: int) -> Method:
+    """Return the method with marches that take a bounded number of steps, however many a period has.
+
+    Steps follow the fastest mode: a march of as many lasts about as long in time, in which motions die out.
+    """
+    afforded = AFFORDED if in_registers(system) else AFFORDED_DENSE
+    if not isinstance(method, Periodic) or steps <= afforded:
         return method
-    share = AFFORDED / steps
+    share = afforded / steps
     return replace(
         method,
         transient=max(20, int(method.transient * share)),
