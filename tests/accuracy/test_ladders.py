@@ -136,6 +136,12 @@ def test_order_leaves_out_what_the_reference_cannot_tell():
     curve = ladder((1.6e-2, 1e-3, 1e-3 / 16))
     assert curve.order(0.0) == pytest.approx(4.0)
     assert np.isnan(curve.order(3e-5))  # one slope is no order
+    stairs = ladder((1e-2, 9.9e-3, 1e-7), settings=(10.0, 20.0, 40.0))
+    assert np.isnan(stairs.order(0.0))  # nor are slopes that have nothing in common
+    bends = ladder(
+        (1e-2, 1e-2 / 2, 1e-2 / 16, 1e-2 / 128, 1e-2 / 1024), (1.0,) * 5, (1.0, 2.0, 4.0, 8.0, 16.0)
+    )
+    assert bends.order(0.0) == pytest.approx(3.0)  # of the finest three: 3, 3, 3
     assert ladder((1e-2, 1e-12, 1e-12)).order(1e-12) != ladder((1e-2, 1e-12, 1e-12)).order(1e-12)  # NaN
 
 

@@ -316,7 +316,7 @@ def _panel(ax: "Axes", panel: Panel) -> None:
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_minor_formatter(NullFormatter())
     low, high = ax.get_xlim()
-    if high < 30.0 * low:
+    if high < 100.0 * low:
         ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     told: list[tuple[float, float]] = []

@@ -14,6 +14,8 @@ FLOOR = 10.0
 """Errors below this many times the uncertainty of the reference say nothing of the order."""
 LEAST_SLOPES = 2
 FINEST_SLOPES = 3
+ALIKE = 4.0
+"""Slopes that differ by more than this factor are no order."""
 COARSEST = 0.1
 """Errors above this say nothing of the order either."""
 SHARE = 0.3
@@ -96,7 +98,10 @@ class Curve:
             for a, b in pairwise(told)
             if a.setting != b.setting and a.error > b.error
         ]
-        return float(np.median(slopes[-FINEST_SLOPES:])) if len(slopes) >= LEAST_SLOPES else float("nan")
+        finest = slopes[-FINEST_SLOPES:]
+        if len(finest) < LEAST_SLOPES or max(finest) > ALIKE * min(finest):
+            return float("nan")
+        return float(np.median(finest))
 
     def cheapest(self, error: float) -> Rung | None:
         """Return the fastest rung that is good enough, where all finer ones are, too; None: there is none."""

@@ -32,7 +32,7 @@ STEPS = (32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024)
 MARCHED_STEPS = tuple(2**power for power in range(5, 16))
 STABLE_TURN = 2.78
 """RK4 is stable while its steps turn the fastest mode by less [rad]."""
-RELATIVE = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+RELATIVE = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 PROFILE_POINTS = (25, 51, 101, 201, 401, 801, 1601)
 FINEST_PROFILE = 3201
 PHASE_POINTS = (8, 16, 32, 64, 128, 256, 512)
