@@ -78,7 +78,7 @@ def test_separation_is_reported() -> None:
         (PAIR._replace(torque=5.0), 4900, 2),
         (LIGHT, 9750, 4),
         (LIGHT, 10000, 4),
-        (LIGHT, 4500, 0),
+        (LIGHT, 4400, 0),  # at 4500 the chaos may end, after some ten thousand periods, in one of period 2
     ],
 )
 def test_subharmonic_and_aperiodic_responses_are_named(pair: BenchmarkPair, rpm: float, period: int) -> None:

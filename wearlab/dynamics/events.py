@@ -17,6 +17,10 @@ from wearlab.dynamics.rk4_step import rk4_step
 
 MOST_CHANGES = 12
 MOST_ITERATIONS = 60
+MOST_SECANTS = 10
+GUESSES = 8
+LATER = 0.1
+"""By how much of a part of a step a first guess has to be later for the change to be later."""
 NUDGE = 1e-4
 NOTHING = -1
 NO_TIME = 1e-12
@@ -86,6 +90,44 @@ def compression(
     return delta - within(tables.gap[step, :, m, p], x)
 
 
+@jit_inner
+def rate_of_compression(
+    kernel: Any, tables: Any, step: int, m: int, p: int, x: float, period: float, s: Any, j: Any, width: Any
+) -> float:
+    """Return the derivative of `compression` by the fraction ``x`` as the motion goes on from state ``j``."""
+    n, w = len(kernel.structure.load), np.uint64(len(width))
+    speed = row_product(kernel.structure.direction, m, n, s.part, j + np.uint64(n) * w, w)
+    rate = speed * tables.width[step] * period - slope_within(tables.error[step, :, m], x)
+    if p == len(kernel.pairs):
+        return -rate
+    return rate - slope_within(tables.gap[step, :, m, p], x)
+
+
+@jit_inner
+def first_guess(start: float, end: float, start_rate: float, end_rate: float, changed: bool) -> float:
+    """Return where in 0…1 the cubic through two values and rates passes zero on its way down.
+
+    Where the flank has just ``changed`` the start is a root, and the next one is meant.
+    """
+    rise = end - start
+    cubic = start_rate + end_rate - 2.0 * rise
+    square = rise - start_rate - cubic
+    low, high, x = 0.0, 1.0, 0.5
+    for _ in range(GUESSES):
+        value = start_rate + x * (square + x * cubic)
+        value = value if changed else start + x * value
+        if value > 0.0:
+            low = x
+        else:
+            high = x
+        slope = square + 2.0 * x * cubic
+        slope = slope if changed else start_rate + x * (2.0 * square + 3.0 * x * cubic)
+        x = x - value / slope if slope != 0.0 else low
+        if not low < x < high:
+            x = 0.5 * (low + high)
+    return x
+
+
 @jit_inner_apart
 def crossing(
     kernel: Any,
@@ -93,54 +135,54 @@ def crossing(
     step: int,
     a: float,
     b: float,
+    end: Any,
     m: int,
     p: int,
     changed: bool,
+    found: float,
     period: float,
     width: Any,
     s: Any,
 ) -> float:
-    """Return the fraction between ``a`` and ``b`` where a compression x passes zero, or 2.0 if it does not.
+    """Return the fraction between ``a`` and ``b`` where a compression x passes zero, 2.0 if after ``found``.
 
-    Regula falsi with the Illinois correction on the sub-step itself, column 0 only. Where the flank has just
-    ``changed`` at ``a``, x is zero there, and the root of x/(fraction − a) is sought instead.
+    Secants on the sub-step itself, column 0 only, from the root of the cubic through values and rates at both
+    ends, kept in a bracket; x is negative in state ``end``, at ``b``. Where the flank has just ``changed`` at
+    ``a``, x is zero there, and the root of x/(fraction − a) is sought instead; ``a`` itself where x falls.
     """
-    if not b - a > NO_TIME:
-        return 2.0
-    there = np.uint64(len(s.part) // 4)
+    there, zero, span = np.uint64(len(s.part) // 4), np.uint64(0), b - a
     sign = 1.0 if s.contact[m, p] else -1.0
-    low = max(0.0, sign * compression(kernel, tables, step, m, p, a, s, np.uint64(0), width))
-    x0, x1, high, kept, x = a, b, -1.0, 0, b
+    low = max(0.0, sign * compression(kernel, tables, step, m, p, a, s, zero, width))
+    high = sign * compression(kernel, tables, step, m, p, b, s, end, width)
+    low_rate = span * sign * rate_of_compression(kernel, tables, step, m, p, a, period, s, zero, width)
+    high_rate = span * sign * rate_of_compression(kernel, tables, step, m, p, b, period, s, end, width)
+    if changed and not low_rate > 0.0:
+        return a
+    x = a + span * first_guess(0.0 if changed else low, high, low_rate, high_rate, changed)
+    if x > found + LATER * span:
+        return 2.0
+    if changed:
+        low, high = low_rate / span, high / span
+    if not low > high:
+        return x  # both ends are roots: two flanks of one gap part at the same instant
+    x0, x1, size = a, b, abs(low) + abs(high)
+    before, value_before = (a, low) if x - a < b - x else (b, high)
     for iteration in range(MOST_ITERATIONS):
-        part_step(kernel, tables, step, a, x, period, np.uint64(1), width, s, np.uint64(0), there)
+        part_step(kernel, tables, step, a, x, period, np.uint64(1), width, s, zero, there)
         value = sign * compression(kernel, tables, step, m, p, x, s, there, width)
         if changed:
             value /= x - a
-        if iteration == 0:
-            if not value < 0.0:
-                return 2.0
-            high = value
-            if changed:
-                x = a + NUDGE * (b - a)
-                continue
-        elif iteration == 1 and changed:
-            if value <= 0.0:
-                return a
-            low = value
-        elif value > 0.0:
-            x0, low = x, value
-            high *= 0.5 if kept == 1 else 1.0
-            kept = 1
+        if value > 0.0:
+            x0 = x
         else:
-            x1, high = x, value
-            low *= 0.5 if kept == -1 else 1.0
-            kept = -1
-        if iteration > 1 and (x1 - x0 < 1e-15 or abs(value) < 1e-15 * (abs(low) + abs(high))):
+            x1 = x
+        if x1 - x0 < 1e-15 or abs(value) < 1e-15 * size:
             break
-        if not low > high:
-            break  # both ends are roots: two flanks of one gap part at the same instant
-        x = (x0 * high - x1 * low) / (high - low)
-        if x <= a:
+        x, before, x_before = x - value * (x - before) / (value - value_before), x, before
+        value_before = value
+        if iteration >= MOST_SECANTS or not x0 < x < x1:
+            x = 0.5 * (x0 + x1)
+        if x == before or x == x_before or x <= a:
             break
     return x
 
@@ -166,12 +208,14 @@ def first_change(
         for p in range(pairs + 1):
             if p < pairs and not in_path(tables, step, m, p):
                 continue
-            x, changed = 2.0, m == mesh and p == flank
+            changed = m == mesh and p == flank
             sign = 1.0 if s.contact[m, p] else -1.0
             if sign * compression(kernel, tables, step, m, p, middle, s, two, width) < 0.0:
-                x = crossing(kernel, tables, step, a, middle, m, p, changed, period, width, s)
-            if x > 1.0 and sign * compression(kernel, tables, step, m, p, 1.0, s, three, width) < 0.0:
-                x = crossing(kernel, tables, step, a, 1.0, m, p, changed, period, width, s)
+                x = crossing(kernel, tables, step, a, middle, two, m, p, changed, found, period, width, s)
+            elif sign * compression(kernel, tables, step, m, p, 1.0, s, three, width) < 0.0:
+                x = crossing(kernel, tables, step, a, 1.0, three, m, p, changed, found, period, width, s)
+            else:
+                continue
             if x < found:
                 found, found_mesh, found_flank = x, m, p
     return found, found_mesh, found_flank

@@ -10,18 +10,9 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import jit_inner, jit_inner_apart
-from wearlab.dynamics.dense_step import dense_step
+from wearlab.dynamics.dense_step import dense_step, times
 
 ROUNDS = 3
-
-
-@jit_inner
-def times(matrix: Any, x: Any, out: Any) -> None:
-    """Write ``matrix @ x`` into ``out``, both (rows, columns)."""
-    if x.shape[1] == 1:
-        np.dot(matrix, x.reshape(x.shape[0]), out.reshape(out.shape[0]))
-    else:
-        np.dot(matrix, x, out)
 
 
 @jit_inner
@@ -221,14 +212,14 @@ def part_step(
                     l0 * mesh[c] + l1 * mesh[channels + c] + l2 * mesh[2 * channels + c]
                 )
             for row in range(n):
-                total = structure.load[row]
-                for c in range(inputs):
-                    value = l0 * push[c] + l1 * push[inputs + c] + l2 * push[2 * inputs + c]
-                    if c < channels:
-                        total += structure.response[c * n + row] * value
-                    elif c > channels:
-                        total += structure.loads[(c - channels - 1) * n + row] * value
-                structure.push[(stage * n + row) * w] = total
+                structure.push[(stage * n + row) * w] = structure.load[row]
+            for c in range(inputs):
+                value = l0 * push[c] + l1 * push[inputs + c] + l2 * push[2 * inputs + c]
+                if c != channels:
+                    vectors = structure.response if c < channels else structure.loads
+                    first = c if c < channels else c - channels - 1
+                    for row in range(n):
+                        structure.push[(stage * n + row) * w] += vectors[first * n + row] * value
         for c in range(channels):
             structure.mesh[3 * channels + c] = mesh[3 * channels + c]
         dense_step(

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.balance import Balance, balance_of
+from wearlab.dynamics.dense_step import MATRICES
 from wearlab.dynamics.propagator import Propagator, propagator_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -45,7 +46,7 @@ class Diagonal(NamedTuple):
 
 
 class Dense(NamedTuple):
-    """A structure with full matrices; ``work`` (6 n · width) is the step's scratch."""
+    """A structure with full matrices; ``work`` (9 n · width) is the step's scratch."""
 
     stiffness: Array
     damping: Array
@@ -182,7 +183,7 @@ def kernel_of(
         np.ascontiguousarray(direction).ravel(),
         np.ascontiguousarray(response).ravel(),
         inverse @ system.load,
-        np.zeros(6 * n * width),
+        np.zeros(MATRICES * n * width),
     )
     return Kernel(
         dense if tables is None else _propagated(system, balance, dense, tables, period, width),
