@@ -281,6 +281,13 @@ VARIABLES: dict[str, Variable] = {
     ),
     "coexisting_force_min": Variable(_STATE, "N", "N", "smallest mesh force of the other attractor"),
     "coexisting_force_max": Variable(_STATE, "N", "N", "largest mesh force of the other attractor"),
+    "attractor_search": Variable(
+        ("update",),
+        "",
+        "",
+        "what the search for another attractor came to",
+        "none found, another found, cut off by its bound on the work, not looked for",
+    ),
     # response over speed
     "response_speed": Variable(("response_speed",), "rad s-1", "rpm", "speed of the input member"),
     "response_dynamic_factor": Variable(_OVER_SPEED, "1", "1", "largest dynamic over static mesh force"),
@@ -418,6 +425,8 @@ VARIABLES: dict[str, Variable] = {
     "count_contact_analyses": Variable((), "1", "1", "contact analyses"),
     "count_period_maps": Variable((), "1", "1", "period maps integrated"),
     "count_right_hand_sides": Variable((), "1", "1", "right-hand sides evaluated"),
+    "count_attractor_starts": Variable((), "1", "1", "starts of the searches for other attractors"),
+    "count_attractor_periods": Variable((), "1", "1", "mesh periods integrated in these searches"),
     "count_wear_steps": Variable((), "1", "1", "accepted steps over cycles"),
     "count_rejected_steps": Variable((), "1", "1", "rejected steps over cycles"),
     "count_steps_per_period": Variable((), "1", "1", "integration steps in one mesh period"),

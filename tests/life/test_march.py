@@ -150,6 +150,19 @@ def test_work_is_bounded(toys):
     assert life.count_steps > 0
 
 
+def test_the_work_of_the_rate_is_bounded(toys):
+    class Working(toys.LineContact):
+        @property
+        def work(self):
+            return 1000.0 + 7.0 * self.count
+
+    rate = Working()
+    life = evolve(rate, np.zeros(rate.n), limits=Limits(cycles=4e7), tolerance=1e-6, most_work=1400.0)
+    assert life.end_reason == "work limit"
+    assert rate.count == 200  # what was done before does not count
+    assert life.count_steps > 0
+
+
 def test_worn_flank_has_its_depth_and_the_shape_of_the_law(toys):
     rate = toys.Sharing()
     flank = slice(0, rate.n // 2)

@@ -57,6 +57,26 @@ def test_tolerance_steers_every_part(scene):
     )
 
 
+def test_a_life_ends_at_its_bound_on_the_work_and_says_what_to_do(scene):
+    tight = scene("base case").replace("numerics.cycle_tolerance", 1e-6).replace("wear.snapshots", None)
+    whole = simulate(tight)
+    most = 0.4 * int(whole.count_right_hand_sides)
+    part = simulate(tight.replace("numerics.most_right_hand_sides", most))
+    assert (str(part.verdict.values), str(part.end_reason.values)) == ("stopped", "work limit")
+    assert 0.0 < float(part.cycle[-1]) < float(whole.cycle[-1])
+    assert int(part.count_right_hand_sides) < int(whole.count_right_hand_sides)
+    for remedy in ("numerics.most_right_hand_sides", "[start]", 'wear.load = "static"'):
+        assert remedy in str(part.validity.values)
+    assert "work" not in str(whole.validity.values) and str(whole.verdict.values) == "completed"
+
+
+def test_searches_for_attractors_are_counted(run):
+    data = run("base case")
+    assert set(data.attractor_search.values) == {"none found"}
+    assert int(data.count_attractor_starts) == 6 * data.sizes["update"]
+    assert int(data.count_attractor_periods) < int(data.count_period_maps)
+
+
 def test_only_wanted_variables_are_stored(scene):
     data = simulate(scene("base case").replace("store.variables", ["wear_depth", "mesh_stiffness"]))
     assert set(data.data_vars) == {"wear_depth", "mesh_stiffness"}

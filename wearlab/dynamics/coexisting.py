@@ -6,6 +6,7 @@ the march ends there.
 """
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,31 +28,80 @@ RELEASES = ((-1.0, True), (-2.0, True), (-1.0, False), (2.0, False), (-8.0, True
 """Approach of the flanks at release over the mean deflection; of all coordinates, or of one alone."""
 LONG = 3
 """Transients that a march may take once more before it counts as aperiodic: chaos may be passing, too."""
+MOST_STEPS = 100_000_000
+"""Bound on the integration steps of all searches in one condition of operation: ten to twenty seconds."""
 
 
-def coexisting(found: Response, method: Periodic) -> Response | None:
-    """Return another attractor that the released flanks reach, None when all return to the response found.
+class Search(NamedTuple):
+    """What a search for another attractor came to.
 
     Parameters
     ----------
-    found : a periodic, attracting response
+    rival : the other attractor, None when none was found
+    starts : releases that were followed to their end
+    periods : mesh periods that were integrated
+    cut_off : whether the bound on the work ended the search before the last release
+    """
+
+    rival: Response | None = None
+    starts: int = 0
+    periods: int = 0
+    cut_off: bool = False
+
+
+class _CutOff(Exception):
+    """The bound on the work is reached."""
+
+
+class _Bounded(Shooting):
+    """Orbits of one system, found with a bounded number of mesh periods."""
+
+    def __init__(self, found: Response, most: int) -> None:
+        super().__init__(found.system, found.tables, found.mesh_period)
+        self.most = most
+
+    def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
+        """March as `Shooting.march` does, if the bound allows."""
+        if self.maps + count > self.most:
+            raise _CutOff
+        return super().march(state, count, keep)
+
+    def shoot(self, periods: int, state: Array, *, touch: bool = False, most: int = 25) -> Orbit | None:
+        """Shoot as `Shooting.shoot` does, with as many passes as the bound allows."""
+        passes = min(most, (self.most - self.maps) // periods)
+        if passes < 1:
+            raise _CutOff
+        return super().shoot(periods, state, touch=touch, most=passes)
+
+
+def coexisting(found: Response, method: Periodic, most_steps: int = MOST_STEPS) -> Search:
+    """Look for another attractor that the released flanks reach; there is none when all return.
+
+    Parameters
+    ----------
+    found : a periodic, attracting response; no other is looked at
     method : how long to march, and how long a period may be
+    most_steps : bound on the integration steps of the search
 
     Notes
     -----
     A search, not a proof: an attractor that none of the releases reaches stays unknown.
     """
     if found.period == 0 or not found.verdict.unique or not found.system.load.any():
-        return None
-    scale = _mean_deflection(found)
-    for state in _releases(found, scale):
+        return Search()
+    scale, most, periods = _mean_deflection(found), most_steps // len(found.tables.width), 0
+    for number, state in enumerate(_releases(found, scale)):
         # Marching moves the loads that keep a free set at its speed: each release starts from those found.
-        shooting = Shooting(found.system, found.tables, found.mesh_period)
+        shooting = _Bounded(found, most - periods)
         home = _Home(found, scale, shooting.rate)
-        rival = _attractor(shooting, state, home, method)
+        try:
+            rival = _attractor(shooting, state, home, method)
+        except _CutOff:
+            return Search(None, number, periods + shooting.maps, True)
+        periods += shooting.maps
         if rival is not None:
-            return rival
-    return None
+            return Search(rival, number + 1, periods)
+    return Search(None, len(RELEASES), periods)
 
 
 class _Home:

@@ -30,22 +30,26 @@ class CountedRate:
     ----------
     rate : h (n,) [m] -> dh/dN (n,) [m per cycle], ≥ 0; raises StopWear when the gears can no longer run
     most : bound on the evaluations
+    most_work : bound on the work they take, where the rate counts it
 
     Raises
     ------
     OutOfEvaluations
-        When the bound is reached.
+        When a bound is reached.
     StopWear
         When the rate says so, or is not finite.
     """
 
-    def __init__(self, rate: Rate, most: int) -> None:
+    def __init__(self, rate: Rate, most: int, most_work: float = np.inf) -> None:
         self.rate, self.most, self.count = rate, most, 0
+        self.most_work = self.work + most_work
 
     def __call__(self, h: Array) -> Array:
         """Return the rate at h, (n,) [m per cycle]."""
         if self.count >= self.most:
-            raise OutOfEvaluations
+            raise OutOfEvaluations("evaluation limit")
+        if self.work >= self.most_work:
+            raise OutOfEvaluations("work limit")
         self.count += 1
         r = np.asarray(self.rate(h), float)
         if r.shape != h.shape:
@@ -55,6 +59,11 @@ class CountedRate:
         if r.size and r.min() < 0.0:
             raise ValueError(f"wear rate {r.min():.3g} m per cycle is negative: wear cannot refill a flank")
         return r
+
+    @property
+    def work(self) -> float:
+        """Work done so far, 0 unless the rate says otherwise."""
+        return float(getattr(self.rate, "work", 0.0))
 
     @property
     def noise(self) -> float:

@@ -73,6 +73,11 @@ class DutyCoupling(Coupled):
         found = tuple(one.evaluate(wear, near) for one, near in zip(self.blocks, starts, strict=True))
         return mixed(found, self.weight)
 
+    @property
+    def work(self) -> int:
+        """Right-hand sides evaluated so far, in all blocks."""
+        return sum(block.work for block in self.blocks)
+
     def wearing(self) -> "DutyCoupling":
         """Return what the wear rate needs of it: no responses where the static force wears."""
         return replace(self, blocks=tuple(block.wearing() for block in self.blocks))

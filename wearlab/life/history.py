@@ -60,6 +60,11 @@ class SetRate:
         self.responses, self.noise = state.responses or self.responses, state.noise
         return self.coupling.flat(state.rate)
 
+    @property
+    def work(self) -> float:
+        """Right-hand sides evaluated so far."""
+        return float(self.coupling.work)
+
     def remember(self) -> Memory:
         """Return the last orbits, and the noise of their rate."""
         return self.responses, self.noise
@@ -75,10 +80,17 @@ def single_state(coupling: Coupled, wear: Wear) -> History:
 
 
 def worn_by_law(
-    coupling: Coupled, wear: Wear, flanks: dict[str, tuple[slice, float]], *, tolerance: float
+    coupling: Coupled,
+    wear: Wear,
+    flanks: dict[str, tuple[slice, float]],
+    *,
+    tolerance: float,
+    most_work: float = np.inf,
 ) -> tuple[Wear, tuple[Life, ...]]:
     """Return wear with each named flank (its entries in the flat state) worn to its depth by this law [m]."""
-    flat, lives = worn(SetRate(coupling), coupling.flat(wear), flanks, tolerance=tolerance)
+    flat, lives = worn(
+        SetRate(coupling), coupling.flat(wear), flanks, tolerance=tolerance, most_work=most_work
+    )
     return coupling.split(flat), lives
 
 
@@ -90,6 +102,7 @@ def history(
     method: Method,
     snapshots: Snapshots,
     tolerance: float,
+    most_work: float = np.inf,
     progress: Callable[[Node], None] | None = None,
 ) -> History:
     """March the wear of a gear set to its limit and evaluate every kept state.
@@ -98,7 +111,7 @@ def history(
     ----------
     coupling : contact, dynamics and wear of the gear set
     wear : wear depth of every kind of mesh at cycle 0 [m]
-    limits, method, snapshots, tolerance, progress : see :func:`wearlab.life.march.evolve`
+    limits, method, snapshots, tolerance, most_work, progress : see :func:`wearlab.life.march.evolve`
 
     Notes
     -----
@@ -123,6 +136,7 @@ def history(
         tolerance=tolerance,
         progress=accepted,
         most_evaluations=int(MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5)),
+        most_work=most_work,
     )
     cycles, depths = life.updates(only_snapshots=snapshots.asked)
     states = [

@@ -25,7 +25,16 @@ class StopWear(Exception):
 
 
 class OutOfEvaluations(Exception):
-    """The bound on rate evaluations is reached."""
+    """A bound on the work of a life is reached; carries which.
+
+    Parameters
+    ----------
+    reason : "evaluation limit" or "work limit"
+    """
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
 
 
 class Limits(NamedTuple):

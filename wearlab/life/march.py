@@ -57,7 +57,8 @@ class Life:
     accumulated_error : (m,) largest over the nodes of their signed sum, amplified where wear accelerates [m]
     snapshot_cycle : (k,) cycles of the snapshots reached, in order [1]
     snapshot_depth : (k, n) depths there [m]
-    end_reason : "cycles", "depth", "no wear", "saw-tooth", "evaluation limit", or why the gears stopped
+    end_reason : "cycles", "depth", "no wear", "saw-tooth", "evaluation limit", "work limit", or why the
+        gears stopped
     jumps : where the wear rate jumped to another branch
     saw_tooth : whether steps beyond the stability limit left their mark
     wave_growth : fastest growth of a wave of wear, where it is too fast to foresee its end; else 0 [1/cycle]
@@ -124,6 +125,7 @@ def evolve(
     tolerance: float = 1e-3,
     scale: float = ELASTIC_SCALE,
     most_evaluations: int = 100_000,
+    most_work: float = np.inf,
     progress: Callable[[Node], None] | None = None,
 ) -> Life:
     """Return the wear over cycles from a first state to a limit.
@@ -138,7 +140,7 @@ def evolve(
     snapshots : states wanted on the way, read off the curve through the accepted states: they change nothing
     tolerance : relative error in depth and life (Adaptive) and in locating ends and jumps [1]
     scale : depth below which errors are no longer relative; also the scale of the stiffness probe [m]
-    most_evaluations : bound on the work
+    most_evaluations, most_work : bounds on the evaluations, and on their work where the rate counts it
     progress : called with every accepted state
 
     Returns
@@ -156,7 +158,7 @@ def evolve(
     h0 = np.array(initial, float)
     if h0.ndim != 1 or not np.all(np.isfinite(h0)) or h0.min(initial=0.0) < 0.0:
         raise ValueError("initial wear depths must be one array of finite values that are not negative")
-    counted = CountedRate(rate, most_evaluations)
+    counted = CountedRate(rate, most_evaluations, most_work)
     march = _March(counted, limits, tolerance, scale, Node(0.0, h0, counted(h0)))
     march.run(method or Adaptive(), progress)
     return march.life(snapshots or Snapshots())
@@ -189,8 +191,8 @@ class _March:
                 self._advance(stepper)
             except SawTooth:
                 self.reason = "saw-tooth"
-            except OutOfEvaluations:
-                self.reason = "evaluation limit"
+            except OutOfEvaluations as out:
+                self.reason = out.reason
             if progress is not None:
                 progress(self.node)
         if stepper is not None:

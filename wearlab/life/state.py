@@ -155,6 +155,11 @@ class Coupled(ABC):
     def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
         """Evaluate wear of every kind of mesh, each (2, n) [m], from responses of a neighbouring state."""
 
+    @property
+    @abstractmethod
+    def work(self) -> int:
+        """Right-hand sides evaluated so far."""
+
     def wearing(self) -> "Coupled":
         """Return what the wear rate needs of it: no response where the static force wears."""
         return self
@@ -230,6 +235,11 @@ class Coupling(Coupled):
             )
         self._spent("wear", clock)
         return WearState(tuple(states), responses, max(noises))
+
+    @property
+    def work(self) -> int:
+        """Right-hand sides evaluated so far."""
+        return self.account.counts["right_hand_sides"]
 
     def wearing(self) -> "Coupling":
         """Return what the wear rate needs of it: no response where the static force wears."""

@@ -19,6 +19,7 @@ def worn(
     *,
     tolerance: float = 1e-3,
     scale: float = ELASTIC_SCALE,
+    most_work: float = np.inf,
 ) -> tuple[Array, tuple[Life, ...]]:
     """Return the depths after wear by the law until each named flank is as deep as asked.
 
@@ -30,7 +31,7 @@ def worn(
     rate : h (n,) [m] -> dh/dN (n,) [m per cycle]
     initial : (n,) depths before [m]
     flanks : name -> (entries of h on that flank, largest depth wanted there [m])
-    tolerance, scale : see :func:`wearlab.life.march.evolve`
+    tolerance, scale, most_work : see :func:`wearlab.life.march.evolve`
 
     Returns
     -------
@@ -48,7 +49,8 @@ def worn(
     for name, (flank, depth) in flanks.items():
         if depth == 0.0:
             continue
-        life = evolve(rate, h0, limits=Limits(depth=depth, flank=flank), tolerance=tolerance, scale=scale)
+        limits = Limits(depth=depth, flank=flank)
+        life = evolve(rate, h0, limits=limits, tolerance=tolerance, scale=scale, most_work=most_work)
         if life.end_reason != "depth":
             raise ValueError(f"flank {name!r} cannot be worn to {depth:.3g} m by this law: {life.end_reason}")
         h[flank] = life.depth[-1][flank]

@@ -28,3 +28,8 @@ class Numerics(Part):
     cycle_tolerance: Annotated[Number, POSITIVE, Lt(1.0)] | None = option(
         None, "relative error of the steps over cycles", derived=DERIVED
     )
+    most_right_hand_sides: Annotated[Number, Ge(1.0)] | None = option(
+        None,
+        "right-hand sides after which a life ends where it is, to be gone on from",
+        derived="from the tolerance and the coordinates: minutes of work",
+    )

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.coexisting import coexisting
+from wearlab.dynamics.coexisting import MOST_STEPS, Search, coexisting
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response, step_forces
 from wearlab.life.state import WearState
@@ -17,12 +17,13 @@ Array = NDArray[np.float64]
 Values = dict[str, Any]
 
 
-def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Response | None]:
-    """Return another attractor of each state, None where released flanks return to the response stored.
+def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Search]:
+    """Look for another attractor of each state, where released flanks do not return to the response stored.
 
     The methods of the papers march from one start alone, and so do errors that turn with their members;
     among the angles of averaged errors nothing is looked for, nor in sets of several meshes, where a march of
-    hundreds of periods costs more than a whole life.
+    hundreds of periods costs more than a whole life. The bound on the work is shared by the states; what one
+    leaves over is the next ones'.
     """
     vibration = parts.vibration
     if vibration is None or vibration.hunting > 1 or not isinstance(vibration.method, Periodic):
@@ -30,18 +31,40 @@ def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Response
     if vibration.slow is not None or len(parts.meshes) > 1:
         return []
     clock, account = time.perf_counter(), parts.coupling.account
-    found = [_other(state.response, vibration.method) for state in states]
+    found: list[Search] = []
+    left, steps = MOST_STEPS, len(vibration.stages.grid.width)
+    for number, state in enumerate(states):
+        share = max(left // (len(states) - number), 0)
+        one = Search() if state.response is None else coexisting(state.response, vibration.method, share)
+        left -= one.periods * steps
+        found.append(one)
     account.seconds["dynamics"] += time.perf_counter() - clock
-    account.counts["period_maps"] += sum(one.counts.period_maps for one in found if one is not None)
+    account.counts["period_maps"] += sum(one.periods for one in found)
     return found
 
 
-def _other(response: Response | None, method: Periodic) -> Response | None:
-    return None if response is None else coexisting(response, method)
+def attractor_values(searches: Sequence[Search]) -> Values:
+    """Return what was searched, and period, largest multiplier and range of force of the attractors found."""
+    if not searches:
+        return {}
+    values: Values = {
+        "attractor_search": [searched(one) for one in searches],
+        "count_attractor_starts": sum(one.starts for one in searches),
+        "count_attractor_periods": sum(one.periods for one in searches),
+    }
+    return values | _values_of([one.rival for one in searches])
 
 
-def attractor_values(others: Sequence[Response | None]) -> Values:
-    """Return period, largest multiplier and range of force of the other attractors, when there is one."""
+def searched(search: Search) -> str:
+    """Return in words what a search came to."""
+    if search.rival is not None:
+        return "another found"
+    if search.cut_off:
+        return "cut off"
+    return "none found" if search.starts else "not looked for"
+
+
+def _values_of(others: Sequence[Response | None]) -> Values:
     if not any(other is not None for other in others):
         return {}
     meshes = next(len(other.system.direction) for other in others if other is not None)

@@ -22,6 +22,11 @@ from wearlab.wear.initial import quadratic, uniform
 
 Array = NDArray[np.float64]
 
+MOST_WORK = 2e10
+"""Bound on the work of one march over cycles at a tolerance of 1e-3, in units of 10 to 40 nanoseconds."""
+OF_A_STEP = 10
+"""Units of a right-hand side that do not grow with the square of the coordinates."""
+
 
 class Lived(NamedTuple):
     """The life of a scene.
@@ -120,7 +125,18 @@ def _marched(
         method=build_step(scene),
         snapshots=_after(build_snapshots(scene, parts.gears, coupling), before),
         tolerance=scene.numerics.cycle_tolerance or scene.numerics.tolerance,
+        most_work=_most_work(scene, parts),
     )
+
+
+def _most_work(scene: Scene, parts: Parts) -> float:
+    """Return the right-hand sides after which a life ends."""
+    if scene.numerics.most_right_hand_sides is not None:
+        return float(scene.numerics.most_right_hand_sides)
+    if parts.vibration is None:
+        return np.inf
+    each = len(parts.vibration.system.load) ** 2 + OF_A_STEP
+    return MOST_WORK / each * max(1.0, (1e-3 / scene.numerics.tolerance) ** 0.5)
 
 
 def _after(snapshots: Snapshots, cycles: float) -> Snapshots:
@@ -215,6 +231,12 @@ def initial_wear(scene: Scene, parts: Parts, coupling: Coupled | None = None) ->
     if not by_law:
         return wear, ()
     try:
-        return worn_by_law(coupling or parts.coupling, wear, by_law, tolerance=scene.numerics.tolerance)
+        return worn_by_law(
+            coupling or parts.coupling,
+            wear,
+            by_law,
+            tolerance=scene.numerics.tolerance,
+            most_work=_most_work(scene, parts),
+        )
     except ValueError as error:
         raise Refused(str(error)) from error

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab.dynamics.response import Response
+from wearlab.dynamics.coexisting import Search
 from wearlab.gears.errors import GearError
 from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
@@ -74,7 +74,7 @@ def _dataset(
     reached = stages[: len(lived.stages)]
     inherited = inherited_error(scene, stages[0].first)
     estimates = [estimated(stage, own, inherited) for stage, own in zip(reached, lived.stages, strict=True)]
-    others: list[Response | None] = []
+    others: list[Search] = []
     each = [
         [_of_condition(stage, k, block, lived, estimates[k], others) for block in range(len(stage.parts))]
         for k, stage in enumerate(reached)
@@ -104,7 +104,7 @@ def _dataset(
 
 
 def _of_condition(
-    stage: Stage, number: int, block: int, lived: Lived, estimates: Estimates, others: list[Response | None]
+    stage: Stage, number: int, block: int, lived: Lived, estimates: Estimates, others: list[Search]
 ) -> xr.Dataset:
     """Return the contact, the dynamics and the errors of the kept states in one condition."""
     scene, parts = stage.scenes[block], stage.parts[block]

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.response import Response
+from wearlab.dynamics.coexisting import Search
 from wearlab.life.history import History
 from wearlab.scene.build import Parts
 from wearlab.scene.build.contact import reached_limits
@@ -20,13 +20,22 @@ Array = NDArray[np.float64]
 Values = dict[str, Any]
 
 ENDS_AS_ASKED = ("cycles", "depth")
+INSTEAD = (
+    'go on from this run with [start], let the static force wear (wear.load = "static"), or ask for '
+    "less with numerics.tolerance"
+)
+ENDS_OF_WORK = {
+    "evaluation limit": f"the life ends unfinished, after as many wear rates as a life may take: {INSTEAD}",
+    "work limit": "the life ends unfinished, after as many right-hand sides as a life may take: raise "
+    f"numerics.most_right_hand_sides, {INSTEAD}",
+}
 
 
 def trust_values(
     stages: Sequence[Stage],
     lived: Lived,
     estimates: Sequence[Estimates],
-    others: Sequence[Response | None] = (),
+    searches: Sequence[Search] = (),
     calibration: Calibration | None = None,
     inherited: float = 0.0,
 ) -> Values:
@@ -37,15 +46,15 @@ def trust_values(
     stages : those that were reached
     lived : the life through them
     estimates : of each stage
-    others : other attractors of the states, None where none is known
+    searches : what the searches for other attractors of the states came to
     calibration : how the wear coefficient was found, None where it was given
     inherited : error of the wear that the run starts from [m]
     """
     each = [parts for stage in stages for parts in stage.parts]
     told = () if calibration is None else (calibration.told,)
     values: Values = {
-        "verdict": verdict(lived.whole, others),
-        "validity": "\n".join(dict.fromkeys([*_flags(stages, lived), *told])),
+        "verdict": verdict(lived.whole, searches),
+        "validity": "\n".join(dict.fromkeys([*_flags(stages, lived), *_cut_off(searches), *told])),
     }
     life = lived.whole.life
     if life is not None:
@@ -90,13 +99,23 @@ def _flags(stages: Sequence[Stage], lived: Lived) -> list[str]:
     ]
 
 
-def verdict(lived: History, others: Sequence[Response | None] = ()) -> str:
+def _cut_off(searches: Sequence[Search]) -> list[str]:
+    cut = sum(search.cut_off for search in searches)
+    if not cut:
+        return []
+    return [
+        f"the search for coexisting attractors was cut off in {cut} of {len(searches)} states by its "
+        "bound on the work: ask for fewer snapshots, or look in single states by wear.initial"
+    ]
+
+
+def verdict(lived: History, searches: Sequence[Search] = ()) -> str:
     """Return in one word what the run amounts to; what deviates most from an ordinary run wins.
 
     Parameters
     ----------
     lived : the states
-    others : other attractors of the states, None where none is known
+    searches : what the searches for other attractors of the states came to
     """
     if lived.life is not None and lived.life.end_reason not in ENDS_AS_ASKED:
         return "stopped"
@@ -109,7 +128,7 @@ def verdict(lived: History, others: Sequence[Response | None] = ()) -> str:
     ):
         if any(holds(response.verdict) for response in responses):
             return word
-    return "coexisting" if any(other is not None for other in others) else "completed"
+    return "coexisting" if any(one.rival is not None for one in searches) else "completed"
 
 
 def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
@@ -125,6 +144,8 @@ def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
         flags.append("coexisting attractors of a set of several meshes are not looked for")
     if lived.life is not None and lived.life.saw_tooth:
         flags.append("saw-tooth: steps over cycles beyond the stability limit")
+    if lived.life is not None and lived.life.end_reason in ENDS_OF_WORK:
+        flags.append(ENDS_OF_WORK[lived.life.end_reason])
     if lived.life is not None and lived.life.wave_growth > 0.0:
         fold = float(lived.life.rate[0].max()) / lived.life.wave_growth
         flags.append(
