@@ -177,7 +177,10 @@ def test_all_problems_are_collected_once(table):
         ),
         ({"torque": "3 N*m"}, "speed missing: give torque and speed"),
         ({"power": "1 kW", "torque": "0 N*m"}, "speed missing: give torque and speed"),
-        ({"power": "1 kW", "torque": "1 N*m", "speed": "1 rpm"}, "give two of 'torque', 'speed' and 'power'"),
+        (
+            {"power": "1 kW", "torque": "1 N*m", "speed": "1 rpm"},
+            "torque = 1 N*m, speed = 1 rpm and power = 1000 W are one too many: leave one out; drop",
+        ),
     ],
 )
 def test_two_of_torque_speed_and_power(table, operation, said):

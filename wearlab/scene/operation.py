@@ -1,5 +1,6 @@
 """``[operation]``: how the gear set is driven."""
 
+import math
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import ValidationInfo, field_validator, model_validator
@@ -159,7 +160,14 @@ class Operation(Part):
         """Allow two of torque, speed and power."""
         if None not in (self.torque, self.speed, self.power):
             raise PydanticCustomError(
-                "alternatives", "give two of 'torque', 'speed' and 'power', not all three"
+                "alternatives",
+                "torque = {torque} N*m, speed = {speed} rpm and power = {power} W are one too many: leave "
+                'one out; drop = ["operation.speed"] drops one that is inherited',
+                {
+                    "torque": f"{self.torque:.6g}",
+                    "speed": f"{self.speed * 30.0 / math.pi:.6g}",
+                    "power": f"{self.power:.6g}",
+                },
             )
         return self
 
