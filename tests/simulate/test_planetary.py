@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from wearlab.gears.errors import GearError
 from wearlab.scene import Scene
 from wearlab.scene.build import build
+from wearlab.scene.build.modes import build_modes
 from wearlab.simulate import simulate
 from wearlab.simulate.modes import modes_table
 
@@ -168,3 +170,31 @@ def test_critical_speeds_are_those_of_the_input(roles):
         speed = row[f"critical speed, order {order} [rpm]"]
         at = build(changed.replace("operation.speed", f"{speed!r} rpm"))
         assert order * at.gears.mesh_frequency == pytest.approx(row["natural_frequency [Hz]"], rel=1e-9)
+
+
+def test_a_set_with_two_free_rotations_is_refused_by_name():
+    held = {"radial_stiffness": "100 N/um", "damping_ratio": 0.1}
+    supports = dict.fromkeys(("sun", "planet", "ring", "carrier"), held)
+    mapping = {**SET, "mesh": {"damping_ratio": 0.05}}
+    mapping |= {"dynamics": {"model": "planetary", "supports": supports}}
+    with pytest.raises(GearError, match=r"supports: 2 rotations are free .* torsional_stiffness"):
+        build(Scene.from_mapping(mapping))
+
+
+def held_softly(stiffness, speed):
+    held = {"radial_stiffness": stiffness, "damping_ratio": 0.1}
+    supports = dict.fromkeys(("sun", "planet", "carrier"), held)
+    supports["ring"] = {**held, "tangential_stiffness": "100 N/um"}
+    mapping = {
+        **SET,
+        "mesh": {"damping_ratio": 0.05},
+        "dynamics": {"model": "planetary", "supports": supports},
+    }
+    return build(Scene.from_mapping({**mapping, "operation": {"torque": "134 N*m", "speed": speed}}))
+
+
+def test_a_set_that_flies_apart_is_refused_and_one_that_stretches_keeps_its_free_rotation():
+    with pytest.raises(GearError, match="indefinite"):
+        held_softly("0.02 N/um", "9000 rpm")
+    stretched = build_modes(held_softly("0.2 N/um", "4000 rpm")).modes.frequency
+    assert stretched[0] == 0.0 and stretched[1] > 0.0

@@ -18,6 +18,8 @@ MAY_BE_ABSENT = (
 )
 WORST_RESIDUAL = 0.01
 MOST_MAPS = 2_000_000
+MOST_OF_PAIR, MOST_OF_SET = 3e7, 1e6
+"""Right-hand sides after which a life ends here: seconds, where a researcher may wait for minutes."""
 
 
 def decades(low: float, high: float) -> Any:
@@ -63,7 +65,7 @@ def scenes(draw: Any) -> dict[str, Any]:
 
 @st.composite
 def internal_pairs(draw: Any, *, moving: bool = False) -> dict[str, Any]:
-    """Draw the mapping of a pinion in a ring; some move when they may."""
+    """Draw the mapping of a pinion in a ring; some that stand where they may move."""
     module, pinion = draw(decades(-3.7, -1.52)), draw(st.integers(20, 90))
     ring = pinion + draw(st.integers(9, 150))
     rim = module * (ring + 2.5 + draw(decades(0.3, 1.5)))
@@ -84,7 +86,7 @@ def internal_pairs(draw: Any, *, moving: bool = False) -> dict[str, Any]:
 def planetary_sets(draw: Any, *, moving: bool = False) -> dict[str, Any]:
     """Draw the mapping of a planetary set, its planets at angles where they can be assembled."""
     module, sun, planet = draw(decades(-3.7, -1.52)), draw(st.integers(18, 90)), draw(st.integers(18, 60))
-    ring, planets = sun + 2 * planet, draw(st.integers(2, 5))
+    ring, planets = sun + 2 * planet, draw(st.integers(2, most_planets(sun, planet)))
     steps = [round(2 * (sun + planet) * n / planets) for n in range(planets)]
     rim = module * (ring + 2.5 + draw(decades(0.3, 1.5)))
     gears = {
@@ -99,14 +101,23 @@ def planetary_sets(draw: Any, *, moving: bool = False) -> dict[str, Any]:
     return _loaded(draw, module, gears, sun, moving=moving)
 
 
+def most_planets(sun: int, planet: int) -> int:
+    """Return how many planets pass each other, eight at most, where teeth leave none an equal space."""
+    widest = np.sin(0.5 * (2 * np.pi / np.arange(3, 9) - np.pi / (sun + planet))) * (sun + planet)
+    return 2 + int(np.sum(widest > planet + 2.5))
+
+
 tips = st.sampled_from([*3 * [{"tip_alteration": "wang-2023"}], {}])
 """A ring's full tips reach below the involute of many a pinion."""
 
 
 def _loaded(draw: Any, module: float, gears: dict[str, Any], driving: int, *, moving: bool) -> dict[str, Any]:
-    """Return gears with a load, a stiffness and wear over many decades; some move, rub, or have a duty."""
+    """Return gears with a load, a stiffness and wear over many decades; some rub, or have a duty.
+
+    The largest torques bend teeth with a gigapascal and more.
+    """
     width = module * draw(decades(0.0, 2.0))
-    torque = 1e7 * width * module * 0.5 * module * driving * draw(decades(-5.0, 1.5))
+    torque = 1e7 * width * module * 0.5 * module * driving * draw(decades(-5.0, 2.0))
     speed = draw(decades(1.5, 4.5))
     coefficient = {"model": "constant", "value": f"{draw(decades(-20.0, -14.0))} m^2/N"}
     mapping: dict[str, Any] = {
@@ -115,16 +126,28 @@ def _loaded(draw: Any, module: float, gears: dict[str, Any], driving: int, *, mo
         "mesh": {"stiffness": draw(stiffness(width))},
         "wear": {"coefficient": coefficient},
     }
-    if gears["kind"] == "internal-pair" and draw(st.booleans()):
-        mapping["wear"]["until"] = {"depth": f"{module * draw(decades(-5.5, -2.5)):.4g} m"}
-    if moving and draw(st.booleans()):
+    if (gears["kind"] == "internal-pair" or moving) and draw(st.booleans()):
+        depth = module * draw(decades(-5.5, -2.5))
+        mapping["wear"]["until"] = {"depth": f"{depth:.4g} m"}
+        if draw(st.booleans()):
+            flank = "sun" if gears["kind"] == "planetary" else "pinion"
+            mapping["wear"]["until"]["flank"] = flank
+            mapping["wear"]["snapshots"] = {
+                "depth": [f"{part * depth:.4g} m" for part in (0.3, 0.7)],
+                "flank": flank,
+            }
+    if moving:
         mapping["mesh"]["damping_ratio"] = draw(decades(-3.0, -0.3))
         pair = gears["kind"] == "internal-pair"
         mapping["dynamics"] = draw(dynamics(width, "ring") if pair else motion(width))
         if draw(st.booleans()):
             mapping["dynamics"]["friction"] = {"coefficient": draw(decades(-3.0, -0.3))}
+        if draw(st.booleans()):
+            mapping["mesh"]["normal_backlash"] = f"{draw(st.just(0.0) | decades(-9.0, -3.0))} m"
     if draw(st.sampled_from([True, False, False])):
         mapping["operation"] = {"duty": draw(duty(torque, speed))}
+    most = MOST_OF_SET if gears["kind"] == "planetary" else MOST_OF_PAIR
+    mapping["numerics"] = {"most_right_hand_sides": most}
     return mapping
 
 
@@ -152,7 +175,9 @@ def motion(draw: Any, width: float) -> dict[str, Any]:
         "radial_stiffness": f"{width * draw(decades(8.0, 11.0)):.6g} N/m",
         "damping_ratio": draw(decades(-3.0, -0.3)),
     }
-    return {"model": "planetary", "supports": dict.fromkeys(("sun", "planet", "ring", "carrier"), bearing)}
+    held = {**bearing, "tangential_stiffness": f"{width * draw(decades(8.0, 11.0)):.6g} N/m"}
+    supports = {"sun": bearing, "planet": bearing, "ring": held, "carrier": bearing}
+    return {"model": "planetary", "supports": supports}
 
 
 def stiffness(width: float) -> Any:

@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 MeshStiffness = Mapping[str, float] | Array | float
 RIGID = 1e-6
 """Frequency over the highest one below which a mode is a rigid-body mode."""
+ROUNDED = 1e-5
+"""The same for a mode of negative square: what centripetal terms leave of a free rotation."""
 
 
 class Modes(NamedTuple):
@@ -114,7 +116,8 @@ def modes(system: System, mesh_stiffness: MeshStiffness) -> Modes:
     square, vectors = eigh(stiffness, system.mass)
     mobility = np.einsum("mi,ij,mj->m", d, np.linalg.inv(system.mass), d)
     participation = (vectors.T @ d.T) ** 2 / mobility
-    rigid = np.abs(square) <= RIGID**2 * np.abs(square).max()
+    largest = np.abs(square).max()
+    rigid = (np.abs(square) <= RIGID**2 * largest) | ((square < 0.0) & (square >= -(ROUNDED**2) * largest))
     if square[~rigid].min(initial=0.0) < 0.0:
         raise ValueError(_diverges(float(np.sqrt(-square.min()))))
     frequency = np.sqrt(np.where(rigid, 0.0, square)) / (2.0 * np.pi)

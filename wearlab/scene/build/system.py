@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics import planetary
+from wearlab.dynamics.balance import balance_of
 from wearlab.dynamics.planetary_torsional import planetary_torsional
 from wearlab.dynamics.spur import PairFriction, Support, effective_mass, mesh_damping_of, spur_3dof, torsional
 from wearlab.dynamics.system import System
@@ -115,7 +116,7 @@ def _planetary(scene: Scene, gears: GearSet, stiffness: Array) -> System:
     speeds = train_of(scene).speeds(scene.operation.speed)
     turn = mirrored * np.sign(speeds.sun_relative)
     try:
-        return planetary.assemble(
+        system = planetary.assemble(
             mass=mass,
             inertia=inertia,
             base_radius=base_radius,
@@ -139,6 +140,11 @@ def _planetary(scene: Scene, gears: GearSet, stiffness: Array) -> System:
         )
     except ValueError as error:
         raise GearError(f"scene.dynamics.supports: {error}") from error
+    try:
+        balance_of(system, 1.0)
+    except ValueError as error:
+        raise GearError(f"scene.dynamics.supports: {error}, by a torsional_stiffness of its own") from error
+    return system
 
 
 def _planetary_torsional(scene: Scene, gears: GearSet, stiffness: Array) -> System:

@@ -11,6 +11,7 @@ from scipy.linalg import null_space
 
 from wearlab.dynamics.collocation import SIZES
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
+from wearlab.dynamics.modes import modes
 from wearlab.dynamics.steps import (
     EXACT_LARGEST,
     STABLE,
@@ -63,6 +64,7 @@ def build_vibration(
     mean = [mean_stiffness(one, state) for one, state in zip(analyses, healthy, strict=True)]
     stiffest = np.array([float(healthy[mesh.kind].tangent.max()) for mesh in meshes])
     system = build_system(scene, gears, np.array([mean[mesh.kind] for mesh in meshes]))
+    _check_definite(system, np.array([mean[mesh.kind] for mesh in meshes]))
     grid = steps_grid(scene, analyses, meshes, edges, system, stiffest, gears.period)
     slow = slow_errors(scene, gears, meshes, system)
     return Vibration(
@@ -108,6 +110,16 @@ def steps_grid(
         steps = int(np.ceil(RISE * steps))
         grid = stage_grid(breaks, steps, multiple)
     return grid
+
+
+def _check_definite(system: System, stiffness: Array) -> None:
+    """Refuse a set that turns so fast, or is held so softly, that its planets fly off their pins."""
+    if system.rotation == 0.0:
+        return
+    try:
+        modes(system, stiffness)
+    except ValueError as error:
+        raise GearError(str(error)) from error
 
 
 def build_friction(scene: Scene, gears: GearSet) -> Friction | None:
