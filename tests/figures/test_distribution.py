@@ -57,6 +57,7 @@ def test_a_histogram_shows_its_runs_and_their_quantiles():
     assert [mark.text for mark in marks] == ["5 %", "50 %", "95 %"] and marks[1].x == 51e6
     assert rest[2].text == "50 %: 51 (41–61) million"
     bands = [one for one in rest if one.look == "area"]
+    assert all(one.y.min() > outline.y.max() for one in bands)  # no band is taken for a bar
     assert all(low.x.min() <= mark.x <= low.x.max() for low, mark in zip(bands, marks, strict=True))
 
 

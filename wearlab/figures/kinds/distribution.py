@@ -29,6 +29,7 @@ MOST_BINS = 60
 COUNT = Scale("runs", "1")
 SCORE = Scale("standard score of the share of runs", "1")
 FEWEST = 3
+STRIP = (1.03, 1.08)  # where the confidence of a quantile is drawn, times the highest bar
 
 
 class Quantile(NamedTuple):
@@ -105,7 +106,7 @@ def _values(group: Sequence[Series]) -> Array:
 
 
 def _histograms(series: list[Series]) -> list[Series]:
-    """Return the outline of every sample, its quantiles as marks and their confidence behind them."""
+    """Return the outline of every sample, its quantiles as marks and their confidence above it."""
     groups = _samples(series)
     found: list[Series] = []
     for group in groups:
@@ -119,15 +120,23 @@ def _histograms(series: list[Series]) -> list[Series]:
 
 
 def _quantile(values: Array, probability: float, top: float, first: Series, *, marked: bool) -> list[Series]:
-    """Return the line of a quantile, the band of its confidence, and its name above the panel."""
+    """Return the line of a quantile, the strip of its confidence over the bars, its name above the panel."""
     found, name = quantile(values, probability), f"{100 * probability:g} %"
     band = np.array([found.low, found.low, found.high, found.high])
-    sides = np.array([0.0, top, top, 0.0])
+    sides = top * np.array([STRIP[0], STRIP[1], STRIP[1], STRIP[0]])
     marks = (Mark(found.value, name),) if marked else ()
     said = f"{name}: {_said(found, first.across.units)}" if marked else ""
     return [
         Series(first.key, band, sides, first.across, COUNT, "area", said),
-        Series(first.key, np.full(2, found.value), sides[:2], first.across, COUNT, "hairline", marks=marks),
+        Series(
+            first.key,
+            np.full(2, found.value),
+            np.array([0.0, sides[1]]),
+            first.across,
+            COUNT,
+            "hairline",
+            marks=marks,
+        ),
     ]
 
 
