@@ -1,15 +1,16 @@
 """An absent part changes nothing where its effect is zero, and stores less."""
 
+import numpy as np
 import pytest
 
-from wearlab.accuracy.leaving_out import PARTS, saving, scene
+from wearlab.accuracy.leaving_out import PARTS, Saving, apart, row, saving, scene
 from wearlab.scene.build import build
 from wearlab.simulate import simulate
 
 
 @pytest.mark.parametrize("part", PARTS, ids=lambda part: part.name)
 def test_results_are_identical_where_the_effect_is_zero(part):
-    found = saving(part, repeats=1)
+    found = saving(part, turns=1)
     assert found.difference <= part.tolerance
     assert scene(part.present).id != scene(part.absent).id
 
@@ -29,7 +30,7 @@ def test_an_effect_that_is_not_zero_is_seen():
     """The comparison can tell: the same parts with an effect change the results."""
     part = {part.name: part for part in PARTS}["torque fluctuation"]
     wave = {"order": 1, "amplitude": "10 N*m", "phase": "0 deg"}
-    assert saving(part._replace(present={"operation.torque_fluctuation": wave}), repeats=1).difference > 1e-3
+    assert saving(part._replace(present={"operation.torque_fluctuation": wave}), turns=1).difference > 1e-3
 
 
 def test_proven_linear_contact_takes_one_period_map_a_state():
@@ -41,3 +42,17 @@ def test_proven_linear_contact_takes_one_period_map_a_state():
     linear, marched = maps
     assert linear == 1
     assert marched > 50
+
+
+def test_a_saving_that_is_no_better_known_than_its_size_is_nil():
+    def told(seconds, known):
+        return row(Saving("part", seconds, known, (2000, 1000), 0.0, 0.0))[2]
+
+    assert told((2e-3, 1e-3), 0.01) == "50%"
+    assert told((1e-3, 0.97e-3), 0.01) == "3%"
+    assert told((1e-3, 0.97e-3), 0.05) == "nil (< 5 %)"
+    assert told((1e-3, 1.002e-3), 0.0) == "nil (< 1 %)"
+    assert told((1e-3, 1.1e-3), 0.01) == "-10%"
+    turns = np.array([[2.0, 1.0], [9.0, 1.5], [2.0, 1.2], [9.0, 1.5]])
+    assert apart([turns[:2], turns[2:]]) == pytest.approx(0.1)
+    assert apart([turns, turns[:0]]) == 1.0

@@ -8,8 +8,9 @@ import xarray as xr
 
 from wearlab.accuracy import table
 from wearlab.accuracy.dataset import dataset, netcdf
-from wearlab.accuracy.figure import pages, png
+from wearlab.accuracy.figure import png
 from wearlab.accuracy.ladder import Curve, Rung
+from wearlab.accuracy.pages import pages
 from wearlab.accuracy.study import Study, cheapest_setting, comparison, knob_settings
 from wearlab.cli.measuring import _content
 from wearlab.figures.style import DPI, RC
@@ -88,6 +89,25 @@ def test_figures_are_the_same_bytes_twice(found):
         assert image == png(page, RC, DPI, {"Title": "two"}) and image[:4] == b"\x89PNG"
     stroke = drawn[0].panels[0].strokes[0]
     assert stroke.name == "periodic" and stroke.x == pytest.approx([0.05, 0.1, 0.2, 0.4])  # ms
+
+
+def test_pages_of_a_life_tell_slope_default_and_how_well_the_reference_is_known(loaded):
+    adaptive = Curve(
+        "adaptive", "cycle_tolerance", "life", "wearlab",
+        tuple(Rung(s, 8e-2 * n**-4.0, n * 1e-2, n) for s, n in ((1e-1, 2), (1e-2, 4), (1e-3, 8), (1e-4, 16))),
+    )  # fmt: skip
+    euler = Curve(
+        "Euler", "threshold", "life", "as published",
+        tuple(Rung(1e-6 / n, 9e-2 / n, n * 1e-2, n) for n in (5, 10, 20, 40)),
+    )  # fmt: skip
+    made = dataset("t", [Study("one", loaded, (adaptive, euler), {"life": 3e-9}, np.nan, ())], 0.0)
+    (panel,) = next(page for page in pages(made) if page.file == "life").panels
+    assert np.isnan(panel.unsure)  # far below the curves
+    ours, theirs = panel.strokes
+    assert (ours.order, theirs.order) == (pytest.approx(4.0), pytest.approx(1.0))
+    assert ours.ring == (8, pytest.approx(8e-2 * 8**-4.0)) and theirs.ring is None
+    (panel,) = next(page for page in pages(made) if page.file == "life-time").panels
+    assert np.isnan(panel.strokes[0].order) and panel.strokes[0].ring[0] == pytest.approx(0.08)
 
 
 def test_tables_have_a_cell_for_every_head(found):

@@ -21,7 +21,7 @@ from wearlab.simulate.twins import flank_of_nodes
 
 Array = NDArray[np.float64]
 
-TIGHT = 3e-7
+TIGHT = 3e-8
 SECOND_METHOD = 1e-8
 MOST_ANALYSES = 200_000
 SHORT = 0.5

@@ -85,7 +85,8 @@ def _labels(campaign: "Campaign") -> list[str]:
 def _write(made: Any, out: Path) -> list[Path]:
     """Write the dataset and its figures, each whole or not at all."""
     from wearlab.accuracy.dataset import netcdf
-    from wearlab.accuracy.figure import pages, png
+    from wearlab.accuracy.figure import png
+    from wearlab.accuracy.pages import pages
     from wearlab.figures.style import DPI, RC
 
     texts = {"Title": made.attrs["title"], "runs": " ".join(made.run_id.values.tolist())}
