@@ -2,9 +2,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from wearlab.life import adaptive
+from wearlab.life.counted import CountedRate
 from wearlab.life.limits import Limits
 from wearlab.life.march import evolve
 from wearlab.life.sawtooth import zigzag
+from wearlab.life.step import Node
 
 
 def reference(rate, cycles):
@@ -133,3 +136,58 @@ def test_branches_do_not_leak_through_rejected_tries():
     assert leaky.cycle[-1] == pytest.approx(plain.cycle[-1], rel=2e-3)
     exact = (1e-5 + 1e-5**3 / (3 * 1e-12)) / 1e-12
     assert plain.cycle[-1] == pytest.approx(exact, rel=1e-3)
+
+
+def looked_at(monkeypatch):
+    """Return the list that grows with every look at the spectrum."""
+    looks, original = [], adaptive.spectrum
+
+    def look(rate, h, *arguments, **options):
+        looks.append(float(h.max()))
+        return original(rate, h, *arguments, **options)
+
+    monkeypatch.setattr(adaptive, "spectrum", look)
+    return looks
+
+
+def test_a_short_mild_life_takes_two_steps_and_no_look_at_the_spectrum(toys, monkeypatch):
+    looks = looked_at(monkeypatch)
+    rate = toys.Braking(length=2e-5)
+    life = evolve(rate, [0.0], limits=Limits(depth=1e-5), tolerance=1e-2)
+    assert (life.count_steps, life.count_rate_evaluations, looks) == (2, 10, [])
+    assert life.cycle[-1] == pytest.approx(rate.life(1e-5), rel=1e-3)
+
+
+def test_a_long_way_is_worth_a_look_as_soon_as_a_step_tells(toys, monkeypatch):
+    looks = looked_at(monkeypatch)
+    rate = toys.Sharing()
+    evolve(rate, np.zeros(rate.n), limits=Limits(cycles=4e8), scale=1e-7)
+    assert 0.0 < looks[0] < 1e-6 and 1 <= len(looks) < 8
+
+
+def test_a_step_that_must_fail_is_given_up_after_two_thirds(toys):
+    rate = CountedRate(toys.Braking(), 100)
+    node = Node(0.0, np.zeros(1), rate(np.zeros(1)))
+    stepper = adaptive.Adaptive().start(node, rate, 1e-3, 1e-6)
+    hopeless = stepper._try(node, 1e7)
+    assert (rate.count, hopeless.share) == (1 + 2, 2.0 / 3.0) and hopeless.ratio > adaptive.HOPELESS
+    good = stepper._try(node, 1e5)
+    assert (rate.count, good.share) == (3 + 4, 1.0) and good.ratio < 1.0
+
+
+def test_no_short_step_is_left_for_the_end(toys):
+    rate = toys.Braking(length=5e-5)
+    for cycles in np.geomspace(3e6, 3e8, 7):
+        life = evolve(rate, [0.0], limits=Limits(cycles=float(cycles)), tolerance=1e-3)
+        sizes = np.diff(life.cycle)
+        assert len(sizes) == 1 or sizes[-1] > 0.3 * sizes.max()
+        assert life.depth[-1, 0] == pytest.approx(rate.depth(cycles), rel=1e-3)
+
+
+def test_the_trend_of_the_rate_says_where_the_limit_is_met(toys):
+    """Braked wear passes the limit later than its rate says: the last step lands just beyond."""
+    for length in (3e-6, 1e-5, 3e-5):
+        rate = toys.Braking(length=length)
+        life = evolve(rate, [0.0], limits=Limits(depth=1.2e-5), tolerance=3e-2)
+        sizes = np.diff(life.cycle)
+        assert len(sizes) == 1 or sizes[-1] > 0.25 * sizes[-2]

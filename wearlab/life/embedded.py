@@ -4,7 +4,8 @@ Four rates a step, the last of which is the first of the next: Kutta's 3/8 rule,
 with weights 1/12, 1/2, 1/4, 0 and, for the rate at the end, 1/6. The two differ by ``z⁴(1 − z/2)/72`` for
 ``z = λ ΔN``, and a step is wrong by ``z⁵/120``: at most ``0.6 ρ ΔN`` of the difference. Twice that is
 reported, because where the rate is not linear the fifth order is not that of one wave. Wherever in the step
-the rate jumps, the difference sees it: no two of its rates cancel.
+the rate jumps, the difference sees it: no two of its rates cancel. Stages are kept at or above the depth at
+the start, where the solution lies: wear never refills a flank.
 
 Source: Kutta, Z. Math. Phys. 46 (1901) 435–453; the orders of both are in the tests.
 """
@@ -51,7 +52,7 @@ class Begun(NamedTuple):
 def begin(rate: Rate, h: Array, r: Array, size: float) -> Begun:
     """Return the first two thirds of a step of ``size`` cycles from depth h with rate r."""
     second = rate(h + size * r / 3.0)
-    third = rate(h + size * (second - r / 3.0))
+    third = rate(np.maximum(h, h + size * (second - r / 3.0)))
     bend = r - 2.0 * second + third
     return Begun(second, third, bend, _seen(bend, size * (second - r), r))
 
@@ -72,7 +73,7 @@ def complete(rate: Rate, h: Array, r: Array, size: float, begun: Begun) -> tuple
     seen : what ∂r/∂h makes of differences of the stages over their length, at most |∂r/∂h| [1/cycle]
     """
     second, third = begun.second, begun.third
-    fourth = rate(h + size * (r - second + third))
+    fourth = rate(np.maximum(h, h + size * (r - second + third)))
     end = h + size * (r + 3.0 * second + 3.0 * third + fourth) / 8.0
     fifth = rate(end)
     bend = 4.0 * fifth - r + 3.0 * (second - third - fourth)
