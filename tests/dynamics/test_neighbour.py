@@ -64,6 +64,7 @@ def test_leading_multipliers_follow_the_mesh(system: System, mu: Any, multiple: 
         change = abs(cold.multipliers[0] - first.multipliers[0])
         error.append(abs(abs(warm.multipliers[0]) - abs(cold.multipliers[0])))
         assert error[-1] < 0.05 * change
+        assert abs(warm.multipliers.imag.sum()) < 1e-14
     assert error[1] > 30.0 * error[0]
 
 

@@ -19,7 +19,7 @@ from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.collocation import joined_steps
 from wearlab.dynamics.collocation_inputs import inputs_of
 from wearlab.dynamics.neighbour_factors import Drifts, Factors, drifts_of, factors_of
-from wearlab.dynamics.neighbour_kernel import added_inputs, changes, end_of_period, over_period, whole_inputs
+from wearlab.dynamics.neighbour_kernel import correct, path_of, resembles
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -114,6 +114,12 @@ class Neighbour:
         return drifts_of(self.factors, self.whole, self.multipliers)
 
     @cached_property
+    def inverse(self) -> Array:
+        """(2n, 2n) of ``I − P``, where loads take the columns of held coordinates."""
+        scale = self.closing.scale
+        return np.ascontiguousarray(dgetrs(*self.closing.factors, np.diag(1.0 / scale))[0] * scale[:, None])
+
+    @cached_property
     def joined(self) -> NDArray[np.bool_]:
         """Where no jump parts its steps."""
         return joined_steps(self.tables)
@@ -125,8 +131,9 @@ class Neighbour:
             return False
         if tables.stiffness.shape != mine.stiffness.shape or (tables.width != mine.width).any():
             return False
-        change = np.abs(tables.stiffness - mine.stiffness).max()
-        return bool(change <= NEAR * mine.stiffness.max() and (joined_steps(tables) == self.joined).all())
+        if not resembles(tables.stiffness, mine.stiffness, NEAR * float(mine.stiffness.max())):
+            return False
+        return bool((joined_steps(tables) == self.joined).all())
 
     def multipliers_after(self, law: Array) -> NDArray[np.complex128] | None:
         """Return the multipliers after a change of the mesh law, None where they come near 1 or move far."""
@@ -152,49 +159,19 @@ def corrected(near: Neighbour, system: System, tables: StageTables, period: floa
     if not near.resembles(system, tables, period):
         return None
     known = near.factors
-    where = known.cut.first, known.stages
     inputs = inputs_of(system, near.balance, tables, period, known.mean, known.shares)
-    law, push = np.empty((2, *known.felt.shape[:2], inputs.law.shape[2]))
-    changes(inputs, known.inputs, *where, law, push)
-    multipliers = near.multipliers_after(law)
+    law = np.empty((*known.felt.shape[:2], inputs.law.shape[2]))
+    starts, felt, sizes = known.starts.copy(), known.felt.copy(), near.start[len(near.whole) + 1 :].copy()
+    count = correct(
+        inputs, known.inputs, known.cut.first, known.stages, known.direction, known.by_state, known.by_input,
+        near.inverse, near.closing.held, (MOST, SHRINKS, LEFT), law, starts, felt, sizes,
+    )  # fmt: skip
+    multipliers = near.multipliers_after(law) if count else None
     if multipliers is None:
         return None
-    starts, felt = known.starts.copy(), known.felt.copy()
-    sizes = near.start[len(near.whole) + 1 :].copy()
-    count = _correct(near, law, push, starts, felt, sizes)
-    if count is None:
-        return None
-    entering = np.empty((len(felt), felt.shape[1] * inputs.load.shape[2]))
-    whole_inputs(inputs, *where, felt, sizes, entering)
-    path = known.cut.path(starts, entering)
-    apart = path[known.cut.first + known.stages // 2] - starts[1:]
+    path = np.empty((len(tables.width) + 1, starts.shape[1]))
+    path_of(known.cut, inputs, known.stages, starts, felt, sizes, path)
     scale = near.closing.scale
-    closure = float(np.abs(apart / scale).max() / np.abs(path / scale).max())
+    apart = (path[known.cut.first + known.stages // 2] - starts[1:]) / scale
+    closure = float(np.abs(apart).max() / np.abs(starts / scale).max())
     return Found(path, sizes, multipliers, closure, count) if closure <= CLOSED else None
-
-
-def _correct(
-    near: Neighbour, law: Array, push: Array, starts: Array, felt: Array, sizes: Array
-) -> int | None:
-    """Correct states, projections and loads in place; return how many times, None where it does not contract.
-
-    What is left after a correction is what the inputs then missing would add, at the rate of the last ones.
-    """
-    known, end = near.factors, np.empty(len(near.whole))
-    added, answer = np.empty((len(felt), known.by_input.shape[2])), np.empty(known.by_state.shape[:2])
-    steps, more = np.empty_like(starts), np.empty_like(felt)
-    largest = added_inputs(known.inputs, law, push, felt, added)
-    for count in range(1, MOST + 1):
-        end_of_period(known.by_state, known.by_input, added, answer, end)
-        given = near.closing.of(end)
-        sizes += given[len(end) + 1 :]
-        over_period(known.by_state, known.direction, given, answer, steps, more)
-        starts += steps
-        felt += more
-        before = largest
-        largest = added_inputs(known.inputs, law, None, more, added)
-        if not largest <= SHRINKS * before:
-            return None
-        if largest * np.abs(more).max() <= LEFT * before * np.abs(felt).max():
-            return count
-    return None

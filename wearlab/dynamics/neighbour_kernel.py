@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import jit, jit_inner_apart
-from wearlab.dynamics.collocation_kernel import fill, inputs_at_stages, padded, place
+from wearlab.dynamics.collocation_kernel import fill, inputs_at_stages, padded, path_over_groups, place
 from wearlab.dynamics.elimination import eliminate
 
 
@@ -70,14 +70,54 @@ def answers_of_groups(
 
 
 @jit
-def changes(inputs: Any, known: Any, first: Any, stages: Any, law: Any, push: Any) -> None:
-    """Fill the changes of law and push of all channels at all stages of groups, (n_groups, most stages, …).
+def correct(
+    inputs: Any, known: Any, first: Any, stages: Any, direction: Any, by_state: Any, by_input: Any,
+    inverse: Any, held: Any, limits: Any, law: Any, starts: Any, felt: Any, sizes: Any,
+) -> int:  # fmt: skip
+    """Correct a solution for other inputs; return how many times, 0 where corrections do not contract.
+
+    What is left after a correction is what the inputs then missing would add, at the rate of the last ones.
 
     Parameters
     ----------
-    inputs, known : those of other tables, and of the known ones
+    inputs, known : those of other tables, and of the solved case
     first, stages : (n_groups,) first step and number of stages
+    by_state, by_input : answers of all groups
+    inverse, held : of ``I − P``, where loads take the columns of the held coordinates
+    limits : most corrections, ratio of two in a row, size of what may be left over that of d·q
+    law : (n_groups, most stages, n_channel) filled with the change of the law
+    starts, felt, sizes : states at the groups' starts, d·q at all stages, sizes of loads: corrected
     """
+    most, shrinks, left = limits
+    rows = starts.shape[1]
+    push, added = np.empty_like(law), np.empty((len(felt), by_input.shape[2]))
+    answer, end, given = np.empty(by_state.shape[:2]), np.empty(rows), np.zeros(by_state.shape[2])
+    steps, more = np.empty_like(starts), np.empty_like(felt)
+    changes(inputs, known, first, stages, law, push)
+    largest = added_inputs(inputs, law, push, felt, added)
+    for count in range(1, most + 1):
+        end_of_period(by_state, by_input, added, answer, end)
+        np.dot(inverse, end, given[:rows])
+        given[rows] = 0.0
+        for x in range(len(held)):
+            given[rows + 1 + x] = given[held[x]]
+            given[held[x]] = 0.0
+        sizes += given[rows + 1 :]
+        over_period(by_state, direction, given, answer, steps, more)
+        starts += steps
+        felt += more
+        before = largest
+        largest = added_inputs(inputs, law, None, more, added)
+        if not largest <= shrinks * before:
+            return 0
+        if largest * np.abs(more).max() <= left * before * np.abs(felt).max():
+            return count
+    return 0
+
+
+@jit
+def changes(inputs: Any, known: Any, first: Any, stages: Any, law: Any, push: Any) -> None:
+    """Fill the changes of law and push of all channels at all stages, (n_groups, most stages, n_channel)."""
     law[:], push[:] = 0.0, 0.0
     for at in range(len(first)):
         for stage in range(stages[at]):
@@ -91,12 +131,7 @@ def changes(inputs: Any, known: Any, first: Any, stages: Any, law: Any, push: An
 def added_inputs(inputs: Any, law: Any, push: Any, felt: Any, added: Any) -> float:
     """Fill the inputs by which other tables differ, ``shares (push − law d·q)``, and return the largest.
 
-    Parameters
-    ----------
-    inputs : any with these shares
-    law, push : (n_groups, most stages, n_channel); push None: 0
-    felt : (n_groups, most stages, n_mesh) d·q
-    added : (n_groups, most stages · moving)
+    ``push`` None: 0; ``added`` (n_groups, most stages · moving).
     """
     groups, stages = law.shape[:2]
     moving, meshes, largest = added.shape[1] // stages, felt.shape[2], 0.0
@@ -162,10 +197,11 @@ def over_period(by_state: Any, direction: Any, given: Any, answer: Any, starts: 
 
 
 @jit
-def whole_inputs(inputs: Any, first: Any, stages: Any, felt: Any, sizes: Any, found: Any) -> None:
-    """Fill the inputs at all stages, (n_groups, most inputs)."""
-    load, meshes = inputs.load, felt.shape[2]
+def path_of(cut: Any, inputs: Any, stages: Any, starts: Any, felt: Any, sizes: Any, states: Any) -> None:
+    """Fill ``states`` (n_steps + 1, 2n) from the groups' starts and d·q at all stages."""
+    load, meshes, first = inputs.load, felt.shape[2], cut.first
     count = load.shape[2]
+    found = np.empty((len(felt), felt.shape[1] * count))
     for at in range(len(first)):
         for stage in range(stages[at]):
             step, where = place(first[at], stage, stages[at] - 1)
@@ -180,3 +216,16 @@ def whole_inputs(inputs: Any, first: Any, stages: Any, felt: Any, sizes: Any, fo
                 force = inputs.push[step, where, channel]
                 force -= inputs.law[step, where, channel] * felt[at, stage, channel % meshes]
                 found[at, stage * count + inputs.to[x]] += inputs.share[x] * force
+    path_over_groups(cut.groups, first, cut.size, cut.slot, starts, found, states)
+
+
+@jit
+def resembles(table: Any, other: Any, limit: float) -> bool:
+    """Whether no entry of two tables (n_steps, 3, n_mesh, n_pairs) differs by more than ``limit``."""
+    for step in range(len(table)):
+        for stage in range(table.shape[1]):
+            for m in range(table.shape[2]):
+                for p in range(table.shape[3]):
+                    if not abs(table[step, stage, m, p] - other[step, stage, m, p]) <= limit:
+                        return False
+    return True

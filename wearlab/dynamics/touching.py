@@ -31,10 +31,9 @@ def touching_orbit(
     margin : an orbit attracts when max |μ| < 1 − margin
     near : a case solved before, from which the orbit is looked for first
     """
-    balance = balance_of(system, period)
     found = None if near is None else corrected(near, system, tables, period)
     if near is None or found is None:
-        near, found = solved(system, balance, tables, period) or (None, None)
+        near, found = solved(system, balance_of(system, period), tables, period) or (None, None)
     if near is None or found is None or not touches(system, tables, period, found.path):
         return None
     largest = abs(found.multipliers[0])
@@ -42,10 +41,10 @@ def touching_orbit(
         return None
     verdict = Verdict(True, bool(largest < 1.0 - margin), True, True)
     counts = Counts(found.corrections, found.corrections * len(tables.width) * RHS_PER_STEP, 1)
-    loaded = found_load(system, balance if balance is None else balance._replace(size=found.sizes))
+    balance = None if near.balance is None else near.balance._replace(size=found.sizes)
     return Response(
-        1, found.path[None], found.multipliers, verdict, counts, found.closure, loaded, tables, period,
-        near.derivative, near,
+        1, found.path[None], found.multipliers, verdict, counts, found.closure, found_load(system, balance),
+        tables, period, near.derivative, near,
     )  # fmt: skip
 
 
