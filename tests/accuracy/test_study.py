@@ -107,6 +107,9 @@ def test_pages_of_a_life_tell_slope_default_and_how_well_the_reference_is_known(
     assert (ours.order, theirs.order) == (pytest.approx(4.0), pytest.approx(1.0))
     assert ours.ring == (8, pytest.approx(8e-2 * 8**-4.0)) and theirs.ring is None
     (panel,) = next(page for page in pages(made) if page.file == "life-time").panels
+    unsure = dataset("t", [Study("one", loaded, (adaptive, euler), {"life": 5e-5}, np.nan, ())], 0.0)
+    (other,) = next(page for page in pages(unsure) if page.file == "life").panels
+    assert np.isnan(other.strokes[0].order) and other.unsure == 5e-5  # two points tell no slope
     assert np.isnan(panel.strokes[0].order) and panel.strokes[0].ring[0] == pytest.approx(0.08)
 
 

@@ -76,6 +76,13 @@ def test_depth_never_falls_and_is_never_negative(toys):
     assert np.diff(life.depth, axis=0).min() >= 0.0
 
 
+def test_the_two_methods_do_not_take_turns_in_vain(toys):
+    """Where RKC2 can take no longer steps than the fourth order, it is left alone for a while."""
+    rate = toys.LineContact()
+    life = evolve(rate, np.zeros(rate.n), limits=Limits(cycles=4e7), tolerance=1e-3, scale=1e-7)
+    assert life.count_rejected < 8 and life.count_rate_evaluations < 350  # else 13 and 450
+
+
 def whirling(a, b):
     """Steady wear with a stiff deviation of three nodes whose eigenvalues are −a ± ib, driven off centre."""
     turn = (np.roll(np.eye(3), 1, axis=0) - np.roll(np.eye(3), -1, axis=0)) / np.sqrt(3.0)

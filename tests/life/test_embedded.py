@@ -99,3 +99,14 @@ def test_a_mild_life_takes_a_fraction_of_the_rates_that_euler_takes():
     error = abs(life.cycle[-1] / exact - 1.0)
     assert error < 3e-4
     assert life.count_rate_evaluations < 0.02 / max(error, 1e-5)  # Euler: 0.2 / error
+
+
+def test_stages_never_refill_a_flank():
+    start, lowest = np.full(1, 1.0), []
+
+    def braking(h):
+        lowest.append(h[0])
+        return np.exp(-1e3 * (h - 1.0))
+
+    stepped(braking, start, 1.0, 0.0)
+    assert min(lowest) == 1.0
