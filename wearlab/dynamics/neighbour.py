@@ -136,7 +136,10 @@ class Neighbour:
         return bool((joined_steps(tables) == self.joined).all())
 
     def multipliers_after(self, law: Array) -> NDArray[np.complex128] | None:
-        """Return the multipliers after a change of the mesh law, None where they come near 1 or move far."""
+        """Return the multipliers after a change of the mesh law, None where they come near 1 or move far.
+
+        The leading ones follow to first order; those less than half as large, which decide nothing, stay.
+        """
         which, by_law = self.drifts
         change = by_law @ law.ravel()
         found = self.multipliers.copy()
