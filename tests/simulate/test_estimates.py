@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from wearlab.accuracy import drawn
 from wearlab.accuracy.drawn import draw, score, summary
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
@@ -53,6 +55,16 @@ def test_estimates_bound_the_errors_and_do_not_exaggerate() -> None:
     for name, count in (("wear_depth", 5), ("life", 5), ("mesh_force", 4)):
         scenes, share, ratio = found[name]
         assert scenes == count and share == 1.0 and 1.5 < ratio < 10.0, (name, found[name])
+
+
+def test_the_cost_is_that_of_a_quiet_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    def told(estimates: float, total: float) -> xr.Dataset:
+        return xr.Dataset({"run_time_estimates": estimates, "run_time_total": total})
+
+    later = iter([told(0.02, 0.12), told(0.01, 0.16), told(0.03, 0.15)])
+    monkeypatch.setattr(drawn, "_simulated", lambda scene: next(later))
+    assert drawn._cost(draw(7, 0), told(0.2, 0.4)) == pytest.approx(0.01 / 0.1)
+    assert drawn._cost(draw(7, 0), told(0.2, 1.2)) == pytest.approx(0.2)  # long enough
 
 
 def test_less_rough_twins_serve_where_the_rough_ones_fail(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,6 +14,8 @@ from wearlab.simulate import Refused, simulate
 from wearlab.simulate.twins import carried
 
 TIGHTER = 0.01
+SHORT, REPEATS = 0.5, 4
+"""A run that takes less [s] is timed so often: a busy machine may stretch either part of it."""
 KINDS = ("external-pair", "internal-pair", "planetary")
 
 
@@ -166,13 +168,26 @@ def score(scene: Scene, told: Callable[[str], None] = lambda stage: None) -> Sco
     if "dynamic_mesh_force" in data and (data.response_period.values == truth.response_period.values).all():
         difference = np.abs(data.dynamic_mesh_force.values[-1] - truth.dynamic_mesh_force.values[-1])
         force = (float(np.nanmax(difference)), float(data.error_estimate_mesh_force[-1]))
-    spent, total = float(data.run_time_estimates), float(data.run_time_total)
     return Score(
         (missed, float(data.error_estimate_wear_depth[-1])),
         life,
         force,
-        spent / (total - spent),
+        _cost(scene, data),
     )
+
+
+def _cost(scene: Scene, data: xr.Dataset) -> float:
+    """Return the time of the estimates over that of the rest of the run, of short runs the best of several."""
+    times = [_times(data)]
+    if sum(times[0]) < SHORT:
+        times += [_times(_simulated(scene)) for _ in range(REPEATS - 1)]
+    spent, rest = (min(each) for each in zip(*times, strict=True))
+    return spent / rest
+
+
+def _times(data: xr.Dataset) -> tuple[float, float]:
+    spent = float(data.run_time_estimates)
+    return spent, float(data.run_time_total) - spent
 
 
 def _simulated(scene: Scene) -> xr.Dataset:

@@ -98,7 +98,10 @@ def dataset(title: str, seed: int, rows: Sequence[Row], made_by: dict[str, str],
         "cost": (
             "scene",
             [row.get("cost", np.nan) for row in rows],
-            _said("time of the estimates over that of the rest of the run", "1"),
+            _said(
+                "time of the estimates over that of the rest of the run, of short runs the best of several",
+                "1",
+            ),
         ),
     }
     for name in QUANTITIES:
