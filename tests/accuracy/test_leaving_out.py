@@ -48,11 +48,12 @@ def test_a_saving_that_is_no_better_known_than_its_size_is_nil():
     def told(seconds, known):
         return row(Saving("part", seconds, known, (2000, 1000), 0.0, 0.0))[2]
 
-    assert told((2e-3, 1e-3), 0.01) == "50%"
-    assert told((1e-3, 0.97e-3), 0.01) == "3%"
+    assert told((2e-3, 1e-3), 0.04) == "50 % ± 4"
+    assert told((1e-3, 0.97e-3), 0.002) == "3 % ± 1"
     assert told((1e-3, 0.97e-3), 0.05) == "nil (< 5 %)"
     assert told((1e-3, 1.002e-3), 0.0) == "nil (< 1 %)"
-    assert told((1e-3, 1.1e-3), 0.01) == "-10%"
+    assert told((1e-3, 1.002e-3), 0.12) == "nil (< 12 %)"
+    assert told((1e-3, 1.1e-3), 0.01) == "-10 % ± 1"
     turns = np.array([[2.0, 1.0], [9.0, 1.5], [2.0, 1.2], [9.0, 1.5]])
     assert apart([turns[:2], turns[2:]]) == pytest.approx(0.1)
     assert apart([turns, turns[:0]]) == 1.0

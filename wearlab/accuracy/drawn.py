@@ -177,7 +177,7 @@ def score(scene: Scene, told: Callable[[str], None] = lambda stage: None) -> Sco
 
 
 def _cost(scene: Scene, data: xr.Dataset) -> float:
-    """Return the time of the estimates over that of the rest of the run, of short runs the best of several."""
+    """Return the time of the estimates over that of the rest, each the shortest of several short runs."""
     times = [_times(data)]
     if sum(times[0]) < SHORT:
         times += [_times(_simulated(scene)) for _ in range(REPEATS - 1)]

@@ -106,7 +106,9 @@ class Saving(NamedTuple):
     def text(self) -> str:
         """The share of the time that is saved, for people."""
         least = max(NIL, self.known)
-        return f"{self.saved:.0%}" if abs(self.saved) > least else f"nil (< {100 * least:.1g} %)"
+        if abs(self.saved) <= least:
+            return f"nil (< {100 * least:.0f} %)"
+        return f"{100 * self.saved:.0f} % ± {100 * least:.0f}"
 
 
 def scene(change: Change) -> Scene:

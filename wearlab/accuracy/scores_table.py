@@ -99,7 +99,7 @@ def dataset(title: str, seed: int, rows: Sequence[Row], made_by: dict[str, str],
             "scene",
             [row.get("cost", np.nan) for row in rows],
             _said(
-                "time of the estimates over that of the rest of the run, of short runs the best of several",
+                "time of the estimates over that of the rest of the run",
                 "1",
             ),
         ),
