@@ -119,6 +119,9 @@ def _loaded(draw: Any, module: float, gears: dict[str, Any], driving: int, *, mo
     width = module * draw(decades(0.0, 2.0))
     torque = 1e7 * width * module * 0.5 * module * driving * draw(decades(-5.0, 2.0))
     speed = draw(decades(1.5, 4.5))
+    if gears["kind"] == "planetary" and moving:  # no faster than pins can hold: by the pitch-line velocity
+        speed = 60.0 * draw(decades(-1.0, 2.0)) / (np.pi * module * driving)
+        gears["carrier"] = _carrier(width, module * (driving + gears["planet"]["teeth"]))
     coefficient = {"model": "constant", "value": f"{draw(decades(-20.0, -14.0))} m^2/N"}
     mapping: dict[str, Any] = {
         "gears": {**gears, "module": f"{module} m", "face_width": f"{width} m"},
@@ -149,6 +152,12 @@ def _loaded(draw: Any, module: float, gears: dict[str, Any], driving: int, *, mo
     most = MOST_OF_SET if gears["kind"] == "planetary" else MOST_OF_PAIR
     mapping["numerics"] = {"most_right_hand_sides": most}
     return mapping
+
+
+def _carrier(width: float, diameter: float) -> dict[str, str]:
+    """Return a carrier as heavy as a disc of steel."""
+    mass = 7830.0 * 0.25 * np.pi * diameter**2 * width
+    return {"mass": f"{mass:.4g} kg", "inertia": f"{mass * diameter**2 / 8.0:.4g} kg*m^2"}
 
 
 def duty(torque: float, speed: float) -> Any:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from wearlab.compiled import jit_inner, jit_inner_apart
 from wearlab.dynamics.flanks import behind, in_path, part_law, row_product, slope_within, within
+from wearlab.dynamics.registers import copy
 from wearlab.dynamics.rk4_step import rk4_step
 
 MOST_CHANGES = 12
@@ -266,7 +267,7 @@ def step_with_changes(
 ) -> int:
     """Advance ``states[i:]`` over one step into ``states[j:]``, cut at every contact change; count them."""
     size = np.uint64(len(s.part) // 4)
-    s.part[:size] = states[i : i + size]
+    copy(states, i, s.part, np.uint64(0), size)
     s.cut[:] = 0.0
     a, m, p, changes, ended = 0.0, np.int64(NOTHING), np.int64(NOTHING), 0, False
     while not ended:
@@ -284,12 +285,12 @@ def step_with_changes(
                 if at_end == 1:
                     _time_the_change(kernel, tables, step, b, m, p, width, s)
                 shift(s, size, width, s.cut)
-        s.part[:size] = s.part[size : size + size]
+        copy(s.part, size, s.part, np.uint64(0), size)
         if not ended:
             s.contact[m, p] = not s.contact[m, p]
             a = b
             changes += 1
-    states[j : j + size] = s.part[:size]
+    copy(s.part, np.uint64(0), states, j, size)
     return changes
 
 

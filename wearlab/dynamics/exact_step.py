@@ -11,6 +11,7 @@ import numpy as np
 
 from wearlab.compiled import jit_inner, jit_inner_apart
 from wearlab.dynamics.dense_step import dense_step, times
+from wearlab.dynamics.registers import copy
 
 ROUNDS = 3
 
@@ -200,8 +201,8 @@ def part_step(
     channels, inputs = len(structure.tables.stiffness), len(structure.force) // 5
     size = np.uint64(2 * n * w)
     work = structure.part
-    work[:size] = source[i : i + size]
     zero = np.uint64(0)
+    copy(source, i, work, zero, size)
     for k in range(count):
         for stage in range(3):
             x = (k + 0.5 * stage) / count
@@ -226,4 +227,4 @@ def part_step(
             structure.dense, channels, columns, w, work, zero, work, zero, structure.mesh, structure.push,
             h / count,
         )  # fmt: skip
-    target[j : j + size] = work[:size]
+    copy(work, zero, target, j, size)

@@ -2,9 +2,12 @@
 
 from typing import Any
 
+import numpy as np
+
 from wearlab.compiled import jit
 from wearlab.dynamics.balance import rebalance
 from wearlab.dynamics.period_map import over_period
+from wearlab.dynamics.registers import copy
 
 
 @jit
@@ -35,7 +38,7 @@ def march_periods(
     rows, steps, w, count = len(start), len(tables.width), len(width), len(strobe) - 1
     # Variables, not literals: a literal is a type of its own and would compile the map again.
     first, touch = count * 0, count < 0
-    strobe[0] = start
+    copy(start, np.uint64(0), strobe[0], np.uint64(0), rows)
     for k in range(count):
         states[: rows * w] = 0.0
         for row in range(rows):
@@ -44,7 +47,7 @@ def march_periods(
         for row in range(rows):
             start[row] = states[(steps * rows + row) * w]
         rebalance(kernel.balance, strobe[k], start, period)
-        strobe[k + 1] = start
+        copy(start, np.uint64(0), strobe[k + 1], np.uint64(0), rows)
         slot = k - (count - keep)
         if slot >= 0:
             for x in range((steps + 1) * rows):

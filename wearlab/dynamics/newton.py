@@ -7,6 +7,7 @@ import numpy as np
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.flanks import contact_differs, see_contact
 from wearlab.dynamics.period_map import contact_holds, deflection_at_start, over_period, touch_all
+from wearlab.dynamics.registers import copy
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
 SMALL_STEP = 1e-7
@@ -222,8 +223,8 @@ def shoot(
                 step[row] *= 0.5
                 trial[row] = start[row] + step[row]
             continue
-        start[:] = trial
-        step[:] = residual_vector
+        copy(trial, np.uint64(0), start, np.uint64(0), rows)
+        copy(residual_vector, np.uint64(0), step, np.uint64(0), rows)
         rescale(matrix, step, rate)
         if not solve_linear(matrix, step) > 1e-13:
             restore(kernel.balance, start)

@@ -20,6 +20,13 @@ def take(like: Any, array: Any, offset: Any, stride: Any) -> Any:
 
 
 @jit_inner
+def copy(source: Any, i: Any, target: Any, j: Any, size: Any) -> None:
+    """Copy ``source[i : i + size]`` to ``target[j:]``; slices compile what to say of unequal lengths, too."""
+    for x in range(np.uint64(0), np.uint64(size)):
+        target[j + x] = source[i + x]
+
+
+@jit_inner
 def add(a: Any, factor: float, b: Any) -> Any:
     """Return ``a + factor b`` of two tuples."""
     out = a

@@ -126,11 +126,10 @@ def film_along(law: WearLaw, path: WearPath, force: Array) -> tuple[Array, Array
 def _powers(scale: Array, exponent: Array, force: Array, face_width: float) -> Array:
     k = np.empty(scale.shape)
     for gear in range(scale.shape[0]):
-        if exponent[gear] == 0.0:
-            k[gear] = scale[gear]
-        else:
-            for i in range(scale.shape[1]):
-                k[gear, i] = scale[gear, i] * (force[i] / face_width) ** exponent[gear]
+        for i in range(scale.shape[1]):
+            k[gear, i] = scale[gear, i]
+            if exponent[gear] != 0.0:
+                k[gear, i] *= (force[i] / face_width) ** exponent[gear]
     return k
 
 
