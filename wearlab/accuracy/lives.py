@@ -82,7 +82,7 @@ def lived(problem: Wearing, method: Method, tolerance: float) -> Lived:
     life = _evolved(problem, method, tolerance)
     seconds = time.perf_counter() - begun
     if seconds < SHORT:
-        seconds = best_time(lambda: _evolved(problem, method, tolerance), most=5)
+        seconds = best_time(lambda: _evolved(problem, method, tolerance))
     return Lived(
         float(life.cycle[-1]),
         life.depth[-1],
