@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,9 @@ from wearlab.mesh.stages import StageTables
 Array = NDArray[np.float64]
 CLEAR = 0.02
 """Distance of the largest multiplier from 1 that lets a neighbour's derivative speak for an orbit."""
+
+CANDIDATES = 3
+"""Periods shot at, of those a march shows: what comes back after m mesh periods does after 2m and 3m too."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +106,7 @@ class Periodic:
         for count in (self.transient // 5,) if settled else (self.transient, 3 * self.transient):
             shooting.march(state, count)
             strobe, orbit = shooting.march(state, max(self.averaged, 2 * self.longest), self.averaged)
-            for m in periods_of(strobe, self.longest, shooting.rate):
+            for m in islice(periods_of(strobe, self.longest, shooting.rate), CANDIDATES):
                 orbit_m = shooting.shoot(m, strobe[-1].copy())
                 if orbit_m is None and shooting.singular and m == 1:
                     orbit_m = shooting.family(strobe[-1])
