@@ -14,8 +14,8 @@ KINDS = [
     (random_scenes.scenes(), 25),
     (random_scenes.internal_pairs(), 15),
     (random_scenes.planetary_sets(), 15),
-    pytest.param(random_scenes.internal_pairs(moving=True), 40, marks=pytest.mark.slow),
-    pytest.param(random_scenes.planetary_sets(moving=True), 40, marks=pytest.mark.slow),
+    pytest.param(random_scenes.internal_pairs(moving=True), 12, marks=pytest.mark.slow),
+    pytest.param(random_scenes.planetary_sets(moving=True), 12, marks=pytest.mark.slow),
 ]
 
 
