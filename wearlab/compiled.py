@@ -13,11 +13,11 @@ from typing import Any
 import numba
 from numba.extending import overload
 
-from wearlab.linking import Apart, Joined
+from wearlab.linking import Apart, Joined, Within
 from wearlab.sources import PACKAGE, hash_of, source_hash
 
 KEPT_FOLDERS = 6
-__all__ = ["jit", "jit_apart", "jit_inner", "jit_inner_apart", "overload_inner", "source_hash"]
+__all__ = ["jit", "jit_apart", "jit_inner", "jit_inner_apart", "jit_within", "overload_inner", "source_hash"]
 
 
 def _cache_folder() -> Path:
@@ -64,6 +64,16 @@ def jit_apart(function: Callable[..., Any]) -> Callable[..., Any]:
 def jit_inner(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a kernel that is called from kernels alone: a part of theirs, on disk with them."""
     compiled: Callable[..., Any] = numba.njit(pipeline_class=Joined, **INNER)(function)
+    return compiled
+
+
+def jit_within(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a small kernel that is called from kernels alone, always into them.
+
+    A call hands tuples over by value and indexes them in memory: looking at a step's contact that way takes
+    four times as long, and the optimiser alone decides by the size of the caller.
+    """
+    compiled: Callable[..., Any] = numba.njit(pipeline_class=Within, **INNER)(function)
     return compiled
 
 

@@ -97,6 +97,15 @@ class _ApartLower(Lower):
         self.function.attributes.add("noinline")
 
 
+class _WithinLower(Lower):
+    """Marks the function so that its callers take it in, however large they are."""
+
+    def post_lower(self) -> None:
+        """Add the attribute once the body is there."""
+        super().post_lower()
+        self.function.attributes.add("alwaysinline")
+
+
 class _Lowering(NativeLowering):
     """The default lowering into a `KernelLibrary`."""
 
@@ -127,6 +136,15 @@ class _Apart(_Lowering):
         return _ApartLower
 
 
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _Within(_Lowering):
+    _name = "within_lowering"  # type: ignore[assignment]
+
+    @property
+    def lowering_class(self) -> type[Lower]:
+        return _WithinLower
+
+
 class _Compiler(CompilerBase):
     """The default pipeline with another lowering."""
 
@@ -151,3 +169,9 @@ class Apart(_Compiler):
     """Compiles kernels that stay apart from their callers."""
 
     lowering = _Apart
+
+
+class Within(_Compiler):
+    """Compiles kernels that become part of every caller: small ones, whose arguments are tuples."""
+
+    lowering = _Within

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.compiled import jit_inner, jit_inner_apart, overload_inner
+from wearlab.compiled import jit_inner, jit_inner_apart, jit_within, overload_inner
 from wearlab.dynamics.structure import Propagated
 
 
@@ -31,14 +31,14 @@ def slope_within(table: Any, x: float) -> float:
     return table[0] * (4.0 * x - 3.0) + 4.0 * table[1] * (1.0 - 2.0 * x) + table[2] * (4.0 * x - 1.0)
 
 
-@jit_inner
+@jit_within
 def in_path(tables: Any, step: int, m: int, p: int) -> bool:
     """Whether pair ``p`` of mesh ``m`` is in the path of contact at any time of the step."""
     k = tables.stiffness
     return k[step, 1, m, p] > 0.0 or k[step, 0, m, p] > 0.0 or k[step, 2, m, p] > 0.0
 
 
-@jit_inner
+@jit_within
 def row_product(direction: Any, m: int, n: int, state: Any, offset: Any, stride: Any) -> float:
     """Return ``d_m · q`` of the rows that start at ``state[offset]``."""
     total = 0.0
@@ -47,7 +47,7 @@ def row_product(direction: Any, m: int, n: int, state: Any, offset: Any, stride:
     return total
 
 
-@jit_inner
+@jit_within
 def behind(backlash: Any, m: int, deflection: float) -> float:
     """Return the approach of the back flanks, ``−j_bn − δ``; never in contact where none are modelled."""
     if backlash is None:
@@ -55,7 +55,7 @@ def behind(backlash: Any, m: int, deflection: float) -> float:
     return -backlash[m] - deflection
 
 
-@jit_inner
+@jit_within
 def see_contact(
     kernel: Any, tables: Any, step: int, deflection: float, m: int, stage: int, contact: Any
 ) -> None:
@@ -66,7 +66,7 @@ def see_contact(
     contact[m, pairs] = behind(kernel.backlash, m, deflection) > 0.0
 
 
-@jit_inner
+@jit_within
 def contact_differs(
     kernel: Any, tables: Any, step: int, deflection: float, m: int, stage: int, contact: Any
 ) -> bool:
@@ -79,7 +79,7 @@ def contact_differs(
     return contact_behind_differs(kernel.backlash, m, deflection, contact[m, pairs])
 
 
-@jit_inner
+@jit_within
 def contact_behind_differs(backlash: Any, m: int, deflection: float, contact: bool) -> bool:
     """Whether ``deflection`` contradicts the contact of the back flank; False where there is none."""
     if backlash is None:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.compiled import jit_apart, jit_inner, overload_inner
+from wearlab.compiled import jit_apart, jit_within, overload_inner
 from wearlab.dynamics.events import step_with_changes
 from wearlab.dynamics.exact_step import exact_pair
 from wearlab.dynamics.flanks import contact_differs, mesh_law, row_product, see_contact
@@ -12,7 +12,7 @@ from wearlab.dynamics.rk4_step import rk4_step
 from wearlab.dynamics.structure import Propagated
 
 
-@jit_inner
+@jit_within
 def deflection_at_start(
     kernel: Any, tables: Any, step: int, m: int, width: Any, states: Any, i: Any
 ) -> float:
@@ -21,7 +21,7 @@ def deflection_at_start(
     return row_product(kernel.structure.direction, m, n, states, i, w) - tables.error[step, 0, m]
 
 
-@jit_inner
+@jit_within
 def contact_holds(
     kernel: Any, tables: Any, step: int, period: float, width: Any, states: Any, i: Any, j: Any, contact: Any
 ) -> bool:
@@ -44,7 +44,7 @@ def contact_holds(
     return True
 
 
-@jit_inner
+@jit_within
 def touch_all(kernel: Any, tables: Any, step: int, contact: Any) -> None:
     """Let every pair in the path touch and no back flank: the contact of a loaded mesh."""
     pairs = len(kernel.pairs)
