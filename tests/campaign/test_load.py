@@ -113,7 +113,12 @@ def test_the_published_study():
     assert "dynamics: spur-3dof, periodic" in parts_present(scene)
 
 
-WHOLE = [file for file in sorted(CAMPAIGNS.rglob("*.toml")) if file.parent.name != "parts"]
+WITHOUT_SCENE = ("parts/stiffness_choices.toml", "parts/extended_contact.toml", "accuracy/estimates.toml")
+WHOLE = [
+    file
+    for file in sorted(CAMPAIGNS.rglob("*.toml"))
+    if file.relative_to(CAMPAIGNS).as_posix() not in WITHOUT_SCENE
+]
 
 
 @pytest.mark.parametrize("file", WHOLE, ids=lambda file: file.name)

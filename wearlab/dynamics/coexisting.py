@@ -28,8 +28,8 @@ RELEASES = ((-1.0, True), (-2.0, True), (-1.0, False), (2.0, False), (-8.0, True
 """Approach of the flanks at release over the mean deflection; of all coordinates, or of one alone."""
 LONG = 3
 """Transients that a march may take once more before it counts as aperiodic: chaos may be passing, too."""
-MOST_STEPS = 100_000_000
-"""Bound on the integration steps of all searches in one condition of operation: ten to twenty seconds."""
+MOST_STEPS = 30_000_000
+"""Bound on the integration steps of all searches in one condition of operation: some ten seconds."""
 
 
 class Search(NamedTuple):
