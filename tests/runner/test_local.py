@@ -1,5 +1,6 @@
 """Workers on this machine: forked from what has imported everything, and ended at once."""
 
+import asyncio
 import multiprocessing
 import os
 import sys
@@ -53,3 +54,13 @@ def test_imports_begin_early_when_workers_will_be_wanted(
     calls.clear()
     foresee(campaign, store, scheduler)  # type: ignore[arg-type]
     assert len(calls) == (scheduler is None)
+
+
+def test_a_replacement_that_never_began_is_not_joined() -> None:
+    from distributed.core import Status
+
+    from wearlab.runner.nanny import SwiftNanny
+
+    nanny = SwiftNanny.__new__(SwiftNanny)
+    nanny.process = SimpleNamespace(status=Status.failed, process=SimpleNamespace(pid=None))
+    asyncio.run(nanny.kill())

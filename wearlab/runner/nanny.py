@@ -15,7 +15,12 @@ class SwiftNanny(Nanny):
     """
 
     async def kill(self, timeout: float = 5, reason: str = "nanny-kill") -> None:
-        """End the worker process."""
+        """End the worker process; a replacement that never began has none."""
+        worker = self.process
+        if worker is not None and worker.status == Status.starting:
+            await worker.running.wait()
+        if worker is not None and worker.process is not None and worker.process.pid is None:
+            return
         if self.status == Status.closing and self.pid is not None:
             with suppress(ProcessLookupError):
                 os.kill(self.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
