@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.gears.pair import DRIVING, GearPair
+from wearlab.mesh.beyond import beyond_path
 from wearlab.mesh.exact.flank import healthy_reach, side_of
 from wearlab.mesh.profile import Extension
 
 Array = NDArray[np.float64]
 
-FURTHEST = 0.45
-"""Base pitches looked at beyond either end."""
 SCAN = 33
-SCANS = 2
+CLOSE = 2e-3
+"""Of the furthest: a thousandth of a base pitch, by two scans."""
 POINTS_BELOW = 40
 """Points between the form circle and the active flank."""
 
@@ -42,22 +42,7 @@ def reach_beyond(pair: GearPair, position: Array, depth: Array, deflection: tupl
         When a flank overhangs.
     """
     driving, driven = (_Points(pair, gear, position, depth[gear]) for gear in (0, 1))
-    path, most = pair.path, FURTHEST * pair.base_pitch
-
-    def reached(end: float, sense: float, delta: float) -> float:
-        low, high = 0.0, most
-        for _ in range(SCANS):
-            distance = np.linspace(low, high, SCAN)
-            touching = _gap(driving, driven, end + sense * distance) < delta
-            if touching.all():
-                return high
-            index = int(np.argmin(touching))
-            if index == 0:
-                return low
-            low, high = distance[index - 1], distance[index]
-        return float(low)
-
-    return Extension(reached(path.A, -1.0, deflection[0]), reached(path.E, 1.0, deflection[1]))
+    return beyond_path(pair, lambda x: _gap(driving, driven, x), deflection, CLOSE, SCAN)
 
 
 class _Points:

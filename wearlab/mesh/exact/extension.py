@@ -5,14 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.mesh.beyond import beyond_path
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.profile import Extension
 
 Array = NDArray[np.float64]
 
-FURTHEST = 0.45
-"""Base pitches beyond either end at most: before A and after E pairs stay apart in phase."""
 SCAN = 32
 CLOSE = 1e-12
 """Of the furthest: how narrowly the end of contact is enclosed."""
@@ -37,25 +36,11 @@ def extension(flanks: WornFlanks, wear: Array, deflection: Deflections) -> Exten
 
     Returns
     -------
-    Extension, each at most ``FURTHEST`` base pitches, and 0 where the end itself does not touch
+    Extension, as `wearlab.mesh.beyond.beyond_path` gives it
     """
     first, second = flanks.worn(wear)
-    path, most = flanks.pair.path, FURTHEST * flanks.pair.base_pitch
-
-    def reached(end: float, sense: float, delta: float) -> float:
-        low, high = 0.0, most
-        while high - low > CLOSE * most:
-            distance = np.linspace(low, high, SCAN)
-            touching = minimum_gap(first, second, end + sense * distance).gap < delta
-            if touching.all():
-                return high
-            index = int(np.argmin(touching))
-            if index == 0:
-                return low
-            low, high = distance[index - 1], distance[index]
-        return float(low)
-
-    return Extension(reached(path.A, -1.0, deflection.entering), reached(path.E, 1.0, deflection.leaving))
+    both = deflection.entering, deflection.leaving
+    return beyond_path(flanks.pair, lambda x: minimum_gap(first, second, x).gap, both, CLOSE, SCAN)
 
 
 def furthest(flanks: WornFlanks) -> Extension:
