@@ -5,7 +5,6 @@ import pytest
 
 from wearlab.campaign import CampaignError
 from wearlab.campaign.axes import read_axes
-from wearlab.campaign.sampling import Distribution
 
 BLOCK = {
     "operation.torque": {"normal": {"mean": "340 N*m", "sd": "0.01 kN*m"}},
@@ -73,14 +72,6 @@ def test_lists_advance_beside_what_is_drawn():
     assert axis.values == tuple(range(1, 21)) and axis.coordinates["factor"].values == alone.values
     said = refused({**block, "sample": {"method": "latin-hypercube", "n": 21, "seed": 7}})
     assert "errors.seed has 20, wear.coefficient.factor has 21 values" in said
-
-
-def test_probabilities_become_values():
-    assert Distribution("normal", 3.0, 2.0, None).at(0.5) == 3.0
-    assert Distribution("normal", 0.0, 1.0, None).at(0.975) == pytest.approx(1.959963985)
-    one = Distribution("lognormal", 2.0, 0.5, None)
-    assert one.at(0.975) / 2.0 == pytest.approx(math.exp(1.959963985 * math.sqrt(math.log(1.25))))
-    assert math.isfinite(one.at(0.0)) and math.isfinite(one.at(1.0))
 
 
 @pytest.mark.parametrize(

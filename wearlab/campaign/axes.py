@@ -4,8 +4,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from wearlab.campaign.distributions import DISTRIBUTIONS, is_distribution, read_distribution
 from wearlab.campaign.errors import CampaignError
-from wearlab.campaign.sampling import DISTRIBUTIONS, draw, read_distribution, read_sample
+from wearlab.campaign.sampling import draw, read_sample
 from wearlab.scene.problems import shown
 from wearlab.schema import DIMENSIONS, VARIABLES
 from wearlab.units import UnitError, convert, is_quantity, split
@@ -138,7 +139,7 @@ def _sampled(sample: Any, keys: dict[str, Any], where: str) -> dict[str, tuple[A
     drawn = {
         key: read_distribution(value, f"{where}.{key}")
         for key, value in keys.items()
-        if isinstance(value, dict) and any(word in value for word in DISTRIBUTIONS)
+        if is_distribution(value)
     }
     if not drawn:
         first, value = next(iter(keys.items()))

@@ -68,14 +68,33 @@ class Normal(BaseModel):
     sd: float | str = option(..., "standard deviation, with its unit where the key has one")
 
 
+class Weibull(BaseModel):
+    """Weibull-distributed values."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    scale: float | str = option(..., "63.2 % of the values lie below, with its unit where the key has one")
+    shape: float = option(..., "exponent")
+
+
 class Drawn(BaseModel):
-    """Values drawn from one distribution, in a block with ``sample``."""
+    """Values drawn from one distribution, in a block with ``sample`` or of an unknown of an update."""
 
     model_config = ConfigDict(extra="forbid")
 
     lognormal: Lognormal | None = option(None, "log-normal", derived=OTHER)
     normal: Normal | None = option(None, "normal", derived=OTHER)
     uniform: tuple[float | str, float | str] | None = option(None, "[low, high], uniform", derived=OTHER)
+    loguniform: tuple[float | str, float | str] | None = option(
+        None, "[low, high], uniform in the logarithm", derived=OTHER
+    )
+    triangular: tuple[float | str, float | str, float | str] | None = option(
+        None, "[low, mode, high], triangular", derived=OTHER
+    )
+    weibull: Weibull | None = option(None, "Weibull", derived=OTHER)
+    truncate: tuple[float | str, float | str] | None = option(
+        None, "[low, high], values outside are not drawn", derived="not truncated"
+    )
 
 
 class Sample(BaseModel):
