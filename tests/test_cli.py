@@ -415,3 +415,15 @@ def test_supports_between_which_planets_float_are_refused_before_anything_is_wri
     assert "scene.dynamics.supports: planet-1, planet-2, planet-3 float" in refused.err
     assert "give a radial stiffness" in refused.err
     assert files(".") == ["floating.toml"]
+
+
+def test_version(capsys):
+    assert app.status_of(["--version"]) == 0
+    assert capsys.readouterr().out == f"wearlab {wearlab.__version__}\n"
+
+
+def test_every_file_of_commands_registers_itself():
+    """A new command is one new file: whatever stands in the folder is on the command line."""
+    files = {one.stem for one in (Path(app.__file__).parent / "commands").glob("*.py")} - {"__init__"}
+    homes = {one.callback.__module__.rpartition(".")[2] for one in app.app.registered_commands}
+    assert homes == files and set(app.FIRST) <= files

@@ -1,0 +1,50 @@
+"""What a store holds."""
+
+from typing import Annotated
+
+import typer
+
+from wearlab.cli.options import STORE, Condition, Json, Run, StoreFolder
+from wearlab.cli.output import REFUSALS, Format, Status, refusing, split_columns
+from wearlab.cli.registry import app
+from wearlab.store import Store
+
+
+@app.command()
+def ls(
+    store: StoreFolder = STORE,
+    state: Annotated[
+        str | None,
+        typer.Option(
+            metavar="STATE", help="Only runs that are done, failed, refused, running, interrupted or lost."
+        ),
+    ] = None,
+    where: Condition = "",
+    columns: Annotated[
+        str | None, typer.Option(metavar="A,B", help="What to show, such as speed,life.")
+    ] = None,
+    sort: Annotated[str | None, typer.Option(metavar="A", help="By a column; -A turns the order.")] = None,
+    limit: Annotated[int | None, typer.Option(metavar="N", min=0, help="At most so many.")] = None,
+    format: Annotated[Format, typer.Option(help="How to write it.")] = Format.TABLE,
+    json: Json = False,
+) -> Status:
+    """List the runs of a store: all, or those that meet a condition."""
+    from wearlab.cli.listing import Wanted, list_runs
+    from wearlab.query.errors import QueryError
+
+    wanted = Wanted(where, split_columns(columns), sort, limit, state)
+    with refusing(*REFUSALS, QueryError):
+        return list_runs(Store(store), wanted, Format.JSON if json else format)
+
+
+@app.command()
+def show(
+    run: Run,
+    store: StoreFolder = STORE,
+    json: Json = False,
+) -> Status:
+    """Show one run: scene, variables with units, verdict, times."""
+    from wearlab.cli.listing import show_run
+
+    with refusing(*REFUSALS):
+        return show_run(Store(store), run, json)
