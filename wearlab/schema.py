@@ -149,10 +149,18 @@ VARIABLES: dict[str, Variable] = {
     ),
     "engaged": Variable(_PAIR, "1", "1", "whether the pair is engaged", "by mesh.contact.engagement"),
     "meshing_range": Variable(
-        ("update", "member", "mesh", "end"), "rad", "rad", "rotation at which a pair engages and leaves"
+        ("update", "member", "mesh", "end"),
+        "rad",
+        "rad",
+        "rotation at which a pair engages and leaves",
+        "at the stored phases, from A to E unless contact is extended; `validity` says where it stops",
     ),
     "contact_range": Variable(
-        ("update", "member", "mesh", "end"), "rad", "rad", "contact angle at which a pair engages and leaves"
+        ("update", "member", "mesh", "end"),
+        "rad",
+        "rad",
+        "contact angle at which a pair engages and leaves",
+        "at the stored phases, from A to E unless contact is extended; `validity` says where it stops",
     ),
     "single_contact_share": Variable(
         _STATE,

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from wearlab.gears.external import external_pair
+from wearlab.gears.internal import internal_pair
 from wearlab.gears.outline import involute_point, load_angle, root_half_angle
 from wearlab.gears.specification import GearSpec
 from wearlab.mesh.body import foundation_compliance, foundation_validity, sainsot_coefficients
@@ -52,3 +53,25 @@ def test_range_of_validity():
     assert "h_f = r_f/r_bore = 1.295, fitted for 1.4 to 7" in thin
     (few,) = foundation_validity(gear_of(teeth=20))
     assert few.startswith("pinion: sainsot foundation outside its range: theta_f = 0.15")
+
+
+def test_the_height_keeps_its_sign_where_the_line_of_action_crosses_within_the_ring_s_body():
+    """Near E of a 40/100 ring u is negative: the cross term M u/S is too, and the curve has no kink."""
+    pair = internal_pair(
+        GearSpec(name="pinion", teeth=40, fillet_radius_coefficient=0.3),
+        GearSpec(name="ring", teeth=100, tip_alteration="wang-2023", rim_diameter=0.7),
+        module=0.006,
+        face_width=0.05,
+    )
+    ring = pair.driven
+    radius = pair.radius(1, np.linspace(pair.path.A, pair.path.E, 201))
+    lam, theta = load_angle(ring, radius), root_half_angle(ring)
+    height = ring.root_radius - ring.base_radius / np.cos(lam)
+    assert height.min() < 0.0 < height.max()
+    L, M, P, Q = sainsot_coefficients(ring.bore_radius / ring.root_radius, theta)
+    ratio = height / (2.0 * ring.root_radius * theta)
+    shape = L * ratio**2 + M * ratio + P * (1.0 + Q * np.tan(lam) ** 2)
+    found = foundation_compliance(ring, radius)
+    np.testing.assert_allclose(found, np.cos(lam) ** 2 * shape / (206e9 * 0.05), rtol=1e-12)
+    slope = np.diff(found) / np.diff(radius)
+    assert np.abs(np.diff(slope)).max() < 0.02 * np.abs(slope).max()

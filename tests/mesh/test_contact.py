@@ -1,5 +1,7 @@
 """The contact analysis against root finding, limits, and its own fixed point."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -110,6 +112,31 @@ def test_engagement_by_threshold_leaves_late_pairs_out(pair, grid):
     gated = by_gap.quasistatic(by_gap.nodes(wear), by_gap.at_nodes)
     np.testing.assert_allclose(loaded.tangent[inside], 4.8e8)
     np.testing.assert_allclose(gated.tangent[inside], 2.4e8)
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_by_a_threshold_the_mesh_is_as_stiff_as_all_engaged_pairs(pair, grid, shared):
+    """Y23 sums every engaged pair, at 1 N too, where worn gaps leave the load to one of them."""
+    wear = some_wear(grid)
+    analysis = potential_energy(pair, grid)
+    if shared:
+        pairs = grid.pairs_at_phase_nodes
+        partner = np.full(len(grid.position), -1, dtype=np.int64)
+        both = np.all(pairs >= 0, axis=1)
+        partner[pairs[both, 1]] = pairs[both, 0]
+        ratio = np.full((1, 2, len(partner)), 0.2)
+        analysis = potential_energy(pair, grid, coupling=ratio, partner=partner[None])
+    whole = replace(analysis, engagement_gap=1.0, load=1.0)
+    nodes = whole.nodes(wear)
+    found = whole.quasistatic(nodes, whole.at_nodes)
+    assert np.any((found.force > 0.0).sum(axis=1) < np.isfinite(found.gap).sum(axis=1))
+    compliance, _, cross = whole.at(nodes, whole.at_nodes)
+    for i in range(0, len(compliance), 7):
+        own = np.isfinite(compliance[i])
+        matrix = np.diag(compliance[i][own])
+        if own.sum() == 2 and cross.shape[2]:
+            matrix[0, 1] = matrix[1, 0] = cross[i, 1, 0]
+        assert found.tangent[i] == pytest.approx(np.linalg.inv(matrix).sum(), rel=1e-12)
 
 
 def test_weber_contact_is_solved_for_its_own_load(pair, grid):

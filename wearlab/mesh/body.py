@@ -60,6 +60,7 @@ def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
     ``c_f = cos²λ / (E B) [L (u/S)² + M u/S + P (1 + Q tan²λ)]`` with ``S = 2 r_f θ_f`` and
     ``u = x_A − y_A tanλ − r_f``, the height above the root circle where the line of action crosses the
     tooth's centre line. Wear moves the contact point along its own normal, so u stays ``r_b/cosλ − r_f``.
+    It is negative where that line crosses the root circle first, and so is the cross term then.
     A ring: ``u = r_f − r_b/cosλ`` and ``h_f = r_rim/r_f``, outside what the polynomials were fitted to
     (:func:`foundation_validity` says so; :func:`wearlab.mesh.annulus.body_compliance` has no such range).
 
@@ -79,7 +80,8 @@ def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
     theta, r_f = root_half_angle(gear), gear.root_radius
     L, M, P, Q = sainsot_coefficients(body_ratio(gear), theta)
     lam = load_angle(gear, radius)
-    ratio = np.abs(gear.base_radius / np.cos(lam) - r_f) / (2.0 * r_f * theta)
+    height = gear.base_radius / np.cos(lam) - r_f
+    ratio = (-height if gear.internal else height) / (2.0 * r_f * theta)
     shape = L * ratio**2 + M * ratio + P * (1.0 + Q * np.tan(lam) ** 2)
     return np.cos(lam) ** 2 * shape / (gear.material.youngs_modulus * gear.face_width)
 

@@ -38,7 +38,7 @@ class Quasistatic(NamedTuple):
     Parameters
     ----------
     deflection : (n,) static transmission error δ [m]
-    tangent : (n,) mesh stiffness Σ k_j over loaded pairs [N/m]
+    tangent : (n,) mesh stiffness Σ k_j over loaded pairs, by an engagement threshold over engaged ones [N/m]
     force : (n, n_pairs) pair forces, leading pair first [N]
     unloaded : (n,) unloaded transmission error, min_j g_j [m]
     stiffness : (n, n_pairs) stiffness of each pair on its own, 0 when absent [N/m]
@@ -149,6 +149,8 @@ class ContactAnalysis:
         load = np.full(n, self.load) if load is None else load
         deflection, tangent, force = np.empty(n), np.empty(n), np.empty(compliance.shape)
         share(compliance, gap, cross, load, deflection, force, tangent)
+        if self.engagement_gap < np.inf:
+            tangent = _stiffness_of_engaged(compliance, gap, cross)
         return Quasistatic(deflection, tangent, force, gap.min(axis=1), 1.0 / compliance, gap)
 
     def force_at_nodes(self, force: Array) -> Array:
@@ -161,3 +163,12 @@ class ContactAnalysis:
         nodal = np.empty(len(self.grid.touching))
         nodal[pairs[present]] = force[present]
         return nodal
+
+
+def _stiffness_of_engaged(compliance: Array, gap: Array, cross: Array) -> Array:
+    """Return dF/dδ with every pair of finite compliance in contact, loaded or not (Y23), (n,) [N/m]."""
+    n = len(compliance)
+    together = np.where(np.isfinite(compliance) & np.isfinite(gap), 0.0, np.inf)
+    unused, stiffness = np.empty(n), np.empty(n)
+    share(compliance, together, cross, np.ones(n), unused, np.empty(compliance.shape), stiffness)
+    return stiffness

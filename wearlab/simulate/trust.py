@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from wearlab.dynamics.coexisting import Search
 from wearlab.life.history import History
 from wearlab.scene.build import Parts
-from wearlab.scene.build.contact import reached_limits
+from wearlab.scene.build.contact import cut_short, reached_limits
 from wearlab.simulate.calibration import Calibration
 from wearlab.simulate.estimates import Estimates
 from wearlab.simulate.living import Lived
@@ -140,6 +140,7 @@ def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
         flags += reached_limits(
             one.pair, one.analysis, state.wear[kind], found.nodes.gap, found.static.deflection
         )
+        flags += cut_short(one.pair, one.analysis, found.nodes)
     if parts.vibration is not None and len(parts.meshes) > 1:
         flags.append("coexisting attractors of a set of several meshes are not looked for")
     if lived.life is not None and lived.life.saw_tooth:

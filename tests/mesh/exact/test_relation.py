@@ -9,14 +9,24 @@ import numpy as np
 import pytest
 
 from wearlab.gears.tip_contact import tip_separation
+from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.curve import constant
+from wearlab.mesh.exact import relation as relation_module
 from wearlab.mesh.exact.algorithm_1 import algorithm_1
 from wearlab.mesh.exact.angles import contact_angle, position_of, rotation_angle
 from wearlab.mesh.exact.first_order import depth_of_disagreement, errors_in_both_forms
 from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps
 from wearlab.mesh.exact.minimum_gap import minimum_gap
-from wearlab.mesh.exact.relation import contact_loss, mesh_relation, meshing_range, single_share
+from wearlab.mesh.exact.relation import (
+    contact_loss,
+    lone_ranges,
+    mesh_relation,
+    meshing_range,
+    single_share,
+)
 from wearlab.mesh.exact.tangency import tangency
-from wearlab.mesh.stiffness import SectionVanished
+from wearlab.mesh.stiffness import GivenStiffness, SectionVanished
+from wearlab.scene.build.contact import cut_short
 
 _spec = importlib.util.spec_from_file_location("plane", Path(__file__).with_name("plane.py"))
 plane = importlib.util.module_from_spec(_spec)
@@ -252,6 +262,29 @@ def test_who_is_engaged_and_over_which_range(make):
     late = worn.gap - worn.unloaded_error > threshold * pair.driven.base_radius
     assert not np.any(late & engaged_worn)
     assert contact_loss(pair, worn.contact_angle, engaged_worn).max() > 0.02
+
+
+def test_a_lone_pair_s_range_is_that_of_any_number_of_points(make, monkeypatch):
+    """Both ends are found to the resolution of a root, not to half a step of the points."""
+    flanks = make.flanks_of(make.pairs["internal"])
+    wear = make.smooth_wear(flanks, 60e-6)
+    touched, turned = lone_ranges(flanks, wear)
+    monkeypatch.setattr(relation_module, "LONE_POINTS", 301)
+    rougher = lone_ranges(flanks, wear)
+    np.testing.assert_allclose(rougher[0], touched, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(rougher[1], turned, rtol=0, atol=1e-9)
+
+
+def test_ranges_that_stop_with_the_nodes_say_so(make):
+    pair = make.pairs["internal"]
+    grid = make.flanks_of(pair).grid
+    gaps = ExactGaps(make.flanks_of(pair))
+    stiff = GivenStiffness(constant(1e9), "pair", grid)
+    plain = ContactAnalysis(grid, stiff, np.zeros(len(grid.position)), 1000.0, np.inf, gaps)
+    unworn, worn = np.zeros((2, len(grid.position))), make.smooth_wear(make.flanks_of(pair), 100e-6)
+    (flag,) = cut_short(pair, plain, plain.nodes(unworn))
+    assert "stop at A and E, where pairs are still engaged" in flag
+    assert cut_short(pair, plain, plain.nodes(worn)) == ()
 
 
 def test_single_contact_first_falls_then_rises_with_wear(make):

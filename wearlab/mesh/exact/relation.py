@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.exact.angles import contact_angle, rotation_angle
+from wearlab.mesh.exact.flank import Flank
 from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps, WornFlanks
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.exact.tangency import tangency
@@ -17,6 +18,8 @@ Flags = NDArray[np.bool_]
 SHARE_PHASES = 400
 LONE_POINTS = 1849
 """Points of the driving flank at which a lone pair is sought; Y23's number."""
+END_SCAN, END_RESOLUTION = 33, 1e-12
+"""Points of each closer look at where a lone pair begins and ends, and how narrowly that is enclosed [m]."""
 
 
 class MeshRelation(NamedTuple):
@@ -116,15 +119,30 @@ def lone_ranges(flanks: WornFlanks, wear: Array) -> tuple[Array, Array]:
     ----------
     Y23 Fig. 9: with wear α shrinks at the root, and φ grows.
     """
-    pair = flanks.pair
-    found = tangency(*flanks.worn(wear), np.linspace(pair.path.A, pair.path.E, LONE_POINTS))
-    have = np.flatnonzero(np.isfinite(found.gap))
+    pair, worn = flanks.pair, flanks.worn(wear)
+    position = np.linspace(pair.path.A, pair.path.E, LONE_POINTS)
+    have = np.flatnonzero(np.isfinite(tangency(*worn, position).gap))
     if not len(have):
         return np.full((2, 2), np.nan), np.full((2, 2), np.nan)
-    ends = have[[0, -1]]
-    touched = [contact_angle(pair, i, s[ends]) for i, s in enumerate((found.driving, found.driven))]
-    turned = [rotation_angle(pair, i, x[ends]) for i, x in enumerate((found.x_driving, found.x_driven))]
+    ends = [
+        _where_partners_end(worn, position[inside], position[min(max(outside, 0), LONE_POINTS - 1)])
+        for inside, outside in ((have[0], have[0] - 1), (have[-1], have[-1] + 1))
+    ]
+    found = tangency(*worn, np.array(ends))
+    touched = [contact_angle(pair, i, s) for i, s in enumerate((found.driving, found.driven))]
+    turned = [rotation_angle(pair, i, x) for i, x in enumerate((found.x_driving, found.x_driven))]
     return np.stack(touched), np.stack(turned)
+
+
+def _where_partners_end(worn: tuple[Flank, Flank], inside: float, outside: float) -> float:
+    """Return the last point of the driving flank with a partner, from one that has it to one that has not."""
+    while abs(outside - inside) > END_RESOLUTION:
+        scan = np.linspace(inside, outside, END_SCAN)
+        lost = np.flatnonzero(np.isnan(tangency(*worn, scan).gap))
+        if not len(lost):
+            return float(scan[-1])
+        inside, outside = scan[lost[0] - 1], scan[lost[0]]
+    return float(inside)
 
 
 def single_share(flanks: WornFlanks, wear: Array, threshold: float) -> float:

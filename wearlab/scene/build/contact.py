@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from wearlab.gears.errors import GearError
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
-from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.contact import ContactAnalysis, Nodes
 from wearlab.mesh.exact.extension import Deflections, extension
 from wearlab.mesh.exact.gaps import AlgorithmOneGaps, DisplacementBeyond, ExactGaps, Gaps, WornFlanks
 from wearlab.mesh.profile import Extension, ProfileGrid
@@ -123,6 +123,30 @@ def reached_limits(
     if share <= EXTENDED_CONTACT:
         return ()
     return (f"deflection would extend the path of contact by {100 * share:.0f} %",)
+
+
+def cut_short(pair: GearPair, analysis: ContactAnalysis, nodes: Nodes) -> tuple[str, ...]:
+    """Return where the ranges of an exact mesh relationship end with the nodes, not with the contact.
+
+    Parameters
+    ----------
+    pair, analysis : the gears and their contact
+    nodes : of one wear state
+    """
+    if not isinstance(analysis.gaps, ExactGaps | AlgorithmOneGaps):
+        return ()
+    if analysis.engagement_gap < np.inf:
+        engaged = np.isfinite(analysis.at(nodes, analysis.at_nodes)[0]).astype(float)
+    else:
+        engaged = analysis.quasistatic(nodes, analysis.at_nodes).force
+    along = analysis.force_at_nodes(engaged)
+    ends = [letter for letter, value in (("A", along[0]), ("E", along[-1])) if value > 0.0]
+    if len(analysis.grid.touching) > len(along) or not ends:
+        return ()
+    return (
+        f"meshing_range and contact_range of {pair.driving.name} and {pair.driven.name} stop at "
+        f"{' and '.join(ends)}, where pairs are still engaged: extended_contact follows them beyond",
+    )
 
 
 def extended_length(pair: GearPair, analysis: ContactAnalysis, wear: Array, deflection: Array) -> Extension:
