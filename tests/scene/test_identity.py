@@ -3,9 +3,12 @@ import json
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import create_model
 
 from wearlab.scene import Scene
-from wearlab.scene.identity import canonical, stored
+from wearlab.scene.identity import canonical, essence, stored
+from wearlab.scene.mesh import Mesh, OneMesh
+from wearlab.scene.part import Number, Part, option
 
 SUPPORT = {"radial_stiffness": "1150 N/um", "damping": "5360 N*s/m"}
 
@@ -88,6 +91,58 @@ def test_the_id_is_short_and_knows_the_model_version(table, monkeypatch):
     assert len(scene.id) == 20 and int(scene.id, 16) >= 0
     monkeypatch.setattr("wearlab.scene.identity.MODEL_VERSION", 999)
     assert Scene.from_mapping(table).id != scene.id
+
+
+SECTIONS = ("mesh", "errors", "dynamics", "lubricant", "wear", "numerics", "store")
+
+
+def grown(part):
+    """Return a part with one option more, as a later version might have."""
+    return create_model(part.__name__, __base__=part, an_option_more=(Number, option(0.5, "new")))
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_an_option_added_with_a_default_makes_no_stored_run_new(full, section):
+    scene = Scene.from_mapping(full)
+    later = grown(type(getattr(scene, section)))
+    standard = later() if section in ("mesh", "numerics", "store") else ...
+    newer = create_model("Scene", __base__=Scene, **{section: (later, option(standard, "a section"))})
+    same = newer.from_mapping(full)
+    other = newer.from_mapping({**full, section: {**full[section], "an_option_more": 2}})
+    assert "an_option_more" in same.canonical()
+    assert same.id == scene.id != other.id
+
+
+def test_what_identity_sees():
+    class Inner(Part):
+        model: str = option("a", "which")
+        size: Number = option(1.0, "size")
+
+    class Outer(Part):
+        needed: Number = option(..., "required")
+        inner: Inner = option(Inner(), "a part with a default")
+        maybe: Inner | None = option(None, "a part that may be absent")
+        many: tuple[Inner, ...] = option((), "parts")
+
+    assert essence(Outer(needed=2)) == {"needed": 2.0}
+    assert essence(Outer(needed=2, inner={"size": 1})) == {"needed": 2.0}
+    assert essence(Outer(needed=2, inner={"size": 1 + 1e-15})) == {"needed": 2.0}
+    assert essence(Outer(needed=2, inner={"size": 3})) == {
+        "needed": 2.0,
+        "inner": {"model": "a", "size": 3.0},
+    }
+    assert essence(Outer(needed=2, maybe={})) == {"needed": 2.0, "maybe": {"model": "a"}}
+    assert essence(Outer(needed=2, many=[{}])) == {"needed": 2.0, "many": [{"model": "a"}]}
+
+
+def test_where_a_mesh_says_it_does_not_matter():
+    said = Mesh(sun_planet={"damping_in": "always"}, planet_ring={"damping_in": "always"})
+    assert essence(said) == essence(Mesh(damping_in="always")) == {"damping_in": "always"}
+    own = Mesh(face_load_factor=1.2, sun_planet=OneMesh(damping_in="always", face_load_factor=1.2))
+    assert essence(own) == {
+        "sun_planet": {"damping_in": "always", "face_load_factor": 1.2},
+        "planet_ring": {"face_load_factor": 1.2},
+    }
 
 
 def test_a_stored_scene_comes_back(full):

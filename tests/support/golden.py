@@ -1,6 +1,7 @@
-"""A few scenes and what they come to: results that may move only together with the version of the model.
+"""A few scenes and what they come to, and every default: what may move only with the version of the model.
 
-``python tests/support/golden.py`` writes ``tests/golden/results.json`` anew, for a person to review.
+``python tests/support/golden.py`` writes ``tests/golden/results.json`` and ``defaults.json`` anew, for a
+person to review; ``--unreleased`` lets them move where no release has carried the version yet.
 """
 
 import json
@@ -10,9 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from wearlab.scene import MODEL_VERSION, Scene
+from wearlab.scene.identity import canonical
+from wearlab.scene.lookup import parts_in
+from wearlab.scene.part import Part
 from wearlab.simulate import simulate
 
 FILE = Path(__file__).parents[1] / "golden" / "results.json"
+DEFAULTS = FILE.with_name("defaults.json")
 SAME = 1e-5  # relative: solvers stop elsewhere on other machines, models move further
 RESULTS = ("max_wear_depth", "life", "worn_mass", "contact_ratio", "dynamic_factor", "max_bearing_force")
 ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
@@ -86,16 +91,49 @@ def moved(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
     )
 
 
+def defaults(part: type[Part] = Scene, above: str = "") -> dict[str, Any]:
+    """Return the default of every option of a scene, by dotted key with the models chosen."""
+    found: dict[str, Any] = {}
+    for name, field in part.model_fields.items():
+        if field.exclude or name == part.chooser:
+            continue
+        if not field.is_required():
+            given = field.get_default(call_default_factory=True)
+            plain = given.model_dump() if isinstance(given, Part) else given
+            found[above + name] = json.loads(canonical({"": plain})).get("")
+        for inner in parts_in(field.annotation):
+            chooser = inner.model_fields.get(inner.chooser)
+            model = "" if chooser is None else f"[{chooser.annotation.__args__[0]}]"
+            found |= defaults(inner, f"{above}{name}{model}.")
+    return found
+
+
+def moved_defaults(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
+    """Return the options that were there and have another default now; a new option moves nothing."""
+    return sorted(name for name in old if name not in new or not _holds(old[name], new[name]))
+
+
+def _holds(old: Any, new: Any) -> bool:
+    if isinstance(old, dict) and isinstance(new, dict):
+        return all(key in new and _holds(inner, new[key]) for key, inner in old.items())
+    return bool(old == new)
+
+
 def main() -> None:
-    """Write the results anew; refuse where they moved and the version of the model did not."""
+    """Write all anew; refuse where something moved and the version of the model did not."""
     old = json.loads(FILE.read_text()) if FILE.exists() else {"model_version": 0, "scenes": {}}
+    kept = json.loads(DEFAULTS.read_text()) if DEFAULTS.exists() else {}
     scenes = {name: results(table) for name, table in SCENES.items()}
-    if old["model_version"] == MODEL_VERSION:
-        for name, known in old["scenes"].items():
-            if name in scenes and (what := moved(known, scenes[name])):
-                sys.exit(f"{name}: {', '.join(what)} moved: raise MODEL_VERSION in wearlab/scene/identity.py")
+    if old["model_version"] == MODEL_VERSION and "--unreleased" not in sys.argv[1:]:
+        what = moved_defaults(kept, defaults())
+        what += [
+            f"{name}: {one}" for name in old["scenes"] for one in moved(old["scenes"][name], scenes[name])
+        ]
+        if what:
+            sys.exit(f"{', '.join(what)} moved: raise MODEL_VERSION in wearlab/scene/identity.py")
     FILE.parent.mkdir(exist_ok=True)
     FILE.write_text(json.dumps({"model_version": MODEL_VERSION, "scenes": scenes}, indent=1) + "\n")
+    DEFAULTS.write_text(json.dumps(defaults(), indent=1, ensure_ascii=False) + "\n")
 
 
 if __name__ == "__main__":

@@ -1,16 +1,18 @@
-"""What makes two scenes the same: canonical JSON and its hash.
+"""What makes two scenes the same: canonical JSON, and the hash of what in it is not default.
 
-Defaults are filled in, values are SI with 12 significant digits, 1 and 1.0 are one number; texts, paths and
-what a campaign says besides are not there.
+Canonical JSON has defaults filled in, values in SI with 12 significant digits, 1 and 1.0 as one number;
+texts, paths and what a campaign says besides are not there. The hash leaves out what stands at its default:
+an option added with a default makes no stored run new, and a default that moves must raise the version.
 """
 
 import hashlib
 import json
+from functools import cache
 from typing import Any
 
-from wearlab.scene.part import Stored
+from wearlab.scene.part import Part, Stored
 
-MODEL_VERSION = 3
+MODEL_VERSION = 4
 DIGITS = 12
 WHOLE_BELOW = 2**53
 
@@ -22,9 +24,56 @@ def canonical(sections: dict[str, Any]) -> str:
     )
 
 
-def identity(canonical_scene: str) -> str:
-    """Return the id of a scene: 20 hexadecimal digits of the hash over model version and canonical JSON."""
-    return hashlib.sha256(f"{MODEL_VERSION}\n{canonical_scene}".encode()).hexdigest()[:20]
+def identity(scene: Part) -> str:
+    """Return the id of a scene: 20 hexadecimal digits of the hash over model version and what it says."""
+    said = canonical(essence(scene))
+    return hashlib.sha256(f"{MODEL_VERSION}\n{said}".encode()).hexdigest()[:20]
+
+
+def essence(part: Part) -> dict[str, Any]:
+    """Return the options of a part that do not stand at their default, as plain nested values.
+
+    Which of several models it is stays there, default or not: the options of two models may share names.
+    A part all of whose options are default is an empty table where no part is the default.
+    """
+    found = {}
+    for name, value in part.identifying().items():
+        if value is None or (name != part.chooser and _is_default(type(part), name, value)):
+            continue
+        found[name] = _essence(value)
+    return found
+
+
+def _essence(value: Any) -> Any:
+    if isinstance(value, Part):
+        return essence(value)
+    if isinstance(value, dict):
+        return {key: _essence(inner) for key, inner in value.items()}
+    return [_essence(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+
+def _is_default(part: type[Part], name: str, value: Any) -> bool:
+    default, text = _default(part, name)
+    return text is not None and (value is default or _text(value) == text)
+
+
+@cache
+def _default(part: type[Part], name: str) -> tuple[Any, str | None]:
+    field = part.model_fields[name]
+    default = field.get_default(call_default_factory=True)
+    return default, None if field.is_required() else _text(default)
+
+
+def _text(value: Any) -> str:
+    return canonical({"": _dumped(value)})
+
+
+def _dumped(value: Any) -> Any:
+    if isinstance(value, Part):
+        return value.model_dump()
+    if isinstance(value, dict):
+        return {key: _dumped(inner) for key, inner in value.items()}
+    return [_dumped(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
 def stored(value: Any) -> Any:

@@ -183,6 +183,17 @@ class Mesh(OneMesh):
         """Return what holds for each kind of mesh of a kind of gear set, in their order."""
         return tuple(map(self.of, OWN_MESHES)) if kind == "planetary" else (self,)
 
+    def identifying(self) -> dict[str, Any]:
+        """Return what holds for each kind of mesh, wherever it was written: once if the same for both."""
+        if self.sun_planet is None and self.planet_ring is None:
+            return super().identifying()
+        names = OneMesh.model_fields
+        general = OneMesh.model_construct(**{name: getattr(self, name) for name in names})
+        each = {key: getattr(self, key) or general for key in OWN_MESHES}
+        if len({canonical(one.model_dump()) for one in each.values()}) == 1:
+            return each[OWN_MESHES[0]].identifying()
+        return dict(each)
+
     @model_serializer(mode="wrap")
     def _what_holds(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Dump what holds for each kind of mesh, wherever it was written: once if it is the same for both."""

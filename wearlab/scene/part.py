@@ -45,6 +45,11 @@ class Part(BaseModel):
     chooser: ClassVar[str] = "model"
     per_member: ClassVar[bool] = False
 
+    def identifying(self) -> dict[str, Any]:
+        """Return the options that tell this part from others, by name."""
+        fields = type(self).model_fields
+        return {name: getattr(self, name) for name, field in fields.items() if not field.exclude}
+
     @model_validator(mode="after")
     def _one_alternative(self) -> "Part":
         for groups in self.alternatives:

@@ -137,8 +137,8 @@ class Scene(Part):
 
     @cached_property
     def id(self) -> str:
-        """The identity of the run: a hash of the canonical scene and the model version."""
-        return identity(self._canonical)
+        """The identity of the run: a hash of what the scene says beyond defaults, and the model version."""
+        return identity(self)
 
     @cached_property
     def _canonical(self) -> str:
