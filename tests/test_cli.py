@@ -208,7 +208,7 @@ def test_figures_without_a_store(command, campaign, tmp_path):
 def test_modes_of_a_case(command, campaign, monkeypatch):
     campaign(sweep(2, static=True))
     rows = [{"mode": 1, "natural frequency [Hz]": 3100.123456}]
-    monkeypatch.setattr("wearlab.simulate.modes_table", lambda scene: rows, raising=False)
+    monkeypatch.setattr("wearlab.simulation.modes_table", lambda scene: rows, raising=False)
     assert "3100.1" in command("modes", "any.toml").out
     assert json.loads(command("modes", "any.toml", "--json").out) == rows
     wrong = command("modes", "any.toml", "--case", "nothing")

@@ -26,12 +26,14 @@ ROAD = (
         "wear",
         "life",
         "scene",
-        "simulate",
+        "simulation",
     ),
-    *("query", "campaign", "store", "runner", "compare", "figures", "accuracy", "report", "cli"),
+    *("query", "campaign", "store", "runner", "comparison", "updating", "figures", "accuracy", "report"),
+    *("api", "cli"),
 )
 PHYSICS = ROAD[ROAD.index("gears") : ROAD.index("scene")]
-SIBLINGS = (("dynamics", "wear"), ("compare", "figures", "accuracy"))
+SIBLINGS = (("dynamics", "wear"), ("comparison", "figures", "accuracy"))
+FUNCTIONS = {"compare", "figure", "gradient", "load", "open", "run", "simulate", "update"}  # of `wearlab`
 LABELLED = {"xarray", "dask", "distributed", "netCDF4", "pandas", "matplotlib"}
 HEAVY = LABELLED | {"numba", "scipy"}
 MODULE = re.compile(r"wearlab(\.\w+)+(?=:|$)")
@@ -110,6 +112,11 @@ def test_every_room_is_on_the_road():
     assert rooms <= set(ROAD)
 
 
+def test_no_room_bears_the_name_of_a_public_function():
+    """Importing ``wearlab.update`` would hide ``wl.update``: such a room is called ``updating``."""
+    assert {module.split(".")[1] for module in modules()} & FUNCTIONS == set()
+
+
 @pytest.mark.parametrize("module", modules())
 def test_imports_run_one_way(module):
     assert backwards(source_of(module), module) == []
@@ -124,7 +131,7 @@ def test_sections_are_free_of_physics(module):
 
 @pytest.mark.parametrize("module", [*below(*PHYSICS), *below("compiled", "units", "schema")])
 def test_physics_knows_no_labels(module):
-    """Physics knows nothing of xarray; ``simulate`` labels."""
+    """Physics knows nothing of xarray; ``simulation`` labels."""
     assert outsiders(module) & LABELLED == set()
 
 
@@ -136,10 +143,10 @@ def test_the_store_knows_nothing_of_gears(module):
     assert [name for name in names if room(name) in (*PHYSICS, "schema")] == []
 
 
-@pytest.mark.parametrize("module", below("figures", "query", "compare", "report"))
+@pytest.mark.parametrize("module", below("figures", "query", "comparison", "report"))
 def test_figures_never_simulate(module):
     names = [name for _, name in imported(source_of(module), module)]
-    assert [name for name in names if room(name) in (*PHYSICS, "simulate", "runner")] == []
+    assert [name for name in names if room(name) in (*PHYSICS, "simulation", "runner")] == []
 
 
 @pytest.mark.parametrize("siblings", SIBLINGS, ids=" ".join)

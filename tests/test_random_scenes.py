@@ -8,7 +8,7 @@ import random_scenes
 from hypothesis import HealthCheck, Phase, given, settings
 
 from wearlab.scene import Scene
-from wearlab.simulate import Refused, simulate
+from wearlab.simulation import Refused, simulate
 
 KINDS = [
     (random_scenes.scenes(), 25),

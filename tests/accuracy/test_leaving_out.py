@@ -5,7 +5,7 @@ import pytest
 
 from wearlab.accuracy.leaving_out import PARTS, Saving, apart, row, saving, scene
 from wearlab.scene.build import build
-from wearlab.simulate import simulate
+from wearlab.simulation import simulate
 
 
 @pytest.mark.parametrize("part", PARTS, ids=lambda part: part.name)

@@ -15,7 +15,7 @@ from wearlab.runner.local import ONE_THREAD, local_client
 def test_workers_find_everything_imported_and_leave_at_once() -> None:
     with local_client(2, dashboard=False) as client:
         parents = client.run(os.getppid)
-        ready = client.run(lambda: {"wearlab.simulate", "dask.array", "netCDF4"} <= set(sys.modules))
+        ready = client.run(lambda: {"wearlab.simulation", "dask.array", "netCDF4"} <= set(sys.modules))
         single = client.run(lambda names: [os.environ[name] for name in names], list(ONE_THREAD))
         workers = list(client.run(os.getpid).values())
     assert len(workers) == 2

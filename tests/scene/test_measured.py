@@ -5,7 +5,7 @@ import pytest
 
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.merge import merge
-from wearlab.simulate import simulate
+from wearlab.simulation import simulate
 
 UNITS = {"diameter": "mm", "deviation": "um"}
 CSV = "# measured\ndiameter,deviation\n143,-5\n146,-2\n150,0\n153,-3\n157,-6\n"

@@ -14,7 +14,7 @@ from wearlab.scene import MODEL_VERSION, Scene
 from wearlab.scene.identity import canonical
 from wearlab.scene.lookup import parts_in
 from wearlab.scene.part import Part
-from wearlab.simulate import simulate
+from wearlab.simulation import simulate
 
 FILE = Path(__file__).parents[1] / "golden" / "results.json"
 DEFAULTS = FILE.with_name("defaults.json")

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from wearlab.gears.errors import GearError
 from wearlab.scene import Scene
-from wearlab.simulate import Refused, simulate
+from wearlab.simulation import Refused, simulate
 
 MAY_BE_ABSENT = (
     "floquet_multiplier",  # of an aperiodic response

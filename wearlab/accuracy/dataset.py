@@ -9,8 +9,8 @@ import xarray as xr
 
 from wearlab.accuracy.peers import missing_peers
 from wearlab.accuracy.study import TARGETS, Study
-from wearlab.simulate.label import CONVENTIONS
-from wearlab.simulate.provenance import provenance
+from wearlab.simulation.label import CONVENTIONS
+from wearlab.simulation.provenance import provenance
 
 ATTRIBUTES: dict[str, dict[str, str]] = {
     "setting": {"long_name": "value of the knob", "units": "1"},

@@ -10,8 +10,8 @@ from wearlab.accuracy.drawn_sets import PAIR_MOTION, SET_MOTION, internal_pair, 
 from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import build
-from wearlab.simulate import Refused, simulate
-from wearlab.simulate.twins import carried
+from wearlab.simulation import Refused, simulate
+from wearlab.simulation.twins import carried
 
 TIGHTER = 0.01
 SHORT, REPEATS = 0.5, 4

@@ -49,7 +49,7 @@ def scored(seed: int, number: int, told: Report) -> Row:
 
 def _work(line: Connection) -> None:
     """Score scenes as they are asked for, in a process of its own that ends when a scene takes too long."""
-    from wearlab.simulate import simulate
+    from wearlab.simulation import simulate
 
     for scene in small_scenes():  # compiled before any clock runs
         simulate(scene)

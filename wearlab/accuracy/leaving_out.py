@@ -125,7 +125,7 @@ def scene(change: Change) -> Scene:
 
 def saving(part: Part, turns: int = TURNS) -> Saving:
     """Run both scenes of a part, compiled before, and return what its absence saves."""
-    from wearlab.simulate import simulate
+    from wearlab.simulation import simulate
     from wearlab.store.image import to_image
 
     scenes = scene(part.present), scene(part.absent)
@@ -163,8 +163,8 @@ def _timed(one: Scene) -> float:
 def _run(one: Scene) -> None:
     """Build a scene, let it live, and work out everything that is stored of its states."""
     from wearlab.scene.build import build
-    from wearlab.simulate import static, vibration
-    from wearlab.simulate.run import live
+    from wearlab.simulation import static, vibration
+    from wearlab.simulation.run import live
 
     parts = build(one)
     states = live(one, parts).state

@@ -16,8 +16,8 @@ from wearlab.life.march import Life, Method, evolve
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.wear import build_limits
-from wearlab.simulate.run import initial_wear
-from wearlab.simulate.twins import flank_of_nodes
+from wearlab.simulation.run import initial_wear
+from wearlab.simulation.twins import flank_of_nodes
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 from wearlab.accuracy.drawn import KINDS, QUANTITIES, Score, summary
 from wearlab.accuracy.estimates import SCORED, Row, of_row
-from wearlab.simulate.label import CONVENTIONS
+from wearlab.simulation.label import CONVENTIONS
 
 LEAST_COVERED = 0.95
 MOST_RATIO = 10.0

@@ -20,7 +20,7 @@ from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.vibration import build_friction, fluctuation
-from wearlab.simulate.run import initial_wear
+from wearlab.simulation.run import initial_wear
 from wearlab.wear.initial import quadratic
 
 Array = NDArray[np.float64]

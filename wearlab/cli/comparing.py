@@ -33,7 +33,7 @@ def compare_two(
     files : of the dataset and of the figure, None for none
     as_json : print for machines
     """
-    from wearlab.compare import CompareError, compare
+    from wearlab.comparison import CompareError, compare
 
     if files[1] is not None and _ending(files[1]) not in ENDINGS:
         raise Stop(f"--figure {files[1]}: a figure ends in .png, .svg or .pdf")
@@ -76,7 +76,7 @@ def _write(found: "xr.Dataset", data: Path | None, figure: Path | None) -> list[
 
 
 def _tell(found: "xr.Dataset", written: list[str]) -> None:
-    from wearlab.compare.table import (
+    from wearlab.comparison.table import (
         PAIR_HEADS,
         QUANTITY_HEADS,
         SCENE_HEADS,
@@ -115,7 +115,7 @@ def _tell(found: "xr.Dataset", written: list[str]) -> None:
 def _tell_first(found: "xr.Dataset") -> None:
     import numpy as np
 
-    from wearlab.compare.table import QUANTITY_HEADS, quantity_rows
+    from wearlab.comparison.table import QUANTITY_HEADS, quantity_rows
 
     first = found["first_difference"].values
     if not np.isfinite(first).any():

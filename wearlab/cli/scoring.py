@@ -20,7 +20,7 @@ def score_estimates(drawing: "Drawing", out: Path, workers: int | None, as_json:
     from wearlab.accuracy.dataset import netcdf
     from wearlab.accuracy.drawn import draw_any
     from wearlab.accuracy.scores_figure import scores_png
-    from wearlab.simulate.provenance import provenance
+    from wearlab.simulation.provenance import provenance
 
     asked, begun = drawing.estimates, time.time()
     with refusing(OSError):

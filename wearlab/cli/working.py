@@ -205,7 +205,7 @@ def show_modes(file: str, label: str | None, as_json: bool) -> Status:
     if label not in cases:
         raise Stop(f"--case {label}: there are {', '.join(cases)}")
     from wearlab.gears.errors import GearError
-    from wearlab.simulate import modes_table
+    from wearlab.simulation import modes_table
 
     with refusing(GearError, ValueError):
         rows: list[dict[str, Any]] = modes_table(cases[label].scene)

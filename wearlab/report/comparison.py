@@ -24,7 +24,7 @@ def comparison_figure(comparison: xr.Dataset, ending: str = "png") -> bytes:
 
     Parameters
     ----------
-    comparison : from `wearlab.compare`
+    comparison : from `wearlab.comparison`
     ending : png, svg or pdf
     """
     plot = _campaigns(comparison) if "pair" in comparison.dims else _runs(comparison)

@@ -11,7 +11,7 @@ from contextlib import suppress
 
 signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupted parent sees to its workers
 
-for name in ("distributed", "distributed.nanny", "wearlab.simulate", "netCDF4", "dask.array", "pint"):
+for name in ("distributed", "distributed.nanny", "wearlab.simulation", "netCDF4", "dask.array", "pint"):
     with suppress(ImportError):  # is told where it is wanted
         importlib.import_module(name)
 

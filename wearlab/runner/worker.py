@@ -16,7 +16,7 @@ from wearlab.store.outcome import Outcome, State
 if TYPE_CHECKING:
     import xarray as xr
 
-SIMULATE = "wearlab.simulate:simulate"
+SIMULATE = "wearlab.simulation:simulate"
 
 
 class Task(NamedTuple):
@@ -95,7 +95,7 @@ def prepare(simulate: str) -> None:
 def refusals() -> tuple[type[Exception], ...]:
     """Return the errors by which physics says that a case is impossible."""
     from wearlab.gears.errors import GearError
-    from wearlab.simulate import Refused
+    from wearlab.simulation import Refused
 
     return GearError, Refused
 

@@ -1,0 +1,31 @@
+"""The cases of campaigns/spur_options.toml, each simulated once for all tests."""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from wearlab.campaign import load
+from wearlab.simulation import simulate
+
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
+
+
+@cache
+def scenes():
+    return {case.label: case.scene for case in load(CAMPAIGNS / "spur_options.toml").cases}
+
+
+@cache
+def simulated(label):
+    return simulate(scenes()[label])
+
+
+@pytest.fixture
+def scene():
+    return lambda label: scenes()[label]
+
+
+@pytest.fixture
+def run():
+    return simulated

@@ -1,0 +1,125 @@
+"""The calibrated coefficient: exact scaling, one life for many scenes, said in the run."""
+
+from concurrent.futures import ThreadPoolExecutor
+from threading import Event
+
+import numpy as np
+import pytest
+
+from wearlab.simulation import Refused, calibration, kept_lives, simulate
+
+
+@pytest.fixture
+def limited(scene):
+    given = scene("quasi-static").replace("wear.snapshots", None).replace("wear.until", None)
+    return given.replace("wear.until", {"depth": "1 um", "flank": "gear"})
+
+
+def on(life, film=True, **more):
+    return {
+        "model": "calibrated", "life": life, "depth": "1 um", "flank": "gear", "torque": "340 N*m",
+        "speed": "1100 rpm", "film": film, **more,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("film", [True, False])
+def test_a_life_gives_back_its_coefficient(limited, film):
+    constant = {"model": "constant", "value": "9.65e-19 m^2/N", "film": film}
+    data = simulate(limited.replace("wear.coefficient", constant))
+    again = simulate(limited.replace("wear.coefficient", on(float(data.life), film)))
+    assert float(again.calibrated_wear_coefficient) == pytest.approx(9.65e-19, rel=1e-6)
+    assert float(again.life) == pytest.approx(float(data.life), rel=1e-9)
+    share = float(again.error_estimate_wear_coefficient) / 9.65e-19
+    assert share == pytest.approx(float(data.error_estimate_life) / float(data.life), rel=1e-3)
+    assert "calibrated on a life of" in str(again.validity.values)
+    assert "1100 rpm" in str(again.validity.values)
+
+
+def test_other_lives_are_predicted_with_one_calibration(limited):
+    calibration._LIVES.clear()
+    given = limited.replace("wear.coefficient", on(1e7))
+    for changed, life in (
+        (given, 1e7),
+        (given.replace("wear.coefficient.factor", 2.0), 5e6),
+        (given.replace("wear.coefficient.life", 2e7), 2e7),
+    ):
+        assert float(simulate(changed).life) == pytest.approx(life, rel=1e-5)
+    worn = simulate(given.replace("wear.initial.gear", {"depth": "0.5 um", "shape": "uniform"}))
+    assert float(worn.life) < 0.8e7
+    light = simulate(given.replace("operation.torque", "170 N*m"))
+    assert float(light.life) > 1.5e7
+    assert len(calibration._LIVES) == 1
+    ratio = float(light.calibrated_wear_coefficient / worn.calibrated_wear_coefficient)
+    assert ratio == 1.0
+
+
+def test_one_realisation_of_errors_does_not_calibrate(scene):
+    given = scene("tooth errors")
+    if given.errors is None:
+        pytest.skip("the campaign has no errors")
+    frozen = given.replace("errors.slow", "frozen").replace("wear.coefficient", on(1e7, film=False))
+    coefficient = frozen.wear.coefficient
+    assert calibration.calibrating(frozen, coefficient).errors is None
+    averaged = frozen.replace("errors.slow", "averaged")
+    assert calibration.calibrating(averaged, coefficient).errors is not None
+
+
+def test_what_cannot_be_reached_is_refused(limited):
+    deep = limited.replace("wear.coefficient", {**on(1e7), "depth": "5 mm"})
+    with pytest.raises(Refused, match="cannot be calibrated on 5000 µm"):
+        simulate(deep)
+
+
+def test_the_constant_is_what_the_law_uses(limited):
+    data = simulate(limited.replace("wear.coefficient", on(1e7, film=False, factor=3.0)))
+    used = data.effective_wear_coefficient.values
+    np.testing.assert_allclose(used, 3.0 * float(data.calibrated_wear_coefficient), rtol=1e-12)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(kept_lives, "FOLDER", tmp_path / "lives")
+    return tmp_path / "lives"
+
+
+def test_a_life_is_lived_once_on_a_machine(limited, folder, monkeypatch):
+    given = limited.replace("wear.coefficient", on(1e7))
+    calibration._LIVES.clear()
+    first = float(simulate(given).calibrated_wear_coefficient)
+    calibration._LIVES.clear()  # another process
+    monkeypatch.setattr(calibration, "live_through", None)
+    assert calibration.calibrated(given)[1].value == first
+    (kept,) = (path for path in folder.iterdir() if path.suffix == "")
+    kept.write_text("0x1.8p+1")  # half of one
+    calibration._LIVES.clear()
+    with pytest.raises(TypeError):
+        calibration.calibrated(given)
+
+
+def test_processes_wait_for_the_one_that_lives(folder, monkeypatch):
+    begun, looked, all_looked = [], [], Event()
+    read = kept_lives._read
+
+    def counted(path):
+        looked.append(path)
+        if len(looked) > 4:  # the first inside the lock, and three outside it
+            all_looked.set()
+        return read(path)
+
+    def live():
+        begun.append(True)
+        assert all_looked.wait(10.0)
+        return 1.0 / 3.0, 1e-7
+
+    monkeypatch.setattr(kept_lives, "_read", counted)
+    with ThreadPoolExecutor(4) as threads:
+        found = list(threads.map(lambda _: kept_lives.once("scene", live), range(4)))
+    assert len(begun) == 1 and set(found) == {(1.0 / 3.0, 1e-7)}
+    assert kept_lives.once("other scene", live) == found[0] and len(begun) == 2
+
+
+def test_where_nothing_can_be_kept_each_lives_it(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setattr(kept_lives, "FOLDER", tmp_path / "file" / "lives")
+    assert kept_lives.once("scene", lambda: (2.0, 0.0)) == (2.0, 0.0)
+    assert kept_lives.once("scene", lambda: (3.0, 0.0)) == (3.0, 0.0)

@@ -1,0 +1,86 @@
+"""Error estimates against tight references, on scenes of a seed that was not used to set their weights."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wearlab.accuracy import drawn
+from wearlab.accuracy.drawn import draw, score, summary
+from wearlab.scene import Scene
+from wearlab.scene.build import Parts, build
+from wearlab.simulation import simulate, twins
+from wearlab.simulation.end_of_life import above_nodes, end_of
+from wearlab.simulation.twins import carried, rough_parts
+
+SCENES = (0, 4, 6, 7, 8)
+"""Those that take a second or two; 1 and 3 have long references."""
+
+
+def test_values_carried_between_grids_keep_their_shape() -> None:
+    scene = draw(5, 0)
+    parts = build(scene)
+    rough = rough_parts(scene, parts)
+    assert rough is not None
+    fine, coarse = parts.kinds[0].analysis.grid, rough.kinds[0].analysis.grid
+    assert 0.4 < len(coarse.position) / len(fine.position) < 0.65
+    assert rough.vibration is None or len(rough.vibration.stages.grid.width) < 0.7 * len(
+        parts.vibration.stages.grid.width  # type: ignore[union-attr]
+    )
+    wave = np.stack([1.0 + (1e2 * fine.position) ** 3, np.sin(300.0 * fine.position)])
+    there = np.stack([1.0 + (1e2 * coarse.position) ** 3, np.sin(300.0 * coarse.position)])
+    found = carried(fine, wave, coarse)
+    np.testing.assert_allclose(found[0], there[0], rtol=1e-12)
+    np.testing.assert_allclose(found[1], there[1], atol=1e-4)
+
+
+def test_what_nodes_miss_of_the_deepest_place() -> None:
+    place = np.linspace(-1.0, 1.0, 41)
+    for middle in (0.51, -0.49, 0.99, -0.985):
+        missed = 2.0 - (2.0 - (place - middle) ** 2).max()
+        assert above_nodes(2.0 - (place - middle) ** 2) == pytest.approx(missed, rel=1e-9)
+    assert above_nodes(-np.abs(place)) == above_nodes(place) == above_nodes(-place) == 0.0  # corner and ends
+
+
+def test_the_end_of_a_life_is_told_by_the_flank_that_ends_it() -> None:
+    depth, rate = np.array([1.0, 3.0, 2.0, 9.0, 5.0, 1.0]), np.arange(6.0)
+    flank = np.repeat([0, 1], 3)
+    assert end_of(depth, rate, flank, slice(0, 3))[:2] == (3.0, 1.0)
+    assert end_of(depth, rate, flank, slice(0, 6))[:2] == (9.0, 3.0)
+    assert end_of(depth, rate, flank, slice(0, 6)).flanks.tolist() == [1]
+
+
+def test_estimates_bound_the_errors_and_do_not_exaggerate() -> None:
+    scores = [score(draw(7, number)) for number in SCENES]
+    found = summary(scores)
+    for name, count in (("wear_depth", 5), ("life", 5), ("mesh_force", 4)):
+        scenes, share, ratio = found[name]
+        assert scenes == count and share == 1.0 and 1.5 < ratio < 10.0, (name, found[name])
+
+
+def test_the_cost_is_that_of_a_quiet_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    def told(estimates: float, total: float) -> xr.Dataset:
+        return xr.Dataset({"run_time_estimates": estimates, "run_time_total": total})
+
+    later = iter([told(0.02, 0.12), told(0.01, 0.16), told(0.03, 0.15)])
+    monkeypatch.setattr(drawn, "_simulated", lambda scene: next(later))
+    assert drawn._cost(draw(7, 0), told(0.2, 0.4)) == pytest.approx(0.01 / 0.1)
+    assert drawn._cost(draw(7, 0), told(0.2, 1.2)) == pytest.approx(0.2)  # long enough
+
+
+def test_less_rough_twins_serve_where_the_rough_ones_fail(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, known = draw(7, 0), twins.rough_parts
+    usual = simulate(scene)
+    names = [name for name in usual.data_vars if str(name).startswith("error_estimate_")]
+    assert len(names) >= 2 and float(usual.run_time_estimates) > 0.0
+
+    def without_half(scene: Scene, parts: Parts, share: float = twins.COARSENED) -> Parts | None:
+        return None if share == twins.COARSENED else known(scene, parts, share)
+
+    monkeypatch.setattr(twins, "rough_parts", without_half)
+    other = simulate(scene)
+    for name in names:
+        assert 0.3 < float(other[name].values.flat[-1] / usual[name].values.flat[-1]) < 3.0, name
+    monkeypatch.setattr(twins, "rough_parts", lambda scene, parts, share=1.0: None)
+    none = simulate(scene)
+    for name in names:
+        assert np.isnan(none[name].values.flat[-1]), name

@@ -1,0 +1,95 @@
+"""Datasets of several conditions of operation as one: along ``duty``, or with the stages in order."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearlab.scene import Scene
+from wearlab.scene.duty import labels_of
+from wearlab.simulation.living import Lived
+
+Values = dict[str, Any]
+
+OF_THE_FLANKS = (
+    "contact_ratio",
+    "mesh_phase_offset",
+    "slow_error",
+    "error_weight",
+    "specific_sliding",
+    "mode_kind",
+)
+"""Variables that no torque or speed changes."""
+
+
+def along_duty(blocks: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Return the datasets of conditions that take turns as one, ``duty`` after ``update``."""
+    return _as_before(blocks[0], xr.concat(_alike(blocks), "duty", join="exact"), "duty")
+
+
+def in_order(stages: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Return the datasets of stages in order: states along ``update``, all else along ``stage``."""
+    alike = _alike(stages)
+    states = [one.drop_vars([name for name in one if "update" not in one[name].dims]) for one in alike]
+    others = [one.drop_vars([name for name in one if "update" in one[name].dims]) for one in alike]
+    joined = xr.concat(states, "update", join="exact").merge(xr.concat(others, "stage", join="exact"))
+    return _as_before(stages[0], joined, "stage")
+
+
+def _as_before(first: xr.Dataset, joined: xr.Dataset, new: str) -> xr.Dataset:
+    """Return the joined variables in their usual order of dimensions; what no condition alters without it."""
+    found = {}
+    for name, one in joined.data_vars.items():
+        if new in one.dims and name in OF_THE_FLANKS:
+            one = one.isel({new: 0})
+        elif new in one.dims:
+            old = [dim for dim in one.dims if dim not in ("update", new)]
+            one = one.transpose(*(dim for dim in ("update", new) if dim in one.dims), *old)
+        found[name] = one.assign_attrs(first[name].attrs if name in first else one.attrs)
+    return xr.Dataset(found)
+
+
+def _alike(each: Sequence[xr.Dataset]) -> list[xr.Dataset]:
+    """Return datasets of one shape: mesh periods that one response has not are NaN; without coordinates.
+
+    A variable that one condition lacks (another attractor) is NaN there.
+    """
+    bare = [one.drop_vars(list(one.coords)) for one in each]
+    names = dict.fromkeys(name for one in bare for name in one.data_vars)
+    periods = max((one.sizes.get("mesh_period", 0) for one in bare), default=0)
+    found = []
+    for one in bare:
+        if 0 < one.sizes.get("mesh_period", 0) < periods:
+            one = one.pad(mesh_period=(0, periods - one.sizes["mesh_period"]), constant_values=np.nan)
+        for name in names:
+            if name not in one:
+                other = next(two[name] for two in bare if name in two)
+                shape = [one.sizes.get(dim, other.sizes[dim]) for dim in other.dims]
+                one = one.assign({name: (other.dims, np.full(shape, np.nan))})
+        found.append(one)
+    return found
+
+
+def condition_coordinates(scene: Scene, lived: Lived) -> Values:
+    """Return the coordinates that tell the conditions of operation, none where there is but one."""
+    operation = scene.operation
+    if operation.blocks:
+        blocks = operation.blocks
+        total = sum(block.share for block in blocks)
+        return {
+            "duty": np.arange(1, len(blocks) + 1),
+            "duty_torque": [block.torque for block in blocks],
+            "duty_speed": [block.speed for block in blocks],
+            "duty_share": [block.share / total for block in blocks],
+        }
+    if operation.stages:
+        reached = operation.stages[: len(lived.stages)]
+        labels = np.array(labels_of(operation.stages))
+        return {
+            "stage": list(labels[: len(reached)]),
+            "stage_torque": [stage.torque for stage in reached],
+            "stage_speed": [stage.speed for stage in reached],
+            "update_stage": list(labels[lived.of]),
+        }
+    return {}

@@ -1,0 +1,242 @@
+"""The life of a scene: its initial wear, then stage after stage to the end."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.life.history import History, history, single_state, worn_by_law
+from wearlab.life.limits import Limits, Snapshots, StopWear
+from wearlab.life.march import Life
+from wearlab.life.state import Coupled, Wear
+from wearlab.scene import Scene
+from wearlab.scene.build import Parts
+from wearlab.scene.build.contact import measured_wear
+from wearlab.scene.build.wear import build_limits, build_snapshots, build_step
+from wearlab.simulation.continued import continued_wear
+from wearlab.simulation.errors import Refused
+from wearlab.simulation.operating import Stage
+from wearlab.wear.initial import quadratic, uniform
+
+Array = NDArray[np.float64]
+
+MOST_WORK = 2e10
+"""Bound on the work of one march over cycles at a tolerance of 1e-3, in units of 10 to 40 nanoseconds."""
+OF_A_STEP = 10
+"""Units of a right-hand side that do not grow with the square of the coordinates."""
+
+
+class Lived(NamedTuple):
+    """The life of a scene.
+
+    Parameters
+    ----------
+    whole : all kept states, cycles counted from the first
+    stages : each stage from its own first state, cycles counted from there; those that were reached
+    of : (n_updates,) number of the stage that each kept state belongs to, from 0
+    seconds : (n_updates,) operating time [s], NaN where nothing turns
+    """
+
+    whole: History
+    stages: tuple[History, ...]
+    of: NDArray[np.int64]
+    seconds: Array
+
+    def kept(self, stage: int) -> History:
+        """Return the kept states of one stage, cycles counted from its beginning."""
+        own = self.stages[stage]
+        if stage == 0:
+            return own
+        return own._replace(cycle=own.cycle[1:], state=own.state[1:])
+
+
+def live(scene: Scene, parts: Parts) -> History:
+    """March the wear of a scene in one condition to its end, or evaluate its one state."""
+    wear, worn_first = initial_wear(scene, parts)
+    if scene.wear is None or scene.wear.until is None:
+        return single_state(parts.coupling, wear)._replace(worn_first=worn_first)
+    limits = build_limits(scene, parts.gears, parts.coupling)
+    return _marched(scene, parts, parts.coupling, wear, limits)._replace(worn_first=worn_first)
+
+
+def live_through(scene: Scene, stages: Sequence[Stage]) -> Lived:
+    """March the wear of a scene through all its stages, or evaluate its one state.
+
+    Raises
+    ------
+    StopWear
+        When the first state itself cannot run.
+    """
+    first = stages[0]
+    wear, worn_first = initial_wear(scene, first.first, first.coupling)
+    if scene.wear is None or (scene.wear.until is None and not scene.operation.stages):
+        only = single_state(first.coupling, wear)._replace(worn_first=worn_first)
+        return Lived(only, (only,), np.zeros(1, np.int64), np.zeros(1))
+    found: list[History] = []
+    cycles, seconds, reason = 0.0, 0.0, ""
+    for stage in stages:
+        limits, ends = _limits(scene, stage, cycles, seconds)
+        try:
+            lived = _marched(scene, stage.first, stage.coupling, wear, limits, cycles)
+        except StopWear as stop:
+            if not found:
+                raise
+            reason = stop.reason
+            break
+        found.append(lived)
+        assert lived.life is not None
+        wear = stage.coupling.split(lived.life.depth[-1])
+        cycles += float(lived.life.cycle[-1])
+        seconds += _seconds(stage, float(lived.life.cycle[-1]))
+        reason = lived.life.end_reason
+        if reason != "cycles" or ends:
+            break
+    found[0] = found[0]._replace(worn_first=worn_first)
+    return _joined(found, stages, reason)
+
+
+def _seconds(stage: Stage, cycles: float) -> float:
+    return cycles * 2 * np.pi / stage.speed if stage.speed > 0.0 else np.nan
+
+
+def _limits(scene: Scene, stage: Stage, cycles: float, seconds: float) -> tuple[Limits, bool]:
+    """Return where a stage ends, and whether the scene ends with its cycles."""
+    gears = stage.first.gears
+    if scene.wear is not None and scene.wear.until is not None:
+        limits = build_limits(scene, gears, stage.coupling, stage.speed, (cycles, seconds))
+    else:
+        limits = Limits()
+    if stage.cycles is None:
+        return limits, True
+    if limits.cycles is not None and limits.cycles <= stage.cycles:
+        return limits, True
+    return limits._replace(cycles=stage.cycles), False
+
+
+def _marched(
+    scene: Scene, parts: Parts, coupling: Coupled, wear: Wear, limits: Limits, before: float = 0.0
+) -> History:
+    return history(
+        coupling,
+        wear,
+        limits=limits,
+        method=build_step(scene),
+        snapshots=_after(build_snapshots(scene, parts.gears, coupling), before),
+        tolerance=scene.numerics.cycle_tolerance or scene.numerics.tolerance,
+        most_work=_most_work(scene, parts),
+    )
+
+
+def _most_work(scene: Scene, parts: Parts) -> float:
+    """Return the right-hand sides after which a life ends."""
+    if scene.numerics.most_right_hand_sides is not None:
+        return float(scene.numerics.most_right_hand_sides)
+    if parts.vibration is None:
+        return np.inf
+    each = len(parts.vibration.system.load) ** 2 + OF_A_STEP
+    return MOST_WORK / each * max(1.0, (1e-3 / scene.numerics.tolerance) ** 0.5)
+
+
+def _after(snapshots: Snapshots, cycles: float) -> Snapshots:
+    """Return snapshots counted from a later cycle; states passed before are no longer asked for."""
+    left = tuple(cycle - cycles for cycle in snapshots.cycles if cycle > cycles)
+    return snapshots._replace(cycles=left, only=snapshots.asked)
+
+
+def _joined(found: list[History], stages: Sequence[Stage], reason: str) -> Lived:
+    """Return histories one after another; a later stage's first state is the end of the stage before."""
+    lasted = [float(_life(one).cycle[-1]) for one in found]
+    starts = np.cumsum([0.0, *lasted])
+    clock = np.cumsum([0.0, *(_seconds(stage, n) for stage, n in zip(stages, lasted, strict=False))])
+    skip = [0] + [1] * (len(found) - 1)
+    whole = History(
+        np.concatenate([start + one.cycle[k:] for start, one, k in zip(starts, found, skip, strict=False)]),
+        tuple(state for one, k in zip(found, skip, strict=True) for state in one.state[k:]),
+        _one_life([_life(one) for one in found], starts, reason),
+        found[0].worn_first,
+    )
+    seconds = [
+        before + np.array([_seconds(stage, float(cycle)) for cycle in one.cycle[k:]])
+        for before, stage, one, k in zip(clock, stages, found, skip, strict=False)
+    ]
+    of = np.repeat(np.arange(len(found)), [len(one.cycle) - k for one, k in zip(found, skip, strict=True)])
+    return Lived(whole, tuple(found), of, np.concatenate(seconds))
+
+
+def _life(lived: History) -> Life:
+    assert lived.life is not None
+    return lived.life
+
+
+def _one_life(lives: list[Life], starts: Array, reason: str) -> Life:
+    """Return marches one after another as one."""
+    if len(lives) == 1:
+        return lives[0]
+    end = np.cumsum([0.0, *(float(one.accumulated_error[-1]) for one in lives[:-1])])
+    begun = list(zip(lives, starts, strict=False))
+
+    def row(name: str, before: Sequence[float] | Array) -> Array:
+        each = [getattr(one, name) + b for one, b in zip(lives, before, strict=False)]
+        return np.concatenate([each[0], *(one[1:] for one in each[1:])])
+
+    none = np.zeros(len(lives))
+    return replace(
+        lives[-1],
+        cycle=row("cycle", starts),
+        depth=row("depth", none),
+        rate=row("rate", none),
+        error=row("error", none),
+        accumulated_error=row("accumulated_error", end),
+        snapshot_cycle=np.concatenate([one.snapshot_cycle + start for one, start in begun]),
+        snapshot_depth=np.concatenate([one.snapshot_depth for one in lives]),
+        end_reason=reason,
+        jumps=tuple(jump._replace(cycle=jump.cycle + start) for one, start in begun for jump in one.jumps),
+        saw_tooth=any(one.saw_tooth for one in lives),
+        wave_growth=max(one.wave_growth for one in lives),
+        count_rate_evaluations=sum(one.count_rate_evaluations for one in lives),
+        count_rejected=sum(one.count_rejected for one in lives),
+    )
+
+
+def initial_wear(scene: Scene, parts: Parts, coupling: Coupled | None = None) -> tuple[Wear, tuple[Any, ...]]:
+    """Return the wear before the first cycle, of every kind of mesh [m], and the lives that made it.
+
+    Parameters
+    ----------
+    scene, parts : the scene and its physics
+    coupling : by which flanks are worn that are to be worn by this law, that of ``parts`` where left out
+    """
+    if scene.start is not None:
+        return continued_wear(scene, parts), ()
+    wear = parts.coupling.unworn()
+    given = scene.wear
+    by_law: dict[str, tuple[slice, float]] = {}
+    for name in parts.gears.flanks:
+        flank = given.initial_of(name) if given is not None else None
+        if flank is None:
+            continue
+        kind, gear = parts.gears.flank(name)
+        position = parts.kinds[kind].analysis.grid.position
+        match getattr(flank, "shape", "measured"):
+            case "measured":
+                wear[kind][gear] = measured_wear(flank, parts.kinds[kind].pair, gear, position)
+            case "uniform":
+                wear[kind][gear] = uniform(position, flank.depth)
+            case "quadratic":
+                wear[kind][gear] = quadratic(position, flank.depth)
+            case _:
+                by_law[name] = parts.coupling.entries(kind, gear), flank.depth
+    if not by_law:
+        return wear, ()
+    try:
+        return worn_by_law(
+            coupling or parts.coupling,
+            wear,
+            by_law,
+            tolerance=scene.numerics.tolerance,
+            most_work=_most_work(scene, parts),
+        )
+    except ValueError as error:
+        raise Refused(str(error)) from error

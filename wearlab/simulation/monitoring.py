@@ -1,0 +1,137 @@
+"""What a vibration monitor reads off the meshes, computed only when ``[store] variables`` names it.
+
+The signal is the relative acceleration of both bodies along the line of action of one mesh. What repeats
+every mesh period are the mesh harmonics; all the rest, between them, are sidebands: slow errors that turn
+with their members (``errors.slow = "hunting"``), subharmonic and aperiodic responses. A sensor on the ring
+would also see planets pass; the signal of one mesh, in the carrier's frame, does not.
+"""
+
+import math
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.acceleration import mesh_acceleration_at, within_steps
+from wearlab.dynamics.response import Response, deflection_at
+from wearlab.life.state import WearState
+from wearlab.life.vibration import Vibration, hunting_grid
+from wearlab.mesh.stages import StageGrid
+from wearlab.scene.build import Parts
+from wearlab.simulation.label import padded
+
+Array = NDArray[np.float64]
+Values = dict[str, Array]
+Read = Callable[[Response, StageGrid, Array, NDArray[np.int64]], Array]
+
+HARMONICS, LINES = 40, 200
+"""Mesh orders that a spectrum covers at least, and lines that it has at least."""
+ACCELERATION, DEFLECTION = "mesh_acceleration", "mesh_deflection"
+STATISTICS = {
+    "rms": lambda a, w: np.sqrt(_mean(a**2, w)),
+    "peak_to_peak": lambda a, w: np.ptp(a, axis=(0, 2)),
+    "crest_factor": lambda a, w: _over(np.abs(a).max(axis=(0, 2)), np.sqrt(_mean(a**2, w))),
+    "kurtosis": lambda a, w: _over(_mean(a**4, w), _mean(a**2, w) ** 2),
+    "harmonic_energy": lambda a, w: _mean(a.mean(axis=0, keepdims=True) ** 2, w),
+    "sideband_energy": lambda a, w: _mean((a - a.mean(axis=0)) ** 2, w),
+}
+"""Of a signal (n_periods, n_mesh, n_nodes) and the weights of its nodes, (n_mesh,) each."""
+
+
+def monitoring_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
+    """Return what was asked for by name, along the wear states and, where there are any, the error angles."""
+    names, vibration = parts.requested, parts.vibration
+    if not names or vibration is None:
+        return {}
+    kept = math.lcm(*(_periods(vibration, one) for state in states for one in state.responses))
+    lines = np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
+    found = [
+        [_of_response(parts, vibration, one, names, lines) for one in state.responses] for state in states
+    ]
+    values = {name: _stacked([[one[name] for one in row] for row in found]) for name in names}
+    return values | ({"order": lines} if any(name.endswith("_orders") for name in names) else {})
+
+
+def _periods(vibration: Vibration, response: Response) -> int:
+    return len(response.state) * vibration.hunting
+
+
+def _of_response(
+    parts: Parts, vibration: Vibration, response: Response, names: Iterable[str], lines: Array
+) -> Values:
+    phase, segment, weight = within_steps(vibration.stages.grid)
+    values: Values = {}
+    acceleration = _signal(vibration, response, phase, segment, mesh_acceleration_at)
+    for name in names:
+        what = name.removeprefix(f"{ACCELERATION}_")
+        if name == ACCELERATION:
+            when = vibration.look(parts.phase)
+            stored = _signal(vibration, response, when.phase, when.segment, mesh_acceleration_at)
+            values[name] = stored.transpose(1, 0, 2)
+        elif name == f"{DEFLECTION}_orders":
+            deflection = _signal(vibration, response, phase, segment, lambda *at: deflection_at(*at)[0])
+            values[name] = order_lines(deflection, phase, weight, lines)
+        elif what == "orders":
+            values[name] = order_lines(acceleration, phase, weight, lines)
+        else:
+            values[name] = STATISTICS[what](acceleration, weight)
+    return values
+
+
+def _signal(
+    vibration: Vibration, response: Response, phase: Array, segment: NDArray[np.int64], read: Read
+) -> Array:
+    """Return what a response does at phases of every mesh period, (n_periods, n_mesh, n)."""
+    turns, grid = vibration.hunting, vibration.stages.grid
+    segments = int(grid.segment[-1]) + 1
+    over = np.repeat(np.arange(turns), len(phase))
+    found = read(
+        response, hunting_grid(grid, turns), np.tile(phase, turns) + over,
+        np.tile(segment, turns) + segments * over,
+    )  # fmt: skip
+    apart = found.reshape(*found.shape[:2], turns, len(phase)).transpose(0, 2, 1, 3)
+    return apart.reshape(-1, found.shape[1], len(phase))
+
+
+def order_lines(signal: Array, phase: Array, weight: Array, lines: Array) -> Array:
+    """Return the amplitudes of a signal on lines of the mesh order, (n_mesh, n_lines).
+
+    A signal of P periods has lines at multiples of 1/P; on others it is 0. The integrals are taken over the
+    nodes of the steps, so that a jump between two steps costs no accuracy.
+
+    Parameters
+    ----------
+    signal : (P, n_mesh, n_nodes)
+    phase, weight : (n_nodes,) phases in a mesh period and weights of a mean over it [1]
+    lines : (n_lines,) orders [1]
+    """
+    periods = len(signal)
+    count = np.rint(lines * periods).astype(int)
+    own = np.abs(count - lines * periods) < 1e-6
+    rest = np.exp(-2j * np.pi / periods * np.outer(np.arange(periods), phase))
+    turned = np.fft.fft(signal, axis=0) / periods * (rest * weight)[:, None]
+    whole, wave = np.exp(-2j * np.pi * phase), np.ones(len(phase), complex)
+    found = np.empty((int(count.max()) // periods + 1, periods, signal.shape[1]))
+    for order in found:
+        order[:] = 2.0 * np.abs(turned @ wave)
+        wave *= whole
+    amplitude = np.zeros((signal.shape[1], len(lines)))
+    amplitude[:, own] = found.reshape(-1, signal.shape[1])[count[own]].T
+    return amplitude
+
+
+def _mean(values: Array, weight: Array) -> Array:
+    return np.asarray((values @ weight).mean(axis=0))
+
+
+def _over(values: Array, size: Array) -> Array:
+    return np.divide(values, size, out=np.full_like(values, np.nan), where=size > 0.0)
+
+
+def _stacked(rows: list[list[Array]]) -> Array:
+    """Stack states and, where there are several, error angles; shorter responses are padded with NaN."""
+    flat = [one for row in rows for one in row]
+    same = len({one.shape for one in flat}) == 1
+    each = np.stack(flat) if same else padded(flat, 1)
+    angles = len(rows[0])
+    return each if angles == 1 else each.reshape(len(rows), angles, *each.shape[1:])

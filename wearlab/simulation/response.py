@@ -1,0 +1,153 @@
+"""The response over speed, named as the dataset names it."""
+
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.continuation import JumpOfResponse, Point
+from wearlab.life.state import WearState
+from wearlab.life.vibration import Vibration
+from wearlab.mesh.excitation import mesh_force
+from wearlab.scene import Scene
+from wearlab.scene.build import Parts
+from wearlab.scene.build.response import SpeedResponse, build_response
+from wearlab.simulation.vibration import separated, transmission_error
+
+Array = NDArray[np.float64]
+Values = dict[str, Any]
+
+SAMPLES = 64
+"""Samples of a mesh period."""
+LINES = 24
+"""Order lines between two mesh orders: all subharmonics down to 1/24 that divide it fall on lines."""
+ORDERS = 5
+
+
+def response_values(scene: Scene, parts: Parts, state: WearState) -> Values:
+    """Follow the response of one wear state over speed and return what is read off it."""
+    clock = time.perf_counter()
+    wanted = build_response(scene, parts, state)
+    branches = _branches(wanted)
+    jumps = [wanted.continuation.jumps(wanted.mesh_at, points) for points in branches]
+    ordered = [sorted(points, key=lambda point: point.speed) for points in branches]
+    rows = [[_described(wanted, point) for point in points] for points in ordered]
+    values = {
+        f"response_{name}": _stacked([[row[name] for row in one] for one in rows], name)
+        for name in rows[0][0]
+    }
+    account = parts.coupling.account
+    account.seconds["dynamics"] += time.perf_counter() - clock
+    for point in (point for points in branches for point in points):
+        account.counts["period_maps"] += point.response.counts.period_maps
+        account.counts["right_hand_sides"] += point.response.counts.right_hand_sides
+    labels: Values = {
+        "response_speed": wanted.speeds,
+        "direction": list(wanted.directions),
+        "order": np.arange(1, ORDERS * LINES + 1) / LINES,
+    }
+    return values | labels | _jump_values(jumps)
+
+
+def _branches(wanted: SpeedResponse) -> list[list[Point]]:
+    """Follow each direction; the second one starts where the first has ended."""
+    start = _loaded(wanted)
+    branches: list[list[Point]] = []
+    for direction in wanted.directions:
+        speeds = wanted.speeds if direction == "up" else wanted.speeds[::-1]
+        branches.append(wanted.continuation.follow(wanted.mesh_at, list(speeds), start))
+        start = branches[-1][-1].response.end
+    return branches
+
+
+def _loaded(wanted: SpeedResponse) -> Array:
+    """Return the state from which the first speed starts: the steady response there, (2n,)."""
+    first = wanted.speeds[0] if wanted.directions[0] == "up" else wanted.speeds[-1]
+    return wanted.continuation.method.solve(*wanted.mesh_at(float(first))).end
+
+
+def _described(wanted: SpeedResponse, point: Point) -> Values:
+    parts, response = wanted.parts, point.response
+    vibration = wanted.vibration(point.speed)
+    phases = np.arange(SAMPLES) / SAMPLES
+    where, when = parts.look(0, phases), vibration.look(phases)
+    deflection = vibration.deflection(response, when)[0][:, 0]
+    position, _ = vibration.coordinates(response, when)
+    touching = parts.coupling.touching(wanted.state)
+    force = np.stack([mesh_force(touching[0], where, row, vibration.backlash).elastic for row in deflection])
+    transmission = transmission_error(vibration, position)
+    if transmission is None:
+        transmission = deflection
+    static = parts.kinds[0].analysis.load
+    poincare = _strobed(vibration, point)
+    multiplier = abs(response.multipliers[0]) if len(response.multipliers) else np.nan
+    return {
+        "dynamic_factor": force.max() / static if static > 0.0 else np.nan,
+        "force_peak_to_peak": np.ptp(force),
+        "force_rms": force.std(),
+        "dte_peak_to_peak": np.ptp(transmission),
+        "dte_rms": transmission.std(),
+        "separation_fraction": separated(parts, vibration, touching, response)[0],
+        "orbit_period": response.period,
+        "multiplier": multiplier,
+        "dte_orders": order_amplitudes(transmission),
+        "force_orders": order_amplitudes(force),
+        "poincare_deflection": poincare[0],
+        "poincare_rate": poincare[1],
+    }
+
+
+def _strobed(vibration: Vibration, point: Point) -> tuple[Array, Array]:
+    """Return δ and its rate at phase 0 of the strobed states, (n_strobe,) each."""
+    response, direction = point.response, vibration.system.direction[0]
+    n = len(direction)
+    error, rate = response.tables.error[0, 0, 0], response.tables.error_rate[0, 0, 0]
+    deflection = point.strobe[:, :n] @ direction - error
+    return deflection, point.strobe[:, n:] @ direction - rate / response.mesh_period
+
+
+def order_amplitudes(values: Array) -> Array:
+    """Return amplitudes on the lines 1/24, 2/24 … 5 of the mesh order, (120,).
+
+    A response of m periods has exact lines at multiples of 1/m; each is written to the nearest of ours. An
+    aperiodic one is cut into pieces of 24 periods, whose powers are averaged.
+
+    Parameters
+    ----------
+    values : (m, n_phases) samples of m mesh periods
+    """
+    periods, phases = values.shape
+    pieces = [values.ravel()]
+    if periods > LINES:
+        count = periods // LINES
+        pieces, periods = list(values[: count * LINES].reshape(count, -1)), LINES
+    power = np.mean([np.abs(np.fft.rfft(piece) * 2.0 / len(piece)) ** 2 for piece in pieces], axis=0)
+    found = np.zeros(ORDERS * LINES + 1)
+    most = min(len(power) - 1, ORDERS * periods, periods * phases // 2)
+    for line in range(1, most + 1):
+        found[round(line * LINES / periods)] = np.sqrt(power[line])
+    return found[1:]
+
+
+def _stacked(rows: list[list[Any]], name: str) -> Array:
+    """Return (direction, speed, …), with the mesh before it where the schema has one."""
+    values = np.array(rows, float)
+    return values if name in ("orbit_period", "multiplier") else values[None]
+
+
+def _jump_values(jumps: list[list[JumpOfResponse]]) -> Values:
+    """Return the brackets of the jumps, padded with NaN; nothing when there is none."""
+    most = max(map(len, jumps))
+    if not most:
+        return {}
+    speed, extent = np.full((2, len(jumps), most, 2), np.nan)
+    for row, found in enumerate(jumps):
+        for column, jump in enumerate(found):
+            speed[row, column] = jump.before, jump.after
+            extent[row, column] = jump.extent_before, jump.extent_after
+    return {
+        "response_jump_speed": speed,
+        "response_jump_extent": extent,
+        "edge": ["before", "after"],
+    }

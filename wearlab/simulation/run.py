@@ -1,0 +1,127 @@
+"""A scene becomes its dataset."""
+
+import time
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearlab.dynamics.coexisting import Search
+from wearlab.gears.errors import GearError
+from wearlab.life.limits import StopWear
+from wearlab.scene import Scene
+from wearlab.scene.build.modes import build_modes
+from wearlab.simulation import static as named
+from wearlab.simulation import vibration as vibrating
+from wearlab.simulation.attractors import attractor_values, other_attractors
+from wearlab.simulation.calibration import Calibration, calibrated, calibrated_values
+from wearlab.simulation.conditions import along_duty, condition_coordinates, in_order
+from wearlab.simulation.continued import inherited_error
+from wearlab.simulation.errors import Refused
+from wearlab.simulation.estimates import Estimates, estimated
+from wearlab.simulation.exact import exact_values
+from wearlab.simulation.label import CONVENTIONS, labelled
+from wearlab.simulation.living import Lived, initial_wear, live, live_through
+from wearlab.simulation.operating import Stage, stages_of
+from wearlab.simulation.provenance import provenance
+from wearlab.simulation.response import response_values
+from wearlab.simulation.trust import trust_values
+from wearlab.simulation.twins import in_block
+
+__all__ = ["initial_wear", "live", "simulate"]
+
+LABELS: dict[str, Any] = {"axis": ["x", "y"], "part": ["real", "imaginary"]}
+ALONG_SPEED = ("response_speed", "direction", "order", "edge", "end")
+
+FIRST_STATE = {"section vanished": "a section of a tooth vanishes under its initial wear; give less of it"}
+
+
+def simulate(scene: Scene) -> xr.Dataset:
+    """Simulate one scene.
+
+    Parameters
+    ----------
+    scene : the scene
+
+    Returns
+    -------
+    Dataset of the run (SCENE §4).
+
+    Raises
+    ------
+    Refused
+        When no such gears can exist or run, with the reason.
+    """
+    begun, clock = time.time(), time.perf_counter()
+    try:
+        settled, calibration = calibrated(scene)
+        stages = stages_of(settled)
+        lived = live_through(settled, stages)
+    except GearError as error:
+        raise Refused(str(error)) from error
+    except StopWear as stop:
+        reason = FIRST_STATE.get(stop.reason, stop.reason)
+        raise Refused(f"the gears cannot run in their first state: {reason}") from stop
+    dataset = _dataset(settled, stages, lived, calibration, clock)
+    dataset.attrs = {"Conventions": CONVENTIONS, **provenance(scene, begun)}
+    return dataset
+
+
+def _dataset(
+    scene: Scene, stages: tuple[Stage, ...], lived: Lived, calibration: Calibration | None, clock: float
+) -> xr.Dataset:
+    """Return what every condition of operation says for itself, and what is the life's."""
+    reached = stages[: len(lived.stages)]
+    inherited = inherited_error(scene, stages[0].first)
+    estimates = [estimated(stage, own, inherited) for stage, own in zip(reached, lived.stages, strict=True)]
+    others: list[Search] = []
+    each = [
+        [_of_condition(stage, k, block, lived, estimates[k], others) for block in range(len(stage.parts))]
+        for k, stage in enumerate(reached)
+    ]
+    dataset = each[0][0]
+    if scene.operation.duty is not None:
+        dataset = along_duty(each[0])
+    elif scene.operation.stage is not None:
+        dataset = in_order([one for (one,) in each])
+    first, whole = stages[0].first, lived.whole
+    values = named.life_values(scene, whole, lived.seconds)
+    if scene.wear is not None:
+        values |= named.wear_values(first, whole.cycle, lived.seconds, whole.state)
+    if first.vibration is not None:
+        values["attractor"] = vibrating.attractor(whole)
+    values |= trust_values(reached, lived, estimates, others, calibration, inherited)
+    values |= calibrated_values(calibration)
+    coordinates = {"cycle": whole.cycle, **named.coordinates(first), **condition_coordinates(scene, lived)}
+    coordinates |= {name: values.pop(name) for name in ("mesh_cycles", "operating_hours") if name in values}
+    coordinates |= {name: labels for name, labels in LABELS.items() if name in dataset.dims}
+    if "mode" in dataset.dims:
+        coordinates["mode"] = np.arange(1, dataset.sizes["mode"] + 1)
+    values["run_time_total"] = time.perf_counter() - clock
+    common = labelled(values, coordinates, None)
+    dataset = dataset.assign(common.data_vars).assign_coords(common.coords)
+    return dataset[[name for name in dataset.data_vars if scene.store.keeps(str(name))]]
+
+
+def _of_condition(
+    stage: Stage, number: int, block: int, lived: Lived, estimates: Estimates, others: list[Search]
+) -> xr.Dataset:
+    """Return the contact, the dynamics and the errors of the kept states in one condition."""
+    scene, parts = stage.scenes[block], stage.parts[block]
+    own = in_block(lived.kept(number), block)
+    states = own.state
+    values = named.mesh_values(parts, states) | named.path_values(parts, states)
+    values |= exact_values(scene, parts, states)
+    if parts.vibration is not None:
+        values |= vibrating.dynamic_values(parts, states)
+        values |= vibrating.mode_values(build_modes(parts))
+        values["count_steps_per_period"] = len(parts.vibration.stages.grid.width)
+    if estimates.mesh_force is not None:
+        values["error_estimate_mesh_force"] = estimates.mesh_force[block][-len(states) :]
+    found = other_attractors(parts, states)
+    others += found
+    values |= attractor_values(found)
+    if scene.dynamics is not None and scene.dynamics.response is not None:
+        values |= response_values(scene, parts, states[0])
+    along = {name: values.pop(name) for name in ALONG_SPEED if name in values}
+    return labelled(values, along, None)

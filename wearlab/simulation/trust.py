@@ -1,0 +1,156 @@
+"""What a run says of itself: verdict, validity, error estimates, time and work."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.coexisting import Search
+from wearlab.life.history import History
+from wearlab.scene.build import Parts
+from wearlab.scene.build.contact import cut_short, reached_limits
+from wearlab.simulation.calibration import Calibration
+from wearlab.simulation.estimates import Estimates
+from wearlab.simulation.living import Lived
+from wearlab.simulation.operating import Stage
+from wearlab.simulation.twins import in_block
+
+Array = NDArray[np.float64]
+Values = dict[str, Any]
+
+ENDS_AS_ASKED = ("cycles", "depth")
+INSTEAD = (
+    'go on from this run with [start], let the static force wear (wear.load = "static"), or ask for '
+    "less with numerics.tolerance"
+)
+ENDS_OF_WORK = {
+    "evaluation limit": f"the life ends unfinished, after as many wear rates as a life may take: {INSTEAD}",
+    "work limit": "the life ends unfinished, after as many right-hand sides as a life may take: raise "
+    f"numerics.most_right_hand_sides, {INSTEAD}",
+}
+
+
+def trust_values(
+    stages: Sequence[Stage],
+    lived: Lived,
+    estimates: Sequence[Estimates],
+    searches: Sequence[Search] = (),
+    calibration: Calibration | None = None,
+    inherited: float = 0.0,
+) -> Values:
+    """Return verdict, validity, error estimates, run times and counts.
+
+    Parameters
+    ----------
+    stages : those that were reached
+    lived : the life through them
+    estimates : of each stage
+    searches : what the searches for other attractors of the states came to
+    calibration : how the wear coefficient was found, None where it was given
+    inherited : error of the wear that the run starts from [m]
+    """
+    each = [parts for stage in stages for parts in stage.parts]
+    told = () if calibration is None else (calibration.told,)
+    values: Values = {
+        "verdict": verdict(lived.whole, searches),
+        "validity": "\n".join(dict.fromkeys([*_flags(stages, lived), *_cut_off(searches), *told])),
+    }
+    life = lived.whole.life
+    if life is not None:
+        depth, of_life = accumulated(estimates, lived.whole, inherited)
+        values["error_estimate_wear_depth"] = depth
+        values["steps_cycle"] = life.cycle[1:]
+        values["count_wear_steps"] = life.count_steps
+        values["count_rejected_steps"] = life.count_rejected
+        if of_life is not None:
+            values["error_estimate_life"] = of_life
+    accounts = [parts.coupling.account for parts in each]
+    values |= {f"run_time_{stage}": sum(a.seconds[stage] for a in accounts) for stage in accounts[0].seconds}
+    return values | {f"count_{what}": sum(a.counts[what] for a in accounts) for what in accounts[0].counts}
+
+
+def accumulated(
+    estimates: Sequence[Estimates], whole: History, inherited: float = 0.0
+) -> tuple[Array, float | None]:
+    """Return the errors of wear depth (n_updates,) [m] and life [1] over all stages: errors add up.
+
+    What the run inherits from the one it goes on from [m] is added like an earlier stage.
+    """
+    before, depths = inherited, []
+    for number, one in enumerate(estimates):
+        assert one.wear_depth is not None
+        depths.append(before + one.wear_depth[1 if number else 0 :])
+        last, before = before, before + float(one.wear_depth[-1])
+    of_life, life = estimates[-1].life, whole.life
+    fastest = 0.0 if life is None else float(life.rate[-1].max(initial=0.0))
+    if of_life is not None and fastest > 0.0:
+        of_life += last / fastest
+    return np.concatenate(depths), of_life
+
+
+def _flags(stages: Sequence[Stage], lived: Lived) -> list[str]:
+    """Return the flags of every condition of operation."""
+    return [
+        flag
+        for stage, own in zip(stages, lived.stages, strict=True)
+        for block, parts in enumerate(stage.parts)
+        for flag in (*parts.validity, *scene_validity(parts, in_block(own, block)))
+    ]
+
+
+def _cut_off(searches: Sequence[Search]) -> list[str]:
+    cut = sum(search.cut_off for search in searches)
+    if not cut:
+        return []
+    return [
+        f"the search for coexisting attractors was cut off in {cut} of {len(searches)} states by its "
+        "bound on the work: ask for fewer snapshots, or look in single states by wear.initial"
+    ]
+
+
+def verdict(lived: History, searches: Sequence[Search] = ()) -> str:
+    """Return in one word what the run amounts to; what deviates most from an ordinary run wins.
+
+    Parameters
+    ----------
+    lived : the states
+    searches : what the searches for other attractors of the states came to
+    """
+    if lived.life is not None and lived.life.end_reason not in ENDS_AS_ASKED:
+        return "stopped"
+    responses = [response for state in lived.state for response in state.responses]
+    for word, holds in (
+        ("not converged", lambda v: not v.converged),
+        ("aperiodic", lambda v: not v.periodic),
+        ("non-unique", lambda v: not v.unique),
+        ("unstable", lambda v: v.attracting is False),
+    ):
+        if any(holds(response.verdict) for response in responses):
+            return word
+    return "coexisting" if any(one.rival is not None for one in searches) else "completed"
+
+
+def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
+    """Return limits of validity that show only once the scene has run."""
+    flags: list[str] = []
+    for kind, one in enumerate(parts.kinds):
+        state = max(lived.state, key=lambda state: float(state.kind[kind].static.deflection.max()))
+        found = state.kind[kind]
+        flags += reached_limits(
+            one.pair, one.analysis, state.wear[kind], found.nodes.gap, found.static.deflection
+        )
+        flags += cut_short(one.pair, one.analysis, found.nodes)
+    if parts.vibration is not None and len(parts.meshes) > 1:
+        flags.append("coexisting attractors of a set of several meshes are not looked for")
+    if lived.life is not None and lived.life.saw_tooth:
+        flags.append("saw-tooth: steps over cycles beyond the stability limit")
+    if lived.life is not None and lived.life.end_reason in ENDS_OF_WORK:
+        flags.append(ENDS_OF_WORK[lived.life.end_reason])
+    if lived.life is not None and lived.life.wave_growth > 0.0:
+        fold = float(lived.life.rate[0].max()) / lived.life.wave_growth
+        flags.append(
+            f"the flanks corrugate: waves of wear grow e-fold every {1e6 * fold:.3g} um of wear, so that "
+            "where they end is not foreseeable; only what they do on the average is"
+        )
+    return tuple(flags)

@@ -1,0 +1,303 @@
+"""The arrays of a gear set's steady responses, named as the dataset names them."""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.acceleration import within_steps
+from wearlab.dynamics.response import Response
+from wearlab.life.history import History
+from wearlab.life.load import equivalent_force
+from wearlab.life.state import WearState
+from wearlab.life.vibration import Vibration
+from wearlab.mesh.clock import Instants, look_within
+from wearlab.mesh.excitation import Touching, mesh_force
+from wearlab.mesh.harmonics import Harmonics, harmonics
+from wearlab.mesh.profile import Lookup
+from wearlab.scene.build import Parts
+from wearlab.scene.build.modes import SceneModes
+from wearlab.simulation.energy import energy_values, friction_force, moments
+from wearlab.simulation.label import padded
+from wearlab.simulation.monitoring import monitoring_values
+from wearlab.simulation.static import pair_slots
+
+Array = NDArray[np.float64]
+Values = dict[str, Any]
+
+SEPARATION_SAMPLES = 2048
+
+
+def dynamic_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
+    """Return the steady responses at the stored phases, and what is read off them.
+
+    Averaged slow errors that the set answers to make one response an angle, along ``error_angle``.
+    """
+    vibration = parts.vibration
+    assert vibration is not None
+    along_periods = {"bearing_force": 2, "pair_force": 2}
+    angles = len(states[0].responses)
+    each = []
+    for angle in range(angles):
+        found = [_response_values(parts, vibration, state, state.responses[angle]) for state in states]
+        each.append(
+            {
+                name: stacked([np.asarray(one[name]) for one in found], along_periods.get(name, 1))
+                for name in found[0]
+            }
+        )
+    asked = monitoring_values(parts, states)
+    if angles == 1:
+        return each[0] | asked
+    return {name: np.moveaxis(stacked([one[name] for one in each], None), 0, 1) for name in each[0]} | asked
+
+
+def stacked(arrays: list[Array], along: int | None) -> Array:
+    """Stack arrays; those that differ in length along the mesh periods are padded with NaN."""
+    if arrays[0].ndim == 0 or len({array.shape for array in arrays}) == 1:
+        return np.stack(arrays)
+    if along is None:
+        along = next(i for i in range(arrays[0].ndim) if len({array.shape[i] for array in arrays}) > 1)
+    return padded(arrays, along)
+
+
+def _response_values(parts: Parts, vibration: Vibration, state: WearState, response: Response) -> Values:
+    when = vibration.look(parts.phase)
+    deflection, rate = vibration.deflection(response, when)
+    position, velocity = vibration.coordinates(response, when)
+    touching = parts.coupling.touching(state)
+    found = [
+        _mesh_response(parts, vibration, touching, mesh, deflection[:, mesh], rate[:, mesh])
+        for mesh in range(len(parts.meshes))
+    ]
+    pairs = max(one["pair_force"].shape[0] for one in found)
+    for one in found:
+        short = pairs - one["pair_force"].shape[0]
+        one["pair_force"] = np.pad(one["pair_force"], ((0, short), (0, 0), (0, 0)))
+    values: Values = {name: np.stack([one[name] for one in found]) for name in found[0]}
+    transmission = transmission_error(vibration, position)
+    if transmission is not None:
+        series = _over_periods(transmission + parts.constant_error[0], parts.phase, parts.harmonics)
+        values["dynamic_transmission_error"] = (transmission + parts.constant_error[0])[None]
+        values["dte_harmonics"] = series.amplitude[None]
+        values["dte_rms"] = [series.rms]
+    means = [mean_moments(parts, vibration, touching, kind, response) for kind in range(len(touching))]
+    if parts.gears.planetary is not None:
+        values["mesh_load_factor"] = np.concatenate([load_factors(parts, k, m) for k, m in enumerate(means)])
+    values |= {
+        "separation_fraction": separated(parts, vibration, touching, response),
+        "response_period": response.period * vibration.hunting,
+        "floquet_multiplier": _as_parts(response, 2 * len(vibration.system.coordinates)),
+        "residual_mean_force": mean_force_residual(parts, [mine.analysis.load for mine in touching], means),
+        "residual_orbit": response.residual,
+        **energy_values(parts, vibration, response),
+    }
+    if parts.wohler_slope is not None:
+        equivalent = [
+            parts.gears.lever(k)
+            * equivalent_force(parts.kinds[k].analysis, one.weight, one.elastic, parts.wohler_slope)
+            for k, one in enumerate(state.kind)
+        ]
+        values["equivalent_load"] = [equivalent[mesh.kind] for mesh in parts.meshes]
+    if has_bearings(parts):
+        values["bearing_force"] = _bearing_force(parts, vibration, position, velocity)
+    return values
+
+
+def _mesh_response(
+    parts: Parts, vibration: Vibration, touching: list[Touching], mesh: int, deflection: Array, rate: Array
+) -> dict[str, Array]:
+    """Return what one mesh does at the stored phases, the mesh periods first (the pairs before them)."""
+    one, where = parts.meshes[mesh], parts.look(mesh, parts.phase)
+    mine = touching[one.kind]
+    forces = [mesh_force(mine, where, row, vibration.backlash_of(mesh)) for row in deflection]
+    elastic = np.stack([force.elastic for force in forces])
+    static = mine.analysis.load
+    values = {
+        "dynamic_mesh_force": elastic,
+        "mesh_damping_force": damping_force(vibration, mine, mesh, where, deflection, rate),
+        "mesh_deflection": deflection,
+        "mesh_deflection_rate": rate,
+        "pair_force": np.stack([pair_slots(force.pair, mine.analysis.grid) for force in forces], axis=1),
+        "poincare_deflection": deflection[:, 0],
+        "poincare_rate": rate[:, 0],
+        "mesh_force_min": np.asarray(elastic.min()),
+        "mesh_force_max": np.asarray(elastic.max()),
+        "dynamic_factor": np.asarray(elastic.max() / static if static > 0.0 else np.nan),
+    }
+    if parts.friction is not None:
+        values["friction_force"] = np.stack(
+            [friction_force(parts, mesh, mine, where, force.pair) for force in forces]
+        )
+    if mine.series is not None:
+        own = where.phase
+        values["excitation_stiffness"] = mine.series.stiffness.value(own)
+        values["excitation_error"] = mine.series.error.value(own) + one.error.value(own)
+    return values
+
+
+def damping_force(
+    vibration: Vibration, mine: Touching, mesh: int, where: Lookup, deflection: Array, rate: Array
+) -> Array:
+    """Return c δ̇, 0 in separation unless the damping acts always, (n_periods, n_phases) [N]."""
+    force = vibration.system.mesh_damping[mesh] * rate
+    if vibration.system.damping_always:
+        return force
+    return np.where(flanks_touch(mine, where, deflection, vibration.backlash_of(mesh)), force, 0.0)
+
+
+def flanks_touch(
+    mine: Touching, where: Lookup, deflection: Array, backlash: float | None
+) -> NDArray[np.bool_]:
+    """Return whether any flank, drive or back, is in contact, (n_periods, n_phases)."""
+    contact = drive_touches(mine, where, deflection)
+    return contact if backlash is None else contact | (deflection < -backlash)
+
+
+def drive_touches(mine: Touching, where: Lookup, deflection: Array) -> NDArray[np.bool_]:
+    """Return whether a drive flank is in contact, (n_periods, n_phases)."""
+    if mine.series is not None:
+        return np.asarray(deflection > 0.0)
+    _, gap, _ = mine.analysis.at(mine.nodes, where)
+    return np.asarray(deflection > gap.min(axis=1))
+
+
+def separated(parts: Parts, vibration: Vibration, touching: list[Touching], response: Response) -> Array:
+    """Return the fraction of time in which no drive flank of a mesh touches, (n_mesh,) [1]."""
+    phases = (np.arange(SEPARATION_SAMPLES) + 0.5) / SEPARATION_SAMPLES
+    deflection, _ = vibration.deflection(response, vibration.look(phases))
+    return np.array([
+        1.0 - np.mean(drive_touches(touching[one.kind], parts.look(mesh, phases), deflection[:, mesh]))
+        for mesh, one in enumerate(parts.meshes)
+    ])  # fmt: skip
+
+
+def mean_force_residual(parts: Parts, loads: list[float], moments_of: list[Array]) -> float:
+    """Return mean(elastic + damping) over the static force, minus one: the largest of the kinds of mesh.
+
+    Meshes of one kind share the load among them, so their mean is what the load decides. With friction the
+    moments on the gear whose torque is given count, and on a planet those of its two meshes.
+    """
+    means = [each.mean(axis=0) for each in moments_of]
+    if parts.friction is None:
+        found = [_relative(float(mean.mean()), load) for mean, load in zip(means, loads, strict=True)]
+    else:
+        loaded = _loaded_gear(parts)
+        found = [_relative(means[0][loaded], loads[0])]
+        found += (
+            [_relative(means[1][1 - _loaded_gear(parts, 1)], means[0][1 - loaded])] if len(means) > 1 else []
+        )
+    return max(found, key=abs)
+
+
+def _loaded_gear(parts: Parts, kind: int = 0) -> int:
+    """Return which gear of a mesh (0 driving, 1 driven) is not the planet; of a pair the driving one."""
+    pair = parts.kinds[kind].pair
+    return 1 if pair.driving.name == "planet" else 0
+
+
+def _relative(mean: float, load: float) -> float:
+    return mean / load - 1.0 if load > 0.0 else mean
+
+
+def load_factors(parts: Parts, kind: int, means: Array) -> Array:
+    """Return how much of its share of the load each mesh of a kind carries in the mean, (n_mesh,) [1]."""
+    own = means[:, _loaded_gear(parts, kind)]
+    return own / own.mean() if own.any() else np.full(len(own), np.nan)
+
+
+def mean_moments(
+    parts: Parts, vibration: Vibration, touching: list[Touching], kind: int, response: Response
+) -> Array:
+    """Return the mean moments of each mesh of a kind over base radius, (n_mesh, (driving, driven)) [N]."""
+    mine, grid = touching[kind], vibration.stages.grid
+    phase, segment, weight = within_steps(grid)
+    when, middle = Instants(phase, segment), grid.start + 0.5 * grid.width
+    found = []
+    for mesh in parts.coupling.kinds[kind].meshes:
+        lag = parts.meshes[mesh].lag
+        where = look_within(mine.analysis.grid, [lag], phase.reshape(len(middle), -1), middle)
+        deflection, rate = (values[:, mesh] for values in vibration.deflection(response, when))
+        forces = [mesh_force(mine, where, row, vibration.backlash_of(mesh)) for row in deflection]
+        damping = damping_force(vibration, mine, mesh, where, deflection, rate)
+        pair = np.stack([force.pair for force in forces])
+        back = np.stack([force.elastic for force in forces]) - pair.sum(axis=-1)
+        found.append(
+            [
+                (moments(parts, kind, gear, mine, where, pair, back + damping) @ weight).mean()
+                for gear in (0, 1)
+            ]
+        )
+    return np.array(found)
+
+
+def transmission_error(vibration: Vibration, position: Array) -> Array | None:
+    """Return r_b1 θ1 − r_b2 θ2 from the coordinates, (n_periods, n_phases) [m]; None for several meshes."""
+    names = vibration.system.coordinates
+    if len(vibration.system.direction) > 1:
+        return None
+    if "mesh.x" in names:
+        return position[:, names.index("mesh.x")]
+    driving, driven = (i for i, name in enumerate(names) if name.endswith(".u"))
+    return position[:, driving] - position[:, driven]
+
+
+def _over_periods(values: Array, phase: Array, count: int) -> Harmonics:
+    periods = len(values)
+    turned = (np.arange(periods)[:, None] + phase).ravel()
+    return harmonics(turned, np.full(values.size, 1.0 / values.size), values.ravel(), count)
+
+
+def has_bearings(parts: Parts) -> bool:
+    """Whether a member moves on its support."""
+    return parts.vibration is not None and any(
+        name.endswith((".x", ".y")) and not name.startswith("mesh.")
+        for name in parts.vibration.system.coordinates
+    )
+
+
+def _bearing_force(parts: Parts, vibration: Vibration, position: Array, velocity: Array) -> Array:
+    """Return −(k q + c q̇) of each member's translations, (member, axis, n_periods, n_phases) [N]."""
+    system, names = vibration.system, vibration.system.coordinates
+    force = np.zeros((len(parts.gears.members), 2, *position[:, 0].shape))
+    for row, member in enumerate(parts.gears.members):
+        for axis, letter in enumerate("xy"):
+            if f"{member}.{letter}" in names:
+                i = names.index(f"{member}.{letter}")
+                force[row, axis] = -(
+                    system.stiffness[i, i] * position[:, i] + system.damping[i, i] * velocity[:, i]
+                )
+    return force
+
+
+def _as_parts(response: Response, count: int) -> Array:
+    """Return the multipliers by descending modulus, (count, 2) real and imaginary, NaN when aperiodic."""
+    values = np.full((count, 2), np.nan)
+    found = response.multipliers[np.argsort(-np.abs(response.multipliers), kind="stable")]
+    values[: len(found)] = np.stack([found.real, found.imag], axis=1)
+    return values
+
+
+def mode_values(found: SceneModes) -> Values:
+    """Return natural frequencies and the speeds at which the mesh frequency meets them."""
+    values = {
+        "natural_frequency": found.modes.frequency,
+        "critical_speed": found.critical_speed[0],
+        "mode_participation": found.modes.participation.T,
+    }
+    return values if found.kinds is None else values | {"mode_kind": list(found.kinds)}
+
+
+def attractor(lived: History) -> NDArray[np.float64]:
+    """Return which branch each kept response is on, counted from 1 along the life, (n_updates,).
+
+    The count rises where the wear rate jumped, and where the period of the response changes.
+    """
+    jumps = [] if lived.life is None else [jump.cycle for jump in lived.life.jumps]
+    periods = [tuple(one.period for one in state.responses) for state in lived.state]
+    branch = [1]
+    for (before, after), (start, end) in zip(pairwise(periods), pairwise(lived.cycle), strict=True):
+        passed = sum(start < jump <= end for jump in jumps)
+        branch.append(branch[-1] + max(passed, int(before != after)))
+    return np.array(branch, float)
