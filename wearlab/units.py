@@ -93,6 +93,8 @@ ALIASES = {
     "°C": "degC",
     "%": "percent",
 }
+DIGITS = 12
+"""In which numbers are told apart: a scene keeps no more of them, and a condition asks for no more."""
 PER_MINUTE = ("1/min", "min^-1")
 ENERGIES = re.compile(r"joule|watt|calorie|volt|thermal_unit|erg")
 
@@ -150,6 +152,11 @@ def split(text: object, wanted: Kind | None = None) -> tuple[str, str]:
     if not match[2]:
         raise UnitError(f"{text!r} has no unit: write {example}")
     return match[1], match[2]
+
+
+def rounded(value: float) -> float:
+    """Return a number to the digits in which numbers are told apart."""
+    return float(f"{value:.{DIGITS}g}")
 
 
 def is_quantity(value: object) -> bool:

@@ -136,3 +136,16 @@ def test_wrong_conditions_are_refused(study, text, said):
     with pytest.raises(CampaignError) as caught:
         study(text)
     assert said in str(caught.value) and "study.toml: exclude" in str(caught.value)
+
+
+@pytest.mark.parametrize("told", ["200 N*m", "0.2 kN*m", "200000 N*mm"])
+def test_equality_in_every_unit(study, told):
+    campaign = study(f'exclude = ["torque = {told}"]' + SWEEPS)
+    assert torques_and_speeds(campaign) == [(100, 1000), (100, 2000), (300, 1000), (300, 2000)]
+
+
+@pytest.mark.parametrize("condition", ["speed >= 1000 rpm", "speed in [1000 1/min]", "speed <= 1000 rpm"])
+def test_the_speed_that_was_written_is_met(study, condition):
+    sweeps = '[[sweep]]\n"operation.speed" = ["999 rpm", "1000 rpm", "1001 rpm"]\n'
+    left = [speed for (speed,) in torques_and_speeds(study(f'exclude = ["{condition}"]\n{sweeps}'))]
+    assert 1000 not in left and len(left) in (1, 2)

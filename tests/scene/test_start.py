@@ -81,7 +81,7 @@ def test_a_case_of_a_campaign_is_a_run(tmp_path):
     )
     assert wl.load(child).cases[0].scene.start.run == wl.load(parent).cases[1].id
     for select, message in (
-        ("{ speed = 900 }", "not on the axis; there are 800.0, 1100.0"),
+        ("{ speed = 900 }", "not on the axis; there are 800, 1100 rpm"),
         ("{ torque = 1 }", "no axis"),
         ("{ }", "means 2 runs"),
     ):
@@ -104,3 +104,19 @@ def test_campaigns_that_continue_each_other(tmp_path):
 def test_which_flanks_a_member_has():
     assert is_replaced("planet-ring", ("planet",)) and is_replaced("planet-sun", ("planet",))
     assert is_replaced("ring", ("ring",)) and not is_replaced("planet-ring", ("ring",))
+
+
+@pytest.mark.parametrize("told", ['"1100 rpm"', '"115.191730632 rad/s"', '"1100 1/min"', "1100.0"])
+def test_select_understands_quantities(tmp_path, told):
+    parent = write(
+        tmp_path,
+        "parent.toml",
+        f'extends = "{BASE.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", "1100 rpm"]\n',
+    )
+    child = write(
+        tmp_path,
+        "child.toml",
+        f'extends = "{BASE.as_posix()}"\n'
+        f'start = {{ campaign = "parent.toml", select = {{ speed = {told} }}, cycle = 1e7 }}\n',
+    )
+    assert wl.load(child).cases[0].scene.start.run == wl.load(parent).cases[1].id

@@ -12,6 +12,7 @@ from wearlab.store.facts import first_cycle, largest_rate
 from wearlab.store.outcome import Outcome
 from wearlab.store.search import MOST_JOINS
 from wearlab.store.table import Column, Table
+from wearlab.units import quantity, rounded
 
 CYCLES = np.array([0.0, 1e6, 3e6])
 
@@ -238,9 +239,9 @@ def test_first_cycle_between_two_states():
 def test_a_largest_value_at_the_limit_is_beyond_it_or_not_as_the_sign_says(asked, monkeypatch):
     looked = []
 
-    def counting(sign, limit, values, cycles):
+    def counting(sign, limit, values, cycles, edge):
         looked.append(max(np.frombuffer(values)))
-        return first_cycle(sign, limit, values, cycles)
+        return first_cycle(sign, limit, values, cycles, edge)
 
     monkeypatch.setattr(search, "first_cycle", counting)
     largest = float(np.max(np.array([0.0, 10e-6, 30e-6]) * 2))
@@ -305,3 +306,28 @@ def test_a_catalogue_of_the_third_version_gets_rates(asked):
     connection.close()
     assert asked(where) == [2, 3]
     assert catalogue.read(rates + "WHERE k.kind = 'rate'") == before
+
+
+def test_runs_are_found_by_the_quantity_that_their_file_wrote(tmp_path):
+    """Forty runs at 1100 rpm, and three hundred at drawn speeds: equality asks the stored twelve digits."""
+    dice = np.random.default_rng(5)
+    store = Store(tmp_path / "store")
+    store.create()
+    texts = ["1100 rpm"] * 40 + [f"{speed:.7g} rpm" for speed in dice.uniform(10.0, 9999.0, 300)]
+    runs = []
+    for number, text in enumerate(texts):
+        kept = rounded(quantity(text, "speed"))
+        made = outcome(number, 1.0, None)
+        runs.append(replace(made, scene=json.dumps({"operation": {"speed": kept, "torque": kept}})))
+    store.catalogue.record(runs)
+    for where in ("speed = 1100 rpm", "speed = 115.191730632 rad/s", "speed in [1100 1/min, 7 rpm]"):
+        assert len(store.query(where)) == 40, where
+    assert len(store.query("speed between 1100 rpm and 1100 rpm")) == 40
+    assert len(store.query("speed >= 1100 rpm and not speed > 1100 rpm and 1100 rpm >= speed")) == 40
+    assert len(store.query("speed != 1100 rpm")) == 300
+    for number, text in enumerate(texts[40:], 40):
+        turns = f"{float(text.split()[0]) / 60!r} rev/s"
+        for told in (text, turns):
+            found = store.query(f"speed = {told} and speed <= {told} and speed >= {told}", columns=())
+            assert [int(row["id"], 16) for row in found] == [number], told
+            assert len(store.query(f"speed < {told}")) + len(store.query(f"speed > {told}")) == 339

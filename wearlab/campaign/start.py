@@ -4,10 +4,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wearlab.campaign.errors import CampaignError
+from wearlab.query.digits import index_of_quantity
 from wearlab.scene.merge import Table
 from wearlab.scene.problems import shown
 
 if TYPE_CHECKING:
+    from wearlab.campaign.axes import Axis
     from wearlab.campaign.campaign import Campaign
     from wearlab.campaign.cases import Case
 
@@ -61,7 +63,7 @@ def _selected(campaign: "Campaign", select: Any) -> "Case":
             raise CampaignError(
                 [f"start.select.{key}: no axis of {campaign.title!r}; there are {', '.join(valid)}"]
             )
-    wanted = {key: _index(axes[key].values, value, key) for key, value in select.items() if key != "case"}
+    wanted = {key: _index(axes[key], value) for key, value in select.items() if key != "case"}
     label = select.get("case", campaign.cases[0].label)
     found = {
         case.id: case
@@ -76,10 +78,15 @@ def _selected(campaign: "Campaign", select: Any) -> "Case":
     return next(iter(found.values()))
 
 
-def _index(values: tuple[Any, ...], wanted: Any, key: str) -> int:
-    for index, value in enumerate(values):
-        if value == wanted:
-            return index
-    raise CampaignError(
-        [f"start.select.{key}: {shown(wanted)} is not on the axis; there are {', '.join(map(str, values))}"]
-    )
+def _index(axis: "Axis", wanted: Any) -> int:
+    """Return where a value, or a quantity in any unit, stands on an axis."""
+    index = index_of_quantity(wanted, axis.values, axis.units, axis.key)
+    if index is None:
+        units = f" {axis.units}" if axis.units else ""
+        listed = ", ".join(
+            f"{value:.12g}" if isinstance(value, float) else str(value) for value in axis.values
+        )
+        raise CampaignError(
+            [f"start.select.{axis.name}: {shown(wanted)} is not on the axis; there are {listed}{units}"]
+        )
+    return index

@@ -87,8 +87,8 @@ def pick(grid: "xr.Dataset", ask: Ask, *, all_cases: bool) -> Picked:
 def _wanted(grid: "xr.Dataset", dim: str, ask: Ask, all_cases: bool) -> list[int]:
     values = list(grid[dim].values)
     if dim in ask.select:
-        units = grid[dim].attrs.get("units")
-        return index_of(ask.select[dim], values, dim, ask.name, units)
+        units, key = (grid[dim].attrs.get(name) for name in ("units", "key"))
+        return index_of(ask.select[dim], values, dim, ask.name, units, key or "")
     if dim == "case" and BASE in values and not (all_cases or "case" in (ask.hue, ask.rows, ask.cols, ask.x)):
         return [values.index(BASE)]
     return list(range(len(values)))

@@ -1,6 +1,5 @@
 """What ``select`` means: labels along dimensions, the nearest wear state by cycle."""
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -8,6 +7,7 @@ import numpy as np
 
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
+from wearlab.query.digits import index_of_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 STATE_COORDINATES = ("cycle", "mesh_cycles")
 
 
-def index_of(asked: Any, values: Sequence[Any], dim: str, name: str, units: str | None = None) -> list[int]:
+def index_of(
+    asked: Any, values: Sequence[Any], dim: str, name: str, units: str | None = None, key: str = ""
+) -> list[int]:
     """Return the indices of a label, or of a list of labels, along a dimension.
 
     Parameters
@@ -24,34 +26,19 @@ def index_of(asked: Any, values: Sequence[Any], dim: str, name: str, units: str 
     values : the labels there are
     dim, name : the dimension and the figure, for the message
     units : unit of the values, when they have one
+    key : dotted key of a scene that the values were given to, when they were
     """
     some = list(asked) if isinstance(asked, list | tuple) else [asked]
-    return [_one_index(label, values, dim, name, units) for label in some]
+    return [_one_index(label, values, dim, name, units, key) for label in some]
 
 
-def _one_index(label: Any, values: Sequence[Any], dim: str, name: str, units: str | None) -> int:
-    wanted = _number(label, units) if not isinstance(values[0] if len(values) else "", str) else label
-    for index, value in enumerate(values):
-        if value == wanted or (
-            _is_number(wanted) and _is_number(value) and math.isclose(wanted, value, rel_tol=1e-9)
-        ):
-            return index
+def _one_index(label: Any, values: Sequence[Any], dim: str, name: str, units: str | None, key: str) -> int:
+    index = index_of_quantity(label, values, units, key)
+    if index is not None:
+        return index
     unit = f" {units}" if units else ""
     shown = [f"{value:g}{unit}" if _is_number(value) else str(value) for value in values]
     raise FigureError(f"{name}: select.{dim} = {label!r} is not there; {choices(label, shown)}")
-
-
-def _number(label: Any, units: str | None) -> Any:
-    """Return a label as a number in the axis' unit where it is written as a quantity."""
-    if not isinstance(label, str) or not units:
-        return label
-    from wearlab.units import UnitError, convert, split
-
-    try:
-        number, unit = split(label)
-        return convert(float(number), unit, units)
-    except UnitError:
-        return label
 
 
 def _is_number(value: Any) -> bool:

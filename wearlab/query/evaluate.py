@@ -2,9 +2,11 @@
 
 import operator
 from collections.abc import Callable, Mapping
+from numbers import Real
 from typing import Any
 
 from wearlab.query.bind import Key
+from wearlab.query.digits import met
 from wearlab.query.grammar import DAY, All, Compare, Literal, Missing, Not, Some
 
 SIGNS: dict[str, Callable[[Any, Any], bool]] = {
@@ -40,8 +42,19 @@ def holds(condition: Any, values: Mapping[str, Any]) -> bool | None:
             one, other = _value(left, values), _value(right, values)
             if isinstance(right, Literal) and right.is_day and one is not None:
                 one = one[:DAY]
-            return None if one is None or other is None else SIGNS[sign](one, other)
+            return None if one is None or other is None else compared(sign, one, other)
     raise AssertionError(condition)
+
+
+def compared(sign: str, one: Any, other: Any) -> bool:
+    """Return ``one sign other``; numbers to the digits in which scenes are told apart."""
+    if sign != "contains" and _is_number(one) and _is_number(other):
+        return met(sign, one, other)
+    return SIGNS[sign](one, other)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def _joined(conditions: tuple[Any, ...], values: Mapping[str, Any], decisive: bool) -> bool | None:

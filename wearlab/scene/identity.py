@@ -11,9 +11,9 @@ from functools import cache
 from typing import Any
 
 from wearlab.scene.part import Part, Stored
+from wearlab.units import rounded
 
 MODEL_VERSION = 4
-DIGITS = 12
 WHOLE_BELOW = 2**53
 
 
@@ -95,11 +95,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float):
         return _number(value)
     return value
-
-
-def rounded(value: float) -> float:
-    """Return a number to the digits in which scenes are told apart."""
-    return float(f"{value:.{DIGITS}g}")
 
 
 def _number(value: float) -> float | int:

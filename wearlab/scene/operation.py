@@ -7,7 +7,6 @@ from pydantic import ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from wearlab.scene.duty import Duty, DutyBlock, OperationStage, Stages
-from wearlab.scene.identity import rounded
 from wearlab.scene.part import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -20,6 +19,7 @@ from wearlab.scene.part import (
     Torque,
     option,
 )
+from wearlab.units import rounded
 
 Central = Literal["pinion", "gear", "ring", "sun", "carrier"]
 ROLES: dict[str, dict[str, tuple[str, ...]]] = {

@@ -18,7 +18,6 @@ from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import PydanticCustomError
 
 from wearlab.scene.coefficient import Coefficient
-from wearlab.scene.identity import rounded
 from wearlab.scene.members import ALL_FLANKS, FLANKS, member_of
 from wearlab.scene.part import (
     NOT_NEGATIVE,
@@ -34,6 +33,7 @@ from wearlab.scene.part import (
     option,
 )
 from wearlab.scene.tables import read_profile
+from wearlab.units import rounded
 
 Positive = Annotated[Number, POSITIVE]
 PositiveDepth = Annotated[Depth, POSITIVE]

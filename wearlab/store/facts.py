@@ -119,7 +119,9 @@ def largest_rate(values: bytes, cycles: bytes) -> float:
     return max(rates, default=0.0)
 
 
-def first_cycle(sign: str, limit: float, values: bytes | None, cycles: bytes | None) -> float | None:
+def first_cycle(
+    sign: str, limit: float, values: bytes | None, cycles: bytes | None, edge: float | None = None
+) -> float | None:
     """Return the first cycle at which a history is beyond a limit, None when it never is.
 
     Between two wear states the history is taken as a straight line over cycles. Where it has several values
@@ -128,8 +130,9 @@ def first_cycle(sign: str, limit: float, values: bytes | None, cycles: bytes | N
     Parameters
     ----------
     sign : one of < <= > >=
-    limit : SI
+    limit : where the line is cut [SI]
     values, cycles : as the catalogue keeps them
+    edge : beyond which a value counts as beyond the limit, to the digits of identity [limit]
     """
     if values is None or cycles is None:
         return None
@@ -139,9 +142,10 @@ def first_cycle(sign: str, limit: float, values: bytes | None, cycles: bytes | N
         line = line[count:] if sign[0] == ">" else line[:count]
     is_beyond = SIGNS[sign]
     for i, value in enumerate(line):
-        if is_beyond(value, limit):
+        if is_beyond(value, limit if edge is None else edge):
             below = line[i - 1]
             if i == 0 or below != below or value == below:
                 return at[i]
-            return at[i - 1] + (limit - below) / (value - below) * (at[i] - at[i - 1])
+            share = min(max((limit - below) / (value - below), 0.0), 1.0)
+            return at[i - 1] + share * (at[i] - at[i - 1])
     return None

@@ -4,6 +4,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
+from wearlab.query.digits import edges
+from wearlab.query.evaluate import compared
 from wearlab.query.grammar import DAY, All, Compare, FirstCycle, Literal, Missing, Not, Some
 from wearlab.store.database import Database
 from wearlab.store.errors import StoreError
@@ -57,7 +59,8 @@ class Search:
             if kind not in MARKS
         ]
         self.vocabulary = Vocabulary([*named, *OWN_KEYS], ALIASES, _elsewhere)
-        catalogue.teach("first_cycle", 4, first_cycle)
+        catalogue.teach("first_cycle", 5, first_cycle)
+        catalogue.teach("met", 3, _met)
 
     def table(self, where: str, columns: Sequence[str] | None, sort: str | None, limit: int | None) -> Table:
         """Return the runs that meet a condition.
@@ -111,7 +114,7 @@ class _Question:
             base = search.numbers[driver.left.name] << SHIFT
             self.run = f"(d.place - {base})"
             tests.append(f"d.place BETWEEN {base} AND {base + (1 << SHIFT) - 1}")
-            tests.append(f"d.value {SIGNS[driver.sign]} {self.mark(driver.right.value)}")
+            tests.append(self.beside("d.value", driver.sign, driver.right.value))
         self.walks = driver is not None
         self.where = " AND ".join(tests + [self.condition(one) for one in rest])
 
@@ -155,12 +158,24 @@ class _Question:
         return self._test(tree.sign, self.value(left), tree.right)
 
     def _test(self, sign: str, left: str, right: Any) -> str:
-        other = self.mark(right.value) if isinstance(right, Literal) else self.value(right)
+        if not isinstance(right, Literal):
+            text = isinstance(right, Key) and right.kind != "number"
+            other = self.value(right)
+            return f"({left} {SIGNS[sign]} {other})" if text else f"met('{SIGNS[sign]}', {left}, {other})"
         if sign == "contains":
-            return f"(instr(lower({left}), lower({other})) > 0)"
-        if isinstance(right, Literal) and right.is_day:
+            return f"(instr(lower({left}), lower({self.mark(right.value)})) > 0)"
+        if right.is_day:
             left = f"substr({left}, 1, {DAY})"
-        return f"({left} {SIGNS[sign]} {other})"
+        return f"({self.beside(left, sign, right.value)})"
+
+    def beside(self, left: str, sign: str, value: Any) -> str:
+        """Return the test of an expression against a value; a number stands for all that equal it."""
+        if not _is_number(value):
+            return f"{left} {SIGNS[sign]} {self.mark(value)}"
+        low, high = edges(value)
+        if sign in ("=", "!="):
+            return f"{left} {'NOT ' * (sign == '!=')}BETWEEN {self.mark(low)} AND {self.mark(high)}"
+        return f"{left} {SIGNS[sign]} {self.mark(edge(sign, value))}"
 
     def value(self, operand: Any) -> str:
         """Return the expression of a key's value, or of a first cycle, for the run ``r``."""
@@ -186,10 +201,11 @@ class _Question:
         """Return the expression of a first cycle; where the largest value tells that there is none, NULL."""
         history, cycle = (self._looked_up(name + MARKS["history"]) for name in (inner.left.name, CYCLE))
         sign, limit = self.mark(inner.sign), self.mark(inner.right.value)
-        found = f"first_cycle({sign}, {limit}, {history}, {cycle})"
+        beyond = self.mark(edge(inner.sign, inner.right.value))
+        found = f"first_cycle({sign}, {limit}, {history}, {cycle}, {beyond})"
         if inner.sign not in (">", ">="):
             return found
-        return f"(CASE WHEN {self._fact(inner.left.name)} {SIGNS[inner.sign]} {limit} THEN {found} END)"
+        return f"(CASE WHEN {self._fact(inner.left.name)} {SIGNS[inner.sign]} {beyond} THEN {found} END)"
 
     def _looked_up(self, name: str) -> str:
         """Return the expression of a value that is read only where it is needed."""
@@ -229,11 +245,17 @@ def _driver(condition: Any, search: Search) -> tuple[Compare | None, list[Any]]:
 def _share(one: Compare, search: Search) -> float:
     """Return about which share of the runs meets a comparison, from the first and the last of them."""
     base = search.numbers[one.left.name] << SHIFT
+    low, high = edges(one.right.value) if _is_number(one.right.value) else (one.right.value,) * 2
+    test = {
+        "=": "value BETWEEN ?1 AND ?2",
+        "!=": "value NOT BETWEEN ?1 AND ?2",
+        **{"<": "value < ?1", ">=": "value >= ?1", "<=": "value <= ?2", ">": "value > ?2"},
+    }[one.sign]
     counts = [
         search.catalogue.read(
-            f"SELECT count(*), coalesce(sum(value {SIGNS[one.sign]} ?), 0) FROM (SELECT value FROM facts "
-            f"WHERE place BETWEEN ? AND ? ORDER BY place {order} LIMIT {SAMPLE})",
-            (one.right.value, base, base + (1 << SHIFT) - 1),
+            f"SELECT count(*), coalesce(sum({test}), 0) FROM (SELECT value FROM facts "
+            f"WHERE place BETWEEN ?3 AND ?4 ORDER BY place {order} LIMIT {SAMPLE})",
+            (low, high, base, base + (1 << SHIFT) - 1),
         )[0]
         for order in ("ASC", "DESC")
     ]
@@ -267,6 +289,23 @@ def _is_walkable(one: Any, search: Search) -> bool:
         and one.sign in SIGNS
         and one.left.name in search.numbers
     )
+
+
+def edge(sign: str, value: float) -> float:
+    """Return the number beyond which, by one of < <= > >=, values are as conditions mean it."""
+    low, high = edges(value)
+    return low if sign in ("<", ">=") else high
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, float | int) and not isinstance(value, bool)
+
+
+def _met(sign: str, one: Any, other: Any) -> bool | None:
+    """Return a comparison of two stored values for SQL, None where one is missing."""
+    if one is None or other is None:
+        return None
+    return compared({"<>": "!="}.get(sign, sign), one, other)
 
 
 def _named(tree: Any) -> list[Key]:

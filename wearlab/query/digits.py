@@ -1,0 +1,115 @@
+"""When two quantities are the same: by the digits in which scenes are told apart.
+
+A file says 1100 rpm, a scene keeps 115.191730632 rad/s, twelve digits of it. A condition that says 1100 rpm
+again, or 18.3333333333 rev/s, means that number: what a comparison asks is where a value stands beside all
+those that become the same twelve digits.
+"""
+
+import math
+from collections.abc import Sequence
+from numbers import Real
+from typing import Any, NamedTuple
+
+from wearlab.units import DIGITS, rounded
+
+ROUND_OFF = 4.0 * 2.0**-52  # relative, of a number that was converted from one unit to another
+HALF_A_DIGIT = 0.5 * 10.0 ** (1 - DIGITS)  # relative, where the leading digit is 1: there a digit is widest
+WHOLE = 10.0**DIGITS  # below it whole numbers have no digits that identity drops
+
+
+class Edges(NamedTuple):
+    """The lowest and the highest number that count as one."""
+
+    low: float
+    high: float
+
+
+def edges(value: float) -> Edges:
+    """Return between which numbers everything is the same as ``value``.
+
+    Parameters
+    ----------
+    value : SI; counts of more than twelve digits, such as seeds, are only themselves
+
+    Examples
+    --------
+    >>> low, high = edges(115.19173063162576)      # 1100 rpm
+    >>> low < 115.191730632 < high and not low < 115.191730633 < high
+    True
+    """
+    if not math.isfinite(value) or value == 0.0 or (abs(value) >= WHOLE and value == int(value)):
+        return Edges(value, value)
+    near, far = (rounded(abs(value) * (1.0 + sign * ROUND_OFF)) for sign in (-1.0, 1.0))
+    near -= _half_a_digit(near * (1.0 - HALF_A_DIGIT))  # below a power of ten, digits are finer
+    far += _half_a_digit(far)
+    return Edges(near, far) if value > 0.0 else Edges(-far, -near)
+
+
+def _half_a_digit(value: float) -> float:
+    """Return half a unit of the last digit that identity keeps."""
+    return HALF_A_DIGIT * 10.0 ** math.floor(math.log10(value))
+
+
+def met(sign: str, value: float, other: float) -> bool:
+    """Return whether ``value sign other`` holds to the digits of identity, sign one of < <= > >= = !=."""
+    low, high = edges(other)
+    match sign:
+        case "<":
+            return value < low
+        case "<=":
+            return value <= high
+        case ">":
+            return value > high
+        case ">=":
+            return value >= low
+        case "=":
+            return low <= value <= high
+    return not low <= value <= high
+
+
+def index_of_quantity(asked: Any, values: Sequence[Any], units: str | None, key: str = "") -> int | None:
+    """Return where a label stands among the values of an axis, None where it does not.
+
+    Parameters
+    ----------
+    asked : a label, a number, or a quantity with its unit
+    values : labels, or numbers in ``units``
+    units : of the values, None for plain ones
+    key : dotted key of a scene that the values were given to; tells that ``1/min`` are revolutions
+    """
+    wanted = _in_units(asked, units, key) if units else asked
+    for index, value in enumerate(values):
+        if value == wanted and isinstance(value, bool) == isinstance(wanted, bool):
+            return index
+    if not _is_number(wanted):
+        return None
+    gaps = [abs(value - wanted) if _is_number(value) else math.inf for value in values]
+    nearest = min(range(len(gaps)), key=gaps.__getitem__, default=None)
+    if nearest is None or not gaps[nearest] <= 2.0 * HALF_A_DIGIT * abs(wanted):
+        return None  # both the axis and what is asked may have been rounded
+    return nearest
+
+
+def _in_units(label: Any, units: str, key: str) -> Any:
+    """Return a quantity as a number in the units of an axis; anything else as it is."""
+    if not isinstance(label, str):
+        return label
+    from wearlab.query.scene_keys import quantity_at
+    from wearlab.units import KINDS, UnitError, convert, quantity, split
+
+    try:
+        number, unit = split(label)
+        try:
+            return float(convert(float(number), unit, units))
+        except UnitError:
+            kind = quantity_at(key) if key else None
+            if kind is None:
+                return label
+            one = quantity(f"1 {units}", kind) if KINDS[kind].unit != units else 1.0
+            return quantity(label, kind) / one
+    except UnitError:
+        return label
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
