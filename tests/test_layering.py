@@ -19,6 +19,8 @@ ROAD = (
         "compiled",
         "usual_units",
         "units",
+        "options",
+        "slots",
         "schema",
         "gears",
         "mesh",

@@ -5,10 +5,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import create_model
 
+from wearlab.options import Number, Part, option
 from wearlab.scene import Scene
 from wearlab.scene.identity import canonical, essence, stored
 from wearlab.scene.mesh import Mesh, OneMesh
-from wearlab.scene.part import Number, Part, option
 
 SUPPORT = {"radial_stiffness": "1150 N/um", "damping": "5360 N*s/m"}
 

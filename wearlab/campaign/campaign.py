@@ -15,10 +15,10 @@ from wearlab.campaign.estimates import BESIDE, ELSEWHERE, MOST_SCENES, SECTION, 
 from wearlab.campaign.exclusion import Excluded, read_conditions, without_excluded
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.inheritance import Inherited, inherit
+from wearlab.options import option
 from wearlab.scene import Scene
 from wearlab.scene.later import LATER_KEYS, later
 from wearlab.scene.merge import Table
-from wearlab.scene.part import option
 from wearlab.scene.problems import not_of_kind, shown
 
 OWN_KEYS = (

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from pydantic import BaseModel, ConfigDict
 
-from wearlab.scene.part import Count, Time, option
+from wearlab.options import Count, Time, option
 
 SECTION = "estimates"
 BESIDE = ("title", "reference", "metadata", SECTION)

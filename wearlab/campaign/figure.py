@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from wearlab.scene.part import option
+from wearlab.options import option
 
 Names = str | tuple[str, ...]
 

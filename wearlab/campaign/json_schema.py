@@ -15,8 +15,8 @@ from wearlab.campaign.estimates import SECTION, Estimates
 from wearlab.campaign.expect import VERDICTS
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.sampling import METHODS
+from wearlab.options import option
 from wearlab.scene import Scene
-from wearlab.scene.part import option
 from wearlab.units import convert, split
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"

@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 from typing import Any, get_args
 
+from wearlab.options import Unit
 from wearlab.query.bind import Key
 from wearlab.scene.lookup import field_at
-from wearlab.scene.part import Unit
 from wearlab.units import KINDS, split
 
 

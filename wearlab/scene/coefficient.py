@@ -5,9 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from wearlab.scene.identity import canonical
-from wearlab.scene.members import ALL_FLANKS, ALL_TOOTHED, TOOTHED
-from wearlab.scene.part import (
+from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
     Depth,
@@ -21,6 +19,8 @@ from wearlab.scene.part import (
     named,
     option,
 )
+from wearlab.scene.identity import canonical
+from wearlab.scene.members import ALL_FLANKS, ALL_TOOTHED, TOOTHED
 
 SOURCE = "Archard 1953"
 NAMES = (*dict.fromkeys((*ALL_TOOTHED, *ALL_FLANKS)), "carrier")

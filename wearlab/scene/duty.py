@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from wearlab.scene.part import NOT_NEGATIVE, POSITIVE, Number, Part, Speed, Stored, Torque, option
+from wearlab.options import NOT_NEGATIVE, POSITIVE, Number, Part, Speed, Stored, Torque, option
 from wearlab.scene.tables import TableError, duty_table, named_file, named_texts
 
 SUM_OF_SHARES = 1e-6

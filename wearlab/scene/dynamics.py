@@ -6,7 +6,7 @@ from annotated_types import Ge, Le
 from pydantic import BeforeValidator, Field, ValidationInfo, create_model
 from pydantic_core import PydanticCustomError
 
-from wearlab.scene.part import (
+from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
     Alternatives,

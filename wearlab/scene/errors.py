@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
+from wearlab.options import NOT_NEGATIVE, POSITIVE, Angle, Count, Depth, Part, option
 from wearlab.scene.members import MESHES, TOOTHED
-from wearlab.scene.part import NOT_NEGATIVE, POSITIVE, Angle, Count, Depth, Part, option
 
 
 def _listed(given: object) -> object:

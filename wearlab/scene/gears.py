@@ -7,7 +7,7 @@ from annotated_types import Ge, Gt, Lt
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from wearlab.scene.part import (
+from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
     Alternatives,

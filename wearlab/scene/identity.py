@@ -10,7 +10,7 @@ import json
 from functools import cache
 from typing import Any
 
-from wearlab.scene.part import Part, Stored
+from wearlab.options import Part, Stored
 from wearlab.units import rounded
 
 MODEL_VERSION = 4

@@ -5,8 +5,8 @@ from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
 
+from wearlab.options import Part
 from wearlab.scene.members import ALL_TOOTHED
-from wearlab.scene.part import Part
 
 Path = tuple[str, ...]
 MEMBERS = ALL_TOOTHED

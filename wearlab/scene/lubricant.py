@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from wearlab.scene.part import POSITIVE, Part, PressureViscosity, Viscosity, option
+from wearlab.options import POSITIVE, Part, PressureViscosity, Viscosity, option
 
 
 class Lubricant(Part):

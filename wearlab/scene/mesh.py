@@ -5,8 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from annotated_types import Ge
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
-from wearlab.scene.identity import canonical
-from wearlab.scene.part import (
+from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
     Alternatives,
@@ -20,7 +19,8 @@ from wearlab.scene.part import (
     named,
     option,
 )
-from wearlab.scene.part import SpringRate as MeshStiffness
+from wearlab.options import SpringRate as MeshStiffness
+from wearlab.scene.identity import canonical
 from wearlab.scene.stiffness import PotentialEnergyStiffness, Stiffness
 
 Combination = Literal["min", "max", "mean"]

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from annotated_types import Ge, Le, Lt
 
-from wearlab.scene.part import POSITIVE, Count, Number, Part, option
+from wearlab.options import POSITIVE, Count, Number, Part, option
 
 MOST = 1_000_000  # points; a state of the wear would take gigabytes
 DERIVED = "from the tolerance"

@@ -6,8 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from wearlab.scene.duty import Duty, DutyBlock, OperationStage, Stages
-from wearlab.scene.part import (
+from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
     Alternatives,
@@ -19,6 +18,7 @@ from wearlab.scene.part import (
     Torque,
     option,
 )
+from wearlab.scene.duty import Duty, DutyBlock, OperationStage, Stages
 from wearlab.units import rounded
 
 Central = Literal["pinion", "gear", "ring", "sun", "carrier"]

@@ -7,9 +7,9 @@ from typing import Any, get_args
 
 from pydantic import ValidationError
 
+from wearlab.options import Part, Unit
 from wearlab.scene.later import LATER_CHOICES, LATER_KEYS, later
 from wearlab.scene.lookup import MEMBERS, Path, chooser_at, nearest_place, parts_at, parts_in
-from wearlab.scene.part import Part, Unit
 from wearlab.units import KINDS
 
 LIMITS = {

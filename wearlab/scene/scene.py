@@ -8,6 +8,7 @@ from typing import Any, cast
 
 from pydantic import PrivateAttr, ValidationError, model_validator
 
+from wearlab.options import Part, option
 from wearlab.scene.dynamics import Dynamics
 from wearlab.scene.errors import Errors
 from wearlab.scene.gears import Gears
@@ -18,7 +19,6 @@ from wearlab.scene.merge import DropError, merge, nested, without
 from wearlab.scene.mesh import OWN_MESHES, Mesh
 from wearlab.scene.numerics import Numerics
 from wearlab.scene.operation import Operation
-from wearlab.scene.part import Part, option
 from wearlab.scene.problems import SceneError, problems_of
 from wearlab.scene.rules import broken_rules
 from wearlab.scene.start import Start, StartWear

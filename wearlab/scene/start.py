@@ -7,8 +7,8 @@ from annotated_types import Le
 from pydantic import AfterValidator, model_validator
 from pydantic_core import PydanticCustomError
 
+from wearlab.options import NOT_NEGATIVE, Alternatives, Number, Part, option
 from wearlab.scene.members import member_of
-from wearlab.scene.part import NOT_NEGATIVE, Alternatives, Number, Part, option
 
 ID = re.compile(r"[0-9a-f]{20,64}")
 

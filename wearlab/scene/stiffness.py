@@ -7,7 +7,7 @@ from pydantic import ConfigDict, Field, ValidationInfo, model_validator
 from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import PydanticCustomError
 
-from wearlab.scene.part import POSITIVE, Number, Part, SpringRate, Stored, named, option
+from wearlab.options import POSITIVE, Number, Part, SpringRate, Stored, named, option
 from wearlab.scene.tables import read_stiffness
 
 Of = Literal["pair", "mesh"]

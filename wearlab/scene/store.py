@@ -7,7 +7,7 @@ from annotated_types import MinLen
 from pydantic import AfterValidator
 from pydantic_core import PydanticCustomError
 
-from wearlab.scene.part import Part, option
+from wearlab.options import Part, option
 from wearlab.schema import ON_REQUEST, VARIABLES
 
 ALL = "all"

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic_core import PydanticCustomError
 
-from wearlab.scene.part import Stored
+from wearlab.options import Stored
 from wearlab.units import UnitError, convert
 
 ABSCISSAE = {"phase": "1", "path_position": "m"}

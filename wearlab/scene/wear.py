@@ -17,9 +17,7 @@ from pydantic import (
 from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import PydanticCustomError
 
-from wearlab.scene.coefficient import Coefficient
-from wearlab.scene.members import ALL_FLANKS, FLANKS, member_of
-from wearlab.scene.part import (
+from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
     Alternatives,
@@ -32,6 +30,8 @@ from wearlab.scene.part import (
     named,
     option,
 )
+from wearlab.scene.coefficient import Coefficient
+from wearlab.scene.members import ALL_FLANKS, FLANKS, member_of
 from wearlab.scene.tables import read_profile
 from wearlab.units import rounded
 

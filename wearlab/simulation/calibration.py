@@ -3,11 +3,11 @@
 import math
 from typing import NamedTuple
 
+from wearlab.options import Stored
 from wearlab.scene import Scene
 from wearlab.scene.build.wear import UNCALIBRATED
 from wearlab.scene.coefficient import CalibratedCoefficient, ConstantCoefficient
 from wearlab.scene.identity import canonical
-from wearlab.scene.part import Stored
 from wearlab.scene.store import Store
 from wearlab.scene.wear import Until
 from wearlab.simulation.errors import Refused

@@ -1,0 +1,203 @@
+"""What every choice of a scene is made of: frozen parts, options with a meaning, and values with a unit.
+
+A value comes from a campaign file, or from a scene that is already SI (``Stored``): the second kind needs
+no unit, since it was read once.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar
+
+from annotated_types import Ge, Gt
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    GetJsonSchemaHandler,
+    StrictBool,
+    WithJsonSchema,
+    model_validator,
+)
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, PydanticCustomError
+
+from wearlab.units import KINDS, UnitError, quantity
+
+HOUR = 3600.0  # s
+Alternatives = tuple[tuple[tuple[str, ...], ...], ...]
+
+
+class Stored(float):
+    """A number that a scene has already read: SI, or a plain number."""
+
+
+class Part(BaseModel):
+    """A frozen table of options; unknown keys are refused.
+
+    ``alternatives`` lists sets of keys that replace each other: keys of two of the sets are never given
+    together, and a file that gives one drops the other from what it extends. ``chooser`` is the key that
+    chooses among the parts of a union; ``per_member`` says that members may override it, table by table.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=False, allow_inf_nan=False)
+    alternatives: ClassVar[Alternatives] = ()
+    chooser: ClassVar[str] = "model"
+    per_member: ClassVar[bool] = False
+
+    def identifying(self) -> dict[str, Any]:
+        """Return the options that tell this part from others, by name."""
+        fields = type(self).model_fields
+        return {name: getattr(self, name) for name, field in fields.items() if not field.exclude}
+
+    @model_validator(mode="after")
+    def _one_alternative(self) -> "Part":
+        for groups in self.alternatives:
+            given = [g for g in groups if any(key in self.model_fields_set for key in g)]
+            given = [g for g in given if any(getattr(self, key) is not None for key in g)]
+            if len(given) > 1:
+                keys = [next(k for k in g if k in self.model_fields_set) for g in given]
+                raise PydanticCustomError(
+                    "alternatives", "give one of {keys}, not both", {"keys": " and ".join(map(repr, keys))}
+                )
+        return self
+
+
+def option(
+    default: Any,
+    meaning: str,
+    *,
+    derived: str | None = None,
+    source: str | None = None,
+    identity: bool = True,
+) -> Any:
+    """Declare an option: its default (``...`` when required), meaning, and where it comes from.
+
+    Parameters
+    ----------
+    default : the value when the key is absent; ``...`` when it is required
+    meaning : one sentence for ``wearlab schema``
+    derived : what an absent key means, when ``default`` is None
+    source : the paper, equation or standard behind it
+    identity : whether the value is part of the scene's identity
+    """
+    extra: dict[str, Any] = {"derived": derived, "source": source}
+    given = {key: text for key, text in extra.items() if text is not None}
+    return Field(default, description=meaning, json_schema_extra=given, exclude=None if identity else True)
+
+
+class Unit:
+    """Marks a value that is written with a unit; tells the JSON Schema which."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Describe the value as users write it: a text with a unit."""
+        kind = KINDS[self.kind]
+        signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+        limits = [f"{signs[key]} {limit:g}" for key, limit in handler(core).items() if key in signs]
+        described = {"type": "string", "kind": kind.name, "unit": kind.unit, "examples": [kind.example]}
+        return {**described, "limits": " and ".join(limits)} if limits else described
+
+
+def _reader(kind: str) -> Callable[[object], float]:
+    def read(value: object) -> float:
+        if isinstance(value, Stored):
+            return float(value)
+        try:
+            return quantity(value, kind)
+        except UnitError as error:
+            raise PydanticCustomError("unit", "{message}", {"message": str(error)}) from None
+
+    return read
+
+
+def _number(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise PydanticCustomError(
+            "number", "{value} is not a plain number: write it without quotes or unit", {"value": repr(value)}
+        )
+    if not math.isfinite(value):
+        raise PydanticCustomError("number", "{value} is not a finite number", {"value": repr(value)})
+    return float(value)
+
+
+def _count(value: object) -> int:
+    number = _number(value)
+    if number != int(number):
+        raise PydanticCustomError("count", "{value} is not a whole number", {"value": repr(value)})
+    return value if type(value) is int else int(number)
+
+
+def _hours(value: object) -> float:
+    return _reader("time")(value) / HOUR if isinstance(value, str) else _number(value)
+
+
+def _measured(kind: str) -> Any:
+    return Annotated[float, BeforeValidator(_reader(kind)), Unit(kind)]
+
+
+POSITIVE = Gt(0)
+NOT_NEGATIVE = Ge(0)
+
+Number = Annotated[float, BeforeValidator(_number)]
+Hours = Annotated[
+    float,
+    BeforeValidator(_hours),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "kind": "time", "unit": "s"}]}),
+]
+Count = Annotated[int, BeforeValidator(_count)]
+Switch = StrictBool
+
+Length = _measured("length")
+Depth = _measured("depth")
+Angle = _measured("angle")
+Speed = _measured("speed")
+Torque = _measured("torque")
+Power = _measured("power")
+Force = _measured("force")
+Mass = _measured("mass")
+Inertia = _measured("inertia")
+SpringRate = _measured("stiffness")
+TorsionalSpringRate = _measured("torsional stiffness")
+DampingRate = _measured("damping")
+TorsionalDampingRate = _measured("torsional damping")
+Pressure = _measured("pressure")
+Density = _measured("density")
+Viscosity = _measured("viscosity")
+PressureViscosity = _measured("pressure-viscosity coefficient")
+WearCoefficient = _measured("wear coefficient")
+Time = _measured("time")
+
+
+class Choice:
+    """Tells the JSON Schema that a choice may be written as its model's name alone."""
+
+    def __init__(self, chooser: str) -> None:
+        self.chooser = chooser
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Offer the names of models that require nothing else."""
+        table = handler(core)
+        parts = [handler.resolve_ref_schema(part) for part in table.get("oneOf", [table])]
+        plain = [p for p in parts if not set(p.get("required", [])) - {self.chooser}]
+        names = [part["properties"][self.chooser]["const"] for part in plain]
+        return {"anyOf": [{"enum": names}, table]} if names else table
+
+
+def named(default: str | None = None, chooser: str = "model") -> tuple[BeforeValidator, Choice]:
+    """Read a choice: a string means ``{model = string}``, a table without a model means the default's."""
+
+    def read(value: object) -> object:
+        if isinstance(value, str):
+            return {chooser: value}
+        if isinstance(value, dict) and chooser not in value and default is not None:
+            return {chooser: default, **value}
+        return value
+
+    return BeforeValidator(read), Choice(chooser)
