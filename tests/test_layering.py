@@ -124,11 +124,37 @@ def test_imports_run_one_way(module):
     assert backwards(source_of(module), module) == []
 
 
+def variants() -> tuple[str, ...]:
+    """Return the packages whose files are variants of a slot: a line ``Slot(…, __name__)`` makes one."""
+    found = [module for module in modules() if module.endswith(".__init__")]
+    return tuple(m.removesuffix(".__init__") for m in found if re.search(r"= Slot\(", source_of(m)))
+
+
 @pytest.mark.parametrize("module", [m for m in below("scene") if not m.startswith("wearlab.scene.build")])
 def test_sections_are_free_of_physics(module):
-    """Only ``scene/build`` turns sections into physics parts, and nobody in the room leans on it."""
-    names = [name for _, name in imported(source_of(module), module)]
+    """Of physics, sections know the options of variants; only ``scene/build`` knows more of it."""
+    names = [name for _, name in imported(source_of(module), module) if not name.startswith(variants())]
     assert [name for name in names if room(name) in PHYSICS or name.startswith("wearlab.scene.build")] == []
+
+
+def test_options_of_variants_compile_nothing():
+    assert "wearlab.wear.coefficients" in variants()
+    shown = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            "import sys, importlib, pkgutil\n"
+            f"for package in {variants()!r}:\n"
+            "    here = importlib.import_module(package)\n"
+            "    for one in pkgutil.iter_modules(here.__path__):\n"
+            "        importlib.import_module(f'{package}.{one.name}')\n"
+            "print(*sorted(sys.modules))",
+        ],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert {name.split(".")[0] for name in shown.stdout.split()} & HEAVY == set()
 
 
 @pytest.mark.parametrize("module", [*below(*PHYSICS), *below("compiled", "units", "schema")])

@@ -39,6 +39,10 @@ class SlotError(ValueError):
     """Two variants of a slot have one name."""
 
 
+class VariantError(ValueError):
+    """A variant's own physics gives what cannot be."""
+
+
 class Slot:
     """A place of a scene where one of several variants stands.
 
@@ -51,6 +55,7 @@ class Slot:
 
     def __init__(self, key: str, package: str, chooser: str = "model") -> None:
         self.key, self.package, self.chooser = key, package, chooser
+        self.base: type[Variant] | None = None
         self._known: dict[str, type[Variant]] = {}
         self._searched = False
 
@@ -78,19 +83,12 @@ class Slot:
         before = self._known.get(name)
         if before is not None and issubclass(variant, before):
             return
-        if before is not None and (before.origin and before.origin.file) != (
-            variant.origin.file if variant.origin else before.__module__
-        ):
+        if before is not None and (before.origin is None or before.source() != variant.source()):
             raise SlotError(
-                f"{self.key}: {self.chooser} {name!r} is there already, from "
-                f"{before.origin.file if before.origin else 'wearlab'}: give yours another name"
+                f"{self.key}: {self.chooser} {name!r} is there already, from {before.source()}: "
+                "give yours another name"
             )
         self._known[name] = variant
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Choose among the variants that are known now by the chooser."""
-        choices = {name: handler.generate_schema(part) for name, part in self.variants.items()}
-        return core_schema.tagged_union_schema(choices, self.chooser)
 
     def nearest(self, name: str) -> str | None:
         """Return the name of the variant spelled most like another name."""
@@ -98,22 +96,46 @@ class Slot:
 
 
 class Variant(Part):
-    """One of the variants of a slot; the class of its slot is the common base that names the slot."""
+    """One of the variants of a slot; the common base of a slot's variants stands for any of them."""
 
-    slot: ClassVar[Slot | None] = None
+    slot: ClassVar[Slot]
     origin: ClassVar[Origin | None] = None
+
+    @classmethod
+    def source(cls) -> str:
+        """Return where the variant comes from, in a word."""
+        return "wearlab" if cls.origin is None else cls.origin.file
+
+    @property
+    def chosen(self) -> str:
+        """The name by which a campaign file chooses this variant."""
+        return str(getattr(self, self.slot.chooser))
+
+    @classmethod
+    def is_slot(cls) -> bool:
+        """Whether this is the common base of a slot's variants, not one of them."""
+        return "slot" in cls.__dict__
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
         """Let the slot know of every class that names a variant."""
         super().__pydantic_init_subclass__(**kwargs)
-        if cls.slot is None:
+        if cls.is_slot():
+            cls.slot.base = cls
             return
         field = cls.model_fields.get(cls.slot.chooser)
         names = get_args(field.annotation) if field is not None else ()
         if len(names) == 1 and isinstance(names[0], str):
             cls.origin = _ORIGIN.get()
             cls.slot.add(cls, names[0])
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Choose among the variants known now, by the chooser, where the slot stands for any of them."""
+        if not cls.is_slot() or cls.slot.base is None:
+            return handler(source)
+        choices = {name: handler.generate_schema(part) for name, part in cls.slot.variants.items()}
+        return core_schema.tagged_union_schema(choices, cls.slot.chooser)
 
 
 @contextmanager

@@ -219,6 +219,6 @@ def test_a_choice_without_default_must_be_made(table):
     with pytest.raises(SceneError) as caught:
         Scene.from_mapping(table)
     assert caught.value.problems == (
-        "scene.wear.coefficient.pinion: required key 'model': one of 'constant', 'hardness', "
-        "'janakiraman', 'calibrated'",
+        "scene.wear.coefficient.pinion: required key 'model': one of 'calibrated', 'constant', "
+        "'hardness', 'janakiraman'",
     )

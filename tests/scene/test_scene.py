@@ -4,11 +4,12 @@ import pickle
 import pytest
 
 from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
-from wearlab.scene.coefficient import ConstantCoefficient, HardnessCoefficient
 from wearlab.scene.dynamics import Spur3dofDynamics, TorsionalDynamics
 from wearlab.scene.mesh import DisplacementContact, FourierExcitation, PairsExcitation
 from wearlab.scene.stiffness import ConstantStiffness, PotentialEnergyStiffness
 from wearlab.scene.wear import AdaptiveStep, EulerStep
+from wearlab.wear.coefficients.constant import ConstantCoefficient
+from wearlab.wear.coefficients.hardness import HardnessCoefficient
 
 
 def test_values_are_si(table):

@@ -11,8 +11,12 @@ from wearlab.wear.archard import (
     mean_pressure,
     peak_pressure,
 )
-from wearlab.wear.coefficient import Constant
-from wearlab.wear.law import WearLaw, prepare, wear_rate
+from wearlab.wear.law import FlankLaw, WearLaw, prepare, wear_rate
+from wearlab.wear.setting import PowerOfLoad
+
+
+def constant(k, factor=1.0):
+    return FlankLaw(PowerOfLoad(np.full(201, k), 0.0), factor)
 
 
 def test_hertz_pressure_carries_the_load(l16):
@@ -58,7 +62,7 @@ def test_one_pass_is_archard_integrated_over_the_passing_contact(l16):
             half_time,
             epsabs=0.0,
         )[0]
-        rate = wear_rate(prepare(WearLaw((Constant(k), Constant(k))), path), np.full(201, force))
+        rate = wear_rate(prepare(WearLaw((constant(k), constant(k))), path), np.full(201, force))
         assert rate[gear, i] == pytest.approx(worn, rel=1e-8, abs=0.0)
 
 
@@ -74,7 +78,7 @@ def test_kernel_against_numpy_with_unequal_gears(make_path):
 def test_static_wear_closed_form_and_its_symmetry(l16):
     """Equal gears under equal load: each flank is the mirror image of the other; h(A)/h(E) from ρ alone."""
     s, path = l16
-    rate = wear_rate(prepare(WearLaw((Constant(2e-18), Constant(2e-18))), path), np.full(201, 1000.0))
+    rate = wear_rate(prepare(WearLaw((constant(2e-18), constant(2e-18))), path), np.full(201, 1000.0))
     rho = 0.075 * np.sin(np.radians(20.0))
     assert rate[0] == pytest.approx(2e-18 * (1000.0 / 20e-3) * np.abs(2 * s / (rho + s)), rel=1e-9, abs=0.0)
     assert rate[0] == pytest.approx(rate[1, ::-1], rel=1e-9, abs=0.0)
@@ -83,7 +87,7 @@ def test_static_wear_closed_form_and_its_symmetry(l16):
 
 def test_options_are_their_factors(l16):
     _, path = l16
-    force, parts = np.full(201, 1000.0), (Constant(1e-18), Constant(1e-18, factor=3.0))
+    force, parts = np.full(201, 1000.0), (constant(1e-18), constant(1e-18, factor=3.0))
     plain = wear_rate(prepare(WearLaw(parts), path), force)
     peak = wear_rate(prepare(WearLaw(parts, pressure_factor=PEAK_PRESSURE), path), force)
     cosine = wear_rate(prepare(WearLaw(parts, projection=OverCosine()), path), force)

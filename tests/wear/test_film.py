@@ -1,9 +1,7 @@
 import numpy as np
 import pytest
 
-from wearlab.wear.coefficient import Constant
 from wearlab.wear.film import Film, composite_rq, film_factor, film_thickness
-from wearlab.wear.law import WearLaw, film_along
 
 FILM = Film(viscosity=0.012, pressure_viscosity=1.6e-8, roughness=0.5e-6)
 
@@ -58,13 +56,3 @@ def test_film_factor_limits_and_continuity():
 
 def test_roughness_is_rms_of_both():
     assert composite_rq([0.3e-6, 0.4e-6]) == pytest.approx(0.625e-6, rel=1e-6, abs=0.0)
-
-
-def test_film_along_is_absent_without_film(l16):
-    _, path = l16
-    force = np.full(201, 1000.0)
-    parts = (Constant(1e-18), Constant(1e-18))
-    assert film_along(WearLaw(parts), path, force) is None
-    thickness, ratio, factor = film_along(WearLaw(parts, FILM), path, force)
-    assert ratio == pytest.approx(thickness / 0.5e-6, rel=1e-6, abs=0.0)
-    assert np.array_equal(factor, film_factor(ratio))

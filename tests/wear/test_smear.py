@@ -3,9 +3,9 @@ import pytest
 from scipy.integrate import quad
 
 from wearlab.wear.archard import contact_half_width
-from wearlab.wear.coefficient import Constant
-from wearlab.wear.law import WearLaw, prepare, wear_rate
+from wearlab.wear.law import FlankLaw, WearLaw, prepare, wear_rate
 from wearlab.wear.path import wear_path
+from wearlab.wear.setting import PowerOfLoad
 from wearlab.wear.smear import average_over_contact_width, cell_edges
 
 
@@ -77,7 +77,7 @@ def test_running_average_against_quadrature(make_path):
 def test_in_the_law_it_uses_the_hertz_width(make_path):
     _, path = make_path()
     force = np.full(201, 2000.0)
-    parts = (Constant(1e-18), Constant(1e-18))
+    parts = (FlankLaw(PowerOfLoad(np.full(path.equivalent_radius.shape, 1e-18), 0.0)),) * 2
     plain = wear_rate(prepare(WearLaw(parts), path), force)
     smeared = wear_rate(prepare(WearLaw(parts, average_over_contact_width=True), path), force)
     assert smeared == pytest.approx(

@@ -227,9 +227,9 @@ class Coupling(Coupled):
         states, noises = [], [0.0]
         for depth, one, state, kind, force in zip(wear, touching, static, self.kinds, forces, strict=True):
             tooth_force = wearing_force(self.load, one, state, force)
-            rate = None if kind.law is None else averaged_rate(kind.law, force.weight, tooth_force)
+            rate = None if kind.law is None else averaged_rate(kind.law, force.weight, tooth_force, depth)
             if kind.law is not None and any(response.period == 0 for response in responses):
-                noises.append(scatter(kind.law, tooth_force, len(kind.meshes), force.periods))
+                noises.append(scatter(kind.law, tooth_force, depth, len(kind.meshes), force.periods))
             states.append(
                 KindState(depth, one.nodes, state, one.series, force.weight, force.elastic, tooth_force, rate)
             )

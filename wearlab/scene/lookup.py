@@ -7,6 +7,7 @@ from pydantic.fields import FieldInfo
 
 from wearlab.options import Part
 from wearlab.scene.members import ALL_TOOTHED
+from wearlab.slots import Variant
 
 Path = tuple[str, ...]
 MEMBERS = ALL_TOOTHED
@@ -14,6 +15,8 @@ MEMBERS = ALL_TOOTHED
 
 def parts_in(annotation: Any) -> tuple[type[Part], ...]:
     """Return every kind of part that an annotation allows, however deeply it is nested."""
+    if isinstance(annotation, type) and issubclass(annotation, Variant) and annotation.is_slot():
+        return tuple(annotation.slot.variants.values())
     if isinstance(annotation, type) and issubclass(annotation, Part):
         return (annotation,)
     return tuple(part for argument in get_args(annotation) for part in parts_in(argument))

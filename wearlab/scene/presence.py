@@ -18,7 +18,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         if wear is None or wear.coefficient is None
         else [wear.coefficient_of(m) for m in TOOTHED[scene.gears.kind]]
     )
-    models = sorted({one.model for one in coefficients})
+    models = sorted({one.chosen for one in coefficients})
     return {
         "gears": scene.gears.kind,
         "flank modifications": "" if modified else None,

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from wearlab.scene.coefficient import JanakiramanCoefficient
 from wearlab.scene.dynamics import Spur3dofDynamics, Support, TorsionalDynamics
 from wearlab.scene.members import ALL_FLANKS, FLANKS, TOOTHED
 from wearlab.scene.mesh import OWN_MESHES
 from wearlab.scene.rules_of_sets import RULES_OF_SETS
+from wearlab.wear.coefficients.calibrated import CalibratedCoefficient
 
 if TYPE_CHECKING:
     from wearlab.scene.scene import Scene
@@ -29,7 +29,7 @@ def broken_rules(scene: "Scene") -> list[str]:
         _load,
         _limits,
         _initial,
-        _oil,
+        _needs,
     )
     return [f"scene.{path}: {reason}" for rule in rules for path, reason in rule(scene)]
 
@@ -216,12 +216,20 @@ def _calibrated(scene: "Scene") -> Problems:
     if scene.wear is None or scene.wear.coefficient is None:
         return
     if isinstance(scene.wear.coefficient, dict):
-        if any(one.model == "calibrated" for one in scene.wear.coefficient.values()):
+        if any(isinstance(one, CalibratedCoefficient) for one in scene.wear.coefficient.values()):
             yield "wear.coefficient", "'calibrated' is one coefficient for all members, not one of several"
         return
-    flanks = FLANKS[scene.gears.kind]
-    if scene.wear.coefficient.model == "calibrated" and scene.wear.coefficient.flank not in flanks:
+    given, flanks = scene.wear.coefficient, FLANKS[scene.gears.kind]
+    if not isinstance(given, CalibratedCoefficient):
+        return
+    if given.flank not in flanks:
         yield "wear.coefficient.flank", f"no flank of this gear set; there are {', '.join(flanks)}"
+    if not scene.wear.law.proportional:
+        yield (
+            "wear.coefficient",
+            f"'calibrated' needs a rate proportional to it, and wear.law = {scene.wear.law.chosen!r} "
+            "says of none: give the coefficient's value",
+        )
 
 
 def _start(scene: "Scene") -> Problems:
@@ -235,25 +243,50 @@ def _start(scene: "Scene") -> Problems:
         yield "start", "start and wear.initial both say how worn the flanks are: leave one out"
 
 
-def _oil(scene: "Scene") -> Problems:
+def _needs(scene: "Scene") -> Problems:
+    """What law, coefficients and films must know of oil and flanks stands in the scene."""
     if scene.wear is None or scene.wear.coefficient is None:
         return
     each = [scene.wear.coefficient_of(member) for member in _toothed(scene)]
-    needs = [
-        name
-        for name, needed in (
-            ("film = true", any(one.film for one in each)),
-            ("'janakiraman'", any(isinstance(one, JanakiramanCoefficient) for one in each)),
-        )
-        if needed
-    ]
-    if not needs:
-        return
+    asking = dict.fromkeys(
+        [("film = true", one.film_model.needs) for one in each if one.film_model is not None]
+        + [(repr(one.chosen), one.needs) for one in each]
+        + [(repr(scene.wear.law.chosen), scene.wear.law.needs)]
+    )
+    for needed, check in NEEDED.items():
+        who = " and ".join(name for name, needs in asking if needed in needs)
+        if who:
+            yield from check(scene, who)
+
+
+def _needs_oil(scene: "Scene", who: str) -> Problems:
     if scene.lubricant is None:
-        yield "lubricant", f"{' and '.join(needs)} in wear.coefficient needs [lubricant]"
+        yield "lubricant", f"{who} in wear.coefficient needs [lubricant]"
+
+
+def _needs_roughness(scene: "Scene", who: str) -> Problems:
     for member, gear in scene.gears.gears().items():
         if gear.roughness_ra is None:
             yield (
                 f"gears.{member}.roughness_ra",
-                f"{' and '.join(needs)} in wear.coefficient needs both roughnesses, such as '0.3 um'",
+                f"{who} in wear.coefficient needs both roughnesses, such as '0.3 um'",
             )
+
+
+def _needs_hardness(scene: "Scene", who: str) -> Problems:
+    for member, gear in scene.gears.gears().items():
+        if getattr(gear.material or scene.gears.material, "hardness", None) is None:
+            yield f"gears.{member}.material", f"{who} needs the hardness of both flanks, such as '7 GPa'"
+
+
+def _needs_temperature(scene: "Scene", who: str) -> Problems:
+    if getattr(scene.lubricant, "temperature", None) is None:
+        yield "lubricant", f"{who} needs the temperature of the oil"
+
+
+NEEDED = {
+    "lubricant": _needs_oil,
+    "roughness": _needs_roughness,
+    "hardness": _needs_hardness,
+    "temperature": _needs_temperature,
+}

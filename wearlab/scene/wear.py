@@ -34,6 +34,8 @@ from wearlab.scene.coefficient import Coefficient
 from wearlab.scene.members import ALL_FLANKS, FLANKS, member_of
 from wearlab.scene.tables import read_profile
 from wearlab.units import rounded
+from wearlab.wear.laws import LawModel
+from wearlab.wear.laws.archard import ArchardLaw
 
 Positive = Annotated[Number, POSITIVE]
 PositiveDepth = Annotated[Depth, POSITIVE]
@@ -255,6 +257,9 @@ class Wear(Part):
 
     coefficient: Coefficient | None = option(
         None, "wear coefficient k; required with until", derived="nothing wears", source="Archard 1953"
+    )
+    law: Annotated[LawModel, *named("archard")] = option(
+        ArchardLaw(), "how much is worn away in a cycle", source=SOURCE
     )
     load: Literal["instant", "equivalent", "static"] = option(
         None,

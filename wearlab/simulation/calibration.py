@@ -5,8 +5,6 @@ from typing import NamedTuple
 
 from wearlab.options import Stored
 from wearlab.scene import Scene
-from wearlab.scene.build.wear import UNCALIBRATED
-from wearlab.scene.coefficient import CalibratedCoefficient, ConstantCoefficient
 from wearlab.scene.identity import canonical
 from wearlab.scene.store import Store
 from wearlab.scene.wear import Until
@@ -15,6 +13,8 @@ from wearlab.simulation.estimates import estimated
 from wearlab.simulation.kept_lives import once
 from wearlab.simulation.living import live_through
 from wearlab.simulation.operating import in_condition, stages_of
+from wearlab.wear.coefficients.calibrated import UNCALIBRATED, CalibratedCoefficient
+from wearlab.wear.coefficients.constant import ConstantCoefficient
 
 
 class Calibration(NamedTuple):

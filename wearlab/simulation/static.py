@@ -16,7 +16,7 @@ from wearlab.scene import Scene
 from wearlab.scene.build import KindParts, Parts
 from wearlab.wear.archard import PEAK_PRESSURE, mean_pressure
 from wearlab.wear.film import film_thickness
-from wearlab.wear.law import effective_coefficient
+from wearlab.wear.law import effective_coefficient, lambda_ratio
 from wearlab.wear.mass import worn_mass
 from wearlab.wear.path import sliding_velocity
 
@@ -205,8 +205,13 @@ def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
         values["effective_wear_coefficient"] = by_flank(
             parts,
             [
-                np.stack([effective_coefficient(law, force) for force in found])
-                for law, found in zip(laws, forces, strict=True)
+                np.stack(
+                    [
+                        effective_coefficient(law, force, state.kind[k].wear)
+                        for force, state in zip(found, states, strict=True)
+                    ]
+                )
+                for k, (law, found) in enumerate(zip(laws, forces, strict=True))
                 if law is not None
             ],
         )
@@ -216,6 +221,9 @@ def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
 def _thickness(one: KindParts, force: Array) -> tuple[Array, Array]:
     """Return film thickness [m] and λ [1] along the path, both (n,)."""
     assert one.film is not None
+    ratio = None if one.law is None else lambda_ratio(one.law, force)
+    if ratio is not None:
+        return ratio * one.film.roughness, ratio
     thickness = film_thickness(one.film, one.path, force)
     return thickness, thickness / one.film.roughness
 

@@ -34,5 +34,9 @@ def _kernels(scene: Scene) -> tuple[object, ...]:
         meshes[0].excitation.model == "pairs",
         scene.operation.torque_fluctuation is None,
     )
-    law = scene.wear and (scene.wear.average_over_contact_width, str(scene.wear.coefficient))
+    law = scene.wear and (
+        scene.wear.average_over_contact_width,
+        str(scene.wear.coefficient),
+        str(scene.wear.law),
+    )
     return dynamics, tuple((mesh.stiffness.model, mesh.contact.model) for mesh in meshes), law

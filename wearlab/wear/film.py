@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wearlab.wear.coefficient import PowerOfLoad
 from wearlab.wear.path import WearPath, rolling_velocity
+from wearlab.wear.setting import PowerOfLoad
 
 Array = NDArray[np.float64]
 

@@ -1,24 +1,55 @@
-"""The wear law of a scene: its choices, prepared once for a path, then evaluated at the tooth forces."""
+"""The wear law of a scene: its choices, prepared once for a path, then evaluated at the tooth forces.
 
+Archard's law with coefficients that are powers of the load runs as a kernel; any other law or coefficient is
+a function of the flank's state (:class:`wearlab.wear.setting.FlankState`), asked at all nodes at once.
+"""
+
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.compiled import jit
+from wearlab.slots import VariantError
 from wearlab.wear.archard import (
     MEAN_PRESSURE,
     NormalProjection,
     Projection,
     contact_half_width,
+    mean_pressure,
     wear_per_cycle,
 )
-from wearlab.wear.coefficient import Coefficient
-from wearlab.wear.film import Film, film_factor, film_thickness, lightest_load
-from wearlab.wear.path import WearPath
+from wearlab.wear.film import lightest_load
+from wearlab.wear.path import WearPath, sliding_velocity
+from wearlab.wear.setting import FlankState, PowerOfLoad
 from wearlab.wear.smear import average_over_contact_width
 
 Array = NDArray[np.float64]
+Coefficient = PowerOfLoad | Callable[[FlankState], Array]
+"""k of one flank along the path: a power of the load, or a function of the flank's state [m²/N]."""
+NAN = float("nan")
+
+
+class FlankLaw(NamedTuple):
+    """What wears one flank.
+
+    Parameters
+    ----------
+    coefficient : k along the path, without film
+    factor : multiplier of k, for scatter [1]
+    film : share of wear left by the film, a function of λ, None without film
+    rate : depth per cycle of a state, None for Archard's law
+    hardness : of the flank [Pa]
+    temperature : of the oil [K]
+    """
+
+    coefficient: Coefficient
+    factor: float = 1.0
+    film: Callable[[Array], Array] | None = None
+    rate: Callable[[FlankState], Array] | None = None
+    hardness: float = NAN
+    temperature: float = NAN
 
 
 class WearLaw(NamedTuple):
@@ -26,15 +57,15 @@ class WearLaw(NamedTuple):
 
     Parameters
     ----------
-    coefficient : one per gear, (driving, driven)
-    film : the oil that reduces the coefficient, or None
+    flanks : what wears each flank, (driving, driven)
+    lambda_ratio : λ as a power of the load, None without film [1]
     pressure_factor : MEAN_PRESSURE (1) or PEAK_PRESSURE (4/π) of :mod:`wearlab.wear.archard` [1]
     projection : along the normal, or W23's over-cosine
     average_over_contact_width : spread each contact's wear over its Hertz width
     """
 
-    coefficient: tuple[Coefficient, Coefficient]
-    film: Film | None = None
+    flanks: tuple[FlankLaw, FlankLaw]
+    lambda_ratio: PowerOfLoad | None = None
     pressure_factor: float = MEAN_PRESSURE
     projection: Projection = NormalProjection()
     average_over_contact_width: bool = False
@@ -45,81 +76,137 @@ class PreparedLaw(NamedTuple):
 
     Parameters
     ----------
+    law : the choices
     path : WearPath
+    projection : (2, n) depth over depth along the normal [1]
     slide : (2, n) sliding per contact width with pressure and projection factors [1]
-    scale : (2, n) k at a load of 1 N/m [m²/N]
+    scale : (2, n) k at a load of 1 N/m, NaN where k is a function of the state [m²/N]
     exponent : (2,) power of the load per unit length in k [1]
-    lambda_scale : (n,) λ at 1 N/m, or None without film [1]
     lightest : (n,) lightest load per unit length the film knows [N/m]
-    average : spread over the contact width
     """
 
+    law: WearLaw
     path: WearPath
+    projection: Array
     slide: Array
     scale: Array
     exponent: Array
-    lambda_scale: Array | None
     lightest: Array
-    average: bool
+
+    @property
+    def average(self) -> bool:
+        """Whether wear is spread over the contact width."""
+        return self.law.average_over_contact_width
 
     @property
     def linear(self) -> bool:
         """Whether the rate is proportional to the force."""
-        return not self.average and self.lambda_scale is None and not self.exponent.any()
+        plain = all(one.film is None and one.rate is None for one in self.law.flanks)
+        return not self.average and plain and self.powers and not self.exponent.any()
+
+    @property
+    def powers(self) -> bool:
+        """Whether the coefficients of both flanks are powers of the load."""
+        return all(isinstance(one.coefficient, PowerOfLoad) for one in self.law.flanks)
 
 
 def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
     """Return the law with its constants along the path tabulated."""
-    powers = [part.along(path) for part in law.coefficient]
-    film = None if law.film is None else law.film.along(path).scale / law.film.roughness
+    unknown = PowerOfLoad(np.full(path.equivalent_radius.shape, NAN), 0.0)
+    powers = [one.coefficient if isinstance(one.coefficient, PowerOfLoad) else unknown for one in law.flanks]
+    projection = law.projection.factor(path)
     return PreparedLaw(
+        law=law,
         path=path,
-        slide=path.slide_ratio * law.pressure_factor * law.projection.factor(path),
-        scale=np.stack([power.scale for power in powers]),
+        projection=projection,
+        slide=path.slide_ratio * law.pressure_factor * projection,
+        scale=np.stack([one.factor * power.scale for one, power in zip(law.flanks, powers, strict=True)]),
         exponent=np.array([power.exponent for power in powers]),
-        lambda_scale=film,
         lightest=lightest_load(path),
-        average=law.average_over_contact_width,
     )
 
 
-def effective_coefficient(law: PreparedLaw, force: Array) -> Array:
+def lambda_ratio(law: PreparedLaw, force: Array) -> Array | None:
+    """Return film thickness over roughness at the nodes, (n,) [1], None without film."""
+    if law.law.lambda_ratio is None:
+        return None
+    return law.law.lambda_ratio.at(np.maximum(force / law.path.face_width, law.lightest))
+
+
+def effective_coefficient(law: PreparedLaw, force: Array, depth: Array | None = None) -> Array:
     """Return the wear coefficient at the nodes, film factor included, (2, n) [m²/N].
 
     Parameters
     ----------
     law : PreparedLaw
     force : (n,) normal force of a tooth pair touching at the node, ≥ 0 [N]
+    depth : (2, n) wear so far, none where left out [m]
     """
     k = _powers(law.scale, law.exponent, force, law.path.face_width)
-    if law.lambda_scale is not None:
-        _reduce_by_film(k, law.lambda_scale, law.lightest, force, law.path.face_width)
+    ratio = lambda_ratio(law, force)
+    for gear, one in enumerate(law.law.flanks):
+        if not isinstance(one.coefficient, PowerOfLoad):
+            found = one.coefficient(flank_state(law, gear, force, depth))
+            k[gear] = one.factor * _checked(found, one.coefficient, "wear coefficient")
+        if one.film is not None and ratio is not None:
+            k[gear] *= _checked(one.film(ratio), one.film, "share of wear under the film")
     return np.asarray(k)
 
 
-def wear_rate(law: PreparedLaw, force: Array) -> Array:
+def flank_state(law: PreparedLaw, gear: int, force: Array, depth: Array | None = None) -> FlankState:
+    """Return the state of one flank, all but its coefficient.
+
+    Parameters
+    ----------
+    law : PreparedLaw
+    gear : 0 driving, 1 driven
+    force : (n,) normal force of a tooth pair touching at the node, ≥ 0 [N]
+    depth : (2, n) wear so far, none where left out [m]
+    """
+    path, one, ratio = law.path, law.law.flanks[gear], lambda_ratio(law, force)
+    width = 2.0 * contact_half_width(force, path)
+    return FlankState(
+        load=np.asarray(force, float) / path.face_width,
+        pressure=law.law.pressure_factor * mean_pressure(force, path),
+        sliding_speed=np.abs(sliding_velocity(path)[gear]),
+        sliding_distance=width * path.slide_ratio[gear] * path.passes[gear],
+        lambda_ratio=np.full(len(width), np.inf) if ratio is None else ratio,
+        depth=np.zeros(len(width)) if depth is None else depth[gear],
+        hardness=one.hardness,
+        temperature=one.temperature,
+        coefficient=np.full(len(width), NAN),
+    )
+
+
+def wear_rate(law: PreparedLaw, force: Array, depth: Array | None = None) -> Array:
     """Return the depth removed per cycle at every node, (2, n), (driving, driven) [m per cycle].
 
     Parameters
     ----------
     law : PreparedLaw
     force : (n,) normal force of a tooth pair touching at the node, ≥ 0 (averaged over mesh periods) [N]
+    depth : (2, n) wear so far, none where left out [m]
     """
     path = law.path
-    k = effective_coefficient(law, force)
-    rate = wear_per_cycle(force, k, law.slide, path.passes, path.face_width)
+    k = effective_coefficient(law, force, depth)
+    rate = np.asarray(wear_per_cycle(force, k, law.slide, path.passes, path.face_width))
+    for gear, one in enumerate(law.law.flanks):
+        if one.rate is not None:
+            state = flank_state(law, gear, force, depth)._replace(coefficient=k[gear])
+            rate[gear] = law.projection[gear] * _checked(one.rate(state), one.rate, "wear rate")
     if not law.average:
-        return np.asarray(rate)
+        return rate
     return average_over_contact_width(rate, contact_half_width(force, path), path)
 
 
-def film_along(law: WearLaw, path: WearPath, force: Array) -> tuple[Array, Array, Array] | None:
-    """Return film thickness [m], λ and film factor along the path, each (n,), or None without film."""
-    if law.film is None:
-        return None
-    thickness = film_thickness(law.film, path, force)
-    ratio = thickness / law.film.roughness
-    return thickness, ratio, film_factor(ratio)
+def _checked(values: Array, function: object, what: str) -> Array:
+    """Return what a function of the state gave, or refuse what no flank can do."""
+    found = np.asarray(values, float)
+    if not (np.isfinite(found).all() and (found >= 0.0).all()):
+        worst = found[~(found >= 0.0)] if (~(found >= 0.0)).any() else found[~np.isfinite(found)]
+        name = getattr(function, "__qualname__", str(function))
+        raise VariantError(f"{name}: a {what} of {worst[0]:g}; it must be finite and not negative")
+    return found
 
 
 @jit
@@ -131,12 +218,3 @@ def _powers(scale: Array, exponent: Array, force: Array, face_width: float) -> A
             if exponent[gear] != 0.0:
                 k[gear, i] *= (force[i] / face_width) ** exponent[gear]
     return k
-
-
-@jit
-def _reduce_by_film(k: Array, lambda_scale: Array, lightest: Array, force: Array, face_width: float) -> None:
-    for i in range(k.shape[1]):
-        ratio = lambda_scale[i] * max(force[i] / face_width, lightest[i]) ** -0.13
-        factor = min(1.0, max(0.0, (2.0 / 7.0) * (4.0 - ratio)))
-        for gear in range(k.shape[0]):
-            k[gear, i] *= factor

@@ -15,15 +15,13 @@ from wearlab.life.state import Coupled
 from wearlab.scene import Scene
 from wearlab.scene.build.sets import GearSet, PairOfSet
 from wearlab.wear.archard import MEAN_PRESSURE, PEAK_PRESSURE, NormalProjection, OverCosine
-from wearlab.wear.coefficient import Coefficient, Constant, Hardness, Janakiraman
+from wearlab.wear.coefficients import CoefficientModel
 from wearlab.wear.film import Film, composite_rq
-from wearlab.wear.law import PreparedLaw, WearLaw, prepare
+from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
 from wearlab.wear.path import WearPath, contact_modulus, wear_path
+from wearlab.wear.setting import PowerOfLoad, Setting
 
 Array = NDArray[np.float64]
-
-UNCALIBRATED = 1e-16
-"""Stands in for a wear coefficient that is still to be calibrated: lives tell its scale [m²/N]."""
 
 
 def build_film(scene: Scene, pair: GearPair) -> Film | None:
@@ -45,10 +43,12 @@ def build_law(scene: Scene, pair: GearPair, path: WearPath) -> PreparedLaw | Non
     wear = scene.wear
     if wear is None or wear.coefficient is None:
         return None
-    each = [_of_member(wear.coefficient, gear.name) for gear in pair.gears]
+    settings = [setting(scene, pair, path, gear) for gear in (0, 1)]
+    each = [wear.coefficient_of(gear.name) for gear in pair.gears]
+    first, second = (_flank(scene, one, where) for one, where in zip(each, settings, strict=True))
     law = WearLaw(
-        coefficient=(_coefficient(each[0], scene, pair), _coefficient(each[1], scene, pair)),
-        film=build_film(scene, pair) if any(one.film for one in each) else None,
+        flanks=(first, second),
+        lambda_ratio=_lambda_ratio(each, settings[0]),
         pressure_factor=PEAK_PRESSURE if wear.pressure == "peak" else MEAN_PRESSURE,
         projection=OverCosine() if wear.projection == "over-cosine" else NormalProjection(),
         average_over_contact_width=wear.average_over_contact_width,
@@ -56,22 +56,40 @@ def build_law(scene: Scene, pair: GearPair, path: WearPath) -> PreparedLaw | Non
     return prepare(law, path)
 
 
-def _of_member(given: Any, name: str) -> Any:
-    return given[name] if isinstance(given, dict) else given
+def setting(scene: Scene, pair: GearPair, path: WearPath, gear: int) -> Setting:
+    """Return what a wear law may know of a flank of a pair, 0 driving or 1 driven."""
+    roughness = _roughness(scene, pair)
+    own = getattr(scene.gears, pair.gears[gear].name)
+    return Setting(
+        path=path,
+        gear=gear,
+        lubricant=scene.lubricant,
+        roughness=None if roughness is None else (roughness[0], roughness[1]),
+        hardness=getattr(own.material or scene.gears.material, "hardness", None),
+        temperature=getattr(scene.lubricant, "temperature", None),
+    )
 
 
-def _coefficient(given: Any, scene: Scene, pair: GearPair) -> Coefficient:
-    match given.model:
-        case "hardness":
-            return Hardness(given.k, given.hardness, given.factor)
-        case "janakiraman":
-            assert scene.lubricant is not None
-            roughness = float(np.hypot(*(_roughness(scene, pair) or (0.0, 0.0))))
-            return Janakiraman(scene.lubricant.pressure_viscosity, roughness, given.factor)
-        case "calibrated":
-            return Constant(UNCALIBRATED, given.factor)
-        case _:
-            return Constant(given.value, given.factor)
+def _flank(scene: Scene, given: CoefficientModel, where: Setting) -> FlankLaw:
+    assert scene.wear is not None
+    film = given.film_model
+    return FlankLaw(
+        coefficient=given.build(where),
+        factor=given.factor,
+        film=None if film is None else film.build(where),
+        rate=scene.wear.law.build(where),
+        hardness=NAN if where.hardness is None else where.hardness,
+        temperature=NAN if where.temperature is None else where.temperature,
+    )
+
+
+def _lambda_ratio(each: list[CoefficientModel], where: Setting) -> PowerOfLoad | None:
+    """Return film thickness over roughness, by the film of the first flank that has one."""
+    film = next((one.film_model for one in each if one.film_model is not None), None)
+    if film is None or where.roughness is None:
+        return None
+    thickness = film.thickness(where)
+    return thickness._replace(scale=thickness.scale / composite_rq(where.roughness))
 
 
 def build_load(scene: Scene) -> Load:

@@ -1,0 +1,27 @@
+"""A given wear coefficient."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+
+from wearlab.options import NOT_NEGATIVE, WearCoefficient, option
+from wearlab.wear.coefficients import CoefficientModel
+from wearlab.wear.setting import PowerOfLoad, Setting
+
+
+class ConstantCoefficient(CoefficientModel):
+    """A given coefficient."""
+
+    model: Literal["constant"] = option(..., "constant coefficient", source="Archard 1953")
+    value: Annotated[WearCoefficient, NOT_NEGATIVE] = option(
+        ..., "k of Archard's law dh = k p ds", source="L16 Eq. 19"
+    )
+
+    def build(self, setting: Setting) -> PowerOfLoad:
+        """Return k everywhere [m²/N]."""
+        return same_everywhere(self.value, setting)
+
+
+def same_everywhere(value: float, setting: Setting) -> PowerOfLoad:
+    """Return one value at all nodes, whatever the load."""
+    return PowerOfLoad(np.full(setting.path.equivalent_radius.shape, value), 0.0)

@@ -1,0 +1,34 @@
+"""``wear.law``: how much of a flank is worn away in a cycle, one variant a file."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, ClassVar
+
+from wearlab.slots import Slot, Variant
+
+if TYPE_CHECKING:
+    from wearlab.wear.setting import Array, FlankState, Setting
+
+
+class LawModel(Variant):
+    """Any wear law.
+
+    ``needs`` names what the scene must say for it, as of a `CoefficientModel`; ``proportional`` says whether
+    its rate is proportional to the wear coefficient, so that one life tells the coefficient.
+    """
+
+    slot: ClassVar[Slot] = Slot("wear.law", __name__)
+    needs: ClassVar[tuple[str, ...]] = ()
+    proportional: ClassVar[bool] = False
+
+    def build(self, setting: "Setting") -> "Callable[[FlankState], Array] | None":
+        """Return the wear depth per cycle as a function of a flank's state; None for Archard's own kernel.
+
+        Parameters
+        ----------
+        setting : the flank, its mate and the oil
+
+        Returns
+        -------
+        a function of a `FlankState` to the depth along the normal at every node, (n,) [m per cycle], ≥ 0
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no build")
