@@ -8,31 +8,49 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from wearlab.campaign import Campaign as Campaign
+    from wearlab.campaign import CampaignError as CampaignError
     from wearlab.campaign import load as load
     from wearlab.comparison import compare as compare
+    from wearlab.figures import FigureError as FigureError
+    from wearlab.figures import figure as figure
+    from wearlab.query import QueryError as QueryError
     from wearlab.runner import run as run
     from wearlab.scene import Scene as Scene
+    from wearlab.scene import SceneError as SceneError
     from wearlab.simulation import simulate as simulate
     from wearlab.store import Store as Store
     from wearlab.store import StoreError as StoreError
+    from wearlab.store import open_store as open  # noqa: F401
 
 __version__ = "0.1.0"
-__all__ = ["Scene", "Store", "StoreError", "compare", "load", "run", "simulate"]
 
 HOMES = {
+    "Campaign": "wearlab.campaign",
+    "CampaignError": "wearlab.campaign",
+    "FigureError": "wearlab.figures",
+    "QueryError": "wearlab.query",
     "Scene": "wearlab.scene",
+    "SceneError": "wearlab.scene",
     "Store": "wearlab.store",
     "StoreError": "wearlab.store",
     "compare": "wearlab.comparison",
+    "figure": "wearlab.figures",
     "load": "wearlab.campaign",
+    "open": "wearlab.store:open_store",
     "run": "wearlab.runner",
     "simulate": "wearlab.simulation",
 }
+__all__ = [
+    *("Campaign", "CampaignError", "FigureError", "QueryError", "Scene", "SceneError", "Store", "StoreError"),
+    *("compare", "figure", "load", "open", "run", "simulate"),
+]
 
 
 def __getattr__(name: str) -> object:
     if name in HOMES:
-        return getattr(import_module(HOMES[name]), name)
+        module, _, own = HOMES[name].partition(":")
+        return getattr(import_module(module), own or name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -1,6 +1,6 @@
 """A campaign: one file, its scenes, its figures."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
@@ -14,7 +14,8 @@ from wearlab.campaign.errors import CampaignError
 from wearlab.campaign.estimates import BESIDE, ELSEWHERE, MOST_SCENES, SECTION, Drawing, Estimates
 from wearlab.campaign.exclusion import Excluded, read_conditions, without_excluded
 from wearlab.campaign.figure import FigureSpec
-from wearlab.campaign.inheritance import Inherited, inherit
+from wearlab.campaign.inheritance import Inherited, inherit, inherit_table
+from wearlab.campaign.plain import plain_table
 from wearlab.options import option
 from wearlab.scene import Scene
 from wearlab.scene.later import LATER_KEYS, later
@@ -37,6 +38,8 @@ WITH_REASON = ("unit", "number", "count")
 """Errors that say themselves what is wrong with a value."""
 Model = TypeVar("Model", bound=BaseModel)
 Result = TypeVar("Result")
+At = TypeVar("At", bound=Path | None)
+TABLE = Path("campaign")  # what errors call a campaign that is no file
 
 
 class Metadata(BaseModel):
@@ -73,13 +76,22 @@ class Campaign:
     path: Path | None = None
     excluded: tuple[Excluded, ...] = field(default=(), repr=False)
 
+    def __repr__(self) -> str:
+        axes = ", ".join(f"{axis.name} {len(axis.values)}" for axis in self.axes)
+        return f"<Campaign {self.title!r}: {len(self.cases)} cases{f' ({axes})' if axes else ''}>"
 
-def load(path: str | Path) -> Campaign:
-    """Read a campaign file, with all that it extends.
+    def _repr_html_(self) -> str:
+        from wearlab.campaign.telling import campaign_html
+
+        return campaign_html(self)
+
+
+def load(path: str | Path | Mapping[str, Any]) -> Campaign:
+    """Read a campaign file, with all that it extends, or a table that says the same.
 
     Parameters
     ----------
-    path : a TOML file
+    path : a TOML file; or a mapping of its keys, whose paths start from the current folder
 
     Returns
     -------
@@ -90,8 +102,11 @@ def load(path: str | Path) -> Campaign:
     CampaignError
         When anything in it is wrong; every fault is one line with file, path, value and remedy.
     """
-    file = Path(path).expanduser().resolve()
-    inherited = inherit(file)
+    if isinstance(path, Mapping):
+        file, inherited = None, inherit_table(plain_table(path), TABLE, Path.cwd())
+    else:
+        file = Path(path).expanduser().resolve()
+        inherited = inherit(file)
     if SECTION in inherited.table:
         raise CampaignError([f"{inherited.file_of(SECTION)}: {ELSEWHERE}"])
     return _told_with_file(inherited, file, _read)
@@ -133,7 +148,7 @@ def _read_drawing(inherited: Inherited, file: Path) -> Drawing:
     return Drawing(title or file.stem, asked)
 
 
-def _told_with_file(inherited: Inherited, file: Path, read: Callable[[Inherited, Path], Result]) -> Result:
+def _told_with_file(inherited: Inherited, file: At, read: Callable[[Inherited, At], Result]) -> Result:
     try:
         return read(inherited, file)
     except CampaignError as error:
@@ -154,7 +169,7 @@ def _swept_keys(table: Table) -> list[str]:
     return [key for block in blocks if isinstance(block, dict) for key in flat(block)]
 
 
-def _read(inherited: Inherited, file: Path) -> Campaign:
+def _read(inherited: Inherited, file: Path | None) -> Campaign:
     table = inherited.table
     problems = list(_unknown(table))
     tried: Callable[..., Any] = lambda read, *args: _tried(problems, read, *args)  # noqa: E731
@@ -169,7 +184,7 @@ def _read(inherited: Inherited, file: Path) -> Campaign:
     if problems:
         raise CampaignError(problems)
     cases, excluded = without_excluded(cases, conditions)
-    title, reference = texts[0] or file.stem, texts[1] or None
+    title, reference = texts[0] or (file.stem if file else "untitled"), texts[1] or None
     return Campaign(title, reference, metadata, cases, axes, figures, file, excluded)
 
 

@@ -42,6 +42,9 @@ class Case:
         """The identity of the run."""
         return self.scene.id
 
+    def __repr__(self) -> str:
+        return f"<Case {self.label!r} {self.position or ''}: {self.scene!r}>"
+
 
 class Difference(NamedTuple):
     """A ``[[case]]`` as the file writes it: what it drops, what it sets, whether it is swept."""

@@ -1,6 +1,7 @@
 """What a campaign file says together with the files it extends."""
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -57,20 +58,36 @@ def inherit(file: Path, children: tuple[Path, ...] = ()) -> Inherited:
     if file in children:
         circle = " → ".join(one.name for one in (*children[children.index(file) :], file))
         raise CampaignError([f"{file}: extends: files extend each other in a circle: {circle}"])
-    own = _shallow(_read(file), file)
+    return _over_parents(_read(file), file, file.parent, (*children, file))
+
+
+def inherit_table(table: Mapping[str, Any], name: Path, folder: Path) -> Inherited:
+    """Return a table, as a campaign file would hold it, merged over the files it extends.
+
+    Parameters
+    ----------
+    table : of a campaign
+    name : what errors call it
+    folder : what its paths start from
+    """
+    return _over_parents(dict(table), name, folder, ())
+
+
+def _over_parents(own: Table, file: Path, folder: Path, children: tuple[Path, ...]) -> Inherited:
+    own = _shallow(own, file)
     parents = _names(own.pop("extends", []), "extends", file)
     drops = _names(own.pop("drop", []), "drop", file)
     table: Table = {}
     layers: tuple[Layer, ...] = ()
     for parent in parents:
-        above = inherit((file.parent / parent).resolve(), (*children, file))
+        above = inherit((folder / parent).resolve(), children)
         table, layers = merge(table, above.table), layers + above.layers
     for key in drops:
         try:
             table = without(table, key)
         except DropError as error:
             raise CampaignError([f"{file}: drop: {error}"]) from None
-    own = _anchored(own, file.parent)
+    own = _anchored(own, folder)
     return Inherited(merge(table, own), (*layers, Layer(file, own)))
 
 

@@ -87,7 +87,9 @@ def _show_columns(store: "Store", wanted: Wanted, form: Format) -> None:
         say(found.to_csv().rstrip("\n"))
     elif form is Format.JSON:
         units = [{"name": column.name, "unit": column.unit or None} for column in found.columns]
-        show_json({"columns": units, "rows": list(found)})
+        values = found.to_dict(si=True)
+        in_rows = [dict(zip(values, row, strict=True)) for row in zip(*values.values(), strict=True)]
+        show_json({"columns": units, "rows": in_rows})
     else:
         heads, rows = found.displayed()
         _show_rows(heads, [(row[0][:SHORT_ID], *map(_value, row[1:])) for row in rows])

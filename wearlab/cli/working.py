@@ -1,6 +1,5 @@
 """``check``, ``run``, ``modes``, ``schema``: what is done with a campaign."""
 
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from wearlab.cli.output import (
@@ -159,7 +158,7 @@ def run_campaign(
     except Interrupted as interrupted:
         raise Stop(str(interrupted), Status.INTERRUPTED) from None
     if as_json:
-        show_json(asdict(report))
+        show_json(report.to_dict())
     else:
         _tell(campaign, report)
     return Status.WELL if report.ok else Status.TROUBLE

@@ -9,11 +9,13 @@ if TYPE_CHECKING:
     from wearlab.figures.again import redraw as redraw
     from wearlab.figures.drawing import draw as draw
     from wearlab.figures.kinds import KINDS as KINDS
+    from wearlab.figures.shown import figure as figure
 
-__all__ = ["KINDS", "FigureError", "draw", "redraw"]
+__all__ = ["KINDS", "FigureError", "draw", "figure", "redraw"]
 
 HOMES = {
     "draw": "wearlab.figures.drawing",
+    "figure": "wearlab.figures.shown",
     "KINDS": "wearlab.figures.kinds",
     "redraw": "wearlab.figures.again",
 }

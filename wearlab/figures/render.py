@@ -31,6 +31,23 @@ SHORT_TEXT, LONG_TEXT = (
 REPRODUCIBLE = {"svg.hashsalt": "wearlab", "svg.fonttype": "path", "pdf.fonttype": 42}
 DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
 
+SETTINGS: Any = DEFAULTS | style.RC | REPRODUCIBLE  # whatever matplotlibrc a reader keeps at home
+
+
+class Shown(Figure):
+    """A figure that a notebook shows, whether or not pyplot is there."""
+
+    def _repr_png_(self) -> bytes:
+        stream = io.BytesIO()
+        self.savefig(stream, format="png", dpi=style.DPI)
+        return stream.getvalue()
+
+
+def drawn(plot: Plot) -> Figure:
+    """Return the figure of a plot in the house style, whatever the reader's."""
+    with matplotlib.rc_context(SETTINGS):
+        return draw(plot)
+
 
 def rendered(plot: Plot, texts: Mapping[str, str], ending: str = "png") -> bytes:
     """Return the file of a plot, with its texts and without any date or software name.
@@ -41,8 +58,7 @@ def rendered(plot: Plot, texts: Mapping[str, str], ending: str = "png") -> bytes
     texts : keyword → text; PNG holds each as a text chunk, SVG and PDF all as JSON in their description
     ending : png, svg or pdf
     """
-    settings: Any = DEFAULTS | style.RC | REPRODUCIBLE  # whatever matplotlibrc a reader keeps at home
-    with matplotlib.rc_context(settings):
+    with matplotlib.rc_context(SETTINGS):
         figure = draw(plot)
         stream = io.BytesIO()
         figure.savefig(stream, format=ending, dpi=style.DPI, **_saved(texts, ending))
@@ -78,7 +94,7 @@ def draw(plot: Plot) -> Figure:
     width = style.SQUARE_WIDTH if plot.shape == "square" and plot.columns == 1 else style.WIDTHS[plot.columns]
     notes = [line for note in plot.notes for line in textwrap.wrap(note, int(width * 21.5))]
     title = textwrap.wrap(plot.title, int(width * 13.0))
-    figure = Figure(figsize=(width, 1.0))
+    figure = Shown(figsize=(width, 1.0))
     FigureCanvasAgg(figure)
     legend = _legend(figure, plot.legend, width)
     above = style.MARGIN + len(title) * style.TITLE_HEIGHT + legend * style.LEGEND_LINE + style.GAP

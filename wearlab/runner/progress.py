@@ -1,5 +1,6 @@
 """The progress bar: done, failed, refused, time left; silent where nobody watches."""
 
+import sys
 from types import TracebackType
 from typing import Any, Protocol
 
@@ -47,6 +48,13 @@ class Silent:
 
     def advance(self, outcome: Outcome) -> None:
         """Say nothing."""
+
+
+def in_notebook() -> bool:
+    """Say whether this process is the kernel of a notebook."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None else None
+    return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
 
 
 class Bar:
@@ -107,7 +115,11 @@ class Bar:
 
 
 def watched(progress: bool) -> Progress:
-    """Return a bar when it is wanted and standard error is a terminal."""
+    """Return a bar when it is wanted and somebody watches: in a notebook, or on a terminal."""
+    if progress and in_notebook():
+        from wearlab.runner.notebook import NotebookBar
+
+        return NotebookBar()
     if progress:
         from rich.console import Console
 

@@ -1,10 +1,14 @@
 """What a call of ``run`` did."""
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import xarray as xr
+
+    from wearlab.campaign import Campaign
     from wearlab.runner.expectation import Expected
+    from wearlab.store import Store
 
 
 class RunnerError(Exception):
@@ -52,6 +56,7 @@ class Report:
     troubled : the failed, the refused, and those computed with warnings
     expected : the cases with an expectation, and what became of them
     notes : what else is to be known: workers refused, a catalogue made anew
+    campaign, store : whose runs these are, and where they are kept
     """
 
     total: int
@@ -63,6 +68,43 @@ class Report:
     troubled: tuple[CaseReport, ...] = ()
     expected: "tuple[Expected, ...]" = ()
     notes: tuple[str, ...] = ()
+    campaign: "Campaign | None" = field(default=None, repr=False, compare=False)
+    store: "Store | None" = field(default=None, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        return f"<Report: {self}>"
+
+    def __str__(self) -> str:
+        counts = {"computed": self.computed, "failed": self.failed, "refused": self.refused}
+        told = ", ".join(f"{count} {word}" for word, count in counts.items() if count or word == "computed")
+        return f"{self.done} of {self.total} done; {told}; {self.seconds:.1f} s"
+
+    def _repr_html_(self) -> str:
+        from wearlab.store.html import table_html
+
+        rows = [(one.id[:10], one.label, one.state, one.headline) for one in self.troubled]
+        table = table_html(("id", "case", "state", "reason"), rows) if rows else ""
+        return f"<p><b>{self}</b></p>{table}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return counts, times and troubled cases as plain data."""
+        told = asdict(replace(self, campaign=None, store=None))
+        return {key: value for key, value in told.items() if key not in ("campaign", "store")}
+
+    def to_xarray(self, *, si: bool = False) -> "xr.Dataset":
+        """Return the runs as one lazy dataset, as `Store.open` does.
+
+        Parameters
+        ----------
+        si : sweep axes in SI units instead of those of the file
+
+        Raises
+        ------
+        StoreError : there is no store any more
+        """
+        if self.store is None or self.campaign is None:
+            raise ValueError("this report does not know its store")
+        return self.store.open(self.campaign, si=si)
 
     @property
     def ok(self) -> bool:

@@ -1,8 +1,10 @@
 """``run``: what of a campaign is missing in a store is computed, and nothing else."""
 
+import os
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
+from os import PathLike
 from typing import TYPE_CHECKING
 
 from wearlab.runner.again import chosen, restore
@@ -20,14 +22,15 @@ from wearlab.store.place import place
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
+    from wearlab.campaign.given import Given
     from wearlab.store import Store
 
 POLL = 0.2  # s between two looks at runs that another process computes
 
 
 def run(
-    campaign: "Campaign",
-    store: "Store",
+    campaign: "Given",
+    store: "Store | str | PathLike[str] | None" = None,
     *,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -44,13 +47,13 @@ def run(
 
     Parameters
     ----------
-    campaign : the cases
-    store : where runs are kept; made when it does not exist
+    campaign : the cases: a campaign, its file, a mapping like a file, a scene, or a list of scenes
+    store : where runs are kept; made when it does not exist [``WEARLAB_STORE``, else ``wearlab-store``]
     workers : number of worker processes [the cores of this machine]
     scheduler : address of a dask scheduler to use instead of own processes
     retry : compute failed and refused cases again
     recompute : what is computed again: "failed" cases, those "stale" by other code, or "all"
-    progress : show a bar, on a terminal
+    progress : show a bar, on a terminal or in a notebook
     dashboard : let the worker processes show dask's page about themselves; its address is told
     simulate : ``module:function``, scene to dataset
 
@@ -60,11 +63,15 @@ def run(
 
     Raises
     ------
+    CampaignError : the file or the mapping is wrong
     StoreError : the store cannot be read or written
     RunnerError : no scheduler answers
     Interrupted : on Ctrl-C; the finished runs are kept, those in flight are released
     """
+    from wearlab.campaign.given import campaign_of
+
     clock = time.perf_counter()
+    campaign, store = campaign_of(campaign), _store(store)
     again = chosen(recompute, retry)
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
     tasks = with_parents(tasks, store)
@@ -93,6 +100,14 @@ def run(
             raise
         _tidy(store, presence.token, work)
     return _report(campaign, store, key, work.finished, time.perf_counter() - clock, tuple(notes))
+
+
+def _store(given: "Store | str | PathLike[str] | None") -> "Store":
+    from wearlab.store import Store
+
+    if given is None:
+        return Store(os.environ.get("WEARLAB_STORE", "wearlab-store"))
+    return Store(given) if isinstance(given, str | PathLike) else given
 
 
 def _opened(store: "Store") -> list[str]:
@@ -243,4 +258,4 @@ def _report(
         for case, one in zip(campaign.cases, compared, strict=True)
         if one is not None
     )
-    return Report(len(labels), len(computed), *counts, seconds, troubled, expected, notes)
+    return Report(len(labels), len(computed), *counts, seconds, troubled, expected, notes, campaign, store)

@@ -144,6 +144,18 @@ class Scene(Part):
     def _canonical(self) -> str:
         return canonical(self.model_dump())
 
+    def __repr__(self) -> str:
+        from wearlab.scene.telling import one_line
+
+        return f"<Scene {self.id[:10]}: {one_line(self)}>"
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        from wearlab.scene.telling import html
+
+        return html(self)
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scene) and self._canonical == other._canonical
 

@@ -7,11 +7,12 @@ from wearlab.store.errors import StoreError
 
 if TYPE_CHECKING:
     from wearlab.store.store import Store as Store
+    from wearlab.store.store import open_store as open_store
 
-__all__ = ["Store", "StoreError"]
+__all__ = ["Store", "StoreError", "open_store"]
 
 
 def __getattr__(name: str) -> object:
-    if name == "Store":
-        return import_module("wearlab.store.store").Store
+    if name in ("Store", "open_store"):
+        return getattr(import_module("wearlab.store.store"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -329,7 +329,9 @@ def _named(tree: Any) -> list[Key]:
 
 
 def _column(text: str, one: Any) -> Column:
-    return Column(text) if isinstance(one, FirstCycle) else Column(text, one.unit, one.display_unit)
+    if isinstance(one, FirstCycle):
+        return Column(text)
+    return Column(text, one.unit, one.display_unit, one.is_path)
 
 
 __all__ = ["QueryError", "Search"]

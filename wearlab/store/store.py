@@ -1,6 +1,7 @@
 """A store on disk: ``runs/`` with one file per run, ``catalogue.sqlite`` beside it."""
 
 from collections.abc import Callable, Iterable, Sequence
+from html import escape
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from wearlab.store.runs import Image, RunFiles
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wearlab.campaign import Campaign
+    from wearlab.campaign.given import Given
     from wearlab.store.table import Table
 
 CONDITION = " =<>("  # signs that are in every condition and in no id
@@ -45,30 +46,51 @@ class Store:
     def __repr__(self) -> str:
         return f"Store({str(self.path)!r})"
 
+    def _repr_html_(self) -> str:
+        from wearlab.store.html import table_html
+
+        if not self.catalogue.exists():
+            return f"<p>{escape(repr(self))}: nothing is stored yet</p>"
+        told = self.catalogue.read("SELECT state, count(*), sum(size) FROM runs GROUP BY state")
+        rows = [(state, count, f"{(size or 0) / 1e6:.1f} MB") for state, count, size in told]
+        return f"<p><b>{escape(repr(self))}</b></p>{table_html(('state', 'runs', 'size'), rows)}"
+
     def close(self) -> None:
         """Let go of the catalogue; it opens again when needed."""
         self.catalogue.close()
 
     # -- reading ------------------------------------------------------------------------------------------
 
-    def open(self, campaign: "Campaign") -> "xr.Dataset":
+    def open(self, campaign: "Given", *, si: bool = False) -> "xr.Dataset":
         """Return a campaign's runs as one lazy dataset: sweep axes, ``case``, then the run's dimensions.
+
+        What a file gives stands in the file's units, results in SI; each says which in ``attrs["units"]``.
+
+        Parameters
+        ----------
+        campaign : the cases, as `wearlab.run` takes them
+        si : sweep axes in SI units too
 
         Raises
         ------
+        CampaignError : the file or the mapping is wrong
         StoreError : there is no store
         """
+        from wearlab.campaign.given import campaign_of
         from wearlab.store.grid import open_grid
+        from wearlab.store.si import axes_in_si
 
+        campaign = campaign_of(campaign)
         runs = self.catalogue.placed(case.id for case in campaign.cases)
         layouts = self.catalogue.layouts(run.layout for run in runs if run.layout)
         try:
-            return open_grid(campaign, runs, layouts, self.files.folder.absolute())
+            grid = open_grid(campaign, runs, layouts, self.files.folder.absolute())
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise StoreError(
                 f"{self.catalogue.path}: what it says of these runs cannot be understood "
                 f"({type(error).__name__}: {error}); 'wearlab reindex' makes it anew from the run files"
             ) from error
+        return axes_in_si(grid) if si else grid
 
     def query(
         self,
@@ -223,3 +245,20 @@ class Store:
     def reindex(self) -> list[Problem]:
         """Make the catalogue anew from the run files; return the files that could not be read."""
         return reindex(self)
+
+
+def open_store(path: str | PathLike[str]) -> Store:
+    """Return the store that is there.
+
+    Parameters
+    ----------
+    path : its folder
+
+    Raises
+    ------
+    StoreError : there is none; ``Store(path)`` names one that is to be
+    """
+    store = Store(path)
+    if not store.catalogue.exists() and not store.files.folder.is_dir():
+        raise StoreError(f"{store.path}: there is no store here; wearlab.run makes one")
+    return store

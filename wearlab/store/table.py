@@ -1,4 +1,8 @@
-"""What a question found: rows of values under named columns, in SI."""
+"""What a question found: rows of values under named columns.
+
+What a campaign file gives (torques, speeds) stands in the units in which files write it, results in SI, as in
+`Store.open`; ``si=True`` gives SI throughout. What people read (`displayed`, CSV) has display units.
+"""
 
 import csv
 import io
@@ -7,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 
@@ -16,13 +21,19 @@ class Column(NamedTuple):
     Parameters
     ----------
     name : as asked
-    unit : of its values, "" for plain numbers and texts
+    unit : of its values in SI, "" for plain numbers and texts
     display_unit : what people read it in
+    given : whether it is a value of the scene, which campaign files give
     """
 
     name: str
     unit: str = ""
     display_unit: str = ""
+    given: bool = False
+
+    def unit_of(self, si: bool) -> str:
+        """Return the unit of the column in a table that leaves wearlab."""
+        return self.display_unit if self.given and self.display_unit and not si else self.unit
 
 
 @dataclass(frozen=True)
@@ -43,29 +54,54 @@ class Table:
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
         names = [column.name for column in self.columns]
-        return (dict(zip(names, record, strict=True)) for record in self.records)
+        columns = self.to_dict().values()
+        return (dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True))
 
     def __getitem__(self, name: str) -> list[Any]:
         """Return the values of one column."""
         return self.to_dict()[name]
 
-    def to_dict(self) -> dict[str, list[Any]]:
-        """Return the values of every column, SI."""
+    def __repr__(self) -> str:
+        return f"<Table: {len(self)} runs × {', '.join(column.name for column in self.columns)}>"
+
+    def _repr_html_(self) -> str:
+        from wearlab.store.html import table_html
+
+        return table_html(*self.displayed())
+
+    def to_dict(self, *, si: bool = False) -> dict[str, list[Any]]:
+        """Return the values of every column.
+
+        Parameters
+        ----------
+        si : values of scenes in SI units instead of those in which files write them
+        """
         values = zip(*self.records, strict=True) if self.records else ((),) * len(self.columns)
-        return {column.name: list(one) for column, one in zip(self.columns, values, strict=True)}
+        return {
+            column.name: _converted(list(one), column.unit, column.unit_of(si))
+            for column, one in zip(self.columns, values, strict=True)
+        }
+
+    def to_pandas(self, *, si: bool = False) -> "pd.DataFrame":
+        """Return the table as a data frame, one row a run; ``attrs["units"]`` has the unit of each column.
+
+        Parameters
+        ----------
+        si : values of scenes in SI units instead of those in which files write them
+        """
+        import pandas as pd
+
+        frame = pd.DataFrame(self.to_dict(si=si), columns=[column.name for column in self.columns])
+        frame.attrs["units"] = {one.name: one.unit_of(si) for one in self.columns if one.unit}
+        return frame
 
     def displayed(self) -> tuple[list[str], list[tuple[Any, ...]]]:
         """Return heads with units, and the rows in the units that people read."""
-        from wearlab.units import convert
-
         heads, scaled = [], []
-        for column, values in zip(self.columns, self.to_dict().values(), strict=True):
+        for column, values in zip(self.columns, self.to_dict(si=True).values(), strict=True):
             unit = column.display_unit or column.unit
             heads.append(f"{column.name} [{unit}]" if unit not in ("", "1") else column.name)
-            if column.display_unit and column.display_unit != column.unit:
-                factor = convert(1.0, column.unit, column.display_unit)
-                values = [None if value is None else value * factor for value in values]
-            scaled.append(values)
+            scaled.append(_converted(values, column.unit, unit))
         return heads, list(zip(*scaled, strict=True))
 
     def to_csv(self) -> str:
@@ -77,19 +113,34 @@ class Table:
         writer.writerows(tuple("" if value is None else _guarded(value) for value in row) for row in rows)
         return text.getvalue()
 
-    def to_xarray(self) -> "xr.Dataset":
-        """Return the table as a dataset over ``run``, labelled by the ids; missing numbers are NaN."""
+    def to_xarray(self, *, si: bool = False) -> "xr.Dataset":
+        """Return the table as a dataset over ``run``, labelled by the ids; missing numbers are NaN.
+
+        Parameters
+        ----------
+        si : values of scenes in SI units instead of those in which files write them
+        """
         import numpy as np
         import xarray as xr
 
         found = {}
-        for column, values in zip(self.columns, self.to_dict().values(), strict=True):
+        for column, values in zip(self.columns, self.to_dict(si=si).values(), strict=True):
             if any(isinstance(value, str) for value in values):
                 data = np.array(["" if value is None else str(value) for value in values])
             else:
                 data = np.array([np.nan if value is None else value for value in values], float)
-            found[column.name] = ("run", data, {"units": column.unit} if column.unit else {})
+            unit = column.unit_of(si)
+            found[column.name] = ("run", data, {"units": unit} if unit else {})
         return xr.Dataset(found).rename_vars(id="run").set_coords("run")
+
+
+def _converted(values: list[Any], unit: str, wanted: str) -> list[Any]:
+    """Return values in another unit; what is missing stays missing."""
+    if not unit or not wanted or wanted == unit:
+        return values
+    from wearlab.units import convert
+
+    return [None if value is None else convert(value, unit, wanted) for value in values]
 
 
 def _guarded(value: Any) -> Any:
