@@ -247,8 +247,9 @@ VARIABLES: dict[str, Variable] = {
         ("update", "member", "axis", "mesh_period", "phase"),
         "N",
         "N",
-        "force of the support on the gear",
-        "y: along the line of action, as the driving gear pushes the driven",
+        "force of the bearing on the member",
+        "a pair: y along the line of action, as the driving gear pushes the driven; a planetary set: x, y of "
+        "the carrier's frame, a planet's bearing that on its pin, against the centrifugal force too",
     ),
     "dte_harmonics": Variable(
         (*_STATE, "harmonic"), "m", "um", "harmonic amplitude of the dynamic transmission error"
@@ -260,10 +261,14 @@ VARIABLES: dict[str, Variable] = {
     "poincare_rate": Variable(
         ("update", "mesh", "mesh_period"), "m s-1", "mm/s", "rate of the mesh deflection once per mesh period"
     ),
-    "mesh_force_min": Variable(_STATE, "N", "N", "smallest dynamic mesh force", "over the stored phases"),
-    "mesh_force_max": Variable(_STATE, "N", "N", "largest dynamic mesh force", "over the stored phases"),
+    "mesh_force_min": Variable(
+        _STATE, "N", "N", "smallest dynamic mesh force", "of all steps, both sides of every jump"
+    ),
+    "mesh_force_max": Variable(
+        _STATE, "N", "N", "largest dynamic mesh force", "of all steps, both sides of every jump"
+    ),
     "dynamic_factor": Variable(
-        _STATE, "1", "1", "largest dynamic over static mesh force", "over the stored phases"
+        _STATE, "1", "1", "largest dynamic over static mesh force", "of all steps, both sides of every jump"
     ),
     "separation_fraction": Variable(_STATE, "1", "%", "fraction of time without drive-flank contact"),
     "mesh_load_factor": Variable(

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from wearlab.dynamics.energy import energy_balance, nominal_speeds
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.response import Response, deflection_at, friction_forces, step_forces
-from wearlab.dynamics.spur import PairFriction, Support, spur_3dof
+from wearlab.dynamics.spur import GearSupport, PairFriction, spur_3dof
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables, stage_grid
 
@@ -18,7 +18,7 @@ RADIUS, INERTIA = (0.07, 0.09), (7e-3, 12e-3)
 ALPHA, PITCH, ENTRY, RATIO = np.deg2rad(21.0), 8.8e-3, -5.5e-3, 1.7
 PERIOD, TORQUE = 1.0 / 800.0, 200.0
 BREAKS = np.array([0.0, RATIO - 1.0, -ENTRY / PITCH % 1.0])
-BEARING = Support(radial_stiffness=1e9, damping=5000.0)
+BEARING = GearSupport(radial_stiffness=1e9, damping=5000.0)
 
 
 def spur(friction: PairFriction | None = PairFriction(ALPHA), **changes: Any) -> System:  # noqa: B008
@@ -120,11 +120,11 @@ def test_energy_closes_and_every_term_counts(mu: float) -> None:
     assert -response.system.load[-1] / (TORQUE / RADIUS[0]) == pytest.approx(balance.efficiency, rel=1e-9)
 
 
-HELD = Support(radial_stiffness=1e9, damping=5000.0, tangential_stiffness=1e7, torsional_damping=2e3)
+HELD = GearSupport(radial_stiffness=1e9, damping=5000.0, tangential_stiffness=1e7, torsional_damping=2e3)
 
 
 @pytest.mark.parametrize("second", [BEARING, HELD])
-def test_a_motion_that_does_not_repeat_gains_what_it_does_not_lose(second: Support) -> None:
+def test_a_motion_that_does_not_repeat_gains_what_it_does_not_lose(second: GearSupport) -> None:
     """Soon after rest; a free set keeps one load throughout, whatever its march has tried before."""
     system = spur(supports=(BEARING, second))
     grid = stage_grid(BREAKS, 1200)

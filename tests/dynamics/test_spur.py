@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from wearlab.dynamics.spur import Support, effective_mass, mesh_damping_of, spur_3dof, torsional
+from wearlab.dynamics.spur import GearSupport, effective_mass, mesh_damping_of, spur_3dof, torsional
 from wearlab.dynamics.system import System
 
 INERTIA, RADIUS = (7.3e-3, 3.1e-3), (0.07, 0.05)
 
 
 def test_spur_3dof_is_l16_with_x_in_place_of_u() -> None:
-    supports = (Support(1.0e9, 5000.0, preload=10.0), Support(1.2e9, 4000.0, preload=20.0))
+    supports = (GearSupport(1.0e9, 5000.0, preload=10.0), GearSupport(1.2e9, 4000.0, preload=20.0))
     s = spur_3dof(
         mass=(2.8, 1.9),
         inertia=INERTIA,
@@ -38,7 +38,7 @@ def test_torsional_supports_keep_both_rotations_and_the_mesh_acceleration() -> N
         torque=100.0,
         mesh_damping=1.0,
         fluctuation=7.0,
-        supports=(Support(tangential_stiffness=0.0), Support()),
+        supports=(GearSupport(tangential_stiffness=0.0), GearSupport()),
     )
     assert free.coordinates == ("mesh.x",) and held.coordinates == ("pinion.u", "gear.u")
     for load in ("load", "fluctuation_direction"):
@@ -49,7 +49,7 @@ def test_torsional_supports_keep_both_rotations_and_the_mesh_acceleration() -> N
 
 
 def test_damping_ratios() -> None:
-    support = Support(radial_stiffness=1e8, tangential_stiffness=4e6, damping_ratio=0.03)
+    support = GearSupport(radial_stiffness=1e8, tangential_stiffness=4e6, damping_ratio=0.03)
     assert support.radial_damping_on(2.0) == pytest.approx(2 * 0.03 * np.sqrt(1e8 * 2.0))
     assert support.torsional_damping_on(1.5) == pytest.approx(2 * 0.03 * np.sqrt(4e6 * 1.5))
     assert effective_mass((2.0, 2.0), (1.0, 1.0)) == pytest.approx(1.0)

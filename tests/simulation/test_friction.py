@@ -2,6 +2,7 @@
 
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -9,10 +10,12 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.stats import kurtosis
 
+from wearlab.campaign import load
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.build import build
 from wearlab.simulation import simulate
 
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 MU = 0.1
 PAIR = {
     "gears": {
@@ -378,3 +381,13 @@ def test_a_turning_error_makes_sidebands():
     lines, whole = data.mesh_acceleration_orders.values[0, 0], data.order.values % 1.0 == 0.0
     assert lines[0] == pytest.approx(own, rel=0.02)
     assert (lines[~whole] ** 2).sum() / 2 == pytest.approx(sideband, rel=0.05)
+
+
+def test_jumps_of_lagging_meshes_count_for_the_largest_force():
+    """B23's set at 100 rpm: the six jumps of planet and ring lie between the stored phases."""
+    scene = load(CAMPAIGNS / "planetary_friction.toml").cases[0].scene.replace("mesh.extended_contact", False)
+    data = simulate(scene.replace("wear.snapshots", None).replace("wear.until", None))
+    factor = data.dynamic_factor.values[0]
+    np.testing.assert_allclose(factor[:3], factor[0], rtol=1e-6)
+    np.testing.assert_allclose(factor[3:], 1.566, rtol=1e-3)
+    assert np.all(data.dynamic_mesh_force.max(["phase", "mesh_period"]) <= data.mesh_force_max * (1 + 1e-4))

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.spur import Support, spur_3dof
+from wearlab.dynamics.spur import GearSupport, spur_3dof
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables, stage_grid
 
@@ -47,7 +47,7 @@ class BenchmarkPair(NamedTuple):
 
     def system(self) -> System:
         """Return the 3-DOF system."""
-        bearing = Support(radial_stiffness=1150e6, damping=self.bearing_damping)
+        bearing = GearSupport(radial_stiffness=1150e6, damping=self.bearing_damping)
         return spur_3dof(
             mass=(2.8, 2.8),
             inertia=(7.3e-3, 7.3e-3),

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.system import System
+from wearlab.dynamics.within import parabola
 
 Array = NDArray[np.float64]
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
@@ -105,7 +106,7 @@ def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
     whole = v + nominal
     loads = (system.load * whole).reshape(*whole.shape)
     if system.fluctuation_direction is not None and tables.fluctuation is not None:
-        loads = loads + (_parabola(tables.fluctuation, x)[..., None] * system.fluctuation_direction) * whole
+        loads = loads + (parabola(tables.fluctuation, x)[..., None] * system.fluctuation_direction) * whole
     work = np.array([mean(loads[..., row]) for row in range(loads.shape[-1])])
     held = v @ system.damping.T + q @ system.total_stiffness.T
     flanks = _flank_powers(system, mesh, delta)
@@ -147,12 +148,6 @@ class _Flanks(NamedTuple):
     moving: Array
 
 
-def _parabola(table: Array, x: Array) -> Array:
-    """Return three stage values (n_steps, 3, …) at fractions of the steps, (n_nodes, n_steps, …)."""
-    y = 1.0 - x
-    return np.einsum("ix,si...->xs...", np.array([y * (y - x), 4.0 * x * y, x * (x - y)]), table)
-
-
 def _slope(table: Array, x: Array, length: Array) -> Array:
     factors = np.array([4.0 * x - 3.0, 4.0 - 8.0 * x, 4.0 * x - 1.0])
     slope = np.einsum("ix,si...->xs...", factors, table)
@@ -163,14 +158,14 @@ def _mesh_at(response: Response, x: Array) -> _Mesh:
     tables, period = response.tables, response.mesh_period
     length = tables.width * period
     return _Mesh(
-        _parabola(tables.stiffness, x),
+        parabola(tables.stiffness, x),
         _slope(tables.stiffness, x, length),
-        _parabola(tables.gap, x),
+        parabola(tables.gap, x),
         _slope(tables.gap, x, length),
-        _parabola(tables.error, x),
-        _parabola(tables.error_rate, x) / period,
-        None if tables.sliding is None else _parabola(tables.sliding, x),
-        None if tables.moment is None else _parabola(tables.moment, x),
+        parabola(tables.error, x),
+        parabola(tables.error_rate, x) / period,
+        None if tables.sliding is None else parabola(tables.sliding, x),
+        None if tables.moment is None else parabola(tables.moment, x),
     )
 
 

@@ -1,15 +1,18 @@
 """Builder of the planetary model with translations and rotations, 3(N + 3) degrees of freedom (W23)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from wearlab.dynamics.planetary_mesh import CENTRAL, U, bearing_vectors, coordinates, mesh_vectors
 from wearlab.dynamics.rigid import require_held
+from wearlab.dynamics.supports import Support, damping_of, grounded, stiffness_of
 from wearlab.dynamics.system import Array, System
 
 MEMBERS = (*CENTRAL, "planet")
 MESHES = ("sun_planet", "planet_ring")
+ALIKE = 1e-9
+"""Distance of the planets' centre of mass from the axis, over their path, that is none."""
 
 
 def assemble(
@@ -77,7 +80,8 @@ def assemble(
     set is then neutral at any speed, in the ratio of its gears, so that power is neither made nor lost in
     it. W23 and Lin & Parker leave these terms out: without them ``K − ω_c² K_ω`` of an ungrounded carrier is
     indefinite, and a tangential deflection of the pins drives the set; beside a grounded carrier at
-    moderate speed they are nothing.
+    moderate speed they are nothing. Planets unequally spaced pull the carrier to one side: it counts
+    from where its bearing then holds it, which turns with it.
 
     References
     ----------
@@ -91,23 +95,25 @@ def assemble(
     alpha = {mesh: float(pressure_angle[mesh]) for mesh in MESHES}
     planets, names = len(angles), coordinates(len(angles))
     vectors = mesh_vectors(angles, alpha["sun_planet"], alpha["planet_ring"], dict(base_radius))
-    pins = bearing_vectors(angles)
     radius = _radii(base_radius, pin_circle_radius)
 
     def per_mesh(given: Mapping[str, float]) -> Array:
         return np.repeat([float(given.get(mesh, 0.0)) for mesh in MESHES], planets)
 
-    def supports(radial: Mapping[str, float], tangential: Mapping[str, float], pins: Array) -> Array:
-        held = [(radial.get(m, 0.0), radial.get(m, 0.0), tangential.get(m, 0.0)) for m in CENTRAL]
-        spin = (0.0, 0.0, tangential.get("planet", 0.0))
-        own = np.diag(np.array([*held, *[spin] * planets], float).ravel())
-        return own + radial.get("planet", 0.0) * pins.T @ pins
-
     members = (*CENTRAL, *["planet"] * planets)
     inertial = [(mass[m], mass[m], inertia[m] / radius[m] ** 2) for m in members]
     inner = 1.0 - _pull(mass["planet"], radial_stiffness, carrier_speed)
     spin, swing = _rotation(mass, members, planets * mass["planet"] * inner)
-    pins_turn = np.where(np.arange(len(names)) == names.index("carrier.u"), inner, 1.0)
+    swing += _unbalance(angles, mass["planet"], len(names))
+    stiffness = (radial_stiffness, tangential_stiffness)
+    damping = (radial_damping or {}, tangential_damping or {})
+    held = (
+        *_grounded(names, stiffness, damping),
+        *_on_pins(
+            angles, inner, stiffness[0], damping[0], mass["planet"] * carrier_speed**2 * radius["carrier"]
+        ),
+    )
+    supports = _against_unbalance(held)
     load = np.zeros(len(names))
     for member, value in (torque or {}).items():
         load[names.index(f"{member}.u")] += value / radius[member]
@@ -115,8 +121,8 @@ def assemble(
     system = System(
         coordinates=names,
         mass=np.diag(np.array(inertial, float).ravel()),
-        damping=supports(radial_damping or {}, tangential_damping or {}, pins),
-        stiffness=supports(radial_stiffness, tangential_stiffness, pins * pins_turn),
+        damping=damping_of(supports, len(names)),
+        stiffness=stiffness_of(supports, len(names)),
         direction=vectors.direction,
         load=load,
         mesh_damping=per_mesh(mesh_damping or {}),
@@ -130,9 +136,59 @@ def assemble(
         friction_constant=vectors.friction_constant if friction else None,
         friction_slope=vectors.friction_slope if friction else None,
         balance=None if balanced is None else np.array([float(name == f"{balanced}.u") for name in names]),
+        supports=supports,
     )
     require_held(system)
     return system
+
+
+Given = tuple[Mapping[str, float], Mapping[str, float]]
+"""Radial and tangential values of the members, 0 where missing."""
+
+
+def _grounded(names: Sequence[str], stiffness: Given, damping: Given) -> Iterator[Support]:
+    """Yield the supports between members and ground; a planet has one of its rotation alone."""
+    for name in names:
+        member, _, axis = name.rpartition(".")
+        own, turns = "planet" if member.startswith("planet") else member, axis == "u"
+        if own != "planet" or turns:
+            k, c = (given[turns].get(own, 0.0) for given in (stiffness, damping))
+            yield from grounded(names, name, k, c)
+
+
+def _on_pins(
+    angles: Array, inner: float, stiffness: Mapping[str, float], damping: Mapping[str, float], pull: float
+) -> Iterator[Support]:
+    """Yield the bearings of the planets on their pins, which the centrifugal force of a planet preloads.
+
+    ``x_n − (x_c − (1 − σ) u_c sin ψ_n)`` and so on: pins turn on a radius smaller by σ, see `assemble`.
+
+    Parameters
+    ----------
+    angles : (N,) ψ_n [rad]
+    inner : 1 − σ [1]
+    stiffness, damping : radial, of the members [N/m], [N s/m]
+    pull : m_p ω_c² r_c [N]
+    """
+    k, c = stiffness.get("planet", 0.0), damping.get("planet", 0.0)
+    rows = -bearing_vectors(angles)
+    turning = np.where(np.arange(rows.shape[1]) == 3 * CENTRAL.index("carrier") + U, inner, 1.0)
+    for planet, angle in enumerate(angles):
+        for axis, outwards in (("x", np.cos(angle)), ("y", np.sin(angle))):
+            row = rows[2 * planet + "xy".index(axis)]
+            yield Support(f"planet-{planet + 1}", axis, row * turning, row, k, c, -pull * float(outwards))
+
+
+def _against_unbalance(held: Sequence[Support]) -> tuple[Support, ...]:
+    """Return the supports, those of the carrier preloaded by what its planets' bearings add up to."""
+    pulled = {
+        axis: sum(one.preload for one in held if one.member.startswith("planet") and one.axis == axis)
+        for axis in "xy"
+    }
+    return tuple(
+        one._replace(preload=pulled[one.axis]) if one.member == "carrier" and one.axis in pulled else one
+        for one in held
+    )
 
 
 def effective_masses(inertia: Mapping[str, float], base_radius: Mapping[str, float]) -> dict[str, float]:
@@ -193,6 +249,18 @@ def _rotation(mass: Mapping[str, float], members: Sequence[str], preloaded: floa
     carrier = 3 * CENTRAL.index("carrier") + U
     centripetal[carrier, carrier] = -preloaded
     return gyroscopic, centripetal
+
+
+def _unbalance(angles: Array, mass: float, size: int) -> Array:
+    """Return the part of K_ω by which the pull of unequally spaced planets turns with u_c, (size, size)."""
+    centripetal = np.zeros((size, size))
+    carrier = 3 * CENTRAL.index("carrier")
+    pull = mass * np.array([np.sin(angles).sum(), -np.cos(angles).sum()])
+    if np.abs(pull).max() > ALIKE * mass:
+        centripetal[carrier : carrier + 2, carrier + U] = centripetal[carrier + U, carrier : carrier + 2] = (
+            pull
+        )
+    return centripetal
 
 
 def _radii(base_radius: Mapping[str, float], pin_circle_radius: float) -> dict[str, float]:

@@ -7,6 +7,7 @@ import numpy as np
 from wearlab.dynamics.planetary import MESHES, effective_masses
 from wearlab.dynamics.planetary_mesh import CENTRAL, U, mesh_vectors
 from wearlab.dynamics.rigid import require_held
+from wearlab.dynamics.supports import damping_of, grounded, stiffness_of
 from wearlab.dynamics.system import Array, System
 
 
@@ -69,16 +70,18 @@ def planetary_torsional(
     def per_mesh(given: Mapping[str, float]) -> Array:
         return np.repeat([float(given.get(mesh, 0.0)) for mesh in MESHES], planets)
 
-    def supports(given: Mapping[str, float]) -> Array:
-        return np.diag([given.get("sun", 0.0), given.get("carrier", 0.0), *[0.0] * planets])
-
-    grounded = any(stiffness.values())
+    supports = tuple(
+        support
+        for member in ("sun", "carrier")
+        for support in grounded(names, f"{member}.u", stiffness.get(member, 0.0), damping.get(member, 0.0))
+    )
+    held = any(stiffness.values())
     equivalent = {"ring": np.inf, **inertia}
     system = System(
         coordinates=names,
         mass=np.diag(mass),
-        damping=supports(damping),
-        stiffness=supports(stiffness),
+        damping=damping_of(supports, len(names)),
+        stiffness=stiffness_of(supports, len(names)),
         direction=vectors.direction @ turn,
         load=np.eye(planets + 2)[0] * sun_torque / base_radius["sun"],
         mesh_damping=per_mesh(mesh_damping or {}),
@@ -88,7 +91,8 @@ def planetary_torsional(
         meshes=vectors.names,
         friction_constant=vectors.friction_constant @ turn if friction else None,
         friction_slope=vectors.friction_slope @ turn if friction else None,
-        balance=None if grounded else np.eye(planets + 2)[1],
+        balance=None if held else np.eye(planets + 2)[1],
+        supports=supports,
     )
     require_held(system)
     return system

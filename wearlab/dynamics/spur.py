@@ -4,10 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wearlab.dynamics.supports import damping_of, grounded, stiffness_of
 from wearlab.dynamics.system import Array, System
 
 
-class Support(NamedTuple):
+class GearSupport(NamedTuple):
     """What holds one gear against ground, on the line of action.
 
     Parameters
@@ -36,7 +37,7 @@ class Support(NamedTuple):
         return _damping(self.torsional_damping, self.damping_ratio, self.tangential_stiffness, mass)
 
 
-NO_SUPPORT = Support()
+NO_SUPPORT = GearSupport()
 
 
 class PairFriction(NamedTuple):
@@ -84,7 +85,7 @@ def torsional(
     damping_always: bool = False,
     backlash: float | None = None,
     fluctuation: float | None = None,
-    supports: tuple[Support, Support] = (NO_SUPPORT, NO_SUPPORT),
+    supports: tuple[GearSupport, GearSupport] = (NO_SUPPORT, NO_SUPPORT),
     names: tuple[str, str] = ("pinion", "gear"),
     friction: PairFriction | None = None,
 ) -> System:
@@ -118,7 +119,7 @@ def spur_3dof(
     base_radius: tuple[float, float],
     torque: float,
     mesh_damping: float,
-    supports: tuple[Support, Support],
+    supports: tuple[GearSupport, GearSupport],
     damping_always: bool = False,
     backlash: float | None = None,
     fluctuation: float | None = None,
@@ -174,7 +175,7 @@ def _rubbing(system: System, friction: PairFriction, base_radius: tuple[float, f
 
 
 class _Part(NamedTuple):
-    """Uncoupled coordinates, one entry each: names, M, C, K, d, F and fluctuating load (None: absent)."""
+    """Uncoupled coordinates, one entry each: names, M, c, k, d, F and fluctuating load (None: absent)."""
 
     names: tuple[str, ...]
     mass: tuple[float, ...]
@@ -190,7 +191,7 @@ def _rotation(
     base_radius: tuple[float, float],
     torque: float,
     fluctuation: float | None,
-    supports: tuple[Support, Support],
+    supports: tuple[GearSupport, GearSupport],
     names: tuple[str, str],
     both: bool = False,
 ) -> _Part:
@@ -221,11 +222,16 @@ def _system(
     def joined(field: str) -> Array:
         return np.array([value for part in parts for value in getattr(part, field)])
 
+    names = tuple(name for part in parts for name in part.names)
+    each = zip(names, joined("stiffness"), joined("damping"), strict=True)
+    supports = tuple(
+        support for name, stiffness, damping in each for support in grounded(names, name, stiffness, damping)
+    )
     return System(
-        coordinates=tuple(name for part in parts for name in part.names),
+        coordinates=names,
         mass=np.diag(joined("mass")),
-        damping=np.diag(joined("damping")),
-        stiffness=np.diag(joined("stiffness")),
+        damping=damping_of(supports, len(names)),
+        stiffness=stiffness_of(supports, len(names)),
         direction=joined("direction")[None, :],
         load=joined("load"),
         mesh_damping=np.array([mesh_damping]),
@@ -233,4 +239,5 @@ def _system(
         mesh_mass=np.array([mesh_mass]),
         backlash=None if backlash is None else np.array([backlash]),
         fluctuation_direction=None if parts[-1].fluctuation is None else joined("fluctuation"),
+        supports=supports,
     )

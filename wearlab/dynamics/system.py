@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.supports import Support
+
 Array = NDArray[np.float64]
 
 
@@ -36,6 +38,7 @@ class System(NamedTuple):
     friction_constant, friction_slope : (n_mesh, n) f0 [1], f1 [1/m], or None without friction
     balance : (n,) a load of unknown size that keeps the mean speed of a system free to turn; None: the loads
         given must be in balance [1]
+    supports : what holds the members; they make up C and K and say which force a bearing exerts
     """
 
     coordinates: tuple[str, ...]
@@ -56,6 +59,7 @@ class System(NamedTuple):
     friction_constant: Array | None = None
     friction_slope: Array | None = None
     balance: Array | None = None
+    supports: tuple[Support, ...] = ()
 
     @property
     def total_damping(self) -> Array:

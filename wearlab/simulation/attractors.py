@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.coexisting import MOST_STEPS, Search, coexisting
+from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.response import Response, step_forces
+from wearlab.dynamics.response import Response
 from wearlab.life.state import WearState
 from wearlab.scene.build import Parts
 
@@ -81,7 +82,6 @@ def _values_of(others: Sequence[Response | None]) -> Values:
 
 def _described(other: Response) -> Array:
     """Return period, largest multiplier, and the smallest and largest force of every mesh."""
-    force = step_forces(other).elastic
+    found = extremes(other)
     largest = float(abs(other.multipliers[0])) if len(other.multipliers) else np.nan
-    over = (0, 1, 2)
-    return np.concatenate([[float(other.period), largest], force.min(axis=over), force.max(axis=over)])
+    return np.concatenate([[float(other.period), largest], found.least, found.largest])

@@ -7,13 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.continuation import JumpOfResponse, Point
+from wearlab.dynamics.extremes import extremes
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.excitation import mesh_force
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.scene.build.response import SpeedResponse, build_response
-from wearlab.simulation.vibration import separated, transmission_error
+from wearlab.simulation.vibration import transmission_error
 
 Array = NDArray[np.float64]
 Values = dict[str, Any]
@@ -79,16 +80,16 @@ def _described(wanted: SpeedResponse, point: Point) -> Values:
     transmission = transmission_error(vibration, position)
     if transmission is None:
         transmission = deflection
-    static = parts.kinds[0].analysis.load
+    static, extreme = parts.kinds[0].analysis.load, extremes(response)
     poincare = _strobed(vibration, point)
     multiplier = abs(response.multipliers[0]) if len(response.multipliers) else np.nan
     return {
-        "dynamic_factor": force.max() / static if static > 0.0 else np.nan,
-        "force_peak_to_peak": np.ptp(force),
+        "dynamic_factor": extreme.largest[0] / static if static > 0.0 else np.nan,
+        "force_peak_to_peak": extreme.largest[0] - extreme.least[0],
         "force_rms": force.std(),
         "dte_peak_to_peak": np.ptp(transmission),
         "dte_rms": transmission.std(),
-        "separation_fraction": separated(parts, vibration, touching, response)[0],
+        "separation_fraction": extreme.separated[0],
         "orbit_period": response.period,
         "multiplier": multiplier,
         "dte_orders": order_amplitudes(transmission),

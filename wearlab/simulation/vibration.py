@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.acceleration import within_steps
+from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.response import Response
+from wearlab.dynamics.supports import bearing_forces
 from wearlab.life.history import History
 from wearlab.life.load import equivalent_force
 from wearlab.life.state import WearState
@@ -25,8 +27,6 @@ from wearlab.simulation.static import pair_slots
 
 Array = NDArray[np.float64]
 Values = dict[str, Any]
-
-SEPARATION_SAMPLES = 2048
 
 
 def dynamic_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
@@ -86,7 +86,7 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
     if parts.gears.planetary is not None:
         values["mesh_load_factor"] = np.concatenate([load_factors(parts, k, m) for k, m in enumerate(means)])
     values |= {
-        "separation_fraction": separated(parts, vibration, touching, response),
+        **extreme_values(parts, response),
         "response_period": response.period * vibration.hunting,
         "floquet_multiplier": _as_parts(response, 2 * len(vibration.system.coordinates)),
         "residual_mean_force": mean_force_residual(parts, [mine.analysis.load for mine in touching], means),
@@ -101,7 +101,8 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
         ]
         values["equivalent_load"] = [equivalent[mesh.kind] for mesh in parts.meshes]
     if has_bearings(parts):
-        values["bearing_force"] = _bearing_force(parts, vibration, position, velocity)
+        force = bearing_forces(vibration.system.supports, parts.gears.members, position, velocity)
+        values["bearing_force"] = force * _sense_of_axes(parts)
     return values
 
 
@@ -113,7 +114,6 @@ def _mesh_response(
     mine = touching[one.kind]
     forces = [mesh_force(mine, where, row, vibration.backlash_of(mesh)) for row in deflection]
     elastic = np.stack([force.elastic for force in forces])
-    static = mine.analysis.load
     values = {
         "dynamic_mesh_force": elastic,
         "mesh_damping_force": damping_force(vibration, mine, mesh, where, deflection, rate),
@@ -122,9 +122,6 @@ def _mesh_response(
         "pair_force": np.stack([pair_slots(force.pair, mine.analysis.grid) for force in forces], axis=1),
         "poincare_deflection": deflection[:, 0],
         "poincare_rate": rate[:, 0],
-        "mesh_force_min": np.asarray(elastic.min()),
-        "mesh_force_max": np.asarray(elastic.max()),
-        "dynamic_factor": np.asarray(elastic.max() / static if static > 0.0 else np.nan),
     }
     if parts.friction is not None:
         values["friction_force"] = np.stack(
@@ -135,6 +132,20 @@ def _mesh_response(
         values["excitation_stiffness"] = mine.series.stiffness.value(own)
         values["excitation_error"] = mine.series.error.value(own) + one.error.value(own)
     return values
+
+
+def extreme_values(parts: Parts, response: Response) -> Values:
+    """Return the extreme forces of every mesh and the time it is apart, from the steps of its response."""
+    found = extremes(response)
+    static = np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
+    return {
+        "mesh_force_min": found.least,
+        "mesh_force_max": found.largest,
+        "dynamic_factor": np.divide(
+            found.largest, static, out=np.full(len(static), np.nan), where=static > 0.0
+        ),
+        "separation_fraction": found.separated,
+    }
 
 
 def damping_force(
@@ -151,26 +162,11 @@ def flanks_touch(
     mine: Touching, where: Lookup, deflection: Array, backlash: float | None
 ) -> NDArray[np.bool_]:
     """Return whether any flank, drive or back, is in contact, (n_periods, n_phases)."""
-    contact = drive_touches(mine, where, deflection)
-    return contact if backlash is None else contact | (deflection < -backlash)
-
-
-def drive_touches(mine: Touching, where: Lookup, deflection: Array) -> NDArray[np.bool_]:
-    """Return whether a drive flank is in contact, (n_periods, n_phases)."""
     if mine.series is not None:
-        return np.asarray(deflection > 0.0)
-    _, gap, _ = mine.analysis.at(mine.nodes, where)
-    return np.asarray(deflection > gap.min(axis=1))
-
-
-def separated(parts: Parts, vibration: Vibration, touching: list[Touching], response: Response) -> Array:
-    """Return the fraction of time in which no drive flank of a mesh touches, (n_mesh,) [1]."""
-    phases = (np.arange(SEPARATION_SAMPLES) + 0.5) / SEPARATION_SAMPLES
-    deflection, _ = vibration.deflection(response, vibration.look(phases))
-    return np.array([
-        1.0 - np.mean(drive_touches(touching[one.kind], parts.look(mesh, phases), deflection[:, mesh]))
-        for mesh, one in enumerate(parts.meshes)
-    ])  # fmt: skip
+        contact = np.asarray(deflection > 0.0)
+    else:
+        contact = deflection > mine.analysis.at(mine.nodes, where)[1].min(axis=1)
+    return contact if backlash is None else contact | (deflection < -backlash)
 
 
 def mean_force_residual(parts: Parts, loads: list[float], moments_of: list[Array]) -> float:
@@ -252,23 +248,15 @@ def _over_periods(values: Array, phase: Array, count: int) -> Harmonics:
 def has_bearings(parts: Parts) -> bool:
     """Whether a member moves on its support."""
     return parts.vibration is not None and any(
-        name.endswith((".x", ".y")) and not name.startswith("mesh.")
-        for name in parts.vibration.system.coordinates
+        one.axis in ("x", "y") for one in parts.vibration.system.supports
     )
 
 
-def _bearing_force(parts: Parts, vibration: Vibration, position: Array, velocity: Array) -> Array:
-    """Return −(k q + c q̇) of each member's translations, (member, axis, n_periods, n_phases) [N]."""
-    system, names = vibration.system, vibration.system.coordinates
-    force = np.zeros((len(parts.gears.members), 2, *position[:, 0].shape))
-    for row, member in enumerate(parts.gears.members):
-        for axis, letter in enumerate("xy"):
-            if f"{member}.{letter}" in names:
-                i = names.index(f"{member}.{letter}")
-                force[row, axis] = -(
-                    system.stiffness[i, i] * position[:, i] + system.damping[i, i] * velocity[:, i]
-                )
-    return force
+def _sense_of_axes(parts: Parts) -> Array:
+    """Return the senses of x and y as the model counts them, (2, 1, 1): y of a mirrored set points back."""
+    planetary = parts.gears.planetary
+    mirrored = planetary is not None and not planetary.sun_drives
+    return np.array([1.0, -1.0 if mirrored else 1.0])[:, None, None]
 
 
 def _as_parts(response: Response, count: int) -> Array:

@@ -8,7 +8,14 @@ from numpy.typing import NDArray
 from wearlab.dynamics import planetary
 from wearlab.dynamics.balance import balance_of
 from wearlab.dynamics.planetary_torsional import planetary_torsional
-from wearlab.dynamics.spur import PairFriction, Support, effective_mass, mesh_damping_of, spur_3dof, torsional
+from wearlab.dynamics.spur import (
+    GearSupport,
+    PairFriction,
+    effective_mass,
+    mesh_damping_of,
+    spur_3dof,
+    torsional,
+)
 from wearlab.dynamics.system import System
 from wearlab.gears.errors import GearError
 from wearlab.gears.pair import GearPair
@@ -77,14 +84,14 @@ def _of_pair(scene: Scene, pair: GearPair, stiffness: float) -> System:
     return spur_3dof(mass=(gears[0].mass, gears[1].mass), **common)
 
 
-def _support(given: Any, base_radius: float) -> Support:
+def _support(given: Any, base_radius: float) -> GearSupport:
     if given is None:
-        return Support()
+        return GearSupport()
     tangential = given.tangential_stiffness
     if given.torsional_stiffness is not None:
         tangential = given.torsional_stiffness / base_radius**2
     torsional_damping = given.torsional_damping
-    return Support(
+    return GearSupport(
         radial_stiffness=given.radial_stiffness,
         damping=given.damping,
         tangential_stiffness=tangential,

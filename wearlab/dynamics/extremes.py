@@ -1,0 +1,83 @@
+"""Largest and smallest mesh force, and the time apart, of a response: from its steps, not from samples.
+
+A force that pairs enter and leave is largest at a jump as often as not. Jumps of every mesh, lagging ones
+too, lie between two steps, and both sides of each are among what is looked at. Within a step the force is
+smooth; the few steps that come nearest to an extreme are looked into closely.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.response import Response
+from wearlab.dynamics.within import forces_within
+
+Array = NDArray[np.float64]
+
+FRACTIONS = np.linspace(0.0, 1.0, 9)
+"""Where within each step is looked first."""
+CLOSELY = np.linspace(0.0, 1.0, 129)
+"""Where within the steps that come nearest to an extreme."""
+NEAREST = 6
+"""Steps of every mesh that are looked into closely, for the largest and for the smallest force."""
+AT_ONCE = 2_000_000
+"""Values of a force that are held at once."""
+
+
+class Extremes(NamedTuple):
+    """What is read off the mesh forces of a response, (n_mesh,) each.
+
+    Parameters
+    ----------
+    least, largest : elastic mesh force [N]
+    separated : fraction of time in which no drive flank touches [1]
+    """
+
+    least: Array
+    largest: Array
+    separated: Array
+
+
+def extremes(response: Response) -> Extremes:
+    """Return the extreme forces of every mesh over the period, or over the kept periods, of a response."""
+    meshes, steps = len(response.system.direction), len(response.tables.width)
+    block = max(1, AT_ONCE // (len(FRACTIONS) * steps * meshes))
+    kept = len(response.state)
+    found = [_of_periods(response, slice(at, min(at + block, kept))) for at in range(0, kept, block)]
+    share = np.array([min(block, kept - at) / kept for at in range(0, kept, block)])
+    return Extremes(
+        np.min([one.least for one in found], axis=0),
+        np.max([one.largest for one in found], axis=0),
+        share @ np.array([one.separated for one in found]),
+    )
+
+
+def _of_periods(response: Response, kept: slice) -> Extremes:
+    forces, width = forces_within(response, FRACTIONS, kept), response.tables.width
+    low, high = forces.elastic.min(axis=(0, 1)), forces.elastic.max(axis=(0, 1))
+    nearest = min(NEAREST, len(width))
+    near = np.concatenate(
+        [
+            np.argpartition(-high, nearest - 1, axis=0)[:nearest],
+            np.argpartition(low, nearest - 1, axis=0)[:nearest],
+        ]
+    )
+    closely = forces_within(response, CLOSELY, kept, np.unique(near)).elastic
+    apart = _positive_share(forces.clearance).mean(axis=0)
+    over = (0, 1, 2)
+    return Extremes(
+        np.minimum(low.min(axis=0), closely.min(axis=over)),
+        np.maximum(high.max(axis=0), closely.max(axis=over)),
+        width @ apart / width.sum(),
+    )
+
+
+def _positive_share(values: Array) -> Array:
+    """Return the share of each step in which a signal is positive, straight between its values."""
+    low, high = values[:, :-1], values[:, 1:]
+    lesser, larger = np.minimum(low, high), np.maximum(low, high)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        crossed = larger / (larger - lesser)
+    share = np.where(lesser >= 0.0, 1.0, np.where(larger <= 0.0, 0.0, crossed))
+    return np.asarray(share.mean(axis=1))

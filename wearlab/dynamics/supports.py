@@ -1,0 +1,99 @@
+"""What holds the members: springs and dampers to ground or to another member, and the forces they exert."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Support(NamedTuple):
+    """One spring and damper that acts on a member, between it and ground or another member.
+
+    The force on the member along its axis is ``preload − k d·q − c r·q̇``: a planet's bearing gives way by
+    ``x_planet − x_pin``, so that d and r have entries of both.
+
+    Parameters
+    ----------
+    member : name of the member it acts on
+    axis : "x" or "y" of a translation, "u" of a rotation seen at the member's radius
+    give : (n,) d, by how much it gives way with the coordinates [1]
+    slip : (n,) r, by how much its rate follows the coordinates' rates [1]
+    stiffness : k [N/m]
+    damping : c [N s/m]
+    preload : force on the member at q = 0, in balance with loads that the equation of motion leaves out [N]
+    """
+
+    member: str
+    axis: str
+    give: Array
+    slip: Array
+    stiffness: float
+    damping: float
+    preload: float = 0.0
+
+
+def grounded(coordinates: Sequence[str], name: str, stiffness: float, damping: float) -> tuple[Support, ...]:
+    """Return the support of one coordinate against ground; none where nothing holds it.
+
+    Parameters
+    ----------
+    coordinates : names of all coordinates
+    name : the coordinate, such as ``"ring.x"``
+    stiffness, damping : k [N/m], c [N s/m]
+    """
+    if stiffness == 0.0 and damping == 0.0:
+        return ()
+    own = np.array([float(one == name) for one in coordinates])
+    member, _, axis = name.rpartition(".")
+    return (Support(member, axis, own, own, stiffness, damping),)
+
+
+def stiffness_of(supports: Sequence[Support], count: int) -> Array:
+    """Return ``K = Σ k d dᵀ`` of supports, (count, count) [N/m]."""
+    found = np.zeros((count, count))
+    for one in supports:
+        found += one.stiffness * np.outer(one.give, one.give)
+    return found
+
+
+def damping_of(supports: Sequence[Support], count: int) -> Array:
+    """Return ``C = Σ c r rᵀ`` of supports, (count, count) [N s/m]."""
+    found = np.zeros((count, count))
+    for one in supports:
+        found += one.damping * np.outer(one.slip, one.slip)
+    return found
+
+
+def support_force(support: Support, position: Array, velocity: Array) -> Array:
+    """Return the force of a support on its member, ``preload − k d·q − c r·q̇`` (n_kept, n_instants) [N].
+
+    Parameters
+    ----------
+    support : the support
+    position, velocity : (n_kept, n, n_instants) coordinates q [m] and q̇ [m/s]
+    """
+    given = support.stiffness * np.einsum("i,kij->kj", support.give, position)
+    return np.asarray(
+        support.preload - given - support.damping * np.einsum("i,kij->kj", support.slip, velocity)
+    )
+
+
+def bearing_forces(
+    supports: Sequence[Support], members: Sequence[str], position: Array, velocity: Array
+) -> Array:
+    """Return the force of the bearings on each member, (n_members, 2, n_kept, n_instants) along x and y [N].
+
+    Parameters
+    ----------
+    supports : of the system; those against rotation exert no force
+    members : names of the members wanted, 0 for those that none of the supports holds
+    position, velocity : (n_kept, n, n_instants) coordinates q [m] and q̇ [m/s]
+    """
+    force = np.zeros((len(members), 2, len(position), position.shape[-1]))
+    for one in supports:
+        if one.axis in ("x", "y") and one.member in members:
+            force[members.index(one.member), "xy".index(one.axis)] += support_force(one, position, velocity)
+    return force

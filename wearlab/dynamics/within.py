@@ -1,0 +1,72 @@
+"""Mesh forces anywhere within the steps of a response, by the tables that the solver itself has used."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.response import Response
+
+Array = NDArray[np.float64]
+
+FAR = 1.0
+"""Clearance of a pair that is out of the path [m]."""
+
+
+class ForcesWithin(NamedTuple):
+    """Meshes at fractions of every step, (n_kept, n_fractions, n_steps, n_mesh).
+
+    Fraction 0 of a step and fraction 1 of the one before are the two sides of a jump.
+
+    Parameters
+    ----------
+    elastic : drive minus back flank force [N]
+    damping : of the mesh, 0 in separation unless it always acts [N]
+    clearance : of the drive flanks, that of the pair nearest to contact: negative while one touches [m]
+    """
+
+    elastic: Array
+    damping: Array
+    clearance: Array
+
+
+def parabola(table: Array, x: Array) -> Array:
+    """Return three stage values (n_steps, 3, …) at fractions of the steps, (n_fractions, n_steps, …)."""
+    y = 1.0 - x
+    return np.einsum("ix,si...->xs...", np.array([y * (y - x), 4.0 * x * y, x * (x - y)]), table)
+
+
+def forces_within(
+    response: Response, x: Array, kept: slice = slice(None), steps: NDArray[np.int64] | None = None
+) -> ForcesWithin:
+    """Return the forces of all meshes at fractions of steps.
+
+    ``W = Σ_p k_p max(0, δ − g_p) − Σ_p k_p max(0, −j_bn − δ)``, damping ``c δ̇``: the path's polynomials
+    give d·q, and the stages' parabolas k, g and e.
+
+    Parameters
+    ----------
+    response : the response
+    x : (n_fractions,) [1]
+    kept : which of the kept periods
+    steps : (n_steps,) which steps; None: all
+    """
+    system, tables = response.system, response.tables
+    steps = np.arange(len(tables.width)) if steps is None else steps
+    shape = (len(x), len(steps), len(system.direction))
+    path = response.approach
+    path = path._replace(coefficient=path.coefficient[:, kept])
+    position, velocity = path.at(np.tile(steps, len(x)), np.repeat(x, len(steps)))
+    delta = position.reshape(-1, *shape) - parabola(tables.error[steps], x)
+    rate = velocity.reshape(-1, *shape) - parabola(tables.error_rate[steps], x) / response.mesh_period
+    stiffness = parabola(tables.stiffness[steps], x)
+    present = stiffness > 0.0
+    apart = np.where(present, parabola(tables.gap[steps], x) - delta[..., None], FAR)
+    elastic = (stiffness * np.where(present, np.maximum(-apart, 0.0), 0.0)).sum(axis=-1)
+    clearance = apart.min(axis=-1)
+    touching = clearance < 0.0
+    if system.backlash is not None:
+        back = stiffness.sum(axis=-1) * np.maximum(0.0, -system.backlash - delta)
+        elastic, touching = elastic - back, touching | (back > 0.0)
+    gate = 1.0 if system.damping_always else touching
+    return ForcesWithin(elastic, system.mesh_damping * rate * gate, clearance)
