@@ -9,6 +9,7 @@ from wearlab.figures.kinds.distribution import (
     HISTOGRAM,
     PROBABILITY,
     QUANTILE_BANDS,
+    Sampled,
     histogram,
     quantile,
 )
@@ -82,20 +83,23 @@ def test_a_log_normal_sample_lies_on_its_line_and_in_its_band():
     assert np.mean((low <= bent[0].x) & (bent[0].x <= high)) < 0.7  # uniform values are none
 
 
-def test_bands_keep_the_end_of_runs_that_have_ended():
+@pytest.mark.parametrize("ended", ["above", "kept"])
+def test_bands_of_runs_that_end_at_a_limit(ended):
     """Depths v·n up to 1 at rates 1…99: the median rate is 50, the 5 % one 5.3."""
     rates = np.arange(1.0, 100.0)
     depth = Scale("depth", "um")
-    runs = [Series({}, np.array([0.0, 1.0 / v]), np.array([0.0, 1.0]), LIFE, depth) for v in rates]
+    ends = np.array([0.0, 1.0])
+    runs = [Sampled({}, np.array([0.0, 1.0 / v]), ends, LIFE, depth, ended=ended) for v in rates]
     wide, narrow, median = QUANTILE_BANDS.joined(runs)
-    x = median.x
-    np.testing.assert_allclose(median.y, np.minimum(1.0, 50.0 * x), atol=1e-12)
-    low, high = wide.y[: len(x)], wide.y[: len(x) - 1 : -1]
+    np.testing.assert_allclose(median.y, np.minimum(1.0, 50.0 * median.x), atol=1e-12)
+    half = len(wide.x) // 2
+    x, low, high = wide.x[:half], wide.y[:half], wide.y[: half - 1 : -1]
     early = x < 0.009
     np.testing.assert_allclose(low[early], 5.3 * x[early], rtol=0.01)
     np.testing.assert_allclose(high[early], 95.0 * x[early], rtol=0.01)
     assert (high == 1.0).any() and low[-1] == pytest.approx(1.0, abs=0.05)
-    assert (narrow.y.max() <= 1.0) and x[-1] < 0.3  # the slowest 5 % of the runs are not waited for
+    assert narrow.y.max() <= 1.0 and x[-1] < 0.3  # the slowest 5 % of the runs are not waited for
+    assert (median.x[-1] < 0.025) == (ended == "above")  # where the median run has reached its limit
 
 
 @pytest.mark.parametrize("kind", [HISTOGRAM, PROBABILITY, QUANTILE_BANDS])

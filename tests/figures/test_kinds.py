@@ -15,7 +15,7 @@ def titles(plot):
 def test_stiffness_through_an_engagement(plot):
     one = plot(kind="tvms", select={"case": "static"})
     assert len(one.panels) == 1
-    assert named(one) == ["unworn", "3 million cycles", "100 million cycles"]
+    assert named(one) == ["unworn", "3 million cycles (50 h)", "100 million cycles (1,670 h)"]
     (panel,) = one.panels
     assert panel.y_label == "Mesh stiffness (N/µm)"
     curve = panel.curves[2]

@@ -80,6 +80,7 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
         data[name] = (variable.dims, size * (1.0 + rng.random(shape)), attributes(name))
     given: dict[str, Any] = {
         "cycle": CYCLES[: length["update"]], "phase": PHASE, "path_position": np.stack([S, S]),
+        "operating_hours": 60.0 * CYCLES[: length["update"]] / (speed or 1000.0),
         "contact_ratio": [RATIO], "mesh_phase_offset": [0.0],
         "mesh_stiffness": 3e8 + 1e7 * np.arange(3)[:, None, None] + 1e6 * PHASE,
         "max_wear_depth": np.array([[0.0, 0.0], [1e-6, 2e-6], [4e-6, 5e-6]]) * (speed or 1000.0) / 1000.0,

@@ -36,13 +36,14 @@ def _problems(campaign: "Campaign", spec: Any, number: int, folder: Any) -> Iter
         yield f"figure {number}: kind {ask.kind!r} is unknown; {choices(ask.kind, KINDS)}"
     axes = {axis.name: axis for axis in campaign.axes}
     beside = {name for axis in campaign.axes for name in axis.coordinates}
+    keys = {word for axis in campaign.axes for word in (axis.key, axis.key.rpartition(".")[2])}
     names = {*axes, *beside, "case", *(dimension.name for dimension in DIMENSIONS), *VARIABLES}
     for key in ask.select:
         if key not in names:
             yield f"{ask.name}: select.{key} is unknown; {choices(key, sorted(names - set(VARIABLES)))}"
     for role in ("x", "hue", "rows", "cols"):
         name = getattr(ask, role)
-        if name is not None and name not in names:
+        if name is not None and name not in names | keys:
             yield f"{ask.name}: {role} = {name!r} is unknown; {choices(name, sorted(names))}"
     for name in ask.y:
         if name not in VARIABLES:

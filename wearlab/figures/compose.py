@@ -5,14 +5,13 @@ from dataclasses import replace
 from itertools import groupby
 
 from wearlab.figures.ask import Ask
-from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
-from wearlab.figures.palette import GREY, INK, pens
+from wearlab.figures.palette import GREY, INK, bar_of, beside_bar, pens
 from wearlab.figures.plot import Curve, Entry, Panel, Pen, Plot, Series
+from wearlab.figures.roles import laid_out
 from wearlab.figures.select import STATE_COORDINATES
 from wearlab.figures.wording import Label, axis_label, power_of_ten
 
-ROLES = ("cols", "rows", "hue")
 MOST_COLUMNS = 3
 SHOWS_ITSELF = ("variable", "part")  # what the y label tells
 ALONE = "#0072B2"  # a curve without a hue
@@ -28,15 +27,19 @@ def compose(
 
     Raises
     ------
-    FigureError : a role names what these series do not have, or more varies than there are roles
+    FigureError : a role names what these series do not have
     """
-    varied = _varied(series)
-    roles = _roles(varied, series, ask, kind, grid_dims)
-    rows = _labels(varied, roles, "rows")
-    columns = _labels(varied, roles, "cols")
-    hues = _labels(varied, roles, "hue")
-    pen = pens([label for label in hues if label], roles.get("hue"))
-    cells = _cells(rows, columns)
+    layout = laid_out(series, ask, kind, grid_dims)
+    series, varied, roles = layout.series, layout.varied, layout.roles
+    rows, columns, hues = (layout.labels(role) for role in ("rows", "cols", "hue"))
+    hue = roles.get("hue")
+    pen = pens([label for label in hues if label], hue)
+    turned = (
+        len(columns) > MOST_COLUMNS >= len(rows) > 1
+        and not (ask.rows or ask.cols)
+        and roles.get("rows") != "variable"
+    )
+    cells = _cells(rows, columns, turned)
     shape = (max(r for r, _ in cells.values()) + 1, max(c for _, c in cells.values()) + 1)
     powers = _powers(series)
     panels = []
@@ -44,10 +47,8 @@ def compose(
         inside = [s for s in series if _fits(s, roles, row, column)]
         if inside:
             named = [x.text for x in (column, row) if x and not _tells_itself(roles, x, varied)]
-            panels.append(
-                _panel(inside, r, c, ", ".join(dict.fromkeys(named)), roles.get("hue"), pen, powers)
-            )
-    legend = _legend(series, hues, pen, roles.get("hue"))
+            panels.append(_panel(inside, r, c, ", ".join(dict.fromkeys(named)), hue, pen, powers))
+    bar = bar_of([h for h in hues if h is not None], hue)
     ups = {s.up.words for s in series}
     return Plot(
         title=ask.title or _title(series, varied, ask, kind),
@@ -55,10 +56,11 @@ def compose(
         rows=shape[0],
         columns=shape[1],
         share_y="all" if len(ups) == 1 else "row" if roles.get("rows") == "variable" else "none",
-        legend=legend,
-        notes=tuple(notes),
+        legend=_legend(series, hues if bar is None else beside_bar(hues), pen, hue),
+        notes=(*notes, *layout.notes),
         shape=kind.shape,
         ranks=kind.ranks,
+        bar=bar,
     )
 
 
@@ -67,88 +69,39 @@ def _title(series: Sequence[Series], varied: Mapping[str, list[Label]], ask: Ask
     key = next((s.key for s in series if s.look not in ("reference", "published")), {})
     asked = {"update" if name in STATE_COORDINATES else name for name in ask.select}
     fixed = [key[name].text for name in key if name in asked and name not in varied]
-    words = kind.title or axis_label(series[0].up.words, "", 0)
+    other = bool(ask.y and kind.titled and ask.y[0] != kind.y)
+    words = kind.titled.format(_subject(series, kind)) if other else kind.title
+    words = axis_label(words or series[0].up.words, "", 0)
     return ", ".join(dict.fromkeys([words, *fixed]))
+
+
+def _subject(series: Sequence[Series], kind: Kind) -> str:
+    """Return what the curves show in words, as they stand within a sentence."""
+    first = next((s for s in series if s.look not in ("reference", "published")), series[0])
+    words = (first.across if kind.along_x else first.up).words
+    return words if words[:2].isupper() else words[:1].lower() + words[1:]
 
 
 def hue_of(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence[str]) -> str | None:
     """Return the dimension that becomes the hue, None when none does."""
-    return _roles(_varied(series), series, ask, kind, grid_dims).get("hue")
-
-
-def _varied(series: Sequence[Series]) -> dict[str, list[Label]]:
-    """Return the labels along every dimension that has more than one, in order."""
-    found: dict[str, dict[Label, None]] = {}
-    for one in series:
-        for name, label in one.key.items():
-            found.setdefault(name, {})[label] = None
-    ordered = {name: _in_order(list(labels)) for name, labels in found.items()}
-    return {name: labels for name, labels in ordered.items() if len(labels) > 1}
-
-
-def _in_order(labels: list[Label]) -> list[Label]:
-    numbers = [label for label in labels if not isinstance(label.value, str)]
-    return sorted(numbers) + [label for label in labels if isinstance(label.value, str)]
-
-
-def _roles(
-    varied: Mapping[str, list[Label]],
-    series: Sequence[Series],
-    ask: Ask,
-    kind: Kind,
-    grid_dims: Sequence[str],
-) -> dict[str, str]:
-    """Return role → dimension: what was asked for, then the kind's preference, then whatever is free."""
-    known = {name for one in series for name in one.key}
-    asked = {role: name for role in ROLES if (name := getattr(ask, role))}
-    for role, name in asked.items():
-        if name not in known:
-            raise FigureError(
-                f"{ask.name}: {role} = {name!r} does not vary here; {choices(name, sorted(known))}"
-            )
-    roles = {role: name for role, name in asked.items() if name in varied}
-    preferred = [
-        *kind.roles,
-        *((role, "*") for role in ROLES),
-        *((role, name) for name in varied for role in ROLES),
-    ]
-    redundant = _broadcast_twin(series, varied)
-    for role, wished in preferred:
-        left = [n for n in varied if n not in roles.values() and n not in redundant]
-        names = [n for n in grid_dims if n in left] if wished == "*" else [wished] if wished in left else []
-        if names and role not in roles and role not in asked:
-            roles[role] = names[0]
-    left = [n for n in varied if n not in roles.values() and n not in redundant]
-    if left:
-        raise FigureError(
-            f"{ask.name}: {', '.join(left)} still vary beside {', '.join(roles.values())}; "
-            "choose one place along each in select"
-        )
-    if "rows" in roles and "cols" not in roles and "rows" not in asked and roles["rows"] != "variable":
-        roles["cols"] = roles.pop("rows")
-    return roles
-
-
-def _broadcast_twin(series: Sequence[Series], varied: Mapping[str, list[Label]]) -> set[str]:
-    """Return "case" where every case but the base is broadcast, and so told by the axes already."""
-    axes = [name for name in varied if name != "case"]
-    others = [s for s in series if "case" in s.key and s.key["case"].value != "base"]
-    twin = "case" in varied and any(all(s.key.get(axis) == s.key["case"] for s in others) for axis in axes)
-    return {"case"} if twin else set()
-
-
-def _labels(varied: Mapping[str, list[Label]], roles: Mapping[str, str], role: str) -> list[Label | None]:
-    return list(varied[roles[role]]) if role in roles else [None]
+    return laid_out(series, ask, kind, grid_dims).roles.get("hue")
 
 
 def _cells(
-    rows: list[Label | None], columns: list[Label | None]
+    rows: list[Label | None], columns: list[Label | None], turned: bool
 ) -> dict[tuple[Label | None, Label | None], tuple[int, int]]:
-    """Return the place of every panel; a single row of many columns is wrapped."""
-    if len(rows) > 1 or len(columns) <= MOST_COLUMNS:
+    """Return the place of every panel; rows of many columns are turned into columns, or folded."""
+    if turned:
+        return {(row, col): (c, r) for c, col in enumerate(columns) for r, row in enumerate(rows)}
+    if len(columns) <= MOST_COLUMNS:
         return {(row, col): (r, c) for r, row in enumerate(rows) for c, col in enumerate(columns)}
     width = 2 if len(columns) == 4 else MOST_COLUMNS
-    return {(rows[0], col): divmod(i, width) for i, col in enumerate(columns)}
+    lines = -(-len(columns) // width)
+    return {
+        (row, col): (r * lines + i // width, i % width)
+        for r, row in enumerate(rows)
+        for i, col in enumerate(columns)
+    }
 
 
 def _fits(one: Series, roles: Mapping[str, str], row: Label | None, column: Label | None) -> bool:
@@ -203,7 +156,14 @@ def _panel(
         axis_label(*first.up, up),
         tuple(curves),
         tuple(mark._replace(x=mark.x / 10.0**across) for mark in marks),
+        _hours(inside, across),
     )
+
+
+def _hours(inside: Sequence[Series], power: int) -> float | None:
+    """Return the operating hours of one unit of x, where all curves agree on it."""
+    told = {f"{s.hours:.9g}" if s.hours else "" for s in inside if s.look not in ("reference", "published")}
+    return float(told.pop()) * 10.0**power if len(told) == 1 and "" not in told else None
 
 
 def _pen(one: Series, hue: str | None, pen: Mapping[Label, Pen]) -> Pen:

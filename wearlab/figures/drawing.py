@@ -1,6 +1,7 @@
 """Every figure of a campaign, drawn from the store."""
 
 import os
+import traceback
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,15 +10,18 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from wearlab.figures.ask import Ask
+from wearlab.figures.bands import ended_of, of_samples, sampled_axes, states_in_common
 from wearlab.figures.compose import compose, hue_of
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
 from wearlab.figures.kinds import KINDS
 from wearlab.figures.kinds.line import joined
-from wearlab.figures.plot import Plot
+from wearlab.figures.plot import Plot, Series
 from wearlab.figures.published import published
 from wearlab.figures.question import Question, question, texts
-from wearlab.figures.runs import Picked, Run, load, pick, require
+from wearlab.figures.roles import ROLES
+from wearlab.figures.runs import BASE, Picked, Run, along_axes, axis_named, load, pick, require
+from wearlab.figures.wording import Label
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
@@ -25,6 +29,7 @@ if TYPE_CHECKING:
 
 
 FORMATS = ("png", "svg", "pdf")
+MOST_NAMED = 8
 
 
 def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -> list[Path]:
@@ -59,9 +64,21 @@ def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -
             drawn.append(write(out / f"{asked.name}.{ending}", image))
         except FigureError as error:
             problems.append(str(error))
+        except Exception as error:  # a fault of ours in one figure stops no other
+            problems.append(fault(f"figure {number} ({spec.kind})", error))
     if problems:
         raise FigureError("\n".join(problems), tuple(drawn))
     return drawn
+
+
+def fault(name: str, error: Exception) -> str:
+    """Return what to say of a figure that fails by a fault of ours: which, what, and where."""
+    frames = traceback.extract_tb(error.__traceback__)
+    where = f" in {Path(frames[-1].filename).name}, line {frames[-1].lineno}" if frames else ""
+    return (
+        f"{name}: a fault of wearlab, not of the file: {type(error).__name__}: {error}{where}; "
+        "the other figures are drawn; please report this line with the campaign"
+    )
 
 
 def check_format(ending: str) -> None:
@@ -106,29 +123,86 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     if ask.kind not in KINDS:
         raise FigureError(f"{ask.name}: no such kind; {choices(ask.kind, KINDS)}")
     kind = KINDS[ask.kind]
+    ask = _with_defaults(ask, kind, grid)
     picked = pick(grid, ask, all_cases=kind.all_cases)
-    runs = _able(grid, _for_kind(ask, kind, grid), kind, picked)
-    ask = _for_kind(ask, kind, grid)
+    runs = _able(grid, ask, kind, picked)
     series = [one for run in runs for one in kind.series(run, ask)]
+    series = [one for one in series if len(one.x)] or series
     if not series:
         raise FigureError(f"{ask.name}: no selected run has {' or '.join(ask.y or kind.also or kind.needs)}")
     dims = [str(dim) for dim in grid.run_id.dims]
-    if ask.kind == "line" and ask.x in dims:
-        series = joined(series)
+    notes = [*_states_left_out(runs, series), *_cases_left_out(grid, ask, kind)]
+    if ask.kind == "line" and ask.x in along_axes(grid):
+        series = joined(states_in_common(series, dims), str(grid[ask.x].dims[0]))
     if kind.joined is not None:
         series = kind.joined(series)
-    notes = _notes(ask, picked.missing)
+    else:
+        series, said = of_samples(*_sampled(grid, ask, series), ended_of(_variable(ask, kind)))
+        notes += said
+    notes = [*_notes(ask, picked.missing), *notes]
     if ask.published is not None:
         series += published(ask.published, series, hue_of(series, ask, kind, dims), ask)
     return compose(series, ask, kind, dims, notes), runs, picked.missing
 
 
-def _for_kind(ask: Ask, kind: Kind, grid: xr.Dataset) -> Ask:
-    """Return the ask with the kind's own selection: the first flank where one is enough."""
+def _sampled(grid: xr.Dataset, ask: Ask, series: list[Series]) -> tuple[list[Series], list[str]]:
+    """Return series and the sampled axes along which they become bands: those that no role names."""
+    told = {ask.hue, ask.rows, ask.cols, ask.x}
+    axes = [axis for axis in sampled_axes(grid) if axis not in told]
+    varied = [axis for axis in axes if any(axis in one.key for one in series)]
+    if not varied:
+        return series, []
+    return states_in_common(series, list(map(str, grid.run_id.dims))), varied
+
+
+def _variable(ask: Ask, kind: Kind) -> str:
+    return ask.y[0] if ask.y else kind.y
+
+
+def _states_left_out(runs: Sequence[Run], series: Sequence[Series]) -> list[str]:
+    """Say how many wear states are not drawn though nobody chose."""
+    shown: dict[tuple[object, ...], set[Label]] = {}
+    for one in series:
+        if "update" in one.key:
+            rest = tuple((name, label) for name, label in one.key.items() if name != "update")
+            shown.setdefault(rest, set()).add(one.key["update"])
+    most = max((len(run.states) for run in runs), default=0)
+    drawn = max((len(some) for some in shown.values()), default=most)
+    if drawn >= most:
+        return []
+    return [f"{drawn} of {most} wear states are drawn, spread over the life; select.update names others."]
+
+
+def _cases_left_out(grid: xr.Dataset, ask: Ask, kind: Kind) -> list[str]:
+    """Name the cases that are not drawn though nobody chose."""
+    told = (*ask.select, ask.hue, ask.rows, ask.cols, ask.x)
+    if kind.all_cases or "case" not in grid.dims or "case" in told:
+        return []
+    others = [str(case) for case in grid["case"].values if str(case) != BASE]
+    if BASE not in grid["case"].values or not others:
+        return []
+    named = ", ".join(others[:MOST_NAMED])
+    if len(others) > MOST_NAMED:
+        named += f" and {len(others) - MOST_NAMED} more"
+    return [f"The base alone; further cases, for select.case or hue: {named}."]
+
+
+def _with_defaults(ask: Ask, kind: Kind, grid: xr.Dataset) -> Ask:
+    """Return the ask with what it leaves to its kind: the first flank where one is enough, an axis for x."""
+    meant = {role: axis_named(grid, name) for role in (*ROLES, "x") if (name := getattr(ask, role))}
+    ask = replace(ask, **meant)  # type: ignore[arg-type]
     roles = (ask.hue, ask.rows, ask.cols)
     if kind.one_flank and "flank" in grid.coords and "flank" not in ask.select and "flank" not in roles:
-        return replace(ask, select={**ask.select, "flank": str(grid["flank"].values[0])})
+        ask = replace(ask, select={**ask.select, "flank": str(grid["flank"].values[0])})
+    if kind.name == "line" and ask.x is None and ask.y and all(_is_one_number(grid, name) for name in ask.y):
+        free = [str(d) for d in grid.run_id.dims if d not in roles and grid.sizes[d] > 1]
+        sweeps = [dim for dim in free if grid[dim].dtype.kind in "fiu"]
+        ask = replace(ask, x=max(sweeps or free, key=lambda dim: grid.sizes[dim], default=None))
     return ask
+
+
+def _is_one_number(grid: xr.Dataset, name: str) -> bool:
+    return name in grid.variables and set(grid[name].dims) <= set(grid.run_id.dims)
 
 
 def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
@@ -142,6 +216,18 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
             raise FigureError(f"{ask.name}: y = {name!r} is not there; {_near(name, grid.data_vars)}")
         if grid[name].dtype.kind not in "fiub":
             raise FigureError(f"{ask.name}: y = {name!r} holds text, not numbers")
+    lacking = [dim for dim in kind.dims if ask.y and dim not in grid[ask.y[0]].dims]
+    if lacking:
+        raise FigureError(
+            f"{ask.name}: y = {ask.y[0]!r} does not run along {' and '.join(lacking)}, "
+            'which this kind shows; kind = "line" draws it'
+        )
+    axes = along_axes(grid)
+    if ask.x in axes and kind.name != "line":
+        raise FigureError(
+            f'{ask.name}: x = {ask.x!r} is a sweep, which kind = "line" draws over; '
+            f"here it may be hue, rows or cols"
+        )
     needed = [*(kind.needs if not ask.y else [n for n in kind.needs if n in grid.coords]), *ask.y[:1]]
     if ask.x and ask.x not in grid.variables and ask.x not in grid.dims:
         raise FigureError(f"{ask.name}: x = {ask.x!r} is not there; {_near(ask.x, grid.coords)}")

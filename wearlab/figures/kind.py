@@ -29,6 +29,9 @@ class Kind:
     one_flank : whether it shows the first flank when ``select`` names none
     shape : of a panel
     ranks : whether its ordinate is a rank, the first on top
+    y : the variable it draws when ``y`` names none
+    titled : its title for another variable, with {} for its words; none: the same
+    along_x : whether y runs along the abscissa, as in a histogram
     joined : the series of all runs → the curves to be seen, None: as they are
     """
 
@@ -44,4 +47,7 @@ class Kind:
     one_flank: bool = False
     shape: Literal["wide", "square"] = "wide"
     ranks: bool = False
+    y: str = ""
+    titled: str = ""
+    along_x: bool = False
     joined: Callable[[list[Series]], list[Series]] | None = None

@@ -39,6 +39,7 @@ class Series:
     look : how it is drawn
     text : legend text of what belongs to no hue, such as a reference line
     marks : named places on the x axis
+    hours : operating hours of one unit of x, None where x tells no time
     """
 
     key: Mapping[str, Label]
@@ -49,6 +50,7 @@ class Series:
     look: Look = "line"
     text: str = ""
     marks: tuple[Mark, ...] = ()
+    hours: float | None = None
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes."""
+    """One pair of axes; ``hours``: operating hours of one unit of x, shown on top."""
 
     row: int
     column: int
@@ -82,6 +84,7 @@ class Panel:
     y_label: str
     curves: tuple[Curve, ...]
     marks: tuple[Mark, ...] = ()
+    hours: float | None = None
 
 
 class Entry(NamedTuple):
@@ -90,6 +93,31 @@ class Entry(NamedTuple):
     text: str
     pen: Pen
     look: Look
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A bar of colours in place of a legend.
+
+    Parameters
+    ----------
+    words : what it shows, with its unit
+    low, high : values at its ends
+    anchors : evenly spaced colours
+    logarithmic : whether colours go by the logarithm
+    """
+
+    words: str
+    low: float
+    high: float
+    anchors: tuple[str, ...]
+    logarithmic: bool = False
+
+    def share(self, value: float) -> float:
+        """Return the place of a value between the ends, 0 to 1."""
+        ends = np.array([self.low, value, self.high])
+        low, at, high = np.log(ends) if self.logarithmic else ends
+        return float((at - low) / (high - low)) if high > low else 0.0
 
 
 @dataclass(frozen=True)
@@ -106,6 +134,7 @@ class Plot:
     notes : lines below the axes
     shape : width over height of a panel, wide or square
     ranks : whether ordinates are ranks, the first on top
+    bar : what colours mean where a legend would be too long
     """
 
     title: str
@@ -117,3 +146,4 @@ class Plot:
     notes: tuple[str, ...] = field(default=())
     shape: Literal["wide", "square"] = "wide"
     ranks: bool = False
+    bar: Bar | None = None

@@ -4,11 +4,14 @@ import io
 import json
 import textwrap
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
@@ -16,7 +19,8 @@ from matplotlib.ticker import MaxNLocator
 from PIL.PngImagePlugin import PngInfo
 
 from wearlab.figures import style
-from wearlab.figures.plot import Curve, Entry, Panel, Pen, Plot
+from wearlab.figures.plot import Bar, Curve, Entry, Panel, Pen, Plot
+from wearlab.figures.wording import axis_label, power_of_ten
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,15 +95,17 @@ def _chunks(texts: Mapping[str, str]) -> PngInfo:
 
 def draw(plot: Plot) -> Figure:
     """Return the figure of a plot."""
-    width = style.SQUARE_WIDTH if plot.shape == "square" and plot.columns == 1 else style.WIDTHS[plot.columns]
+    size = min(plot.columns, max(style.WIDTHS))
+    width = style.SQUARE_WIDTH if plot.shape == "square" and plot.columns == 1 else style.WIDTHS[size]
     notes = [line for note in plot.notes for line in textwrap.wrap(note, int(width * 21.5))]
     title = textwrap.wrap(plot.title, int(width * 13.0))
     figure = Shown(figsize=(width, 1.0))
     FigureCanvasAgg(figure)
     legend = _legend(figure, plot.legend, width)
-    above = style.MARGIN + len(title) * style.TITLE_HEIGHT + legend * style.LEGEND_LINE + style.GAP
+    bar = style.BAR_LINE if plot.bar else 0.0
+    above = style.MARGIN + len(title) * style.TITLE_HEIGHT + legend * style.LEGEND_LINE + bar + style.GAP
     below = len(notes) * style.NOTE_LINE + style.MARGIN + (style.GAP if notes else 0.0)
-    height = above + below + plot.rows * style.HEIGHTS[plot.shape][plot.columns]
+    height = above + below + plot.rows * style.HEIGHTS[plot.shape][size]
     figure.set_size_inches(width, height)
     rect = (0.0, below / height, 1.0, 1.0 - (above + below) / height)
     figure.set_layout_engine(
@@ -107,7 +113,35 @@ def draw(plot: Plot) -> Figure:
     )
     _frame(figure, title, notes, width, height)
     _panels(figure, plot)
+    if plot.bar is not None:
+        _bar(figure, plot.bar, width, height, 1.0 - (above - style.GAP) / height)
     return figure
+
+
+def _bar(figure: Figure, bar: Bar, width: float, height: float, bottom: float) -> None:
+    """Draw a bar of colours with its numbers below and what it shows beside it."""
+    power = power_of_ten([np.array([bar.low, bar.high])], "1")
+    low, high = bar.low / 10.0**power, bar.high / 10.0**power
+    norm = (LogNorm if bar.logarithmic else Normalize)(low, high)
+    place = (
+        (style.MARGIN + 0.1) / width,
+        bottom + (style.BAR_LINE - style.BAR_HEIGHT - 0.02) / height,
+        style.BAR_WIDTH / width,
+        style.BAR_HEIGHT / height,
+    )
+    axes = figure.add_axes(place)
+    axes.set_in_layout(False)
+    colours = LinearSegmentedColormap.from_list("", bar.anchors)
+    shown = figure.colorbar(ScalarMappable(norm, colours), cax=axes, orientation="horizontal")
+    shown.outline.set_visible(False)
+    if not bar.logarithmic:
+        shown.locator = MaxNLocator(5, steps=[1, 2, 2.5, 5, 10])
+        shown.update_ticks()
+    axes.tick_params(labelsize=7.5, pad=1.5, length=2)
+    axes.grid(False)
+    words = axis_label(bar.words, "1" if power else "", power) if power else axis_label(bar.words, "", 0)
+    at = (style.MARGIN + 0.1 + style.BAR_WIDTH + 0.2) / width
+    figure.text(at, place[1] + place[3] / 2, words, size=8.5, va="center", ha="left", parse_math="$" in words)
 
 
 def _frame(figure: Figure, title: Sequence[str], notes: Sequence[str], width: float, height: float) -> None:
@@ -197,7 +231,8 @@ def _panels(figure: Figure, plot: Plot) -> None:
         _panel(axes[place], panel, plot.columns)
     one_x = len({panel.x_label for panel in plot.panels}) == 1
     bottom = max(row for row, _ in axes)
-    room = int((style.HEIGHTS[plot.shape][plot.columns] - 0.6) * 72 / 3.9)
+    size = min(plot.columns, max(style.WIDTHS))
+    room = int((style.HEIGHTS[plot.shape][size] - 0.6) * 72 / 3.9)
     for (row, column), ax in axes.items():
         lowest = (row + 1, column) not in axes or not one_x
         leftmost = plot.share_y == "none" or (row, column - 1) not in axes
@@ -205,7 +240,22 @@ def _panels(figure: Figure, plot: Plot) -> None:
         ax.set_xlabel(places[row, column].x_label if row == bottom or not one_x else "")
         ax.set_ylabel(textwrap.fill(places[row, column].y_label, room) if leftmost else "")
         _limits(ax, plot)
+        _hours_on_top(ax, places[row, column], first=(row - 1, column) not in axes)
     figure.align_ylabels(list(axes.values()))
+
+
+def _hours_on_top(ax: "Axes", panel: Panel, *, first: bool) -> None:
+    """Show operating hours above cycles, in the topmost panel of a column."""
+    if panel.hours is None or panel.marks or not first:
+        return
+    a_unit = panel.hours
+    top = ax.secondary_xaxis(
+        "top", functions=(partial(np.multiply, a_unit), partial(np.multiply, 1.0 / a_unit))
+    )
+    top.set_xlabel("Operating time (h)", size=8.0)
+    top.tick_params(labelsize=7.5, length=2.0)
+    top.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
+    top.spines["top"].set_visible(True)
 
 
 def _sides(panel: Panel, columns: int) -> list[str]:
@@ -255,7 +305,7 @@ def _limits(ax: "Axes", plot: Plot) -> None:
         middle = (low + high) / 2
         ax.set_ylim(middle - least / 2, middle + least / 2)
     if plot.ranks:
-        ax.set_ylim(max(values) + 0.2, min(values) - 0.2)
-        ax.yaxis.set_major_locator(MaxNLocator(integer=True))
+        ax.set_ylim(np.floor(max(values)) + 0.7, 0.3)
+        ax.yaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
     elif (values >= 0.0).all() and 0.0 != low < 0.25 * high:
         ax.set_ylim(0.0, high)

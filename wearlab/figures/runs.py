@@ -11,12 +11,14 @@ import numpy as np
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.select import index_of, narrow
-from wearlab.figures.wording import Label, cycles, place
+from wearlab.figures.wording import Label, converted, cycles, place
 
 if TYPE_CHECKING:
     import xarray as xr
 
 BASE = "base"
+UNSAID = ("value", "factor", "depth", "amount", "model", "file")
+"""Last words of keys that say too little alone."""
 COORDINATES = (
     "cycle", "mesh_cycles", "operating_hours", "path_position", "diameter", "roll_angle",
     "distance_to_pitch_circle", "characteristic_point", "phase", "contact_ratio", "max_wear_depth",
@@ -33,7 +35,9 @@ class Run:
     place : its label along each grid dimension; where a case is broadcast, the case's own
     data : its variables, loaded, as long as the run is
     states : label of each wear state
-    units : unit of each sweep axis
+    units : unit of each sweep axis, and of each key that advances with one
+    beside : value of each key that advances with an axis
+    words : what stands along each axis
     """
 
     id: str
@@ -41,6 +45,12 @@ class Run:
     data: "xr.Dataset"
     states: tuple[Label, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
+    beside: Mapping[str, Label] = field(default_factory=dict)
+    words: Mapping[str, str] = field(default_factory=dict)
+
+    def along(self, name: str) -> Label:
+        """Return the run's place along an axis, or the value of a key that advances with one."""
+        return self.place[name] if name in self.place else self.beside[name]
 
 
 @dataclass(frozen=True)
@@ -123,15 +133,53 @@ def load(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: Ask) -> 
     """
     grid = grid.rename({f"{name}_values": name for name in ("phase",) if f"{name}_values" in grid})
     present = [name for name in dict.fromkeys((*names, *COORDINATES)) if name in grid.variables]
-    units = {str(dim): str(grid[dim].attrs.get("units", "1")) for dim in grid.run_id.dims}
+    dims = set(map(str, grid.run_id.dims))
+    units = {name: str(grid[name].attrs.get("units", "1")) for name in along_axes(grid)}
+    words = {name: axis_words(grid, name) for name in along_axes(grid)}
     runs = []
     for point, labels, run_id in picked.points:
         one = grid[present].isel(point, missing_dims="ignore").compute(scheduler="synchronous")
         one = one.drop_vars([name for name in one.variables if name in point])
         updates = int(grid.n_updates.isel(point))
         full = _without_absent(one.isel(update=slice(updates)) if "update" in one.dims else one)
-        runs.append(Run(run_id, labels, narrow(full, ask, set(units)), units=units))
+        runs.append(
+            Run(
+                run_id, labels, narrow(full, ask, dims), units=units, beside=_beside(grid, point), words=words
+            )
+        )
     return _with_states(runs)
+
+
+def along_axes(grid: "xr.Dataset") -> list[str]:
+    """Return the axes of a grid and the coordinates along them, whose values a figure can be drawn over."""
+    dims = [str(dim) for dim in grid.run_id.dims]
+    beside = [str(name) for name, v in grid.coords.items() if len(v.dims) == 1 and v.dims[0] in dims]
+    return list(dict.fromkeys((*dims, *(name for name in beside if "key" in grid[name].attrs))))
+
+
+def axis_named(grid: "xr.Dataset", name: str) -> str:
+    """Return the axis or coordinate that a name means: itself, or the one of a key that ends so."""
+    if name in grid.variables or name in grid.dims:
+        return name
+    keys = {one: str(grid[one].attrs.get("key", "")) for one in along_axes(grid)}
+    meant = [one for one, key in keys.items() if key == name or key.endswith(f".{name}")]
+    return meant[0] if len(meant) == 1 else name
+
+
+def axis_words(grid: "xr.Dataset", name: str) -> str:
+    """Return what stands along an axis in words: the last words of the key that it was given to."""
+    numbers = grid[name].dtype.kind in "fiu"
+    words = str(grid[name].attrs.get("key") or name).split(".") if numbers else [name]
+    return " ".join(words[-2:] if words[-1] in UNSAID else words[-1:]).replace("_", " ")
+
+
+def _beside(grid: "xr.Dataset", point: Mapping[str, int]) -> dict[str, Label]:
+    found = {}
+    for name in along_axes(grid):
+        if name not in point:
+            value = grid[name].isel(point, missing_dims="ignore").values[()]
+            found[name] = place(name, _plain(value), grid[name].attrs.get("units"))
+    return found
 
 
 def _without_absent(data: "xr.Dataset") -> "xr.Dataset":
@@ -155,12 +203,34 @@ def _is_void(variable: "xr.Variable") -> bool:
 
 
 def _with_states(runs: list[Run]) -> list[Run]:
-    """Name the wear states by their cycle where the runs share them, else by their number."""
+    """Name the wear states by their cycles, and by their hours where equal cycles took equal hours."""
     named = [_cycle_labels(run.data) for run in runs]
-    longest = max((len(labels) for labels in named), default=0)
-    if len({label.text for labels in named for label in labels}) > longest + 3:
-        named = [tuple(Label(i, f"wear state {i}") for i in range(len(labels))) for labels in named]
-    return [replace(run, states=labels) for run, labels in zip(runs, named, strict=True)]
+    hours = [_hours(run.data) for run in runs]
+    of_label: dict[Label, dict[str, None]] = {}
+    for labels, some in zip(named, hours, strict=True):
+        for label, text in zip(labels, some, strict=False):
+            of_label.setdefault(label, {})[text] = None
+    said = {
+        label: Label(label.value, f"{label.text} ({next(iter(texts))})")
+        for label, texts in of_label.items()
+        if len(texts) == 1 and label.value != 0.0 and "" not in texts
+    }
+    if len(said) < sum(label.value != 0.0 for label in of_label):  # all of them, or none
+        said = {}
+    return [
+        replace(run, states=tuple(said.get(label, label) for label in labels))
+        for run, labels in zip(runs, named, strict=True)
+    ]
+
+
+def _hours(data: "xr.Dataset") -> tuple[str, ...]:
+    """Return the operating time of every wear state, in words."""
+    if "operating_hours" not in data or data["operating_hours"].dims != ("update",):
+        return ()
+    units = str(data["operating_hours"].attrs.get("units", "h"))
+    values = converted(data["operating_hours"].values, units, "h")
+    rounded = (float(f"{value:.3g}") for value in values)
+    return tuple(f"{value:g} h" if value < 1000.0 else f"{value:,.0f} h" for value in rounded)
 
 
 def _cycle_labels(data: "xr.Dataset") -> tuple[Label, ...]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from wearlab.campaign.source import fingerprint, source_text
-from wearlab.figures.drawing import answer
+from wearlab.figures.drawing import answer, fault
 from wearlab.figures.errors import FigureError
 from wearlab.figures.question import question
 from wearlab.scene import parts_left_out, parts_present
@@ -227,6 +227,8 @@ def _figures(campaign: "Campaign", store: "Store") -> Iterator[Drawn]:
             yield Drawn(title, uri, note, "", int.from_bytes(image[16:20], "big") > BROAD)
         except (FigureError, StoreError) as error:
             yield Drawn(title, "", note, str(error))
+        except Exception as error:  # a fault of ours in one figure stops no page
+            yield Drawn(title, "", note, fault(f"figure {number} ({spec.kind})", error))
 
 
 def _failures(campaign: "Campaign", rows: Sequence[Row], entries: "Mapping[str, Entry]") -> Iterator[Failure]:

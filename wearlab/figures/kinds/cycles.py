@@ -9,6 +9,7 @@ from wearlab.figures.kind import Kind
 from wearlab.figures.plot import Look, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, slices
+from wearlab.figures.wording import converted
 
 MOST_POINTS = 30
 
@@ -20,7 +21,24 @@ def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[Series]:
         y = np.atleast_1d(piece.values)
         held = np.isfinite(x) & np.isfinite(y)
         look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
-        yield Series(piece.key, x[held], y[held], across, piece.scale, look)
+        hours = hours_a_cycle(run) if (ask.x or "cycle") == "cycle" else None
+        yield Series(piece.key, x[held], y[held], across, piece.scale, look, hours=hours)
+
+
+def hours_a_cycle(run: Run) -> float | None:
+    """Return the operating hours of a wear cycle, None where it takes now more, now less."""
+    if "operating_hours" not in run.data or "cycle" not in run.data:
+        return None
+    units = str(run.data["operating_hours"].attrs.get("units", "h"))
+    hours = converted(run.data["operating_hours"].values, units, "h")
+    cycle = np.asarray(run.data["cycle"].values, float)
+    if hours.shape != cycle.shape:
+        return None
+    held = np.isfinite(hours) & np.isfinite(cycle) & (cycle > 0.0)
+    if not held.any():
+        return None
+    rate = hours[held] / cycle[held]
+    return float(rate[0]) if np.allclose(rate, rate[0], rtol=1e-6) else None
 
 
 def _of(name: str) -> Callable[[Run, Ask], Iterator[Series]]:
@@ -35,6 +53,8 @@ EQUIVALENT_LOAD = Kind(
     dims=("update",),
     series=_of("equivalent_load"),
     roles=(("hue", "*"), ("cols", "*"), ("rows", "*")),
+    y="equivalent_load",
+    titled="{}",
 )
 DYNAMIC_FACTOR = Kind(
     name="dynamic-factor",
@@ -44,6 +64,8 @@ DYNAMIC_FACTOR = Kind(
     dims=("update",),
     series=_of("dynamic_factor"),
     roles=(("hue", "*"), ("cols", "*"), ("rows", "*")),
+    y="dynamic_factor",
+    titled="{}",
 )
 MAX_WEAR = Kind(
     name="max-wear",
@@ -55,4 +77,6 @@ MAX_WEAR = Kind(
     roles=(("hue", "*"), ("cols", "flank"), ("rows", "*")),
     all_cases=True,
     one_flank=True,
+    y="max_wear_depth",
+    titled="{}",
 )

@@ -12,8 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.figures.ask import Ask
+from wearlab.figures.bands import Ended, banded, ended_of
 from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import Kind
+from wearlab.figures.kinds.cycles import hours_a_cycle
 from wearlab.figures.plot import Array, Mark, Scale, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, shown, slices
@@ -22,13 +24,11 @@ from wearlab.figures.wording import Label, joined
 CONFIDENCE = 0.95
 TAIL = 0.5 * (1.0 - CONFIDENCE)
 QUANTILES = (0.05, 0.5, 0.95)
-BANDS = ((0.05, 0.95), (0.25, 0.75))
-ACROSS = 200
-"""Places along x at which bands are taken."""
 MOST_BINS = 60
 COUNT = Scale("runs", "1")
 SCORE = Scale("standard score of the share of runs", "1")
 FEWEST = 3
+COUNT_WORDS = {0: "", 3: " thousand", 6: " million"}
 STRIP = (1.03, 1.08)  # where the confidence of a quantile is drawn, times the highest bar
 
 
@@ -42,7 +42,14 @@ class Quantile(NamedTuple):
 
 @dataclass(frozen=True)
 class Sampled(Series):
-    """What one run adds to a sample; ``x`` and ``y`` hold its values."""
+    """What one run adds to a sample; ``x`` and ``y`` hold its values.
+
+    Parameters
+    ----------
+    ended : what it counts as beyond its end
+    """
+
+    ended: Ended = "gone"
 
 
 def quantile(values: Array, probability: float) -> Quantile:
@@ -141,10 +148,10 @@ def _quantile(values: Array, probability: float, top: float, first: Series, *, m
 
 
 def _said(found: Quantile, units: str) -> str:
-    """Return a quantile and its interval in words, counts of a million and more in millions."""
-    power = 6 if units == "1" and found.value >= 1e6 else 0
+    """Return a quantile and its interval in words, large counts in thousands or millions."""
+    power = 0 if units != "1" or found.value < 1e4 else 3 if found.value < 1e6 else 6
     value, low, high = (f"{one / 10**power:.3g}" for one in found)
-    return f"{value} ({low}–{high}){joined(units) if units != '1' else ' million' if power else ''}"
+    return f"{value} ({low}–{high}){joined(units) if units != '1' else COUNT_WORDS[power]}"
 
 
 def _probabilities(series: list[Series]) -> list[Series]:
@@ -177,38 +184,35 @@ def _logarithm(scale: Scale) -> Scale:
 
 
 def _over_life(run: Run, ask: Ask) -> Iterator[Series]:
-    for piece in slices(run, (ask.y or ("max_wear_depth",))[0], ask, "update"):
+    name = (ask.y or ("max_wear_depth",))[0]
+    for piece in slices(run, name, ask, "update"):
         x, across = companion(run, ask.x or "cycle", piece.place, ask)
         held = np.isfinite(x) & np.isfinite(piece.values)
         key = _kept(piece.key, ask)
-        yield Sampled(key, x[held], piece.values[held], across, piece.scale)
+        hours = hours_a_cycle(run) if (ask.x or "cycle") == "cycle" else None
+        yield Sampled(
+            key, x[held], piece.values[held], across, piece.scale, hours=hours, ended=ended_of(name)
+        )
 
 
 def _bands(series: list[Series]) -> list[Series]:
-    """Return median and bands of every sample; a run that has ended keeps its last value.
+    """Return median and bands of every sample; a run at its limit counts as deeper, not as flat.
 
-    Between its wear states a run is taken as straight. Depths end at the limit, so that bands end there too;
-    a remaining life ends at zero. The bands go on until the share of runs in them has ended.
+    Between its wear states a run is taken as straight. A line ends where it would tell the value of a run
+    that has ended; a remaining life ends at zero.
     """
     found: list[Series] = []
     for group in _samples(series):
-        first = group[0]
         if len(group) < FEWEST:
             raise FigureError(f"a distribution needs at least {FEWEST} runs; there are {len(group)}")
-        last = np.quantile([float(one.x[-1]) for one in group], BANDS[0][1], method="median_unbiased")
-        x = np.linspace(0.0, float(last), ACROSS)
-        values = np.stack([np.interp(x, one.x, one.y) for one in group])
-        for low, high in BANDS:
-            ends = [np.quantile(values, p, axis=0, method="median_unbiased") for p in (low, high)]
-            outline = np.concatenate([x, x[::-1]]), np.concatenate([ends[0], ends[1][::-1]])
-            found.append(Series(first.key, *outline, first.across, first.up, "area"))
-        found.append(Series(first.key, x, np.median(values, axis=0), first.across, first.up, "line"))
+        found += banded(group, getattr(group[0], "ended", "gone"))
     return found
 
 
 def _kind(
     name: str,
     title: str,
+    titled: str,
     shows: str,
     needs: tuple[str, ...],
     series: Callable[[Run, Ask], Iterator[Series]],
@@ -224,12 +228,16 @@ def _kind(
         roles=(("hue", "*"), ("cols", "*"), ("rows", "*")),
         one_flank="cycle" in needs,
         joined=together,
+        y=needs[0],
+        titled=titled,
+        along_x="cycle" not in needs,
     )
 
 
 HISTOGRAM = _kind(
     "histogram",
-    "Distribution",
+    "Distribution of the life",
+    "Distribution of the {}",
     "how one number of each run is distributed, with its 5, 50 and 95 % quantiles and their 95 % confidence",
     ("life",),
     _one_number,
@@ -238,6 +246,7 @@ HISTOGRAM = _kind(
 PROBABILITY = _kind(
     "probability",
     "Log-normal probability plot",
+    "Log-normal probability plot: {}",
     "one number of each run in order against the score of its rank, beside the log-normal law with the same "
     "mean and spread of the logarithms; 95 % of each rank of such a sample lies in the band",
     ("life",),
@@ -246,8 +255,10 @@ PROBABILITY = _kind(
 )
 QUANTILE_BANDS = _kind(
     "quantile-bands",
-    "Quantiles",
-    "median, 25–75 % and 5–95 % bands of a variable over the cycles, of all runs; ended runs keep their end",
+    "Largest wear depth of all runs",
+    "{} of all runs",
+    "median, 25–75 % and 5–95 % bands of a variable over the cycles, of all runs; a run "
+    "at its limit counts as deeper",
     ("max_wear_depth", "cycle"),
     _over_life,
     _bands,

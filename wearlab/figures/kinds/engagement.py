@@ -93,6 +93,8 @@ TVMS = Kind(
     dims=("phase",),
     series=_tvms,
     roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
+    y="mesh_stiffness",
+    titled="{} through an engagement",
 )
 STE = Kind(
     name="ste",
@@ -102,4 +104,6 @@ STE = Kind(
     dims=("phase",),
     series=_ste,
     roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
+    y="static_transmission_error",
+    titled="{} through an engagement",
 )

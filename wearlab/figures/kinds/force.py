@@ -57,4 +57,6 @@ MESH_FORCE = Kind(
     series=_mesh_force,
     roles=(("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
     also=("static_mesh_force",),
+    y="dynamic_mesh_force",
+    titled="{}",
 )

@@ -1,6 +1,7 @@
 """The generic figure: any variable over any of its dimensions, or over a sweep."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from wearlab.figures.wording import Label
 
 DEFAULT_X = {"update": "cycle", "profile": "path_position"}
 MOST_POINTS = 30
+FEWEST_DOTS = 10
 
 
 def _line(run: Run, ask: Ask) -> Iterator[Series]:
@@ -29,7 +31,7 @@ def _line(run: Run, ask: Ask) -> Iterator[Series]:
 
 
 def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
-    if ask.x is not None and ask.x in run.place:
+    if ask.x is not None and (ask.x in run.place or ask.x in run.beside):
         yield from _over_sweep(run, name, ask, ask.x)
         return
     dim, coordinate = _across(run, name, ask)
@@ -46,12 +48,11 @@ def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
 
 def _over_sweep(run: Run, name: str, ask: Ask, axis: str) -> Iterator[Series]:
     """Yield single points at this run's place along a sweep; they are joined to curves afterwards."""
-    label = run.place[axis]
+    label = run.along(axis)
     for piece in slices(thinned(run), name, ask):
-        key = {k: v for k, v in piece.key.items() if k != axis}
         x = np.array([np.nan if isinstance(label.value, str) else label.value])
-        across = Scale(axis.replace("_", " "), run.units.get(axis, "1"))
-        yield Series(key, x, np.atleast_1d(piece.values), across, piece.scale, "line-points")
+        across = Scale(run.words.get(axis, axis.replace("_", " ")), run.units.get(axis, "1"))
+        yield Series(piece.key, x, np.atleast_1d(piece.values), across, piece.scale, "line-points")
 
 
 def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
@@ -88,8 +89,12 @@ def _positions(run: Run, dim: str, coordinate: str, index: dict[str, int], ask: 
     return np.arange(size, dtype=float), Scale(dim.replace("_", " "), "1")
 
 
-def joined(series: list[Series]) -> list[Series]:
-    """Join single points that differ only in x to curves; a case without a place on x becomes a level."""
+def joined(series: list[Series], axis: str) -> list[Series]:
+    """Join single points that differ along one axis alone; a case without a place on x becomes a level.
+
+    Points whose places were drawn at random stay points.
+    """
+    series = [replace(one, key={k: v for k, v in one.key.items() if k != axis}) for one in series]
     groups: dict[tuple[object, ...], list[Series]] = {}
     for one in series:
         groups.setdefault((tuple(sorted(one.key.items())), one.up, one.look), []).append(one)
@@ -103,8 +108,11 @@ def _join(group: list[Series], ends: Array) -> Series:
     x, y = (np.concatenate([getattr(one, side) for one in group]) for side in ("x", "y"))
     if np.isnan(x).all():
         return Series(first.key, ends, np.full(2, y[0]), first.across, first.up, "line")
-    order = np.argsort(x, kind="stable")
-    return Series(first.key, x[order], y[order], first.across, first.up, first.look)
+    held = np.isfinite(x) & np.isfinite(y)
+    steps = np.diff(x[held])
+    look: Look = "dots" if len(x) > FEWEST_DOTS and (steps > 0).any() and (steps < 0).any() else first.look
+    order = np.argsort(x[held], kind="stable")
+    return Series(first.key, x[held][order], y[held][order], first.across, first.up, look)
 
 
 LINE = Kind(

@@ -55,6 +55,8 @@ WEAR_PROFILE = Kind(
     dims=("profile",),
     series=_wear_profile,
     roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "flank"), ("rows", "*")),
+    y="wear_depth",
+    titled="{} along the flank",
 )
 ALONG_PATH = Kind(
     name="along-path",
@@ -67,4 +69,5 @@ ALONG_PATH = Kind(
     roles=(("rows", "variable"), ("hue", "*"), ("cols", "update"), ("cols", "*")),
     also=QUANTITIES,
     one_flank=True,
+    titled="{} along the path",
 )

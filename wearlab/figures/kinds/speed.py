@@ -98,6 +98,8 @@ RESPONSE_CURVE = Kind(
     series=_curves,
     roles=ROLES,  # type: ignore[arg-type]
     also=("response_jump_speed",),
+    y="response_dynamic_factor",
+    titled="{} over speed",
 )
 BIFURCATION = Kind(
     name="bifurcation",
@@ -107,6 +109,8 @@ BIFURCATION = Kind(
     dims=("response_speed", "strobe"),
     series=_bifurcation,
     roles=ROLES,  # type: ignore[arg-type]
+    y="response_poincare_deflection",
+    titled="{} once per mesh period",
 )
 POINCARE = Kind(
     name="poincare",
@@ -126,4 +130,5 @@ WATERFALL = Kind(
     dims=("response_speed", "order"),
     series=_waterfall,
     roles=(("cols", "direction"), ("rows", "*"), ("cols", "*")),
+    y="response_dte_orders",
 )

@@ -1,0 +1,226 @@
+"""Whatever a campaign holds is drawn with defaults: many places, samples, cases; nothing goes unsaid."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from made_up import Axis, Campaign, Case, put, run
+
+from wearlab.figures import KINDS, FigureError
+from wearlab.figures.ask import read
+from wearlab.figures.drawing import draw, plotted
+from wearlab.figures.kinds.distribution import QUANTILE_BANDS
+from wearlab.figures.kinds.sensitivity import ranked
+from wearlab.figures.plot import Scale
+from wearlab.figures.render import rendered
+from wearlab.figures.roles import MOST_PANELS
+from wearlab.store import Store
+
+COUNT = 30
+TORQUES = tuple(100.0 + 10.0 * i for i in range(COUNT))
+ORDINARY = [kind for kind in KINDS if kind != "line"]
+
+
+def made(index):
+    """Return a run that wears the faster the higher its index, so that no two share their cycles."""
+    data = run(1000.0 + index)
+    cycle = data["cycle"] * (1.0 + 0.01 * index)
+    life = np.array(1e8 * (1.0 + 0.01 * index))
+    hours = cycle / 60.0 / (1000.0 + index) * 3600.0
+    data = data.assign_coords(cycle=("update", cycle.values, data["cycle"].attrs))
+    data["operating_hours"] = ("update", hours.values, data["operating_hours"].attrs)
+    data["life"] = ((), life, data["life"].attrs)
+    return data
+
+
+@pytest.fixture(scope="module")
+def many(tmp_path_factory):
+    store = Store(tmp_path_factory.mktemp("many") / "store")
+    store.create()
+    for index in range(COUNT):
+        put(store, f"{index:032d}", made(index))
+    return store
+
+
+def swept(count, axis=None):
+    axis = axis or Axis("torque", TORQUES[:count], "N*m", "operation.torque")
+    return Campaign(tuple(Case("base", f"{i:032d}", {axis.name: i}) for i in range(count)), (axis,))
+
+
+def sampled(count=COUNT):
+    order = np.random.default_rng(1).permutation(count)
+    values = tuple(float(v) for v in 1e-15 * (1.0 + order))
+    return swept(count, Axis("sample", values, "m^2/N", "wear.coefficient.value"))
+
+
+def seen(store, campaign, **wishes):
+    plot = plotted(store.open(campaign), read(SimpleNamespace(**wishes), 1, None))[0]
+    assert rendered(plot, {"Title": plot.title})[:4] == b"\x89PNG"
+    return plot
+
+
+@pytest.mark.parametrize("kind", ORDINARY)
+@pytest.mark.parametrize("count", [4, 7])
+def test_every_kind_draws_any_number_of_places(many, kind, count):
+    seen(many, swept(count), kind=kind)
+
+
+@pytest.mark.parametrize("kind", ORDINARY)
+def test_every_kind_draws_samples(many, kind):
+    plot = seen(many, sampled(), kind=kind)
+    assert len(plot.panels) <= MOST_PANELS
+    assert len(plot.legend) <= 16
+
+
+def test_two_axes_and_two_flanks_fold_into_panels(many):
+    """Was KeyError: 4, the columns."""
+    plot = seen(many, swept(4), kind="wear-profile")
+    assert (plot.rows, plot.columns) == (4, 2)
+    assert [panel.title for panel in plot.panels[:2]] == ["(a) 100 N·m, pinion", "(b) 100 N·m, gear"]
+    assert len(plot.panels) == 8
+
+
+def test_three_things_more_than_there_are_roles(many):
+    axes = (
+        Axis("torque", TORQUES[:3], "N*m", "operation.torque"),
+        Axis("ratio", (1.0, 2.0), None, "x.ratio"),
+    )
+    cases = tuple(
+        Case("base", f"{2 * i + j:032d}", {"torque": i, "ratio": j}) for i in range(3) for j in range(2)
+    )
+    plot = seen(many, Campaign(cases, axes), kind="wear-profile")
+    curves = [curve for panel in plot.panels for curve in panel.curves]
+    assert len(curves) == 3 * 2 * 2 * 3
+    assert any("100 N·m" in panel.title and "ratio 2" in panel.title for panel in plot.panels)
+
+
+def test_samples_become_bands(many):
+    """Was KeyError: 300, the columns."""
+    plot = seen(many, sampled(), kind="wear-profile", select={"flank": "gear"})
+    (panel,) = plot.panels
+    assert {curve.look for curve in panel.curves} == {"area", "line"}
+    assert any("5–95 %" in note and f"{COUNT} runs" in note for note in plot.notes)
+
+
+def test_many_places_get_a_bar_of_colours_instead_of_a_legend(many):
+    plot = seen(many, swept(COUNT), kind="max-wear")
+    assert plot.legend == () and plot.bar is not None
+    assert plot.bar.words == "torque (N·m)" and (plot.bar.low, plot.bar.high) == (100.0, 390.0)
+    (panel,) = plot.panels
+    assert len(panel.curves) == COUNT
+    assert len({curve.pen.colour for curve in panel.curves}) == COUNT
+
+
+def test_what_has_many_places_takes_the_hue_from_what_has_few(many):
+    plot = seen(many, swept(COUNT), kind="mesh-force")
+    assert plot.bar is not None and len(plot.panels) == 3
+    assert len({curve.pen.colour for curve in plot.panels[0].curves if curve.look == "line"}) == COUNT
+
+
+def test_too_many_panels_are_thinned_and_it_is_said(many):
+    plot = seen(many, swept(COUNT), kind="mesh-force", hue="update", cols="torque")
+    assert len(plot.panels) == MOST_PANELS
+    assert any(f"{MOST_PANELS} of {COUNT} places shown" in note for note in plot.notes)
+
+
+def test_wear_states_of_runs_that_wear_differently_are_told_by_their_cycles(many):
+    """Were "wear state 0" to "wear state 2"."""
+    plot = seen(many, swept(2), kind="wear-profile", select={"flank": "gear"})
+    assert [entry.text.split(" (")[0] for entry in plot.legend] == [
+        "unworn", "3 million cycles", "3.03 million cycles", "100 million cycles", "101 million cycles",
+    ]  # fmt: skip
+    panels = [panel.title for panel in seen(many, swept(4), kind="along-path").panels]
+    assert panels[0] == "(a) unworn"
+    assert panels[1].startswith("(b) last state: 100 million cycles") and "103 million cycles" in panels[1]
+
+
+def test_wear_states_tell_hours_and_so_does_an_axis(many):
+    plot = seen(many, swept(1), kind="wear-profile", select={"flank": "gear"})
+    assert [entry.text for entry in plot.legend][1] == "3 million cycles (50 h)"
+    (panel,) = seen(many, swept(1), kind="max-wear").panels
+    assert panel.hours == pytest.approx(1e6 / 60.0 / 1000.0)  # the axis shows millions of cycles
+    assert seen(many, swept(2), kind="max-wear").panels[0].hours is None  # other speeds, other hours
+
+
+def test_a_case_that_is_not_drawn_is_named(store, campaign, plot):
+    assert any("static" in note and "select.case" in note for note in plot(kind="tvms").notes)
+    assert not plot(kind="tvms", select={"case": "base"}).notes
+    assert not plot(kind="max-wear").notes  # draws them all
+
+
+def test_many_cases_are_told_by_their_order(many):
+    cases = tuple(Case(f"variant {i}", f"{i:032d}") for i in range(COUNT))
+    plot = seen(many, Campaign(cases), kind="max-wear")
+    assert plot.legend == () and plot.bar is not None
+    assert "variant 0 … variant 29" in plot.bar.words
+
+
+@pytest.mark.parametrize(
+    "kind, y, title",
+    [
+        ("wear-profile", "flank_deviation", "Flank deviation along the flank"),
+        ("max-wear", "dynamic_factor", "Dynamic factor"),
+        ("histogram", "service_life", "Distribution of the operating time to the depth limit"),
+        ("wear-profile", "wear_depth", "Wear depth along the flank"),
+    ],
+)
+def test_the_title_tells_what_is_drawn(many, kind, y, title):
+    assert seen(many, swept(3), kind=kind, y=y).title.startswith(title)
+
+
+def test_another_variable_must_run_along_what_the_kind_shows(many):
+    with pytest.raises(FigureError, match=r"y = 'life' does not run along profile.*kind = \"line\""):
+        seen(many, swept(2), kind="wear-profile", y="life")
+
+
+def test_a_run_at_its_limit_is_not_flat():
+    """Depths v·n to a limit of 1 at rates 1…99: the median ends where the fiftieth run has reached it."""
+    depth, life = Scale("depth", "um"), Scale("life", "1")
+    run_of = QUANTILE_BANDS.series.__globals__["Sampled"]
+    rates = np.arange(1.0, 100.0)
+    runs = [
+        run_of({}, np.array([0.0, 1.0 / v]), np.array([0.0, 1.0]), life, depth, ended="above") for v in rates
+    ]
+    *_, median = QUANTILE_BANDS.joined(runs)
+    assert median.x[-1] == pytest.approx(1.0 / 50.0, rel=0.1)
+    np.testing.assert_allclose(median.y, 50.0 * median.x, atol=1e-12)
+
+
+def test_x_is_found_by_the_key_that_was_swept(many):
+    """Was refused: the block has a name of its own."""
+    plot = seen(many, sampled(), kind="line", y="life", x="value")
+    (panel,) = plot.panels
+    assert panel.x_label == "Coefficient value ($10^{-14}$\N{NO-BREAK SPACE}m²/N)"
+    (curve,) = panel.curves
+    assert curve.look == "dots" and len(curve.x) == COUNT  # drawn at random: no line joins them
+
+
+def test_one_number_a_run_is_drawn_over_the_sweep(many):
+    (panel,) = seen(many, swept(4), kind="line", y="life").panels
+    assert panel.x_label == "Torque (N·m)" and panel.curves[0].x.tolist() == list(TORQUES[:4])
+
+
+def test_sensitivity_ranks_sweeps_and_samples(many):
+    """Was an empty figure where no case is named 'what: value'."""
+    plot = seen(many, swept(4), kind="sensitivity")
+    assert [entry.text for entry in plot.legend] == ["torque", "mean of the base runs"]
+    (line, _) = plot.panels[0].curves
+    np.testing.assert_allclose(line.x, [100.0, 101.0, 102.0, 103.0])
+    plot = seen(many, sampled(), kind="sensitivity")
+    assert plot.legend[0].text == "coefficient value"
+    with pytest.raises(FigureError, match="nothing varies"):
+        seen(many, swept(1), kind="sensitivity")
+    with pytest.raises(FigureError, match="nothing varies"):
+        ranked([])
+
+
+def test_a_fault_of_ours_in_one_figure_stops_no_other(many, monkeypatch, tmp_path):
+    def broken(run, ask):
+        raise KeyError(4)
+
+    monkeypatch.setitem(KINDS, "tvms", replace(KINDS["tvms"], series=broken))
+    figures = tuple(SimpleNamespace(kind=kind) for kind in ("tvms", "max-wear"))
+    with pytest.raises(FigureError, match=r"figure 1 \(tvms\): a fault of wearlab.*KeyError: 4") as caught:
+        draw(replace(swept(3), figures=figures), many, tmp_path)
+    assert [path.name for path in caught.value.drawn] == ["02-max-wear.png"]
