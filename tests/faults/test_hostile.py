@@ -16,6 +16,7 @@ from wearlab.query import QueryError
 from wearlab.runner import running
 from wearlab.store import Store, StoreError
 from wearlab.store.presence import alive
+from wearlab.store.runs import hash_of
 
 
 @pytest.fixture
@@ -77,7 +78,7 @@ def test_links_lead_nowhere(tmp_path, store):
         with pytest.raises(StoreError, match="is a link"):
             store.run(case.id)
     grid = store.open(sweep(2))
-    for name in ("wear_depth", "verdict"):  # read by its place in the file, and through HDF5
+    for name in ("wear_depth", "verdict"):
         with pytest.raises(StoreError, match="is a link"):
             grid[name].load()
     problems = store.reindex()
@@ -100,6 +101,9 @@ def test_a_file_that_claims_more_than_it_holds(store):
         file.id = path.stem
         file.createDimension("wide", 10**12)
         file.createVariable("empty", "f8", ("wide",), chunksizes=(1000,))
+    with pytest.raises(StoreError, match="is not what was written"):
+        store.run(path.stem)
+    crafted(store, ("UPDATE runs SET sha256 = ? WHERE id = ?", hash_of(path), path.stem))
     with pytest.raises(StoreError, match=r"claims 8e\+12 bytes of values in a file of \d+ bytes"):
         store.run(path.stem)
     assert [problem.path for problem in store.reindex()] == [path]

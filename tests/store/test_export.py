@@ -102,10 +102,10 @@ def test_nothing_is_read_through_hdf5_while_the_file_is_open(fill, tmp_path, mon
 
     read, opened = [], []
 
-    def reading(path, name):
+    def reading(path, name, sha256):
         read.append(name)
         assert not opened, f"{name} was read while the file was open"
-        return read_variable(path, name)
+        return read_variable(path, name, sha256)
 
     class Opened:
         def __init__(self, *words, **options):
@@ -147,7 +147,7 @@ def test_nothing_half_written_remains(fill, tmp_path):
     store = fill(sweep(2))
     path = store.files.path(sweep(2).cases[1].id)
     path.write_bytes(path.read_bytes()[:1000])
-    with pytest.raises(StoreError, match="cannot be read"):
+    with pytest.raises(StoreError, match="is not what was written"):
         export(sweep(2), store, tmp_path / "out.nc")
     (tmp_path / "file").write_text("no folder")
     with pytest.raises(StoreError, match="cannot be written"):

@@ -9,7 +9,7 @@ import xarray as xr
 from fake_campaign import Axis, Campaign, Case, Scene, alter, sweep
 
 from wearlab.campaign import Excluded
-from wearlab.store import StoreError, image, lazy
+from wearlab.store import StoreError, lazy
 
 
 @dataclass(frozen=True)
@@ -187,9 +187,8 @@ def test_a_dimension_coordinate_that_differs_is_kept_beside(fill, monkeypatch):
     assert list(grid.phase_values[:, 0].values) == [800.0, 900.0]
 
 
-def test_threads_read_safely(fill, monkeypatch):
-    """Many threads, more files than are kept open, garbage collected at the worst moments: no crash."""
-    monkeypatch.setattr(image, "OPEN_FILES", 2)
+def test_threads_read_safely(fill):
+    """Many threads, garbage collected at the worst moments: no crash."""
     campaign = sweep(8)
     store = fill(campaign)
     with dask.config.set(scheduler="threads", num_workers=8):
@@ -225,20 +224,6 @@ def test_points_without_data_say_why(fill):
     assert grid.attrs["missing"] == ["speed=900: failed", "speed=1000: refused"]
 
 
-def test_values_are_read_as_bytes_and_through_hdf5_alike(fill, monkeypatch):
-    campaign = sweep(3)
-    store = fill(campaign)
-    asked = []
-    monkeypatch.setattr(lazy, "read_variable", lambda path, name: asked.append(name) or original(path, name))
-    original = image.read_variable
-    quick = store.open(campaign).compute()
-    assert "verdict" in asked and "wear_depth" not in asked and "life" not in asked
-    store.catalogue._open().execute("UPDATE documents SET places = NULL")
-    slow = store.open(campaign).compute()
-    assert {"wear_depth", "life", "converged"} <= set(asked)
-    xr.testing.assert_identical(quick, slow)
-
-
 def test_a_file_of_another_length_is_refused(fill):
     campaign = sweep(2)
     store = fill(campaign)
@@ -246,10 +231,10 @@ def test_a_file_of_another_length_is_refused(fill):
     path.write_bytes(path.read_bytes() + b"\0")
     grid = store.open(campaign)
     assert np.isfinite(grid.wear_depth.isel(speed=0).compute()).all()
-    with pytest.raises(StoreError, match=r"instead of .*wearlab verify"):
+    with pytest.raises(StoreError, match=r"is not what was written.*wearlab verify"):
         grid.wear_depth.compute()
     path.unlink()
-    with pytest.raises(StoreError, match="wear_depth cannot be read"):
+    with pytest.raises(StoreError, match="cannot be read"):
         grid.wear_depth.compute()
 
 

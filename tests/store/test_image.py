@@ -9,7 +9,8 @@ import pytest
 import xarray as xr
 
 from wearlab.store import StoreError
-from wearlab.store.image import describe, load, read_variable, to_image
+from wearlab.store.image import describe, to_image
+from wearlab.store.reading import load, read_variable
 from wearlab.store.seal import sealed
 
 DATA = fake_campaign.dataset(fake_campaign.Scene())
@@ -47,7 +48,8 @@ def test_the_hash_is_that_of_the_bytes():
 def test_readable_without_xarray():
     with netCDF4.Dataset("memory", memory=to_image(DATA)[0]) as file:
         assert file["wear_depth"].dtype == np.float64
-        assert file["wear_depth"].chunking() == "contiguous"
+        assert file["wear_depth"].chunking() == list(DATA.wear_depth.shape)
+        assert file["wear_depth"].filters()["fletcher32"] and not file["wear_depth"].filters()["zlib"]
         assert file["wear_depth"].units == "m" and np.isnan(file["wear_depth"]._FillValue)
         assert "cycle" in file["wear_depth"].coordinates.split()
         assert list(file["flank"][:]) == ["pinion", "gear"]
@@ -80,6 +82,15 @@ def test_values_are_those_that_xarray_would_write(values, tmp_path):
     ours.attrs.pop("content_sha256", None)
     xr.testing.assert_identical(ours, theirs)
     assert ours.v.dtype == theirs.v.dtype
+
+
+def test_hdf5_itself_notices_a_flipped_bit(file):
+    """Readers without wearlab have the checksums of HDF5: every number of an array is under one."""
+    content = bytearray(file.read_bytes())
+    at = content.find(DATA.wear_depth.values.tobytes()) + 100
+    content[at] ^= 1
+    with netCDF4.Dataset("memory", memory=bytes(content)) as opened, pytest.raises(RuntimeError, match="HDF"):
+        opened["wear_depth"][:]
 
 
 def test_one_variable_at_a_time(file):

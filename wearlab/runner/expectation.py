@@ -76,10 +76,8 @@ def _measured(store: "Store", entry: "Entry", name: str, wanted: "Wanted") -> fl
     """Return the value that counts, in the stored unit; None when the run has no such numbers."""
     import numpy as np
 
-    from wearlab.store.image import load
-
     try:
-        dataset = load(store.files.path(entry.id))
+        dataset = store.run(entry.id)
     except StoreError:
         return None
     if name not in dataset.variables or dataset[name].dtype.kind not in "fiub":

@@ -19,7 +19,8 @@ def outcome_of(path: Path) -> Outcome:
     ------
     StoreError : the file cannot be read, does not hold what was sealed, or is another run's
     """
-    from wearlab.store.image import describe, load
+    from wearlab.store.image import describe
+    from wearlab.store.reading import load
     from wearlab.store.seal import is_intact
 
     dataset = load(path)
@@ -35,7 +36,7 @@ def outcome_of(path: Path) -> Outcome:
         scene=str(attributes.get("scene", json.dumps({}))),
         image=image,
         sha256=hash_of(path),
-        **describe(dataset, image)._asdict(),
+        **describe(dataset)._asdict(),
         source_hash=str(attributes.get("source_hash", "")),
         wearlab_version=str(attributes.get("wearlab_version", "")),
     )

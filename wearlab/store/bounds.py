@@ -24,17 +24,24 @@ def refuse_links(path: str | Path) -> None:
             raise StoreError(f"{one}: is a link; a store reads and writes its own files only")
 
 
-def refuse_oversized(path: str | Path, claimed: int) -> None:
+def refuse_oversized(path: str | Path, claimed: int, size: int | None = None) -> None:
     """Refuse a file that claims to hold far more than its bytes can: reading it would fill the memory.
+
+    Parameters
+    ----------
+    path : the file
+    claimed : bytes of its values
+    size : bytes of the file [asked of the file system]
 
     Raises
     ------
     StoreError : it does
     """
-    try:
-        size = os.stat(path).st_size
-    except OSError:
-        size = 0
+    if size is None:
+        try:
+            size = os.stat(path).st_size
+        except OSError:
+            size = 0
     if claimed > max(HARMLESS, DENSEST * size):
         raise StoreError(f"{path}: claims {claimed:.3g} bytes of values in a file of {size} bytes; not read")
 

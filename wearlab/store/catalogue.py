@@ -37,15 +37,14 @@ class Head(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """What a grid needs of a run; ``sizes`` and ``digests`` are JSON, ``places`` offsets in its file."""
+    """What a grid needs of a run; ``sizes`` and ``digests`` are JSON."""
 
     id: str
     state: State
-    size: int | None
+    sha256: str | None
     layout: str | None
     sizes: str | None
     digests: str | None
-    places: bytes | None
     reason: str | None
 
 
@@ -121,7 +120,7 @@ class Catalogue(Memberships):
     def placed(self, ids: Iterable[str]) -> list[Placed]:
         """Return what a grid needs of the known runs among ``ids``."""
         question = (
-            "SELECT id, state, size, layout, sizes, digests, places, reason "
+            "SELECT id, state, sha256, layout, sizes, digests, reason "
             "FROM runs LEFT JOIN documents USING (number) WHERE id IN"
         )
         return [Placed(*row) for row in self.read_many(question, list(dict.fromkeys(ids)))]
@@ -185,7 +184,7 @@ class Catalogue(Memberships):
         key = None if outcome.layout is None else key_of(outcome.layout)
         if key:
             connection.execute("INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout))
-        self._keep(connection, _row(outcome, key), outcome.histories, outcome.places)
+        self._keep(connection, _row(outcome, key), outcome.histories)
 
     def _claim(
         self, connection: sqlite3.Connection, wanted: Sequence[str], owner: str, free: Callable[[Head], bool]
@@ -208,7 +207,6 @@ class Catalogue(Memberships):
         connection: sqlite3.Connection,
         row: tuple[Any, ...],
         histories: Mapping[str, bytes] | None = None,
-        places: bytes = b"",
     ) -> None:
         """Write one run, its values in the order of `OF_RUNS` and `OF_DOCUMENTS`."""
         marks = ", ".join("?" * 10)
@@ -221,7 +219,7 @@ class Catalogue(Memberships):
         if connection.execute("SELECT 1 FROM documents WHERE number = ?", (number,)).fetchone():
             self._facts.forget(connection, [number])
         connection.execute(
-            f"INSERT OR REPLACE INTO documents VALUES (?{', ?' * 7})", (number, *row[10:], places)
+            f"INSERT OR REPLACE INTO documents VALUES (?{', ?' * 7})", (number, *row[10:], b"")
         )
         summary, scene = row[14:]
         facts = facts_of(scene, json.loads(summary or "{}"), histories or {})

@@ -133,14 +133,13 @@ def _grid(
     groups = tuple(_group(layouts[key or ""], sizes) for key, sizes in kinds)
     place = {kind: number for number, kind in enumerate(kinds)}
     top = str(folder)
-    files = tuple(
-        RunFile(f"{top}/{r.id[:2]}/{r.id}.nc", r.size or 0, place[r.layout, r.sizes], r.places or b"")
-        for r in done
-    )
+    files = tuple(RunFile(f"{top}/{r.id[:2]}/{r.id}.nc", r.sha256, place[r.layout, r.sizes]) for r in done)
     for number, group in enumerate(groups):
         refuse_oversized(next(file.path for file in files if file.group == number), _claimed(group))
     sizes, labels, by_label = _shape(groups)
-    token = hashlib.sha256(repr(([(r.id, r.size) for r in done], points.tobytes(), top)).encode()).hexdigest()
+    token = hashlib.sha256(
+        repr(([(r.id, r.sha256) for r in done], points.tobytes(), top)).encode()
+    ).hexdigest()
     digests = [json.loads(run.digests or "{}") for run in done]
     return Grid(
         dims, np.asarray(of_case[points]), files, groups, digests, sizes, labels, by_label, token[:16]
@@ -148,9 +147,7 @@ def _grid(
 
 
 def _group(layout: Mapping[str, Any], sizes: str | None) -> Group:
-    variables = layout["variables"]
-    order = {name: number for number, name in enumerate(sorted(variables))}
-    return Group(json.loads(sizes or "{}"), variables, order, layout["labels"])
+    return Group(json.loads(sizes or "{}"), layout["variables"], layout["labels"])
 
 
 def _claimed(group: Group) -> int:

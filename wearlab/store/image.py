@@ -1,38 +1,23 @@
-"""A dataset as the bytes of a netCDF file, and back; used where HDF5 may run: in workers and in readers.
-
-netCDF4 crashes when two threads enter it, so every reading goes through xarray's own locks.
-"""
+"""A dataset as the bytes of a netCDF file, and what a catalogue keeps of it."""
 
 import hashlib
 import json
 import math
-import threading
-from array import array
 from contextlib import suppress
-from pathlib import Path
 from typing import Any, NamedTuple
 
-import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from xarray.backends import NetCDF4DataStore
-from xarray.backends.locks import HDF5_LOCK, NETCDFC_LOCK
 
-from wearlab.store.bounds import refuse_links, refuse_oversized
-from wearlab.store.errors import StoreError
-from wearlab.store.netcdf import SMALL, encoded
+from wearlab.store.netcdf import encoded
 from wearlab.store.seal import sealed
 
-OPEN_FILES = 32
 LIFE = "update"
 AT_STATES = frozenset((LIFE, "flank", "mesh", "member"))
 ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
 CODE = ("commit", "model_version")
 PARENT_CYCLE = "parent_cycle"
-
-_one_door = threading.RLock()
-_files: dict[tuple[str, int, int, int], netCDF4.Dataset] = {}  # open files, the one used last at the end
 
 
 class Description(NamedTuple):
@@ -46,7 +31,6 @@ class Description(NamedTuple):
     summary : scalar results; the largest of each result at a wear state; of some along the phase the
         smallest, largest and mean; the code that made it
     histories : each result at the wear states, smallest and largest where there are several; float64
-    places : where the values of each variable, by name, stand in the file; uint32, 0 where that is not known
     """
 
     sizes: dict[str, int]
@@ -54,7 +38,6 @@ class Description(NamedTuple):
     digests: dict[str, str]
     summary: dict[str, Any]
     histories: dict[str, bytes]
-    places: bytes
 
 
 def to_image(dataset: xr.Dataset) -> tuple[bytes, str]:
@@ -63,76 +46,8 @@ def to_image(dataset: xr.Dataset) -> tuple[bytes, str]:
     return image, hashlib.sha256(image).hexdigest()
 
 
-def load(path: Path) -> xr.Dataset:
-    """Read a whole run into memory and close its file.
-
-    Raises
-    ------
-    StoreError : the file is absent, damaged, a link, or claims more than it can hold
-    """
-    refuse_links(path)
-    with _one_door:
-        try:
-            with _Opened(path) as file:
-                refuse_oversized(path, sum(_claimed(variable) for variable in file.variables.values()))
-                return xr.open_dataset(NetCDF4DataStore(file)).load()
-        except (OSError, RuntimeError, ValueError) as error:
-            raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
-
-
-class _Opened:
-    """A file opened for a moment, the only time in this process: netCDF crashes when one of two is closed."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def __enter__(self) -> netCDF4.Dataset:
-        with NETCDFC_LOCK, HDF5_LOCK:
-            for key in [key for key in _files if key[0] == str(self.path)]:
-                _files.pop(key).close()
-            self.file = netCDF4.Dataset(self.path)
-        return self.file
-
-    def __exit__(self, *error: object) -> None:
-        with NETCDFC_LOCK, HDF5_LOCK:
-            self.file.close()
-
-
-def _claimed(variable: netCDF4.Variable) -> int:
-    """Return the bytes of a variable's values; of texts, those of their references."""
-    return math.prod(variable.shape) * (16 if variable.dtype is str else variable.dtype.itemsize)
-
-
-def read_variable(path: str, name: str) -> NDArray[Any]:
-    """Read one variable of a run, safely from any thread."""
-    refuse_links(path)
-    with _one_door, NETCDFC_LOCK, HDF5_LOCK:
-        try:
-            variable = _open(path).variables[name]
-            refuse_oversized(path, _claimed(variable))
-            return np.asarray(variable[...])
-        except (OSError, RuntimeError, KeyError) as error:
-            raise StoreError(f"{path}: {name} cannot be read ({error}); try 'wearlab verify'") from error
-
-
-def _open(path: str) -> netCDF4.Dataset:
-    """Return the open file, kept among the last few: opening costs more than reading a variable.
-
-    Called under the lock only. A file that is put out is closed here and now: left to the garbage collector,
-    it would be closed in some thread that does not hold the lock, and crash the process.
-    """
-    status = Path(path).stat()
-    key = (path, status.st_mtime_ns, status.st_size, status.st_ino)
-    file = _files.pop(key, None) or netCDF4.Dataset(path)
-    file.set_auto_maskandscale(False)
-    _files[key] = file
-    while len(_files) > OPEN_FILES:
-        _files.pop(next(iter(_files))).close()
-    return file
-
-
-def describe(dataset: xr.Dataset, image: bytes = b"") -> Description:
-    """Return sizes, layout, summary and histories of a run, and where its values stand in its file."""
+def describe(dataset: xr.Dataset) -> Description:
+    """Return sizes, layout, summary and histories of a run."""
     variables = {
         str(name): {
             "dims": list(variable.dims),
@@ -146,23 +61,7 @@ def describe(dataset: xr.Dataset, image: bytes = b"") -> Description:
     layout = json.dumps({"variables": variables, "labels": labels}, sort_keys=True)
     digests = {str(name): _digest(values) for name, values in dataset.coords.items()}
     sizes = {str(dim): n for dim, n in dataset.sizes.items()}
-    return Description(sizes, layout, digests, *_results(dataset), _places(dataset, image))
-
-
-def _places(dataset: xr.Dataset, image: bytes) -> bytes:
-    """Return where each variable's bytes stand in a file image, by name."""
-    found: dict[str, int] = {}
-    at = 0
-    for name, variable in dataset.variables.items():
-        values = variable.values
-        plain = values.dtype.kind in "fiub" and values.dtype.isnative and 0 < values.nbytes <= SMALL
-        offset = -1
-        if plain and image:
-            raw = np.ascontiguousarray(values).tobytes()
-            offset = image.find(raw, at)  # they stand in the order of writing
-            at = max(at, offset)
-        found[str(name)] = max(offset, 0)
-    return array("I", [found[name] for name in sorted(found)]).tobytes() if image else b""
+    return Description(sizes, layout, digests, *_results(dataset))
 
 
 def _digest(values: xr.DataArray) -> str:

@@ -1,6 +1,5 @@
 """One variable of all runs of a grid, read when a point of it is asked for."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -8,9 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.store.bounds import number_type, refuse_links
-from wearlab.store.errors import StoreError
-from wearlab.store.image import read_variable
+from wearlab.store.reading import read_variable
 
 Places = tuple[list[int] | None, ...]
 
@@ -23,13 +20,11 @@ class Group:
     ----------
     sizes : length of each dimension
     variables : dims, dtype and attributes of each variable
-    order : number of each variable among the offsets that a run records
     labels : labels of dimensions
     """
 
     sizes: Mapping[str, int]
     variables: Mapping[str, dict[str, Any]]
-    order: Mapping[str, int]
     labels: Mapping[str, list[Any]]
 
 
@@ -39,15 +34,13 @@ class RunFile:
 
     Parameters
     ----------
-    path, size : the file and its recorded length
+    path, sha256 : the file and the recorded hash of its bytes
     group : what the run is like
-    offsets : where each variable's values stand, 0 where only HDF5 knows
     """
 
     path: str
-    size: int
+    sha256: str | None
     group: int
-    offsets: bytes
 
 
 @dataclass(frozen=True, repr=False)
@@ -108,37 +101,4 @@ class LazyVariable:
         return np.ix_(*(np.arange(n) if place is None else np.asarray(place) for n, place in where))
 
     def _values(self, file: RunFile) -> NDArray[Any]:
-        """Return the values of one run: its bytes where their place is known, else through HDF5."""
-        group = self.groups[file.group]
-        start = 4 * group.order[self.name]
-        offset = int.from_bytes(file.offsets[start : start + 4], "little")
-        if not offset:
-            return read_variable(file.path, self.name)
-        variable = group.variables[self.name]
-        shape = tuple(group.sizes[dim] for dim in variable["dims"])
-        return read_bytes(file, offset, np.dtype(number_type(variable["dtype"])), shape, self.name)
-
-
-def read_bytes(
-    file: RunFile, offset: int, dtype: np.dtype[Any], shape: tuple[int, ...], name: str
-) -> NDArray[Any]:
-    """Return values that stand as they are in a file; hundreds of times faster than reading its header.
-
-    Raises
-    ------
-    StoreError : the file is gone, or has not the length that was recorded
-    """
-    count = math.prod(shape)
-    refuse_links(file.path)
-    try:
-        with open(file.path, "rb") as opened:
-            length = opened.seek(0, 2)
-            opened.seek(offset)
-            content = opened.read(count * dtype.itemsize)
-    except OSError as error:
-        reason = error.strerror or error
-        raise StoreError(f"{file.path}: {name} cannot be read ({reason}); try 'wearlab verify'") from error
-    if length != file.size or len(content) != count * dtype.itemsize:
-        reason = f"{length} bytes instead of {file.size}" if length != file.size else "it ends before that"
-        raise StoreError(f"{file.path}: {name} cannot be read ({reason}); try 'wearlab verify'")
-    return np.frombuffer(content, dtype).reshape(shape)
+        return read_variable(file.path, self.name, file.sha256)

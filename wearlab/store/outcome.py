@@ -37,7 +37,6 @@ class Outcome:
     sizes, layout : lengths of the dimensions; variables with dims, dtypes and attributes as JSON
     digests : hash of each coordinate's values, to see which coordinates runs share
     summary : scalar results (life, max wear, error estimates …)
-    places : where each variable's values stand in the image
     histories : values along the life by variable, and the cycles they belong to; float64
     reason : traceback of a failure, reason of a refusal
     warnings : distinct warnings raised on the way
@@ -56,7 +55,6 @@ class Outcome:
     digests: dict[str, str] = field(default_factory=dict)
     summary: dict[str, Any] = field(default_factory=dict)
     histories: dict[str, bytes] = field(default_factory=dict, repr=False)
-    places: bytes = field(default=b"", repr=False)
     reason: str | None = None
     warnings: tuple[str, ...] = ()
     source_hash: str = ""

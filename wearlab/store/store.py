@@ -135,12 +135,12 @@ class Store:
         ------
         StoreError : no such run, more than one, not done, or its file is damaged
         """
-        from wearlab.store.image import load
+        from wearlab.store.reading import load
 
         found = self.find(run_id)
         if found.state != "done":
             raise StoreError(f"run {found.id} has no data: {found.state}")
-        return load(self.files.path(found.id))
+        return load(self.files.path(found.id), found.sha256)
 
     def find(self, prefix: str) -> Entry:
         """Return the one run whose id begins so, or that alone meets a condition, ``"torque = 5 N*m"``.
