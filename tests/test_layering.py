@@ -22,6 +22,7 @@ ROAD = (
         "options",
         "slots",
         "schema",
+        "origins",
         "gears",
         "mesh",
         "dynamics",

@@ -118,6 +118,23 @@ class Store:
 
         return Search(self.catalogue).table(where, columns, sort, limit)
 
+    def features(self, where: str = "", *, variables: Sequence[str] | None = None) -> "Table":
+        """Return one row for each wear state of each run: harmonics, indicators, orders as columns.
+
+        Parameters
+        ----------
+        where : condition as in `query` [all runs that are done]
+        variables : from which columns are made, listed by ``wearlab variables`` [every number]
+
+        Raises
+        ------
+        QueryError : the condition cannot be read, or a name is unknown
+        StoreError : there is no store, no such run, or no run has a variable
+        """
+        from wearlab.store.features import features
+
+        return features(self, where, variables)
+
     def names(self) -> list[str]:
         """Return everything that a condition of `query` may ask for here."""
         from wearlab.store.search import Search

@@ -10,6 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+DIGITS = 12
+
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
@@ -95,26 +97,28 @@ class Table:
         frame.attrs["units"] = {one.name: one.unit_of(si) for one in self.columns if one.unit}
         return frame
 
-    def displayed(self) -> tuple[list[str], list[tuple[Any, ...]]]:
-        """Return heads with units, and the rows in the units that people read."""
+    def displayed(self, *, si: bool = False) -> tuple[list[str], list[tuple[Any, ...]]]:
+        """Return heads with units, and the rows in the units that people read, or in SI."""
         heads, scaled = [], []
         for column, values in zip(self.columns, self.to_dict(si=True).values(), strict=True):
-            unit = column.display_unit or column.unit
+            unit = ("" if si else column.display_unit) or column.unit
             heads.append(f"{column.name} [{unit}]" if unit not in ("", "1") else column.name)
             scaled.append(_converted(values, column.unit, unit))
         return heads, list(zip(*scaled, strict=True))
 
-    def to_csv(self) -> str:
-        """Return the table as comma-separated values, in the units that people read."""
+    def to_csv(self, *, si: bool = False) -> str:
+        """Return the table as comma-separated values, in the units that people read, or in SI."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        heads, rows = self.displayed()
+        heads, rows = self.displayed(si=si)
         writer.writerow(heads)
         writer.writerows(tuple("" if value is None else _guarded(value) for value in row) for row in rows)
         return text.getvalue()
 
     def to_xarray(self, *, si: bool = False) -> "xr.Dataset":
-        """Return the table as a dataset over ``run``, labelled by the ids; missing numbers are NaN.
+        """Return the table as a dataset over its rows, ``run`` by run; missing numbers are NaN.
+
+        Where each run has one row, the ids label them.
 
         Parameters
         ----------
@@ -131,7 +135,9 @@ class Table:
                 data = np.array([np.nan if value is None else value for value in values], float)
             unit = column.unit_of(si)
             found[column.name] = ("run", data, {"units": unit} if unit else {})
-        return xr.Dataset(found).rename_vars(id="run").set_coords("run")
+        if "id" in found:
+            return xr.Dataset(found).rename_vars(id="run").set_coords("run")
+        return xr.Dataset({name: ("row", *one[1:]) for name, one in found.items()})
 
 
 def _converted(values: list[Any], unit: str, wanted: str) -> list[Any]:
@@ -140,7 +146,12 @@ def _converted(values: list[Any], unit: str, wanted: str) -> list[Any]:
         return values
     from wearlab.units import convert
 
-    return [None if value is None else convert(value, unit, wanted) for value in values]
+    return [None if value is None else _short(convert(value, unit, wanted)) for value in values]
+
+
+def _short(value: Any) -> Any:
+    """Return a number with the digits that scenes keep: 1100 rpm, not 1100.0000000035739."""
+    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
 
 
 def _guarded(value: Any) -> Any:

@@ -1,0 +1,47 @@
+"""``variables``: everything that a dataset may hold."""
+
+from difflib import get_close_matches
+
+from wearlab.cli.output import Status, Stop, show_json, show_table
+
+HEADS = ("name", "dims", "unit", "shown in", "meaning", "made by")
+
+
+def list_variables(like: str, as_json: bool) -> Status:
+    """Show every variable whose name or meaning holds a word, all for an empty one."""
+    from wearlab.origins import origin_of
+    from wearlab.schema import VARIABLES
+
+    word = like.lower()
+    found = {
+        name: one
+        for name, one in VARIABLES.items()
+        if word in f"{name} {one.long_name} {one.comment}".lower()
+    }
+    if not found:
+        near = get_close_matches(like, VARIABLES, 1)
+        meant = f"; did you mean {near[0]!r}?" if near else ""
+        raise Stop(f"variables: none has {like!r} in its name or meaning{meant}")
+    if as_json:
+        show_json(
+            [
+                {
+                    "name": name,
+                    "dims": list(one.dims),
+                    "units": one.units,
+                    "display_units": one.display_units,
+                    "long_name": one.long_name,
+                    "comment": one.comment,
+                    "group": origin_of(name)[0],
+                    "made_by": origin_of(name)[1],
+                }
+                for name, one in found.items()
+            ]
+        )
+        return Status.WELL
+    rows = []
+    for name, one in found.items():
+        meaning = f"{one.long_name} ({one.comment})" if one.comment else one.long_name
+        rows.append((name, ", ".join(one.dims), one.units, one.display_units, meaning, origin_of(name)[1]))
+    show_table(HEADS, rows)
+    return Status.WELL
