@@ -55,6 +55,53 @@ class Motion(NamedTuple):
     period: float
 
 
+class Tables(NamedTuple):
+    """What the flat array of a :class:`Motion` holds, each part in its shape; divided by the masses.
+
+    Parameters
+    ----------
+    stiffness, damping : (n, n) of supports
+    direction : (n_mesh, n) of the mesh deflections
+    mesh_damping : (n_mesh,) [N s/m]
+    backlash : (n_mesh,) normal backlash [m]
+    load : (n,)
+    response : (channels, n) acceleration by a unit mesh force, then by its friction
+    edges, per_width : (n_cells + 1,), (n_cells,) phases at which cells begin, one over their widths [1]
+    guide : (n_guides,) cell that holds each of even phases
+    coefficients : (n_cells, n_mesh, quantities, 5) stiffness and gap of every pair, friction, error and rate
+    """
+
+    stiffness: Array
+    damping: Array
+    direction: Array
+    mesh_damping: Array
+    backlash: Array
+    load: Array
+    response: Array
+    edges: Array
+    per_width: Array
+    guide: NDArray[np.int64]
+    coefficients: Array
+
+
+def tables_of(given: Motion) -> Tables:
+    """Return the parts of the flat array."""
+    n, meshes, cells, flat = given.n, given.meshes, int(given.first_cell[-1]), given.flat
+    rubs, guides = flat[RUBS] > 0.0, int(flat[GUIDES])
+    quantities = (4 if rubs else 2) * given.pairs + 2
+    shapes: list[tuple[int, ...]] = [
+        (n, n), (n, n), (meshes, n), (meshes,), (meshes,), (n,), ((3 if rubs else 1) * meshes, n),
+        (cells + 1,), (cells,), (guides,), (cells, meshes, quantities, DEGREE + 1),
+    ]  # fmt: skip
+    ends = HEADER + np.cumsum([int(np.prod(shape)) for shape in shapes])
+    parts = [
+        np.ascontiguousarray(flat[end - int(np.prod(shape)) : end].reshape(shape))
+        for end, shape in zip(ends, shapes, strict=True)
+    ]
+    parts[-2] = parts[-2].astype(np.int64)
+    return Tables(*parts)
+
+
 def motion(
     kinds: Sequence[Touching], vibration: Vibration, system: System, friction: Friction | None
 ) -> Motion:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearlab.accuracy.ladder import best_time
+from wearlab.accuracy.ladder import timing
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.wear.initial import quadratic
@@ -50,8 +50,8 @@ def contact_time(scene: Scene) -> ContactTime:
     return ContactTime(
         len(parts.phase),
         len(analysis.grid.position),
-        best_time(lambda: analysis.nodes(worn), most=200),
-        best_time(lambda: analysis.quasistatic(nodes, where), most=200),
+        timing(lambda: analysis.nodes(worn), most=200).seconds,
+        timing(lambda: analysis.quasistatic(nodes, where), most=200).seconds,
     )
 
 

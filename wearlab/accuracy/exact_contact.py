@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearlab.accuracy.ladder import best_time
+from wearlab.accuracy.ladder import timing
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.exact.algorithm_1 import PUBLISHED_POINTS, algorithm_1
 from wearlab.mesh.exact.flank import Flank
@@ -49,9 +49,9 @@ def exact_time(pair: GearPair, worn: tuple[Flank, Flank], depth: float = 0.0) ->
     apart, searched = (_difference(pair, worn, found) for found in (touching, published))
     return ExactTime(
         depth,
-        best_time(lambda: tangency(*worn, x), most=20),
-        best_time(lambda: minimum_gap(*worn, x), most=20),
-        best_time(lambda: algorithm_1(pair, *worn), most=2),
+        timing(lambda: tangency(*worn, x), most=20).seconds,
+        timing(lambda: minimum_gap(*worn, x), most=20).seconds,
+        timing(lambda: algorithm_1(pair, *worn), most=2).seconds,
         apart,
         searched,
     )

@@ -8,7 +8,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-Role = Literal["wearlab", "as published", "peer"]
+Role = Literal["wearlab", "as published", "peer", "closing peer"]
+PEERS: tuple[Role, ...] = ("peer", "closing peer")
 
 FLOOR = 10.0
 """Errors below this many times the uncertainty of the reference say nothing of the order."""
@@ -34,10 +35,11 @@ class Rung(NamedTuple):
     ----------
     setting : value of the knob
     error : relative error against the reference [1]
-    seconds : best wall time of several [s]
-    work : right-hand sides of a steady state, contact analyses of a life [1]
-    warm_seconds : best wall time from the answer of a neighbouring wear state; NaN: not measured [s]
+    seconds : wall time, the median of several where it is short [s]
+    work : right-hand sides of a steady state, contact analyses of a life, mesh periods of Newton's method [1]
+    warm_seconds : wall time from the answer of a neighbouring wear state; NaN: not measured [s]
     timed : share of the wall time that was measured; less than 1: extrapolated from that [1]
+    spread : range of the wall times over their median; NaN: not measured [1]
     """
 
     setting: float
@@ -46,6 +48,7 @@ class Rung(NamedTuple):
     work: float
     warm_seconds: float = np.nan
     timed: float = 1.0
+    spread: float = np.nan
 
 
 def fine_enough(rung: Rung, uncertainty: float) -> bool:
@@ -73,7 +76,8 @@ class Curve:
     name : what is drawn, such as "rk4" or "CyRK VERN7"
     knob : name of the setting, such as "steps_per_period"
     quantity : whose error it is: "mesh_force", "wear_depth", "life" …
-    role : wearlab's default road, a method named as published, or a peer
+    role : wearlab's default road, a method named as published, a peer that marches, or one that closes the
+        orbit by Newton's method or harmonic balance
     rungs : from coarse to fine
     fixed : what was set besides, as text, such as 'dynamics.method = "rk4"'; empty: nothing
     """
@@ -122,6 +126,10 @@ class Curve:
         fine = next((i for i, rung in enumerate(self.rungs) if rung.error <= error), len(self.rungs))
         return any(rung.timed < 1.0 for rung in self.rungs[max(0, fine - 1) : fine + 1])
 
+    def spread_at(self, error: float) -> float:
+        """Return the spread of the wall times of the first rung that reaches a relative error [1]."""
+        return next((rung.spread for rung in self.rungs if rung.error <= error), float("nan"))
+
     def work_to(self, error: float) -> float:
         """Return the work to a relative error [1]; see `interpolated`."""
         return interpolated([rung.error for rung in self.rungs], [rung.work for rung in self.rungs], error)
@@ -143,10 +151,29 @@ def interpolated(errors: Sequence[float], costs: Sequence[float], error: float) 
 
 LONG = 2.0
 """What takes longer is timed once [s]."""
+LEAST = 7
+"""Times that a median is taken of."""
 
 
-def best_time(action: Callable[[], object], *, least: int = 3, most: int = 25, budget: float = 0.15) -> float:
-    """Return the shortest of several wall times [s]; the first call is not counted unless it is long.
+class Timing(NamedTuple):
+    """Wall times of one action.
+
+    Parameters
+    ----------
+    seconds : their median [s]
+    spread : largest minus smallest, over the median; NaN: timed once [1]
+    share : part of the action that was measured [1]
+    """
+
+    seconds: float
+    spread: float = np.nan
+    share: float = 1.0
+
+
+def timing(
+    action: Callable[[], object], *, least: int = LEAST, most: int = 51, budget: float = 0.15
+) -> Timing:
+    """Return the median of at least seven wall times; the first call is not counted, unless it is long.
 
     Parameters
     ----------
@@ -158,13 +185,11 @@ def best_time(action: Callable[[], object], *, least: int = 3, most: int = 25, b
     action()
     first = time.perf_counter() - begun
     if first > LONG:
-        return first
-    shortest, spent, done = np.inf, 0.0, 0
-    if first > budget:  # long enough for its warm-up not to matter
-        least, shortest, spent, done = 2, first, first, 1
-    while done < least or (done < most and spent < budget):
+        return Timing(first)
+    taken: list[float] = []
+    while len(taken) < least or (len(taken) < most and sum(taken) < budget):
         begun = time.perf_counter()
         action()
-        taken = time.perf_counter() - begun
-        shortest, spent, done = min(shortest, taken), spent + taken, done + 1
-    return float(shortest)
+        taken.append(time.perf_counter() - begun)
+    median = float(np.median(taken))
+    return Timing(median, (max(taken) - min(taken)) / median)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from wearlab.accuracy.ladder import best_time
+from wearlab.accuracy.ladder import timing
 from wearlab.life.adaptive import Adaptive
 from wearlab.life.counted import CountedRate
 from wearlab.life.history import SetRate
@@ -82,7 +82,7 @@ def lived(problem: Wearing, method: Method, tolerance: float) -> Lived:
     life = _evolved(problem, method, tolerance)
     seconds = time.perf_counter() - begun
     if seconds < SHORT:
-        seconds = best_time(lambda: _evolved(problem, method, tolerance))
+        seconds = timing(lambda: _evolved(problem, method, tolerance)).seconds
     return Lived(
         float(life.cycle[-1]),
         life.depth[-1],

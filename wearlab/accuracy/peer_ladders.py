@@ -1,4 +1,4 @@
-"""Work–precision curves of the peers, each told how many mesh periods to march."""
+"""Work–precision curves of the peers: marched as long as told, closed by Newton, or balanced by harmonics."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -8,12 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.accuracy.cells import Motion, starting_state
-from wearlab.accuracy.ladder import SHARE, Curve, Rung, best_time, told
-from wearlab.accuracy.peers import Peer, peers
+from wearlab.accuracy.cells import RUBS, Motion, starting_state
+from wearlab.accuracy.harmonic_balance import HarmonicBalance
+from wearlab.accuracy.ladder import SHARE, Curve, Role, Rung, Timing, timing, told
+from wearlab.accuracy.peers import Bound, Peer, peers
 from wearlab.accuracy.reference import Reference
 from wearlab.accuracy.steady import Steady, relative_error
 from wearlab.accuracy.transient import periods_to, transient
+from wearlab.dynamics.balance import balance_of
 from wearlab.dynamics.periodic import Periodic
 
 Array = NDArray[np.float64]
@@ -24,13 +26,8 @@ LONGEST = 10.0
 """A peer whose rung took longer to measure is not asked for a finer one [s]."""
 FORGOTTEN = 1e-3
 """Of an error made earlier so much is left when the error of going on and on is measured [1]."""
-
-
-class Timed(NamedTuple):
-    """A wall time [s] and the share of it that was measured; the rest is scaled from that [1]."""
-
-    seconds: float
-    share: float
+HARMONICS = (10, 20, 40, 60, 80, 120, 160, 240, 320)
+BALANCE = "harmonic balance"
 
 
 class Course(NamedTuple):
@@ -40,9 +37,10 @@ class Course(NamedTuple):
     ----------
     problem, known : the scene and its answer
     motion : its equation of motion
-    starts : (2n,) the static equilibrium, and the answer of a neighbouring wear state
+    starts : (2n,) the best of two static states, and the answer of a neighbouring wear state
     left : what is left of the transients from there after 0, 1, 2 … mesh periods [1]
     scale : (2n,) size of the states
+    near : (n_periods, n_mesh, n_phases) mesh deflections of the neighbour at even phases [m]
     """
 
     problem: Steady
@@ -51,43 +49,56 @@ class Course(NamedTuple):
     starts: tuple[Array, Array]
     left: tuple[Array, Array]
     scale: Array
+    near: Array
 
-    def error(self, peer: Peer, tolerance: float, start: Array, count: int) -> float:
+    @property
+    def periods(self) -> int:
+        """Mesh periods of the orbit."""
+        return len(self.known.force)
+
+    def error(self, bound: Bound, tolerance: float, start: Array, count: int) -> float:
         """Return the relative error of the mesh force in the period that follows ``count`` others [1]."""
-        periods = len(self.known.force)
-        turns = count + np.arange(periods)[:, None] + self.problem.phase
-        times, end = turns.ravel() * self.motion.period, (count + periods) * self.motion.period
-        states = peer.march(self.motion, start, end, tolerance, self.scale, times)
-        if len(states) != turns.size:
+        state = bound.march(start, count, tolerance, self.scale) if count else start
+        if not np.isfinite(state).all():
             return float("inf")
-        force = self.problem.force_of_states(states.reshape(*turns.shape, -1))
-        return relative_error(force, self.known.force)
+        states = bound.states(state, self.periods, self.problem.phase, tolerance, self.scale)
+        return relative_error(self.problem.force_of_states(states), self.known.force)
 
-    def seconds(self, peer: Peer, tolerance: float, start: Array, periods: int, pace: float) -> Timed:
+    def seconds(self, bound: Bound, tolerance: float, start: Array, periods: int, pace: float) -> Timing:
         """Return the wall time of so many mesh periods, those that can be afforded timed.
 
         Parameters
         ----------
-        peer, tolerance, start : who marches, how, and from where
+        bound, tolerance, start : who marches, how, and from where
         periods : how many are wanted
         pace : about what one takes [s]
         """
         timed = min(periods, max(1, int(AFFORDED / pace)))
-        end = timed * self.motion.period
-        march = partial(peer.march, self.motion, start, end, tolerance, self.scale, None)
-        return Timed(best_time(march, most=8) * periods / timed, timed / periods)
+        found = timing(partial(bound.march, start, timed, tolerance, self.scale))
+        return found._replace(seconds=found.seconds * periods / timed, share=timed / periods)
 
 
 def course(problem: Steady, known: Reference) -> Course:
     """Return what the peers have to integrate to find an answer."""
     system, tables = known.response.system, known.response.tables
-    mean = np.einsum("s,sm->m", tables.width, tables.stiffness.sum(axis=3)[:, 1])
-    cold = starting_state(system, mean)
+    stiffness = tables.stiffness.sum(axis=3)
+    mean = np.einsum("s,sm->m", tables.width, stiffness[:, 1])
     tight = problem.with_steps(len(tables.width) // 4, Periodic())
-    warm = problem.solve_near(tight).state[0, 0]
-    left = transient(problem, known, cold), transient(problem, known, warm)
-    scale = np.abs(known.response.state).max(axis=(0, 1))
-    return Course(problem, known, problem.motion(system), (cold, warm), left, scale)
+    near = problem.solve_near(tight)
+    warm = near.state[0, 0]
+    colds = [starting_state(system, mean), starting_state(system, stiffness[0, 0])]
+    left = [transient(problem, known, cold) for cold in colds]
+    best = int(np.argmin([periods_to(one, FORGOTTEN) for one in left]))
+    phase = np.arange(4 * max(HARMONICS)) / (4 * max(HARMONICS))
+    return Course(
+        problem,
+        known,
+        problem.motion(system),
+        (colds[best], warm),
+        (left[best], transient(problem, known, warm)),
+        np.abs(known.response.state).max(axis=(0, 1)),
+        np.asarray(tight.deflection(near, tight.look(phase))[0]),
+    )
 
 
 def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]) -> Iterator[Curve]:
@@ -101,34 +112,89 @@ def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]
     given = course(problem, known)
     for peer in peers():
         report(peer.name)
-        peer.march(given.motion, known.start, given.motion.period, peer.tolerances[0], given.scale, None)
-        rungs: list[Rung] = []
-        for tolerance in peer.tolerances:
-            begun = time.perf_counter()
-            rungs.append(rung(given, peer, tolerance))
-            if time.perf_counter() - begun > LONGEST or told(rungs[-1], known.disagreement):
-                break
-        yield Curve(peer.name, "relative", "mesh_force", "peer", tuple(rungs))
+        yield peer_curve(given, peer)
+    if given.motion.flat[RUBS] == 0.0 and balance_of(known.response.system, problem.vibration.period) is None:
+        report(BALANCE)
+        yield balance_curve(given)
 
 
-def rung(given: Course, peer: Peer, tolerance: float) -> Rung:
+def peer_curve(given: Course, peer: Peer) -> Curve:
+    """Return the curve of an integrator over its relative tolerance."""
+    bound = peer.bind(given.motion)
+    bound.march(given.known.start, 1, peer.tolerances[0], given.scale)  # compiles
+    one = closed_rung if peer.closes else rung
+    role: Role = "closing peer" if peer.closes else "peer"
+    rungs: list[Rung] = []
+    for tolerance in peer.tolerances:
+        begun = time.perf_counter()
+        rungs.append(one(given, bound, tolerance))
+        if time.perf_counter() - begun > LONGEST or told(rungs[-1], given.known.disagreement):
+            break
+    return Curve(peer.name, "relative", "mesh_force", role, tuple(rungs))
+
+
+def rung(given: Course, bound: Bound, tolerance: float) -> Rung:
     """Find the error that marching on and on would leave, then march as long as that is worth.
 
     Where the march cannot be afforded its error is that of going on and on, and the part of it that is left
     of the transient.
     """
-    known, periods = given.known, len(given.known.force)
     forgetting = periods_to(given.left[0], FORGOTTEN)
     begun = time.perf_counter()
-    floor = given.error(peer, tolerance, known.start, forgetting)
-    pace = (time.perf_counter() - begun) / (forgetting + periods)
+    floor = given.error(bound, tolerance, given.known.start, forgetting)
+    pace = (time.perf_counter() - begun) / (forgetting + given.periods)
     worth = SHARE * floor if np.isfinite(floor) else FORGOTTEN
     counts = [periods_to(left, worth) for left in given.left]
     cold, warm = (
-        given.seconds(peer, tolerance, start, count + periods, pace)
+        given.seconds(bound, tolerance, start, count + given.periods, pace)
         for start, count in zip(given.starts, counts, strict=True)
     )
     error = (1.0 + SHARE) * floor
     if cold.share == 1.0:
-        error = given.error(peer, tolerance, given.starts[0], counts[0])
-    return Rung(tolerance, error, cold.seconds, float("nan"), warm.seconds, cold.share)
+        error = given.error(bound, tolerance, given.starts[0], counts[0])
+    return Rung(tolerance, error, cold.seconds, np.nan, warm.seconds, cold.share, cold.spread)
+
+
+def closed_rung(given: Course, bound: Bound, tolerance: float) -> Rung:
+    """Close the orbit by Newton's method around the integrator, cold and from the neighbour."""
+    system = given.known.response.system
+    free = balance_of(system, given.problem.vibration.period) is not None
+    close = partial(bound.close, periods=given.periods, tolerance=tolerance, scale=given.scale, free=free)  # type: ignore[attr-defined]
+    found, marched = close(given.starts[0])
+    if not np.isfinite(found).all():
+        return Rung(tolerance, np.inf, np.nan, marched)
+    error = given.error(bound, tolerance, found, 0)
+    cold, warm = (timing(partial(close, start)) for start in given.starts)
+    return Rung(tolerance, error, cold.seconds, marched, warm.seconds, 1.0, cold.spread)
+
+
+def balance_curve(given: Course) -> Curve:
+    """Return the curve of harmonic balance over the harmonics of a mesh period."""
+    rungs: list[Rung] = []
+    for harmonics in HARMONICS:
+        begun = time.perf_counter()
+        rungs.append(balance_rung(given, harmonics))
+        if time.perf_counter() - begun > LONGEST or told(rungs[-1], given.known.disagreement):
+            break
+    return Curve(BALANCE, "harmonics", "mesh_force", "closing peer", tuple(rungs))
+
+
+def balance_rung(given: Course, harmonics: int) -> Rung:
+    """Balance so many harmonics of a mesh period, cold and continued from the neighbour."""
+    balance = HarmonicBalance(given.motion, harmonics * given.periods, given.periods)
+    near = balance.harmonics_of(np.moveaxis(given.near, 1, 0).reshape(given.near.shape[1], -1))
+    found = balance.solve()
+    if found is None:
+        return Rung(harmonics, np.inf, np.nan, np.nan)
+    phase = given.problem.phase
+    force = given.problem.force(balance.deflection(found, phase), phase)
+    cold, warm = timing(balance.solve), timing(partial(balance.solve, near))
+    return Rung(
+        harmonics,
+        relative_error(force, given.known.force),
+        cold.seconds,
+        np.nan,
+        warm.seconds,
+        1.0,
+        cold.spread,
+    )

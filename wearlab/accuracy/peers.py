@@ -1,25 +1,40 @@
-"""Integrators that a user would pick instead: SciPy always, CyRK and SUNDIALS when they are installed.
+"""Solvers that a user would pick instead, each at its best: SciPy always, CyRK when it is installed.
 
-Each gets the compiled equation of motion, tolerances scaled to the orbit, and for free the number of mesh
-periods after which its transient is as small as its error.
+Marching peers get the compiled equation of motion, tolerances scaled to the orbit, and for free the number of
+mesh periods after which their transient is as small as their error. CyRK marches three ways: through, landing
+on the known jumps of the stiffness, and with Newton's method around a mesh period. Harmonic balance needs no
+march. SUNDIALS' CVODE is not among them: from Python it calls its right-hand side through the interpreter,
+two orders of magnitude slower than what it integrates, which would say nothing of it.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
 from importlib.util import find_spec
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from wearlab.accuracy.cells import Motion
-from wearlab.accuracy.motion import motion_at, motion_of, motion_packed
+from wearlab.accuracy.cyrk import Marcher
+from wearlab.accuracy.motion import motion_of
 
 Array = NDArray[np.float64]
-March = Callable[[Motion, Array, float, float, Array, Array | None], Array]
-"""(motion, start (2n,), end time [s], relative tolerance, scale (2n,), times or None) -> states (…, 2n)."""
+
+METHODS = ("RK45", "TSIT5", "VERN7", "DOP853")
+
+
+class Bound(Protocol):
+    """An integrator bound to the equation of motion of one wear state."""
+
+    def march(self, start: Array, periods: int, tolerance: float, scale: Array) -> Array:
+        """Return the state (2n,) after so many mesh periods."""
+        ...
+
+    def states(self, start: Array, periods: int, phases: Array, tolerance: float, scale: Array) -> Array:
+        """Return the states at phases in [0, 1) of so many mesh periods, (periods, n_phases, 2n)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -29,101 +44,57 @@ class Peer:
     Parameters
     ----------
     name : library and method
-    march : integrates from time 0; returns the states at the times asked for, else the last one
+    bind : binds it to an equation of motion; compiles, and is not timed
     tolerances : relative tolerances of its ladder, coarse to fine
+    closes : whether Newton's method closes the orbit, instead of a transient that dies
     """
 
     name: str
-    march: March
+    bind: Callable[[Motion], Bound]
     tolerances: tuple[float, ...]
+    closes: bool = False
 
 
 def peers() -> Iterator[Peer]:
     """Yield what is installed."""
     decades = tuple(10.0 ** -np.arange(3.0, 9.5, 1.0))
-    fine = tuple(10.0 ** -np.arange(2.0, 11.5, 1.0))
+    halves = tuple(10.0 ** -np.arange(1.5, 11.1, 0.5))
     for method in ("RK45", "DOP853"):
-        yield Peer(f"SciPy {method}", _scipy(method), decades)
-    if find_spec("CyRK") is not None:
-        for method in ("RK45", "TSIT5", "VERN7", "DOP853"):
-            yield Peer(f"CyRK {method}", _cyrk(method), fine)
-    if find_spec("sksundae") is not None:
-        yield Peer("CVODE Adams", _cvode, fine[:-1])  # at 1e-11 it gives up at jumps
+        yield Peer(f"SciPy {method}", lambda given, method=method: _SciPy(given, method), decades)  # type: ignore[misc]
+    if find_spec("CyRK") is None:
+        return
+    for method in METHODS:
+        for words, landing, closes in (("", False, False), (", landing", True, False), (", Newton", True, True)):
+            yield Peer(
+                f"CyRK {method}{words}",
+                lambda given, m=method, landing=landing: Marcher(given, m, landing=landing),  # type: ignore[misc]
+                halves,
+                closes,
+            )
 
 
 def missing_peers() -> tuple[str, ...]:
     """Return the peers that are not installed (``pip install wearlab[peers]``)."""
-    return tuple(
-        name
-        for name, module in (("CyRK", "CyRK"), ("scikit-sundae", "sksundae"))
-        if find_spec(module) is None
-    )
+    return () if find_spec("CyRK") is not None else ("CyRK",)
 
 
-def _scipy(method: str) -> March:
-    def march(
-        given: Motion, start: Array, end: float, tolerance: float, scale: Array, times: Array | None
-    ) -> Array:
+class _SciPy:
+    """`scipy.integrate.solve_ivp` on a compiled right-hand side."""
+
+    def __init__(self, given: Motion, method: str) -> None:
+        self.given, self.method = given, method
+
+    def march(self, start: Array, periods: int, tolerance: float, scale: Array) -> Array:
+        return self._over(start, periods, None, tolerance, scale)[-1]
+
+    def states(self, start: Array, periods: int, phases: Array, tolerance: float, scale: Array) -> Array:
+        times = (np.arange(periods)[:, None] + phases) * self.given.period
+        found = self._over(start, periods, times.ravel(), tolerance, scale)
+        return found.reshape(*times.shape, -1) if len(found) == times.size else np.full((*times.shape, len(start)), np.nan)
+
+    def _over(self, start: Array, periods: int, times: Array | None, tolerance: float, scale: Array) -> Array:
         solution = solve_ivp(
-            motion_of, (0.0, end), start, method=method, args=(given.flat,), t_eval=times,
-            rtol=tolerance, atol=tolerance * scale,
+            motion_of, (0.0, periods * self.given.period), start, method=self.method,
+            args=(self.given.flat,), t_eval=times, rtol=tolerance, atol=tolerance * scale,
         )  # fmt: skip
-        if not solution.success:
-            return np.full((1 if times is None else len(times), len(start)), np.nan)
-        return np.asarray(solution.y.T if times is not None else solution.y[:, -1:].T)
-
-    return march
-
-
-def _cvode(
-    given: Motion, start: Array, end: float, tolerance: float, scale: Array, times: Array | None
-) -> Array:
-    from sksundae.cvode import CVODE
-
-    solver = CVODE(
-        motion_packed, userdata=(given.flat,), method="Adams", rtol=tolerance, atol=tolerance * scale,
-        max_num_steps=100_000_000,
-    )  # fmt: skip
-    wanted = np.array([0.0, end]) if times is None else np.concatenate([[0.0], times])
-    solution = solver.solve(wanted, start)
-    if not solution.success:
-        return np.full((1 if times is None else len(times), len(start)), np.nan)
-    states = np.asarray(solution.y)
-    return states[-1:] if times is None else states[1:]
-
-
-@cache
-def _address() -> int:
-    """Return the address of the equation of motion as a C callback for CyRK."""
-    import numba
-    from numba import carray, types
-
-    double = types.CPointer(types.float64)
-
-    @numba.cfunc(types.void(double, types.float64, double, double))
-    def callback(out: Any, time: float, state: Any, flat: Any) -> None:
-        rows = 2 * int(carray(flat, 1)[0])
-        size = 1  # only its beginning is looked at: kernels do not check bounds
-        motion_at(time, carray(state, rows), carray(out, rows), carray(flat, size))
-
-    return int(callback.address or 0)
-
-
-def _cyrk(method: str) -> March:
-    def march(
-        given: Motion, start: Array, end: float, tolerance: float, scale: Array, times: Array | None
-    ) -> Array:
-        from CyRK import nbsolve2_ivp
-
-        solution = nbsolve2_ivp(
-            _address(), (0.0, end), np.ascontiguousarray(start), method, times, False, given.flat,
-            tolerance, tolerance, np.array([tolerance]), tolerance * scale,
-        )  # fmt: skip
-        try:
-            if not solution.success:
-                return np.full((1 if times is None else len(times), len(start)), np.nan)
-            return np.array(solution.y.T if times is not None else solution.y[:, -1:].T)
-        finally:
-            solution.free()
-
-    return march
+        return np.asarray(solution.y.T) if solution.success else np.full((1, len(start)), np.nan)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.accuracy.ladder import LONG, SHARE, Curve, Rung, best_time, fine_enough
+from wearlab.accuracy.ladder import LONG, SHARE, Curve, Rung, fine_enough, timing
 from wearlab.accuracy.peer_ladders import peer_curves
 from wearlab.accuracy.reference import (
     Reference,
@@ -89,12 +89,15 @@ def _steps_rung(problem: Steady, known: Reference, vibration: Vibration) -> Rung
     response = problem.solve(vibration)
     near = problem.solve_near(vibration)
     both = response, problem.solve(vibration, near)
+    cold = timing(lambda: problem.solve(vibration))
     return Rung(
         len(vibration.stages.grid.width),
         max(relative_error(problem.force_of(vibration, one), known.force) for one in both),
-        best_time(lambda: problem.solve(vibration)),
+        cold.seconds,
         response.counts.right_hand_sides,
-        best_time(lambda: problem.solve(vibration, near)),
+        timing(lambda: problem.solve(vibration, near)).seconds,
+        1.0,
+        cold.spread,
     )
 
 
@@ -139,7 +142,7 @@ def _rung(problem: Steady, known: Reference, vibration: Any, setting: float) -> 
     seconds = time.perf_counter() - begun
     error = relative_error(problem.force_of(vibration, response), known.force)
     if seconds < LONG:
-        seconds = best_time(lambda: problem.solve(vibration), most=5)
+        seconds = timing(lambda: problem.solve(vibration)).seconds
     return Rung(setting, error, seconds, response.counts.right_hand_sides)
 
 
@@ -181,7 +184,7 @@ def _knob_rung(scene: Scene, setting: float, truth: Array) -> Rung:
     problem, force, response = _solved(scene)
     coupling = problem.parts.coupling
     wear = coupling.unworn()
-    seconds = best_time(lambda: coupling.evaluate(wear), most=5)
+    seconds = timing(lambda: coupling.evaluate(wear)).seconds
     return Rung(setting, relative_error(force, truth), seconds, response.counts.right_hand_sides)
 
 
@@ -203,7 +206,7 @@ def phase_points_curve(problem: Steady, known: Reference) -> Curve:
 
     truth = largest(FINEST_PHASE)
     rungs = tuple(
-        Rung(n, abs(largest(n) / truth - 1.0), best_time(lambda n=n: largest(n)), n)  # type: ignore[misc]
+        Rung(n, abs(largest(n) / truth - 1.0), timing(lambda n=n: largest(n)).seconds, n)  # type: ignore[misc]
         for n in PHASE_POINTS
     )
     return Curve("phase_points", "phase_points", "dynamic_factor", "wearlab", rungs)

@@ -9,7 +9,7 @@ import sys
 import time
 from typing import NamedTuple
 
-from wearlab.accuracy.ladder import best_time
+from wearlab.accuracy.ladder import timing
 from wearlab.accuracy.reference import tight_steps
 from wearlab.accuracy.steady import relative_error, steady
 from wearlab.dynamics.periodic import Periodic
@@ -68,8 +68,8 @@ def steady_time(scene: Scene, error: float = ERROR, budget: float = 1.0) -> Stea
             len(vibration.stages.grid.width),
             found,
             relative_error(problem.force_of(vibration, started), known),
-            best_time(lambda: problem.solve(vibration), most=200, budget=budget),  # noqa: B023
-            best_time(lambda: problem.solve(vibration, near), most=200, budget=budget),  # noqa: B023
+            timing(lambda: problem.solve(vibration), most=200, budget=budget).seconds,  # noqa: B023
+            timing(lambda: problem.solve(vibration, near), most=200, budget=budget).seconds,  # noqa: B023
             first,
         )
     return None

@@ -1,9 +1,11 @@
 """What a study says in rows: who is how fast at which error, and which setting is cheapest."""
 
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 
+from wearlab.accuracy.ladder import PEERS
 from wearlab.accuracy.study import TARGETS, Study, cheapest_setting, comparison, knob_settings
 
 Rows = list[tuple[str, ...]]
@@ -14,7 +16,8 @@ CURVE_HEADS = (
     "case", "quantity", "curve", "knob", "order", "to 1e-3", "to 1e-6", "warm to 1e-6", "work to 1e-3",
 )  # fmt: skip
 PEER_HEADS = (
-    "case", "error", "ours", "fastest peer", "its time", "ratio", "ours warm", "warm ratio", "both warm",
+    "case", "error", "ours", "spread", "fastest peer", "its time", "its spread", "ratio", "ours warm",
+    "its warm", "warm ratio",
 )  # fmt: skip
 LIFE_HEADS = ("case", "quantity", "error", "adaptive", "Euler", "ratio")
 CHEAPEST_HEADS = ("case", "quantity", "asked for", "cheapest", "error", "time", "enough of each knob")
@@ -40,29 +43,31 @@ def curve_rows(found: Sequence[Study]) -> Rows:
 
 
 def peer_rows(found: Sequence[Study]) -> Rows:
-    """Return ours against the fastest peer, and the medians over the cases."""
+    """Return ours against the fastest peer that marches and the fastest that closes, and the medians."""
     rows: Rows = []
-    for error in TARGETS:
-        told = [(one.label, comparison(one, error)) for one in found]
+    for error, role in product(TARGETS, PEERS):
+        told = [(one.label, comparison(one, error, role)) for one in found]
         known = [(label, c) for label, c in told if c is not None]
         rows += [
             (
                 label,
                 f"{error:.0e}",
                 _milliseconds(c.ours),
+                _percent(c.spread[0]),
                 c.name,
                 _milliseconds(c.peer, c.extrapolated),
+                _percent(c.spread[1]),
                 _times(c.ratio),
                 _milliseconds(c.warm),
+                _milliseconds(c.peer_warm),
                 _times(c.warm_ratio),
-                _times(c.both_warm_ratio),
             )
             for label, c in known
         ]
         if len(known) > 1:
-            ratios = [(c.ratio, c.warm_ratio, c.both_warm_ratio) for _, c in known]
-            cold, warm, both = np.median(np.array(ratios), axis=0)
-            rows.append(("median", f"{error:.0e}", "", "", "", _times(cold), "", _times(warm), _times(both)))
+            cold, warm = np.median([(c.ratio, c.warm_ratio) for _, c in known], axis=0)
+            blank = ("",) * 5
+            rows.append(("median", f"{error:.0e}", *blank, _times(cold), "", "", _times(warm)))
     return rows
 
 
@@ -132,6 +137,10 @@ def _milliseconds(seconds: float, extrapolated: bool = False) -> str:
     if not np.isfinite(seconds):
         return ""
     return f"{1e3 * seconds:.3g} ms{', extrapolated' if extrapolated else ''}"
+
+
+def _percent(value: float) -> str:
+    return "–" if np.isnan(value) else f"±{50 * value:.0f} %"
 
 
 def _times(ratio: float) -> str:

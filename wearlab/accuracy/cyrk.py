@@ -1,0 +1,157 @@
+"""CyRK at its best: marched through, landing on every jump, and with Newton's method around a mesh period.
+
+Its compiled entry point is called from compiled loops, so that nothing but its own work is timed.
+"""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.accuracy.callback import motion_callback
+from wearlab.accuracy.cells import Motion
+
+Array = NDArray[np.float64]
+
+DIFFERENCE = 0.01
+"""Difference, in sizes of the states, by which the derivative of a period is taken: affine while flanks
+touch, so that a large one is exact and drowns the noise of the integrator [1]."""
+MOST_CLOSINGS = 12
+NOISE = 20.0
+"""Relative tolerances to within which a mesh period comes back, for it repeats no better than that [1]."""
+
+
+class Marcher:
+    """CyRK on the equation of motion of one wear state.
+
+    Parameters
+    ----------
+    given : the equation of motion
+    method : of CyRK, such as "VERN7"
+    landing : whether it starts anew at every known jump
+    """
+
+    def __init__(self, given: Motion, method: str, *, landing: bool) -> None:
+        self.callback = motion_callback(given, landing=landing)
+        self.method, self.landing, self.period = method, landing, given.period
+        one = given.breaks if landing else given.breaks[[0, -1]]
+        cells = given.first_cell if landing else given.first_cell[[0, -1]]
+        self.pieces = np.stack([cells[:-1], cells[1:], one[:-1]], axis=1).astype(float)
+        self.widths = np.diff(one) * given.period
+
+    def march(self, start: Array, periods: int, tolerance: float, scale: Array) -> Array:
+        """Return the state (2n,) after so many mesh periods, NaN where CyRK gives up."""
+        found: Array = _compiled()[0](
+            int(self.callback.address), start, periods, self.pieces, self.widths, self.landing,
+            self.method, np.array([tolerance]), tolerance * scale,
+        )  # fmt: skip
+        return found
+
+    def close(
+        self, start: Array, periods: int, tolerance: float, scale: Array, free: bool
+    ) -> tuple[Array, int]:
+        """Return the periodic state (2n,) by Newton's method with a kept derivative, and the periods marched.
+
+        Parameters
+        ----------
+        start : (2n,) first guess
+        periods : mesh periods of the orbit
+        tolerance, scale : relative tolerance, and size of the states (2n,)
+        free : whether the set is free to turn: its orbit is then found but for that
+        """
+        state, marched = _compiled()[1](
+            int(self.callback.address), start, periods, self.pieces, self.widths, self.landing,
+            self.method, np.array([tolerance]), tolerance * scale, scale, tolerance, free,
+        )  # fmt: skip
+        return state, int(marched)
+
+    def states(self, start: Array, periods: int, phases: Array, tolerance: float, scale: Array) -> Array:
+        """Return the states at phases in [0, 1) of so many mesh periods, (periods, n_phases, 2n)."""
+        from CyRK import nbsolve2_ivp
+
+        found = np.empty((periods, len(phases), len(start)))
+        state = np.ascontiguousarray(start)
+        for turn in range(periods):
+            for piece, width in zip(self.pieces, self.widths, strict=True):
+                low, high = piece[2], piece[2] + width / self.period
+                inside = np.flatnonzero((phases >= low - 1e-12) & (phases < high - 1e-12))
+                begin = 0.0 if self.landing else turn * self.period
+                local = np.clip((phases[inside] - low) * self.period, 0.0, width)
+                solution = nbsolve2_ivp(
+                    int(self.callback.address), (begin, begin + width), state, self.method,
+                    np.append(begin + local, begin + width), False, piece,
+                    tolerance, tolerance, np.array([tolerance]), tolerance * scale,
+                )  # fmt: skip
+                try:
+                    if not solution.success:
+                        return np.full(found.shape, np.nan)
+                    values = np.array(solution.y.T)
+                finally:
+                    solution.free()
+                found[turn, inside], state = values[:-1], np.ascontiguousarray(values[-1])
+        return found
+
+
+@cache
+def _compiled() -> tuple[Any, Any]:
+    """Return the loops around CyRK's compiled entry point: marching, and Newton around a mesh period."""
+    import numba
+    from CyRK import nbsolve2_ivp
+
+    @numba.njit
+    def march(
+        address: int, start: Any, periods: int, pieces: Any, widths: Any, landing: bool,
+        method: str, rtols: Any, atols: Any,
+    ) -> Any:  # fmt: skip
+        state = start.copy()
+        if not landing:  # in one go
+            solution = nbsolve2_ivp(
+                address, (0.0, periods * widths[0]), state, method, None, False, pieces[0],
+                1e-3, 1e-6, rtols, atols,
+            )  # fmt: skip
+            state = solution.y[:, -1].copy() if solution.success else np.full(len(start), np.nan)
+            solution.free()
+            return state
+        for _ in range(periods):
+            for k in range(len(widths)):
+                solution = nbsolve2_ivp(
+                    address, (0.0, widths[k]), state, method, None, False, pieces[k],
+                    1e-3, 1e-6, rtols, atols,
+                )  # fmt: skip
+                after = solution.y[:, -1].copy() if solution.success else np.full(len(start), np.nan)
+                solution.free()
+                state = after
+        return state
+
+    @numba.njit
+    def close(
+        address: int, start: Any, periods: int, pieces: Any, widths: Any, landing: bool,
+        method: str, rtols: Any, atols: Any, scale: Any, tolerance: float, free: bool,
+    ) -> Any:  # fmt: skip
+        rows, marched = len(start), 0
+        state, matrix = start.copy(), np.zeros((rows, rows))
+        last = np.inf
+        for turn in range(MOST_CLOSINGS):
+            end = march(address, state, periods, pieces, widths, landing, method, rtols, atols)
+            marched += periods
+            missing = (end - state) / scale
+            size = np.abs(missing).max()
+            if size <= NOISE * tolerance and turn > 0:
+                return end, marched
+            if turn == 0 or size > 0.3 * last:  # the kept derivative no longer serves
+                for col in range(rows):
+                    moved = state.copy()
+                    moved[col] += DIFFERENCE * scale[col]
+                    moved = march(address, moved, periods, pieces, widths, landing, method, rtols, atols)
+                    marched += periods
+                    matrix[:, col] = -(moved - end) / (scale * DIFFERENCE)
+                    matrix[col, col] += 1.0
+            last = size
+            if free:
+                state = state + scale * np.linalg.lstsq(matrix, missing, 1e-9)[0]
+            else:
+                state = state + scale * np.linalg.solve(matrix, missing)
+        return np.full(rows, np.nan), marched
+
+    return march, close

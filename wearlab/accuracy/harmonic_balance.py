@@ -1,0 +1,202 @@
+"""Harmonic balance with alternating frequency and time, for the same mesh force as every other method.
+
+The state enters a mesh force by its deflection alone. With a mean stiffness k̄ kept on the linear side,
+
+    ``(Z(ω) + Σ D_i (k̄_i + iω c_i) d_i) q = F + Σ D_i ((k̄_i + iω c_i) e_i − N_i(δ))``,  ``δ_i = d_i q − e_i``,
+    ``N_i = Σ_j k_j max(0, δ − g_j) − back contact − k̄ δ − c δ̇ [parted]``
+
+so the unknowns are the harmonics of the mesh deflections, 2 H + 1 a mesh, whatever the number of coordinates.
+N is taken in time at even phases, its derivative by a Toeplitz matrix of the harmonics of the tangent
+stiffness: Newton's method with the exact derivative (but for damping of parted flanks).
+
+Source: Cameron & Griffin, J. Appl. Mech. 56 (1989) 149–154; for gears Kahraman & Blankenship,
+J. Appl. Mech. 64 (1997) 217–226.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.accuracy.cells import GATED, RUBS, Motion, Tables, tables_of
+
+Array = NDArray[np.float64]
+
+OVERSAMPLING = 8
+"""Samples of a period for each harmonic, so that what is truncated hardly folds back."""
+MOST_TURNS = 40
+SETTLED = 1e-9
+"""Relative change of the deflection at which Newton's method ends [1]."""
+
+
+class MeshSamples(NamedTuple):
+    """The mesh at even phases of ``periods`` mesh periods.
+
+    Parameters
+    ----------
+    stiffness, gap : (n_mesh, n_pairs, n_samples) [N/m], [m]
+    error : (n_mesh, n_samples) [m]
+    """
+
+    stiffness: Array
+    gap: Array
+    error: Array
+
+
+class HarmonicBalance:
+    """The balance of one wear state at so many harmonics; building it is not timed, as the cells are not.
+
+    Parameters
+    ----------
+    given : the equation of motion, without friction
+    harmonics : of the orbit's own period
+    periods : mesh periods of the orbit
+    """
+
+    def __init__(self, given: Motion, harmonics: int, periods: int) -> None:
+        if given.flat[RUBS] > 0.0:
+            raise ValueError("harmonic balance is written for meshes without friction")
+        self.given, self.harmonics, self.periods = given, harmonics, periods
+        self.tables = tables_of(given)
+        self.gated = bool(given.flat[GATED] > 0.0)
+        count = 2 ** int(np.ceil(np.log2(OVERSAMPLING * harmonics)))
+        self.mesh = sampled(self.tables, given.pairs, periods * np.arange(count) / count % 1.0)
+        self.mean = self.mesh.stiffness.sum(axis=1).mean(axis=1)
+        self.frequency = 2 * np.pi / (given.period * periods) * np.arange(harmonics + 1)
+
+    def linear(self) -> tuple[Array, Array]:
+        """Return δ without N and the receptances −∂δ/∂N, harmonics first: (H + 1, m), (H + 1, m, m)."""
+        t, omega = self.tables, self.frequency
+        n, m = self.given.n, self.given.meshes
+        feed = self.mean + 1j * omega[:, None] * t.mesh_damping
+        column = t.response[:m].T
+        impedance = np.zeros((len(omega), n, n), complex)
+        impedance += t.stiffness - omega[:, None, None] ** 2 * np.eye(n)
+        impedance += 1j * omega[:, None, None] * t.damping
+        impedance += np.einsum("im,hm,mj->hij", column, feed, t.direction)
+        error = self._harmonics(self.mesh.error).T
+        push = np.einsum("im,hm->hi", column, feed * error)
+        push[0] += t.load
+        both = np.linalg.solve(impedance, np.concatenate([push[..., None], column + 0.0 * feed[:, :1, None]], 2))
+        found = np.einsum("mi,hik->hmk", t.direction, both)
+        return found[..., 0] - error, found[..., 1:]
+
+    def solve(self, start: Array | None = None) -> Array | None:
+        """Return the harmonics of the mesh deflections (n_mesh, H + 1) [m], None where Newton fails.
+
+        Parameters
+        ----------
+        start : (n_mesh, H + 1) first guess; the linear response where left out
+        """
+        free, receptance = self.linear()
+        delta = free.T if start is None else start
+        real = _real_matrix(receptance)
+        for _ in range(MOST_TURNS):
+            force, tangent = self._remainder(delta)
+            missing = free.T - np.einsum("hmk,kh->mh", receptance, self._harmonics(force)) - delta
+            jacobian = real @ _toeplitz(self._harmonics(tangent, 2 * self.harmonics))
+            jacobian[np.diag_indices(len(jacobian))] += 1.0
+            step = np.linalg.solve(jacobian, _stacked(missing))
+            change = _unstacked(step, self.given.meshes)
+            delta = delta + change
+            if np.abs(change).max() <= SETTLED * np.abs(delta).max():
+                return delta
+        return None
+
+    def deflection(self, delta: Array, phase: Array) -> Array:
+        """Return the mesh deflections (n_periods, n_mesh, n_phases) [m] at phases in [0, 1)."""
+        turns = (np.arange(self.periods)[:, None] + phase) / self.periods
+        waves = np.exp(2j * np.pi * np.arange(self.harmonics + 1) * turns[..., None])
+        waves[..., 1:] *= 2.0
+        return np.einsum("pth,mh->pmt", waves, delta).real
+
+    def harmonics_of(self, deflection: Array) -> Array:
+        """Return the harmonics (n_mesh, H + 1) of deflections at even phases of the orbit, (n_mesh, n_t) [m]."""
+        return self._harmonics(deflection)
+
+    def _harmonics(self, samples: Array, most: int | None = None) -> NDArray[np.complex128]:
+        most = self.harmonics if most is None else most
+        return np.fft.rfft(samples, axis=-1, norm="forward")[..., : most + 1]
+
+    def _remainder(self, delta: Array) -> tuple[Array, Array]:
+        """Return N and its derivative by δ in time, (n_mesh, n_samples)."""
+        count = self.mesh.error.shape[1]
+        here = np.fft.irfft(delta, count, axis=-1, norm="forward")
+        approach = here[:, None] - self.mesh.gap
+        k = np.where(approach > 0.0, self.mesh.stiffness, 0.0)
+        tangent = k.sum(axis=1)
+        force = (k * approach).sum(axis=1)
+        back = -self.tables.backlash[:, None] - here
+        pressed = back > 0.0
+        if pressed.any():
+            every = self.mesh.stiffness.sum(axis=1)
+            force, tangent = force - np.where(pressed, every * back, 0.0), tangent + pressed * every
+        parted = tangent == 0.0
+        if self.gated and parted.any():
+            rate = np.fft.irfft(1j * self.frequency * delta, count, axis=-1, norm="forward")
+            force = force - np.where(parted, self.tables.mesh_damping[:, None] * rate, 0.0)
+        return force - self.mean[:, None] * here, tangent - self.mean[:, None]
+
+
+def sampled(tables: Tables, pairs: int, phase: Array) -> MeshSamples:
+    """Return stiffness, gaps and errors at phases in [0, 1)."""
+    cell = np.clip(np.searchsorted(tables.edges, phase, side="right") - 1, 0, len(tables.per_width) - 1)
+    u = (phase - tables.edges[cell]) * tables.per_width[cell]
+    powers = u[:, None] ** np.arange(tables.coefficients.shape[-1])
+    values = np.einsum("tmqc,tc->mqt", tables.coefficients[cell], powers)
+    return MeshSamples(np.maximum(values[:, :pairs], 0.0), values[:, pairs : 2 * pairs], values[:, -2])
+
+
+def _stacked(values: NDArray[np.complex128]) -> Array:
+    """Return harmonics (m, H + 1) as mean, real parts, imaginary parts of every mesh, (m (2 H + 1),)."""
+    return np.concatenate([values.real, values.imag[:, 1:]], axis=1).ravel()
+
+
+def _unstacked(values: Array, meshes: int) -> NDArray[np.complex128]:
+    """Return what `_stacked` was given."""
+    rows = values.reshape(meshes, -1)
+    most = rows.shape[1] // 2
+    found = rows[:, : most + 1].astype(complex)
+    found[:, 1:] += 1j * rows[:, most + 1 :]
+    return found
+
+
+def _real_matrix(receptance: NDArray[np.complex128]) -> Array:
+    """Return receptances (H + 1, m, m) as a matrix on stacked harmonics."""
+    most, m = len(receptance) - 1, receptance.shape[1]
+    size = 2 * most + 1
+    found = np.zeros((m, size, m, size))
+    h = np.arange(most + 1)
+    found[:, h, :, h] = receptance.real
+    h, tail = h[1:], np.arange(most + 1, size)
+    found[:, tail, :, tail] = receptance[1:].real
+    found[:, h, :, tail] = -receptance[1:].imag
+    found[:, tail, :, h] = receptance[1:].imag
+    return found.reshape(m * size, m * size)
+
+
+def _toeplitz(tangent: NDArray[np.complex128]) -> Array:
+    """Return the matrix on stacked harmonics that multiplies by a function of time, block by mesh.
+
+    ``(k δ)_h = Σ_m k_{h−m} δ_m + k_{h+m} δ_m*`` over m ≥ 1, and ``k_h δ_0``.
+
+    Parameters
+    ----------
+    tangent : (m, 2 H + 1) harmonics of the functions
+    """
+    meshes, most = len(tangent), (tangent.shape[1] - 1) // 2
+    size = 2 * most + 1
+    h = np.arange(most + 1)
+    apart, over = h[:, None] - h, h[:, None] + h
+    near = np.where(apart >= 0, tangent[:, np.abs(apart)], tangent[:, np.abs(apart)].conj())
+    far = tangent[:, over]
+    far[:, :, 0] = 0.0
+    both, difference = near + far, near - far
+    found = np.zeros((meshes, size, meshes, size))
+    for mesh in range(meshes):
+        block = found[mesh, :, mesh]
+        block[: most + 1, : most + 1] = both[mesh].real
+        block[: most + 1, most + 1 :] = -difference[mesh, :, 1:].imag
+        block[most + 1 :, : most + 1] = both[mesh, 1:].imag
+        block[most + 1 :, most + 1 :] = difference[mesh, 1:, 1:].real
+    return found.reshape(meshes * size, meshes * size)
