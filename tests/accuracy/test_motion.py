@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wearlab.accuracy.cells import Motion
-from wearlab.accuracy.motion import approaches, motion_at, motion_held, motion_of, motion_packed
+from wearlab.accuracy.motion import approaches, motion_at, motion_held, motion_of
 from wearlab.accuracy.steady import Steady, steady
 from wearlab.mesh.excitation import stage_tables
 from wearlab.scene import Scene
@@ -63,10 +63,9 @@ def test_motion_is_the_tables(case):
         np.testing.assert_allclose(
             motion_of(time, y, given.flat), exact, rtol=1e-7, atol=1e-6 * abs(exact).max()
         )
-        out, packed = np.empty_like(y), np.empty_like(y)
+        out = np.empty_like(y)
         motion_at(time, y, out, given.flat)
-        motion_packed(time, y, packed, (given.flat,))
-        assert np.array_equal(out, motion_of(time, y, given.flat)) and np.array_equal(packed, out)
+        assert np.array_equal(out, motion_of(time, y, given.flat))
 
 
 def test_held_contact_agrees_where_it_is_right_and_differs_where_it_is_wrong(case):

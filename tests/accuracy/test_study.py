@@ -9,7 +9,7 @@ import xarray as xr
 from wearlab.accuracy import table
 from wearlab.accuracy.dataset import dataset, netcdf
 from wearlab.accuracy.figure import png
-from wearlab.accuracy.ladder import Curve, Rung
+from wearlab.accuracy.ladder import PEERS, Curve, Rung
 from wearlab.accuracy.pages import pages
 from wearlab.accuracy.study import Study, cheapest_setting, comparison, knob_settings
 from wearlab.cli.measuring import _content
@@ -18,7 +18,7 @@ from wearlab.figures.style import DPI, RC
 
 def curve(name, knob, role, power, speed, quantity="mesh_force", settings=(50, 100, 200, 400)):
     rungs = tuple(
-        Rung(s, 1.3e7 * s**-power if role != "peer" else 10.0 * s, speed * s, 10.0 * s, 0.5 * speed * s)
+        Rung(s, 1.3e7 * s**-power if role not in PEERS else 10.0 * s, speed * s, 10.0 * s, 0.5 * speed * s)
         for s in settings
     )
     return Curve(name, knob, quantity, role, rungs)
@@ -38,11 +38,15 @@ def found(loaded):
                 Rung(1e-7, 1e-7, 9e-2, 1.0, 9e-2),
             ),
         ),
+        Curve(
+            "harmonic balance", "harmonics", "mesh_force", "closing peer",
+            (Rung(40, 9e-4, 3e-3, np.nan, 2e-3, 1.0, 0.1),),
+        ),
         curve("adaptive", "cycle_tolerance", "wearlab", 5.0, 1e-3, "life"),
         curve("Euler", "threshold", "as published", 4.0, 1e-3, "life"),
     )  # fmt: skip
     one = Study("800 rpm", loaded, curves, {"mesh_force": 1e-11, "life": 1e-9}, 0.6, ())
-    return [one, Study("static", loaded, curves[4:], {"life": 1e-9}, np.nan, ("nothing moves",))]
+    return [one, Study("static", loaded, curves[5:], {"life": 1e-9}, np.nan, ("nothing moves",))]
 
 
 def test_ours_is_compared_with_the_fastest_peer_that_gets_there(found):
@@ -52,7 +56,9 @@ def test_ours_is_compared_with_the_fastest_peer_that_gets_there(found):
     steps = 1.3e10**0.2
     assert told.ours == pytest.approx(1e-6 * steps, rel=1e-6)
     assert told.ratio == pytest.approx(told.peer / told.ours)
-    assert told.warm_ratio == pytest.approx(2 * told.ratio)
+    assert told.warm_ratio == pytest.approx(told.peer_warm / told.warm)
+    closing = comparison(found[0], 1e-3, "closing peer")
+    assert closing.name == "harmonic balance" and closing.peer == 3e-3 and closing.spread[1] == 0.1
     assert comparison(found[1], 1e-3) is None
 
 
@@ -68,7 +74,7 @@ def test_dataset_is_labelled_and_read_back(found, tmp_path):
     (tmp_path / "accuracy.nc").write_bytes(netcdf(made))
     with xr.open_dataset(tmp_path / "accuracy.nc") as read:
         assert dict(read.sizes) == {
-            "case": 2, "curve": 6, "rung": 4, "requested_error": 2, "quantity_compared": 2,
+            "case": 2, "curve": 7, "rung": 4, "requested_error": 2, "quantity_compared": 2,
         }  # fmt: skip
         ours = read.isel(curve=int(np.flatnonzero(read.name == "periodic")[0])).sel(case="800 rpm")
         assert ours.error.values == pytest.approx([r.error for r in found[0].curves[0].rungs])

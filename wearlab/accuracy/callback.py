@@ -104,4 +104,3 @@ def motion_callback(given: Motion, *, landing: bool) -> Any:
                     out[n + row] -= response[2 * meshes + m, row] * moment
 
     return callback
-

@@ -77,7 +77,9 @@ class HarmonicBalance:
         error = self._harmonics(self.mesh.error).T
         push = np.einsum("im,hm->hi", column, feed * error)
         push[0] += t.load
-        both = np.linalg.solve(impedance, np.concatenate([push[..., None], column + 0.0 * feed[:, :1, None]], 2))
+        both = np.linalg.solve(
+            impedance, np.concatenate([push[..., None], column + 0.0 * feed[:, :1, None]], 2)
+        )
         found = np.einsum("mi,hik->hmk", t.direction, both)
         return found[..., 0] - error, found[..., 1:]
 
@@ -111,7 +113,7 @@ class HarmonicBalance:
         return np.einsum("pth,mh->pmt", waves, delta).real
 
     def harmonics_of(self, deflection: Array) -> Array:
-        """Return the harmonics (n_mesh, H + 1) of deflections at even phases of the orbit, (n_mesh, n_t) [m]."""
+        """Return the harmonics of deflections (n_mesh, n_t) [m] at even phases of the orbit."""
         return self._harmonics(deflection)
 
     def _harmonics(self, samples: Array, most: int | None = None) -> NDArray[np.complex128]:

@@ -132,12 +132,6 @@ def motion_at(time: float, y: Any, out: Any, flat: Any) -> None:
 
 
 @jit
-def motion_packed(time: float, y: Any, out: Any, packed: Any) -> None:
-    """Write ẏ (2n,) at ``time`` [s], as SUNDIALS wants it: the flat array in a tuple."""
-    motion_at(time, y, out, packed[0])
-
-
-@jit
 def motion_of(time: float, y: Any, flat: Any) -> Any:
     """Return ẏ (2n,) at ``time`` [s], as SciPy wants it."""
     out = np.empty(len(y))

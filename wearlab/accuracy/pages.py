@@ -103,8 +103,8 @@ def _work_precision(made: xr.Dataset) -> Page:
             panels.append(Panel(title, "wall time in ms", tuple(strokes), unsure))
     note = (
         "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: told how long to "
-        "march, from the static equilibrium, with a compiled right-hand side; of those that march, land on jumps "
-        "or close the orbit, each one's fastest to 1e-3 or 1e-6 in some case is drawn, the tables have all."
+        "march, from the static equilibrium, with a compiled right-hand side. Of those that march and those "
+        "that close the orbit the fastest to 1e-3 or 1e-6 in some case are drawn; the tables have all."
     )
     if any(stroke.hollow.any() for panel in panels for stroke in panel.strokes):
         note += " Hollow: timed over the first periods, the others extrapolated."
@@ -214,11 +214,9 @@ def _fastest(made: xr.Dataset) -> set[int]:
     """Return the curves of peers that are, of their sort, the fastest to a requested error in some case."""
     found: set[int] = set()
     for role in PEERS:
-        of = np.flatnonzero(made.role.values == role)
-        times = made.time_to_error.values if len(of) else np.empty(0)
-        for row in np.moveaxis(times, list(made.time_to_error.dims).index("curve"), -1).reshape(-1, made.sizes["curve"]) if len(of) else ():
-            if np.isfinite(row[of]).any():
-                found.add(int(of[np.nanargmin(row[of])]))
+        times = made.time_to_error.where(made.role == role)
+        best = times.fillna(np.inf).argmin("curve").where(times.notnull().any("curve"))
+        found |= {int(i) for i in np.unique(best) if np.isfinite(i)}
     return found
 
 

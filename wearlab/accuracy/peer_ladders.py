@@ -26,7 +26,7 @@ LONGEST = 10.0
 """A peer whose rung took longer to measure is not asked for a finer one [s]."""
 FORGOTTEN = 1e-3
 """Of an error made earlier so much is left when the error of going on and on is measured [1]."""
-HARMONICS = (10, 20, 40, 60, 80, 120, 160, 240, 320)
+HARMONICS = (10, 20, 40, 60, 80, 120, 160)
 BALANCE = "harmonic balance"
 
 
@@ -121,8 +121,8 @@ def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]
 def peer_curve(given: Course, peer: Peer) -> Curve:
     """Return the curve of an integrator over its relative tolerance."""
     bound = peer.bind(given.motion)
-    bound.march(given.known.start, 1, peer.tolerances[0], given.scale)  # compiles
     one = closed_rung if peer.closes else rung
+    one(given, bound, peer.tolerances[0])  # compiles
     role: Role = "closing peer" if peer.closes else "peer"
     rungs: list[Rung] = []
     for tolerance in peer.tolerances:

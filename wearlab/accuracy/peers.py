@@ -23,6 +23,8 @@ from wearlab.accuracy.motion import motion_of
 Array = NDArray[np.float64]
 
 METHODS = ("RK45", "TSIT5", "VERN7", "DOP853")
+WAYS = (("", False, False), (", landing", True, False), (", Newton", True, True))
+"""What is said of it, whether it lands on jumps, whether Newton's method closes the orbit."""
 
 
 class Bound(Protocol):
@@ -64,7 +66,7 @@ def peers() -> Iterator[Peer]:
     if find_spec("CyRK") is None:
         return
     for method in METHODS:
-        for words, landing, closes in (("", False, False), (", landing", True, False), (", Newton", True, True)):
+        for words, landing, closes in WAYS:
             yield Peer(
                 f"CyRK {method}{words}",
                 lambda given, m=method, landing=landing: Marcher(given, m, landing=landing),  # type: ignore[misc]
@@ -90,7 +92,9 @@ class _SciPy:
     def states(self, start: Array, periods: int, phases: Array, tolerance: float, scale: Array) -> Array:
         times = (np.arange(periods)[:, None] + phases) * self.given.period
         found = self._over(start, periods, times.ravel(), tolerance, scale)
-        return found.reshape(*times.shape, -1) if len(found) == times.size else np.full((*times.shape, len(start)), np.nan)
+        if len(found) != times.size:
+            return np.full((*times.shape, len(start)), np.nan)
+        return found.reshape(*times.shape, -1)
 
     def _over(self, start: Array, periods: int, times: Array | None, tolerance: float, scale: Array) -> Array:
         solution = solve_ivp(
