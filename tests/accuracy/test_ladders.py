@@ -56,7 +56,7 @@ def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
         assert fine.error < coarse.error, curve.name
     landing, newton = (next(c for c in curves if c.name.endswith(end)) for end in ("landing", "Newton"))
     assert newton.role == "closing peer" and landing.role == "peer"
-    assert newton.rungs[1].error == pytest.approx(landing.rungs[1].error, rel=0.5)
+    assert newton.rungs[1].error < 5e-7  # a mesh period repeats to five tolerances
     assert newton.rungs[1].work <= 12  # mesh periods: the derivative of six states, and two or three more
 
 

@@ -7,7 +7,7 @@ the jumps and the points of a given table. Everything sits in one flat array, as
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,8 +98,8 @@ def tables_of(given: Motion) -> Tables:
         np.ascontiguousarray(flat[end - int(np.prod(shape)) : end].reshape(shape))
         for end, shape in zip(ends, shapes, strict=True)
     ]
-    parts[-2] = parts[-2].astype(np.int64)
-    return Tables(*parts)
+    given_parts: list[Any] = [*parts[:-2], parts[-2].astype(np.int64), parts[-1]]
+    return Tables(*given_parts)
 
 
 def motion(

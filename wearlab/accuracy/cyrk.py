@@ -18,7 +18,7 @@ DIFFERENCE = 0.01
 """Difference, in sizes of the states, by which the derivative of a period is taken: affine while flanks
 touch, so that a large one is exact and drowns the noise of the integrator [1]."""
 MOST_CLOSINGS = 12
-NOISE = 20.0
+NOISE = 5.0
 """Relative tolerances to within which a mesh period comes back, for it repeats no better than that [1]."""
 
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from wearlab.accuracy.cells import GATED, RUBS, Motion, Tables, tables_of
 
 Array = NDArray[np.float64]
+Harmonics = NDArray[np.complex128]
 
 OVERSAMPLING = 8
 """Samples of a period for each harmonic, so that what is truncated hardly folds back."""
@@ -64,7 +65,7 @@ class HarmonicBalance:
         self.mean = self.mesh.stiffness.sum(axis=1).mean(axis=1)
         self.frequency = 2 * np.pi / (given.period * periods) * np.arange(harmonics + 1)
 
-    def linear(self) -> tuple[Array, Array]:
+    def linear(self) -> tuple[Harmonics, Harmonics]:
         """Return δ without N and the receptances −∂δ/∂N, harmonics first: (H + 1, m), (H + 1, m, m)."""
         t, omega = self.tables, self.frequency
         n, m = self.given.n, self.given.meshes
@@ -83,7 +84,7 @@ class HarmonicBalance:
         found = np.einsum("mi,hik->hmk", t.direction, both)
         return found[..., 0] - error, found[..., 1:]
 
-    def solve(self, start: Array | None = None) -> Array | None:
+    def solve(self, start: Harmonics | None = None) -> Harmonics | None:
         """Return the harmonics of the mesh deflections (n_mesh, H + 1) [m], None where Newton fails.
 
         Parameters
@@ -98,29 +99,30 @@ class HarmonicBalance:
             missing = free.T - np.einsum("hmk,kh->mh", receptance, self._harmonics(force)) - delta
             jacobian = real @ _toeplitz(self._harmonics(tangent, 2 * self.harmonics))
             jacobian[np.diag_indices(len(jacobian))] += 1.0
-            step = np.linalg.solve(jacobian, _stacked(missing))
+            step = np.asarray(np.linalg.solve(jacobian, _stacked(missing)), np.float64)
             change = _unstacked(step, self.given.meshes)
             delta = delta + change
             if np.abs(change).max() <= SETTLED * np.abs(delta).max():
                 return delta
         return None
 
-    def deflection(self, delta: Array, phase: Array) -> Array:
+    def deflection(self, delta: Harmonics, phase: Array) -> Array:
         """Return the mesh deflections (n_periods, n_mesh, n_phases) [m] at phases in [0, 1)."""
         turns = (np.arange(self.periods)[:, None] + phase) / self.periods
         waves = np.exp(2j * np.pi * np.arange(self.harmonics + 1) * turns[..., None])
         waves[..., 1:] *= 2.0
         return np.einsum("pth,mh->pmt", waves, delta).real
 
-    def harmonics_of(self, deflection: Array) -> Array:
+    def harmonics_of(self, deflection: Array) -> Harmonics:
         """Return the harmonics of deflections (n_mesh, n_t) [m] at even phases of the orbit."""
         return self._harmonics(deflection)
 
-    def _harmonics(self, samples: Array, most: int | None = None) -> NDArray[np.complex128]:
+    def _harmonics(self, samples: Array, most: int | None = None) -> Harmonics:
         most = self.harmonics if most is None else most
-        return np.fft.rfft(samples, axis=-1, norm="forward")[..., : most + 1]
+        found: Harmonics = np.fft.rfft(samples, axis=-1, norm="forward")[..., : most + 1]
+        return found
 
-    def _remainder(self, delta: Array) -> tuple[Array, Array]:
+    def _remainder(self, delta: Harmonics) -> tuple[Array, Array]:
         """Return N and its derivative by δ in time, (n_mesh, n_samples)."""
         count = self.mesh.error.shape[1]
         here = np.fft.irfft(delta, count, axis=-1, norm="forward")
@@ -149,12 +151,12 @@ def sampled(tables: Tables, pairs: int, phase: Array) -> MeshSamples:
     return MeshSamples(np.maximum(values[:, :pairs], 0.0), values[:, pairs : 2 * pairs], values[:, -2])
 
 
-def _stacked(values: NDArray[np.complex128]) -> Array:
+def _stacked(values: Harmonics) -> Array:
     """Return harmonics (m, H + 1) as mean, real parts, imaginary parts of every mesh, (m (2 H + 1),)."""
     return np.concatenate([values.real, values.imag[:, 1:]], axis=1).ravel()
 
 
-def _unstacked(values: Array, meshes: int) -> NDArray[np.complex128]:
+def _unstacked(values: Array, meshes: int) -> Harmonics:
     """Return what `_stacked` was given."""
     rows = values.reshape(meshes, -1)
     most = rows.shape[1] // 2
@@ -163,7 +165,7 @@ def _unstacked(values: Array, meshes: int) -> NDArray[np.complex128]:
     return found
 
 
-def _real_matrix(receptance: NDArray[np.complex128]) -> Array:
+def _real_matrix(receptance: Harmonics) -> Array:
     """Return receptances (H + 1, m, m) as a matrix on stacked harmonics."""
     most, m = len(receptance) - 1, receptance.shape[1]
     size = 2 * most + 1
@@ -177,7 +179,7 @@ def _real_matrix(receptance: NDArray[np.complex128]) -> Array:
     return found.reshape(m * size, m * size)
 
 
-def _toeplitz(tangent: NDArray[np.complex128]) -> Array:
+def _toeplitz(tangent: Harmonics) -> Array:
     """Return the matrix on stacked harmonics that multiplies by a function of time, block by mesh.
 
     ``(k δ)_h = Σ_m k_{h−m} δ_m + k_{h+m} δ_m*`` over m ≥ 1, and ``k_h δ_0``.
