@@ -70,19 +70,21 @@ def features(store: "Store", where: str = "", variables: Sequence[str] | None = 
         raise StoreError(f"features: no run {'that is done meets the condition' if where else 'is done'}")
     inputs = _differing(done)
     rows: list[Row] = []
+    known: set[str] = set()
     for run_id in done:
         data = store.run(run_id)
+        known.update(map(str, data.variables))
         rows += [{**own, **inputs[run_id], **found} for own, found in _states(run_id, data, variables)]
     columns = tuple(dict.fromkeys((*OWN, *(column for row in rows for column in row))))
-    _refuse_unknown(variables, columns)
+    _refuse_unknown(variables, columns, known)
     return Table(columns, [tuple(row.get(column) for column in columns) for row in rows])
 
 
-def _refuse_unknown(variables: Sequence[str] | None, columns: Iterable[Column]) -> None:
+def _refuse_unknown(variables: Sequence[str] | None, columns: Iterable[Column], known: set[str]) -> None:
     present = [column.name for column in columns]
     for name in variables or ():
         if declared_key(name) is None:
-            near = get_close_matches(name, [one.partition(".")[0] for one in present], 1)
+            near = get_close_matches(name, sorted(known), 1)
             meant = f"did you mean {near[0]!r}?" if near else "'wearlab variables' lists them"
             raise StoreError(f"features: {name!r}: there is no such variable; {meant}")
         if not any(one.startswith(name) for one in present):
