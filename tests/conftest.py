@@ -3,4 +3,15 @@
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.insert(0, str(Path(__file__).parent / "support"))
+
+
+@pytest.fixture(autouse=True)
+def no_plugins_left():
+    """Leave the next test without the variants that campaigns of this one have brought."""
+    yield
+    plugins = sys.modules.get("wearlab.plugins")
+    if plugins is not None and plugins.LOADED:
+        plugins.forget()

@@ -21,6 +21,7 @@ ROAD = (
         "units",
         "options",
         "slots",
+        "plugins",
         "schema",
         "origins",
         "gears",

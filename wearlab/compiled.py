@@ -6,6 +6,7 @@ a hash of every source that holds kernels: an edit anywhere among them starts fr
 
 import os
 import shutil
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -88,3 +89,34 @@ def overload_inner(function: Callable[..., Any]) -> Callable[..., Any]:
     options: Any = {**INNER, "pipeline_class": Joined}
     chosen: Callable[..., Any] = overload(function, jit_options=options)
     return chosen
+
+
+class SlowFunction(UserWarning):
+    """A user's function that numba cannot compile runs as plain Python."""
+
+
+def compiled_if_possible(function: Callable[..., Any], name: str) -> Callable[..., Any]:
+    """Return a user's function that compiles at its first call, or runs as it is, with a warning.
+
+    Parameters
+    ----------
+    function : of numbers, arrays and named tuples of them
+    name : by which the warning calls it
+    """
+    chosen: list[Callable[..., Any]] = []
+
+    def call(*arguments: Any) -> Any:
+        if chosen:
+            return chosen[0](*arguments)
+        compiled: Callable[..., Any] = numba.njit(error_model="numpy")(function)
+        try:
+            found = compiled(*arguments)
+        except (numba.core.errors.NumbaError, NotImplementedError) as error:
+            reason = str(error).strip().splitlines()[0]
+            warnings.warn(f"{name} runs as plain Python: {reason}", SlowFunction, stacklevel=2)
+            compiled, found = function, function(*arguments)
+        chosen.append(compiled)
+        return found
+
+    call.__qualname__ = name
+    return call

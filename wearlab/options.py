@@ -136,7 +136,8 @@ def _hours(value: object) -> float:
     return _reader("time")(value) / HOUR if isinstance(value, str) else _number(value)
 
 
-def _measured(kind: str) -> Any:
+def measured(kind: str) -> Any:
+    """Return the type of a value with a unit, by the name of its kind of quantity."""
     return Annotated[float, BeforeValidator(_reader(kind)), Unit(kind)]
 
 
@@ -152,25 +153,25 @@ Hours = Annotated[
 Count = Annotated[int, BeforeValidator(_count)]
 Switch = StrictBool
 
-Length = _measured("length")
-Depth = _measured("depth")
-Angle = _measured("angle")
-Speed = _measured("speed")
-Torque = _measured("torque")
-Power = _measured("power")
-Force = _measured("force")
-Mass = _measured("mass")
-Inertia = _measured("inertia")
-SpringRate = _measured("stiffness")
-TorsionalSpringRate = _measured("torsional stiffness")
-DampingRate = _measured("damping")
-TorsionalDampingRate = _measured("torsional damping")
-Pressure = _measured("pressure")
-Density = _measured("density")
-Viscosity = _measured("viscosity")
-PressureViscosity = _measured("pressure-viscosity coefficient")
-WearCoefficient = _measured("wear coefficient")
-Time = _measured("time")
+Length = measured("length")
+Depth = measured("depth")
+Angle = measured("angle")
+Speed = measured("speed")
+Torque = measured("torque")
+Power = measured("power")
+Force = measured("force")
+Mass = measured("mass")
+Inertia = measured("inertia")
+SpringRate = measured("stiffness")
+TorsionalSpringRate = measured("torsional stiffness")
+DampingRate = measured("damping")
+TorsionalDampingRate = measured("torsional damping")
+Pressure = measured("pressure")
+Density = measured("density")
+Viscosity = measured("viscosity")
+PressureViscosity = measured("pressure-viscosity coefficient")
+WearCoefficient = measured("wear coefficient")
+Time = measured("time")
 
 
 class Choice:

@@ -5,7 +5,7 @@ options and, in ``build``, makes the physics they stand for; whatever is slow to
 The slot finds its variants by itself: every module of its package, and what plug-ins add.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from difflib import get_close_matches
@@ -13,8 +13,13 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any, ClassVar, NamedTuple, get_args
 
-from pydantic import GetCoreSchemaHandler
-from pydantic_core import CoreSchema, core_schema
+from pydantic import (
+    GetCoreSchemaHandler,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from wearlab.options import Part
 
@@ -26,10 +31,12 @@ class Origin(NamedTuple):
     ----------
     file : name of the file, or of the entry point
     sha256 : hash of its source, which is part of the identity of every run that uses it
+    runs : whether its code was run; else only its options are known
     """
 
     file: str
     sha256: str
+    runs: bool = True
 
 
 _ORIGIN: ContextVar[Origin | None] = ContextVar("origin", default=None)
@@ -37,6 +44,10 @@ _ORIGIN: ContextVar[Origin | None] = ContextVar("origin", default=None)
 
 class SlotError(ValueError):
     """Two variants of a slot have one name."""
+
+
+PLUGIN = "plugin"
+"""The key under which a stored scene says which plug-in a variant comes from."""
 
 
 class VariantError(ValueError):
@@ -53,11 +64,14 @@ class Slot:
     chooser : the key that says which one
     """
 
+    all: ClassVar[dict[str, "Slot"]] = {}
+
     def __init__(self, key: str, package: str, chooser: str = "model") -> None:
         self.key, self.package, self.chooser = key, package, chooser
         self.base: type[Variant] | None = None
-        self._known: dict[str, type[Variant]] = {}
+        self.known: dict[str, type[Variant]] = {}
         self._searched = False
+        self.all[key] = self
 
     def __repr__(self) -> str:
         return f"Slot({self.key!r})"
@@ -70,7 +84,8 @@ class Slot:
             package = import_module(self.package)
             for module in iter_modules(package.__path__):
                 import_module(f"{self.package}.{module.name}")
-        return self._known
+            self.known = dict(sorted(self.known.items()))
+        return self.known
 
     def add(self, variant: "type[Variant]", name: str) -> None:
         """Take up a variant; one of a plug-in may be replaced by its later self, no other.
@@ -80,7 +95,7 @@ class Slot:
         SlotError
             When another variant has the name.
         """
-        before = self._known.get(name)
+        before = self.known.get(name)
         if before is not None and issubclass(variant, before):
             return
         if before is not None and (before.origin is None or before.source() != variant.source()):
@@ -88,7 +103,7 @@ class Slot:
                 f"{self.key}: {self.chooser} {name!r} is there already, from {before.source()}: "
                 "give yours another name"
             )
-        self._known[name] = variant
+        self.known[name] = variant
 
     def nearest(self, name: str) -> str | None:
         """Return the name of the variant spelled most like another name."""
@@ -105,6 +120,31 @@ class Variant(Part):
     def source(cls) -> str:
         """Return where the variant comes from, in a word."""
         return "wearlab" if cls.origin is None else cls.origin.file
+
+    def identifying(self) -> dict[str, Any]:
+        """Return the options that tell this variant from others, and whose it is if it is a user's."""
+        own = super().identifying()
+        return own if self.origin is None else {**own, PLUGIN: self.origin.sha256}
+
+    @model_serializer(mode="wrap")
+    def _with_plugin(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        written: dict[str, Any] = dump(self)
+        if self.origin is None:
+            return written
+        return {**written, PLUGIN: {"file": self.origin.file, "sha256": self.origin.sha256}}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_this_plugin(cls, given: Any) -> Any:
+        """Refuse what another source of the same name was chosen from."""
+        if cls.origin is None or not isinstance(given, dict) or PLUGIN not in given:
+            return given
+        was = given[PLUGIN]
+        if not isinstance(was, dict) or was.get("sha256") != cls.origin.sha256:
+            raise PydanticCustomError(
+                "plugin", "chosen from another {file} than the one that is loaded", {"file": cls.origin.file}
+            )
+        return {key: value for key, value in given.items() if key != PLUGIN}
 
     @property
     def chosen(self) -> str:
@@ -135,7 +175,8 @@ class Variant(Part):
         if not cls.is_slot() or cls.slot.base is None:
             return handler(source)
         choices = {name: handler.generate_schema(part) for name, part in cls.slot.variants.items()}
-        return core_schema.tagged_union_schema(choices, cls.slot.chooser)
+        own = core_schema.plain_serializer_function_ser_schema(lambda part: part.model_dump())
+        return core_schema.tagged_union_schema(choices, cls.slot.chooser, serialization=own)
 
 
 @contextmanager
@@ -146,3 +187,17 @@ def coming_from(origin: Origin) -> Iterator[None]:
         yield
     finally:
         _ORIGIN.reset(token)
+
+
+_WHEN_CHANGED: list[Callable[[], None]] = []
+
+
+def when_changed(renew: Callable[[], None]) -> None:
+    """Have something renewed whenever a slot has got other variants."""
+    _WHEN_CHANGED.append(renew)
+
+
+def changed() -> None:
+    """Renew all that was made of the variants known before."""
+    for renew in _WHEN_CHANGED:
+        renew()

@@ -181,7 +181,11 @@ TYPES = {
     "boolean": bool,
 }
 WRITTEN = {file: tomllib.loads(file.read_text()) for file in sorted(CAMPAIGNS.rglob("*.toml"))}
-WHOLE = [file for file, written in WRITTEN.items() if "gears" in written and "extends" not in written]
+WHOLE = [
+    file
+    for file, written in WRITTEN.items()
+    if "gears" in written and not {"extends", "plugins"} & set(written)
+]
 
 
 @pytest.mark.parametrize("file", WHOLE, ids=[file.stem for file in WHOLE])
@@ -200,6 +204,7 @@ def test_top_level_keys():
         "extends",
         "drop",
         "metadata",
+        "plugins",
         "sweep",
         "case",
         "figure",

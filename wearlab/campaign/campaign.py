@@ -14,9 +14,10 @@ from wearlab.campaign.errors import CampaignError
 from wearlab.campaign.estimates import BESIDE, ELSEWHERE, MOST_SCENES, SECTION, Drawing, Estimates
 from wearlab.campaign.exclusion import Excluded, read_conditions, without_excluded
 from wearlab.campaign.figure import FigureSpec
-from wearlab.campaign.inheritance import Inherited, inherit, inherit_table
+from wearlab.campaign.inheritance import PLUGINS, Inherited, inherit, inherit_table
 from wearlab.campaign.plain import plain_table
 from wearlab.options import option
+from wearlab.plugins import Plugin, PluginError, use
 from wearlab.scene import Scene
 from wearlab.scene.later import LATER_KEYS, later
 from wearlab.scene.merge import Table
@@ -28,6 +29,7 @@ OWN_KEYS = (
     "extends",
     "drop",
     "metadata",
+    PLUGINS,
     "sweep",
     "case",
     "exclude",
@@ -65,6 +67,7 @@ class Campaign:
     axes : sweep axes, the dimensions of the grid
     figures : what is to be drawn
     path : the file
+    plugins : the sources of a user's own variants
     """
 
     title: str
@@ -75,6 +78,7 @@ class Campaign:
     figures: tuple[FigureSpec, ...] = field(default=(), repr=False)
     path: Path | None = None
     excluded: tuple[Excluded, ...] = field(default=(), repr=False)
+    plugins: tuple[Plugin, ...] = field(default=(), repr=False)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{axis.name} {len(axis.values)}" for axis in self.axes)
@@ -171,6 +175,7 @@ def _swept_keys(table: Table) -> list[str]:
 
 def _read(inherited: Inherited, file: Path | None) -> Campaign:
     table = inherited.table
+    plugins = _plugins(table.get(PLUGINS, []))
     problems = list(_unknown(table))
     tried: Callable[..., Any] = lambda read, *args: _tried(problems, read, *args)  # noqa: E731
     axes = tried(read_axes, table.get("sweep", []))
@@ -185,7 +190,17 @@ def _read(inherited: Inherited, file: Path | None) -> Campaign:
         raise CampaignError(problems)
     cases, excluded = without_excluded(cases, conditions)
     title, reference = texts[0] or (file.stem if file else "untitled"), texts[1] or None
-    return Campaign(title, reference, metadata, cases, axes, figures, file, excluded)
+    return Campaign(title, reference, metadata, cases, axes, figures, file, excluded, plugins)
+
+
+def _plugins(named: Any) -> tuple[Plugin, ...]:
+    """Make the file's own variants known, before anything of it is read."""
+    if not isinstance(named, list) or not all(isinstance(one, str) for one in named):
+        raise CampaignError([f"{PLUGINS}: {shown(named)} is no list of Python files or entry points"])
+    try:
+        return use(named)
+    except PluginError as error:
+        raise CampaignError([f"{PLUGINS}: {error}"]) from None
 
 
 def _tried(problems: list[str], read: Callable[..., Result], *arguments: Any) -> Result | None:

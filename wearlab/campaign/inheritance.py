@@ -11,6 +11,7 @@ from wearlab.scene.merge import DropError, Table, merge, without
 LARGEST = 10_000_000  # bytes of a campaign file
 DEEPEST = 50  # tables within tables
 PATH_KEYS = ("file", "published", "campaign")
+PLUGINS = "plugins"
 
 
 class Layer(NamedTuple):
@@ -122,7 +123,10 @@ def _anchored(value: Any, folder: Path, key: str = "") -> Any:
         } | ({"metadata": value["metadata"]} if "metadata" in value else {})
     if isinstance(value, list):
         return [_anchored(inner, folder, key) for inner in value]
-    return str(folder / value) if isinstance(value, str) and key.rpartition(".")[2] in PATH_KEYS else value
+    if not isinstance(value, str):
+        return value
+    of_file = key.rpartition(".")[2] in PATH_KEYS or (key == PLUGINS and value.endswith(".py"))
+    return str(folder / value) if of_file else value
 
 
 def _has(table: Any, words: list[str]) -> bool:

@@ -17,6 +17,7 @@ from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.sampling import METHODS
 from wearlab.options import option
 from wearlab.scene import Scene
+from wearlab.slots import when_changed
 from wearlab.units import convert, split
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -165,6 +166,11 @@ class CampaignFile(Scene):
     extends: Names = option((), "files that this one differs from; later ones win; relative to this file")
     drop: Names = option((), "sections or dotted keys of the extended files to do without")
     metadata: Metadata = option(Metadata(), "who made it; no part of any run's identity")
+    plugins: tuple[str, ...] = option(
+        (),
+        "Python files, relative to this one, or entry points of the group wearlab.variants, that add "
+        "variants; run only with --plugins",
+    )
     sweep: tuple[Sweep, ...] = option((), "lists of values; the product of all blocks is run")
     case: tuple[CaseBlock, ...] = option((), "named differences from the file")
     exclude: Names = option(
@@ -242,3 +248,10 @@ def _written(default: float, unit: str, example: str) -> str:
 def schema_json() -> str:
     """Return the JSON Schema of a campaign file, every option with unit, default, meaning and source."""
     return json.dumps(CampaignFile.model_json_schema(schema_generator=_Plain), indent=2, ensure_ascii=False)
+
+
+def _renew() -> None:
+    CampaignFile.model_rebuild(force=True)
+
+
+when_changed(_renew)

@@ -5,9 +5,11 @@ import pkgutil
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from itertools import pairwise
+from pathlib import Path
 
 from wearlab.cli import commands
-from wearlab.cli.output import Status, Stop, complain
+from wearlab.cli.output import ASKED, STORE, Status, Stop, complain
 from wearlab.cli.registry import app
 
 FIRST = (
@@ -15,6 +17,9 @@ FIRST = (
     *("dynamics", "measuring", "describing", "sharing"),
 )
 """The order in which help lists the files of ``commands``; others follow by name."""
+
+
+TRUST = "--plugins"
 
 
 def _register() -> None:
@@ -35,9 +40,9 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
     arguments : words after ``wearlab`` [those of this process]
     """
     try:
-        result = app(
-            args=None if arguments is None else list(arguments), prog_name="wearlab", standalone_mode=False
-        )
+        words = list(sys.argv[1:] if arguments is None else arguments)
+        ASKED.set(_store_of(words))
+        result = app(args=_trust_first(words), prog_name="wearlab", standalone_mode=False)
         sys.stdout.flush()
         return int(result or Status.WELL)
     except Stop as stop:
@@ -51,6 +56,19 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
         return Status.TROUBLE
     except Exception as error:
         return _misuse(error)
+
+
+def _trust_first(words: list[str]) -> list[str]:
+    """Return the words with ``--plugins``, which every command takes, in front of the command."""
+    rest = [word for word in words if word != TRUST]
+    return rest if len(rest) == len(words) else [TRUST, *rest]
+
+
+def _store_of(words: list[str]) -> Path:
+    """Return the store that a command is about: files are read before it is opened."""
+    given = [word.removeprefix("--store=") for word in words if word.startswith("--store=")]
+    given += [after for word, after in pairwise(words) if word == "--store"]
+    return Path(given[-1] if given else os.environ.get("WEARLAB_STORE") or STORE)
 
 
 def _misuse(error: Exception) -> int:

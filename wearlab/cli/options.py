@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from wearlab.cli.output import STORE as STORE
+
 File = Annotated[str, typer.Argument(metavar="FILE", help="A campaign file (TOML).", show_default=False)]
 StoreFolder = Annotated[
     Path, typer.Option("--store", metavar="DIR", envvar="WEARLAB_STORE", help="The folder of the runs.")
@@ -24,4 +26,3 @@ Run = Annotated[
 Condition = Annotated[
     str, typer.Option("--where", metavar="EXPR", help='Such as "torque > 100 N*m and life < 2e7".')
 ]
-STORE = Path("wearlab-store")

@@ -4,7 +4,9 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from enum import IntEnum, StrEnum
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from wearlab.store.errors import StoreError
@@ -13,6 +15,11 @@ if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Drawing
 
 Content = TypeVar("Content")
+STORE = Path("wearlab-store")
+ASKED: ContextVar[Path] = ContextVar("asked", default=STORE)
+"""The store of the command, in which runs of plug-ins have left what these declare."""
+TRUSTED: ContextVar[bool] = ContextVar("trusted", default=False)
+"""Whether the command was told ``--plugins``: that plug-ins of campaign files may be run."""
 MOST_STYLED = 500  # rows of a table that is fitted to the terminal
 
 
@@ -75,8 +82,11 @@ def load_drawing(file: str) -> "Drawing | None":
 
 
 def _loaded(read: Callable[[str], Content], file: str) -> Content:
+    from wearlab.plugins import FOLDER, Trust, trusting
+
     try:
-        return read(file)
+        with trusting(Trust(TRUSTED.get(), ASKED.get() / FOLDER)):
+            return read(file)
     except OSError as error:
         raise Stop(f"{error.filename or file}: {error.strerror or error}") from error
     except ValueError as error:

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from wearlab import __version__
-from wearlab.cli.output import say
+from wearlab.cli.output import TRUSTED, say
 
 app = typer.Typer(
     name="wearlab",
@@ -28,5 +28,10 @@ def every_command(
     version: Annotated[
         bool, typer.Option("--version", help="Print the version.", callback=_tell_version, is_eager=True)
     ] = False,
+    plugins: Annotated[
+        bool,
+        typer.Option("--plugins", help="Run the plug-ins that campaign files name; also after a command."),
+    ] = False,
 ) -> None:
     """Experiments and datasets of coupled gear wear and dynamics."""
+    TRUSTED.set(plugins)

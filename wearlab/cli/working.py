@@ -136,6 +136,7 @@ def run_campaign(
     dashboard: bool,
 ) -> Status:
     """Compute what is missing and report trouble."""
+    from wearlab.plugins import PluginError
     from wearlab.runner import Interrupted, RunnerError, foresee, run
 
     campaign = load_campaign(file)
@@ -144,7 +145,7 @@ def run_campaign(
     _refuse_wrong_figures(campaign, file)
     _refuse_the_impossible(campaign)
     try:
-        with refusing(*REFUSALS, RunnerError):
+        with refusing(*REFUSALS, RunnerError, PluginError):
             report = run(
                 campaign,
                 store,

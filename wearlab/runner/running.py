@@ -11,6 +11,7 @@ from wearlab.runner.again import chosen, restore
 from wearlab.runner.cluster import Cluster, connect, refuse_unreachable
 from wearlab.runner.continuing import with_parents
 from wearlab.runner.crew import Crew
+from wearlab.runner.declaring import declare, plugins_of
 from wearlab.runner.expectation import Expected, comparisons
 from wearlab.runner.progress import Progress, watched
 from wearlab.runner.report import CaseReport, Interrupted, Report
@@ -65,6 +66,7 @@ def run(
     ------
     CampaignError : the file or the mapping is wrong
     StoreError : the store cannot be read or written
+    PluginError : a scene chooses from a plug-in of which only the options are known
     RunnerError : no scheduler answers
     Interrupted : on Ctrl-C; the finished runs are kept, those in flight are released
     """
@@ -76,7 +78,9 @@ def run(
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
     tasks = with_parents(tasks, store)
     refuse_unreachable(None if store.catalogue.exists() else scheduler, dashboard)
+    used = plugins_of(task.scene for task in tasks.values())
     notes = _opened(store)
+    declare(used, store.path)
     key = _record(campaign, store)
     with store.presence() as presence, watched(progress) as bar:
         work = _Work(store, presence.token, again, bar, simulate)

@@ -53,6 +53,8 @@ def _essence(value: Any) -> Any:
 
 
 def _is_default(part: type[Part], name: str, value: Any) -> bool:
+    if name not in part.model_fields:
+        return False
     default, text = _default(part, name)
     return text is not None and (value is default or _text(value) == text)
 

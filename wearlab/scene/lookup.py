@@ -83,3 +83,9 @@ def nearest_place(key: str) -> Path | None:
             return found
         level = list(dict.fromkeys(path for path in below if parts_at(path)))
     return None
+
+
+def forget() -> None:
+    """Forget which parts there are: plug-ins have brought others."""
+    for known in (parts_at, field_at, chooser_at, default_choice, keys_at, nearest_place):
+        known.cache_clear()

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from wearlab.options import Part, Unit
 from wearlab.scene.later import LATER_CHOICES, LATER_KEYS, later
 from wearlab.scene.lookup import MEMBERS, Path, chooser_at, nearest_place, parts_at, parts_in
+from wearlab.slots import PLUGIN
 from wearlab.units import KINDS
 
 LIMITS = {
@@ -142,6 +143,12 @@ def _reason(error: dict[str, Any], path: Path, parts: Parts) -> str:
         if isinstance(value, dict):
             return f"required key {chooser_at(path)!r}: one of {', '.join(map(repr, _models(path)))}"
         return f"{shown(value)} is no table: {_wanted(path, parts)}"
+    if kind == "union_tag_invalid" and isinstance(value, dict) and isinstance(value.get(PLUGIN), dict):
+        came = value[PLUGIN]
+        return (
+            f"{context.get('tag')!r} comes from the plug-in {came.get('file')} (sha256 "
+            f"{str(came.get('sha256'))[:12]}…), which is not loaded here"
+        )
     if kind in ("union_tag_invalid", "literal_error"):
         return _choice(context, value, path, kind)
     if kind in LIMITS:

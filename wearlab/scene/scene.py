@@ -1,7 +1,8 @@
 """A scene: everything one run depends on, and nothing else."""
 
 import json
-from collections.abc import Mapping
+import pickle
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any, cast
@@ -9,6 +10,8 @@ from typing import Any, cast
 from pydantic import PrivateAttr, ValidationError, model_validator
 
 from wearlab.options import Part, option
+from wearlab.plugins import CONSENT, LOADED, Plugin, PluginError, load
+from wearlab.scene import lookup
 from wearlab.scene.dynamics import Dynamics
 from wearlab.scene.errors import Errors
 from wearlab.scene.gears import Gears
@@ -16,7 +19,7 @@ from wearlab.scene.identity import canonical, identity, stored
 from wearlab.scene.lubricant import Lubricant
 from wearlab.scene.members import kind_of
 from wearlab.scene.merge import DropError, merge, nested, without
-from wearlab.scene.mesh import OWN_MESHES, Mesh
+from wearlab.scene.mesh import OWN_MESHES, Mesh, OneMesh
 from wearlab.scene.numerics import Numerics
 from wearlab.scene.operation import Operation
 from wearlab.scene.problems import SceneError, problems_of
@@ -24,6 +27,7 @@ from wearlab.scene.rules import broken_rules
 from wearlab.scene.start import Start, StartWear
 from wearlab.scene.store import Store
 from wearlab.scene.wear import Wear
+from wearlab.slots import Slot, Variant, when_changed
 
 
 class Scene(Part):
@@ -161,3 +165,54 @@ class Scene(Part):
 
     def __hash__(self) -> int:
         return hash(cast(str, self._canonical))
+
+    def plugins_used(self) -> tuple[Plugin, ...]:
+        """Return the plug-ins whose variants this scene has chosen.
+
+        Raises
+        ------
+        PluginError
+            When only what they declare is known here.
+        """
+        origins = dict.fromkeys(part.origin for part in parts_within(self) if part.origin is not None)
+        for origin in origins:
+            if not origin.runs:
+                raise PluginError(f"{origin.file} was not run, only its options are known: add {CONSENT}")
+        return tuple(LOADED[origin.sha256] for origin in origins)
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        """Take the sources of plug-ins along to other processes."""
+        plain = super().__reduce_ex__(protocol)
+        own = self.plugins_used()
+        return (_revived, (own, pickle.dumps(plain, protocol))) if own else plain
+
+
+def _revived(plugins: tuple[Plugin, ...], pickled: bytes) -> Scene:
+    for plugin in plugins:
+        load(plugin)
+    make, arguments, state = pickle.loads(pickled)[:3]
+    scene: Scene = make(*arguments)
+    scene.__setstate__(state)
+    return scene
+
+
+def parts_within(value: Any) -> Iterator[Variant]:
+    """Yield every variant that stands anywhere in a part."""
+    if isinstance(value, Variant):
+        yield value
+    if isinstance(value, Part):
+        yield from (one for name in type(value).model_fields for one in parts_within(getattr(value, name)))
+    elif isinstance(value, dict):
+        yield from (one for inner in value.values() for one in parts_within(inner))
+
+
+def _renew() -> None:
+    """Let the sections choose among the variants that are known now."""
+    parts: list[type[Part]] = [part for slot in Slot.all.values() for part in slot.variants.values()]
+    parts += [OneMesh, Mesh, Wear, Scene]
+    for part in parts:
+        part.model_rebuild(force=True)
+    lookup.forget()
+
+
+when_changed(_renew)

@@ -1,10 +1,12 @@
 """``[wear]`` and ``[lubricant]`` → wear law, film, load, limits, snapshots and the step over cycles."""
 
+from types import FunctionType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.compiled import compiled_if_possible
 from wearlab.gears.pair import GearPair
 from wearlab.life.adaptive import Adaptive
 from wearlab.life.euler import Euler, Fixed
@@ -14,6 +16,7 @@ from wearlab.life.march import Method
 from wearlab.life.state import Coupled
 from wearlab.scene import Scene
 from wearlab.scene.build.sets import GearSet, PairOfSet
+from wearlab.slots import Variant
 from wearlab.wear.archard import MEAN_PRESSURE, PEAK_PRESSURE, NormalProjection, OverCosine
 from wearlab.wear.coefficients import CoefficientModel
 from wearlab.wear.film import Film, composite_rq
@@ -72,15 +75,22 @@ def setting(scene: Scene, pair: GearPair, path: WearPath, gear: int) -> Setting:
 
 def _flank(scene: Scene, given: CoefficientModel, where: Setting) -> FlankLaw:
     assert scene.wear is not None
-    film = given.film_model
+    film, law = given.film_model, scene.wear.law
     return FlankLaw(
-        coefficient=given.build(where),
+        coefficient=of_user(given, given.build(where)),
         factor=given.factor,
-        film=None if film is None else film.build(where),
-        rate=scene.wear.law.build(where),
+        film=None if film is None else of_user(film, film.build(where)),
+        rate=of_user(law, law.build(where)),
         hardness=NAN if where.hardness is None else where.hardness,
         temperature=NAN if where.temperature is None else where.temperature,
     )
+
+
+def of_user(variant: Variant, built: Any) -> Any:
+    """Return what a variant built; a function of a user's compiles where it can."""
+    if variant.origin is None or not isinstance(built, FunctionType):
+        return built
+    return compiled_if_possible(built, f"{variant.origin.file}: {variant.chosen!r}")
 
 
 def _lambda_ratio(each: list[CoefficientModel], where: Setting) -> PowerOfLoad | None:

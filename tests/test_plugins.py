@@ -1,0 +1,232 @@
+"""A user's own variants: checked, cited, part of the identity, run only where the user says so."""
+
+import json
+import pickle
+import shutil
+import subprocess
+import sys
+import textwrap
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import wearlab
+from wearlab.campaign import CampaignError, load
+from wearlab.compiled import SlowFunction
+from wearlab.plugins import PluginError, Trust, declaration, trusting, use
+from wearlab.scene import Scene, SceneError
+from wearlab.store import Store
+
+EXAMPLES = Path(__file__).parents[1] / "campaigns" / "plugins"
+PAIR = {
+    "gears": {
+        "kind": "external-pair",
+        "module": "3 mm",
+        "face_width": "20 mm",
+        "pinion": {"teeth": 50},
+        "gear": {"teeth": 50},
+    },
+    "operation": {"torque": "340 N*m", "speed": "1100 rpm"},
+}
+SOURCE = """
+    from typing import Annotated, Literal
+    from wearlab.options import POSITIVE, Pressure, option
+    from wearlab.wear.coefficients import CoefficientModel
+
+    class Mine(CoefficientModel):
+        model: Literal["{name}"] = option("{name}", "k falls with pressure", source="my thesis, Eq. 3")
+        limit: Annotated[Pressure, POSITIVE] = option("{limit}", "a pressure", source="my thesis")
+
+        def build(self, setting):
+            limit = self.limit
+            return lambda state: {body}
+"""
+
+
+@pytest.fixture
+def plugin(tmp_path):
+    def write(name="mine", limit="1 GPa", body="1e-18 * limit / (limit + state.pressure)", file=None):
+        limit = limit if limit == "..." else float(limit.split()[0]) * 1e9
+        source = textwrap.dedent(SOURCE).replace('"{limit}"', str(limit))
+        path = tmp_path / (file or f"{name.replace('-', '_')}.py")
+        path.write_text(source.replace("{name}", name).replace("{body}", body))
+        return path
+
+    return write
+
+
+def worn(model, **options):
+    return {**PAIR, "wear": {"coefficient": {"model": model, **options}, "load": "static"}}
+
+
+def test_options_are_checked_converted_and_cited(plugin):
+    use([str(plugin())])
+    scene = Scene.from_mapping(worn("mine", limit="2000 N/mm^2"))
+    assert scene.wear.coefficient.limit == 2e9
+    with pytest.raises(SceneError, match=r"scene.wear.coefficient.limit: .*5 mm"):
+        Scene.from_mapping(worn("mine", limit="5 mm"))
+    with pytest.raises(SceneError, match="did you mean 'limit'"):
+        Scene.from_mapping(worn("mine", limits="5 GPa"))
+    from wearlab.campaign.json_schema import schema_json
+
+    said = json.loads(schema_json())["$defs"]["Mine"]["properties"]["limit"]
+    assert (said["unit"], said["source"]) == ("Pa", "my thesis")
+
+
+def test_the_source_is_part_of_the_identity(plugin):
+    use([str(plugin())])
+    first = Scene.from_mapping(worn("mine"))
+    others = Scene.from_mapping(worn("constant", value="1e-18 m^2/N"))
+    use([str(plugin(body="2e-18 + 0.0 * state.load"))])
+    second, same = Scene.from_mapping(worn("mine")), Scene.from_mapping(others._mapping)
+    assert first.id != second.id and same.id == others.id
+    with pytest.raises(SceneError, match=r"another mine.py than the one"):
+        Scene.from_canonical(first.canonical())
+    assert Scene.from_canonical(second.canonical()).id == second.id
+    use([str(plugin())])
+    assert Scene.from_canonical(first.canonical()).id == first.id
+
+
+def test_another_process_receives_the_source(plugin, tmp_path):
+    path = plugin(name="sent")
+    use([str(path)])
+    scene = Scene.from_mapping(worn("sent"))
+    file = tmp_path / "scene.pickle"
+    file.write_bytes(pickle.dumps(scene))
+    path.unlink()
+    code = f"import pickle; s = pickle.load(open({str(file)!r}, 'rb')); print(s.id, s.wear.coefficient.limit)"
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout.split() == [scene.id, "1000000000.0"]
+
+
+def test_a_process_without_it_says_what_is_missing(plugin, tmp_path):
+    use([str(plugin(name="absent"))])
+    file = tmp_path / "scene.json"
+    file.write_text(Scene.from_mapping(worn("absent")).canonical())
+    code = (
+        "from wearlab.scene import Scene, SceneError\n"
+        f"try: Scene.from_canonical(open({str(file)!r}).read())\n"
+        "except SceneError as error: print(error)"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "'absent' comes from the plug-in absent.py (sha256" in shown.stdout
+    assert "not loaded" in shown.stdout
+
+
+@pytest.mark.parametrize(
+    ("source", "said"),
+    [
+        ("1 +", "SyntaxError"),
+        ("x = 1", "defines no variant: a class of"),
+        ("1 / 0", "ZeroDivisionError"),
+        (textwrap.dedent(SOURCE).replace("{name}", "constant"), "model 'constant' is there already"),
+    ],
+)
+def test_a_plugin_that_cannot_be_used_is_refused(tmp_path, source, said):
+    path = tmp_path / "wrong.py"
+    path.write_text(source.replace('"{limit}"', "1e9").replace("{body}", "0.0"))
+    with pytest.raises(PluginError, match=f"wrong.py: .*{said}"):
+        use([str(path)])
+    assert not [name for name in sys.modules if name.startswith("wearlab_plugin") and "wrong" in name]
+    with pytest.raises(PluginError, match=r"absent.py: cannot read it"):
+        use([str(tmp_path / "absent.py")])
+
+
+def test_a_campaign_from_a_stranger_runs_no_code(tmp_path):
+    (tmp_path / "evil.py").write_text("raise RuntimeError('was run')")
+    (tmp_path / "file.toml").write_text('plugins = ["evil.py"]\n')
+    with trusting(Trust(runs=False)), pytest.raises(CampaignError, match="look at it, then add --plugins"):
+        load(tmp_path / "file.toml")
+    with pytest.raises(CampaignError, match="was run"):
+        load(tmp_path / "file.toml")
+
+
+def test_an_entry_point_is_found_and_not_run_untold(tmp_path, monkeypatch):
+    package = tmp_path / "my_wear"
+    package.mkdir()
+    (package / "__init__.py").write_text("raise RuntimeError('imported')")
+    shutil.copy(EXAMPLES / "running_in.py", package / "laws.py")
+    monkeypatch.syspath_prepend(tmp_path)
+    point = EntryPoint("my-wear", "my_wear.laws", "wearlab.variants")
+    monkeypatch.setattr("wearlab.plugins.entry_points", lambda group: [point])
+    with trusting(Trust(runs=False)), pytest.raises(PluginError, match="my-wear is Python code"):
+        use(["my-wear"])
+    law = (package / "laws.py").read_text()
+    (package / "laws.py").write_text(law.replace('"running-in"', '"of-package"'))
+    assert use(["my-wear"])[0].module == "my_wear.laws"
+    table = worn("constant", value="1e-18 m^2/N")
+    table["wear"]["law"] = "of-package"
+    assert Scene.from_mapping(table).plugins_used()[0].name == "my-wear"
+    with pytest.raises(PluginError, match="no Python file and no entry point"):
+        use(["other"])
+
+
+def run_of(file, store):
+    campaign = load(EXAMPLES / file)
+    report = wearlab.run(campaign, store, workers=1, progress=False)
+    assert report.ok
+    return campaign, store.open(campaign)
+
+
+def test_plans_and_pages_of_stored_runs_need_no_code(tmp_path, capsys, monkeypatch):
+    store = Store(tmp_path / "store")
+    campaign, _ = run_of("running_in.toml", store)
+    (record,) = (tmp_path / "store" / "plugins").iterdir()
+    assert json.loads(record.read_text()) == declaration(campaign.plugins[0])
+    monkeypatch.setenv("WEARLAB_STORE", str(store.path))
+    file = str(EXAMPLES / "running_in.toml")
+    code = "from wearlab.cli.app import status_of; import sys; sys.exit(status_of(sys.argv[1:]))"
+
+    def command(*words):
+        return subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True)
+
+    planned = command("plan", file)
+    assert planned.returncode == 0 and "nothing to do" in planned.stdout
+    assert command("ls").returncode == 0
+    assert command("verify").returncode == 0
+    refused = command("run", file)
+    assert refused.returncode == 2 and "add --plugins" in refused.stderr
+    again = command("run", file, "--plugins")
+    assert again.returncode == 0 and "0 computed" in again.stdout
+
+
+def test_a_law_of_ones_own_runs_in(tmp_path):
+    """Depth with running-in: h + h0·(r − 1)(1 − …) grows as Archard's after it, r times as fast at first."""
+    _, grid = run_of("running_in.toml", Store(tmp_path / "store"))
+    rate = grid.wear_rate.sel(flank="pinion").squeeze().transpose("update", "profile").values
+    depth = grid.wear_depth.sel(flank="pinion").squeeze().transpose("update", "profile").values
+    force = grid.tooth_force.sel(flank="pinion").squeeze().transpose("update", "profile").values
+    worn = rate[-1] > 0
+    per_force = rate[:, worn] / force[:, worn]
+    archard = per_force[0] / 5.0
+    expected = archard * (1.0 + 4.0 * np.exp(-depth[:, worn] / 1e-6))
+    np.testing.assert_allclose(per_force, expected, rtol=1e-9)
+
+
+def test_a_function_that_numba_cannot_compile_runs_with_a_warning(plugin):
+    use([str(plugin(name="slow", body="__import__('math').fsum([1e-18]) + 0.0 * state.load"))])
+    with pytest.warns(SlowFunction, match=r"slow.py: 'slow' runs as plain Python"):
+        run = wearlab.simulate(Scene.from_mapping(worn("slow")))
+    fast = wearlab.simulate(Scene.from_mapping(worn("constant", value="1e-18 m^2/N")))
+    np.testing.assert_allclose(run.wear_rate, fast.wear_rate, rtol=1e-12)
+
+
+def test_a_coefficient_over_pressure_is_what_it_says(tmp_path):
+    _, grid = run_of("pressure_coefficient.toml", Store(tmp_path / "store"))
+    p = grid.contact_pressure.values
+    k = grid.effective_wear_coefficient.values
+    np.testing.assert_allclose(k, 1e-19 + 9e-19 * p**8 / (p**8 + 450e6**8), rtol=1e-9)
+
+
+def test_a_film_of_ones_own_is_what_it_says(tmp_path):
+    _, grid = run_of("film_share.toml", Store(tmp_path / "store"))
+    ratio = grid.lambda_ratio.values
+    share = grid.effective_wear_coefficient / 1e-18
+    names = list(grid.case.values)
+    own, standard = share[names.index("smooth")].values, share[names.index("ding-kahraman")].values
+    np.testing.assert_allclose(own, 1.0 / (1.0 + (ratio[names.index("smooth")] / 0.8) ** 3), rtol=1e-9)
+    np.testing.assert_allclose(
+        standard, np.clip(2 / 7 * (4 - ratio[names.index("ding-kahraman")]), 0, 1), rtol=1e-9
+    )

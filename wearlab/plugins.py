@@ -1,0 +1,269 @@
+"""Plug-ins: files of a user's own whose variants stand beside wearlab's, and what is known of them unread.
+
+A plug-in is code, and a campaign file may come from a stranger: nothing here runs any unless the user said so
+(``--plugins`` on the command line; from Python, calling it is saying so). What a plug-in's options are is
+written beside the runs it made, so that plans, figures and reports of them need no code of it.
+"""
+
+import hashlib
+import json
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from importlib.metadata import entry_points
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Literal, NamedTuple
+
+from pydantic import create_model
+
+from wearlab import options
+from wearlab.options import option
+from wearlab.slots import Origin, Slot, SlotError, Variant, changed, coming_from
+
+GROUP = "wearlab.variants"
+FOLDER = "plugins"
+"""Where a store keeps what plug-ins declare, one file named by the hash of the source."""
+FORMAT = 1
+CONSENT = "--plugins"
+
+
+class PluginError(ValueError):
+    """A plug-in cannot be read, says nothing, or may not be run."""
+
+
+class Plugin(NamedTuple):
+    """A plug-in's source.
+
+    Parameters
+    ----------
+    name : its file's name, or that of its entry point
+    source : its text
+    module : the installed module it is, "" for a file
+    """
+
+    name: str
+    source: str
+    module: str = ""
+
+    @property
+    def sha256(self) -> str:
+        """Hash of its source, part of the identity of every run that uses one of its variants."""
+        return hashlib.sha256(self.source.encode()).hexdigest()
+
+
+LOADED: dict[str, Plugin] = {}
+"""The plug-ins that this process has run, by hash."""
+
+
+_BROUGHT: dict[str, list[tuple[str, type[Variant]]]] = {}
+
+
+class Trust(NamedTuple):
+    """Whether plug-ins may be run, and where else to look for what they declare.
+
+    Parameters
+    ----------
+    runs : whether their code is run
+    declared : folder in which runs of plug-ins have left declarations
+    """
+
+    runs: bool = True
+    declared: Path | None = None
+
+
+_TRUST: ContextVar[Trust | None] = ContextVar("trust", default=None)
+
+
+@contextmanager
+def trusting(trust: Trust) -> Iterator[None]:
+    """Hold to this while a campaign file is read: the command line trusts nothing unless told so."""
+    token = _TRUST.set(trust)
+    try:
+        yield
+    finally:
+        _TRUST.reset(token)
+
+
+def read(named: str) -> Plugin:
+    """Return the plug-in of a Python file, or of an entry point of the group ``wearlab.variants``.
+
+    Raises
+    ------
+    PluginError
+        When there is no such file or entry point.
+    """
+    if named.endswith(".py"):
+        return Plugin(Path(named).name, _text(Path(named), named))
+    known = {one.name: one.value.partition(":")[0] for one in entry_points(group=GROUP)}
+    if named not in known:
+        there = ", ".join(known) or "none"
+        raise PluginError(f"{named!r} is no Python file and no entry point of {GROUP}; installed: {there}")
+    return Plugin(named, _text(_place(known[named]), named), known[named])
+
+
+def _place(module: str) -> Path:
+    """Return the file of an installed module, none of whose packages is imported for that."""
+    first, *further = module.split(".")
+    spec = find_spec(first)
+    if spec is None or spec.origin is None:
+        raise PluginError(f"the module {module!r} of an entry point of {GROUP} is not installed")
+    place = Path(spec.origin)
+    return place.parent.joinpath(*further).with_suffix(".py") if further else place
+
+
+def _text(file: Path, named: str) -> str:
+    try:
+        return file.read_bytes().decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise PluginError(f"{named}: cannot read it: {getattr(error, 'strerror', None) or error}") from None
+
+
+def use(named: Iterable[str]) -> tuple[Plugin, ...]:
+    """Make the variants of plug-ins known: run them, or take what is written of them.
+
+    Parameters
+    ----------
+    named : Python files and entry points
+
+    Raises
+    ------
+    PluginError
+        When one may not be run and nothing is known of it, or it cannot be run.
+    """
+    trust, plugins = _TRUST.get() or Trust(), tuple(read(one) for one in named)
+    for plugin in plugins:
+        if trust.runs:
+            load(plugin)
+            continue
+        record = None if trust.declared is None else trust.declared / f"{plugin.sha256}.json"
+        if record is None or not record.is_file():
+            raise PluginError(
+                f"{plugin.name} is Python code that would be run: look at it, then add {CONSENT}"
+            )
+        stand_in(record.read_text())
+    return plugins
+
+
+def load(plugin: Plugin) -> None:
+    """Run a plug-in's source, once in a process; what it defines joins the slots.
+
+    Raises
+    ------
+    PluginError
+        When it fails, or defines no variant.
+    """
+    if plugin.sha256 not in LOADED:
+        before = _of_plugins()
+        _run(plugin)
+        _BROUGHT[plugin.sha256] = [one for one in _of_plugins() if one not in before]
+        LOADED[plugin.sha256] = plugin
+    for name, part in _BROUGHT[plugin.sha256]:
+        part.slot.add(part, name)
+    changed()
+
+
+def forget() -> None:
+    """Forget every plug-in; scenes that were made with one keep it."""
+    for name, part in _of_plugins():
+        del part.slot.known[name]
+    LOADED.clear()
+    _BROUGHT.clear()
+    changed()
+
+
+def _run(plugin: Plugin) -> None:
+    module = ModuleType(f"wearlab_plugin_{plugin.sha256[:16]}")
+    module.__file__ = plugin.name
+    module.__package__ = plugin.module.rpartition(".")[0]
+    sys.modules[module.__name__] = module
+    origin = Origin(plugin.name, plugin.sha256)
+    try:
+        with coming_from(origin):
+            exec(compile(plugin.source, plugin.name, "exec"), module.__dict__)
+        if not any(part.origin == origin for _, part in _of_plugins()):
+            raise SlotError(f"defines no variant: a class of {', '.join(_bases())}")
+    except Exception as error:
+        del sys.modules[module.__name__]
+        reason = str(error) if isinstance(error, SlotError) else f"{type(error).__name__}: {error}"
+        raise PluginError(f"{plugin.name}: {reason}") from error
+
+
+def _of_plugins() -> list[tuple[str, type[Variant]]]:
+    every = [one for slot in Slot.all.values() for one in slot.known.items()]
+    return [(name, part) for name, part in every if part.origin is not None]
+
+
+def _bases() -> list[str]:
+    return [slot.base.__name__ for slot in Slot.all.values() if slot.base is not None]
+
+
+def declaration(plugin: Plugin) -> dict[str, Any]:
+    """Return what there is to know of a plug-in that was run, as JSON can hold it."""
+    return {
+        "format": FORMAT,
+        "name": plugin.name,
+        "sha256": plugin.sha256,
+        "source": plugin.source,
+        "variants": [_declared(name, part) for name, part in _BROUGHT[plugin.sha256]],
+    }
+
+
+def _declared(name: str, part: type[Variant]) -> dict[str, Any]:
+    schema = part.model_json_schema()
+    return {
+        "slot": part.slot.key,
+        "class": part.__name__,
+        "name": name,
+        "doc": part.__doc__ or "",
+        "options": schema["properties"],
+        "required": schema.get("required", []),
+    }
+
+
+def stand_in(text: str) -> None:
+    """Take up the variants of a plug-in as they were declared: options without physics.
+
+    Raises
+    ------
+    PluginError
+        When the declaration cannot be read.
+    """
+    try:
+        record: Mapping[str, Any] = json.loads(text)
+        with coming_from(Origin(str(record["name"]), str(record["sha256"]), runs=False)):
+            for one in record["variants"]:
+                _stand_in(one)
+    except (KeyError, TypeError, ValueError) as error:
+        raise PluginError(f"a plug-in's declaration cannot be read ({error!r})") from None
+    changed()
+
+
+def _stand_in(one: Mapping[str, Any]) -> None:
+    slot = Slot.all[one["slot"]]
+    assert slot.base is not None
+    fields: dict[str, Any] = {}
+    for key, said in one["options"].items():
+        if key in slot.base.model_fields:
+            continue
+        kind = Literal[str(one["name"])] if key == slot.chooser else _kind(said)
+        default = ... if key in one["required"] else said.get("default")
+        fields[key] = (
+            kind if default is not None else kind | None,
+            option(default, said.get("description", "")),
+        )
+    create_model(str(one["class"]), __base__=slot.base, __doc__=one["doc"], **fields)
+
+
+def _kind(said: Mapping[str, Any]) -> Any:
+    """Return the type of an option from its JSON Schema."""
+    if "anyOf" in said:
+        said = next(one for one in said["anyOf"] if one.get("type") != "null")
+    if "kind" in said:
+        return options.measured(said["kind"])
+    if "enum" in said:
+        return Literal[tuple(said["enum"])]
+    plain = {"number": options.Number, "integer": options.Count, "boolean": options.Switch, "string": str}
+    return plain.get(said.get("type", ""), Any)
