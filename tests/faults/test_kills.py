@@ -4,7 +4,7 @@ import os
 
 import pytest
 from phases import PHASES
-from storm import begin, done, finish, kill_parent, kill_workers, reference
+from storm import begin, done, finish, kill_parent, kill_starting, kill_workers, reference
 
 pytestmark = [
     pytest.mark.slow,
@@ -36,3 +36,11 @@ def test_killed_workers_lose_nothing(tmp_path):
     assert (status, said) == (0, f"computed {count} of {count}")
     assert moments
     assert len(done(tmp_path / "store")) == count
+
+
+def test_workers_killed_while_they_start_are_started_again(tmp_path):
+    """Not a word of dask's: the campaign completes."""
+    killed, (status, said) = kill_starting(tmp_path / "store", 20, 2)
+    assert killed == 2
+    assert (status, said) == (0, "computed 20 of 20")
+    assert len(done(tmp_path / "store")) == 20

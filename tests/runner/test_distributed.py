@@ -178,3 +178,19 @@ def test_work_that_reaches_other_code_comes_back(monkeypatch):
         execute_all([], SIMULATE, "other")
     assert caught.value.args == ("tcp://there", source_hash())
     assert execute_all([], SIMULATE, source_hash()) == []
+
+
+def test_a_killed_scheduler_is_one_message(there, tmp_path):
+    log = tmp_path / "log"
+    there.worker()
+    script = Path(fake_campaign.__file__).with_name("run_fake.py")
+    words = [script, tmp_path / "store", 300, log, "-", "act=slow", f"scheduler={there.address}"]
+    child = subprocess.Popen(
+        [sys.executable, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    until(lambda: len(begun(log)) > 10)
+    there.children[0].kill()
+    said, complaints = child.communicate(timeout=PATIENCE)
+    assert child.returncode == 2 and "scheduler" in said.splitlines()[-1], said
+    assert "Traceback" not in complaints and len(complaints) < 300, complaints
+    assert Store(tmp_path / "store").verify() == []

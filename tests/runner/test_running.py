@@ -10,7 +10,7 @@ from fake_campaign import SIMULATE, Campaign, Case, Scene, alter, sweep
 from rich.console import Console
 
 import wearlab
-from wearlab.runner import RunnerError, cluster, running
+from wearlab.runner import Interrupted, RunnerError, cluster, running
 from wearlab.runner.progress import Bar
 from wearlab.sources import source_hash
 from wearlab.store import Store, StoreError
@@ -207,3 +207,24 @@ def test_a_scheduler_that_does_not_answer_leaves_nothing_behind(tmp_path, monkey
     with pytest.raises(RunnerError, match="the dashboard needs bokeh"):
         wearlab.run(sweep(2), store, dashboard=True, simulate=SIMULATE, progress=False)
     assert not store.path.exists()
+
+
+def test_an_interruption_between_file_and_catalogue_leaves_no_unknown_file(store, monkeypatch):
+    """Ctrl-C may come when a run's file is in place and nothing is recorded of it."""
+    from wearlab.store.catalogue import Catalogue
+
+    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)
+    original, calls = Catalogue.record, []
+
+    def record(self, outcomes, *words):
+        calls.append(1)
+        if len(list(outcomes)) and len(calls) > 3:
+            monkeypatch.setattr(Catalogue, "record", original)
+            raise KeyboardInterrupt
+        return original(self, outcomes, *words)
+
+    monkeypatch.setattr(Catalogue, "record", record)
+    with pytest.raises(Interrupted, match="2 done, 4 to go"):
+        wearlab.run(sweep(6), store, simulate=SIMULATE, progress=False)
+    assert store.verify() == []
+    assert wearlab.run(sweep(6), store, simulate=SIMULATE, progress=False).computed == 4

@@ -6,6 +6,7 @@ alone=1        all cases in this process, without a cluster
 act=slow       what the cases do
 die=PHASE:AT   this process kills itself when it reaches PHASE for the AT-th time, and says so in FILE
 phases=FILE
+scheduler=A    work is given to the workers of a scheduler elsewhere
 """
 
 import sys
@@ -13,7 +14,7 @@ import sys
 import fake_campaign
 
 import wearlab
-from wearlab.runner import Interrupted, running
+from wearlab.runner import Interrupted, RunnerError, running
 from wearlab.store import StoreError
 
 store, count, log, gate, *words = sys.argv[1:]
@@ -28,11 +29,17 @@ if "die" in options:
     phase, _, at = options["die"].partition(":")
     phases.install(phases.Dying(options["phases"], phase, int(at)))
 try:
-    report = wearlab.run(campaign, wearlab.Store(store), workers=2, simulate=fake_campaign.SIMULATE)
+    report = wearlab.run(
+        campaign,
+        wearlab.Store(store),
+        workers=2,
+        simulate=fake_campaign.SIMULATE,
+        scheduler=options.get("scheduler"),
+    )
 except Interrupted as interrupted:
     print(interrupted, flush=True)
     sys.exit(130)
-except StoreError as error:
+except (StoreError, RunnerError) as error:
     print(error, flush=True)
     sys.exit(2)
 for note in report.notes:

@@ -6,9 +6,11 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import fake_campaign
+import psutil
 
 from wearlab.store import Store
 from wearlab.store.seal import SEAL, is_intact
@@ -77,6 +79,21 @@ def kill_workers(folder, count, kills, seed):
                 pass
         time.sleep(dice.uniform(0.05, 0.6))
     return moments, finish(child)
+
+
+def kill_starting(folder, count, kills):
+    """Kill worker processes as soon as they are there; return how many were, status and last line."""
+    child = begin(folder, count)
+    parent, killed = psutil.Process(child.pid), set()
+    while child.poll() is None:
+        with suppress(psutil.Error):
+            for one in parent.children(recursive=True):
+                begun = one.ppid() != child.pid  # a child of the process that workers are forked from
+                if begun and one.pid not in killed and len(killed) < kills:
+                    killed.add(one.pid)
+                    one.kill()
+        time.sleep(0.005)
+    return len(killed), finish(child)
 
 
 def reference(folder, count, log="-", **options):

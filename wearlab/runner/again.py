@@ -47,9 +47,10 @@ def _present() -> str:
 
 
 def restore(store: "Store", ids: Iterable[str]) -> None:
-    """Take finished runs back into the catalogue that were to be computed again and were not.
+    """Take runs back into the catalogue whose files are in place, though nothing was recorded of them.
 
-    Their files stay until new ones replace them, so an interruption loses nothing that was done.
+    The file of a run to be computed again stays until a new one replaces it; and an interruption may come
+    just after a file was written: nothing that was done is lost, and no file is left that nobody knows.
     """
     from wearlab.store.adopt import outcome_of
 

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from wearlab.runner.crew import Crew, OtherCode
-from wearlab.runner.local import local_client
+from wearlab.runner.local import local_client, quiet_logs
 from wearlab.runner.report import RunnerError
 from wearlab.runner.worker import Task, execute_all, prepare, warm_up
 from wearlab.sources import source_hash
@@ -203,7 +203,7 @@ def _remote(address: str) -> Iterator[Any]:
         client = Client(address, timeout=CONNECT_SECONDS)
     except (OSError, ValueError, TimeoutError) as error:
         raise RunnerError(f"no dask scheduler answers at {address} ({error})") from error
-    with client:
+    with quiet_logs(), client:
         try:
             client.wait_for_workers(1, timeout=300)
         except TimeoutError as error:

@@ -6,8 +6,10 @@ import os
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Any
+
+from wearlab.runner.report import RunnerError
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
@@ -76,38 +78,57 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
     quiet["distributed.deploy.lost-worker-timeout"] = f"{LOST_SECONDS}s"
     if FORKS:
         quiet["distributed.worker.multiprocessing-method"] = "forkserver"
-    with dask.config.set(quiet), _main_module_hidden(), _quiet_logs():
-        cluster = LocalCluster(
-            n_workers=size,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            scheduler_kwargs={"dashboard": dashboard, "dashboard_address": "127.0.0.1:0"},
-            worker_dashboard_address=None,
-            worker_class=SwiftNanny,
-            silence_logs=logging.CRITICAL,
-            env={**os.environ, **ONE_THREAD},
-        )
+    with dask.config.set(quiet), _main_module_hidden(), quiet_logs(), ExitStack() as opened:
         try:
-            with Client(cluster) as client, _staffed(cluster, size):
-                client.wait_for_workers(size, timeout=START_SECONDS)
-                yield client
+            with _told():
+                cluster = LocalCluster(
+                    n_workers=size,
+                    threads_per_worker=1,
+                    processes=True,
+                    host="127.0.0.1",
+                    scheduler_kwargs={"dashboard": dashboard, "dashboard_address": "127.0.0.1:0"},
+                    worker_dashboard_address=None,
+                    worker_class=SwiftNanny,
+                    silence_logs=logging.CRITICAL,
+                    env={**os.environ, **ONE_THREAD},
+                )
+                opened.callback(cluster.close)
+                client = opened.enter_context(Client(cluster))
+                opened.enter_context(_staffed(cluster, size))
+                client.wait_for_workers(1, timeout=START_SECONDS)
+            yield client
         except KeyboardInterrupt:  # busy workers would take seconds to say goodbye
             for worker in set(multiprocessing.active_children()) - others:
                 worker.kill()
             raise
-        finally:
-            cluster.close()
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """Turn the many ways in which worker processes do not start into one message."""
+    try:
+        yield
+    except (RuntimeError, OSError, TimeoutError, EOFError) as error:
+        reason = str(error.__cause__ or error) or type(error).__name__
+        raise RunnerError(
+            f"the worker processes did not start ({reason}): is there memory enough? "
+            "Nothing was lost; run again, with fewer workers"
+        ) from error
 
 
 @contextmanager
 def _staffed(cluster: Any, size: int) -> Iterator[None]:
-    """Replace workers that are not replaced by themselves: one killed as it starts takes its nanny along."""
+    """Replace workers that are not replaced by themselves: one killed as it starts is not."""
     ended = threading.Event()
 
     def watch() -> None:
+        bereft: set[Any] = set()
         while not ended.wait(RESTAFF_SECONDS):
             with suppress(Exception):
+                without = {name for name, nanny in list(cluster.workers.items()) if nanny.pid is None}
+                for name in without & bereft:  # at two looks in a row: none is about to start
+                    cluster.sync(cluster.workers.pop(name).close, callback_timeout=LOST_SECONDS)
+                bereft = without
                 cluster.scale(size)
 
     watcher = threading.Thread(target=watch, name="wearlab-staff", daemon=True)
@@ -151,12 +172,14 @@ def _main_module_hidden() -> Iterator[None]:
 
 
 @contextmanager
-def _quiet_logs() -> Iterator[None]:
-    """Keep dask's goodbyes off the screen."""
-    logger = logging.getLogger("distributed")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL)
+def quiet_logs() -> Iterator[None]:
+    """Keep dask's goodbyes, and its tracebacks about what is told in one message, off the screen."""
+    loggers = [logging.getLogger(name) for name in ("distributed", "asyncio", "tornado.application")]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        logger.setLevel(level)
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)

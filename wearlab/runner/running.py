@@ -127,9 +127,9 @@ def _opened(store: "Store") -> list[str]:
 
 
 def _tidy(store: "Store", owner: str, work: "_Work") -> None:
-    """Forget what was begun and not finished; keep what was to be computed again and was not."""
-    store.catalogue.release(owner)
-    restore(store, work.taken_again - work.finished)
+    """Forget what was begun and not finished; keep what has its file, written just now or long ago."""
+    begun = store.catalogue.release(owner)
+    restore(store, {*begun, *work.taken_again} - work.finished)
 
 
 class _Work:

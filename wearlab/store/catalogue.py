@@ -231,10 +231,13 @@ class Catalogue(Memberships):
                 tables.upgrade(connection, self._keep)
                 self._facts.add_rates(connection)
 
-    def release(self, owner: str) -> int:
-        """Forget the runs that ``owner`` had begun and not finished; return how many."""
+    def release(self, owner: str) -> list[str]:
+        """Forget the runs that ``owner`` had begun and not finished; return their ids."""
         with self._transaction() as connection:
-            return self._delete(connection, "state = 'running' AND owner = ?", owner)
+            begun = connection.execute("SELECT id FROM runs WHERE state = 'running' AND owner = ?", (owner,))
+            ids = [row[0] for row in begun]
+            self._delete(connection, "state = 'running' AND owner = ?", owner)
+        return ids
 
     def forget(self, ids: Iterable[str]) -> int:
         """Forget these runs; return how many were known. Campaigns stay."""
