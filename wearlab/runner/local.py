@@ -21,6 +21,7 @@ START_SECONDS = 120
 ONE_THREAD = {
     name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 }
+NOISY = ("distributed", "asyncio", "tornado")
 FORKS = sys.platform == "linux"
 """Whether workers are forked from a process that has imported everything; elsewhere forking is not safe."""
 
@@ -174,7 +175,8 @@ def _main_module_hidden() -> Iterator[None]:
 @contextmanager
 def quiet_logs() -> Iterator[None]:
     """Keep dask's goodbyes, and its tracebacks about what is told in one message, off the screen."""
-    loggers = [logging.getLogger(name) for name in ("distributed", "asyncio", "tornado.application")]
+    known = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in NOISY]
+    loggers = [logging.getLogger(name) for name in {*NOISY, *known}]  # those within have levels of their own
     levels = [logger.level for logger in loggers]
     for logger in loggers:
         logger.setLevel(logging.CRITICAL + 1)
