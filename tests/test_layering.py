@@ -18,6 +18,7 @@ ROAD = (
         "linking",
         "compiled",
         "usual_units",
+        "shop",
         "units",
         "options",
         "slots",

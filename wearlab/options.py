@@ -172,6 +172,9 @@ Viscosity = measured("viscosity")
 PressureViscosity = measured("pressure-viscosity coefficient")
 WearCoefficient = measured("wear coefficient")
 Time = measured("time")
+Hardness = measured("hardness")
+KinematicViscosity = measured("kinematic viscosity")
+Temperature = measured("temperature")
 
 
 class Choice:

@@ -13,6 +13,7 @@ from difflib import get_close_matches
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
 
+from wearlab.shop.hardness import SCALES, HardnessError, pressure_of
 from wearlab.usual_units import USUAL
 
 Value = TypeVar("Value")
@@ -72,6 +73,8 @@ KINDS = {
         Kind(
             "wear coefficient", "m^2/N", "9.65e-19 m^2/N", ("m^2/N", "mm^3/Nm", "mm^2/N", "1/Pa"), 1e-24, 1e-8
         ),
+        Kind("kinematic viscosity", "m^2/s", "220 mm^2/s", ("mm^2/s", "cSt", "m^2/s"), 1e-7, 1e-1),
+        Kind("hardness", "Pa", "60 HRC", (*SCALES, "GPa", "MPa"), 1e6, 3e10),
         Kind("time", "s", "10 h", ("s", "min", "h"), 1e-12, 1e12),
         Kind("temperature", "K", "60 degC", ("degC", "K"), 1e2, 2e3),
     )
@@ -96,6 +99,7 @@ ALIASES = {
 DIGITS = 12
 """In which numbers are told apart: a scene keeps no more of them, and a condition asks for no more."""
 PER_MINUTE = ("1/min", "min^-1")
+HARDNESS = re.compile(r"(HRC|HV|HBW|HB)(?:\s?[\d./]+)?")  # HV 10 and HBW 2.5/187.5 tell the load
 ENERGIES = re.compile(r"joule|watt|calorie|volt|thermal_unit|erg")
 
 
@@ -119,8 +123,10 @@ def quantity(text: object, kind: str) -> float:
     wanted = KINDS[kind]
     number, unit = split(text, wanted)
     try:
+        if kind == "hardness" and (scale := HARDNESS.fullmatch(unit)):
+            return pressure_of(float(number), scale[1])
         value = _to_si(number, unit, wanted)
-    except UnitError as error:
+    except (UnitError, HardnessError) as error:
         raise UnitError(f"{text!r}: {error}") from None
     if value != 0.0 and not wanted.low <= abs(value) <= wanted.high:
         raise UnitError(

@@ -25,7 +25,11 @@ CASES = [
     ("gears.material", "stel", "scene.gears.material: 'stel' is not a known material"),
     ("gears.pinion", 3, "scene.gears.pinion: 3 is no table"),
     ("gears.pinion.addendum_coefficient", float("nan"), "is not a finite number"),
-    ("gears.pinion.tip_relief", {"amount": "10 um"}, "scene.gears.pinion.tip_relief.length: required"),
+    (
+        "gears.pinion.tip_relief",
+        {"amount": "10 um"},
+        "scene.gears.pinion.tip_relief: give length along the path, start_diameter or start_roll_angle",
+    ),
     ("mesh.stiffness", "potental-energy", "scene.mesh.stiffness.model: 'potental-energy' is not one of"),
     ("mesh.stiffness", "potental-energy", "did you mean 'potential-energy'?"),
     (
@@ -118,7 +122,6 @@ CASES = [
 PYTHON = re.compile(r"Input should|'\w+' object|NoneType|iterable|sequence|unhashable|not supported between")
 LATER = [
     ("gears.helix_angle", "10 deg"),
-    ("lubricant.temperature", "60 degC"),
 ]
 
 

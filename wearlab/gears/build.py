@@ -5,7 +5,7 @@ import math
 from wearlab.gears.errors import GearError
 from wearlab.gears.gear import Gear
 from wearlab.gears.materials import Material, check_material
-from wearlab.gears.modification import modification
+from wearlab.gears.modification import modification, settled
 from wearlab.gears.root import form_radius, resolve_root, undercut_flag
 from wearlab.gears.specification import GearSpec
 
@@ -92,7 +92,10 @@ def build_gear(
         inertia=inertia,
         assumed=(*assumed, *root_flag, *cut_flag, *bore_flag, *mass_flag),
         modification=modification(
-            spec.tip_relief, spec.root_relief, spec.profile_crowning, spec.profile_slope
+            settled(spec.tip_relief, r_b, r_a, spec.name),
+            spec.root_relief,
+            spec.profile_crowning,
+            spec.profile_slope,
         ),
     )
     _check_tip(gear)

@@ -1,5 +1,6 @@
 """Profile modifications: reliefs, crowning and slope, as material removed normal to the flank."""
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -30,6 +31,62 @@ class Relief:
         """Return the material removed at a distance from the profile's end, (n,) [m]."""
         fade = np.clip(1.0 - distance / self.length, 0.0, None)
         return self.amount * (fade if self.shape == "linear" else fade**2)
+
+
+@dataclass(frozen=True)
+class ReliefFrom:
+    """A tip relief by where it starts on the flank.
+
+    Parameters
+    ----------
+    amount : material removed at the tip [m]
+    radius : where the relief starts [m], None when it is given by roll angle
+    roll_angle : where it starts [rad], None when it is given by radius
+    shape : "linear" or "parabolic"
+    """
+
+    amount: float
+    radius: float | None = None
+    roll_angle: float | None = None
+    shape: Literal["linear", "parabolic"] = "linear"
+
+    def of(self, base_radius: float, tip_radius: float, name: str, *, internal: bool) -> Relief:
+        """Return the relief of a gear, ``length = |√(r_a² − r_b²) − ρ|``, ρ = r_b φ or √(r² − r_b²).
+
+        Raises
+        ------
+        GearError : it would start below the base circle or not before the tip
+        """
+        tip = math.sqrt(tip_radius**2 - base_radius**2)
+        if self.roll_angle is not None:
+            start, said = base_radius * self.roll_angle, f"{math.degrees(self.roll_angle):.4g} deg"
+        else:
+            assert self.radius is not None
+            square, said = self.radius**2 - base_radius**2, f"{2e3 * self.radius:.6g} mm"
+            if square <= 0.0:
+                raise GearError(
+                    f"{name}: tip_relief cannot start at {said}, inside the base circle of "
+                    f"{2e3 * base_radius:.6g} mm"
+                )
+            start = math.sqrt(square)
+        before = start > tip if internal else start < tip
+        if not before:
+            raise GearError(f"{name}: tip_relief starts at {said}, which is not between root and tip")
+        return Relief(self.amount, abs(tip - start), self.shape)
+
+
+def settled(
+    relief: Relief | ReliefFrom | None,
+    base_radius: float,
+    tip_radius: float,
+    name: str,
+    *,
+    internal: bool = False,
+) -> Relief | None:
+    """Return a relief by its length, whichever way it was given."""
+    if isinstance(relief, ReliefFrom):
+        return relief.of(base_radius, tip_radius, name, internal=internal)
+    return relief
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from wearlab.gears.errors import GearError
 from wearlab.gears.gear import Gear
 from wearlab.gears.involute import involute
 from wearlab.gears.materials import Material, check_material
-from wearlab.gears.modification import modification
+from wearlab.gears.modification import modification, settled
 from wearlab.gears.specification import GearSpec, RootProfile
 
 BISECTIONS = 60
@@ -98,7 +98,10 @@ def build_ring(
         inertia=inertia,
         assumed=(*assumed, *fillet_flag, *mass_flag),
         modification=modification(
-            spec.tip_relief, spec.root_relief, spec.profile_crowning, spec.profile_slope
+            settled(spec.tip_relief, r_b, r_a, spec.name, internal=True),
+            spec.root_relief,
+            spec.profile_crowning,
+            spec.profile_slope,
         ),
         internal=True,
     )

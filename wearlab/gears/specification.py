@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from wearlab.gears.materials import Material
-from wearlab.gears.modification import Relief
+from wearlab.gears.modification import Relief, ReliefFrom
 
 RootProfile = Literal["trochoid", "radial", "fillet"]
 TipAlteration = Literal["wang-2023"]
@@ -57,7 +57,7 @@ class GearSpec:
     material: Material | None = None
     mass: float | None = None
     inertia: float | None = None
-    tip_relief: Relief | None = None
+    tip_relief: Relief | ReliefFrom | None = None
     root_relief: Relief | None = None
     profile_crowning: float | None = None
     profile_slope: float | None = None

@@ -3,6 +3,7 @@
 import re
 from typing import Annotated, Any, Literal
 
+from annotated_types import Le
 from pydantic import BeforeValidator, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
@@ -14,6 +15,7 @@ def _listed(given: object) -> object:
     return [given] if isinstance(given, str) else given
 
 
+Grade = Annotated[Count, NOT_NEGATIVE, Le(12)]
 Tolerances = Annotated[tuple[Annotated[Depth, NOT_NEGATIVE], ...], BeforeValidator(_listed)]
 """One tolerance or several, each in a direction of its own [m]."""
 
@@ -21,6 +23,12 @@ Tolerances = Annotated[tuple[Annotated[Depth, NOT_NEGATIVE], ...], BeforeValidat
 class MemberErrors(Part):
     """Manufacturing and installation errors of one gear, once and z times per revolution."""
 
+    iso_1328_class: Grade | None = option(
+        None,
+        "accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws their angles",
+        derived="the set's",
+        source="ISO 1328-1:1995",
+    )
     total_composite: Annotated[Depth, NOT_NEGATIVE] = option(
         0.0, "tangential composite deviation F_i′", source="ISO 1328-1, W23 Eq. 28"
     )
@@ -101,6 +109,12 @@ class Errors(Part):
         "averaged",
         "once-per-revolution parts: quadrature over member angles, one drawn angle, or the full period",
         source="wearlab",
+    )
+    iso_1328_class: Grade | None = option(
+        None,
+        "accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws their angles",
+        derived="none",
+        source="ISO 1328-1:1995",
     )
     pinion: MemberErrors | None = option(None, "errors of the pinion", derived="none")
     gear: MemberErrors | None = option(None, "errors of the gear", derived="none")

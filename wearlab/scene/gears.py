@@ -1,6 +1,7 @@
 """``[gears]``: the shape of a pair with external teeth, of a pinion in a ring, or of a planetary set."""
 
 import math
+from difflib import get_close_matches
 from typing import Annotated, Any, ClassVar, Literal
 
 from annotated_types import Ge, Gt, Lt
@@ -15,6 +16,7 @@ from wearlab.options import (
     Count,
     Density,
     Depth,
+    Hardness,
     Inertia,
     Length,
     Mass,
@@ -24,48 +26,108 @@ from wearlab.options import (
     Stored,
     option,
 )
+from wearlab.shop.materials import ALIASES, MATERIALS, known
 
-MATERIALS: dict[str, dict[str, float]] = {
-    "steel": {"youngs_modulus": 206e9, "poisson_ratio": 0.3, "density": 7830.0},
-}
 Iso21771 = "ISO 21771"
 
 
 class Material(Part):
-    """An isotropic elastic material; ``"steel"`` stands for 206 GPa, 0.3, 7830 kg/m³ (L16 Table 1)."""
+    """An isotropic elastic material; a name of the catalogue gives all of it, and options beside it win."""
 
     youngs_modulus: Annotated[Pressure, POSITIVE] = option(..., "Young's modulus E")
     poisson_ratio: Annotated[Number, NOT_NEGATIVE, Lt(0.5)] = option(..., "Poisson's ratio ν")
     density: Annotated[Density, POSITIVE] = option(..., "density ρ")
+    hardness: Annotated[Hardness, POSITIVE] | None = option(
+        None,
+        "hardness of the flanks, such as '60 HRC', '300 HV', '200 HB' or '7 GPa'",
+        derived="what is usual for a named material, for wear laws that ask for it",
+        source="HRC by ASTM E140, HB by ISO 18265",
+    )
+    name: str | None = option(
+        None,
+        "a material of the catalogue, such as '18CrNiMo7-6' or 'POM'",
+        derived="none",
+        source="wearlab.shop.materials",
+        identity=False,
+    )
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """What the catalogue says, and what of it is assumed."""
+        if self.name is None or self.name == "steel":
+            return ()
+        entry = MATERIALS[self.name]
+        lines = [f"{self.name}: constants of {entry.source}"]
+        if entry.hardness is not None and self.hardness == entry.hardness:
+            lines.append(f"{self.name}: hardness {entry.treatment}, assumed")
+        if entry.hardness is None:
+            lines.append(f"{self.name}: constants hold {entry.treatment}")
+        return tuple(lines)
 
 
 def _material(value: object) -> object:
-    """Read ``"steel"`` as its three constants."""
-    if not isinstance(value, str):
+    """Read a name of the catalogue, alone or beside options that differ from it."""
+    name = value if isinstance(value, str) else value.get("name") if isinstance(value, dict) else None
+    if name is None:
         return value
-    if value not in MATERIALS:
-        raise ValueError(
-            f"{value!r} is not a known material: 'steel', or {{youngs_modulus, poisson_ratio, density}}"
-        )
-    return {key: Stored(constant) for key, constant in MATERIALS[value].items()}
+    found = known(name) if isinstance(name, str) else None
+    if found is None:
+        raise PydanticCustomError(
+            "material", "{why}; or give youngs_modulus, poisson_ratio and density",
+            {"why": not_a_name(name)},
+        )  # fmt: skip
+    entry = MATERIALS[found]
+    own = {key: Stored(constant) for key, constant in zip(CONSTANTS, entry[:4], strict=True) if constant}
+    beside = {k: v for k, v in value.items() if k != "name"} if isinstance(value, dict) else {}
+    return {**own, "name": found, **beside}
+
+
+CONSTANTS = ("youngs_modulus", "poisson_ratio", "density", "hardness")
+
+
+def not_a_name(name: object) -> str:
+    """Return that a name is not in the catalogue, and the nearest that is."""
+    near = get_close_matches(str(name), [*MATERIALS, *ALIASES], 1)
+    meant = f", did you mean {near[0]!r}?" if near else ";"
+    return f"{name!r} is not a known material{meant} there are {', '.join(MATERIALS)}"
 
 
 NamedMaterial = Annotated[
-    Material, BeforeValidator(_material, json_schema_input_type=Literal["steel"] | Material)
+    Material, BeforeValidator(_material, json_schema_input_type=Literal[tuple(MATERIALS)] | Material)
 ]
 
 
-STEEL = Material(**{key: Stored(constant) for key, constant in MATERIALS["steel"].items()})
+STEEL = Material(youngs_modulus=Stored(206e9), poisson_ratio=Stored(0.3), density=Stored(7830.0))
 
 
 class Relief(Part):
     """Material removed at one end of the active profile."""
 
+    alternatives: ClassVar[Alternatives] = ((("length",), ("start_diameter",), ("start_roll_angle",)),)
+
     amount: Annotated[Depth, POSITIVE] = option(
         ..., "removed at the end of the active profile, along the normal"
     )
-    length: Annotated[Length, POSITIVE] = option(..., "length of the relief along the path of contact")
+    length: Annotated[Length, POSITIVE] | None = option(
+        None,
+        "length of the relief along the path of contact, from the end of the active profile",
+        derived="from where it starts",
+    )
+    start_diameter: Annotated[Length, POSITIVE] | None = option(
+        None, "diameter at which the relief starts", derived="from length", source="ISO 21771"
+    )
+    start_roll_angle: Annotated[Angle, POSITIVE] | None = option(
+        None, "roll angle at which the relief starts", derived="from length", source="ISO 21771"
+    )
     shape: Literal["linear", "parabolic"] = option("linear", "course of the relief along the path")
+
+    @model_validator(mode="after")
+    def _begins_somewhere(self) -> "Relief":
+        if self.length is None and self.start_diameter is None and self.start_roll_angle is None:
+            raise PydanticCustomError(
+                "relief", "give length along the path, start_diameter or start_roll_angle", {}
+            )
+        return self
 
 
 class Toothed(Part):
@@ -123,7 +185,9 @@ class Toothed(Part):
         None, "mean roughness R_a of the flanks; R_q = 1.25 R_a is assumed", derived="no film thickness ratio"
     )
     tip_relief: Relief | None = option(None, "relief at the tip", derived="no relief")
-    root_relief: Relief | None = option(None, "relief at the root", derived="no relief")
+    root_relief: Relief | None = option(
+        None, "relief at the root, by its length along the path", derived="no relief"
+    )
     profile_crowning: Depth | None = option(
         None,
         "removed at both ends of the active profile, 0 in its middle",
@@ -136,6 +200,16 @@ class Toothed(Part):
         derived="none",
         source="ISO 1328-1 f_Hα",
     )
+
+    @model_validator(mode="after")
+    def _root_by_length(self) -> "Toothed":
+        if self.root_relief is not None and self.root_relief.length is None:
+            raise PydanticCustomError(
+                "relief",
+                "root_relief begins where the mate's tip first touches: give its length along the path",
+                {},
+            )
+        return self
 
     @model_validator(mode="before")
     @classmethod

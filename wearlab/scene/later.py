@@ -3,10 +3,6 @@
 LATER_KEYS: dict[str, dict[str, str]] = {
     "": {},
     "gears": {"helix_angle": "helical gears"},
-    "lubricant": dict.fromkeys(
-        ("kinematic_viscosity_40", "kinematic_viscosity_100", "density", "temperature"),
-        "viscosity at a temperature",
-    ),
 }
 
 LATER_CHOICES: dict[str, dict[str, str]] = {}

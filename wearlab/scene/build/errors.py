@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from wearlab.gears.tolerances import allowed
 from wearlab.mesh.errors import AT_REST, MemberError, MeshError, Realisation, mesh_error, realised
 from wearlab.scene import Scene
 from wearlab.scene.build.sets import GearSet
@@ -17,19 +18,56 @@ def build_errors(scene: Scene, gears: GearSet) -> list[MeshError]:
     errors = scene.errors
     if errors is None:
         return [mesh_error(())]
-    members = tuple(_member(scene, name, gears.gears[name].teeth) for name in gears.members)
+    members = tuple(_member(scene, gears, name) for name in gears.members)
     return [mesh_error(members, _harmonics(scene, gears.mesh_names[0]), errors.seed)]
 
 
-def _member(scene: Scene, name: str, teeth: int) -> MemberError:
-    """Return the errors that the file gives a toothed member."""
+def _member(scene: Scene, gears: GearSet, name: str) -> MemberError:
+    """Return the errors that the file gives a toothed member, or that its ISO 1328 class allows."""
+    gear = gears.gears[name]
+    teeth = gear.teeth
     given: Any = scene.errors.members.get(name) if scene.errors is not None else None
     eccentricity = getattr(getattr(scene.gears, name), "eccentricity", None) or 0.0
+    grade = iso_1328_class(scene, name)
+    total = tooth = 0.0
+    if grade is not None:
+        ratio = min(
+            one.pair.contact_ratio for one in gears.kinds if gear.name in {g.name for g in one.pair.gears}
+        )
+        *_, tooth, total = allowed(grade, gear.module, 2.0 * gear.reference_radius, ratio)
     if given is None:
-        return MemberError(teeth, eccentricity=eccentricity)
+        return MemberError(teeth, total, tooth, eccentricity=eccentricity)
+    said = given.model_fields_set
     return MemberError(
-        teeth, given.total_composite, given.tooth_composite, tuple(given.installation), eccentricity
+        teeth,
+        given.total_composite if "total_composite" in said else total,
+        given.tooth_composite if "tooth_composite" in said else tooth,
+        tuple(given.installation),
+        eccentricity,
     )
+
+
+def iso_1328_class(scene: Scene, name: str) -> int | None:
+    """Return the accuracy class of a toothed member, None without one."""
+    if scene.errors is None:
+        return None
+    own = getattr(scene.errors.members.get(name), "iso_1328_class", None)
+    return scene.errors.iso_1328_class if own is None else own
+
+
+def class_flags(scene: Scene, gears: GearSet) -> tuple[str, ...]:
+    """Return what each member's ISO 1328 class allows it, in words."""
+    lines = []
+    for name in gears.gears:
+        grade = iso_1328_class(scene, name)
+        if grade is not None:
+            error = _member(scene, gears, name)
+            lines.append(
+                f"{name}: ISO 1328-1:1995 class {grade}: F_i′ = {1e6 * error.total_composite:.3g} µm, "
+                f"f_i′ = {1e6 * error.tooth_composite:.3g} µm, all that is allowed, "
+                "at angles drawn by errors.seed"
+            )
+    return tuple(lines)
 
 
 def _harmonics(scene: Scene, mesh: str) -> tuple[tuple[int, float, float], ...]:
@@ -51,9 +89,9 @@ def _of_planetary(scene: Scene, gears: GearSet) -> list[MeshError]:
     errors: Any = scene.errors
     random = np.random.default_rng(0 if errors is None else errors.seed)
     angles = np.asarray(built.planet_angles)
-    sun = realised(_member(scene, "sun", built.sun.teeth), random)
-    planets = [realised(_member(scene, "planet", built.planet.teeth), random) for _ in angles]
-    ring = realised(_member(scene, "ring", built.ring.teeth), random)
+    sun = realised(_member(scene, gears, "sun"), random)
+    planets = [realised(_member(scene, gears, "planet"), random) for _ in angles]
+    ring = realised(_member(scene, gears, "ring"), random)
     pins = _pins(scene, angles, random)
     found = []
     for mesh, name in enumerate(gears.mesh_names):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from wearlab.gears.external import external_pair
 from wearlab.gears.internal import internal_pair
 from wearlab.gears.materials import Material
-from wearlab.gears.modification import Relief
+from wearlab.gears.modification import Relief, ReliefFrom
 from wearlab.gears.pair import GearPair
 from wearlab.gears.planetary import Carrier, PlanetarySet, planetary_set
 from wearlab.gears.specification import GearSpec
@@ -101,9 +101,14 @@ def material(given: Any) -> Material:
     return Material(given.youngs_modulus, given.poisson_ratio, given.density)
 
 
-def relief(given: Any) -> Relief | None:
-    """Return a relief, None when there is none."""
-    return None if given is None else Relief(amount=given.amount, length=given.length, shape=given.shape)
+def relief(given: Any) -> Any:
+    """Return a relief by its length or by where it starts, None when there is none."""
+    if given is None:
+        return None
+    if given.length is not None:
+        return Relief(given.amount, given.length, given.shape)
+    radius = None if given.start_diameter is None else 0.5 * given.start_diameter
+    return ReliefFrom(given.amount, radius, given.start_roll_angle, given.shape)
 
 
 def modifications(pair: GearPair, position: Array) -> Array:

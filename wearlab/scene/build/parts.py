@@ -15,6 +15,7 @@ from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.profile import Lookup
 from wearlab.scene import Scene
 from wearlab.scene.build.contact import contact_flags
+from wearlab.scene.build.errors import class_flags
 from wearlab.scene.build.gears import foundation_flags, modifications
 from wearlab.scene.build.mesh import build_analyses, build_meshes
 from wearlab.scene.build.sets import GearSet, build_set
@@ -188,4 +189,9 @@ def _validity(scene: Scene, gears: GearSet, analyses: Sequence[ContactAnalysis])
     given = [] if scene.wear is None else [scene.wear.initial_of(flank) for flank in gears.flanks]
     if any(flank is not None and flank.sides == "both" for flank in given):
         flags.append("initial wear of back flanks is not part of the back contact")
-    return tuple(flags)
+    flags += class_flags(scene, gears)
+    if scene.lubricant is not None:
+        flags += scene.lubricant.told
+    materials = [scene.gears.material, *(gear.material for gear in scene.gears.gears().values())]
+    flags += [line for material in materials if material is not None for line in material.told]
+    return tuple(dict.fromkeys(flags))

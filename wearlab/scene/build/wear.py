@@ -33,6 +33,7 @@ def build_film(scene: Scene, pair: GearPair) -> Film | None:
     if scene.lubricant is None or roughness is None:
         return None
     oil = scene.lubricant
+    assert oil.viscosity is not None and oil.pressure_viscosity is not None  # given, or of its grade
     return Film(oil.viscosity, oil.pressure_viscosity, composite_rq(roughness))
 
 

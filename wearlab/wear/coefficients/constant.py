@@ -14,7 +14,10 @@ class ConstantCoefficient(CoefficientModel):
 
     model: Literal["constant"] = option(..., "constant coefficient", source="Archard 1953")
     value: Annotated[WearCoefficient, NOT_NEGATIVE] = option(
-        ..., "k of Archard's law dh = k p ds", source="L16 Eq. 19"
+        ...,
+        "k of Archard's law dh = k p ds: volume worn per force and sliding distance, "
+        "1 mm^3/(N*m) = 1e-9 m^2/N; what catalogues and tribometers print in mm^3/(N*m) is this k",
+        source="L16 Eq. 19",
     )
 
     def build(self, setting: Setting) -> PowerOfLoad:

@@ -1,0 +1,42 @@
+"""Hardness numbers against the tables they are read from."""
+
+import pytest
+
+from wearlab.shop.hardness import (
+    KGF_PER_MM2,
+    HardnessError,
+    pressure_of,
+    rockwell_of_vickers,
+    vickers_of_rockwell,
+)
+from wearlab.units import UnitError, quantity
+
+
+@pytest.mark.parametrize("hrc, hv", [(20, 238), (40, 392), (60, 697), (62, 746), (68, 940), (60.5, 708.5)])
+def test_rockwell_by_astm_e140(hrc, hv):
+    assert vickers_of_rockwell(hrc) == pytest.approx(hv)
+    assert rockwell_of_vickers(hv) == pytest.approx(hrc)
+
+
+@pytest.mark.parametrize("hb, hv", [(190, 200), (285, 300), (380, 400)])
+def test_brinell_by_iso_18265(hb, hv):
+    assert pressure_of(hb, "HB") == pytest.approx(KGF_PER_MM2 * hv, rel=1e-9)
+
+
+def test_numbers_are_quantities_of_hardness():
+    assert quantity("700 HV 10", "hardness") == pytest.approx(6.864655e9)
+    assert quantity("60 HRC", "hardness") == pytest.approx(6.835235e9)
+    assert quantity("7 GPa", "hardness") == 7e9
+
+
+@pytest.mark.parametrize("text", ["72 HRC", "19 HRC", "700 HB"])
+def test_outside_the_table_is_refused_with_its_range(text):
+    with pytest.raises(UnitError, match=r"is outside .* the range of (ASTM E140|ISO 18265).*give HV"):
+        quantity(text, "hardness")
+
+
+def test_no_hardness_but_where_hardness_is_meant():
+    with pytest.raises(UnitError, match="HRC"):
+        quantity("60 HRC", "pressure")
+    with pytest.raises(HardnessError):
+        rockwell_of_vickers(1000.0)
