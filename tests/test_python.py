@@ -111,3 +111,23 @@ def test_the_bar_of_notebooks():
         bar.advance(Outcome("b", "done", "now", 1.0, "{}"))
     assert shown[0] == "<span>compiling &lt;it&gt;</span>"
     assert 'value="2" max="2"' in shown[-1] and "2 of 2 cases" in shown[-1] and "1 failed" in shown[-1]
+
+
+def test_scatter_and_parallel_coordinates_show_what_the_grid_has(report):
+    from types import SimpleNamespace
+
+    from wearlab.figures.ask import read
+    from wearlab.figures.drawing import plotted
+
+    grid = report.to_xarray()
+    last = 1e6 * grid.max_wear_depth.isel(update=-1)
+    spec = SimpleNamespace(kind="scatter", y="max_wear_depth", x="torque")
+    (panel,) = plotted(grid, read(spec, 1, None))[0].panels
+    for curve, flank in zip(panel.curves, ("pinion", "gear"), strict=True):
+        assert curve.x.tolist() == [200.0, 300.0]
+        assert curve.y == pytest.approx(last.sel(flank=flank).values)
+    spec = SimpleNamespace(kind="parallel-coordinates", y="max_wear_depth")
+    (panel,) = plotted(grid, read(spec, 1, None))[0].panels
+    assert sorted(curve.y.tolist() for curve in panel.curves) == [[0.0, 0.0], [1.0, 1.0]]
+    assert [mark.text.split("\n")[0] for mark in panel.marks] == ["torque", "largest wear depth"]
+    assert panel.marks[0].text.endswith("200 … 300 N·m") and panel.marks[1].text.endswith("µm")

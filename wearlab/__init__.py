@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from wearlab.campaign import CampaignError as CampaignError
     from wearlab.campaign import load as load
     from wearlab.comparison import compare as compare
+    from wearlab.comparison import sobol_indices as sobol_indices
     from wearlab.figures import FigureError as FigureError
     from wearlab.figures import figure as figure
     from wearlab.query import QueryError as QueryError
@@ -40,10 +41,11 @@ HOMES = {
     "open": "wearlab.store:open_store",
     "run": "wearlab.runner",
     "simulate": "wearlab.simulation",
+    "sobol_indices": "wearlab.comparison",
 }
 __all__ = [
     *("Campaign", "CampaignError", "FigureError", "QueryError", "Scene", "SceneError", "Store", "StoreError"),
-    *("compare", "figure", "load", "open", "run", "simulate"),
+    *("compare", "figure", "load", "open", "run", "simulate", "sobol_indices"),
 ]
 
 

@@ -109,3 +109,52 @@ def test_wrong_samples_are_refused(change, said):
     assert said in refused(
         {"a.b": {"uniform": [1, 2]}, "sample": {"method": "random", "n": 2, "seed": 0} | change}
     )
+
+
+def test_correlated_inputs_have_the_rank_correlation_asked_for_and_keep_their_distributions():
+    """A Gaussian copula: Spearman's ρ as asked, every margin as without it."""
+    from scipy.stats import kstest, spearmanr
+
+    keys = list(BLOCK)
+    sample = {"method": "sobol", "n": 4096, "seed": 7}
+    pairs = [[keys[0], keys[1], -0.7], [keys[1], keys[2], 0.5]]
+    (axis,) = read_axes([{**BLOCK, "sample": {**sample, "correlation": pairs}}])
+    torque, factor, error = columns(axis)
+    assert spearmanr(torque, factor).statistic == pytest.approx(-0.7, abs=0.01)
+    assert spearmanr(factor, error).statistic == pytest.approx(0.5, abs=0.01)
+    assert spearmanr(torque, error).statistic == pytest.approx(0.0, abs=0.02)
+    assert kstest(torque, "norm", args=(340.0, 10.0)).pvalue > 0.5
+    assert kstest(error, "uniform", args=(5.0, 20.0)).pvalue > 0.5
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ([["operation.torque", "wear.coefficient.factor", 1.0]], "with ρ within −1 and 1"),
+        ([["operation.torque", "operation.speed", 0.5]], "'operation.speed' is not drawn here"),
+        ([["operation.torque", "operation.torque", 0.5]], "stands beside itself"),
+        ("operation.torque", "is no list of"),
+        ([[*pair, rho] for pair, rho in zip([list(BLOCK)[:2], list(BLOCK)[1:], list(BLOCK)[::2]],
+                                            [0.95, 0.95, -0.95], strict=True)], "contradict each other"),
+    ],
+)  # fmt: skip
+def test_correlations_that_cannot_be(given, told):
+    sample = {"method": "sobol", "n": 8, "seed": 7, "correlation": given}
+    assert told in refused({**BLOCK, "sample": sample})
+
+
+def test_the_design_of_sobol_indices_is_pairs_of_points_with_one_input_swapped_at_a_time():
+    axis = sampled("sobol-indices", 8)
+    assert (axis.name, axis.values) == ("sample", tuple(range(8 * 5)))
+    names = ("torque", "factor", "total_composite")
+    rows = list(zip(*(axis.coordinates[name].values for name in names), strict=True))
+    for a, b, *mixed in (rows[i : i + 5] for i in range(0, 40, 5)):
+        for j, one in enumerate(mixed):
+            assert one == (*a[:j], b[j], *a[j + 1 :])
+    longer = sampled("sobol-indices", 16)
+    assert longer.coordinates["torque"].values[:40] == axis.coordinates["torque"].values  # it can be extended
+    correlated = {"method": "sobol-indices", "n": 8, "seed": 1, "correlation": [[*list(BLOCK)[:2], 0.5]]}
+    assert "independent inputs" in refused({**BLOCK, "sample": correlated})
+    assert "pairs of points" in refused(
+        {**BLOCK, "sample": {"method": "sobol-indices", "n": 99_999, "seed": 1}}
+    )

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from wearlab.campaign.distributions import DISTRIBUTIONS, is_distribution, read_distribution
 from wearlab.campaign.errors import CampaignError
-from wearlab.campaign.sampling import draw, read_sample
+from wearlab.campaign.sampling import INDICES, Sample, draw, read_sample
 from wearlab.scene.problems import shown
 from wearlab.schema import DIMENSIONS, VARIABLES
 from wearlab.units import UnitError, convert, is_quantity, split
@@ -112,6 +112,8 @@ def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
         listed = ", ".join(f"{key} has {n}" for key, n in lengths.items())
         raise CampaignError([f"{where}: keys of one block advance together, but {listed} values"])
     first = next(iter(written))
+    if "sample" in block and block["sample"]["method"] == INDICES:
+        return _design(block, written, where, taken)
     name = _name(block.get("name"), first, where, taken)
     labels = _labels(block.get("labels"), len(written[first]), where)
     if labels is not None:
@@ -121,6 +123,14 @@ def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
     if len(set(along.values)) < len(along.values):
         raise CampaignError([f"{where}.{first}: a value stands twice in {shown(list(along.values))}"])
     return Axis(name, along.values, along.units, first, _others(written, name, taken, where), written)
+
+
+def _design(block: dict[str, Any], written: dict[str, tuple[Any, ...]], where: str, taken: set[str]) -> Axis:
+    """Return the axis of a design whose values stand several times: its runs are numbered."""
+    name = _name(block.get("name", "sample"), INDICES, where, taken)
+    count = len(next(iter(written.values())))
+    beside = _others({INDICES: (), **written}, name, taken, where)
+    return Axis(name, tuple(range(count)), None, INDICES, beside, written)
 
 
 def flat(table: dict[str, Any], above: str = "") -> dict[str, Any]:
@@ -145,8 +155,15 @@ def _sampled(sample: Any, keys: dict[str, Any], where: str) -> dict[str, tuple[A
         first, value = next(iter(keys.items()))
         known = ", ".join(DISTRIBUTIONS)
         raise CampaignError([f"{where}.{first}: {shown(value)} is no distribution ({known}) to draw from"])
-    values = draw(read_sample(sample, where, MOST_CASES), drawn)
+    values = draw(_bounded(sample, len(drawn), where), drawn, where)
     return {key: values.get(key) or _values(value, f"{where}.{key}") for key, value in keys.items()}
+
+
+def _bounded(given: Any, width: int, where: str) -> Sample:
+    sample = read_sample(given, where, MOST_CASES)
+    if sample.method == INDICES and (count := sample.n * (width + 2)) > MOST_CASES:
+        raise CampaignError([f"{where}.sample.n: {sample.n} pairs of points are {too_many(count)}"])
+    return sample
 
 
 def _values(value: Any, where: str) -> tuple[Any, ...]:

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 FORMATS = ("png", "svg", "pdf")
 MOST_NAMED = 8
 
+OVER_SWEEPS = ("line", "scatter")
+
 
 def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -> list[Path]:
     """Draw one file for every ``[[figure]]`` of a campaign, named by its number and kind.
@@ -223,9 +225,9 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
             'which this kind shows; kind = "line" draws it'
         )
     axes = along_axes(grid)
-    if ask.x in axes and kind.name != "line":
+    if ask.x in axes and kind.name not in OVER_SWEEPS:
         raise FigureError(
-            f'{ask.name}: x = {ask.x!r} is a sweep, which kind = "line" draws over; '
+            f'{ask.name}: x = {ask.x!r} is a sweep, which kind = "line" or "scatter" draws over; '
             f"here it may be hue, rows or cols"
         )
     needed = [*(kind.needs if not ask.y else [n for n in kind.needs if n in grid.coords]), *ask.y[:1]]

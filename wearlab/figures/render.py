@@ -236,7 +236,7 @@ def _panels(figure: Figure, plot: Plot) -> None:
     for (row, column), ax in axes.items():
         lowest = (row + 1, column) not in axes or not one_x
         leftmost = plot.share_y == "none" or (row, column - 1) not in axes
-        ax.tick_params(labelbottom=lowest, labelleft=leftmost)
+        ax.tick_params(labelbottom=lowest and bool(places[row, column].x_label), labelleft=leftmost)
         ax.set_xlabel(places[row, column].x_label if row == bottom or not one_x else "")
         ax.set_ylabel(textwrap.fill(places[row, column].y_label, room) if leftmost else "")
         _limits(ax, plot)

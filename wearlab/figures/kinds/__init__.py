@@ -11,6 +11,7 @@ from wearlab.figures.kinds.modes import NATURAL_MODES
 from wearlab.figures.kinds.orbit import PHASE_PLANE
 from wearlab.figures.kinds.pair import LOAD_SHARE, PAIR_FORCE
 from wearlab.figures.kinds.path import ALONG_PATH, WEAR_PROFILE
+from wearlab.figures.kinds.scatter import PARALLEL, SCATTER
 from wearlab.figures.kinds.sensitivity import SENSITIVITY
 from wearlab.figures.kinds.speed import BIFURCATION, POINCARE, RESPONSE_CURVE, WATERFALL
 
@@ -21,5 +22,6 @@ KINDS: dict[str, Kind] = {
         *(MESH_FORCE, PAIR_FORCE, EQUIVALENT_LOAD, DYNAMIC_FACTOR, DTE_HARMONICS, PHASE_PLANE, NATURAL_MODES),
         *(RESPONSE_CURVE, BIFURCATION, POINCARE, WATERFALL),
         *(WEAR_PROFILE, MAX_WEAR, ALONG_PATH, SENSITIVITY, HISTOGRAM, PROBABILITY, QUANTILE_BANDS, LINE),
+        *(SCATTER, PARALLEL),
     )
 }
