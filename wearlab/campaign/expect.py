@@ -13,7 +13,7 @@ from wearlab.units import UnitError, convert, is_quantity, split
 
 VERDICTS = (
     *("completed", "refused", "failed", "aperiodic"),
-    *("coexisting", "non-unique", "unstable", "stopped"),
+    *("coexisting", "non-unique", "not attracting within the margin", "unstable", "stopped"),
 )
 WITHOUT_DATA = ("refused", "failed")
 WORDS = ("verdict", "response_period", "end_reason")

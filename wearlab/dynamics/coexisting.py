@@ -26,8 +26,6 @@ DISTINCT = 1e-2
 """Distance of two orbits, over the mean deflection, from which they are two."""
 RELEASES = ((-1.0, True), (-2.0, True), (-1.0, False), (2.0, False), (-8.0, True), (3.0, True))
 """Approach of the flanks at release over the mean deflection; of all coordinates, or of one alone."""
-LONG = 3
-"""Transients that a march may take once more before it counts as aperiodic: chaos may be passing, too."""
 MOST_STEPS = 30_000_000
 """Bound on the integration steps of all searches in one condition of operation: some ten seconds."""
 
@@ -152,7 +150,7 @@ def _falls_back(shooting: Shooting, state: Array, home: _Home, most: int) -> boo
 
 def _attractor(shooting: Shooting, state: Array, home: _Home, method: Periodic) -> Response | None:
     """Return the attractor that a march from ``state`` reaches, None when it is the one known."""
-    for transient in (method.transient, LONG * method.transient):
+    for transient in method.transients(shooting):
         if _falls_back(shooting, state, home, transient):
             return None
         strobe, path = shooting.march(state, max(method.averaged, 2 * method.longest), method.averaged)

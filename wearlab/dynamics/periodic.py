@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.response import Response, Verdict
 from wearlab.dynamics.shooting import Orbit, Shooting
+from wearlab.dynamics.steps import slowest_decay
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
 from wearlab.dynamics.touching import halved, touching_orbit
@@ -20,6 +21,11 @@ CLEAR = 0.02
 
 CANDIDATES = 3
 """Periods shot at, of those a march shows: what comes back after m mesh periods does after 2m and 3m too."""
+
+MOST_MARCHED, MOST_MARCHED_DENSE = 3_000_000, 150_000
+"""Steps of the longest march, of systems in registers and of larger ones: about a second or two."""
+REMEMBERED = 1e-6
+"""Share of a motion that is left when it has died out."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +109,7 @@ class Periodic:
         """March until a period shows, shoot on it; otherwise return the aperiodic response."""
         state = np.zeros(shooting.rows) if start is None else start.end.copy()
         settled = start is not None and start.period == 0
-        for count in (self.transient // 5,) if settled else (self.transient, 3 * self.transient):
+        for count in (self.transient // 5,) if settled else self.transients(shooting):
             shooting.march(state, count)
             strobe, orbit = shooting.march(state, max(self.averaged, 2 * self.longest), self.averaged)
             for m in islice(periods_of(strobe, self.longest, shooting.rate), CANDIDATES):
@@ -112,17 +118,47 @@ class Periodic:
                     orbit_m = shooting.family(strobe[-1])
                 if orbit_m is not None and orbit_m.largest <= 1.0 + self.margin:
                     return self._respond(shooting, orbit_m)
+            # A motion that dies out slowly shows no period; it may be on its way to an orbit that attracts.
+            simple = shooting.shoot(1, strobe[-1].copy(), most=12)
+            if simple is not None and simple.largest < 1.0 - self.margin:
+                return self._respond(shooting, simple)
         if found is not None and found.largest <= 1.0 + self.margin:
             return self._respond(shooting, found)
         spread = float(np.ptp(strobe[:, : shooting.rows // 2], axis=0).max())
         size = float(np.abs(strobe[:, : shooting.rows // 2]).max()) or 1.0
         return shooting.aperiodic(orbit, spread / size)
 
+    def transients(self, shooting: Shooting) -> list[int]:
+        """Return the mesh periods to march between looks for a period, until a motion has died out.
+
+        One transient, three more, and as many again as the damping asks for, in two pieces: a motion that
+        dies out by e every thousand periods is not aperiodic because it has not settled after two thousand.
+        """
+        known = [self.transient, 3 * self.transient]
+        most = MOST_MARCHED if in_registers(shooting.system) else MOST_MARCHED_DENSE
+        wanted = min(
+            settling_periods(shooting.system, shooting.tables, shooting.period), most / shooting.steps
+        )
+        left = int(wanted) - sum(known)
+        return known if left <= 0 else [*known, -(-left // 3), 2 * -(-left // 3)]
+
     def _respond(self, shooting: Shooting, found: "Orbit") -> Response:
         unique = found.unique and (shooting.loaded or shooting.grounded)
         verdict = Verdict(True, found.largest < 1.0 - self.margin, unique, True)
         kept = None if in_registers(shooting.system) else found.derivative
         return shooting.response(found.periods, found.state, found.multipliers, verdict, found.residual, kept)
+
+
+def settling_periods(system: System, tables: StageTables, period: float) -> float:
+    """Return the mesh periods in which the slowest free motion of touching meshes dies out, inf undamped.
+
+    Parameters
+    ----------
+    system, tables, period : as for `Periodic.solve`; the mean mesh stiffness counts
+    """
+    stiffness = np.einsum("s,ij,sjmp->m", tables.width, np.array([[1.0, 4.0, 1.0]]) / 6.0, tables.stiffness)
+    slowest = slowest_decay(system, stiffness / tables.width.sum())
+    return float(-np.log(REMEMBERED) / (slowest * period)) if slowest > 0.0 else np.inf
 
 
 def periods_of(strobe: Array, longest: int, rate: float) -> Iterable[int]:

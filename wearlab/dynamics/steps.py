@@ -9,6 +9,8 @@ from wearlab.dynamics.system import System
 
 Array = NDArray[np.float64]
 
+RIGID = 1e-5
+"""Size of the eigenvalues of a free rotation, over the largest."""
 STABLE = 1.0
 ERROR_CONSTANT = 0.06
 FLOOR = 6.0
@@ -28,10 +30,29 @@ def fastest_rate(system: System, mesh_stiffness: Array | float) -> float:
     system : the one form
     mesh_stiffness : stiffness of every mesh, (n_mesh,) or one value, the largest of a period [N/m]
     """
+    return float(np.abs(_eigenvalues(system, mesh_stiffness)).max())
+
+
+def slowest_decay(system: System, mesh_stiffness: Array | float) -> float:
+    """Return the rate at which the most lightly damped vibration decays, all meshes in contact [1/s].
+
+    Free rotations, which do not vibrate, are left out.
+
+    Parameters
+    ----------
+    system, mesh_stiffness : as for `fastest_rate`
+    """
+    found = _eigenvalues(system, mesh_stiffness)
+    vibrating = found[np.abs(found) > RIGID * np.abs(found).max()]
+    return max(0.0, float((-vibrating.real).min()))
+
+
+def _eigenvalues(system: System, mesh_stiffness: Array | float) -> NDArray[np.complex128]:
+    """Return the eigenvalues of the equation of motion, (2n,) [1/s]."""
     stiffness, damping = _normalised(system, mesh_stiffness)
     n = len(stiffness)
     companion = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
-    return float(np.abs(np.linalg.eigvals(companion)).max())
+    return np.asarray(np.linalg.eigvals(companion), np.complex128)
 
 
 def _normalised(system: System, mesh_stiffness: Array | float) -> tuple[Array, Array]:

@@ -1,6 +1,6 @@
 """The wear rate averaged over mesh periods, meshes and error angles, and how far it scatters."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from wearlab.wear.law import PreparedLaw, wear_rate
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 BLOCK = 20
 """Mesh periods of an aperiodic response that are averaged before their scatter counts as independent."""
@@ -31,28 +32,22 @@ def averaged_rate(law: PreparedLaw, weight: Array, tooth_force: Array, depth: Ar
     return np.einsum("r,rfn->fn", weight, rates)
 
 
-def scatter(law: PreparedLaw, tooth_force: Array, depth: Array, meshes: int, periods: Sequence[int]) -> float:
+def scatter(rate_of: Callable[[Index], Array], meshes: int, periods: Sequence[int]) -> float:
     """Return the standard error of the averaged rate, largest over the nodes, from blocks of mesh periods.
 
     Parameters
     ----------
-    law : the wear law
-    tooth_force : (n_rows, n) of every response in turn, of its meshes, of their mesh periods [N]
-    depth : (2, n) wear so far [m]
+    rate_of : the rate (2, n) that some of the rows make by themselves [m per cycle]; rows are those of every
+        response in turn, of its meshes, of their mesh periods
     meshes : meshes of the kind
     periods : mesh periods of each response
     """
     found, first = 0.0, 0
     for count in periods:
-        rows = tooth_force[first : first + meshes * count]
-        if count >= 2 * BLOCK and len(rows):
-            found = max(found, _scatter(law, rows, depth, meshes, count // BLOCK))
+        blocks = count // BLOCK
+        if blocks >= 2:
+            row = first + count * np.arange(meshes)[:, None] + np.arange(BLOCK)
+            means = np.stack([rate_of((row + BLOCK * block).ravel()) for block in range(blocks)])
+            found = max(found, float(means.std(axis=0, ddof=1).max() / np.sqrt(blocks)))
         first += meshes * count
     return found
-
-
-def _scatter(law: PreparedLaw, tooth_force: Array, depth: Array, meshes: int, blocks: int) -> float:
-    rates = np.stack([wear_rate(law, force, depth) for force in tooth_force])
-    rates = rates.reshape(meshes, -1, *rates.shape[1:]).mean(axis=0)
-    means = rates[: blocks * BLOCK].reshape(blocks, BLOCK, *rates.shape[1:]).mean(axis=1)
-    return float(means.std(axis=0, ddof=1).max() / np.sqrt(blocks))

@@ -4,6 +4,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -229,7 +230,8 @@ class Coupling(Coupled):
             tooth_force = wearing_force(self.load, one, state, force)
             rate = None if kind.law is None else averaged_rate(kind.law, force.weight, tooth_force, depth)
             if kind.law is not None and any(response.period == 0 for response in responses):
-                noises.append(scatter(kind.law, tooth_force, depth, len(kind.meshes), force.periods))
+                rate_of = partial(self._rate_of, kind.law, one, state, force, depth)
+                noises.append(scatter(rate_of, len(kind.meshes), force.periods))
             states.append(
                 KindState(depth, one.nodes, state, one.series, force.weight, force.elastic, tooth_force, rate)
             )
@@ -260,6 +262,20 @@ class Coupling(Coupled):
         if self.vibration is None:
             return Touching(kind.analysis, nodes, None)
         return Touching(kind.analysis, nodes, self.vibration.excitation.prepare(kind.analysis, nodes))
+
+    def _rate_of(
+        self,
+        law: PreparedLaw,
+        one: Touching,
+        static: Quasistatic,
+        force: Forces,
+        depth: Array,
+        rows: NDArray[np.int64],
+    ) -> Array:
+        """Return the wear rate of some of the rows by themselves, (2, n) [m per cycle]."""
+        weight = force.weight[rows] / force.weight[rows].sum()
+        some = Forces(weight, force.elastic[rows], force.pair[rows])
+        return averaged_rate(law, weight, wearing_force(self.load, one, static, some), depth)
 
     def _spent(self, stage: str, since: float) -> float:
         now = time.perf_counter()

@@ -20,6 +20,9 @@ Array = NDArray[np.float64]
 Values = dict[str, Any]
 
 ENDS_AS_ASKED = ("cycles", "depth")
+BARELY = "not attracting within the margin"
+BEYOND = 1e-6
+"""Distance from 1 from which the largest multiplier says that motions come back, however slowly."""
 INSTEAD = (
     'go on from this run with [start], let the static force wear (wear.load = "static"), or ask for '
     "less with numerics.tolerance"
@@ -124,10 +127,12 @@ def verdict(lived: History, searches: Sequence[Search] = ()) -> str:
         ("not converged", lambda v: not v.converged),
         ("aperiodic", lambda v: not v.periodic),
         ("non-unique", lambda v: not v.unique),
-        ("unstable", lambda v: v.attracting is False),
     ):
         if any(holds(response.verdict) for response in responses):
             return word
+    largest = [abs(one.multipliers[0]) for one in responses if one.verdict.attracting is False]
+    if largest:
+        return "unstable" if max(largest) >= 1.0 - BEYOND else BARELY
     return "coexisting" if any(one.rival is not None for one in searches) else "completed"
 
 
