@@ -1,8 +1,10 @@
 """Accelerations of a response at any instant, from the equation of motion."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
+from numpy.polynomial import Legendre
 from numpy.typing import NDArray
 
 from wearlab.dynamics.response import Response, accelerations, coordinates_at, step_of
@@ -10,8 +12,8 @@ from wearlab.mesh.stages import StageGrid
 
 Array = NDArray[np.float64]
 
-LOBATTO = np.array([0.0, 0.5 - 0.1 * 5**0.5, 0.5 + 0.1 * 5**0.5, 1.0])
-LOBATTO_WEIGHTS = np.array([1.0, 5.0, 5.0, 1.0]) / 12.0
+NODES = 4
+"""Nodes within a step, its ends among them."""
 
 
 def mesh_acceleration_at(
@@ -48,11 +50,25 @@ def mesh_acceleration_at(
     return np.ascontiguousarray(found.transpose(0, 2, 1))
 
 
-def within_steps(grid: StageGrid) -> tuple[Array, NDArray[np.int64], Array]:
+def within_steps(grid: StageGrid, nodes: int = NODES) -> tuple[Array, NDArray[np.int64], Array]:
     """Return phases within and at both ends of all steps, their segments, and weights of a mean over them.
 
-    Lobatto's rule of four nodes, of sixth order on each smooth segment: (4 n_steps,) each.
+    Lobatto's rule, of order ``2 nodes − 2`` on each smooth segment: (nodes · n_steps,) each. A wave that
+    turns by θ within a step takes some θ/2 nodes beside the first few.
     """
-    phase = grid.start[:, None] + grid.width[:, None] * LOBATTO
-    weight = grid.width[:, None] * LOBATTO_WEIGHTS
-    return phase.ravel(), np.repeat(grid.segment, len(LOBATTO)), weight.ravel() / weight.sum()
+    place, share = lobatto(nodes)
+    phase = grid.start[:, None] + grid.width[:, None] * place
+    weight = grid.width[:, None] * share
+    return phase.ravel(), np.repeat(grid.segment, nodes), weight.ravel() / weight.sum()
+
+
+@cache
+def lobatto(nodes: int) -> tuple[Array, Array]:
+    """Return the nodes of Lobatto's rule on [0, 1] and their weights, (nodes,) each.
+
+    Ends, and between them the extremes of the Legendre polynomial P of degree ``n − 1``; weights
+    ``1/(n (n − 1) P²)``.
+    """
+    polynomial = Legendre.basis(nodes - 1)
+    place = np.concatenate([[-1.0], np.sort(polynomial.deriv().roots().real), [1.0]])
+    return 0.5 + 0.5 * place, 1.0 / (nodes * (nodes - 1) * polynomial(place) ** 2)

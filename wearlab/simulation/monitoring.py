@@ -4,16 +4,19 @@ The signal is the relative acceleration of both bodies along the line of action 
 every mesh period are the mesh harmonics; all the rest, between them, are sidebands: slow errors that turn
 with their members (``errors.slow = "hunting"``), subharmonic and aperiodic responses. A sensor on the ring
 would also see planets pass; the signal of one mesh, in the carrier's frame, does not.
+
+A spectrum ends where its steps do: the acceleration of the equation of motion and the second derivative of
+the path are one as far as the steps carry them, and lines from which on they differ are left out.
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.acceleration import mesh_acceleration_at, within_steps
-from wearlab.dynamics.response import Response, deflection_at
+from wearlab.dynamics.acceleration import NODES, mesh_acceleration_at, within_steps
+from wearlab.dynamics.response import Response, deflection_at, step_of
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration, hunting_grid
 from wearlab.mesh.stages import StageGrid
@@ -27,6 +30,12 @@ Read = Callable[[Response, StageGrid, Array, NDArray[np.int64]], Array]
 HARMONICS, LINES = 40, 200
 """Mesh orders that a spectrum covers at least, and lines that it has at least."""
 ACCELERATION, DEFLECTION = "mesh_acceleration", "mesh_deflection"
+BAND = 10.0
+"""Mesh orders that are looked at together for whether the steps carry them."""
+APART = 0.1
+"""Difference of the two spectra, over their size in a band, beyond which it is not carried."""
+ROUNDED = 1e-12
+"""Round-off of a path, over its range."""
 STATISTICS = {
     "rms": lambda a, w: np.sqrt(_mean(a**2, w)),
     "peak_to_peak": lambda a, w: np.ptp(a, axis=(0, 2)),
@@ -59,23 +68,87 @@ def _periods(vibration: Vibration, response: Response) -> int:
 def _of_response(
     parts: Parts, vibration: Vibration, response: Response, names: Iterable[str], lines: Array
 ) -> Values:
-    phase, segment, weight = within_steps(vibration.stages.grid)
+    phase, segment, weight = _nodes(vibration, lines)
     values: Values = {}
     acceleration = _signal(vibration, response, phase, segment, mesh_acceleration_at)
+    spectra = [name for name in names if name.endswith("_orders")]
+    beyond = lines >= carried_order(vibration, response, lines) if spectra else np.zeros(len(lines), bool)
     for name in names:
         what = name.removeprefix(f"{ACCELERATION}_")
         if name == ACCELERATION:
             when = vibration.look(parts.phase)
             stored = _signal(vibration, response, when.phase, when.segment, mesh_acceleration_at)
             values[name] = stored.transpose(1, 0, 2)
-        elif name == f"{DEFLECTION}_orders":
-            deflection = _signal(vibration, response, phase, segment, lambda *at: deflection_at(*at)[0])
-            values[name] = order_lines(deflection, phase, weight, lines)
-        elif what == "orders":
-            values[name] = order_lines(acceleration, phase, weight, lines)
+        elif name in spectra:
+            signal = acceleration
+            if name == f"{DEFLECTION}_orders":
+                signal = _signal(vibration, response, phase, segment, lambda *at: deflection_at(*at)[0])
+            values[name] = np.where(beyond, np.nan, np.abs(order_lines(signal, phase, weight, lines)))
         else:
             values[name] = STATISTICS[what](acceleration, weight)
     return values
+
+
+def _nodes(vibration: Vibration, lines: Array) -> tuple[Array, NDArray[np.int64], Array]:
+    """Return phases, segments and weights of a mean, as many within a step as the highest line asks for."""
+    grid = vibration.stages.grid
+    turn = 2.0 * np.pi * float(lines[-1]) * float(grid.width.max())
+    return within_steps(grid, 2 * NODES + math.ceil(0.5 * turn))
+
+
+def carried_order(vibration: Vibration, response: Response, lines: Array) -> float:
+    """Return the mesh order up to which the steps of a response carry a spectrum, inf: all lines [1].
+
+    On a periodic response every line of the acceleration is ``−(2π order/T)²`` times that of the path. Both
+    come from the same steps: the one from the forces, the other from the polynomials between the steps.
+
+    Parameters
+    ----------
+    vibration, response : the dynamics and a response; of an aperiodic one nothing is said
+    lines : (n_lines,) orders, ascending [1]
+    """
+    if response.period == 0:
+        return math.inf
+    phase, segment, weight = _nodes(vibration, lines)
+    spectra = [
+        order_lines(_signal(vibration, response, phase, segment, read), phase, weight, lines)
+        for read in (mesh_acceleration_at, _approach_at)
+    ]
+    twice = (2.0 * np.pi * lines / vibration.period) ** 2
+    rounded = ROUNDED * np.ptp(response.approach.coefficient[0]) * twice
+    apart = np.maximum(np.abs(spectra[0] + twice * spectra[1]) - rounded, 0.0)
+    for low in np.arange(0.0, float(lines[-1]), BAND):
+        band = (lines > low) & (lines <= low + BAND)
+        size = np.linalg.norm(spectra[0][:, band], axis=1)
+        if (np.linalg.norm(apart[:, band], axis=1) > APART * size).any():
+            return float(low)
+    return math.inf
+
+
+def uncarried(parts: Parts, states: Sequence[WearState]) -> list[str]:
+    """Return in words from where on the steps do not carry the accelerations that were asked for."""
+    vibration = parts.vibration
+    if vibration is None or not any(name.startswith(ACCELERATION) for name in parts.requested):
+        return []
+    kept = math.lcm(*(_periods(vibration, one) for state in states for one in state.responses))
+    lines = np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
+    lowest = min(carried_order(vibration, one, lines) for state in states for one in state.responses)
+    if math.isinf(lowest):
+        return []
+    return [
+        f"mesh acceleration: {len(vibration.stages.grid.width)} steps a mesh period carry orders up to "
+        f"{lowest:.3g}; spectra end there, while RMS, peak, crest factor and kurtosis hold more: raise "
+        "numerics.steps_per_period"
+    ]
+
+
+def _approach_at(
+    response: Response, grid: StageGrid, phase: Array, segment: NDArray[np.int64] | None = None
+) -> Array:
+    """Return the projections d·q of the meshes, (n_kept, n_mesh, n) [m]."""
+    step = step_of(grid, phase, segment)
+    position, _ = response.approach.at(step, (phase - grid.start[step]) / grid.width[step])
+    return np.ascontiguousarray(position.transpose(0, 2, 1))
 
 
 def _signal(
@@ -93,8 +166,8 @@ def _signal(
     return apart.reshape(-1, found.shape[1], len(phase))
 
 
-def order_lines(signal: Array, phase: Array, weight: Array, lines: Array) -> Array:
-    """Return the amplitudes of a signal on lines of the mesh order, (n_mesh, n_lines).
+def order_lines(signal: Array, phase: Array, weight: Array, lines: Array) -> NDArray[np.complex128]:
+    """Return the complex amplitudes of a signal on lines of the mesh order, (n_mesh, n_lines).
 
     A signal of P periods has lines at multiples of 1/P; on others it is 0. The integrals are taken over the
     nodes of the steps, so that a jump between two steps costs no accuracy.
@@ -111,11 +184,11 @@ def order_lines(signal: Array, phase: Array, weight: Array, lines: Array) -> Arr
     rest = np.exp(-2j * np.pi / periods * np.outer(np.arange(periods), phase))
     turned = np.fft.fft(signal, axis=0) / periods * (rest * weight)[:, None]
     whole, wave = np.exp(-2j * np.pi * phase), np.ones(len(phase), complex)
-    found = np.empty((int(count.max()) // periods + 1, periods, signal.shape[1]))
+    found = np.empty((int(count.max()) // periods + 1, periods, signal.shape[1]), complex)
     for order in found:
-        order[:] = 2.0 * np.abs(turned @ wave)
+        order[:] = 2.0 * (turned @ wave)
         wave *= whole
-    amplitude = np.zeros((signal.shape[1], len(lines)))
+    amplitude = np.zeros((signal.shape[1], len(lines)), complex)
     amplitude[:, own] = found.reshape(-1, signal.shape[1])[count[own]].T
     return amplitude
 

@@ -13,6 +13,7 @@ from wearlab.scene.build.contact import cut_short, reached_limits
 from wearlab.simulation.calibration import Calibration
 from wearlab.simulation.estimates import Estimates
 from wearlab.simulation.living import Lived
+from wearlab.simulation.monitoring import uncarried
 from wearlab.simulation.operating import Stage
 from wearlab.simulation.twins import in_block
 
@@ -146,6 +147,7 @@ def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
             one.pair, one.analysis, state.wear[kind], found.nodes.gap, found.static.deflection
         )
         flags += cut_short(one.pair, one.analysis, found.nodes)
+    flags += uncarried(parts, lived.state)
     if parts.vibration is not None and len(parts.meshes) > 1:
         flags.append("coexisting attractors of a set of several meshes are not looked for")
     if lived.life is not None and lived.life.saw_tooth:
