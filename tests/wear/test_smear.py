@@ -2,11 +2,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from wearlab.wear.archard import contact_half_width
-from wearlab.wear.law import FlankLaw, WearLaw, prepare, wear_rate
 from wearlab.wear.path import wear_path
-from wearlab.wear.setting import PowerOfLoad
-from wearlab.wear.smear import average_over_contact_width, cell_edges
+from wearlab.wear.smear import average_over_contact_width, cell_edges, spreading
 
 
 @pytest.fixture
@@ -74,21 +71,13 @@ def test_running_average_against_quadrature(make_path):
     )  # no exact zero at the pitch point any more
 
 
-def test_in_the_law_it_uses_the_hertz_width(make_path):
-    _, path = make_path()
-    force = np.full(201, 2000.0)
-    parts = (FlankLaw(PowerOfLoad(np.full(path.equivalent_radius.shape, 1e-18), 0.0)),) * 2
-    plain = wear_rate(prepare(WearLaw(parts), path), force)
-    smeared = wear_rate(prepare(WearLaw(parts, average_over_contact_width=True), path), force)
-    assert smeared == pytest.approx(
-        average_over_contact_width(plain, contact_half_width(force, path), path), rel=1e-14, abs=0.0
-    )
-    assert smeared[0, 100] > 0.0
-    assert plain[0, 100] < 1e-6 * smeared[0, 100]
-    # near the pitch point the wear is k (F/B) slope |arc|, whose average over ±a is k (F/B) slope a/2
-    a = contact_half_width(force, path)[100]
-    slope = 2.0 / path.curvature[0, 100] ** 2 * (0.075 * np.cos(np.radians(20.0)))
-    assert smeared[0, 100] == pytest.approx(1e-18 * 2000.0 / 20e-3 * slope * a / 2.0, rel=0.15, abs=0.0)
+def test_columns_of_the_matrix_are_what_single_contacts_leave(uneven):
+    s, path = uneven
+    rng = np.random.default_rng(5)
+    wear, a = rng.uniform(0.0, 1e-12, path.curvature.shape), 2e-4 * rng.uniform(0.3, 1.0, len(s))
+    smeared = average_over_contact_width(wear, a, path)
+    for gear, arc in enumerate(path.arc):
+        assert spreading(a, arc) @ wear[gear] == pytest.approx(smeared[gear], rel=1e-12, abs=0.0)
 
 
 def test_edges_of_descending_arcs_ascend(make_path):

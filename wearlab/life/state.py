@@ -20,6 +20,7 @@ from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
 from wearlab.mesh.excitation import Series, Touching, mesh_force
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw
+from wearlab.wear.patch import OneWay as Patch
 
 Array = NDArray[np.float64]
 Wear = tuple[Array, ...]
@@ -116,12 +117,14 @@ class Kind:
     ----------
     analysis : contact of the worn flanks
     law : the wear law, None: no wear
+    patch : over which width wear is spread and felt, None: point by point
     meshes : (m,) which meshes of the set are of this kind
     when : when each of these meshes meets its own phase nodes
     """
 
     analysis: ContactAnalysis
     law: PreparedLaw | None
+    patch: Patch | None
     meshes: NDArray[np.int64]
     when: tuple[Instants, ...]
 
@@ -129,15 +132,16 @@ class Kind:
 def kinds_of(
     analyses: Sequence[ContactAnalysis],
     laws: Sequence[PreparedLaw | None],
+    patches: Sequence[Patch | None],
     meshes: Sequence[Mesh],
     edges: Array,
 ) -> tuple[Kind, ...]:
     """Return the kinds of mesh of a set whose clock has breaks at ``edges``."""
     found = []
-    for kind, (analysis, law) in enumerate(zip(analyses, laws, strict=True)):
+    for kind, (analysis, law, patch) in enumerate(zip(analyses, laws, patches, strict=True)):
         own = of_kind(meshes, kind)
         when = tuple(instants_of(analysis.grid, meshes[i].lag, analysis.at_nodes, edges) for i in own)
-        found.append(Kind(analysis, law, own, when))
+        found.append(Kind(analysis, law, patch, own, when))
     return tuple(found)
 
 
@@ -228,7 +232,7 @@ class Coupling(Coupled):
         states, noises = [], [0.0]
         for depth, one, state, kind, force in zip(wear, touching, static, self.kinds, forces, strict=True):
             tooth_force = wearing_force(self.load, one, state, force)
-            rate = None if kind.law is None else averaged_rate(kind.law, force.weight, tooth_force, depth)
+            rate = None if kind.law is None else _rate(kind, depth, force.weight, tooth_force)
             if kind.law is not None and any(response.period == 0 for response in responses):
                 rate_of = partial(self._rate_of, kind.law, one, state, force, depth)
                 noises.append(scatter(rate_of, len(kind.meshes), force.periods))
@@ -256,7 +260,7 @@ class Coupling(Coupled):
 
     def _touching(self, kind: Kind, depth: Array) -> Touching:
         try:
-            nodes = kind.analysis.nodes(depth)
+            nodes = kind.analysis.nodes(depth if kind.patch is None else kind.patch.felt(depth))
         except SectionVanished as error:
             raise StopWear(str(error)) from error
         if self.vibration is None:
@@ -311,3 +315,14 @@ class Coupling(Coupled):
         return Forces(
             np.array(weights), found.elastic.reshape(shape), found.pair.reshape(*shape, -1), tuple(counts)
         )
+
+
+def _rate(kind: Kind, depth: Array, weight: Array, tooth_force: Array) -> Array:
+    """Return the wear rate of the flanks of a kind of mesh, (2, n) [m per cycle]."""
+    law, patch = kind.law, kind.patch
+    assert law is not None
+    pointwise = averaged_rate(law, weight, tooth_force, depth)
+    if patch is None:
+        return pointwise
+    mean = tooth_force[0] if len(tooth_force) == 1 else weight @ tooth_force
+    return patch.rate(pointwise, depth, mean)

@@ -255,6 +255,8 @@ def _no_table(value: Any) -> Any:
 class Wear(Part):
     """Archard's law along the path, stepped over cycles."""
 
+    alternatives: ClassVar[Alternatives] = ((("contact_patch",), ("average_over_contact_width",)),)
+
     coefficient: Coefficient | None = option(
         None, "wear coefficient k; required with until", derived="nothing wears", source="Archard 1953"
     )
@@ -279,9 +281,16 @@ class Wear(Part):
     projection: Literal["normal", "over-cosine"] = option(
         "normal", "direction of the depth: along the normal, or W23's h/cos α", source="W23 Eq. 33"
     )
-    average_over_contact_width: Switch = option(
-        False,
-        "average the law over the width of contact, which smears the zero at the pitch point",
+    contact_patch: Literal["none", "one-way", "two-way", "elastic"] = option(
+        "elastic",
+        "over the width of contact wear is: taken point by point; spread; spread and felt; spread, felt and "
+        "levelled by the pressure that redistributes inside",
+        source="Johnson 1985",
+    )
+    average_over_contact_width: Switch | None = option(
+        None,
+        "another word: true for contact_patch = one-way, false for none",
+        derived="as contact_patch says",
         source=SOURCE,
     )
     initial: Annotated[InitialWears | None, BeforeValidator(_no_table)] = option(
@@ -290,6 +299,18 @@ class Wear(Part):
     until: Until | None = option(None, "where the life ends", derived="one wear state")
     snapshots: Snapshots | None = option(None, "states stored on the way", derived="accepted steps")
     step: Step = option(AdaptiveStep(), "how the wear is stepped over cycles", source="wearlab")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_word(cls, given: Any) -> Any:
+        """Read the other word for a contact patch as what it means."""
+        if not isinstance(given, dict) or "contact_patch" in given:
+            return given
+        averaged = given.get("average_over_contact_width")
+        if not isinstance(averaged, bool):
+            return given
+        rest = {key: value for key, value in given.items() if key != "average_over_contact_width"}
+        return {**rest, "contact_patch": "one-way" if averaged else "none"}
 
     def coefficient_of(self, flank: str) -> Any:
         """Return the coefficient of one flank, that of its member, None when nothing wears."""

@@ -35,7 +35,7 @@ def _kernels(scene: Scene) -> tuple[object, ...]:
         scene.operation.torque_fluctuation is None,
     )
     law = scene.wear and (
-        scene.wear.average_over_contact_width,
+        scene.wear.contact_patch,
         str(scene.wear.coefficient),
         str(scene.wear.law),
     )

@@ -23,7 +23,6 @@ from wearlab.wear.archard import (
 from wearlab.wear.film import lightest_load
 from wearlab.wear.path import WearPath, sliding_velocity
 from wearlab.wear.setting import FlankState, PowerOfLoad
-from wearlab.wear.smear import average_over_contact_width
 
 Array = NDArray[np.float64]
 Coefficient = PowerOfLoad | Callable[[FlankState], Array]
@@ -61,14 +60,12 @@ class WearLaw(NamedTuple):
     lambda_ratio : λ as a power of the load, None without film [1]
     pressure_factor : MEAN_PRESSURE (1) or PEAK_PRESSURE (4/π) of :mod:`wearlab.wear.archard` [1]
     projection : along the normal, or W23's over-cosine
-    average_over_contact_width : spread each contact's wear over its Hertz width
     """
 
     flanks: tuple[FlankLaw, FlankLaw]
     lambda_ratio: PowerOfLoad | None = None
     pressure_factor: float = MEAN_PRESSURE
     projection: Projection = NormalProjection()
-    average_over_contact_width: bool = False
 
 
 class PreparedLaw(NamedTuple):
@@ -94,15 +91,10 @@ class PreparedLaw(NamedTuple):
     lightest: Array
 
     @property
-    def average(self) -> bool:
-        """Whether wear is spread over the contact width."""
-        return self.law.average_over_contact_width
-
-    @property
     def linear(self) -> bool:
         """Whether the rate is proportional to the force."""
         plain = all(one.film is None and one.rate is None for one in self.law.flanks)
-        return not self.average and plain and self.powers and not self.exponent.any()
+        return plain and self.powers and not self.exponent.any()
 
     @property
     def powers(self) -> bool:
@@ -194,9 +186,7 @@ def wear_rate(law: PreparedLaw, force: Array, depth: Array | None = None) -> Arr
         if one.rate is not None:
             state = flank_state(law, gear, force, depth)._replace(coefficient=k[gear])
             rate[gear] = law.projection[gear] * _checked(one.rate(state), one.rate, "wear rate")
-    if not law.average:
-        return rate
-    return average_over_contact_width(rate, contact_half_width(force, path), path)
+    return rate
 
 
 def _checked(values: Array, function: object, what: str) -> Array:

@@ -38,10 +38,30 @@ def average_over_contact_width(increment: Array, half_width: Array, path: WearPa
     return averaged
 
 
+def spreading(half_width: Array, arc: Array) -> Array:
+    """Return what each node keeps of the wear of a contact centred at each other, S_ij, (n, n) [1].
+
+    Parameters
+    ----------
+    half_width : (n,) Hertz half width a with the contact at each node [m]
+    arc : (n,) flank arc of the nodes, in either order [m]
+    """
+    edges, n = cell_edges(arc), len(arc)
+    columns = np.zeros((n, n))
+    for j, unit in enumerate(np.eye(n)):
+        _spread(unit, half_width, edges, columns[j])
+    return columns.T
+
+
 def cell_edges(arc: Array) -> Array:
     """Return the ascending edges of the nodes' cells from their arcs, in either order, (n + 1,) [m]."""
-    x = arc if arc[-1] >= arc[0] else -arc
+    x = ascending(arc)
     return np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
+
+
+def ascending(arc: Array) -> Array:
+    """Return arcs along the path of contact, those of the driven flank of an external pair negative [m]."""
+    return arc if arc[-1] >= arc[0] else -arc
 
 
 @jit_inner

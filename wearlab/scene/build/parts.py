@@ -18,6 +18,7 @@ from wearlab.scene.build.contact import contact_flags
 from wearlab.scene.build.errors import class_flags
 from wearlab.scene.build.gears import foundation_flags, modifications
 from wearlab.scene.build.mesh import build_analyses, build_meshes
+from wearlab.scene.build.patch import build_patch
 from wearlab.scene.build.sets import GearSet, build_set
 from wearlab.scene.build.vibration import build_vibration
 from wearlab.scene.build.wear import build_film, build_law, build_load, build_path
@@ -122,9 +123,10 @@ def build(scene: Scene) -> Parts:
     meshes = build_meshes(scene, gears)
     edges = breaks_on_clock([one.grid for one in analyses], meshes)
     kinds = tuple(_kind(scene, gears, kind, analysis) for kind, analysis in enumerate(analyses))
+    patches = [build_patch(scene, one.analysis, one.path, one.law) for one in kinds]
     vibration = build_vibration(scene, gears, analyses, meshes, edges)
     coupling = Coupling(
-        kinds_of(analyses, [one.law for one in kinds], meshes, edges), vibration, build_load(scene)
+        kinds_of(analyses, [one.law for one in kinds], patches, meshes, edges), vibration, build_load(scene)
     )
     count = scene.numerics.phase_points or PHASE_POINTS
     wear: Any = scene.wear

@@ -55,7 +55,6 @@ def build_law(scene: Scene, pair: GearPair, path: WearPath) -> PreparedLaw | Non
         lambda_ratio=_lambda_ratio(each, settings[0]),
         pressure_factor=PEAK_PRESSURE if wear.pressure == "peak" else MEAN_PRESSURE,
         projection=OverCosine() if wear.projection == "over-cosine" else NormalProjection(),
-        average_over_contact_width=wear.average_over_contact_width,
     )
     return prepare(law, path)
 

@@ -1,0 +1,169 @@
+"""The contact patch: what it spreads and feels, and the levelling of the pressure inside it."""
+
+import numpy as np
+import pytest
+from scipy.special import jv
+
+from wearlab.wear.archard import contact_half_width
+from wearlab.wear.levelling import FIRST_ORDER, chebyshev, elastic, levelling
+from wearlab.wear.patch import one_way, patch_force, two_way
+
+K = 1e-16
+
+
+@pytest.fixture(scope="module")
+def contact(l16):
+    """Path, half widths of a load that is shared at both ends, and ``k ζ`` times passes."""
+    s, path = l16
+    force = patch_force(np.where(np.abs(s) > 2e-3, 600.0, 2000.0), 2000.0)
+    return path, contact_half_width(force, path), K * path.slide_ratio * path.passes[:, None]
+
+
+def half_plane_pressure(gap, x, width, radius, modulus, load):
+    """Pressure of a line contact on an elastic half-plane, by boundary elements and active sets."""
+    edge = 0.5 * width
+    apart = x[:, None] - x
+
+    def whole(u):
+        return u * (np.log(np.abs(u)) - 1.0)
+
+    # surface displacement 2/(πE*) ∫ p ln|1/(x − ξ)| dξ
+    flexible = -2.0 / (np.pi * modulus) * (whole(apart + edge) - whole(apart - edge))
+    touches = np.ones(len(x), bool)
+    while True:
+        n = int(touches.sum())
+        system = np.zeros((n + 1, n + 1))
+        system[:n, :n] = flexible[np.ix_(touches, touches)]
+        system[:n, n], system[n, :n] = -1.0, width
+        right = np.append(-(x**2 / (2.0 * radius) + gap)[touches], load)
+        pressure = np.zeros(len(x))
+        pressure[touches] = np.linalg.solve(system, right)[:n]
+        if pressure.min() >= 0.0:
+            return pressure
+        touches &= pressure > 0.0
+
+
+def test_first_order_pressure_is_that_of_a_half_plane():
+    """Work of the gap on the pressure it causes: ``∫ δp g dx = −(π E*/4) Σ n g_n²``."""
+    modulus, radius, half = 113e9, 8e-3, 60e-6
+    load = np.pi * half**2 * modulus / (4.0 * radius)
+    n = 1201
+    width = 2.4 * half / n
+    x = (np.arange(n) - n // 2) * width
+    for waves in (1.5, 3.0, 5.0):
+        kappa = waves / half
+        shape = np.cos(kappa * x)
+        amplitude = 2e-5 * half**2 / radius
+        worn = half_plane_pressure(amplitude * shape, x, width, radius, modulus, load)
+        even = half_plane_pressure(0.0 * x, x, width, radius, modulus, load)
+        work = float((worn - even) @ shape) * width / amplitude
+        orders = np.arange(2, 40, 2)  # an even gap: g_n = 2 (−1)^(n/2) J_n(κa)
+        expected = -np.pi * modulus / 4.0 * float(np.sum(orders * (2.0 * jv(orders, waves)) ** 2))
+        assert work == pytest.approx(expected, rel=0.01)
+
+
+def wave_path(make_path, nodes):
+    s, path = make_path(n=nodes)
+    return s, path, np.full(nodes, 1.2e-4)
+
+
+@pytest.mark.parametrize("kappa_a", [0.8, 1.5, 2.5, 4.0])
+def test_a_wave_decays_as_on_a_half_plane(make_path, kappa_a):
+    """``D h = −(π E*) k ζ Σ n J_n²(κa) h`` where nothing varies along the path within a wave."""
+    s, path, a = wave_path(make_path, 1601)
+    x = path.arc[0]
+    sliding = np.full((2, len(s)), K)
+    h = np.zeros((2, len(s)))
+    h[0] = np.cos(kappa_a / a[0] * x)
+    inside = slice(200, -200)
+    found = levelling(a, sliding, path).at(h.ravel(), np.ones(len(s))).reshape(h.shape)[0, inside]
+    orders = np.arange(FIRST_ORDER, 40)
+    expected = -np.pi * path.contact_modulus * K * float(np.sum(orders * jv(orders, kappa_a) ** 2))
+    assert found == pytest.approx(expected * h[0, inside], abs=0.01 * abs(expected))
+
+
+def test_coefficients_are_those_of_bessel_and_converge(make_path):
+    """Across a patch ``cos κx = Σ 2 (−1)^(n/2) J_n(κa) T_n``, at second order in nodes."""
+    errors = []
+    for nodes in (401, 801, 1601):
+        s, path, a = wave_path(make_path, nodes)
+        j = int(np.argmin(np.abs(s - 3e-3)))
+        found = chebyshev(a, path)
+        h = np.zeros((2, nodes))
+        h[0] = np.cos(2.0 / a[0] * (path.arc[0] - path.arc[0, j]))
+        of_node = found.matrix @ h.ravel()
+        rows = np.flatnonzero(found.order == 2.0)
+        errors.append(abs(of_node[rows[j]] - np.pi / 2 * -2.0 * jv(2, 2.0)))
+    assert errors[0] / errors[1] > 3.0
+    assert errors[1] / errors[2] > 3.0
+
+
+def test_levelling_conserves_both_flanks_and_only_decays(contact):
+    path, a, sliding = contact
+    matrix = levelling(a, sliding, path).matrix.toarray()
+    n = path.arc.shape[1]
+    for flank, length in enumerate(path.arc_weight):
+        own = length @ matrix[flank * n : (flank + 1) * n]
+        assert np.abs(own).max() < 1e-12 * np.abs(length[:, None] * matrix[flank * n : (flank + 1) * n]).max()
+    values = np.linalg.eigvals(matrix)
+    assert np.abs(values.imag).max() < 1e-9 * np.abs(values).max()
+    assert values.real.max() < 1e-9 * np.abs(values).max()
+
+
+def test_constants_and_slopes_are_not_levelled(contact):
+    path, a, sliding = contact
+    level = levelling(a, sliding, path)
+    n = path.arc.shape[1]
+    reference = np.abs(level.matrix.toarray()).max()
+    even = level.at(np.ones(2 * n), np.ones(n))
+    assert np.abs(even).max() < 1e-12 * reference
+    slope = np.concatenate([path.arc[0] - path.arc[0, 0], np.zeros(n)])
+    inside = level.at(slope, np.ones(n)).reshape(2, n)[:, 30:-30]
+    assert np.abs(inside).max() < 1e-9 * reference * np.ptp(path.arc[0])
+
+
+def test_where_nothing_touches_nothing_is_levelled(contact):
+    path, a, sliding = contact
+    level = levelling(a, sliding, path)
+    h = np.random.default_rng(2).uniform(0.0, 1e-6, 2 * path.arc.shape[1])
+    assert not level.at(h, np.zeros(len(a))).any()
+
+
+@pytest.mark.parametrize("kind", [one_way, two_way])
+def test_spreading_conserves_and_feeling_is_its_adjoint(contact, kind):
+    path, a, _ = contact
+    patch = kind(a, path)
+    length = path.arc_weight.ravel()
+    rng = np.random.default_rng(1)
+    wear, felt = rng.uniform(0.0, 1e-6, (2, *path.arc.shape))
+    spread = patch.rate(wear, felt, np.zeros(len(a)))
+    assert (spread * path.arc_weight).sum(1) == pytest.approx((wear * path.arc_weight).sum(1), rel=1e-12)
+    if kind is one_way:
+        assert patch.felt(wear) is wear
+        return
+    assert patch.felt(np.full_like(wear, 3e-6)) == pytest.approx(3e-6, rel=1e-12)
+    both = length @ (patch.felt(wear) * felt).ravel()
+    assert both == pytest.approx(length @ (wear.ravel() * (patch.spreading @ felt.ravel())), rel=1e-12)
+
+
+def test_the_semi_implicit_rate_conserves_and_tends_to_the_explicit_one(contact):
+    path, a, sliding = contact
+    n = len(a)
+    force = np.full(n, 2000.0)
+    pointwise = sliding * force / path.face_width
+    s = (path.arc - path.arc.min(axis=1, keepdims=True)) / np.ptp(path.arc, axis=1)[:, None]
+    worn = 2e-6 * (1.0 + 0.1 * np.sin(12.0 * s))
+    rates = []
+    for lag in (3e-6, 3e-8, 3e-10):
+        patch = elastic(a, force, sliding, pointwise, path, lag)
+        rates.append(patch.rate(pointwise, worn, force))
+        assert (rates[-1] * path.arc_weight).sum(1) == pytest.approx(
+            (pointwise * path.arc_weight).sum(1), rel=1e-9
+        )
+    explicit = patch.spreading @ pointwise.ravel() + patch.levelling.at(worn.ravel(), np.ones(n))
+    apart = [float(np.abs(rate.ravel() - explicit).max()) for rate in rates]
+    assert apart[2] < 0.1 * apart[1] < 0.1 * apart[0] or apart[1] < 1e-3 * explicit.max()
+
+
+def test_the_patch_of_a_light_contact_keeps_a_fifth_of_the_load():
+    assert patch_force([0.0, 300.0, 1000.0], 1000.0) == pytest.approx([200.0, 300.0, 1000.0])

@@ -1,0 +1,107 @@
+"""The contact patch: over which width wear is spread, felt, and levelled by the pressure inside it.
+
+The pointwise law gives all wear of a contact to its centre, and lets the mesh feel the depth of one point. A
+line contact is as wide as it is both ways:
+
+- **spread** S: the wear of a contact centred at ``L_c`` falls on ``L_c ± a`` (:mod:`wearlab.wear.smear`);
+- **felt** ``P = W⁻¹ Sᵀ W`` (W: lengths of the cells): the gap that the mesh sees is the mean of the worn
+  profile over the same kernel. P keeps a constant as it is, S the worn area; because one is the adjoint of
+  the other, a static force that redistributes still only lets wear even out;
+- **levelled** D: inside the patch the crests carry more pressure than the valleys
+  (:mod:`wearlab.wear.levelling`).
+
+``a`` is Hertz's half width under the static force on unworn flanks, at least a fifth of the mesh force: the
+kernels are linear and do not change over a life.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import block_diag, csr_array, diags_array
+
+from wearlab.wear.path import WearPath
+from wearlab.wear.smear import spreading
+
+Array = NDArray[np.float64]
+
+LEAST_SHARE = 0.2
+"""Share of the mesh force below which the width of a patch does not shrink further."""
+
+
+def patch_force(static: ArrayLike, load: float) -> Array:
+    """Return the force that makes the patch, ``max(F_static, load/5)``, (n,) [N].
+
+    Parameters
+    ----------
+    static : (n,) force on a pair of unworn flanks when it touches at the node [N]
+    load : static mesh force [N]
+    """
+    return np.maximum(np.asarray(static, float), LEAST_SHARE * load)
+
+
+@dataclass(frozen=True)
+class OneWay:
+    """Wear is spread over the contact width, but felt point by point.
+
+    Inconsistent, and kept for comparison: what is taken off beside a contact is not felt by it.
+
+    Parameters
+    ----------
+    spreading : (2n, 2n) S, both flanks in turn [1]
+    """
+
+    spreading: csr_array
+
+    def felt(self, depth: Array) -> Array:
+        """Return the wear that the mesh feels, (2, n) [m]."""
+        return depth
+
+    def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
+        """Return the wear rate of the flanks from that of contact centres, (2, n) [m per cycle].
+
+        Parameters
+        ----------
+        pointwise : (2, n) wear rate given to the centre of each contact [m per cycle]
+        depth : (2, n) wear [m]
+        force : (n,) mean force on a pair touching at the node [N]
+        """
+        return np.asarray(self.spreading @ pointwise.ravel()).reshape(pointwise.shape)
+
+
+@dataclass(frozen=True)
+class TwoWay(OneWay):
+    """Wear is spread and felt over the contact width by the same kernel.
+
+    Parameters
+    ----------
+    feeling : (2n, 2n) P = W⁻¹ Sᵀ W [1]
+    """
+
+    feeling: csr_array
+
+    def felt(self, depth: Array) -> Array:
+        """Return the wear that the mesh feels, (2, n) [m]."""
+        return np.asarray(self.feeling @ depth.ravel()).reshape(depth.shape)
+
+
+def one_way(half_width: Array, path: WearPath) -> OneWay:
+    """Return the patch that only spreads, for half widths (n,) [m]."""
+    return OneWay(spread_matrix(half_width, path))
+
+
+def two_way(half_width: Array, path: WearPath) -> TwoWay:
+    """Return the patch that spreads and feels, for half widths (n,) [m]."""
+    spread = spread_matrix(half_width, path)
+    return TwoWay(spread, felt_matrix(spread, path))
+
+
+def spread_matrix(half_width: Array, path: WearPath) -> csr_array:
+    """Return S of both flanks, (2n, 2n) [1]."""
+    return csr_array(block_diag([spreading(half_width, arc) for arc in path.arc]))
+
+
+def felt_matrix(spread: csr_array, path: WearPath) -> csr_array:
+    """Return ``P = W⁻¹ Sᵀ W``, (2n, 2n) [1]: row j is the mean over the patch centred at node j."""
+    length = path.arc_weight.ravel()
+    return csr_array(diags_array(1.0 / length) @ spread.T @ diags_array(length))
