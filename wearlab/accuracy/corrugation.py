@@ -3,8 +3,8 @@
 ``python -m wearlab.accuracy.corrugation FILE [WAVES …]`` prints, for the first scene of a campaign and every
 contact patch, by how much waves of the first flank grow per µm of its wear.
 
-Linear: a wave ``v = exp(2πi m s/p_b)`` put on unworn flanks grows by ``(1/r) Re ⟨v, ∂r/∂h v⟩/⟨v, v⟩``, r the rate
-where the flank wears fastest. Runs: two lives to the same depth, one of which began with the wave;
+Linear: a wave ``v = exp(2πi m s/p_b)`` put on unworn flanks grows by ``(1/r) Re ⟨v, ∂r/∂h v⟩/⟨v, v⟩``, r the
+rate where the flank wears fastest. Runs: two lives to the same depth, one of which began with the wave;
 ``ln(|c_end|/|c_begin|)`` of its share c, over the wear.
 """
 
