@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from wearlab.store import Store as Store
     from wearlab.store import StoreError as StoreError
     from wearlab.store import open_store as open  # noqa: F401
+    from wearlab.updating import update as update
 
 __version__ = "0.1.0"
 
@@ -42,10 +43,11 @@ HOMES = {
     "run": "wearlab.runner",
     "simulate": "wearlab.simulation",
     "sobol_indices": "wearlab.comparison",
+    "update": "wearlab.updating",
 }
 __all__ = [
     *("Campaign", "CampaignError", "FigureError", "QueryError", "Scene", "SceneError", "Store", "StoreError"),
-    *("compare", "figure", "load", "open", "run", "simulate", "sobol_indices"),
+    *("compare", "figure", "load", "open", "run", "simulate", "sobol_indices", "update"),
 ]
 
 

@@ -61,6 +61,7 @@ DIMENSIONAL = {
     "tooth_composite",
     "fm",
     "am_phase",
+    "worn_mass",
 }
 
 
@@ -98,7 +99,7 @@ def leaves(node):
 
 
 def test_every_dimensional_option_has_a_unit():
-    plain = {"StiffnessUnits", "ProfileUnits"}
+    plain = {"StiffnessUnits", "ProfileUnits", "Columns"}
     for owner, key, node in PROPERTIES:
         if key in DIMENSIONAL and owner not in plain and "$ref" not in node and node.get("type") != "object":
             assert any("unit" in leaf for leaf in leaves(node)), f"{owner}.{key}"
@@ -216,6 +217,7 @@ def test_top_level_keys():
         "expect",
         "exclude",
         "estimates",
+        "update",
     }
     assert SCHEMA["anyOf"] == [{"required": ["gears", "operation"]}, {"required": ["estimates"]}]
     assert set(SCHEMA["properties"]) == own | set(Scene.model_fields)

@@ -6,7 +6,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from wearlab.campaign.axes import Axis, flat, overlap, read_axes
 from wearlab.campaign.cases import EXPECT, Case, expand, read_differences
@@ -15,13 +15,16 @@ from wearlab.campaign.estimates import BESIDE, ELSEWHERE, MOST_SCENES, SECTION, 
 from wearlab.campaign.exclusion import Excluded, read_conditions, without_excluded
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.inheritance import PLUGINS, Inherited, inherit, inherit_table
+from wearlab.campaign.modelled import modelled
 from wearlab.campaign.plain import plain_table
+from wearlab.campaign.update import SECTION as UPDATE
+from wearlab.campaign.update import UpdateSpec, read_update, refuse_strange_unknowns
 from wearlab.options import option
 from wearlab.plugins import Plugin, PluginError, use
 from wearlab.scene import Scene
 from wearlab.scene.later import LATER_KEYS, later
 from wearlab.scene.merge import Table
-from wearlab.scene.problems import not_of_kind, shown
+from wearlab.scene.problems import shown
 
 OWN_KEYS = (
     "title",
@@ -35,10 +38,8 @@ OWN_KEYS = (
     "exclude",
     "figure",
     "expect",
+    "update",
 )
-WITH_REASON = ("unit", "number", "count")
-"""Errors that say themselves what is wrong with a value."""
-Model = TypeVar("Model", bound=BaseModel)
 Result = TypeVar("Result")
 At = TypeVar("At", bound=Path | None)
 TABLE = Path("campaign")  # what errors call a campaign that is no file
@@ -68,6 +69,7 @@ class Campaign:
     figures : what is to be drawn
     path : the file
     plugins : the sources of a user's own variants
+    update : what was measured and what is unknown, None when the file does not say
     """
 
     title: str
@@ -79,6 +81,7 @@ class Campaign:
     path: Path | None = None
     excluded: tuple[Excluded, ...] = field(default=(), repr=False)
     plugins: tuple[Plugin, ...] = field(default=(), repr=False)
+    update: UpdateSpec | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{axis.name} {len(axis.values)}" for axis in self.axes)
@@ -139,7 +142,7 @@ def _read_drawing(inherited: Inherited, file: Path) -> Drawing:
         f"{key}: does not go with [{SECTION}], whose scenes are drawn" for key in table if key not in BESIDE
     ]
     tried: Callable[..., Any] = lambda read, *args: _tried(problems, read, *args)  # noqa: E731
-    asked = tried(_modelled, Estimates, table[SECTION], SECTION)
+    asked = tried(modelled, Estimates, table[SECTION], SECTION)
     title = tried(_text, table, "title")
     if asked is not None and not 1 <= asked.scenes <= MOST_SCENES:
         problems.append(f"{SECTION}.scenes: {asked.scenes} is not within 1 and {MOST_SCENES}")
@@ -186,11 +189,14 @@ def _read(inherited: Inherited, file: Path | None) -> Campaign:
     sections = {key: value for key, value in table.items() if key in (*Scene.model_fields, EXPECT)}
     conditions = tried(read_conditions, table.get("exclude", []))
     cases = tried(expand, sections, axes or (), differences or ())
+    update = tried(read_update, table[UPDATE]) if UPDATE in table else None
+    if update is not None and cases:
+        tried(refuse_strange_unknowns, update, [case.scene for case in cases], [c.label for c in cases])
     if problems:
         raise CampaignError(problems)
     cases, excluded = without_excluded(cases, conditions)
     title, reference = texts[0] or (file.stem if file else "untitled"), texts[1] or None
-    return Campaign(title, reference, metadata, cases, axes, figures, file, excluded, plugins)
+    return Campaign(title, reference, metadata, cases, axes, figures, file, excluded, plugins, update)
 
 
 def _plugins(named: Any) -> tuple[Plugin, ...]:
@@ -232,45 +238,10 @@ def _text(table: Table, key: str) -> str:
 
 
 def _metadata(given: Any) -> dict[str, str]:
-    return _modelled(Metadata, given, "metadata").model_dump(exclude_none=True)
+    return modelled(Metadata, given, "metadata").model_dump(exclude_none=True)
 
 
 def _figures(blocks: Any) -> tuple[FigureSpec, ...]:
     if not isinstance(blocks, list):
         raise CampaignError([f"figure: {shown(blocks)} is no list of tables: write [[figure]]"])
-    return tuple(_modelled(FigureSpec, block, f"figure[{number}]") for number, block in enumerate(blocks))
-
-
-def _modelled(model: type[Model], given: Any, where: str) -> Model:
-    try:
-        return model.model_validate(given)
-    except ValidationError as error:
-        faults: dict[str, list[dict[str, Any]]] = {}
-        for one in error.errors():
-            faults.setdefault(str(one["loc"][0]) if one["loc"] else "", []).append(dict(one))
-        raise CampaignError(
-            _line(key, errors, given, model, where) for key, errors in faults.items()
-        ) from None
-
-
-def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseModel], where: str) -> str:
-    """Return what is wrong with one key, "" for the whole table."""
-    error = errors[0]
-    if not key:
-        return f"{where}: {shown(given)} is {not_of_kind([error['type']])}: write {_header(where)}"
-    if error["type"] == "extra_forbidden":
-        near = get_close_matches(key, model.model_fields, 1)
-        remedy = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(model.model_fields)}"
-        return f"{where}.{key}: unknown key{remedy}"
-    if error["type"] in WITH_REASON:
-        return f"{where}.{key}: {error['msg']}"
-    meaning = model.model_fields[key].description
-    if error["type"] == "missing":
-        return f"{where}.{key}: required: {meaning}"
-    return f"{where}.{key}: {shown(given[key])} is {not_of_kind(one['type'] for one in errors)}: {meaning}"
-
-
-def _header(where: str) -> str:
-    """Return how the table is begun in a file: ``[[figure]]`` for one of several."""
-    name, several, _ = where.partition("[")
-    return f"[[{name}]]" if several else f"[{name}]"
+    return tuple(modelled(FigureSpec, block, f"figure[{number}]") for number, block in enumerate(blocks))

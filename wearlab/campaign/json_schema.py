@@ -15,6 +15,7 @@ from wearlab.campaign.estimates import SECTION, Estimates
 from wearlab.campaign.expect import VERDICTS
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.sampling import METHODS
+from wearlab.campaign.update import UpdateBlock
 from wearlab.options import option
 from wearlab.scene import Scene
 from wearlab.slots import when_changed
@@ -180,6 +181,11 @@ class CampaignFile(Scene):
     figure: tuple[FigureSpec, ...] = option((), "figures drawn from the datasets")
     expect: Expect | None = option(
         None, "expected outcome, of every case or of its own; no part of any run's identity", derived="none"
+    )
+    update: UpdateBlock | None = option(
+        None,
+        "what was measured and what is unknown, for `wearlab update`; no part of any run's identity",
+        derived="none",
     )
     estimates: Estimates | None = option(
         None,

@@ -73,7 +73,7 @@ def draw(sample: Sample, distributions: dict[str, Distribution], where: str) -> 
     if sample.correlation:
         points = coupled(points, sample.correlation, list(distributions), f"{where}.sample.correlation")
     return {
-        key: tuple(_written(one.at(point[column]), one.unit) for point in points)
+        key: tuple(written(one.at(point[column]), one.unit) for point in points)
         for column, (key, one) in enumerate(distributions.items())
     }
 
@@ -87,7 +87,8 @@ def _pairs(sample: Sample, width: int) -> list[list[float]]:
     return rows
 
 
-def _written(value: float, unit: str | None) -> float | str:
+def written(value: float, unit: str | None) -> float | str:
+    """Return a value as a campaign file would write it."""
     short = float(f"{value:.{DIGITS}g}")
     return short if unit is None else f"{short!r} {unit}"
 

@@ -58,6 +58,9 @@ def verify(store: "Store") -> Iterator[Problem]:
         problem = _stranger(path, store.files)
         if problem.kind != "unknown" or path not in unrecorded:
             yield problem
+    from wearlab.store.updates import verify_updates
+
+    yield from verify_updates(store)
 
 
 def check_file(path: Path, entry: Entry) -> Problem | None:
@@ -113,7 +116,9 @@ def reindex(store: "Store") -> list[Problem]:
             outcome = _adopted(path, problems)
             if outcome is not None:
                 store.catalogue.record([outcome])
-    return problems
+    from wearlab.store.updates import reindex_updates
+
+    return problems + reindex_updates(store)
 
 
 def _adopted(path: Path, problems: list[Problem]) -> Outcome | None:

@@ -1,0 +1,60 @@
+"""A table of the campaign file read by a pydantic model; what is wrong with it in one line a key."""
+
+from difflib import get_close_matches
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from wearlab.campaign.errors import CampaignError
+from wearlab.scene.problems import not_of_kind, shown
+
+WITH_REASON = ("unit", "number", "count")
+"""Errors that say themselves what is wrong with a value."""
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def modelled(model: type[Model], given: Any, where: str) -> Model:
+    """Return a table of the file as a model.
+
+    Parameters
+    ----------
+    model : what it should be
+    given : what the file says
+    where : its place in the file
+
+    Raises
+    ------
+    CampaignError : with one line for each key that is wrong
+    """
+    try:
+        return model.model_validate(given)
+    except ValidationError as error:
+        faults: dict[str, list[dict[str, Any]]] = {}
+        for one in error.errors():
+            faults.setdefault(str(one["loc"][0]) if one["loc"] else "", []).append(dict(one))
+        raise CampaignError(
+            _line(key, errors, given, model, where) for key, errors in faults.items()
+        ) from None
+
+
+def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseModel], where: str) -> str:
+    """Return what is wrong with one key, "" for the whole table."""
+    error = errors[0]
+    if not key:
+        return f"{where}: {shown(given)} is {not_of_kind([error['type']])}: write {_header(where)}"
+    if error["type"] == "extra_forbidden":
+        near = get_close_matches(key, model.model_fields, 1)
+        remedy = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(model.model_fields)}"
+        return f"{where}.{key}: unknown key{remedy}"
+    if error["type"] in WITH_REASON:
+        return f"{where}.{key}: {error['msg']}"
+    meaning = model.model_fields[key].description
+    if error["type"] == "missing":
+        return f"{where}.{key}: required: {meaning}"
+    return f"{where}.{key}: {shown(given[key])} is {not_of_kind(one['type'] for one in errors)}: {meaning}"
+
+
+def _header(where: str) -> str:
+    """Return how the table is begun in a file: ``[[figure]]`` for one of several."""
+    name, several, _ = where.partition("[")
+    return f"[[{name}]]" if several else f"[{name}]"

@@ -1,0 +1,388 @@
+"""``[update]``: what was measured, what is unknown, and which wear ends the life.
+
+No part of any run's identity: the same stored runs serve every measurement. Files are read by
+`wearlab.updating`, not here.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from wearlab.campaign.axes import flat
+from wearlab.campaign.distributions import Distribution, is_distribution, read_distribution
+from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.modelled import modelled
+from wearlab.campaign.sampling import written
+from wearlab.options import POSITIVE, Depth, Mass, option
+from wearlab.scene import Scene, SceneError
+from wearlab.scene.problems import not_a_choice, shown
+from wearlab.schema import VARIABLES
+from wearlab.units import UnitError, convert, is_quantity, split
+
+SECTION = "update"
+THICKNESS = "tooth_thickness"
+DISCREPANCIES = ("none", "accumulating")
+WHEN = ("cycle", "hours", "mesh_cycles")
+WHERE = ("diameter", "roll_angle", "path_position")
+PREVIOUS = "previous"
+MOST_DRAWS = 100_000
+Strict = ConfigDict(frozen=True, extra="forbid")
+
+
+class Columns(BaseModel):
+    """Which column of a file says what."""
+
+    model_config = Strict
+
+    cycle: str | None = option(None, "cycles of the reference gear", derived="hours or mesh_cycles")
+    hours: str | None = option(None, "operating hours", derived="cycle or mesh_cycles")
+    mesh_cycles: str | None = option(None, "mesh cycles", derived="cycle or hours")
+    value: str | None = option(None, "what was measured", derived="the quantity's name")
+    sd: str | None = option(None, "standard error of each value, added to the error's", derived="none")
+    below: str | None = option(
+        None, "a limit of detection: where the value is empty, it was below this", derived="none is"
+    )
+    diameter: str | None = option(None, "diameter at which a profile was measured", derived="none")
+    roll_angle: str | None = option(None, "roll angle at which a profile was measured", derived="none")
+    path_position: str | None = option(None, "path position at which a profile was measured", derived="none")
+
+
+class ErrorBlock(BaseModel):
+    """How far measurements are off."""
+
+    model_config = Strict
+
+    sd: str | float | dict[str, Any] | None = option(
+        None,
+        "standard error of a single value, with its unit; a distribution where it is unknown",
+        derived="none",
+    )
+    relative: float | None = option(None, "standard error over the value", derived="none")
+    offset_sd: str | float | None = option(
+        None, "standard error that all values of one inspection share", derived="none"
+    )
+    drift: str | float | dict[str, Any] | None = option(
+        None,
+        "discrepancy = accumulating: how far the wear itself strays from the model's within a million "
+        "cycles, growing with the root of the cycles (Wiener); a distribution where it is unknown",
+        derived="none",
+    )
+
+
+class DataBlock(BaseModel):
+    """Measurements of one quantity."""
+
+    model_config = Strict
+
+    file: Path = option(..., "CSV file; comments begin with #")
+    quantity: str = option(
+        ..., "worn_mass, max_wear_depth, wear_depth, tooth_thickness, or a stored variable along update"
+    )
+    member: str | None = option(None, "gear that was weighed", derived="required where there are several")
+    flank: str | None = option(None, "flank that was measured", derived="required where there are several")
+    case: str | None = option(None, "the case these belong to", derived="all cases are compared with them")
+    columns: Columns = option(Columns(), "names of the columns")
+    units: dict[str, str] = option({}, "unit of each column that has one", derived="plain numbers")
+    error: ErrorBlock = option(ErrorBlock(), "how far the values are off; required, or columns.sd")
+    select: dict[str, Any] = option({}, "dimension = label, such as harmonic, order, mesh", derived="none")
+    since: float | str | None = option(
+        None, 'values count from this cycle, or from the "previous" inspection', derived="from cycle 0"
+    )
+
+
+class LimitBlock(BaseModel):
+    """The wear that ends the life."""
+
+    model_config = Strict
+
+    depth: Annotated[Depth, POSITIVE] | None = option(
+        None, "largest wear depth", derived="worn_mass, or wear.until.depth"
+    )
+    worn_mass: Annotated[Mass, POSITIVE] | None = option(None, "worn mass", derived="depth")
+    flank: str | None = option(None, "flank whose depth counts", derived="whichever is deepest")
+    member: str | None = option(None, "member whose mass counts", derived="required with worn_mass")
+
+
+class UpdateBlock(BaseModel):
+    """What was measured, what is unknown, and which wear ends the life."""
+
+    model_config = Strict
+
+    limit: LimitBlock | None = option(None, "the wear that ends the life", derived="wear.until")
+    discrepancy: Literal[DISCREPANCIES] = option(  # type: ignore[valid-type]
+        "none", "what is wrong with the model itself: nothing, or noise that accumulates (error.drift)"
+    )
+    draws: int = option(4000, "draws from the posterior, and runs for unknowns besides wear's factor")
+    seed: int = option(0, "seed of all draws")
+    unknown: dict[str, Any] = option(..., "dotted key = distribution: what is not known")
+    data: tuple[DataBlock, ...] = option((), "what was measured")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The wear that ends the life [SI]; ``where`` is its flank or member, None where it is not said."""
+
+    quantity: Literal["max_wear_depth", "worn_mass"]
+    value: float
+    where: str | None = None
+
+
+@dataclass(frozen=True)
+class ErrorModel:
+    """Errors of one block [SI of the quantity]; a distribution is in the unit that it says."""
+
+    sd: float | Distribution | None = None
+    relative: float = 0.0
+    offset_sd: float = 0.0
+    drift: float | Distribution | None = None
+
+
+@dataclass(frozen=True)
+class Data:
+    """One ``[[update.data]]`` block.
+
+    Parameters
+    ----------
+    number : its place in the file, from 1
+    file, quantity, where, case, select, since : as written; ``where`` is the member or flank
+    columns : what each column that is named says
+    units : unit of each column that has one
+    error : how far the values are off
+    """
+
+    number: int
+    file: Path
+    quantity: str
+    where: str | None
+    case: str | None
+    columns: Columns
+    units: dict[str, str]
+    error: ErrorModel
+    select: dict[str, Any] = field(default_factory=dict)
+    since: float | str | None = None
+
+    @property
+    def place(self) -> str:
+        """How messages call it."""
+        return f"{SECTION}.data[{self.number - 1}]"
+
+    @property
+    def si(self) -> str:
+        """The SI unit of the quantity."""
+        return unit_of(self.quantity)
+
+
+@dataclass(frozen=True)
+class UpdateSpec:
+    """A whole ``[update]``."""
+
+    limit: Limit | None
+    discrepancy: str
+    draws: int
+    seed: int
+    unknown: dict[str, Distribution]
+    data: tuple[Data, ...]
+
+
+def unit_of(quantity: str) -> str:
+    """Return the SI unit of a quantity that may be measured, "1" for a plain number."""
+    if quantity == THICKNESS:
+        return "m"
+    return VARIABLES[quantity].units
+
+
+def read_update(given: Any) -> UpdateSpec:
+    """Return what ``[update]`` says.
+
+    Raises
+    ------
+    CampaignError : with every fault, one line each
+    """
+    if not isinstance(given, dict):
+        raise CampaignError([f"{SECTION}: {shown(given)} is no table: write [{SECTION}]"])
+    problems: list[str] = []
+    blocks = given.get("data", [])
+    if not isinstance(blocks, list):
+        problems.append(f"{SECTION}.data: {shown(blocks)} is no list of tables: write [[{SECTION}.data]]")
+        blocks = []
+    head = {key: value for key, value in given.items() if key not in ("data", "limit")}
+    spec = _tried(problems, modelled, UpdateBlock, head, SECTION)
+    unknown = _tried(problems, _unknown, given.get("unknown"))
+    limit = _tried(problems, _limit, given.get("limit"))
+    data = [_tried(problems, _data, block, number) for number, block in enumerate(blocks, 1)]
+    if spec is not None:
+        for key, value, least in (("draws", spec.draws, 1), ("seed", spec.seed, 0)):
+            if not least <= value <= (MOST_DRAWS if key == "draws" else 2**63):
+                problems.append(f"{SECTION}.{key}: {value} is no whole number from {least} on, or too many")
+        if spec.discrepancy != "none" and not any(one and one.error.drift is not None for one in data):
+            problems.append(
+                f"{SECTION}.discrepancy: {spec.discrepancy!r} needs error.drift in the data whose quantity "
+                "strays: a value with its unit, or a distribution"
+            )
+    if problems:
+        raise CampaignError(problems)
+    return UpdateSpec(limit, spec.discrepancy, spec.draws, spec.seed, unknown, tuple(data))
+
+
+def refuse_strange_unknowns(spec: UpdateSpec, scenes: Sequence[Scene], labels: Sequence[str]) -> None:
+    """Refuse unknowns that are no key of the scene, and data of cases that are not there.
+
+    Raises
+    ------
+    CampaignError : with one line each
+    """
+    problems = []
+    for key, one in spec.unknown.items():
+        try:
+            scenes[0].replace(key, written(one.at(0.5), one.unit))
+        except SceneError as error:
+            problems += [f"{SECTION}.unknown.{key}: {line}" for line in error.problems]
+    for data in spec.data:
+        if data.case is not None and data.case not in labels:
+            said = not_a_choice(data.case, list(dict.fromkeys(labels)))
+            problems.append(f"{data.place}.case: {said}")
+    if problems:
+        raise CampaignError(problems)
+
+
+def _tried(problems: list[str], read: Any, *arguments: Any) -> Any:
+    try:
+        return read(*arguments)
+    except CampaignError as error:
+        problems.extend(error.problems)
+        return None
+
+
+def _unknown(given: Any) -> dict[str, Distribution]:
+    where = f"{SECTION}.unknown"
+    if not isinstance(given, dict) or not given:
+        raise CampaignError(
+            [f'{where}: required: what is not known, such as "wear.coefficient.factor" = {{lognormal = …}}']
+        )
+    found = {}
+    for key, value in flat(given).items():
+        if not is_distribution(value):
+            raise CampaignError([f"{where}.{key}: {shown(value)} is no distribution to be known better"])
+        found[key] = read_distribution(value, f"{where}.{key}")
+    return found
+
+
+def _limit(given: Any) -> Limit | None:
+    if given is None:
+        return None
+    where = f"{SECTION}.limit"
+    block = modelled(LimitBlock, given, where)
+    if (block.depth is None) == (block.worn_mass is None):
+        raise CampaignError([f"{where}: give either depth or worn_mass"])
+    if block.worn_mass is None:
+        if block.member is not None:
+            raise CampaignError([f"{where}.member: belongs to worn_mass; a depth has a flank"])
+        assert block.depth is not None
+        return Limit("max_wear_depth", block.depth, block.flank)
+    if block.flank is not None:
+        raise CampaignError([f"{where}.flank: belongs to a depth; a worn mass has a member"])
+    return Limit("worn_mass", block.worn_mass, block.member)
+
+
+def _data(given: Any, number: int) -> Data:
+    where = f"{SECTION}.data[{number - 1}]"
+    own = {key: given.get(key, {}) for key in ("columns", "error")} if isinstance(given, dict) else {}
+    columns = modelled(Columns, own.get("columns"), f"{where}.columns")
+    modelled(ErrorBlock, own.get("error"), f"{where}.error")
+    block = modelled(DataBlock, given, where)
+    known = [*(name for name, one in VARIABLES.items() if "update" in one.dims), THICKNESS]
+    if block.quantity not in known:
+        near = get_close_matches(block.quantity, known, 1)
+        remedy = f", did you mean {near[0]!r}?" if near else "; `wearlab variables` lists what is stored"
+        raise CampaignError([f"{where}.quantity: {block.quantity!r} is no variable along update{remedy}"])
+    if block.member is not None and block.flank is not None:
+        raise CampaignError([f"{where}: give a member or a flank, not both"])
+    for kind, names in (("when", WHEN), ("where on the flank", WHERE)):
+        given_ones = [name for name in names if getattr(columns, name) is not None]
+        if len(given_ones) > 1:
+            raise CampaignError([f"{where}.columns: {' and '.join(given_ones)} both say {kind}; name one"])
+    if isinstance(block.since, str) and block.since != PREVIOUS:
+        raise CampaignError([f"{where}.since: {not_a_choice(block.since, (PREVIOUS,))}, or a cycle"])
+    if isinstance(block.since, float) and block.since < 0.0:
+        raise CampaignError([f"{where}.since: {block.since:g} is before the first cycle"])
+    error = _error(block.error, unit_of(block.quantity), f"{where}.error", columns.sd is not None)
+    along = any(getattr(columns, name) is not None for name in WHERE)
+    if along != (block.quantity in ("wear_depth", THICKNESS)):
+        said = "needs one of the columns" if not along else "has no place for the columns"
+        raise CampaignError([f"{where}.quantity: {block.quantity} {said} {', '.join(WHERE)}"])
+    where_measured = block.member if block.member is not None else block.flank
+    return Data(
+        number,
+        block.file,
+        block.quantity,
+        where_measured,
+        block.case,
+        columns,
+        dict(block.units),
+        error,
+        dict(block.select),
+        block.since,
+    )
+
+
+def _error(block: ErrorBlock, unit: str, where: str, by_column: bool) -> ErrorModel:
+    sd = _spread(block.sd, unit, f"{where}.sd")
+    drift = _spread(block.drift, unit, f"{where}.drift")
+    relative = 0.0 if block.relative is None else block.relative
+    if not 0.0 <= relative < 10.0:
+        raise CampaignError([f"{where}.relative: {relative:g} is no standard error over a value"])
+    offset = 0.0 if block.offset_sd is None else _positive(block.offset_sd, unit, f"{where}.offset_sd")
+    if sd is None and not relative and not by_column:
+        raise CampaignError(
+            [f"{where}: required: sd (a value with its unit, or a distribution), relative, or columns.sd"]
+        )
+    return ErrorModel(sd, relative, offset, drift)
+
+
+def _spread(given: Any, unit: str, where: str) -> float | Distribution | None:
+    """Return a standard deviation [SI], or its distribution."""
+    if given is None:
+        return None
+    if not isinstance(given, dict):
+        return _positive(given, unit, where)
+    if not is_distribution(given):
+        raise CampaignError([f"{where}: {shown(given)} is neither a value nor a distribution"])
+    found = read_distribution(given, where)
+    if found.below(0.0) > 0.0:
+        raise CampaignError([f"{where}: is negative at times; truncate it, or take a log-normal"])
+    scale = _scale(found.unit, unit, where)
+    if scale is None:
+        raise CampaignError([f"{where}: its values need the quantity's unit"])
+    return found
+
+
+def _scale(own: str | None, unit: str, where: str) -> float | None:
+    """Return what a number in its own unit is multiplied by, None where a unit is missing."""
+    if own is None:
+        return 1.0 if unit in ("1", "") else None
+    try:
+        return convert(1.0, own, udunits(unit))
+    except UnitError as error:
+        raise CampaignError([f"{where}: {error}"]) from None
+
+
+def _positive(given: Any, unit: str, where: str) -> float:
+    if is_quantity(given):
+        number, own = split(given)
+        value = float(number) * (_scale(own, unit, where) or 1.0)
+    elif unit in ("1", "") and isinstance(given, int | float):
+        value = float(given)
+    else:
+        raise CampaignError([f"{where}: {shown(given)} is no quantity: write a number with its unit"])
+    if not value > 0.0:
+        raise CampaignError([f"{where}: {shown(given)} must be greater than 0"])
+    return value
+
+
+def udunits(unit: str) -> str:
+    """Return a unit in UDUNITS form, ``m2 N-1``, as a text that can be converted to: ``m2*N-1``."""
+    return unit.replace(" ", "*")

@@ -1,0 +1,213 @@
+"""Updates of campaigns by measurements: one immutable file each, beside the runs and kept as they are.
+
+``updates/ab/<id>.nc`` is a netCDF-4 file with groups, written whole or not at all, recorded in the catalogue
+with its hash, and sealed inside, so that it can be checked without any catalogue.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from wearlab.store.bounds import refuse_links
+from wearlab.store.errors import StoreError
+from wearlab.store.memberships import now
+from wearlab.store.runs import Image, RunFiles, hash_of
+from wearlab.store.seal import SEAL
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wearlab.store.audit import Problem
+    from wearlab.store.store import Store
+
+TABLE = """
+CREATE TABLE IF NOT EXISTS updates (
+    id TEXT PRIMARY KEY, title TEXT, size INTEGER, sha256 TEXT, recorded TEXT, runs TEXT, summary TEXT
+) WITHOUT ROWID
+"""
+COLUMNS = "id, title, size, sha256, recorded, runs, summary"
+
+
+class KeptUpdate(NamedTuple):
+    """An update as the catalogue knows it; ``runs`` are the ids it was made from."""
+
+    id: str
+    title: str
+    size: int
+    sha256: str
+    recorded: str
+    runs: tuple[str, ...]
+    summary: dict[str, Any]
+
+
+def update_files(store: "Store") -> RunFiles:
+    """Return the folder of the updates."""
+    return RunFiles(store.path / "updates")
+
+
+def seal_of(tree: "xr.DataTree") -> str:
+    """Return the SHA-256 over the content of all groups."""
+    from wearlab.store.seal import content_hash
+
+    digest = hashlib.sha256()
+    nodes = {node.path: node for node in tree.subtree}
+    for name in sorted(nodes):
+        digest.update(f"{name} {content_hash(nodes[name].to_dataset(inherit=False))}\n".encode())
+    return digest.hexdigest()
+
+
+def keep_update(
+    store: "Store",
+    update_id: str,
+    tree: "xr.DataTree",
+    title: str,
+    runs: Sequence[str],
+    summary: Mapping[str, Any],
+) -> Path:
+    """Write an update and record it; what is there under this identity is replaced.
+
+    Parameters
+    ----------
+    store : where it is kept
+    update_id : hash of all that it depends on
+    tree : the update, sealed
+    title : of the campaign
+    runs : ids of the runs that it was made from
+    summary : what a list shows of it
+
+    Raises
+    ------
+    StoreError : the disk or the catalogue refuses; nothing half-written remains
+    """
+    files = update_files(store)
+    image = _image(tree, store.path)
+    sha256 = hashlib.sha256(image).hexdigest()
+    with store.presence() as presence:
+        files.write([Image(update_id, image, sha256)], presence.token)
+    row = (update_id, title, len(image), sha256, now(), json.dumps(list(runs)), json.dumps(dict(summary)))
+    _record(store, row)
+    return files.path(update_id)
+
+
+def _image(tree: "xr.DataTree", folder: Path) -> bytes:
+    """Return the file of a tree; netCDF writes groups to paths only."""
+    import tempfile
+
+    with tempfile.TemporaryDirectory(prefix=".update-", dir=folder) as place:
+        path = Path(place) / "tree.nc"
+        try:
+            tree.to_netcdf(path, engine="netcdf4")
+            return path.read_bytes()
+        except OSError as error:
+            raise StoreError(f"{folder}: cannot be written ({error.strerror or error})") from error
+
+
+def _record(store: "Store", row: tuple[Any, ...]) -> None:
+    with store.catalogue._transaction() as connection:
+        connection.execute(TABLE)
+        connection.execute(f"INSERT OR REPLACE INTO updates VALUES ({', '.join('?' * len(row))})", row)
+
+
+def kept_updates(store: "Store") -> dict[str, KeptUpdate]:
+    """Return the updates that the catalogue knows, by id, the latest last."""
+    if not store.catalogue.exists():
+        return {}
+    if not store.catalogue.read("SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'updates'"):
+        return {}
+    rows = store.catalogue.read(f"SELECT {COLUMNS} FROM updates ORDER BY recorded")
+    try:
+        return {row[0]: _entry(row) for row in rows}
+    except (ValueError, TypeError) as error:
+        raise StoreError(
+            f"{store.catalogue.path}: its updates cannot be understood ({error}); 'wearlab reindex' mends it"
+        ) from error
+
+
+def _entry(row: tuple[Any, ...]) -> KeptUpdate:
+    name, title, size, sha256, when, runs, summary = row
+    return KeptUpdate(name, title, size, sha256, when, tuple(json.loads(runs)), dict(json.loads(summary)))
+
+
+def read_update(store: "Store", update_id: str) -> "xr.DataTree | None":
+    """Return a kept update, loaded, its file closed; None when there is none.
+
+    Raises
+    ------
+    StoreError : its bytes are not those that were written
+    """
+    known = kept_updates(store).get(update_id)
+    path = update_files(store).path(update_id)
+    if known is None or not path.is_file():
+        return None
+    refuse_links(path)
+    if hash_of(path) != known.sha256:
+        raise StoreError(f"{path}: its bytes are not those that were written; remove it and update again")
+    return load_tree(path)
+
+
+def load_tree(path: Path) -> "xr.DataTree":
+    """Return the tree of a file, loaded.
+
+    Raises
+    ------
+    StoreError : it cannot be read
+    """
+    import xarray as xr
+
+    try:
+        with xr.open_datatree(path, engine="netcdf4") as tree:
+            return tree.load()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
+
+
+def verify_updates(store: "Store") -> Iterator["Problem"]:
+    """Yield everything wrong with the updates of a store."""
+    from wearlab.store.audit import Problem
+
+    files, known = update_files(store), kept_updates(store)
+    for one in known.values():
+        path = files.path(one.id)
+        if not path.is_file():
+            yield Problem(path, "missing", "the catalogue knows this update, but there is no file")
+        elif path.stat().st_size != one.size:
+            yield Problem(path, "truncated", f"{path.stat().st_size} bytes instead of {one.size}")
+        elif hash_of(path) != one.sha256:
+            yield Problem(path, "altered", "its bytes are not those that were written")
+    for path in files:
+        if path.suffix == ".part":
+            yield Problem(path, "unfinished", "left by a process that died while writing; can be deleted")
+        elif not files.holds(path):
+            yield Problem(path, "foreign", "not a file of this store")
+        elif path.stem not in known:
+            yield Problem(path, "unknown", "an update that the catalogue does not know; 'wearlab reindex'")
+
+
+def reindex_updates(store: "Store") -> list["Problem"]:
+    """Record every update whose file is what was sealed in it; return the others."""
+    from wearlab.store.audit import Problem
+
+    problems: list[Problem] = []
+    files = update_files(store)
+    for path in files:
+        if not files.holds(path):
+            continue
+        try:
+            tree = load_tree(path)
+        except StoreError as error:
+            problems.append(Problem(path, "unreadable", str(error)))
+            continue
+        attributes = tree.attrs
+        if attributes.get(SEAL) != seal_of(tree) or attributes.get("id") != path.stem:
+            problems.append(Problem(path, "altered", "its content is not what was sealed in it"))
+            continue
+        runs = str(attributes.get("runs", "")).split()
+        summary = str(attributes.get("summary", "{}"))
+        size, sha256 = path.stat().st_size, hash_of(path)
+        recorded = str(attributes.get("date_created", now()))
+        _record(
+            store, (path.stem, attributes.get("title", ""), size, sha256, recorded, json.dumps(runs), summary)
+        )
+    return problems

@@ -1,0 +1,114 @@
+"""Is the method calibrated for this very study? Synthetic twins put through the real code.
+
+Truths are drawn from the prior, measurements from the model with its errors, and each twin is updated as the
+real data are. The probability that a posterior gives to less than the truth is then uniform (Talts et al.
+2018, arXiv:1804.06788), and an interval holds the truth as often as it says.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from wearlab.updating.answer import Answer, present_state
+from wearlab.updating.draws import Draws, drawn
+from wearlab.updating.likelihood import PER, Block, inspections_of, modelled
+from wearlab.updating.outcome import answered, unseen
+from wearlab.updating.posterior import Posterior
+
+if TYPE_CHECKING:
+    from wearlab.updating.study import Study
+
+Array = NDArray[np.float64]
+WIDTHS = (0.5, 0.9)
+
+
+def calibrated(study: "Study", post: Posterior, n: int, *, told: Sequence[Block] | None = None) -> xr.Dataset:
+    """Return the ranks of the truths of synthetic twins, and how often intervals hold them.
+
+    Parameters
+    ----------
+    study, post : the study and its posterior: runs, blocks, prior
+    n : number of twins
+    told : the errors that the twins are updated with, where they are to be wrong [those they are made with]
+    """
+    rng = np.random.default_rng([study.spec.seed, 2])
+    before = answered(study, post.histories, unseen(post.blocks))
+    truths = drawn(before, n, rng)
+    ranks: dict[str, list[float]] = {"factor": [], "life": []}
+    for t in range(n):
+        made, life = twin(post, truths, t, before, rng)
+        if told is not None:
+            made = tuple(replace(wrong, seen=one.seen) for wrong, one in zip(told, made, strict=True))
+        runs = post.histories
+        if len(runs) > 1:  # its own run knows too much
+            runs = tuple(run for i, run in enumerate(runs) if i != truths.run[t])
+        answer = answered(study, runs, made)
+        if study.prior.factor is not None:
+            ranks["factor"].append(answer.factor_below(float(truths.factor[t])))
+        over = answer.passed if life <= answer.now and answer.drifting is not None else None
+        ranks["life"].append(answer.life_below(life) if over is None else float(rng.random() * over))
+    found: dict[str, xr.Variable] = {}
+    for name, values in ranks.items():
+        if values:
+            rank = np.array(values)
+            found[f"{name}_rank"] = xr.Variable(
+                "twin",
+                rank,
+                {"units": "1", "long_name": f"posterior probability of less {name} than the truth"},
+            )
+            for width in WIDTHS:
+                inside = np.abs(rank - 0.5) <= 0.5 * width
+                found[f"{name}_coverage_{100 * width:.0f}"] = xr.Variable(
+                    (), float(inside.mean()), {"units": "1", "long_name": "share of intervals with the truth"}
+                )
+    return xr.Dataset(found, {"twin": np.arange(n)})
+
+
+def twin(
+    post: Posterior, truths: Draws, t: int, before: Answer, rng: np.random.Generator
+) -> tuple[tuple[Block, ...], float]:
+    """Return the blocks with made-up values of one truth, and its life.
+
+    Parameters
+    ----------
+    post : for its runs and blocks
+    truths : draws from the prior
+    t : which of them
+    before : the prior, for what drifts on to the limit
+    rng : of errors and drift
+    """
+    run = post.histories[int(truths.run[t])]
+    factor = truths.factor[t : t + 1]
+    made, life = [], float(run.life(factor)[0])
+    for number, block in enumerate(post.blocks):
+        error, rows = block.data.error, block.rows
+        model = modelled(block, run, number, factor)[0]
+        sd = float(truths.sd[number][t])
+        drift = float(truths.drift[number][t])
+        spread = np.sqrt(sd**2 + block.seen.sd[rows] ** 2 + (error.relative * model) ** 2)
+        value = model + spread * rng.standard_normal(len(rows))
+        start = float(block.data.since) if isinstance(block.data.since, float) else run.start
+        w, last = 0.0, start
+        for one in inspections_of(block, run, number):
+            step = np.sqrt(drift**2 / PER * (one.cycle - last)) * rng.standard_normal()
+            w = step if block.data.since == "previous" else w + step
+            value[one.values] += w + error.offset_sd * rng.standard_normal()
+            last = one.cycle
+        values = block.seen.value.copy()
+        values[rows] = value
+        below = block.seen.below.copy()
+        hidden = np.isfinite(below) & (values < below)
+        made.append(replace(block, seen=replace(block.seen, value=np.where(hidden, np.nan, values))))
+        if number == before.drifting and drift > 0.0:
+            now = float(
+                max(run.asked[n].cycle[b.rows].max() for n, b in enumerate(post.blocks) if len(b.rows))
+            )
+            w += np.sqrt(drift**2 / PER * (now - last)) * rng.standard_normal()
+            gap, ahead = present_state(run, factor, np.array([w]), now)
+            closed = gap[0] <= 0.0
+            life = now if closed else now + float(rng.wald(ahead[0], gap[0] ** 2 / (drift**2 / PER)))
+    return tuple(made), life

@@ -1,0 +1,89 @@
+"""Is each inspection like the others? Its values against what those before it lead to expect."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import gammaincc
+
+from wearlab.updating.draws import Draws
+from wearlab.updating.filtering import Step
+from wearlab.updating.likelihood import inspections_of, log_likelihood
+from wearlab.updating.posterior import Posterior
+
+Array = NDArray[np.float64]
+FLAGGED, DOUBTFUL = 0.01, 0.05
+
+
+@dataclass(frozen=True)
+class Check:
+    """How probable values as far off are, at one inspection of one block.
+
+    Parameters
+    ----------
+    block, cycle, count : which block, when, how many values
+    p : probability of values at least as far from what was expected (posterior predictive)
+    higher : whether they are above it
+    """
+
+    block: int
+    cycle: float
+    count: int
+    p: float
+    higher: bool
+
+    @property
+    def words(self) -> str:
+        """What to think of it."""
+        if self.p >= DOUBTFUL:
+            return "as expected"
+        side = "higher" if self.higher else "lower"
+        if self.count > 1:
+            side = "farther off"
+        return f"{'much ' if self.p < FLAGGED else ''}{side} than expected"
+
+
+def surprises(post: Posterior, draws: Draws, number: int) -> list[Step]:
+    """Return the surprise of each inspection of a block for every draw, lanes in the order of the draws."""
+    block = post.blocks[number]
+    steps: list[Step] = []
+    for i in np.unique(draws.run):
+        mine = draws.of_run(int(i))
+        found = log_likelihood(
+            block,
+            post.histories[int(i)],
+            number,
+            draws.factor[mine],
+            draws.sd[number][mine],
+            draws.drift[number][mine],
+            steps=True,
+        ).steps
+        if not steps:
+            steps = [Step(one.count, *(np.empty(len(draws)) for _ in range(7))) for one in found]
+        for whole, part in zip(steps, found, strict=True):
+            for name in part.__dataclass_fields__:
+                if name != "count":
+                    getattr(whole, name)[mine] = getattr(part, name)
+    return steps
+
+
+def checks(post: Posterior, draws: Draws, most: int = 2000) -> list[Check]:
+    """Return a check of every inspection, the blocks one after the other.
+
+    Parameters
+    ----------
+    post : the posterior, which has seen them all
+    draws : from it
+    most : inspections of a block that are checked one by one; more are too many to be read
+    """
+    found = []
+    for number, block in enumerate(post.blocks):
+        if not len(block.rows):
+            continue
+        times = inspections_of(block, post.histories[0], number)
+        if len(times) > most or block.seen.censored.any():
+            continue
+        for one, step in zip(times, surprises(post, draws, number), strict=True):
+            p = float(np.mean(gammaincc(0.5 * step.count, 0.5 * step.chi_square)))
+            found.append(Check(number, one.cycle, step.count, p, bool(np.median(step.surprise) > 0.0)))
+    return found

@@ -1,0 +1,146 @@
+"""How probable measurements are when their errors are shared or accumulate: a scalar Kalman filter.
+
+The wear strays from the model's by a Wiener process W whose variance grows by ``rate`` a cycle; an inspection
+sees it with one offset of its own and one independent error a value,
+
+    y = m + W + offset + error.
+
+Values of one inspection are replaced by their weighted mean, which is sufficient for W; what they scatter
+about it is accounted for apart, so that an inspection costs the same with one value or with a thousand.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+LOG_TWO_PI = float(np.log(2.0 * np.pi))
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """The values taken at one time: when [cycles], and which."""
+
+    cycle: float
+    values: NDArray[np.intp]
+
+
+@dataclass
+class Filtered:
+    """What the filter knows after the last inspection; every array has the shape of the lanes.
+
+    Parameters
+    ----------
+    log_likelihood : of all values
+    mean, variance : of W
+    cycle : of the last inspection
+    steps : for each inspection its surprise (below), where it was asked for
+    """
+
+    log_likelihood: Array
+    mean: Array
+    variance: Array
+    cycle: float
+    steps: list["Step"] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One inspection, seen from those before it.
+
+    Parameters
+    ----------
+    count : of its values
+    count : of its values
+    surprise : difference of its mean from what was expected, over the standard deviation expected
+    chi_square : sum of all squared standard differences of its values
+    log_likelihood : of its values, given those before
+    before, before_variance : mean and variance of W just before it
+    mean, variance : of W after it
+    """
+
+    count: int
+    surprise: Array
+    chi_square: Array
+    log_likelihood: Array
+    before: Array
+    before_variance: Array
+    mean: Array
+    variance: Array
+
+
+def filtered(
+    residual: Array,
+    variance: Array,
+    inspections: list[Inspection],
+    offset_variance: float,
+    rate: Array,
+    start: float,
+    *,
+    steps: bool = False,
+) -> Filtered:
+    """Return the likelihood of residuals and what is known of W.
+
+    Parameters
+    ----------
+    residual : (…, n) measured minus model; leading dimensions are lanes
+    variance : (…, n) or (…, 1) of the independent errors; lanes are broadcast
+    inspections : in order of time
+    offset_variance : of the error that an inspection's values share
+    rate : (…) variance of W per cycle
+    start : cycle at which W is 0
+    steps : whether each inspection's surprise is kept
+    """
+    lanes = np.broadcast_shapes(residual.shape[:-1], variance.shape[:-1], np.shape(rate))
+    total, mean, spread = (np.zeros(()) for _ in range(3))  # each grows to the lanes that it depends on
+    kept: list[Step] = []
+    last = start
+    for one in inspections:
+        r = residual[..., one.values]
+        v = variance if variance.shape[-1] == 1 else variance[..., one.values]
+        n = len(one.values)
+        precision = np.sum(1.0 / v, axis=-1) * (n if v.shape[-1] == 1 else 1)
+        own = 1.0 / precision
+        average = np.sum(r / v, axis=-1) * own
+        logs = np.sum(np.log(v), axis=-1) * (n if v.shape[-1] == 1 else 1)
+        before, before_spread = mean, spread + rate * (one.cycle - last)
+        expected = before_spread + own + offset_variance
+        off = average - before
+        constant = logs - np.log(own) + np.log(expected) + n * LOG_TWO_PI
+        chi = off * off / expected
+        if n > 1:
+            chi = chi + np.sum(r * r / v, axis=-1) - average * average * precision
+        gained = -0.5 * (chi + constant)
+        gain = before_spread / expected
+        total = total + gained
+        mean, spread = before + gain * off, before_spread * (1.0 - gain)
+        last = one.cycle
+        if steps:
+            each = (off / np.sqrt(expected), chi, gained, before, before_spread, mean, spread)
+            whole = [np.broadcast_to(np.asarray(part, float), lanes) for part in each]
+            kept.append(Step(n, *whole))
+    total = np.broadcast_to(total, lanes)
+    return Filtered(total, np.broadcast_to(mean, lanes), np.broadcast_to(spread, lanes), last, kept)
+
+
+def smoothed_paths(steps: list[Step], cycles: list[float], rate: Array, rng: np.random.Generator) -> Array:
+    """Return draws of W at the inspections given all of them, (inspections, …): drawn backwards.
+
+    Parameters
+    ----------
+    steps : of the filter, lanes are draws
+    cycles : of the inspections
+    rate : (…) variance of W per cycle
+    """
+    lanes = np.shape(steps[-1].mean)
+    paths = np.empty((len(steps), *lanes))
+    paths[-1] = steps[-1].mean + np.sqrt(steps[-1].variance) * rng.standard_normal(lanes)
+    for t in range(len(steps) - 2, -1, -1):
+        ahead = rate * (cycles[t + 1] - cycles[t])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            gain = np.where(steps[t].variance > 0.0, steps[t].variance / (steps[t].variance + ahead), 0.0)
+        mean = steps[t].mean + gain * (paths[t + 1] - steps[t].mean)
+        spread = steps[t].variance * (1.0 - gain)
+        paths[t] = mean + np.sqrt(np.maximum(spread, 0.0)) * rng.standard_normal(lanes)
+    return paths

@@ -1,0 +1,85 @@
+"""Updates are kept as runs are: under the identity of all that they depend on, and sealed."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wearlab.campaign import Campaign
+from wearlab.sources import hash_of
+from wearlab.updating.study import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wearlab.store import Store
+    from wearlab.updating.outcome import Outcome
+
+FORMAT = 1
+
+
+def identity(wanted: Sequence[Study], *, replay: bool, check: int) -> str:
+    """Return the identity of an update: its runs, the files' contents, its words, this room's code."""
+    parts: list[Any] = [FORMAT, code(), replay, check]
+    for study in wanted:
+        spec = study.spec
+        parts += [study.label, [scene.id for scene in study.scenes()[:1]], repr(study.limit)]
+        parts += [
+            spec.discrepancy,
+            spec.draws,
+            spec.seed,
+            sorted((k, repr(v)) for k, v in spec.unknown.items()),
+        ]
+        for seen in study.seen:
+            data = seen.data
+            parts += [data.quantity, data.where, data.columns.model_dump(), sorted(data.units.items())]
+            parts += [repr(data.error), sorted(data.select.items()), data.since, seen.fingerprint]
+    text = json.dumps(parts, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:20]
+
+
+@cache
+def code() -> str:
+    """Return the hash of the sources of this room."""
+    return hash_of(sorted(Path(__file__).parent.glob("*.py")))
+
+
+def kept(
+    campaign: Campaign, wanted: Sequence[Study], store: "Store", *, replay: bool, check: int
+) -> "xr.DataTree | None":
+    """Return the update when it was made before, None otherwise."""
+    from wearlab.store.updates import read_update
+
+    return read_update(store, identity(wanted, replay=replay, check=check))
+
+
+def keep(
+    campaign: Campaign,
+    wanted: Sequence[Study],
+    outcomes: "Sequence[Outcome]",
+    tree: "xr.DataTree",
+    store: "Store",
+    *,
+    replay: bool,
+    check: int,
+) -> "xr.DataTree":
+    """Write an update into the store; return it with its identity and seal."""
+    from wearlab.store.seal import SEAL
+    from wearlab.store.updates import keep_update, seal_of
+
+    name = identity(wanted, replay=replay, check=check)
+    runs = list(dict.fromkeys(run.id for one in outcomes for run in one.posterior.histories))
+    summary = {one.study.label: _summary(one) for one in outcomes}
+    tree.attrs |= {"id": name, "runs": " ".join(runs), "summary": json.dumps(summary)}
+    tree.attrs[SEAL] = seal_of(tree)
+    keep_update(store, name, tree, campaign.title, runs, summary)
+    return tree
+
+
+def _summary(one: "Outcome") -> dict[str, float]:
+    import numpy as np
+
+    low, middle, high = one.answer.remaining(np.array([0.05, 0.5, 0.95]))
+    return {"now": one.answer.now, "remaining_5": low, "remaining_50": middle, "remaining_95": high}

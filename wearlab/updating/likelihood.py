@@ -1,0 +1,201 @@
+"""How probable a block of observations is, for every wear coefficient, error and drift at once."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.campaign.distributions import Distribution
+from wearlab.campaign.update import PREVIOUS, Data, udunits
+from wearlab.units import convert
+from wearlab.updating.filtering import LOG_TWO_PI, Filtered, Inspection, filtered
+from wearlab.updating.history import History
+from wearlab.updating.observations import Observed
+
+Array = NDArray[np.float64]
+PER = 1e6  # cycles over which ``drift`` is said
+MANY = 4000  # values from which independent ones are summed in pieces
+PIECE = 2000
+MATTERS = 0.1  # numerical over measuring error from which it counts
+
+
+@dataclass(frozen=True)
+class Spread:
+    """A standard deviation of one block that is known, or has a prior [SI]."""
+
+    name: str
+    known: float
+    prior: Distribution | None = None
+    scale: float = 1.0
+
+    def log_density(self, value: Array) -> Array:
+        """Return the log of the prior's density per unit of ln value."""
+        assert self.prior is not None
+        own = value / self.scale
+        with np.errstate(divide="ignore"):
+            return np.log(np.array([self.prior.density(x) * x for x in own.ravel()])).reshape(value.shape)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Observations with their errors, as the likelihood needs them.
+
+    Parameters
+    ----------
+    seen : the observations
+    rows : which of them count, (n,)
+    sd, drift : spreads; a drift that is None is left out
+    numerical : relative error of the runs, 0 where it is of no weight
+    """
+
+    seen: Observed
+    rows: NDArray[np.intp]
+    sd: Spread
+    drift: Spread | None
+    numerical: float = 0.0
+
+    @property
+    def data(self) -> Data:
+        """What the file says of them."""
+        return self.seen.data
+
+    @property
+    def spreads(self) -> tuple[Spread, ...]:
+        """Those that have a prior."""
+        return tuple(one for one in (self.sd, self.drift) if one is not None and one.prior is not None)
+
+    @property
+    def name(self) -> str:
+        """The quantity and where it was measured."""
+        return "_".join([self.data.quantity, *([self.data.where] if self.data.where else [])])
+
+
+def block_of(seen: Observed, *, accumulating: bool) -> Block:
+    """Return a block with all its observations."""
+    error, data = seen.data.error, seen.data
+    drift = _spread("drift", error.drift, data) if accumulating and error.drift is not None else None
+    sd = _spread("sd", error.sd if error.sd is not None else 0.0, data)
+    return Block(seen, np.arange(len(seen)), sd, drift)
+
+
+def _spread(name: str, given: float | Distribution, data: Data) -> Spread:
+    label = "_".join([name, data.quantity, *([data.where] if data.where else [])])
+    if not isinstance(given, Distribution):
+        return Spread(label, given)
+    scale = 1.0 if given.unit is None else convert(1.0, given.unit, udunits(data.si))
+    return Spread(label, given.at(0.5) * scale, given, scale)
+
+
+def numerical_share(block: Block, history: History) -> float:
+    """Return the largest numerical error of the run over the smallest error of a value."""
+    error, seen = block.data.error, block.seen
+    value = np.nanmax(np.abs(np.where(seen.censored, seen.below, seen.value)), initial=0.0)
+    least = block.sd.known if block.sd.prior is None else block.sd.prior.at(0.05) * block.sd.scale
+    own = float(np.min(np.hypot(seen.sd, np.hypot(least, error.relative * value)), initial=math.inf))
+    return float(history.numerical * value / own) if own > 0.0 else 0.0
+
+
+def inspections_of(block: Block, history: History, number: int) -> list[Inspection]:
+    """Return the times of a block's values that count, each with the places of its values among those."""
+    cycle = history.asked[number].cycle[block.rows]
+    if not len(cycle):
+        return []
+    times, inverse = np.unique(cycle, return_inverse=True)
+    order = np.argsort(inverse, kind="stable")
+    parts = np.split(order, np.cumsum(np.bincount(inverse, minlength=len(times)))[:-1])
+    return [Inspection(float(t), part.astype(np.intp)) for t, part in zip(times, parts, strict=True)]
+
+
+def modelled(block: Block, history: History, number: int, factor: Array) -> Array:
+    """Return what the model says of each value that counts, (…, n), for factors on the coefficient (…)."""
+    asked = history.asked[number]
+    cycle, column = asked.cycle[block.rows], asked.column[block.rows]
+    f = np.asarray(factor)[..., None]
+    found = asked.curve.at(history.own_cycle(cycle, f), column)
+    since = block.data.since
+    if since is None:
+        return found
+    first = _previous(cycle, history.start) if since == PREVIOUS else np.full_like(cycle, float(since))
+    return np.asarray(found - asked.curve.at(history.own_cycle(first, f), column))
+
+
+def _previous(cycle: Array, start: float) -> Array:
+    times = np.unique(cycle)
+    before = np.concatenate([[start], times[:-1]])
+    return np.asarray(before[np.searchsorted(times, cycle)])
+
+
+def log_likelihood(
+    block: Block,
+    history: History,
+    number: int,
+    factor: Array,
+    sd: Array,
+    drift: Array,
+    *,
+    steps: bool = False,
+) -> Filtered:
+    """Return how probable the block is, and what is known of its drift.
+
+    Parameters
+    ----------
+    block, history, number : what was measured, the run, the block's place
+    factor, sd, drift : broadcast lanes: on the coefficient, of a value [SI], of W in `PER` cycles [SI]
+    steps : whether each inspection's surprise is kept
+    """
+    rate = drift**2 / PER
+    model = modelled(block, history, number, factor)
+    variance = _variance(block, model, sd)
+    start = history.start
+    times = inspections_of(block, history, number)
+    if block.data.since == PREVIOUS:
+        cycle = history.asked[number].cycle[block.rows]
+        variance = variance + rate[..., None] * (cycle - _previous(cycle, start))
+        rate = np.zeros_like(rate)
+    elif block.data.since is not None:
+        start = float(block.data.since)
+    residual = block.seen.value[block.rows] - model
+    censored = block.seen.censored[block.rows]
+    shares = bool(np.any(rate > 0.0)) or block.data.error.offset_sd > 0.0
+    if not steps and not shares and (len(block.rows) > MANY or censored.any()):
+        total = _independent(residual, variance, model, censored, block.seen.below[block.rows])
+        zero = np.zeros_like(total)
+        return Filtered(total, zero, zero, times[-1].cycle if times else start)
+    if censored.any():
+        residual = np.where(censored, 0.0, residual)
+    return filtered(residual, variance, times, block.data.error.offset_sd**2, rate, start, steps=steps)
+
+
+def _variance(block: Block, model: Array, sd: Array) -> Array:
+    """Return the variance of each value's own error; of one where all are alike, its last dimension is 1."""
+    own = block.seen.sd[block.rows]
+    relative = math.hypot(block.data.error.relative, block.numerical)
+    square = np.asarray(sd**2)[..., None]
+    if own.any():
+        square = square + own**2
+    return square + (relative * model) ** 2 if relative else square
+
+
+def _independent(
+    residual: Array, variance: Array, model: Array, censored: NDArray[np.bool_], below: Array
+) -> Array:
+    """Return the sum of the logs of independent normal densities; of probabilities where values are below."""
+    n = residual.shape[-1]
+    if variance.shape[-1] == 1 and not censored.any():
+        square = np.einsum("...i,...i->...", residual, residual)
+        v = variance[..., 0]
+        return np.asarray(-0.5 * (square / v + n * (np.log(v) + LOG_TWO_PI)))
+    total = np.zeros(np.broadcast_shapes(residual.shape[:-1], variance.shape[:-1]))
+    for begin in range(0, n, PIECE):
+        part = slice(begin, begin + PIECE)
+        r, hidden = residual[..., part], censored[part]
+        v = variance if variance.shape[-1] == 1 else variance[..., part]
+        each = -0.5 * (np.where(hidden, 0.0, r) ** 2 / v + np.log(v) + LOG_TWO_PI)
+        if hidden.any():
+            from scipy.special import log_ndtr
+
+            score = (np.where(hidden, below[part], 0.0) - model[..., part]) / np.sqrt(v)
+            each = np.where(hidden, log_ndtr(score), each)
+        total = total + each.sum(axis=-1)
+    return total

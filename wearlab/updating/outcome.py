@@ -1,0 +1,281 @@
+"""One case updated: posterior, answer, draws, checks, and what a reader must know besides."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.updating.answer import Answer, drifting_block
+from wearlab.updating.checking import Check, checks
+from wearlab.updating.draws import Draws, drawn
+from wearlab.updating.history import History
+from wearlab.updating.likelihood import (
+    MATTERS,
+    PER,
+    Block,
+    block_of,
+    inspections_of,
+    modelled,
+    numerical_share,
+)
+from wearlab.updating.posterior import Posterior, posterior
+
+if TYPE_CHECKING:
+    from wearlab.updating.study import Study
+
+Array = NDArray[np.float64]
+ACCUMULATING = "accumulating"
+TENSION = 3.0  # standard deviations of ln k between two files that contradict each other
+HARDLY = 0.01  # prior predictive probability below which the prior excludes the data
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What an update comes to.
+
+    Parameters
+    ----------
+    study : what was asked
+    answer : on the grid
+    draws, prior_draws : from the posterior and from the prior
+    checks : of every inspection
+    which : the number of the draw that each stored run is
+    notes : what a reader must know
+    stats : numbers about the update itself
+    """
+
+    study: "Study"
+    answer: Answer
+    draws: Draws
+    prior: Answer
+    prior_draws: Draws
+    checks: tuple[Check, ...]
+    which: NDArray[np.intp]
+    notes: tuple[str, ...]
+    stats: dict[str, float]
+
+    @property
+    def posterior(self) -> Posterior:
+        """The answer's."""
+        return self.answer.posterior
+
+
+def blocks_of(study: "Study", runs: Sequence[History]) -> tuple[Block, ...]:
+    """Return the observations of a study with their errors; the runs' own error where it counts."""
+    found = []
+    for seen in study.seen:
+        block = block_of(seen, accumulating=study.spec.discrepancy == ACCUMULATING)
+        counts = len(seen) > 0 and numerical_share(block, runs[0]) > MATTERS
+        found.append(replace(block, numerical=runs[0].numerical if counts else 0.0))
+    return tuple(found)
+
+
+def answered(
+    study: "Study", runs: Sequence[History], blocks: Sequence[Block], log_proposal: Array | None = None
+) -> Answer:
+    """Return what is known after the observations that count in these blocks."""
+    post = posterior(runs, blocks, study.prior, log_proposal)
+    return Answer(post, now_of(runs[0], blocks), drifting_of(study, blocks))
+
+
+def now_of(run: History, blocks: Sequence[Block]) -> float:
+    """Return the cycle of the last inspection, the first cycle without one."""
+    last = [run.asked[n].cycle[b.rows].max() for n, b in enumerate(blocks) if len(b.rows)]
+    return float(max(last, default=run.start))
+
+
+def drifting_of(study: "Study", blocks: Sequence[Block]) -> int | None:
+    """Return the block whose drift goes on to the limit."""
+    return drifting_block(tuple(blocks), study.limit.quantity, study.limit.where)
+
+
+def unseen(blocks: Sequence[Block]) -> tuple[Block, ...]:
+    """Return blocks of which nothing counts: the prior."""
+    return tuple(replace(block, rows=np.zeros(0, np.intp)) for block in blocks)
+
+
+def outcome(
+    study: "Study",
+    runs: tuple[History, ...],
+    which: NDArray[np.intp],
+    log_proposal: Array | None = None,
+) -> Outcome:
+    """Update one case.
+
+    Parameters
+    ----------
+    study, runs : what was asked, and what the stored runs say
+    which : the number of the draw that each run is
+    log_proposal : of the runs, see `posterior`
+    """
+    blocks = blocks_of(study, runs)
+    rng = np.random.default_rng(study.spec.seed)
+    answer = answered(study, runs, blocks, log_proposal)
+    draws = drawn(answer, study.spec.draws, rng)
+    before = answered(study, runs, unseen(blocks), log_proposal)
+    prior_draws = drawn(before, study.spec.draws, rng)
+    checked = tuple(checks(answer.posterior, draws))
+    stats = _stats(study, answer, before, prior_draws, blocks, log_proposal, rng)
+    return Outcome(
+        study,
+        answer,
+        draws,
+        before,
+        prior_draws,
+        checked,
+        which,
+        tuple(_notes(study, runs, answer, blocks, stats)),
+        stats,
+    )
+
+
+def _stats(
+    study: "Study",
+    answer: Answer,
+    before: Answer,
+    prior_draws: Draws,
+    blocks: tuple[Block, ...],
+    log_proposal: Array | None,
+    rng: np.random.Generator,
+) -> dict[str, float]:
+    post = answer.posterior
+    found = {
+        "log_evidence": post.evidence,
+        "effective_runs": post.effective_runs,
+        "runs": float(len(post.histories)),
+        "beyond_the_runs": answer.beyond,
+        "end_passed": answer.passed,
+        "numerical_error": post.histories[0].numerical,
+        "numerical_share": max(
+            (numerical_share(b, post.histories[0]) for b in blocks if len(b.seen)), default=0.0
+        ),
+        "prior_predictive_p": prior_p(before, prior_draws, blocks, rng),
+        "contradiction": contradiction(study, post.histories, blocks, log_proposal),
+    }
+    if any(block.data.error.drift is not None for block in blocks):
+        other = [block_of(b.seen, accumulating=b.drift is None) for b in blocks]
+        alternative = posterior(post.histories, other, study.prior, log_proposal).evidence
+        with_drift = study.spec.discrepancy == ACCUMULATING
+        gain = post.evidence - alternative
+        found["log_evidence_of_drift"] = gain if with_drift else -gain
+    return found
+
+
+def prior_p(before: Answer, draws: Draws, blocks: Sequence[Block], rng: np.random.Generator) -> float:
+    """Return how probable values as far out as each block's last were before: the least, two-sided."""
+    least = 1.0
+    for number, block in enumerate(blocks):
+        if not len(block.rows) or block.seen.censored.any():
+            continue
+        runs = before.posterior.histories
+        last = inspections_of(block, runs[0], number)[-1].values[-1:]
+        one = replace(block, rows=block.rows[last])
+        value = float(block.seen.value[block.rows[last]][0])
+        model = np.empty(len(draws))
+        for i in np.unique(draws.run):
+            mine = draws.of_run(int(i))
+            model[mine] = modelled(one, runs[int(i)], number, draws.factor[mine])[..., 0]
+        cycle = float(runs[0].asked[number].cycle[one.rows][0])
+        error = block.data.error
+        square = draws.sd[number] ** 2 + draws.drift[number] ** 2 * cycle / PER
+        square += error.offset_sd**2 + (error.relative * model) ** 2 + float(block.seen.sd[one.rows][0]) ** 2
+        replica = model + np.sqrt(square) * rng.standard_normal(len(draws))
+        below = (np.sum(replica <= value) + 0.5) / (len(draws) + 1.0)
+        least = min(least, 2.0 * min(below, 1.0 - below))
+    return float(least)
+
+
+def contradiction(
+    study: "Study", runs: tuple[History, ...], blocks: tuple[Block, ...], log_proposal: Array | None
+) -> float:
+    """Return by how many standard deviations of ln k the two files most at odds differ, 0 for one file."""
+    told = [n for n, block in enumerate(blocks) if len(block.rows)]
+    if len(told) < 2 or study.prior.factor is None:
+        return 0.0
+    each = []
+    for n in told:
+        alone = tuple(b if k == n else unseen([b])[0] for k, b in enumerate(blocks))
+        each.append(Answer(posterior(runs, alone, study.prior, log_proposal), 0.0, None).mean_factor)
+    return max(
+        abs(a[0] - b[0]) / max(float(np.hypot(a[1], b[1])), 1e-12)
+        for i, a in enumerate(each)
+        for b in each[i + 1 :]
+    )
+
+
+def _notes(
+    study: "Study",
+    runs: tuple[History, ...],
+    answer: Answer,
+    blocks: tuple[Block, ...],
+    stats: dict[str, float],
+) -> list[str]:
+    """Return what a reader must know, most important first."""
+    notes = []
+    if not any(len(block.rows) for block in blocks):
+        notes.append("nothing was measured: this is the prior")
+    if stats["prior_predictive_p"] < HARDLY:
+        notes.append(
+            f"the prior hardly allows these data (prior predictive p = {stats['prior_predictive_p']:.2g}): "
+            "what follows leans on a corner of it; look at the units, the limits of the prior, the load"
+        )
+    if stats["contradiction"] > TENSION:
+        notes.append(
+            f"two files contradict each other: alone, each gives a k that is {stats['contradiction']:.1f} "
+            "standard deviations from the other's"
+        )
+    if np.isinf(runs[0].limit_cycle):
+        notes.append("the limit is never reached: the run does not wear there any more")
+    if stats["beyond_the_runs"] > 1e-6:
+        notes.append(
+            f"{100 * stats['beyond_the_runs']:.2g} % of the posterior lies beyond the stored runs, where "
+            "wear goes on at its last rate; let them end later (wear.until)"
+        )
+    if stats["end_passed"] > 0.5:
+        notes.append(f"the end of life has passed with a probability of {100 * stats['end_passed']:.3g} %")
+    if stats["numerical_share"] > MATTERS:
+        notes.append(
+            f"the numerical error of the runs, {100 * stats['numerical_error']:.2g} %, is "
+            f"{stats['numerical_share']:.2g} of the measuring error and counts as variance; lower "
+            "numerics.tolerance"
+        )
+    for n, block in enumerate(blocks):
+        notes += _oddities(n, block, runs[0])
+    if study.spec.discrepancy == ACCUMULATING and answer.drifting is None:
+        notes.append(
+            f"no drift is given for {study.limit.quantity}, which ends the life: what the wear strays from "
+            "now on is not in the remaining life"
+        )
+    if len(runs) > 1 and stats["effective_runs"] < 100.0:
+        notes.append(
+            f"only {stats['effective_runs']:.0f} of {len(runs)} runs carry the answer: more draws are needed"
+        )
+    return notes
+
+
+def _oddities(number: int, block: Block, run: History) -> list[str]:
+    """Return what is odd about the values of a block: below nothing, or falling."""
+    seen, notes = block.seen, []
+    if not len(seen):
+        return [f"{block.data.place}: {block.data.file.name} has no rows"]
+    file = block.data.file.name
+    value = np.where(seen.censored, 0.0, seen.value)
+    wears = block.data.quantity in ("worn_mass", "max_wear_depth", "wear_depth", "tooth_thickness")
+    if wears and (value < 0.0).any():
+        i = int(np.argmax(value < 0.0))
+        notes.append(
+            f"{file}: line {seen.row[i]}: {block.data.quantity} is negative; wear takes away, only errors of "
+            "measurement can be so"
+        )
+    if wears and seen.place_kind is None and block.data.since is None and not seen.censored.any():
+        order = np.argsort(run.asked[number].cycle, kind="stable")
+        falls = np.flatnonzero(np.diff(value[order]) < 0.0)
+        if len(falls):
+            i = int(order[falls[0] + 1])
+            notes.append(
+                f"{file}: line {seen.row[i]}: {block.data.quantity} is less than before; wear does not "
+                "come back, only errors of measurement fall"
+            )
+    return notes

@@ -1,0 +1,235 @@
+"""What of a campaign is updated: for every case its runs, its observations, its unknowns."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.campaign import Axis, Campaign, Case
+from wearlab.campaign.distributions import Distribution
+from wearlab.campaign.sampling import Sample, draw
+from wearlab.campaign.update import THICKNESS, Limit, UpdateSpec
+from wearlab.scene import Scene
+from wearlab.store.place import place
+from wearlab.updating.errors import UpdateError
+from wearlab.updating.history import History, history_of, refuse_what_does_not_scale
+from wearlab.updating.observations import Observed, read_observations
+from wearlab.updating.posterior import Prior
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wearlab.store import Store
+
+Array = NDArray[np.float64]
+FACTOR = "wear.coefficient.factor"
+DRAW = "draw"
+ALWAYS = ("life", "verdict", "end_reason", "error_estimate_life", "error_estimate_wear_depth")
+
+
+@dataclass(frozen=True)
+class Study:
+    """One case with what was measured of it.
+
+    Parameters
+    ----------
+    label : of the case, with its place in the sweeps
+    scene : as the campaign has it
+    spec : the campaign's [update]
+    limit : what ends the life
+    seen : the observations that belong to this case
+    drawn : values of the unknowns that cost runs, by key, as a campaign file would write them
+    longer : times its own limits at which the runs end
+    """
+
+    label: str
+    scene: Scene
+    spec: UpdateSpec
+    limit: Limit
+    seen: tuple[Observed, ...]
+    drawn: Mapping[str, tuple[Any, ...]]
+    longer: float = 1.0
+
+    @property
+    def prior(self) -> Prior:
+        """What is known of the factor before."""
+        return Prior(self.spec.unknown.get(FACTOR))
+
+    @property
+    def costly(self) -> dict[str, Distribution]:
+        """The unknowns that cost runs."""
+        return {key: one for key, one in self.spec.unknown.items() if key != FACTOR}
+
+    def scenes(self) -> tuple[Scene, ...]:
+        """Return the scenes of its runs: one, or one a draw."""
+        base = _lengthened(self.scene, self.longer)
+        if not self.drawn:
+            return (base,)
+        lean = _lean(base, self)
+        count = len(next(iter(self.drawn.values())))
+        found = []
+        for i in range(count):
+            scene = lean
+            for key, values in self.drawn.items():
+                scene = scene.replace(key, values[i])
+            found.append(scene)
+        return tuple(found)
+
+    def campaign(self, title: str) -> Campaign:
+        """Return its runs as a campaign with the axis ``draw``."""
+        scenes = self.scenes()
+        cases = tuple(Case("base", scene, {DRAW: i}) for i, scene in enumerate(scenes))
+        return Campaign(f"{title}: {self.label}", None, {}, cases, (Axis(DRAW, tuple(range(len(scenes)))),))
+
+
+def studies(campaign: Campaign) -> tuple[Study, ...]:
+    """Return what a campaign's [update] asks for, case by case.
+
+    Raises
+    ------
+    UpdateError : it has none, a file cannot be read, or a case cannot be updated
+    """
+    spec = campaign.update
+    if spec is None:
+        raise UpdateError("update: the campaign has no [update] section: nothing was measured")
+    seen = tuple(read_observations(one) for one in spec.data)
+    found = []
+    for case in campaign.cases:
+        own = tuple(one for one in seen if one.data.case in (None, case.label))
+        label = ", ".join([case.label, *(f"{k}={v}" for k, v in place(campaign, case).items())])
+        about = "" if len(campaign.cases) == 1 else f"case {label!r}: "
+        if case.scene.wear is None or case.scene.wear.until is None:
+            raise UpdateError(f"{about}wear.until: required: a run that wears is what k is inferred from")
+        try:
+            refuse_what_does_not_scale(case.scene.model_dump())
+        except UpdateError as error:
+            raise UpdateError(f"{about}{error}") from None
+        if FACTOR in spec.unknown and isinstance(case.scene.wear.coefficient, dict):
+            raise UpdateError(
+                f"{about}update.unknown.{FACTOR}: the members have coefficients of their own: name one, such "
+                'as "wear.coefficient.sun.factor"; it costs runs, as the other flanks go on as they are'
+            )
+        study = Study(label, case.scene, spec, _limit(case.scene, spec, about), own, {})
+        found.append(replace(study, drawn=drawn_values(study, spec.draws)))
+    return tuple(found)
+
+
+def drawn_values(study: Study, n: int) -> dict[str, tuple[Any, ...]]:
+    """Return draws from the priors of the unknowns that cost runs, Sobol points."""
+    if not study.costly:
+        return {}
+    return draw(Sample("sobol", n, study.spec.seed), study.costly, "update.unknown")
+
+
+def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
+    if spec.limit is not None:
+        return spec.limit
+    until = scene.wear.until if scene.wear is not None else None
+    if until is None or until.depth is None:
+        raise UpdateError(
+            f'{about}update.limit: required: wear.until has no depth; such as limit = {{ depth = "200 um" }}'
+        )
+    return Limit("max_wear_depth", until.depth, until.flank)
+
+
+def _lengthened(scene: Scene, times: float) -> Scene:
+    """Return a scene whose limits are farther off; snapshots go on as they do, and some in between."""
+    if times == 1.0 or scene.wear is None or scene.wear.until is None:
+        return scene
+    until = scene.wear.until
+    found = scene
+    if until.depth is not None:
+        found = found.replace("wear.until.depth", f"{until.depth * times!r} m")
+    for key in ("cycles", "mesh_cycles", "hours"):
+        value = getattr(until, key)
+        if value is not None:
+            found = found.replace(f"wear.until.{key}", value * times)
+    snapshots = scene.wear.snapshots
+    if snapshots is not None and snapshots.depth is not None:
+        last = snapshots.depth[-1]
+        more = [float(one) for one in np.arange(last, last * times, 0.1 * last)[1:]]
+        found = found.replace("wear.snapshots.depth", [f"{one!r} m" for one in (*snapshots.depth, *more)])
+    return found
+
+
+def _lean(scene: Scene, study: Study) -> Scene:
+    """Return a scene that keeps no more than an update reads: draws are many."""
+    return scene.replace("store.variables", sorted(needed(study.seen, study.limit)))
+
+
+def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
+    """Return the variables that an update reads."""
+    names = {limit.quantity, "max_wear_depth", *ALWAYS}
+    for one in seen:
+        profile = one.data.quantity in ("wear_depth", THICKNESS)
+        names |= {"wear_depth", "wear_rate"} if profile else {one.data.quantity}
+    return names
+
+
+def histories(study: Study, store: "Store") -> tuple[tuple[History, ...], NDArray[np.intp]]:
+    """Return what the stored runs of a study say, and which draw each is.
+
+    Raises
+    ------
+    UpdateError : none of them is there
+    """
+    scenes = study.scenes()
+    if len(scenes) == 1:
+        entry = store.heads([scenes[0].id]).get(scenes[0].id)
+        if entry is None or entry.state != "done":
+            why = "" if entry is None else store.find(scenes[0].id).reason or ""
+            raise UpdateError(
+                f"{study.label}: its run {'is not there' if entry is None else entry.state} "
+                f"{why.strip().rpartition(chr(10))[2]}".strip()
+            )
+        run = store.run(scenes[0].id)
+        one = history_of(run, scenes[0].id, _plain(scenes[0]), study.seen, study.limit)
+        return (one,), np.zeros(1, np.intp)
+    return _many(study, scenes, store)
+
+
+def _plain(scene: Scene) -> dict[str, Any]:
+    return dict(scene.model_dump())
+
+
+def _many(
+    study: Study, scenes: tuple[Scene, ...], store: "Store"
+) -> tuple[tuple[History, ...], NDArray[np.intp]]:
+    """Return the histories of all draws that have data, read a variable at a time."""
+    grid = store.open(study.campaign("update"))
+    wanted = needed(study.seen, study.limit) | {
+        "cycle",
+        "operating_hours",
+        "mesh_cycles",
+        "n_updates",
+        "status",
+    }
+    wanted |= {
+        "effective_wear_coefficient",
+        *(s.place_kind for s in study.seen if s.place_kind),
+        "roll_angle",
+    }
+    kept = [name for name in wanted if name in grid.variables]
+    loaded = grid[kept].load()
+    found, which = [], []
+    for i, scene in enumerate(scenes):
+        one = loaded.isel({DRAW: i}) if DRAW in loaded.dims else loaded
+        if str(one["status"].values) != "done":
+            continue
+        run = _trimmed(one)
+        try:
+            found.append(history_of(run, scene.id, _plain(scene), study.seen, study.limit))
+            which.append(i)
+        except UpdateError:
+            if i == 0:
+                raise
+    if not found:
+        raise UpdateError(f"{study.label}: none of its {len(scenes)} runs has data")
+    return tuple(found), np.array(which, np.intp)
+
+
+def _trimmed(run: "xr.Dataset") -> "xr.Dataset":
+    states = int(run["n_updates"])
+    return run.isel(update=slice(0, states)) if "update" in run.dims else run

@@ -1,0 +1,137 @@
+"""``wearlab update``: from a campaign's measurements to a remaining life with an interval."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.campaign import Campaign
+from wearlab.scene import SceneError
+from wearlab.units import is_quantity, split
+from wearlab.updating.errors import UpdateError
+from wearlab.updating.history import History
+from wearlab.updating.outcome import Outcome, answered, blocks_of, outcome
+from wearlab.updating.study import Study, histories, studies
+from wearlab.updating.weighting import FEWEST, fitted, log_mixture, proposed, scores
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wearlab.store import Store
+
+Array = NDArray[np.float64]
+ENOUGH = 1e-6  # posterior probability beyond the stored runs that is nothing
+MOST_LONGER = 8.0  # times its own limits that a run is made to last
+
+
+def update(
+    campaign: Campaign,
+    store: "Store",
+    *,
+    replay: bool = False,
+    check: int = 0,
+    progress: bool = True,
+    workers: int | None = None,
+) -> "xr.DataTree":
+    """Return what a campaign's measurements say of its wear coefficient and remaining life.
+
+    Missing runs are computed first; an update that was made before of the same runs and data is read.
+
+    Parameters
+    ----------
+    campaign : with an [update]
+    store : where runs and updates are kept
+    replay : also answer as after every inspection
+    check : number of synthetic twins of this study that are put through the same code
+    progress : show a bar, on a terminal
+    workers : processes for the runs [the cores]
+
+    Returns
+    -------
+    DataTree with the groups prior, posterior, posterior_predictive, predictions, log_likelihood,
+    observed_data, sample_stats; see docs/update.md.
+
+    Raises
+    ------
+    UpdateError : nothing was measured, a file cannot be read, or no run has data
+    StoreError : the store cannot be read or written
+    """
+    from wearlab.updating.keeping import keep, kept
+    from wearlab.updating.tree import tree_of
+
+    wanted = studies(campaign)
+    known = kept(campaign, wanted, store, replay=replay, check=check)
+    if known is not None:
+        return known
+    outcomes = [updated(campaign.title, study, store, progress, workers) for study in wanted]
+    found = tree_of(campaign, outcomes, replay=replay, check=check)
+    return keep(campaign, wanted, outcomes, found, store, replay=replay, check=check)
+
+
+def updated(
+    title: str, study: Study, store: "Store", progress: bool = True, workers: int | None = None
+) -> Outcome:
+    """Update one case: run what is missing, make runs longer, draw once more where few carry the weight."""
+    runs, which = _run(title, study, store, progress, workers)
+    while True:
+        answer = answered(study, runs, blocks_of(study, runs))
+        if answer.beyond <= ENOUGH or study.longer >= MOST_LONGER:
+            break
+        try:
+            longer = replace(study, longer=2.0 * study.longer)
+            after = _run(title, longer, store, progress, workers)
+        except (SceneError, UpdateError):
+            break
+        if after[0][0].end <= runs[0].end * 1.01:
+            break
+        study, (runs, which) = longer, after
+    proposal = None
+    if len(runs) > 1 and answer.posterior.effective_runs < FEWEST:
+        study, runs, which, proposal = _again(
+            title, study, answer.posterior.weight, which, store, progress, workers
+        )
+    return outcome(study, runs, which, proposal)
+
+
+def _run(
+    title: str, study: Study, store: "Store", progress: bool, workers: int | None
+) -> tuple[tuple[History, ...], NDArray[np.intp]]:
+    from wearlab.runner import run
+
+    run(study.campaign(title), store, progress=progress, workers=workers)
+    return histories(study, store)
+
+
+def _again(
+    title: str,
+    study: Study,
+    weight: Array,
+    which: NDArray[np.intp],
+    store: "Store",
+    progress: bool,
+    workers: int | None,
+) -> tuple[Study, tuple[History, ...], NDArray[np.intp], Array]:
+    """Return the study with a second round of draws, its runs, and how they were drawn."""
+    first = len(next(iter(study.drawn.values())))
+    z = scores_of(study)[which]
+    mean, covariance = fitted(z, weight)
+    more = proposed(mean, covariance, study.costly, first, study.spec.seed)
+    both = replace(study, drawn={key: (*values, *more[key]) for key, values in study.drawn.items()})
+    runs, which = _run(title, both, store, progress, workers)
+    proposal = log_mixture(scores_of(both)[which], mean, covariance, first, first)
+    return both, runs, which, proposal
+
+
+def scores_of(study: Study) -> Array:
+    """Return the standard scores of a study's draws, (draws, keys)."""
+    columns = [
+        scores(np.array([plain(one) for one in values]), study.costly[key])
+        for key, values in study.drawn.items()
+    ]
+    return np.stack(columns, axis=1)
+
+
+def plain(value: float | str) -> float:
+    """Return the number of a value as a campaign file writes it, in its own unit."""
+    return float(split(value)[0]) if is_quantity(value) else float(value)

@@ -1,0 +1,158 @@
+"""An update in words, read from its tree, so that a kept one says the same."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+HOUR = 3600.0
+EVIDENCE = ((1.0, "cannot tell"), (3.0, "leans towards"), (5.0, "clearly prefers"))
+
+
+def told(tree: xr.DataTree) -> list[str]:
+    """Return an update line by line."""
+    labels = _labels(tree)
+    lines = [str(tree.attrs.get("title", ""))]
+    for label in labels:
+        if label is not None:
+            lines += ["", f"case {label}"]
+        lines += [f"  {line}" for line in _case(tree, label)]
+    if len([label for label in labels if label is not None]) > 1:
+        lines += ["", *_between(tree, [label for label in labels if label is not None])]
+    return lines
+
+
+def _labels(tree: xr.DataTree) -> list[str | None]:
+    predictions = tree["predictions"].to_dataset()
+    return [str(one) for one in predictions["case"].to_numpy()] if "case" in predictions.dims else [None]
+
+
+def group(tree: xr.DataTree, name: str, label: str | None) -> xr.Dataset:
+    """Return a group of one case; an empty dataset where the update has no such group."""
+    if name not in tree.children:
+        return xr.Dataset()
+    found = tree[name].to_dataset()
+    return found.sel(case=label) if label is not None and "case" in found.dims else found
+
+
+def _case(tree: xr.DataTree, label: str | None) -> Iterator[str]:
+    predictions, stats = group(tree, "predictions", label), group(tree, "sample_stats", label)
+    sample = group(tree, "posterior", label)
+    for note in filter(None, str(stats["notes"].values).split(" | ")):
+        yield f"! {note}"
+    hours = float(predictions["seconds_per_cycle"]) / HOUR
+    now = float(predictions["now"])
+    yield _line("wear coefficient", _quantiles(sample["wear_coefficient"]), "m²/N")
+    if "factor_quantile" in predictions:
+        yield _line("factor", _last(predictions["factor_quantile"]), "")
+        yield _moved(predictions)
+    life = _last(predictions["life_quantile"])
+    rest = _last(predictions["remaining_useful_life_quantile"])
+    yield _line("life", life, "cycles", hours)
+    yield _line(f"remaining life at {now:.6g} cycles", rest, "cycles", hours)
+    if "inspection" in predictions.dims:
+        yield from _replay(predictions, hours)
+    yield from _checks(stats)
+    if "log_evidence_of_drift" in stats:
+        yield _evidence(float(stats["log_evidence_of_drift"]))
+    if float(stats["runs"]) > 1:
+        yield (
+            f"runs: {float(stats['runs']):.0f}, effective {float(stats['effective_runs']):.0f} "
+            "(k and errors are integrated out within each)"
+        )
+    else:
+        yield "runs: 1, k and errors integrated out on a grid: no sampling error"
+    calibration = group(tree, "calibration", label)
+    if calibration:
+        yield from _calibration(calibration)
+
+
+def _last(values: xr.DataArray) -> np.ndarray:
+    return np.asarray(values.isel(inspection=-1).values if "inspection" in values.dims else values.values)
+
+
+def _quantiles(values: xr.DataArray) -> np.ndarray:
+    return np.quantile(values.values, [0.05, 0.25, 0.5, 0.75, 0.95])
+
+
+def _line(name: str, q: np.ndarray, unit: str, hours: float = float("nan")) -> str:
+    def text(scale: float, unit: str) -> str:
+        low, quarter, middle, three, high = (f"{scale * one:.4g}" for one in q)
+        end = f" {unit}" if unit else ""
+        return f"{middle}{end} (50 %: {quarter} to {three}; 90 %: {low} to {high})"
+
+    also = f"\n    = {text(hours, 'h')}" if np.isfinite(hours) else ""
+    return f"{name}: {text(1.0, unit)}{also}"
+
+
+def _moved(predictions: xr.Dataset) -> str:
+    before, after = (
+        np.log(_last(predictions[name])) for name in ("prior_factor_quantile", "factor_quantile")
+    )
+    spread = (before[4] - before[0]) / 3.2897
+    narrowed = (before[4] - before[0]) / max(after[4] - after[0], 1e-300)
+    moved = (after[2] - before[2]) / spread if spread > 0.0 else 0.0
+    return (
+        f"the data moved k by a factor of {np.exp(after[2] - before[2]):.3g}, {abs(moved):.2g} standard "
+        f"deviations of its prior, and narrowed its 90 % interval {narrowed:.3g} times (in ln k)"
+    )
+
+
+def _replay(predictions: xr.Dataset, hours: float) -> Iterator[str]:
+    yield "as it would have been after every inspection:"
+    rest = predictions["remaining_useful_life_quantile"]
+    for cycle, q, p in zip(
+        predictions["inspection"].values, rest.values, predictions["check_p_forward"].values, strict=True
+    ):
+        if not np.isfinite(q).any():
+            continue
+        odd = "" if not p < 0.05 else f", inspection unlike those before (p = {p:.2g})"
+        yield f"  {cycle:>12.6g}: {q[2]:.4g} cycles, 90 %: {q[0]:.4g} to {q[4]:.4g}{odd}"
+
+
+def _checks(stats: xr.Dataset) -> Iterator[str]:
+    for name in map(str, stats.data_vars):
+        if not name.startswith("check_p_"):
+            continue
+        block = name.removeprefix("check_p_")
+        yield f"check of {block.replace('_', ' ')}, each inspection against those before it:"
+        rows = zip(
+            stats[f"cycle_{block}"].values, stats[name].values, stats[f"check_{block}"].values, strict=True
+        )
+        for cycle, p, words in rows:
+            if np.isfinite(p):
+                yield f"  {cycle:>12.6g}: {words} (p = {p:.2g})"
+
+
+def _evidence(gain: float) -> str:
+    weight = next((words for most, words in EVIDENCE if abs(gain) < most), "strongly prefers")
+    side = "accumulating noise" if gain > 0.0 else "independent errors alone"
+    said = f"{weight} between them" if weight == "cannot tell" else f"{weight} {side}"
+    return (
+        f"evidence of accumulating noise against independent errors alone: ln of the ratio {gain:.3g}; "
+        f"the data {said}"
+    )
+
+
+def _calibration(found: xr.Dataset) -> Iterator[str]:
+    n = found.sizes["twin"]
+    yield f"check by {n} synthetic twins of this study:"
+    for name in ("factor", "life"):
+        if f"{name}_rank" not in found:
+            continue
+        parts = []
+        for width in (50, 90):
+            share = float(found[f"{name}_coverage_{width}"])
+            sigma = np.sqrt(width / 100 * (1 - width / 100) / n)
+            verdict = "as it should" if abs(share - width / 100) <= 3.0 * sigma else "NOT AS IT SHOULD"
+            parts.append(f"{width} % intervals hold the truth in {100 * share:.1f} %, {verdict}")
+        yield f"  {name}: {'; '.join(parts)}"
+
+
+def _between(tree: xr.DataTree, labels: list[str]) -> Iterator[str]:
+    """Yield how probable the data are under each case."""
+    evidence = {label: float(group(tree, "sample_stats", label)["log_evidence"]) for label in labels}
+    best = max(evidence.values())
+    yield "how probable the data are under each case (ln of the ratio to the best):"
+    for label, value in evidence.items():
+        yield f"  {label}: {value - best:.3g}"
