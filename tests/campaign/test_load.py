@@ -25,7 +25,7 @@ def test_texts(study):
     ("text", "said"),
     [
         ('metadata = "me"', "metadata: 'me' is no table: write [metadata]"),
-        ("[metadata]\nauthor = 3", "metadata.author: 3 is no text: author"),
+        ("[metadata]\nauthor = 3", "metadata.author: 3 is no text or list: author"),
         ('figure = ["tvms"]', "figure[0]: 'tvms' is no table: write [[figure]]"),
         ("[[figure]]\nkind = 3", "figure[0].kind: 3 is no text: kind of figure"),
         ('[[figure]]\nkind = "tvms"\ny = 3', "figure[0].y: 3 is no text or list: variable along y"),

@@ -18,8 +18,24 @@ def test_a_citation_names_the_run_the_code_and_both_hashes(fill, tmp_path):
     assert facts["sha256"] == entry.sha256
     assert facts["content_sha256"] == store.run(run_id).attrs["content_sha256"]
     told = citation(facts)
-    assert "Wear & 100 % {µ}, base, 1 rpm [data set]. Run " + run_id in told
+    assert "Wear & 100 % {µ}, speed 1 rpm [data set]. Run " + run_id in told
     assert "sources abc" in told and "After doi:10/x." in told and entry.sha256 in told
     entry_text = bibtex(facts)
-    assert r"Wear \& 100 \% \{µ\}, base, 1 rpm [data set]" in entry_text
+    assert r"Wear \& 100 \% \{µ\}, speed 1 rpm [data set]" in entry_text
     assert entry_text.count("{") - entry_text.count(r"\{") == entry_text.count("}") - entry_text.count(r"\}")
+
+
+def test_the_campaign_that_names_its_authors_speaks_for_its_runs(fill, tmp_path):
+    """Neither a scratch list of scenes nor a later campaign without authors takes the title away."""
+    campaign = sweep(1)
+    store = fill(campaign)
+    run_id = campaign.cases[0].id
+    case = [(run_id, "base", {"speed": "1 rpm"})]
+    store.catalogue.record_campaign("Ours", None, "a.toml", case, {"author": "A. Author; B. Writer"})
+    store.catalogue.record_campaign("Later", None, "b.toml", case)
+    store.catalogue.record_campaign("2 scenes", None, None, [(run_id, "base", {"scene": "0"})])
+    facts = facts_of(store, run_id)
+    year = facts["date"][:4]
+    assert citation(facts).startswith(f"A. Author, B. Writer. ({year}). Ours, speed 1 rpm [data set]. Run")
+    assert "author = {A. Author and B. Writer}" in bibtex(facts) and "@software{wearlab," in bibtex(facts)
+    assert facts["also_in"].startswith("2 scenes; Later")

@@ -50,7 +50,7 @@ class Metadata(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    author: str | None = option(None, "author", derived="not told")
+    author: str | tuple[str, ...] | None = option(None, "author, or a list of authors", derived="not told")
     orcid: str | None = option(None, "ORCID of the author", derived="not told")
     institution: str | None = option(None, "institution", derived="not told")
     licence: str | None = option(None, "licence of the datasets", derived="not told")
@@ -238,7 +238,8 @@ def _text(table: Table, key: str) -> str:
 
 
 def _metadata(given: Any) -> dict[str, str]:
-    return modelled(Metadata, given, "metadata").model_dump(exclude_none=True)
+    told = modelled(Metadata, given, "metadata").model_dump(exclude_none=True)
+    return {key: one if isinstance(one, str) else "; ".join(one) for key, one in told.items()}
 
 
 def _figures(blocks: Any) -> tuple[FigureSpec, ...]:

@@ -100,15 +100,20 @@ class Drawn(BaseModel):
 
 
 class Sample(BaseModel):
-    """How the keys of a block are drawn, independently of each other."""
+    """How the keys of a block are drawn."""
 
     model_config = ConfigDict(extra="forbid")
 
     method: Literal[METHODS] = option(  # type: ignore[valid-type]
-        ..., "sobol and random keep their first points when n grows; a Latin hypercube is made for its n"
+        ...,
+        "sobol and random keep their first points when n grows; a Latin hypercube is made for its n; "
+        "sobol-indices is the design from which wl.sobol_indices tells what makes a result scatter",
     )
-    n: int = option(..., "number of points")
+    n: int = option(..., "number of points; of sobol-indices pairs of points, d + 2 runs each for d keys")
     seed: int = option(..., "seed; the same seed draws the same points")
+    correlation: list[tuple[str, str, float]] | None = option(
+        None, "[key, key, Spearman's ρ] of keys that go together", derived="independent"
+    )
 
 
 class Sweep(BaseModel):

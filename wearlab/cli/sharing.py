@@ -134,6 +134,8 @@ def cite_run(store: "Store", prefix: str, as_json: bool) -> Status:
     if as_json:
         show_json(facts)
     else:
+        if "author" not in facts:
+            complain("no author: write [metadata] author = [...] into the campaign file and run it again")
         say(citation(facts))
         say()
         say(bibtex(facts))

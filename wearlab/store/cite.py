@@ -7,10 +7,15 @@ from wearlab.store.lineage import lineage
 from wearlab.store.seal import SEAL
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wearlab.store.memberships import Member
     from wearlab.store.store import Store
 
 SPECIAL = re.compile(r"([&%$#_{}])")
 WHO = ("author", "orcid", "institution", "licence")
+BASE = "base"
+SUBJECT = "experiments and datasets of coupled gear wear and dynamics"
 CODE = ("commit", "dirty", "model_version", "packages", "parents")
 
 
@@ -28,11 +33,13 @@ def facts_of(store: "Store", prefix: str) -> dict[str, str]:
     """
     entry = store.find(prefix)
     attributes = store.run(entry.id).attrs
-    member = next(iter(store.catalogue.members([entry.id])), None)
+    members = store.catalogue.members([entry.id])
+    member = max(reversed(members), key=_standing, default=None)
     facts = {
         "id": entry.id,
         "campaign": member.campaign if member else "",
-        "case": "" if member is None else ", ".join([member.label, *map(str, member.position.values())]),
+        "case": "" if member is None else _case(member),
+        "also_in": "" if member is None else "; ".join(_other_titles(members, member)),
         "reference": member.reference if member else "",
         "date": (entry.started or str(attributes.get("date_created", "")))[:10],
         "sha256": entry.sha256 or "",
@@ -47,20 +54,44 @@ def facts_of(store: "Store", prefix: str) -> dict[str, str]:
     return {key: value for key, value in facts.items() if value}
 
 
+def _standing(member: "Member") -> tuple[bool, bool]:
+    """Return what lets a campaign speak for its runs: that it names its authors, that it is a file."""
+    return "author" in member.metadata, member.path is not None
+
+
+def _case(member: "Member") -> str:
+    """Return the case's label, unless it is the file itself, and its place on every axis."""
+    label = [] if member.label == BASE else [member.label]
+    return ", ".join([*label, *(f"{name} {value}" for name, value in member.position.items())])
+
+
+def _other_titles(members: "Sequence[Member]", chosen: "Member") -> list[str]:
+    return list(dict.fromkeys(one.campaign for one in members if one.campaign != chosen.campaign))
+
+
+def _title(facts: dict[str, str]) -> str:
+    words = [facts[key] for key in ("campaign", "case") if key in facts]
+    return ", ".join(words) or f"Run {facts['id']}"
+
+
+def _authors(facts: dict[str, str]) -> list[str]:
+    return [one.strip() for one in facts.get("author", "").split(";") if one.strip()]
+
+
 def citation(facts: dict[str, str]) -> str:
     """Return one sentence that cites a run, and a line of provenance."""
     orcid = f" (ORCID {facts['orcid']})" if "orcid" in facts else ""
-    who = f"{facts['author']}{orcid}. " if "author" in facts else ""
+    who = f"{', '.join(_authors(facts))}{orcid}. " if _authors(facts) else ""
     year = f"({facts['date'][:4]}). " if "date" in facts else ""
-    what = f"{facts['campaign']}, {facts['case']}" if "campaign" in facts else "Run"
     end = f" After {facts['reference']}." if "reference" in facts else ""
     onward = f" It goes on from {facts['lineage']}." if "lineage" in facts else ""
     licence = f" Licence: {facts['licence']}." if "licence" in facts else ""
     code = f"wearlab {facts.get('wearlab_version', '?')}, sources {facts.get('source_hash', '?')}"
     commit = f", commit {facts['commit']}" if facts.get("commit", "unknown") != "unknown" else ""
     changed = " with changes" if facts.get("dirty") == "true" else ""
+    what = f"{_title(facts)} [data set]. Run {facts['id']}"
     return (
-        f"{who}{year}{what} [data set]. Run {facts['id']}, computed by {code}.{onward}{end}{licence}\n"
+        f"{who}{year}{what}, computed by {code}.{onward}{end}{licence}\n"
         f"provenance: {code}{commit}{changed}; SHA-256 of the file {facts.get('sha256', '?')}, "
         f"of its content {facts.get(SEAL, '?')}"
     )
@@ -68,10 +99,9 @@ def citation(facts: dict[str, str]) -> str:
 
 def bibtex(facts: dict[str, str]) -> str:
     """Return a BibTeX entry, special characters escaped."""
-    title = f"{facts['campaign']}, {facts['case']}" if "campaign" in facts else f"Run {facts['id']}"
     fields = {
-        "author": facts.get("author", ""),
-        "title": f"{title} [data set]",
+        "author": " and ".join(_authors(facts)),
+        "title": f"{_title(facts)} [data set]",
         "year": facts.get("date", "")[:4],
         "institution": facts.get("institution", ""),
         "version": f"wearlab {facts.get('wearlab_version', '')}, sources {facts.get('source_hash', '')}",
@@ -81,7 +111,12 @@ def bibtex(facts: dict[str, str]) -> str:
         + (f", licence {facts['licence']}" if "licence" in facts else ""),
     }
     lines = [f"  {key} = {{{_escaped(value)}}}," for key, value in fields.items() if value]
-    return "\n".join([f"@misc{{wearlab-{facts['id'][:10]},", *lines, "}"])
+    software = (
+        "@software{wearlab,\n  author = {{The wearlab developers}},\n"
+        f"  title = {{wearlab: {SUBJECT}}},\n"
+        f"  version = {{{facts.get('wearlab_version', '')}}},\n}}"
+    )
+    return "\n".join([f"@misc{{wearlab-{facts['id'][:10]},", *lines, "}", "", software])
 
 
 def _escaped(text: str) -> str:
