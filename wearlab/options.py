@@ -37,12 +37,14 @@ class Part(BaseModel):
 
     ``alternatives`` lists sets of keys that replace each other: keys of two of the sets are never given
     together, and a file that gives one drops the other from what it extends. ``chooser`` is the key that
-    chooses among the parts of a union; ``per_member`` says that members may override it, table by table.
+    chooses among the parts of a union, and a table that leaves it out means the default's unless it has one
+    of another's ``implied_by``; ``per_member`` says that members may override it, table by table.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=False, allow_inf_nan=False)
     alternatives: ClassVar[Alternatives] = ()
     chooser: ClassVar[str] = "model"
+    implied_by: ClassVar[frozenset[str]] = frozenset()
     per_member: ClassVar[bool] = False
 
     def identifying(self) -> dict[str, Any]:

@@ -33,7 +33,7 @@ def changed(table, key, value):
         ("wear.until.cycles", 100000000, 1e8),
         ("mesh.stiffness", "potential-energy", {"model": "potential-energy"}),
         ("mesh.stiffness", {"scale": 1}, {"scale": 1.0}),
-        ("mesh.stiffness", {}, {"hertz": "yang-sun"}),
+        ("mesh.stiffness", {}, {"hertz": "weber"}),
         ("mesh.damping_in", "contact", "contact"),
         (
             "gears.material",
@@ -79,7 +79,7 @@ def test_everything_that_matters_changes_the_id(table, key, value):
 
 def test_defaults_are_filled_in(table):
     said = json.loads(Scene.from_mapping(table).canonical())
-    assert said["mesh"]["stiffness"]["shear_factor"] == 1.2
+    assert said["mesh"]["stiffness"]["hertz"] == "weber"
     assert said["wear"]["load"] == "instant"
     assert "errors" not in said and "lubricant" not in said
     written = {**table, "mesh": {**table["mesh"], "contact": "displacement", "damping_in": "contact"}}

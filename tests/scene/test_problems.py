@@ -35,7 +35,7 @@ CASES = [
     (
         "mesh.stiffness.value",
         3,
-        "scene.mesh.stiffness.value: not an option of 'potential-energy', but of 'constant'",
+        "scene.mesh.stiffness.value: not an option of 'finite-element', but of 'constant'",
     ),
     ("mesh.stiffness.hertzz", 3, "scene.mesh.stiffness.hertzz: unknown key, did you mean 'hertz'?"),
     ("mesh.stiffness.correction", [1], "scene.mesh.stiffness.correction[1]: required"),

@@ -6,7 +6,7 @@ import pytest
 from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
 from wearlab.scene.dynamics import Spur3dofDynamics, TorsionalDynamics
 from wearlab.scene.mesh import DisplacementContact, FourierExcitation, PairsExcitation
-from wearlab.scene.stiffness import ConstantStiffness, PotentialEnergyStiffness
+from wearlab.scene.stiffness import ConstantStiffness, FiniteElementStiffness
 from wearlab.scene.wear import AdaptiveStep, EulerStep
 from wearlab.wear.coefficients.constant import ConstantCoefficient
 from wearlab.wear.coefficients.hardness import HardnessCoefficient
@@ -26,8 +26,8 @@ def test_values_are_si(table):
 def test_defaults(table):
     scene = Scene.from_mapping(table)
     assert (scene.operation.input, scene.operation.output) == ("pinion", "gear")
-    assert scene.mesh.stiffness == PotentialEnergyStiffness()
-    assert scene.mesh.stiffness.shear_factor == 1.2
+    assert scene.mesh.stiffness == FiniteElementStiffness()
+    assert scene.mesh.extended_contact
     assert scene.mesh.contact == DisplacementContact()
     assert scene.mesh.contact.threshold == 1e-4
     assert scene.mesh.excitation == PairsExcitation()
@@ -252,7 +252,6 @@ ORDERED = [
             "start from another run: 0123456789",
             lambda s: s.wear.initial is None,
         ),
-        ("mesh.extended_contact", True, "contact beyond A and E", lambda s: s.mesh.extended_contact),
         ("mesh.contact", "exact", "contact: exact", lambda s: s.mesh.contact.threshold == 1e-4),
         (
             "wear.coefficient",

@@ -1,33 +1,22 @@
-"""``mesh.stiffness``: the finite-element choice and the library it needs."""
-
-import importlib.util
-from pathlib import Path
+"""``mesh.stiffness``: finite elements unless a model is named or implied, and when contact is extended."""
 
 import pytest
 
-import wearlab
-from wearlab.cli import app
-from wearlab.scene import Scene, SceneError, stiffness
-
-LIBRARY = r"scene\.mesh\.stiffness: .*pip install wearlab\[fem\]"
+from wearlab.scene import Scene, SceneError
 
 
-@pytest.fixture
-def missing(monkeypatch):
-    """Return a machine without scikit-fem."""
-    real = importlib.util.find_spec
-    monkeypatch.setattr(stiffness, "find_spec", lambda name: None if name == "skfem" else real(name))
+def with_mesh(table, **mesh):
+    kept = {
+        key: value for key, value in table["mesh"].items() if key not in ("stiffness", "extended_contact")
+    }
+    return Scene.from_mapping(table | {"mesh": {**kept, **mesh}}).mesh
 
 
 def test_defaults(table):
-    chosen = Scene.from_mapping(table | {"mesh": {**table["mesh"], "stiffness": "finite-element"}}).mesh
-    assert (chosen.stiffness.plane, chosen.stiffness.hertz, chosen.stiffness.scale) == (
-        "strain",
-        "weber",
-        1.0,
-    )
-    mapping = {**table, "mesh": {key: value for key, value in table["mesh"].items() if key != "stiffness"}}
-    plain = Scene.from_mapping(mapping).mesh.stiffness
+    chosen = with_mesh(table).stiffness
+    assert chosen.model == "finite-element"
+    assert (chosen.plane, chosen.hertz, chosen.scale) == ("by-width", "weber", 1.0)
+    plain = with_mesh(table, stiffness="potential-energy").stiffness
     assert (plain.hertz, plain.foundation, plain.coupling, plain.plane) == (
         "yang-sun",
         "sainsot",
@@ -39,7 +28,7 @@ def test_defaults(table):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"plane": "shell"}, "'shell' is not one of 'strain', 'stress'"),
+        ({"plane": "shell"}, "'shell' is not one of 'by-width', 'strain', 'stress'"),
         ({"foundation": "none"}, "not an option of 'finite-element'"),
     ],
 )
@@ -49,23 +38,30 @@ def test_what_it_refuses(table, changes, said):
         Scene.from_mapping(table | {"mesh": {**table["mesh"], "stiffness": asked}})
 
 
-def test_a_scene_is_refused_without_the_library(table, monkeypatch):
-    """What was computed once can be read on."""
-    scene = table | {"mesh": {**table["mesh"], "stiffness": "finite-element"}}
-    kept = Scene.from_mapping(scene).canonical()
-    monkeypatch.setattr(stiffness, "find_spec", lambda name: None)
-    with pytest.raises(SceneError, match=LIBRARY):
-        Scene.from_mapping(scene)
-    assert Scene.from_canonical(kept).canonical() == kept
-    assert Scene.from_mapping(table).mesh.stiffness.model == "potential-energy"
+@pytest.mark.parametrize(
+    ("given", "model"),
+    [
+        ({"coupling": "none"}, "potential-energy"),
+        ({"shear_factor": 1.5, "hertz": "weber"}, "potential-energy"),
+        ({"hertz": "yang-sun"}, "finite-element"),
+        ({"scale": 0.9}, "finite-element"),
+        ({"foundation": "none", "model": "potential-energy"}, "potential-energy"),
+    ],
+)
+def test_an_option_of_the_potential_energy_method_alone_chooses_it(table, given, model):
+    assert with_mesh(table, stiffness=given).stiffness.model == model
 
 
-def test_the_command_says_so_and_exits_with_2(missing, tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    base = Path(wearlab.__file__).parents[1] / "campaigns" / "base" / "spur_50_50.toml"
-    file = tmp_path / "elements.toml"
-    file.write_text(f'extends = "{base.as_posix()}"\n[mesh]\nstiffness = "finite-element"\n')
-    status = app.status_of(["run", str(file)])
-    said = capsys.readouterr().err
-    assert status == 2 and said.count("pip install wearlab[fem]") == 1 and "Traceback" not in said
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["elements.toml"]
+@pytest.mark.parametrize(
+    ("mesh", "extended"),
+    [
+        ({}, True),
+        ({"extended_contact": False}, False),
+        ({"contact": "exact"}, True),
+        ({"contact": "algorithm-1"}, False),
+        ({"stiffness": {"model": "constant", "value": "3e8 N/m"}}, True),
+        ({"stiffness": {"model": "constant", "value": "3e8 N/m", "of": "mesh"}}, False),
+    ],
+)
+def test_contact_reaches_beyond_the_path_wherever_there_are_pairs_and_corners(table, mesh, extended):
+    assert with_mesh(table, **mesh).extended_contact is extended

@@ -36,7 +36,7 @@ def scene(contact, operation, **wear):
         {
             "gears": PAIR,
             "operation": operation,
-            "mesh": {"contact": contact},
+            "mesh": {"contact": contact, "extended_contact": False},  # corners do not know who drives
             "wear": wear or coefficient,
             "numerics": {"profile_points": 81, "phase_points": 64},
         }
@@ -125,7 +125,7 @@ def vibrating(model, operation):
     mapping = {
         "gears": PAIR,
         "operation": operation,
-        "mesh": {"damping_ratio": 1e-3},
+        "mesh": {"damping_ratio": 1e-3, "extended_contact": False},
         "dynamics": {"model": model, **({"supports": supports} if model == "spur-3dof" else {})},
         "numerics": {"profile_points": 81, "phase_points": 256, "tolerance": 1e-5},
     }

@@ -26,6 +26,7 @@ from wearlab.mesh.finite_element import (
     solve_gear,
 )
 from wearlab.scene import Scene
+from wearlab.scene.build.finite_element import plane_of
 from wearlab.scene.build.mesh import build_analysis
 from wearlab.scene.build.sets import PairOfSet, build_set
 
@@ -120,7 +121,10 @@ def _elements(scene: Scene, one: PairOfSet, wear: float) -> tuple[GearCompliance
     asked: Any = scene.mesh.of(one.section).stiffness
     if asked.model != "finite-element":
         return None
-    first, second = (solve_gear(gear, Options(asked.plane), _even(gear, wear)) for gear in one.pair.gears)
+    first, second = (
+        solve_gear(gear, Options(plane_of(asked.plane, one.pair)), _even(gear, wear))
+        for gear in one.pair.gears
+    )
     return first, second
 
 
@@ -134,7 +138,7 @@ def _worn(
 ) -> FiniteElement:
     assert isinstance(analysis.stiffness, FiniteElement)
     own, shared = pair_compliance(pair, analysis.grid.position, analysis.grid.n_pairs, solved=solved)
-    return replace(analysis.stiffness, own=own, shared=shared)
+    return replace(analysis.stiffness, own=own, shared=shared, teeth=None)
 
 
 def report(title: str, judged: Sequence[Judgement]) -> str:

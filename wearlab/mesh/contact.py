@@ -14,7 +14,9 @@ from wearlab.mesh.stiffness import GivenStiffness, PairStiffness, PotentialEnerg
 Array = NDArray[np.float64]
 
 HERTZ_ITERATIONS = 30
-HERTZ_TOLERANCE = 1e-10
+HERTZ_TOLERANCE = 1e-8
+LEAST_LOADED = 0.02
+"""Share of the load below which a contact yields as under it: towards none its compliance has no bound."""
 
 
 class Nodes(NamedTuple):
@@ -78,11 +80,14 @@ class ContactAnalysis:
     engagement_gap: float = np.inf
     gaps: Gaps | None = None
     _at_nodes: Lookup = field(init=False, repr=False)
+    _touching: tuple[NDArray[np.bool_], NDArray[np.int64]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         phases, _ = self.grid.phase_nodes
         segment = np.repeat(np.arange(len(self.grid.intervals)), self.grid.intervals + 1)
         object.__setattr__(self, "_at_nodes", lookup(self.grid, phases, segment))
+        pairs = self.grid.pairs_at_phase_nodes
+        object.__setattr__(self, "_touching", (pairs >= 0, pairs[pairs >= 0]))
 
     @property
     def at_nodes(self) -> Lookup:
@@ -96,14 +101,22 @@ class ContactAnalysis:
         cross = self.stiffness.cross(carried)
         if not self.stiffness.load_dependent:
             return Nodes(body + self.stiffness.contact(None), gap, cross)
-        force = np.full(gap.shape, self.load)
+        return Nodes(body + self._settled(body, gap, cross), gap, cross)
+
+    def _settled(self, body: Array, gap: Array, cross: Array) -> Array:
+        """Return the contact's compliance under the forces that it leads to itself, (n_touching,) [m/N]."""
+        least = LEAST_LOADED * self.load
+        contact = self.stiffness.contact(np.full(gap.shape, self.load))
+        force = np.full(gap.shape, np.inf)
         for _ in range(HERTZ_ITERATIONS):
-            nodes = Nodes(body + self.stiffness.contact(force), gap, cross)
+            nodes = Nodes(body + contact, gap, cross)
             updated = self._force_where_touching(self.quasistatic(nodes, self._at_nodes).force)
-            if np.max(np.abs(updated - force)) <= HERTZ_TOLERANCE * self.load:
-                break
+            settled = np.max(np.abs(updated - force)) <= HERTZ_TOLERANCE * self.load
             force = updated
-        return nodes
+            contact = self.stiffness.contact(np.maximum(force, least))
+            if settled:
+                break
+        return np.asarray(contact)
 
     def _gap_and_body(self, wear: Array, carried: Array) -> tuple[Array, Array]:
         if self.gaps is None:
@@ -158,10 +171,9 @@ class ContactAnalysis:
         return self._force_where_touching(force)[self.grid.on_flank]
 
     def _force_where_touching(self, force: Array) -> Array:
-        pairs = self.grid.pairs_at_phase_nodes
-        present = pairs >= 0
+        present, nodes = self._touching
         nodal = np.empty(len(self.grid.touching))
-        nodal[pairs[present]] = force[present]
+        nodal[nodes] = force[present]
         return nodal
 
 

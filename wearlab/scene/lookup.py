@@ -59,6 +59,17 @@ def default_choice(path: Path) -> str | None:
     return str(getattr(field.default, chooser))
 
 
+def choice_of(path: Path, table: dict[str, Any]) -> str | None:
+    """Return what a table at a path chooses: as written, as its options imply, or by default."""
+    chooser = chooser_at(path)
+    if chooser is None or chooser in table:
+        return None if chooser is None else table[chooser]
+    for part in parts_at(path):
+        if part.implied_by.intersection(table) and chooser in part.model_fields:
+            return str(get_args(part.model_fields[chooser].annotation)[0])
+    return default_choice(path)
+
+
 @cache
 def keys_at(path: Path) -> tuple[str, ...]:
     """Return every key that some part at a path understands."""

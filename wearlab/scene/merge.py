@@ -3,7 +3,7 @@
 from difflib import get_close_matches
 from typing import Any
 
-from wearlab.scene.lookup import MEMBERS, Path, chooser_at, default_choice, parts_at
+from wearlab.scene.lookup import MEMBERS, Path, choice_of, chooser_at, parts_at
 
 Table = dict[str, Any]
 
@@ -46,7 +46,7 @@ def _over(base: Any, own: Any, path: Path) -> Any:
     if not (isinstance(base, dict) and isinstance(own, dict)):
         return merge({}, own, path) if isinstance(own, dict) else own
     if chooser is not None and chooser in own:
-        before = base.get(chooser, default_choice(path))
+        before = choice_of(path, base)
         if before is not None and before != own[chooser]:
             kept = {m: t for m, t in base.items() if m in MEMBERS and isinstance(t, dict) and chooser in t}
             return {**(kept if any(p.per_member for p in parts_at(path)) else {}), **own}

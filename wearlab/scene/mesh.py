@@ -3,7 +3,7 @@
 from typing import Annotated, Any, ClassVar, Literal
 
 from annotated_types import Ge
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from wearlab.options import (
     NOT_NEGATIVE,
@@ -21,7 +21,7 @@ from wearlab.options import (
 )
 from wearlab.options import SpringRate as MeshStiffness
 from wearlab.scene.identity import canonical
-from wearlab.scene.stiffness import PotentialEnergyStiffness, Stiffness
+from wearlab.scene.stiffness import FiniteElementStiffness, Stiffness
 
 Combination = Literal["min", "max", "mean"]
 Error = Literal["unloaded", "loaded"]
@@ -129,12 +129,14 @@ class OneMesh(Part):
 
     alternatives: ClassVar[Alternatives] = ((("damping",), ("damping_ratio",)),)
 
-    stiffness: Stiffness = option(PotentialEnergyStiffness(), "stiffness of a tooth pair")
+    stiffness: Stiffness = option(FiniteElementStiffness(), "stiffness of a tooth pair")
     contact: Contact = option(DisplacementContact(), "how worn flanks touch")
     extended_contact: Switch = option(
-        False,
-        "let tip corners touch beyond A and E, so that pairs engage and leave gradually under load",
-        source="Munro, Morrish & Palmer 1999",
+        None,
+        "let tip corners touch beyond A and E, so that pairs engage and leave gradually under load; without, "
+        "a pair takes up its share at A at once",
+        derived="true, but for Algorithm 1 and a stiffness of the whole mesh, which know no tip corners",
+        source="Munro, Morrish & Palmer 1999; finite elements: docs/model_error.md",
     )
     excitation: Excitation = option(PairsExcitation(), "how the mesh force reaches the dynamics")
     normal_backlash: Annotated[Depth, NOT_NEGATIVE] | None = option(
@@ -163,6 +165,22 @@ class OneMesh(Part):
     face_load_factor: Annotated[Number, Ge(1)] = option(
         1.0, "load per width where the face carries most, over its mean, K_Hβ", source="ISO 6336-1"
     )
+
+    @model_validator(mode="after")
+    def _contact_onset(self) -> "OneMesh":
+        """Let contact reach beyond A and E wherever pairs and corners are known."""
+        if self.extended_contact is None:
+            object.__setattr__(self, "extended_contact", self._corners_known)
+        return self
+
+    @property
+    def _corners_known(self) -> bool:
+        return getattr(self.stiffness, "of", "pair") == "pair" and self.contact.model != "algorithm-1"
+
+    def identifying(self) -> dict[str, Any]:
+        """Return the options that tell this part from others: not an onset of contact that goes by itself."""
+        found = super().identifying()
+        return found | {"extended_contact": None} if self.extended_contact == self._corners_known else found
 
 
 OWN_MESHES = ("sun_planet", "planet_ring")

@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import ValidationInfo, field_validator, model_validator
+from pydantic import PrivateAttr, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from wearlab.options import (
@@ -90,6 +90,22 @@ class Operation(Part):
         derived="torque and speed alone",
         source="wearlab",
     )
+
+    _largest_torque: float | None = PrivateAttr(None)
+
+    @property
+    def largest_torque(self) -> float:
+        """The largest torque of all conditions that share these flanks [N m]."""
+        of_blocks = [one.torque for one in self.blocks]
+        of_stages = [one.torque for one in self.stages]
+        return float(max([self.torque, self._largest_torque or 0.0, *of_blocks, *of_stages]))
+
+    def alone(self, torque: float, speed: float, largest_torque: float | None = None) -> "Operation":
+        """Return one condition alone; of several that share flanks it knows the largest torque."""
+        changed = {"torque": torque, "speed": speed, "power": None, "duty": None, "stage": None}
+        one = self.model_copy(update=changed)
+        one._largest_torque = largest_torque
+        return one
 
     @property
     def blocks(self) -> tuple[DutyBlock, ...]:

@@ -198,11 +198,6 @@ def _conditions(scene: "Scene") -> Problems:
     word = "duty" if scene.operation.blocks else "stage"
     if scene.dynamics is not None and scene.dynamics.response is not None:
         yield "dynamics.response", f"follows one torque, not those of operation.{word}: leave one out"
-    if any(scene.mesh.of(section).extended_contact for section in _sections(scene)):
-        yield (
-            "mesh.extended_contact",
-            f"reaches as far as one torque bends the teeth; with operation.{word} leave it out",
-        )
     if scene.operation.stage is None:
         return
     if scene.wear is None or scene.wear.coefficient is None:

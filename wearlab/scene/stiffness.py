@@ -1,22 +1,24 @@
 """``[mesh.stiffness]``: how stiff one tooth pair, or the mesh, is."""
 
-from importlib.util import find_spec
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 from pydantic.json_schema import SkipJsonSchema
-from pydantic_core import PydanticCustomError
 
-from wearlab.options import POSITIVE, Number, Part, SpringRate, Stored, named, option
+from wearlab.options import POSITIVE, Number, Part, SpringRate, named, option
 from wearlab.scene.tables import read_stiffness
 
 Of = Literal["pair", "mesh"]
-LIBRARY_MISSING = "'finite-element' needs scikit-fem, which is not installed: pip install wearlab[fem]"
 OF = "whose stiffness it is: one pair's, or the whole mesh's"
 
 
 class PotentialEnergyStiffness(Part):
-    """Bending, shear, compression, Hertz contact and fillet foundation in series."""
+    """Bending, shear, compression, Hertz contact and fillet foundation in series, as in the papers.
+
+    An option that only this model has chooses it where ``model`` is left out.
+    """
+
+    implied_by: ClassVar[frozenset[str]] = frozenset({"foundation", "coupling", "correction", "shear_factor"})
 
     model: Literal["potential-energy"] = option(
         "potential-energy", "potential-energy method", source="W23, Y23"
@@ -57,9 +59,16 @@ class FiniteElementStiffness(Part):
     """Plane finite elements of both gears, their bodies included, and the Hertz contact in series."""
 
     model: Literal["finite-element"] = option(
-        "finite-element", "plane finite elements; needs wearlab[fem]", source="wearlab"
+        "finite-element",
+        "plane finite elements, computed once a gear and kept",
+        source="finite elements: docs/model_error.md",
     )
-    plane: Literal["strain", "stress"] = option("strain", "plane strain, or plane stress for narrow faces")
+    plane: Literal["by-width", "strain", "stress"] = option(
+        "by-width",
+        "plane strain, plane stress, or the one nearer to a solid tooth of this face width: strain from "
+        "one module on",
+        source="solid elements: docs/model_error.md",
+    )
     hertz: Literal["weber", "yang-sun"] = option(
         "weber",
         "contact stiffness: load-dependent, which completes the elements exactly, or constant",
@@ -68,15 +77,6 @@ class FiniteElementStiffness(Part):
     scale: Annotated[Number, POSITIVE] = option(
         1.0, "factor on the stiffness; anything but 1 is flagged as tuned"
     )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _library(cls, given: Any) -> Any:
-        """Refuse a scene before anything runs; what a run has stored can be read without the library."""
-        stored = isinstance(given, dict) and isinstance(given.get("scale"), Stored)
-        if not stored and find_spec("skfem") is None:
-            raise PydanticCustomError("library", LIBRARY_MISSING)
-        return given
 
 
 class ConstantStiffness(Part):
@@ -127,10 +127,19 @@ class TabulatedStiffness(Part):
         return read_stiffness(given, (info.context or {}).get("base_directory"))
 
 
+def _implied(given: object) -> object:
+    """Let options that only the potential-energy method has choose it."""
+    if isinstance(given, dict) and "model" not in given:
+        if PotentialEnergyStiffness.implied_by.intersection(given):
+            return {"model": "potential-energy", **given}
+    return given
+
+
 Stiffness = Annotated[
     Annotated[
         PotentialEnergyStiffness | FiniteElementStiffness | ConstantStiffness | TabulatedStiffness,
         Field(discriminator="model"),
     ],
-    *named("potential-energy"),
+    *named("finite-element"),
+    BeforeValidator(_implied),
 ]

@@ -43,10 +43,12 @@ class Stage:
         return self.shares.mean_speed
 
 
-def in_condition(scene: Scene, torque: float, speed: float) -> Scene:
-    """Return the scene in one condition alone: input torque [N m] and speed [rad/s]."""
-    alone = {"torque": torque, "speed": speed, "power": None, "duty": None, "stage": None}
-    return scene.model_copy(update={"operation": scene.operation.model_copy(update=alone)})
+def in_condition(scene: Scene, torque: float, speed: float, largest_torque: float | None = None) -> Scene:
+    """Return the scene in one condition alone: input torque [N m] and speed [rad/s].
+
+    Several conditions share flanks, and nodes that reach as far as the largest torque of all bends the teeth.
+    """
+    return scene.model_copy(update={"operation": scene.operation.alone(torque, speed, largest_torque)})
 
 
 def stages_of(scene: Scene) -> tuple[Stage, ...]:
@@ -60,12 +62,19 @@ def stages_of(scene: Scene) -> tuple[Stage, ...]:
     operation = scene.operation
     if operation.stages:
         return tuple(
-            _stage((in_condition(scene, one.torque, one.speed),), (1.0,), label, one.cycles)
+            _stage(
+                (in_condition(scene, one.torque, one.speed, operation.largest_torque),),
+                (1.0,),
+                label,
+                one.cycles,
+            )
             for label, one in zip(labels_of(operation.stages), operation.stages, strict=True)
         )
     if not operation.blocks:
         return (_stage((scene,), (1.0,)),)
-    each = tuple(in_condition(scene, one.torque, one.speed) for one in operation.blocks)
+    each = tuple(
+        in_condition(scene, one.torque, one.speed, operation.largest_torque) for one in operation.blocks
+    )
     return (_stage(each, tuple(one.share for one in operation.blocks)),)
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
+from wearlab.mesh.corners import Corner, corner
 from wearlab.mesh.exact.algorithm_1 import algorithm_1
 from wearlab.mesh.exact.flank import Flank, FoldedFlank, Pieces, pieces, worn_flank
 from wearlab.mesh.exact.minimum_gap import minimum_gap
@@ -53,18 +54,28 @@ class WornFlanks:
         SectionVanished
             When wear is deeper than the tooth is thick, or leaves no flank.
         """
-        if np.any(wear >= self.thickness):
-            gear, node = np.argwhere(wear >= self.thickness)[0]
-            raise SectionVanished(
-                f"{self.pair.gears[gear].name}: wear of {1e3 * wear[gear, node]:.4g} mm is deeper than the "
-                f"tooth, {1e3 * self.thickness[gear, node]:.4g} mm thick there along its normal"
-            )
+        self.check_thickness(wear)
         depth, s = wear + self.modification, self.grid.position
         try:
             first, second = (worn_flank(self.pair, i, s, depth[i], self.runs) for i in (0, 1))
         except FoldedFlank as error:
             raise SectionVanished(str(error)) from error
         return first, second
+
+    def check_thickness(self, wear: Array) -> None:
+        """Refuse wear (2, n) deeper than the tooth [m].
+
+        Raises
+        ------
+        SectionVanished
+            With the flank, the depth and the thickness.
+        """
+        if np.any(wear >= self.thickness):
+            gear, node = np.argwhere(wear >= self.thickness)[0]
+            raise SectionVanished(
+                f"{self.pair.gears[gear].name}: wear of {1e3 * wear[gear, node]:.4g} mm is deeper than the "
+                f"tooth, {1e3 * self.thickness[gear, node]:.4g} mm thick there along its normal"
+            )
 
 
 @dataclass(frozen=True)
@@ -89,7 +100,7 @@ class ExactGaps:
 
 @dataclass(frozen=True)
 class DisplacementBeyond:
-    """First-order gaps on A–E, carried on beyond by the rotation gap of the tip corners.
+    """First-order gaps on A–E, carried on beyond by those of the tip corners.
 
     Beyond A and E the corner's gap is shifted by the difference of the two forms at that end, so that the gap
     is continuous there.
@@ -101,16 +112,32 @@ class DisplacementBeyond:
 
     flanks: WornFlanks
 
+    @cached_property
+    def corners(self) -> tuple[tuple[slice, Corner], ...]:
+        """The nodes beyond each end, and the corner that touches there; its last position is the end."""
+        grid, inside, pair = self.flanks.grid, self.flanks.grid.on_flank, self.flanks.pair
+        return tuple(
+            (part, corner(pair, end, np.append(grid.touching[part], tip), grid.position))
+            for end, tip, part in (
+                ("A", grid.position[0], slice(0, inside.start)),
+                ("E", grid.position[-1], slice(inside.stop, None)),
+            )
+        )
+
     def at(self, wear: Array) -> Array:
-        """Return the gap at every touching node for wear (2, n), (n_touching,) [m]."""
-        grid, inside = self.flanks.grid, self.flanks.grid.on_flank
-        gap = grid.beyond((wear + self.flanks.modification).sum(axis=0))
-        ends = np.array([grid.position[0], grid.position[-1]])
-        first, second = self.flanks.worn(wear)
-        at_ends = minimum_gap(first, second, ends).gap
-        for part, end in ((slice(0, inside.start), 0), (slice(inside.stop, None), 1)):
-            beyond = minimum_gap(first, second, grid.touching[part]).gap
-            gap[part] += beyond - at_ends[end]
+        """Return the gap at every touching node for wear (2, n), (n_touching,) [m].
+
+        Raises
+        ------
+        SectionVanished
+            When wear is deeper than the tooth is thick.
+        """
+        self.flanks.check_thickness(wear)
+        removed = wear + self.flanks.modification
+        gap = self.flanks.grid.beyond(removed.sum(axis=0))
+        for part, one in self.corners:
+            found = one.gap(removed)
+            gap[part] += found[:-1] - found[-1]
         return gap
 
 

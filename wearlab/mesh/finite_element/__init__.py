@@ -1,4 +1,4 @@
-"""Stiffness from plane finite elements: the reference that the potential-energy method is judged by.
+"""Stiffness from plane finite elements: the default, and what other methods are judged by.
 
 Nothing here knows of beams or foundation formulas. One sector of each gear (a tooth, its roots, its share of
 the body down to the clamp) is meshed with biquadratic quadrilaterals on its true outline; the whole toothed
@@ -7,7 +7,6 @@ closed form, so that the contact can be added by any of the Hertzian models.
 """
 
 from wearlab.mesh.finite_element.cache import gear_compliance
-from wearlab.mesh.finite_element.errors import LibraryMissing
 from wearlab.mesh.finite_element.flank import Wear
 from wearlab.mesh.finite_element.gear_compliance import GearCompliance, solve_gear
 from wearlab.mesh.finite_element.options import Options, Plane
@@ -16,7 +15,6 @@ from wearlab.mesh.finite_element.pair import FiniteElement, pair_compliance
 __all__ = [
     "FiniteElement",
     "GearCompliance",
-    "LibraryMissing",
     "Options",
     "Plane",
     "Wear",

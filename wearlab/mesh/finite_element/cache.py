@@ -17,6 +17,8 @@ from wearlab.mesh.finite_element.gear_compliance import GearCompliance, solve_ge
 from wearlab.mesh.finite_element.options import Options
 
 KEPT_IN_PROCESS = 64
+UNIT_MODULUS = 1e11
+"""Young's modulus at which shapes are computed: compliance is proportional to its reciprocal [Pa]."""
 
 
 def gear_compliance(gear: Gear, options: Options) -> GearCompliance:
@@ -24,11 +26,15 @@ def gear_compliance(gear: Gear, options: Options) -> GearCompliance:
 
     Parameters
     ----------
-    gear : the gear; its name, face width, mass, inertia and modifications do not matter
+    gear : the gear; its name, face width, Young's modulus, mass and modifications do not matter
     options : of mesh and load
     """
     shape = replace(gear, name="", face_width=1.0, mass=0.0, inertia=0.0, assumed=(), modification=None)
-    return _remembered(shape, options)
+    modulus = gear.material.youngs_modulus
+    unit = gear.material._replace(youngs_modulus=UNIT_MODULUS, density=1.0)
+    found = _remembered(replace(shape, material=unit), options)
+    softer = UNIT_MODULUS / modulus
+    return GearCompliance(found.parameter, softer * found.own, softer * found.across)
 
 
 @lru_cache(KEPT_IN_PROCESS)

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wearlab.gears.gear import Gear
-from wearlab.mesh.finite_element.errors import LibraryMissing
 from wearlab.mesh.finite_element.flank import Flank, Wear
 from wearlab.mesh.finite_element.half_plane import half_plane_compliance
 from wearlab.mesh.finite_element.options import Options
@@ -58,19 +57,11 @@ def solve_gear(gear: Gear, options: Options, wear: Wear | None = None) -> GearCo
     Returns
     -------
     GearCompliance
-
-    Raises
-    ------
-    LibraryMissing : scikit-fem is not installed
     """
-    try:
-        from wearlab.mesh.finite_element.chart import chart
-        from wearlab.mesh.finite_element.sector import sector
-        from wearlab.mesh.finite_element.wheel import flank_loads, wheel_compliance
-    except ModuleNotFoundError as error:
-        raise LibraryMissing(
-            "finite-element stiffness needs scikit-fem, which is not installed: pip install wearlab[fem]"
-        ) from error
+    from wearlab.mesh.finite_element.chart import chart
+    from wearlab.mesh.finite_element.sector import sector
+    from wearlab.mesh.finite_element.wheel import flank_loads, wheel_compliance
+
     flank, half_width = Flank(gear, wear), options.patch * gear.module
     shape = chart(flank)
     last = float(shape.measured.at(shape.measured.length[-1] - half_width))

@@ -1,6 +1,7 @@
 """The stiffness of a pair of gears from finite elements, at the nodes of its path."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,8 @@ from wearlab.mesh.finite_element.cache import gear_compliance
 from wearlab.mesh.finite_element.flank import Flank
 from wearlab.mesh.finite_element.gear_compliance import GearCompliance
 from wearlab.mesh.finite_element.options import Options
-from wearlab.mesh.stiffness import WeberContact
+from wearlab.mesh.stiffness import SectionVanished, WeberContact
+from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
 
 Array = NDArray[np.float64]
 
@@ -21,9 +23,10 @@ DISTANCE_SLACK = 1e-9
 class FiniteElement:
     """Teeth and bodies of both gears by plane finite elements, and the contact in series.
 
-    Teeth and bodies are those of the unworn gears: 10 µm off both flanks make a tooth of module 3 mm softer
-    by 0.25 per cent near its tip and by less below, 100 µm by 2.7 per cent (:func:`solve_gear` takes a worn
-    outline for such studies). What wear does to gaps and load sharing is not part of a stiffness.
+    The elements are those of the unworn gears; what wear takes off their sections makes them softer by as
+    much as it does the beams of the potential-energy method: 100 µm off both flanks of a module of 3 mm by
+    some 2.7 per cent near the tip (:func:`solve_gear` takes a worn outline for comparison). What wear does to
+    gaps and load sharing is not part of a stiffness.
 
     Parameters
     ----------
@@ -31,12 +34,14 @@ class FiniteElement:
     shared : (n_apart, n) what it shares with the pair 1, 2 … base pitches ahead, 0 where there is none [m/N]
     hertz : constant compliance of the contact [m/N], or a load-dependent one
     scale : factor on the stiffness of the whole pair, 1 unless tuned [1]
+    teeth : the two teeth as beams, (driving, driven), None: wear takes nothing off their sections
     """
 
     own: Array
     shared: Array
     hertz: float | WeberContact
     scale: float = 1.0
+    teeth: tuple[ToothFlexibility, ToothFlexibility] | None = None
 
     @property
     def load_dependent(self) -> bool:
@@ -44,8 +49,27 @@ class FiniteElement:
         return isinstance(self.hertz, WeberContact)
 
     def body(self, wear: Array) -> Array:
-        """Return the compliance of both teeth and bodies, whatever the wear, (n,) [m/N]."""
-        return self.own / self.scale
+        """Return the compliance of both teeth and bodies for wear (2, n), (n,) [m/N].
+
+        Raises
+        ------
+        SectionVanished
+            When a worn section of a tooth has no thickness left.
+        """
+        return (self.own + self._beams(wear) - self._unworn_beams) / self.scale
+
+    @cached_property
+    def _unworn_beams(self) -> Array:
+        return self._beams(np.zeros((2, len(self.own))))
+
+    def _beams(self, wear: Array) -> Array:
+        """Return the compliance of both teeth as beams, without bodies, (n,) [m/N]."""
+        total, out, unused = np.zeros((3, len(self.own)))
+        for flexibility, depth in zip(self.teeth or (), wear, strict=False):
+            if not tooth_compliance(flexibility, depth, out, unused):
+                raise SectionVanished("section vanished")
+            total += out
+        return total
 
     def contact(self, force: Array | None) -> Array | float:
         """Return the compliance of the contact, under pair forces (n,) when it depends on them [m/N]."""

@@ -9,7 +9,7 @@ from wearlab.gears.errors import GearError
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.contact import ContactAnalysis, Nodes
-from wearlab.mesh.exact.extension import Deflections, extension
+from wearlab.mesh.corners import unworn_extension
 from wearlab.mesh.exact.gaps import AlgorithmOneGaps, DisplacementBeyond, ExactGaps, Gaps, WornFlanks
 from wearlab.mesh.profile import Extension, ProfileGrid
 from wearlab.mesh.reach import Folded, reach_beyond
@@ -58,17 +58,17 @@ def build_gaps(contact: Any, extended: bool, pair: GearPair, grid: ProfileGrid) 
 def extension_wanted(scene: Scene, pair: GearPair, plain: ContactAnalysis) -> Extension:
     """Return how far beyond A and E nodes are laid: as far as the largest deflection expected reaches.
 
+    Conditions that take turns, or come in order, share their flanks and so their nodes.
+
     Parameters
     ----------
     scene : the scene
     pair : the gears
-    plain : the contact analysis without extended contact
+    plain : the contact analysis without extended contact, under the largest load of all conditions
     """
     unworn = np.zeros((2, len(plain.grid.position)))
     static = plain.quasistatic(plain.nodes(unworn), plain.at_nodes)
-    most = largest_deflection(scene, float(static.deflection.max()))
-    flanks = WornFlanks(pair, plain.grid, np.zeros_like(unworn))
-    reach = extension(flanks, unworn, Deflections(most, most))
+    reach = unworn_extension(pair, largest_deflection(scene, float(static.deflection.max())))
     step = STEP * pair.base_pitch
     return Extension(*(step * max(1.0, np.ceil(distance / step)) for distance in reach))
 

@@ -24,9 +24,9 @@ from wearlab.mesh.tooth import tooth_flexibility
 from wearlab.scene import Scene
 from wearlab.scene.build.contact import build_gaps, extension_wanted
 from wearlab.scene.build.errors import build_errors
-from wearlab.scene.build.finite_element import finite_element
+from wearlab.scene.build.finite_element import finite_element, in_plane
 from wearlab.scene.build.gears import kinks, modifications
-from wearlab.scene.build.sets import GearSet, PairOfSet
+from wearlab.scene.build.sets import GearSet, PairOfSet, build_set
 
 Array = NDArray[np.float64]
 
@@ -37,18 +37,23 @@ MOST_MORE_POINTS = 60
 
 def build_analyses(scene: Scene, gears: GearSet) -> tuple[ContactAnalysis, ...]:
     """Return the contact analysis of every kind of mesh at the static load of the scene."""
-    points = matched_points([one.pair for one in gears.kinds], profile_points(scene))
-    return tuple(build_analysis(scene, one, n) for one, n in zip(gears.kinds, points, strict=True))
+    points = profile_points(scene)
+    reach = [_reach(scene, one, points) for one in gears.kinds]
+    matched = matched_points([one.pair for one in gears.kinds], points, reach)
+    return tuple(
+        _analysis(scene, one, n, far) for one, n, far in zip(gears.kinds, matched, reach, strict=True)
+    )
 
 
-def matched_points(pairs: Sequence[GearPair], points: int) -> list[int]:
+def matched_points(pairs: Sequence[GearPair], points: int, reach: Sequence[Extension]) -> list[int]:
     """Return the points to ask for on each path so that all have equally many nodes, as near as can be."""
     if len(pairs) == 1:
         return [points]
     found: list[dict[int, int]] = [{} for _ in pairs]
     for asked in range(points, points + MOST_MORE_POINTS):
-        for pair, nodes in zip(pairs, found, strict=True):
-            nodes.setdefault(len(profile_grid(pair, asked, kinks(pair)).position), asked)
+        for pair, far, nodes in zip(pairs, reach, found, strict=True):
+            grid = profile_grid(pair, asked, kinks(pair), extension=far)
+            nodes.setdefault(len(grid.position), asked)
         if common := set(found[0]).intersection(*found[1:]):
             return [nodes[min(common)] for nodes in found]
     return [points] * len(pairs)
@@ -56,11 +61,27 @@ def matched_points(pairs: Sequence[GearPair], points: int) -> list[int]:
 
 def build_analysis(scene: Scene, one: PairOfSet, points: int | None = None) -> ContactAnalysis:
     """Return the contact analysis of one kind of mesh at its static load, on as many nodes as asked for."""
-    mesh, points = scene.mesh.of(one.section), points or profile_points(scene)
-    plain = _analysis(scene, one, points, NO_EXTENSION)
-    if not mesh.extended_contact:
-        return plain
-    return _analysis(scene, one, points, extension_wanted(scene, one.pair, plain))
+    points = points or profile_points(scene)
+    return _analysis(scene, one, points, _reach(scene, one, points))
+
+
+def _reach(scene: Scene, one: PairOfSet, points: int) -> Extension:
+    """Return how far beyond A and E the nodes of a mesh reach."""
+    if not scene.mesh.of(one.section).extended_contact:
+        return NO_EXTENSION
+    plain = replace(_analysis(scene, one, points, NO_EXTENSION), load=largest_load(scene, one))
+    return extension_wanted(scene, one.pair, plain)
+
+
+def largest_load(scene: Scene, one: PairOfSet) -> float:
+    """Return the static normal force of a mesh in the heaviest of conditions that share its flanks [N]."""
+    here, most = scene.operation.torque, scene.operation.largest_torque
+    if most == here:
+        return one.load
+    if here > 0.0:
+        return one.load * most / here
+    heaviest = scene.model_copy(update={"operation": scene.operation.alone(most, scene.operation.speed)})
+    return next(found.load for found in build_set(heaviest).kinds if found.section == one.section)
 
 
 def _analysis(scene: Scene, one: PairOfSet, points: int, extension: Extension) -> ContactAnalysis:
@@ -110,7 +131,7 @@ def _given_curve(stiffness: Any, pair: GearPair) -> Curve | None:
 
 def _potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> PotentialEnergy:
     body = body_compliance if given.foundation == "annulus" else foundation_compliance
-    gears = [_in_plane(gear, given.plane) for gear in pair.gears]
+    gears = [in_plane(gear, given.plane) for gear in pair.gears]
     teeth = [
         tooth_flexibility(gear, pair.radius(i, grid.loaded), shear_factor=given.shear_factor, body=body)
         for i, gear in enumerate(gears)
@@ -140,10 +161,6 @@ def _hertz(given: Any, pair: GearPair, grid: ProfileGrid) -> float | WeberContac
         poisson=(first.poisson_ratio, second.poisson_ratio),
         face_width=pair.face_width,
     )
-
-
-def _in_plane(gear: Gear, plane: str) -> Gear:
-    return replace(gear, material=gear.material.in_plane_strain) if plane == "strain" else gear
 
 
 def _coupling(

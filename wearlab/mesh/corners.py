@@ -1,0 +1,150 @@
+"""Gaps beyond A and E to first order in wear: the end of one flank against the points that its mate turns by.
+
+Before A the driven tip meets the driving flank, after E the driving tip the driven one, both inside the
+active flanks. Geometry knows neither load nor wear, so it is a table: the unworn separation of each node near
+the tip from the mate, and which point of the mate it meets. Wear adds what is gone of both points, and the
+pair touches where the sum is least: at the tip corner, or inside of it where the tip is worn round.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.gears.pair import DRIVEN, DRIVING, GearPair
+from wearlab.mesh.beyond import beyond_path
+from wearlab.mesh.profile import Extension
+
+Array = NDArray[np.float64]
+
+NEAR_TIP = 0.3
+"""Base pitches from the tip within which a worn flank may touch beyond the path."""
+SCAN, CLOSE = 33, 1e-6
+"""Positions of a scan for the end of contact, and how narrowly it is enclosed, of the furthest."""
+TURNS = 40
+"""Steps by which the driven gear is turned back; each leaves a tenth to a third of the last."""
+
+
+class Corner(NamedTuple):
+    """The flank of a tip against its mate, at positions beyond one end of the path.
+
+    Parameters
+    ----------
+    gear : whose tip it is, 0 driving, 1 driven
+    own : (m,) nodes near the tip, the tip itself first
+    separation : (n, m) gap of these points of the unworn flank from the mate, along the line of action [m]
+    mate : (n, m) path position of the mate's point each would meet [m]
+    position : (n_nodes,) path positions of the nodes [m]
+    """
+
+    gear: int
+    own: NDArray[np.int64]
+    separation: Array
+    mate: Array
+    position: Array
+
+    def gap(self, removed: Array) -> Array:
+        """Return the smallest gap for material removed from the flanks (2, n_nodes), (n,) [m]."""
+        theirs = np.interp(self.mate, self.position, removed[1 - self.gear])
+        return np.asarray((self.separation + theirs + removed[self.gear, self.own]).min(axis=1))
+
+
+def corner(pair: GearPair, end: str, x: Array, position: Array) -> Corner:
+    """Lay out the geometry of one end of the path.
+
+    Parameters
+    ----------
+    pair : the gears
+    end : "A" (tip of the driven gear) or "E" (tip of the driving gear)
+    x : (n,) positions to which the gears have turned, beyond that end or at it [m along the line of action]
+    position : (n_nodes,) path positions of the nodes, A to E [m]
+    """
+    gear, tip = (DRIVEN, pair.path.A) if end == "A" else (DRIVING, pair.path.E)
+    own = np.flatnonzero(np.abs(position - tip) <= NEAR_TIP * pair.base_pitch)
+    own = own if end == "A" else own[::-1]
+    separation, mate = separations(pair, gear, np.asarray(x, float)[:, None], position[own])
+    return Corner(gear, own, separation, mate, position)
+
+
+def unworn_extension(pair: GearPair, deflection: float) -> Extension:
+    """Return how far beyond A and E a deflection keeps the tip corners of unworn gears touching [m]."""
+
+    def gap(x: Array) -> Array:
+        gear, tip = (DRIVEN, pair.path.A) if x[-1] < pair.path.C else (DRIVING, pair.path.E)
+        return separations(pair, gear, x, np.array(tip))[0]
+
+    return beyond_path(pair, gap, (deflection, deflection), CLOSE, SCAN)
+
+
+def separations(pair: GearPair, gear: int, x: Array, s: Array) -> tuple[Array, Array]:
+    """Return how far points of one unworn flank are from the mate, and the mate's points they meet.
+
+    A flank point that touches at s lies, with its gear turned to x, at the angle (x − s)/r_b from there. The
+    mate's point at the same distance from the mate's centre touches at s', and lies (x − s')/r_b' from there.
+    The separation is how far the driven gear must turn back until the two meet: at once for its own points,
+    step by step where its points are those that meet the driving flank.
+
+    Parameters
+    ----------
+    pair : the gears
+    gear : whose points, 0 driving, 1 driven
+    x : positions to which the gears have turned [m along the line of action]
+    s : path positions of the points [m]; broadcasts with x
+
+    Returns
+    -------
+    separation, times the driven base radius [m], and s' [m], of the broadcast shape
+    """
+    if gear == DRIVING:
+        return _apart(pair, DRIVING, x, x, s)
+    turned = x + 0.0 * s
+    for _ in range(TURNS):
+        apart, theirs = _apart(pair, DRIVEN, turned, x, s)
+        turned = turned - apart
+    return x - turned, theirs
+
+
+def _apart(pair: GearPair, gear: int, own: Array, x: Array, s: Array) -> tuple[Array, Array]:
+    """Return the distance of points of a gear turned to ``own`` from its mate turned to x, and s' [m]."""
+    other = 1 - gear
+    pitch_point, along, centre = _frame(pair)
+    place = _turned(pair, gear, own, s, pitch_point, along, centre)
+    theirs = _position_at(pair, other, np.abs(place - centre[other]), pitch_point, along, centre)
+    mate = _turned(pair, other, x, theirs, pitch_point, along, centre)
+    angle = np.angle((place - centre[other]) / (mate - centre[other]))
+    # the driven flank lies ahead of the driving one in the sense in which each gear turns
+    ahead = _sense(pair, other) * (1.0 if gear == DRIVEN else -1.0)
+    return ahead * pair.gears[other].base_radius * angle, theirs
+
+
+def _frame(pair: GearPair) -> tuple[complex, complex, tuple[complex, complex]]:
+    """Return the pitch point, the unit vector along the line of action, and the centres (driving, driven)."""
+    alpha = pair.working_pressure_angle
+    first, second = (gear.base_radius / math.cos(alpha) for gear in pair.gears)
+    towards = -1.0 if pair.driving.internal else 1.0
+    apart = first + second if pair.kind == "external" else first - second
+    return complex(first), complex(towards * math.sin(alpha), math.cos(alpha)), (0j, complex(apart))
+
+
+def _sense(pair: GearPair, gear: int) -> float:
+    """Return the sense in which a gear turns, the driving one counter-clockwise."""
+    return -1.0 if gear == DRIVEN and pair.kind == "external" else 1.0
+
+
+def _turned(
+    pair: GearPair, gear: int, x: Array, s: Array, pitch: complex, along: complex, centre: tuple[complex, ...]
+) -> NDArray[np.complex128]:
+    arm = pitch + s * along - centre[gear]
+    turn = _sense(pair, gear) * (x - s) / pair.gears[gear].base_radius
+    return np.asarray(centre[gear] + arm * np.exp(1j * turn))
+
+
+def _position_at(
+    pair: GearPair, gear: int, distance: Array, pitch: complex, along: complex, centre: tuple[complex, ...]
+) -> Array:
+    """Return the path position at which a gear touches at a distance from its centre [m]."""
+    foot = -((pitch - centre[gear]) * along.conjugate()).real
+    side = np.sign(0.5 * (pair.path.A + pair.path.E) - foot)
+    base = pair.gears[gear].base_radius
+    return np.asarray(foot + side * np.sqrt(np.maximum(0.0, distance**2 - base**2)))

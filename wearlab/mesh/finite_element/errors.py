@@ -1,5 +1,0 @@
-"""Why finite elements cannot be had."""
-
-
-class LibraryMissing(ValueError):
-    """The finite-element library is not installed."""
