@@ -15,6 +15,7 @@ PACKAGE = Path(wearlab.__file__).parent
 ROAD = (
     *(
         "sources",
+        "regular",
         "linking",
         "compiled",
         "usual_units",

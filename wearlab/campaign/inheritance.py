@@ -2,14 +2,18 @@
 
 import tomllib
 from collections.abc import Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.vetting import LONGEST, faults, too_deep
+from wearlab.regular import read_regular
 from wearlab.scene.merge import DropError, Table, merge, without
+from wearlab.scene.problems import shown
 
 LARGEST = 10_000_000  # bytes of a campaign file
-DEEPEST = 50  # tables within tables
+MOST_FAULTS = 20  # told at once
 PATH_KEYS = ("file", "published", "campaign")
 PLUGINS = "plugins"
 
@@ -75,7 +79,8 @@ def inherit_table(table: Mapping[str, Any], name: Path, folder: Path) -> Inherit
 
 
 def _over_parents(own: Table, file: Path, folder: Path, children: tuple[Path, ...]) -> Inherited:
-    own = _shallow(own, file)
+    if wrong := list(islice(faults(own), MOST_FAULTS)):
+        raise CampaignError(f"{file}: {fault}" for fault in wrong)
     parents = _names(own.pop("extends", []), "extends", file)
     drops = _names(own.pop("drop", []), "drop", file)
     table: Table = {}
@@ -93,12 +98,11 @@ def _over_parents(own: Table, file: Path, folder: Path, children: tuple[Path, ..
 
 
 def _read(file: Path) -> Table:
-    if file.exists() and not file.is_file():
-        raise CampaignError([f"{file}: cannot read it: not a file"])
     try:
-        if (size := file.stat().st_size) > LARGEST:
-            raise CampaignError([f"{file}: {size} bytes are more than the {LARGEST} of a campaign file"])
-        return tomllib.loads(file.read_bytes().decode("utf-8-sig"))
+        text = read_regular(file, LARGEST).decode("utf-8-sig")
+        if deep := too_deep(text):
+            raise CampaignError([f"{file}: {deep}"])
+        return tomllib.loads(text)
     except RecursionError:
         raise CampaignError([f"{file}: brackets or keys nested too deeply"]) from None
     except OSError as error:
@@ -111,7 +115,9 @@ def _names(value: Any, key: str, file: Path) -> list[str]:
     names = [value] if isinstance(value, str) else value
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         wanted = "a file or a list of files" if key == "extends" else "a list of sections or dotted keys"
-        raise CampaignError([f"{file}: {key}: {value!r} is not {wanted}"])
+        raise CampaignError([f"{file}: {key}: {shown(value)} is not {wanted}"])
+    if any(len(name) > LONGEST for name in names):
+        raise CampaignError([f"{file}: {key}: a name of more than {LONGEST} characters"])
     return names
 
 
@@ -135,18 +141,3 @@ def _has(table: Any, words: list[str]) -> bool:
             return False
         table = table[word]
     return True
-
-
-def _shallow(table: Table, file: Path) -> Table:
-    """Return a table that is not nested so deeply that walking through it would fail."""
-    inner: list[Any] = [table]
-    for _ in range(DEEPEST):
-        inner = [
-            value
-            for one in inner
-            for value in (one.values() if isinstance(one, dict) else one)
-            if isinstance(value, dict | list)
-        ]
-        if not inner:
-            return table
-    raise CampaignError([f"{file}: keys nested more than {DEEPEST} deep"])

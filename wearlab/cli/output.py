@@ -2,6 +2,7 @@
 
 import json
 import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -20,6 +21,7 @@ ASKED: ContextVar[Path] = ContextVar("asked", default=STORE)
 """The store of the command, in which runs of plug-ins have left what these declare."""
 TRUSTED: ContextVar[bool] = ContextVar("trusted", default=False)
 """Whether the command was told ``--plugins``: that plug-ins of campaign files may be run."""
+PATIENCE = 1.0  # s until a command says what it is doing
 MOST_STYLED = 500  # rows of a table that is fitted to the terminal
 
 
@@ -85,12 +87,29 @@ def _loaded(read: Callable[[str], Content], file: str) -> Content:
     from wearlab.plugins import FOLDER, Trust, trusting
 
     try:
-        with trusting(Trust(TRUSTED.get(), ASKED.get() / FOLDER)):
+        with trusting(Trust(TRUSTED.get(), ASKED.get() / FOLDER)), telling(f"reading the cases of {file}"):
             return read(file)
     except OSError as error:
         raise Stop(f"{error.filename or file}: {error.strerror or error}") from error
     except ValueError as error:
         raise Stop(str(error)) from error
+
+
+@contextmanager
+def telling(what: str) -> Iterator[None]:
+    """Say on a terminal what is being done, once it has taken a second."""
+
+    def tell() -> None:
+        print(f"{what} …", file=sys.stderr, flush=True)
+
+    timer = threading.Timer(PATIENCE, tell)
+    timer.daemon = True
+    if sys.stderr is not None and sys.stderr.isatty():
+        timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def say(text: str = "") -> None:

@@ -16,8 +16,10 @@ from wearlab.figures.ask import Ask, Points
 from wearlab.figures.errors import FigureError
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.wording import Label, converted
+from wearlab.regular import read_regular
 from wearlab.units import UnitError
 
+LARGEST = 10_000_000  # bytes of a file of points
 TEXT = "published"
 COUNTS = {"million cycles": 1e6, "millions": 1e6, "thousand cycles": 1e3, "cycles": 1.0}
 HEADER = re.compile(r"\s*([^\[\]]+?)\s*(?:\[([^\]]*)\])?\s*")
@@ -28,7 +30,7 @@ def points_of(source: Path | Points, ask: Ask) -> Points:
     if isinstance(source, Points):
         return source
     try:
-        return Points(source.name, source.read_text(encoding="utf-8"))
+        return Points(source.name, read_regular(source, LARGEST).decode("utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise FigureError(f"{ask.name}: published: {source}: {reason}") from error

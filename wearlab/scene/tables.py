@@ -9,6 +9,7 @@ from typing import Any
 from pydantic_core import PydanticCustomError
 
 from wearlab.options import Stored
+from wearlab.regular import read_regular
 from wearlab.units import UnitError, convert
 
 ABSCISSAE = {"phase": "1", "path_position": "m"}
@@ -241,13 +242,14 @@ def _columns(path: Path) -> dict[str, tuple[float, ...]]:
         raise TableError(f"cannot read {path.name}: {reason}") from None
 
 
+LARGEST = 50_000_000  # bytes of a table
+
+
 @lru_cache(maxsize=32)
 def _read(path: Path, modified: int, size: int) -> dict[str, tuple[float, ...]]:
     """Return the columns of a CSV file; lines that start with # are comments."""
-    if not path.is_file():
-        raise TableError(f"cannot read {path.name}: not a file")
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        rows = list(csv.reader(line for line in file if line.strip() and not line.startswith("#")))
+    lines = read_regular(path, LARGEST).decode("utf-8-sig").splitlines()
+    rows = list(csv.reader(line for line in lines if line.strip() and not line.startswith("#")))
     if len(rows) < 2:
         raise TableError(f"{path.name}: no rows under a header")
     names = [name.strip() for name in rows[0]]
