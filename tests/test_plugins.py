@@ -17,6 +17,7 @@ from wearlab.campaign import CampaignError, load
 from wearlab.compiled import SlowFunction
 from wearlab.plugins import PluginError, Trust, declaration, trusting, use
 from wearlab.scene import Scene, SceneError
+from wearlab.scene.build import build
 from wearlab.store import Store
 
 EXAMPLES = Path(__file__).parents[1] / "campaigns" / "plugins"
@@ -230,3 +231,23 @@ def test_a_film_of_ones_own_is_what_it_says(tmp_path):
     np.testing.assert_allclose(
         standard, np.clip(2 / 7 * (4 - ratio[names.index("ding-kahraman")]), 0, 1), rtol=1e-9
     )
+
+
+def test_a_coordinate_more_changes_what_it_should():
+    """A stiff shaft with a light motor leaves the pair alone; a soft one turns two masses at each other."""
+    pair, stiff, soft = (
+        wearlab.simulate(case.scene)
+        for label in ("pair alone", "stiff and light", "driveline")
+        for case in load(EXAMPLES / "driveline.toml").cases
+        if case.label == label
+    )
+    for name in ("dynamic_mesh_force", "dynamic_transmission_error"):
+        np.testing.assert_allclose(stiff[name].max(), pair[name].max(), rtol=1e-3)
+    parts = build(load(EXAMPLES / "driveline.toml").cases[0].scene)
+    system = parts.vibration.system
+    motor, pinion, gear = np.diag(system.mass)
+    shaft = system.stiffness[0, 0]
+    slow = np.sqrt(shaft * (1.0 / motor + 1.0 / (pinion + gear))) / (2 * np.pi)
+    assert soft.natural_frequency.values.ravel()[1] == pytest.approx(slow, rel=0.01)
+    mean = [float(one.dynamic_mesh_force.mean()) for one in (soft, pair)]
+    assert mean[0] == pytest.approx(mean[1], rel=1e-4)

@@ -3,8 +3,9 @@ import pickle
 
 import pytest
 
+from wearlab.dynamics.models.spur_3dof import Spur3dofDynamics
+from wearlab.dynamics.models.torsional import TorsionalDynamics
 from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
-from wearlab.scene.dynamics import Spur3dofDynamics, TorsionalDynamics
 from wearlab.scene.mesh import DisplacementContact, FourierExcitation, PairsExcitation
 from wearlab.scene.stiffness import ConstantStiffness, FiniteElementStiffness
 from wearlab.scene.wear import AdaptiveStep, EulerStep

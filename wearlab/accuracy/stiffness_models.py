@@ -25,10 +25,11 @@ from wearlab.mesh.finite_element import (
     pair_compliance,
     solve_gear,
 )
+from wearlab.mesh.gear_set import PairOfSet
 from wearlab.scene import Scene
 from wearlab.scene.build.finite_element import plane_of
 from wearlab.scene.build.mesh import build_analysis
-from wearlab.scene.build.sets import PairOfSet, build_set
+from wearlab.scene.build.sets import build_set
 
 Array = NDArray[np.float64]
 

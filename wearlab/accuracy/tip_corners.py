@@ -21,10 +21,11 @@ from wearlab.accuracy.corner_elements import OPTIONS, PAIRS, Loaded, load_corner
 from wearlab.accuracy.scores_figure import DEFAULTS
 from wearlab.campaign import load
 from wearlab.mesh.finite_element.options import Options
+from wearlab.mesh.gear_set import PairOfSet
 from wearlab.mesh.profile import lookup
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_analysis
-from wearlab.scene.build.sets import PairOfSet, build_set
+from wearlab.scene.build.sets import build_set
 
 Array = NDArray[np.float64]
 

@@ -26,7 +26,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "contact": _chosen(mesh.contact.model for mesh in meshes),
         "contact beyond A and E": "" if any(mesh.extended_contact for mesh in meshes) else None,
         "errors": None if errors is None else errors.slow,
-        "dynamics": None if dynamics is None else f"{dynamics.model}, {dynamics.method}",
+        "dynamics": None if dynamics is None else f"{dynamics.chosen}, {dynamics.method}",
         "excitation": None if dynamics is None else meshes[0].excitation.model,
         "back flank": None
         if dynamics is None or all(mesh.normal_backlash is None for mesh in meshes)

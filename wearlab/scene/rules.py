@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from wearlab.scene.dynamics import Spur3dofDynamics, Support, TorsionalDynamics
 from wearlab.scene.members import ALL_FLANKS, FLANKS, TOOTHED
 from wearlab.scene.mesh import OWN_MESHES
 from wearlab.scene.rules_of_sets import RULES_OF_SETS
@@ -19,7 +18,7 @@ def broken_rules(scene: "Scene") -> list[str]:
         *RULES_OF_SETS,
         _friction,
         _damping,
-        _supports,
+        _motion,
         _response,
         _requested,
         _extended,
@@ -69,43 +68,10 @@ def _friction(scene: "Scene") -> Problems:
             return
 
 
-def _supports(scene: "Scene") -> Problems:
-    match scene.dynamics:
-        case Spur3dofDynamics() | TorsionalDynamics():
-            supports = {member: scene.dynamics.supports.get(member) for member in _toothed(scene)}
-        case _:
-            return
-    for stranger in scene.dynamics.supports.given:
-        if stranger not in supports:
-            yield (
-                f"dynamics.supports.{stranger}",
-                f"no member of this gear set; there are {', '.join(supports)}",
-            )
-    if isinstance(scene.dynamics, Spur3dofDynamics):
-        for member, support in supports.items():
-            if support is None:
-                yield (
-                    f"dynamics.supports.{member}",
-                    "required: bearings, such as radial_stiffness = '1150 N/um' with 'damping'",
-                )
-    held = [member for member, support in supports.items() if support is not None and support.holds]
-    if len(held) == len(supports):
-        yield (
-            "dynamics.supports",
-            "torsional springs hold both gears: nothing turns, and the torque does not set the mesh force; "
-            "hold the output alone",
-        )
-    for member, support in supports.items():
-        path = f"dynamics.supports.{member}"
-        if support is None or support.damping_ratio is not None:
-            continue
-        if isinstance(support, Support) and support.damping is None:
-            yield path, "give 'damping' such as '5360 N*s/m', or 'damping_ratio'"
-        if support.holds and support.torsional_damping is None:
-            yield (
-                path,
-                "a torsional spring needs 'torsional_damping' such as '2 N*m*s/rad', or 'damping_ratio'",
-            )
+def _motion(scene: "Scene") -> Problems:
+    """What a dynamic model itself asks of the scene."""
+    if scene.dynamics is not None:
+        yield from scene.dynamics.problems(scene)
 
 
 def _response(scene: "Scene") -> Problems:

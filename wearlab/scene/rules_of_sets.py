@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from wearlab.scene.dynamics import PlanetaryDynamics, PlanetaryTorsionalDynamics
 from wearlab.scene.mesh import OWN_MESHES
 
 if TYPE_CHECKING:
@@ -49,29 +48,4 @@ def _pins(scene: "Scene") -> Problems:
         )
 
 
-def _grounded(scene: "Scene") -> Problems:
-    """Without a load torque, a torsional spring must hold the output."""
-    if scene.operation.load_torque != "zero" or not isinstance(scene.dynamics, PlanetaryDynamics):
-        return
-    output = scene.operation.output
-    support = scene.dynamics.supports.get(output)
-    if support is None or not support.holds:
-        yield (
-            "operation.load_torque",
-            f"'zero' leaves the output {output!r} without any load: give dynamics.supports.{output} a "
-            "torsional_stiffness, or load_torque = 'balance'",
-        )
-
-
-def _torsional_carrier(scene: "Scene") -> Problems:
-    if isinstance(scene.dynamics, PlanetaryTorsionalDynamics) and scene.operation.fixed != "ring":
-        yield (
-            "operation.fixed",
-            f"the torsional model holds the ring at rest, not {scene.operation.fixed!r}; give fixed = 'ring' "
-            "or dynamics.model = 'planetary'",
-        )
-    if isinstance(scene.dynamics, PlanetaryTorsionalDynamics) and scene.operation.load_torque == "zero":
-        yield "operation.load_torque", "the torsional model turns freely and needs the load torque: 'balance'"
-
-
-RULES_OF_SETS = (_meshes_of_the_set, _harmonics, _pins, _torsional_carrier, _grounded)
+RULES_OF_SETS = (_meshes_of_the_set, _harmonics, _pins)

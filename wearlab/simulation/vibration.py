@@ -230,13 +230,11 @@ def mean_moments(
 
 def transmission_error(vibration: Vibration, position: Array) -> Array | None:
     """Return r_b1 θ1 − r_b2 θ2 from the coordinates, (n_periods, n_phases) [m]; None for several meshes."""
-    names = vibration.system.coordinates
-    if len(vibration.system.direction) > 1:
+    system = vibration.system
+    if len(system.direction) > 1:
         return None
-    if "mesh.x" in names:
-        return position[:, names.index("mesh.x")]
-    driving, driven = (i for i, name in enumerate(names) if name.endswith(".u"))
-    return position[:, driving] - position[:, driven]
+    turns = [name == "mesh.x" or name.endswith(".u") for name in system.coordinates]
+    return np.asarray(np.einsum("pi...,i->p...", position, np.where(turns, system.direction[0], 0.0)))
 
 
 def _over_periods(values: Array, phase: Array, count: int) -> Harmonics:

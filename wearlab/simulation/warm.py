@@ -26,7 +26,7 @@ def _kernels(scene: Scene) -> tuple[object, ...]:
     """Return what decides which kernels a scene calls."""
     meshes = scene.mesh.each(scene.gears.kind)
     dynamics = scene.dynamics and (
-        scene.dynamics.model,
+        scene.dynamics.chosen,
         scene.dynamics.method,
         scene.dynamics.friction is None,
         all(mesh.normal_backlash is None for mesh in meshes),

@@ -11,11 +11,11 @@ from wearlab.gears.pair import GearPair
 from wearlab.mesh.contact import ContactAnalysis, Nodes
 from wearlab.mesh.corners import unworn_extension
 from wearlab.mesh.exact.gaps import AlgorithmOneGaps, DisplacementBeyond, ExactGaps, Gaps, WornFlanks
+from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.profile import Extension, ProfileGrid
 from wearlab.mesh.reach import Folded, reach_beyond
 from wearlab.scene import Scene
 from wearlab.scene.build.gears import modifications
-from wearlab.scene.build.sets import GearSet
 from wearlab.wear.initial import MeasuredProfile, measured, path_position, quadratic, uniform
 
 Array = NDArray[np.float64]

@@ -7,8 +7,8 @@ import numpy as np
 
 from wearlab.gears.tolerances import allowed
 from wearlab.mesh.errors import AT_REST, MemberError, MeshError, Realisation, mesh_error, realised
+from wearlab.mesh.gear_set import GearSet
 from wearlab.scene import Scene
-from wearlab.scene.build.sets import GearSet
 
 
 def build_errors(scene: Scene, gears: GearSet) -> list[MeshError]:

@@ -16,6 +16,7 @@ from wearlab.mesh.clock import Mesh
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.curve import Curve, constant
 from wearlab.mesh.excitation import Excitation, Fourier, Modulated, Pairs
+from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.mesh.hertz import yang_sun
 from wearlab.mesh.modulation import Modulation
 from wearlab.mesh.profile import NO_EXTENSION, Extension, ProfileGrid, profile_grid
@@ -26,7 +27,7 @@ from wearlab.scene.build.contact import build_gaps, extension_wanted
 from wearlab.scene.build.errors import build_errors
 from wearlab.scene.build.finite_element import finite_element, in_plane
 from wearlab.scene.build.gears import kinks, modifications
-from wearlab.scene.build.sets import GearSet, PairOfSet, build_set
+from wearlab.scene.build.sets import build_set
 
 Array = NDArray[np.float64]
 

@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.system import System
+from wearlab.mesh.gear_set import GearSet
 from wearlab.scene import Scene
-from wearlab.scene.build.sets import GearSet, train_of
+from wearlab.scene.build.sets import train_of
 
 Array = NDArray[np.float64]
 

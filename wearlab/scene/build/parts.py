@@ -12,6 +12,7 @@ from wearlab.life.state import Coupling, kinds_of
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Instants, Mesh, breaks_on_clock, instants, look
 from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.profile import Lookup
 from wearlab.scene import Scene
 from wearlab.scene.build.contact import contact_flags
@@ -19,7 +20,7 @@ from wearlab.scene.build.errors import class_flags
 from wearlab.scene.build.gears import foundation_flags, modifications
 from wearlab.scene.build.mesh import build_analyses, build_meshes
 from wearlab.scene.build.patch import build_patch
-from wearlab.scene.build.sets import GearSet, build_set
+from wearlab.scene.build.sets import build_set
 from wearlab.scene.build.vibration import build_vibration
 from wearlab.scene.build.wear import build_film, build_law, build_load, build_path
 from wearlab.wear.film import Film

@@ -1,127 +1,17 @@
 """``[gears]`` and ``[operation]`` → a gear set in operation: its pairs, its meshes on one clock, its load."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.gears.gear import Gear
 from wearlab.gears.pair import GearPair
-from wearlab.gears.planetary import PlanetarySet
 from wearlab.gears.train import Train
-from wearlab.mesh.clock import Mesh
-from wearlab.mesh.errors import quadrature
+from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
 from wearlab.scene.build.gears import build_pair, build_planetary
 
 Array = NDArray[np.float64]
-APART = "planet: its two meshes deflect apart, as if they shared no body"
-
-
-@dataclass(frozen=True)
-class PairOfSet:
-    """One kind of mesh of a gear set.
-
-    Parameters
-    ----------
-    pair : the gears in their operating position, driving and driven by the flow of power
-    flanks : names of the flanks that touch, (driving, driven)
-    section : where the campaign file may say something of this mesh alone, "" for nowhere
-    speed : of the driving gear relative to the carrier [rad/s]
-    passes : (2,) passes of a flank per cycle, (driving, driven) [1]
-    load : static normal force of one mesh [N]
-    """
-
-    pair: GearPair
-    flanks: tuple[str, str]
-    section: str
-    speed: float
-    passes: Array
-    load: float
-
-    def key(self, name: str) -> str:
-        """Return the dotted key under which a campaign file gives something of this mesh."""
-        return ".".join(part for part in ("mesh", self.section, name) if part)
-
-
-@dataclass(frozen=True)
-class GearSet:
-    """A gear set in operation.
-
-    Parameters
-    ----------
-    kinds : the kinds of mesh
-    mesh_names : names of the meshes
-    mesh_kinds : which kind each mesh is of
-    mesh_lags : (n_mesh,) γ, phase of the clock at which a pair enters at A [1]
-    flanks : names of the flanks, as datasets order them
-    members : names of the members, as datasets order them
-    gears : the gears among them, by name
-    reference_teeth : teeth of the gear whose turns relative to the carrier are the cycles
-    input_teeth : mesh periods in a turn of the input member: its teeth, in a pair
-    speed : of that gear relative to the carrier [rad/s]
-    planetary : the planetary set, None for a pair
-    """
-
-    kinds: tuple[PairOfSet, ...]
-    mesh_names: tuple[str, ...]
-    mesh_kinds: tuple[int, ...]
-    mesh_lags: Array
-    flanks: tuple[str, ...]
-    members: tuple[str, ...]
-    gears: dict[str, Gear]
-    reference_teeth: int
-    input_teeth: float
-    speed: float
-    planetary: PlanetarySet | None = None
-
-    @property
-    def mesh_frequency(self) -> float:
-        """Mesh frequency [Hz]."""
-        return self.speed / (2 * np.pi) * self.reference_teeth
-
-    @property
-    def period(self) -> float:
-        """Duration of one mesh period [s]."""
-        return 2 * np.pi / (self.speed * self.reference_teeth)
-
-    def flank(self, name: str) -> tuple[int, int]:
-        """Return the kind of mesh and the gear (0 driving, 1 driven) of a flank."""
-        return next(
-            (kind, one.flanks.index(name)) for kind, one in enumerate(self.kinds) if name in one.flanks
-        )
-
-    def lever(self, kind: int) -> float:
-        """Return the base radius of the gear whose torque the load of a mesh is given by [m].
-
-        The pinion's for a pair, the sun's or the ring's in a planetary set.
-        """
-        gears = self.kinds[kind].pair.gears
-        return next(gear for name in self.members for gear in gears if gear.name == name).base_radius
-
-    def slow_errors(self, meshes: Sequence[Mesh]) -> Array | None:
-        """Return once-per-revolution errors at equally weighted member angles, (n_angles, n_mesh) [m]."""
-        if not any(len(mesh.error.slow_amplitude) for mesh in meshes):
-            return None
-        turns = quadrature(gear.teeth for gear in self.gears.values())
-        return np.stack([mesh.error.slow_at(turns) for mesh in meshes], axis=1)
-
-    def columns_of(self, gear: str) -> list[int]:
-        """Return which of the members a gear is: every planet is "planet"."""
-        return [i for i, name in enumerate(self.members) if name == gear or name.startswith(f"{gear}-")]
-
-    @property
-    def flank_places(self) -> list[tuple[int, int]]:
-        """Kind of mesh and gear of every flank, in the datasets' order."""
-        return [self.flank(name) for name in self.flanks]
-
-    @property
-    def assumed(self) -> tuple[str, ...]:
-        """What was assumed about the gears, with their names."""
-        own = tuple(f"{gear.name}: {flag}" for gear in self.gears.values() for flag in gear.assumed)
-        return own if self.planetary is None else (*own, APART)
 
 
 def build_set(scene: Scene) -> GearSet:

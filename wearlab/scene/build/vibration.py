@@ -26,11 +26,11 @@ from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Mesh, look_within
 from wearlab.mesh.contact import ContactAnalysis, Quasistatic
 from wearlab.mesh.excitation import Friction, stages
+from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
 from wearlab.scene.build.nominal import nominal_motion
-from wearlab.scene.build.sets import GearSet
 from wearlab.scene.build.system import build_system
 
 Array = NDArray[np.float64]

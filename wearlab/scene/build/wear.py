@@ -14,8 +14,8 @@ from wearlab.life.limits import Limits, Snapshots
 from wearlab.life.load import EquivalentLoad, InstantLoad, Load, StaticLoad
 from wearlab.life.march import Method
 from wearlab.life.state import Coupled
+from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
-from wearlab.scene.build.sets import GearSet, PairOfSet
 from wearlab.slots import Variant
 from wearlab.wear.archard import MEAN_PRESSURE, PEAK_PRESSURE, NormalProjection, OverCosine
 from wearlab.wear.coefficients import CoefficientModel

@@ -1,0 +1,100 @@
+"""``[dynamics]``: which coordinates move, one model a file."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
+
+from annotated_types import Ge, Le
+from pydantic import create_model
+
+from wearlab.options import NOT_NEGATIVE, POSITIVE, Count, Number, Part, Speed, option
+from wearlab.slots import Slot, Variant
+
+if TYPE_CHECKING:
+    from wearlab.dynamics.system import Array, System
+    from wearlab.mesh.gear_set import GearSet
+
+METHOD = "how the steady response is found; periodic is shooting, the others march as the papers do"
+Method = Literal["periodic", "rk4", "rk45", "newmark"]
+
+
+class Friction(Part):
+    """Sliding friction of the flanks, ``μ F`` against the sliding, reversed at the pitch point."""
+
+    coefficient: Annotated[Number, NOT_NEGATIVE, Le(1.0)] = option(
+        ..., "coefficient of friction μ, such as 0.05", source="B23"
+    )
+
+
+FRICTION = "sliding friction of the flanks"
+
+
+SPEEDS: Any = {
+    "from": (Annotated[Speed, POSITIVE], option(..., "lowest speed")),
+    "to": (Annotated[Speed, POSITIVE], option(..., "highest speed")),
+    "points": (Annotated[Count, Ge(2)], option(61, "number of speeds")),
+}
+SpeedRange = create_model(
+    "SpeedRange",
+    __base__=Part,
+    __doc__="Equally spaced speeds of the input member; ``from`` is no name that Python could spell.",
+    **SPEEDS,
+)
+
+
+class FrequencyResponse(Part):
+    """The response over speed of the first wear state, each speed from the response of the last."""
+
+    speed: SpeedRange = option(..., "speeds of the input member")
+    direction: Literal["up", "down", "both"] = option(
+        "both", "whether the speed rises, falls, or rises and then falls"
+    )
+    transient: Annotated[Count, POSITIVE] = option(200, "mesh periods marched at a speed before it counts")
+    strobe: Annotated[Count, POSITIVE] = option(64, "mesh periods whose strobed states are kept")
+
+
+RESPONSE = "the response over speed, followed up and down"
+
+
+class InMotion(NamedTuple):
+    """What a dynamic model is made of.
+
+    Parameters
+    ----------
+    gears : the gear set in operation: kinds of mesh, gears with mass, inertia and base radius, members
+    meshes : ``[mesh]`` of each kind of mesh: damping, damping_ratio, damping_in, normal_backlash
+    operation : ``[operation]``: torque, speed, input, output, torque_fluctuation
+    stiffness : (n_mesh,) mean stiffness of each mesh, to which damping ratios refer [N/m]
+    """
+
+    gears: "GearSet"
+    meshes: tuple[Any, ...]
+    operation: Any
+    stiffness: "Array"
+
+
+class DynamicModel(Variant):
+    """Any dynamic model: the coordinates, and the `System` they make.
+
+    ``kinds`` names the kinds of gear sets that it describes.
+    """
+
+    slot: ClassVar[Slot] = Slot("dynamics", __name__)
+    kinds: ClassVar[tuple[str, ...]] = ("external-pair", "internal-pair")
+
+    method: Method = option("periodic", METHOD, source="wearlab")
+    friction: Friction | None = option(None, FRICTION, derived="none", source="B23")
+    response: FrequencyResponse | None = option(None, RESPONSE, derived="none", source="wearlab")
+
+    def build(self, motion: InMotion) -> "System":
+        """Return the system in its one form.
+
+        Raises
+        ------
+        GearError
+            When nothing can move so.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no build")
+
+    def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
+        """Yield what this model asks of the sections of a scene, as key and reason."""
+        return iter(())

@@ -1,0 +1,30 @@
+"""Rotation and both translations along the line of action (L16)."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Literal
+
+from wearlab.dynamics.holding import Supports, problems_of_pair
+from wearlab.dynamics.models import DynamicModel, InMotion
+from wearlab.options import option
+
+if TYPE_CHECKING:
+    from wearlab.dynamics.system import System
+
+
+class Spur3dofDynamics(DynamicModel):
+    """Rotation and both translations along the line of action."""
+
+    model: Literal["spur-3dof"] = option(..., "spur pair on bearings, 3 DOF", source="L16 Eqs. 1–6")
+    supports: Supports = option(..., "the bearings of both gears")
+
+    def build(self, motion: InMotion) -> "System":
+        """Return L16's model with translations."""
+        from wearlab.dynamics.of_pair import common_arguments
+        from wearlab.dynamics.spur import spur_3dof
+
+        first, second = motion.gears.kinds[0].pair.gears
+        return spur_3dof(mass=(first.mass, second.mass), **common_arguments(self, motion))
+
+    def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
+        """Yield what is wrong with the supports."""
+        return problems_of_pair(self, scene.gears.toothed, bearings=True)

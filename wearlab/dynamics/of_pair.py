@@ -1,0 +1,56 @@
+"""What the dynamic models of a pair have in common: what they ask of a scene, and what they are made of."""
+
+from typing import Any
+
+import numpy as np
+
+from wearlab.dynamics.models import InMotion
+from wearlab.dynamics.spur import GearSupport, PairFriction, effective_mass, mesh_damping_of
+from wearlab.gears.pair import GearPair
+
+
+def common_arguments(model: Any, motion: InMotion) -> dict[str, Any]:
+    """Return what both builders of :mod:`wearlab.dynamics.spur` are told."""
+    pair, mesh = motion.gears.kinds[0].pair, motion.meshes[0]
+    first, second = pair.gears
+    inertia, base_radius = (first.inertia, second.inertia), (first.base_radius, second.base_radius)
+    damping = mesh.damping
+    if damping is None:
+        mass = effective_mass(inertia, base_radius)
+        damping = mesh_damping_of(mesh.damping_ratio, float(motion.stiffness[0]), mass)
+    wave = motion.operation.torque_fluctuation
+    return {
+        "inertia": inertia,
+        "base_radius": base_radius,
+        "torque": motion.operation.torque,
+        "mesh_damping": damping,
+        "damping_always": mesh.damping_in == "always",
+        "backlash": mesh.normal_backlash,
+        "fluctuation": None if wave is None else wave.amplitude,
+        "supports": tuple(_support(model.supports.get(gear.name), gear.base_radius) for gear in pair.gears),
+        "names": (first.name, second.name),
+        "friction": None if model.friction is None else _friction(pair),
+    }
+
+
+def _support(given: Any, base_radius: float) -> GearSupport:
+    if given is None:
+        return GearSupport()
+    tangential = given.tangential_stiffness
+    if given.torsional_stiffness is not None:
+        tangential = given.torsional_stiffness / base_radius**2
+    torsional_damping = given.torsional_damping
+    return GearSupport(
+        radial_stiffness=given.radial_stiffness,
+        damping=given.damping,
+        tangential_stiffness=tangential,
+        torsional_damping=None if torsional_damping is None else torsional_damping / base_radius**2,
+        damping_ratio=given.damping_ratio,
+        preload=given.preload,
+    )
+
+
+def _friction(pair: GearPair) -> PairFriction:
+    """Return where friction acts on a pair: arms that grow with s as the flanks' curvatures do."""
+    one, two = (curvature[1] - curvature[0] for curvature in pair.curvature(np.array([0.0, 1.0])))
+    return PairFriction(pair.working_pressure_angle, (float(one), float(two)))
