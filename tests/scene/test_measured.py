@@ -44,7 +44,11 @@ def test_contents_become_part_of_the_scene(table, tmp_path):
     [
         (CSV.replace("146", "156"), {}, "neither rises nor falls"),
         (CSV.replace("-2", "nan"), {}, "not finite"),
-        (CSV.replace("diameter", "radius"), {}, "expected diameter or roll_angle or path_position for x"),
+        (
+            CSV.replace("diameter", "radius"),
+            {},
+            "expected diameter or roll_angle or roll_length or path_position for x",
+        ),
         (CSV, {"x": "roll_angle"}, "expected roll_angle for x"),
         (CSV, {"units": {"diameter": "mm"}}, "units.deviation is required"),
         (CSV, {"units": "um"}, "units: 'um' is no table: write units = { diameter = "),
@@ -113,3 +117,66 @@ def test_extended_contact_removes_the_jump_and_says_how_far_it_reaches(table):
     assert largest_step(jump) > 0.3 and largest_step(smooth) < 0.1
     last = smooth.load_share.values[0, 0, -1]
     assert last[-1] > 0.2 and last[len(last) // 2] == 0.0
+
+
+MACHINE = (
+    "Gear measuring centre;Protokoll 17\r\nZähne;50\r\n\r\n"
+    "Punkt;Durchmesser [mm];Abweichung (µm)\r\n"
+    "1;143,0;-5,0\r\n2;146,0;-2,0\r\n3;150,0;0,0\r\n4;153,0;-3,0\r\n5;157,0;-6,0\r\nEnde;;\r\n"
+)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "utf-16", "utf-8-sig"])
+def test_a_file_as_a_machine_writes_it(table, tmp_path, encoding):
+    """Preamble, German names, semicolons, decimal commas, units in headers, a last line without numbers."""
+    plain = scene(table, tmp_path)
+    (tmp_path / "machine.csv").write_bytes(MACHINE.encode(encoding))
+    initial = {"pinion": {"file": "machine.csv"}}
+    found = Scene.from_mapping(static(table, wear={"initial": initial}), tmp_path)
+    assert found == plain and found.id == plain.id
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "diameter\tdeviation\nmm\tum\n143\t-5\n146\t-2\n150\t0\n153\t-3\n157\t-6\n",
+        "diameter_mm deviation_um\n143 -5\n146 -2\n150 0\n153 -3\n157 -6\n",
+        "d / mm;f / µm\n143;-5\n146;-2\n150;0\n153;-3\n157;-6\n",
+        '"diameter [mm]","deviation [mm]"\n143,-5e-3\n146,-2e-3\n150,0\n153,-3e-3\n157,-6e-3\n',
+    ],
+    ids=["a row of units", "blanks", "slashes", "quotes and millimetres"],
+)
+def test_other_ways_to_write_the_same(table, tmp_path, text):
+    plain = scene(table, tmp_path)
+    (tmp_path / "other.csv").write_text(text)
+    found = Scene.from_mapping(static(table, wear={"initial": {"pinion": {"file": "other.csv"}}}), tmp_path)
+    assert found.id == plain.id
+
+
+def test_columns_by_their_own_names(table, tmp_path):
+    text = CSV.replace("diameter,deviation", "A,B")
+    with pytest.raises(SceneError, match=r'columns are A, B; .*columns = \{ diameter = "…" \}'):
+        scene(table, tmp_path, text)
+    columns = {"diameter": "A", "deviation": "B"}
+    assert scene(table, tmp_path, text, columns=columns).id == scene(table, tmp_path).id
+
+
+@pytest.mark.parametrize("how", ["hold", "slope", "zero"])
+def test_an_evaluated_range_shorter_than_the_flank_goes_on_as_it_is_told(how):
+    from wearlab.wear.initial import continued
+
+    x, y = np.linspace(-2.0, 3.0, 51), 1.0 + 0.5 * np.linspace(-2.0, 3.0, 51)
+    where, depth = continued(x, y, -4.0, 5.0, how)
+    assert (where[0], where[-1]) == (-4.0, 5.0) and np.all(np.diff(where) >= 0.0)
+    ends = {"hold": (0.0, 2.5), "slope": (-1.0, 3.5), "zero": (0.0, 0.0)}[how]
+    assert (depth[0], depth[-1]) == pytest.approx(ends, abs=1e-12)
+    np.testing.assert_array_equal(np.interp(x[1:-1], where, depth), y[1:-1])
+
+
+def test_a_shorter_range_is_refused_unless_it_is_told(table, tmp_path):
+    short = "\n".join(line for line in CSV.splitlines() if not line.startswith(("143", "157"))) + "\n151,-1\n"
+    short = short.replace("150,0\n153,-3\n151,-1", "150,0\n151,-1\n153,-3")
+    with pytest.raises(Exception, match="continuation = 'hold', 'slope' or 'zero'"):
+        simulate(scene(table, tmp_path, short))
+    run = simulate(scene(table, tmp_path, short + "154,-4\n", continuation="hold"))
+    assert "continued by 'hold'" in str(run.validity.values)

@@ -15,6 +15,14 @@ def test_life_comes_before_wear():
     assert (wear.text, wear.short) == ("400 µm worn", "400 µm") and wear.error == pytest.approx(2e-4)
 
 
+def test_hours_stand_beside_cycles():
+    life, wear = headlines(
+        {**LIFE, "cycle": 2e7, "service_life": 3.6e6 * 1.234567, "operating_hours": 7200.0}
+    )
+    assert life.text == "2e+07 cycles of life = 1,230 h" and life.short == "2e+07 cycles = 1,230 h"
+    assert wear.text == "400 µm worn after 2 h"
+
+
 def test_one_wear_state_tells_what_acts_in_the_mesh_and_not_the_wear_it_was_given():
     force, ste, given = headlines({**FORCES, "cycle": 0.0, "max_wear_depth": 1e-5})
     assert (force.short, force.error) == ("8000 N in mesh", pytest.approx(5e-4, rel=1e-12))

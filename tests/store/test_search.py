@@ -331,3 +331,17 @@ def test_runs_are_found_by_the_quantity_that_their_file_wrote(tmp_path):
             found = store.query(f"speed = {told} and speed <= {told} and speed >= {told}", columns=())
             assert [int(row["id"], 16) for row in found] == [number], told
             assert len(store.query(f"speed < {told}")) + len(store.query(f"speed > {told}")) == 339
+
+
+@pytest.mark.parametrize(
+    "asked, means",
+    [("life_hours", "service_life"), ("hours", "operating_hours"), ("hours_of_life", "service_life")],
+)
+def test_hours_are_those_of_the_run_and_no_limit(asked, means):
+    """``hours`` alone meant the limit ``wear.until.hours``: the same number in every row."""
+    from wearlab.query.bind import Key, Vocabulary
+    from wearlab.query.grammar import Name
+    from wearlab.store.search import ALIASES
+
+    keys = [Key("wear.until.hours", is_path=True), Key("service_life"), Key("operating_hours")]
+    assert Vocabulary(keys, ALIASES).find(Name(asked, 0), asked).name == means

@@ -257,6 +257,7 @@ def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
         "id": entry.id,
         "state": state_of(store, entry),
         "verdict": entry.summary.get("verdict"),
+        "result": [one.text for one in headlines(entry.summary)],
         "campaigns": list(dict.fromkeys(f"{m.campaign} ({m.label})" for m in members)),
         "goes on from": [str(step) for step in lineage(store, entry)],
         "continued by": children(store, entry.id),

@@ -1,6 +1,7 @@
 """Tables that a scene refers to: read once, so that their contents are part of the scene."""
 
 import csv
+from collections.abc import Mapping
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -10,6 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from wearlab.options import Stored
 from wearlab.regular import read_regular
+from wearlab.scene.machine_table import MachineTable, MachineTableError, machine_table
 from wearlab.units import UnitError, convert
 
 ABSCISSAE = {"phase": "1", "path_position": "m"}
@@ -44,7 +46,7 @@ def read_stiffness(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
     return {**given, "along": along, "abscissa": x, "stiffness": k}
 
 
-PROFILE_ABSCISSAE = {"diameter": "m", "roll_angle": "rad", "path_position": "m"}
+PROFILE_ABSCISSAE = {"diameter": "m", "roll_angle": "rad", "roll_length": "m", "path_position": "m"}
 PROFILE_ORDINATES = ("depth", "deviation")
 
 
@@ -61,8 +63,8 @@ def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
     for key in ("abscissa", "ordinate"):
         if key in given:
             raise PydanticCustomError("table", "{key} is read from file, not written", {"key": repr(key)})
-    if "units" not in given:
-        raise PydanticCustomError("table", "{key} is required: {file, x, y, units}", {"key": "'units'"})
+    if "file" not in given:
+        raise PydanticCustomError("table", "{key} is required: {file, x, y, units}", {"key": "'file'"})
     try:
         x, y, abscissa, ordinate = profile_table(given, base)
     except TableError as error:
@@ -80,14 +82,24 @@ def profile_table(
     TableError
         When the file cannot be read, lacks a column or a unit, or is not in order.
     """
-    file, units = named_file(given), named_texts(given, "units", '{ diameter = "mm", depth = "um" }')
-    columns = {
-        name: list(values) for name, values in _columns(Path(file) if base is None else base / file).items()
-    }
-    x = _column(given.get("x"), columns, tuple(PROFILE_ABSCISSAE), "x", file)
-    y = _column(given.get("y"), columns, PROFILE_ORDINATES, "y", file)
-    abscissa = _in(columns[x], units.get(x), PROFILE_ABSCISSAE[x], x)
-    ordinate = _in(columns[y], units.get(y), "m", y)
+    file = named_file(given)
+    units = named_texts(given, "units", '{ diameter = "mm", depth = "um" }') if "units" in given else {}
+    mapped = named_texts(given, "columns", '{ deviation = "Abweichung" }') if "columns" in given else {}
+    if unknown := set(mapped) - {*PROFILE_ABSCISSAE, *PROFILE_ORDINATES}:
+        known = ", ".join((*PROFILE_ABSCISSAE, *PROFILE_ORDINATES))
+        raise TableError(f"columns: {', '.join(sorted(unknown))}: expected {known}")
+    try:
+        table = machine_table(Path(file) if base is None else base / file)
+    except MachineTableError as error:
+        raise TableError(str(error)) from None
+    if table.broken:
+        raise TableError(f"{file}: {table.broken} holds no numbers; mend or delete it")
+    if any(number - number != 0.0 for column in table.columns.values() for number in column):
+        raise TableError(f"{file}: a value is not finite")
+    x = _column(given.get("x"), table, mapped, tuple(PROFILE_ABSCISSAE), "x", file)
+    y = _column(given.get("y"), table, mapped, PROFILE_ORDINATES, "y", file)
+    abscissa = _of_table(table, mapped, units, x, PROFILE_ABSCISSAE[x])
+    ordinate = _of_table(table, mapped, units, y, "m")
     rising = all(b >= a for a, b in pairwise(abscissa))
     if not rising and not all(b <= a for a, b in pairwise(abscissa)):
         raise TableError(f"{file}: {x} neither rises nor falls throughout; sort the rows by {x}")
@@ -96,17 +108,31 @@ def profile_table(
     return x, y, abscissa, ordinate
 
 
-def _column(asked: Any, columns: dict[str, list[float]], known: tuple[str, ...], key: str, file: str) -> str:
-    """Return the column meant: the one asked for, or the only known one of the file."""
+def _of_table(
+    table: MachineTable, mapped: Mapping[str, str], units: Mapping[str, str], name: str, wanted: str
+) -> tuple[float, ...]:
+    """Return a column in SI, by the unit that the campaign file gives, else by the one in the header."""
+    header = table.meant(name, mapped)
+    assert header is not None  # `_column` found it
+    return _in(list(table.columns[header]), units.get(name) or table.units[header] or None, wanted, name)
+
+
+def _column(
+    asked: Any, table: MachineTable, mapped: Mapping[str, str], known: tuple[str, ...], key: str, file: str
+) -> str:
+    """Return the quantity meant: the one asked for or mapped, or the only known one of the file."""
     if asked is not None and asked not in known:
         raise TableError(f"{key}: {asked!r} is not one of {', '.join(known)}")
-    present = [name for name in known if name in columns]
+    chosen = [name for name in known if name in mapped]
+    present = chosen or [name for name in known if table.meant(name, mapped) is not None]
     if asked is None and len(present) > 1:
         raise TableError(f"{file} has columns {' and '.join(present)}; say which with {key}")
     found = asked if asked is not None else next(iter(present), None)
-    if found is None or found not in columns:
+    if found is None or table.meant(found, mapped) is None:
         raise TableError(
-            f"{file}: columns are {', '.join(columns)}; expected {found or ' or '.join(known)} for {key}"
+            f"{file}: columns are {', '.join(table.names)}; "
+            f"expected {found or ' or '.join(known)} for {key}, "
+            f'or name it: columns = {{ {found or known[0]} = "…" }} ({table.understood})'
         )
     return str(found)
 

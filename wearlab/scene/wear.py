@@ -52,7 +52,10 @@ class InitialWear(Part):
     """Wear of one gear's flanks before the first cycle."""
 
     alternatives: ClassVar[Alternatives] = (
-        (("depth", "shape"), ("file", "x", "y", "direction", "units", "zero", "smooth")),
+        (
+            ("depth", "shape"),
+            ("file", "x", "y", "direction", "units", "columns", "zero", "smooth", "continuation"),
+        ),
     )
 
     depth: Annotated[Depth, NOT_NEGATIVE] = option(..., "largest depth of the initial wear", source="W23")
@@ -67,25 +70,27 @@ class InitialWear(Part):
 class ProfileUnits(Part):
     """Units of the columns of a measured flank."""
 
-    diameter: str | None = option(None, "unit of the diameter", derived="required with that column")
-    roll_angle: str | None = option(None, "unit of the roll angle", derived="required with that column")
-    path_position: str | None = option(None, "unit of the path position", derived="required with that column")
-    depth: str | None = option(None, "unit of the wear depth", derived="required with that column")
-    deviation: str | None = option(None, "unit of the deviation", derived="required with that column")
+    diameter: str | None = option(None, "unit of the diameter", derived="that of the header")
+    roll_angle: str | None = option(None, "unit of the roll angle", derived="that of the header")
+    roll_length: str | None = option(None, "unit of the length of roll", derived="that of the header")
+    path_position: str | None = option(None, "unit of the path position", derived="that of the header")
+    depth: str | None = option(None, "unit of the wear depth", derived="that of the header")
+    deviation: str | None = option(None, "unit of the deviation", derived="that of the header")
 
 
 class MeasuredWear(Part):
     """Wear of one gear's flanks as measured; the file's contents, not its path, are part of the scene."""
 
-    model_config = ConfigDict(json_schema_extra={"required": ["file", "units"]})
+    model_config = ConfigDict(json_schema_extra={"required": ["file"]})
 
     file: str | None = option(
         None,
-        "CSV file with columns diameter, roll_angle or path_position, and depth or deviation",
+        "table with columns diameter, roll_angle, roll_length or path_position, and depth or deviation, as "
+        "machines write it: any separator, decimal sign, encoding and preamble (see `wearlab profile`)",
         derived="required in a campaign file",
         identity=False,
     )
-    x: Literal["diameter", "roll_angle", "path_position"] = option(
+    x: Literal["diameter", "roll_angle", "roll_length", "path_position"] = option(
         None, "column that says where on the flank", derived="the one the file has"
     )
     y: Literal["depth", "deviation"] = option(
@@ -98,7 +103,19 @@ class MeasuredWear(Part):
         "normal", "direction of the values: along the flank normal, or across the tooth", source="Y23 Eq. 19"
     )
     units: ProfileUnits | None = option(
-        None, "units of the columns", derived="required in a campaign file", identity=False
+        None, "units of the columns", derived="those in the file's headers", identity=False
+    )
+    columns: dict[str, str] | None = option(
+        None,
+        "headers of the file where they are others, such as { deviation = 'Abweichung' }",
+        derived="by their names",
+        identity=False,
+    )
+    continuation: Literal["refuse", "hold", "slope", "zero"] = option(
+        "refuse",
+        "beyond what was measured, where that is less than the active flank: refused, the last value, the "
+        "last slope, or unworn",
+        source="wearlab",
     )
     zero: Literal["as-measured", "max", "pitch", "tip", "root", "line"] = option(
         "as-measured",

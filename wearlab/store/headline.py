@@ -28,11 +28,13 @@ class _Kind(NamedTuple):
     short: str
     of: str
     error: str
+    hours: str = ""
 
 
+HOUR = 3600.0  # s
 WORN = (
-    _Kind("life", 1.0, "cycles of life", "cycles", "life", "error_estimate_life"),
-    _Kind("max_wear_depth", 1e6, "µm worn", "µm", "wear", "error_estimate_wear_depth"),
+    _Kind("life", 1.0, "cycles of life", "cycles", "life", "error_estimate_life", "service_life"),
+    _Kind("max_wear_depth", 1e6, "µm worn", "µm", "wear", "error_estimate_wear_depth", "operating_hours"),
 )
 ONE_STATE = (
     _Kind("mesh_force_max", 1.0, "N largest mesh force", "N in mesh", "force", "error_estimate_mesh_force"),
@@ -56,4 +58,15 @@ def _headline(kind: _Kind, summary: Mapping[str, Any]) -> Headline:
     value, error = summary[kind.name], summary.get(kind.error)
     number = f"{value * kind.scale:.4g}"
     relative = error / value if error is not None and value else None
-    return Headline(f"{number} {kind.text}", f"{number} {kind.short}", kind.of, relative)
+    hours = hours_text(summary.get(kind.hours))
+    joint = " = " if kind.hours == "service_life" else " after "
+    tail = f"{joint}{hours}" if hours else ""
+    return Headline(f"{number} {kind.text}{tail}", f"{number} {kind.short}{tail}", kind.of, relative)
+
+
+def hours_text(seconds: float | None) -> str:
+    """Return an operating time in hours, three digits of it; nothing where there is none."""
+    if not seconds:
+        return ""
+    hours = float(f"{seconds / HOUR:.3g}")
+    return f"{hours:,.0f} h" if hours >= 1000.0 else f"{hours:g} h"

@@ -33,6 +33,7 @@ OWN_KEYS = (
 )
 ALIASES = {
     **{"state": "status", "date": "started", "run_time": "seconds", "run": "id", "code": "source_hash"},
+    **{"life_hours": "service_life", "hours_of_life": "service_life", "hours": "operating_hours"},
     **{"torque": "operation.torque", "speed": "operation.speed"},  # not those of a duty or a calibration
 }
 SAMPLE = 200

@@ -10,7 +10,8 @@ from wearlab.gears.pair import GearPair
 from wearlab.mesh.curve import Curve
 
 Array = NDArray[np.float64]
-Along = Literal["diameter", "roll_angle", "path_position"]
+Along = Literal["diameter", "roll_angle", "roll_length", "path_position"]
+Continuation = Literal["refuse", "hold", "slope", "zero"]
 Zero = Literal["as-measured", "max", "pitch", "tip", "root", "line"]
 
 SLACK = 1e-3
@@ -19,6 +20,8 @@ NOISE = 0.02
 """Share of the largest depth by which a measured profile may stand above its zero; it counts as unworn."""
 LEAST_NOISE = 1e-7
 LEAST_POINTS = 5
+END_SHARE = 0.1
+"""Share of a measured profile whose slope goes on beyond its end."""
 
 
 def uniform(position: ArrayLike, depth: float) -> Array:
@@ -58,6 +61,8 @@ class MeasuredProfile(NamedTuple):
         root end of the active flank, or the straight line over the path that touches the profile from
         outside on both sides of the pitch point (which takes out a tilt, too)
     smooth : window of a local parabola along the path, None: through every point [m]
+    continuation : beyond its ends, where they miss those of the active flank: refused, the last value, the
+        slope of the last `END_SHARE`, or unworn
     """
 
     along: Along
@@ -66,6 +71,7 @@ class MeasuredProfile(NamedTuple):
     across: bool = False
     zero: Zero = "as-measured"
     smooth: float | None = None
+    continuation: Continuation = "refuse"
 
 
 def measured(profile: MeasuredProfile, pair: GearPair, gear: int, position: ArrayLike) -> Array:
@@ -88,6 +94,8 @@ def measured(profile: MeasuredProfile, pair: GearPair, gear: int, position: Arra
     """
     s = np.asarray(position, float)
     where, depth = _along_path(profile, pair, gear)
+    if profile.continuation != "refuse":
+        where, depth = continued(where, depth, pair.path.A, pair.path.E, profile.continuation)
     _check_cover(where, pair, gear, profile.along)
     if profile.across:
         depth = depth * np.cos(_load_angle(pair, gear, where))
@@ -104,7 +112,7 @@ def path_position(pair: GearPair, gear: int, along: Along, abscissa: ArrayLike) 
     ----------
     pair, gear : the pair; 0 driving, 1 driven
     along : what the abscissa is
-    abscissa : (n,) diameter [m], roll angle [rad] or path position [m]
+    abscissa : (n,) diameter [m], roll angle [rad], length of roll [m] or path position [m]
 
     Raises
     ------
@@ -114,6 +122,9 @@ def path_position(pair: GearPair, gear: int, along: Along, abscissa: ArrayLike) 
     x = np.asarray(abscissa, float)
     if along == "path_position":
         return x
+    if along == "roll_length":  # ρ itself
+        at_pitch, further = pair.curvature(np.array([0.0, 1.0]))[gear]
+        return np.asarray((x - at_pitch) / (further - at_pitch))
     body = pair.gears[gear]
     if along == "diameter":
         square = (0.5 * x) ** 2 - body.base_radius**2
@@ -135,6 +146,35 @@ def _along_path(profile: MeasuredProfile, pair: GearPair, gear: int) -> tuple[Ar
     return (where[::-1], depth[::-1]) if where[-1] < where[0] else (where, depth)
 
 
+def continued(where: Array, depth: Array, begin: float, end: float, how: Continuation) -> tuple[Array, Array]:
+    """Return a profile that reaches the ends of the active flank.
+
+    Parameters
+    ----------
+    where, depth : (n,) rising path positions and depths [m]
+    begin, end : of the active flank [m]
+    how : hold the last value, go on with the straight line through the last `END_SHARE`, or jump to zero
+    """
+    x, y = [where], [depth]
+    for side, place, outside in ((0, begin, where[0] > begin), (-1, end, where[-1] < end)):
+        if not outside:
+            continue
+        edge = where[side]
+        if how == "zero":
+            new_x, new_y = np.array([edge, place]), np.zeros(2)
+        elif how == "hold":
+            new_x, new_y = np.array([place]), depth[[side]]
+        else:
+            near = np.abs(where - edge) <= max(END_SHARE * np.ptp(where), np.sort(np.abs(where - edge))[1])
+            slope, level = np.polyfit(where[near] - edge, depth[near], 1)
+            new_x, new_y = np.array([place]), np.array([level + slope * (place - edge)])
+        if side == 0:
+            x, y = [new_x[::-1], *x], [new_y[::-1], *y]
+        else:
+            x, y = [*x, new_x], [*y, new_y]
+    return np.concatenate(x), np.concatenate(y)
+
+
 def _load_angle(pair: GearPair, gear: int, position: Array) -> Array:
     """Return the angle between flank normal and tooth thickness (a ring's: across the tooth space) [rad]."""
     return pair.roll_angle(gear, position) - pair.gears[gear].base_half_angle
@@ -149,7 +189,8 @@ def _check_cover(where: Array, pair: GearPair, gear: int, along: Along) -> None:
         have, need = ([f"{2e3 * r:.6g}" for r in np.sort(pair.radius(gear, ends))] for ends in shown)
         raise GearError(
             f"{pair.gears[gear].name}: the measured profile covers diameters {have[0]} to {have[1]} mm, the "
-            f"active flank {need[0]} to {need[1]} mm; measure all of it, or check {along} and its unit"
+            f"active flank {need[0]} to {need[1]} mm; measure all of it, check {along} and its unit, or say "
+            "how it goes on: continuation = 'hold', 'slope' or 'zero'"
         )
     if inside < LEAST_POINTS:
         raise GearError(

@@ -194,6 +194,7 @@ def measured_wear(given: Any, pair: GearPair, gear: int, position: Array) -> Arr
         given.direction == "tooth-thickness",
         given.zero,
         given.smooth,
+        given.continuation,
     )
     return measured(profile, pair, gear, position)
 

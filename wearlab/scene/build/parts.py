@@ -192,6 +192,11 @@ def _validity(scene: Scene, gears: GearSet, analyses: Sequence[ContactAnalysis])
     given = [] if scene.wear is None else [scene.wear.initial_of(flank) for flank in gears.flanks]
     if any(flank is not None and flank.sides == "both" for flank in given):
         flags.append("initial wear of back flanks is not part of the back contact")
+    flags += [
+        f"initial wear of {name}: beyond what was measured continued by {flank.continuation!r}"
+        for name, flank in zip(gears.flanks, given, strict=True)
+        if getattr(flank, "continuation", "refuse") != "refuse"
+    ]
     flags += class_flags(scene, gears)
     if scene.lubricant is not None:
         flags += scene.lubricant.told
