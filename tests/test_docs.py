@@ -1,0 +1,141 @@
+"""README and docs: every file and command in them runs as it is printed; reference pages say everything."""
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TOP = Path(__file__).parents[1]
+DOCS = TOP / "docs"
+PAGES = sorted({TOP / "README.md", *DOCS.glob("*.md"), *(DOCS / "tutorials").glob("*.md")})
+BLOCK = re.compile(r"^```(\w+) *([^\n]*)\n(.+?)^```", re.DOTALL | re.MULTILINE)
+DRIVER = """
+import subprocess, sys
+from pathlib import Path
+
+if __name__ == "__main__":
+    names = {"__name__": "session"}
+    for path in sorted(Path("blocks").iterdir()):
+        print("##", path.name, flush=True)
+        if path.suffix == ".py":
+            exec(compile(path.read_text(), path.name, "exec"), names)
+        else:
+            subprocess.run(["bash", "-euc", path.read_text()], check=True)
+"""
+
+
+def blocks(page):
+    """Return the blocks of a page: language, what follows it, text."""
+    return BLOCK.findall(page.read_text())
+
+
+def sessions(page):
+    return [(lang, text) for lang, name, text in blocks(page) if name == "session" or name == "optuna"]
+
+
+def reference_pages():
+    spec = importlib.util.spec_from_file_location("reference_pages", DOCS / "reference_pages.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_readme_is_short_and_has_two_commands():
+    readme = TOP / "README.md"
+    assert len(readme.read_text().splitlines()) < 80
+    assert [name for lang, name, _ in blocks(readme) if lang == "sh"] == ["set-up", "set-up"]
+    for target in re.findall(r"\]\(([^)#:]+)\)", readme.read_text()):
+        assert (TOP / target).exists(), target
+
+
+def test_every_command_and_every_campaign_is_told():
+    from wearlab.cli.app import app
+
+    table = "".join(line for line in (DOCS / "commands.md").read_text().splitlines() if line.startswith("|"))
+    for command in app.registered_commands:
+        assert f"`wearlab {command.name or command.callback.__name__}" in table
+    table = "".join(line for line in (DOCS / "campaigns.md").read_text().splitlines() if line.startswith("|"))
+    listed = [Path(name) for name in re.findall(r"`([^`]+\.(?:toml|csv))`", table)]
+    for file in (TOP / "campaigns").rglob("*.toml"):
+        assert any(file.relative_to(TOP / "campaigns").match(str(one)) for one in listed), file
+    for one in listed:
+        assert list((TOP / "campaigns").glob(str(one))), one
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(TOP).as_posix())
+def test_every_command_on_a_page_exists_with_its_options(page):
+    import typer
+
+    from wearlab.cli.app import app
+
+    group = typer.main.get_command(app)
+    lines = [line for lang, _, text in blocks(page) if lang == "sh" for line in re.split(r"\n|&&", text)]
+    for line in lines:
+        words = re.findall(r'"[^"]*"|\S+', line.partition(" #")[0])
+        if words and Path(words[0]).name == "wearlab" and not words[1].startswith("-"):
+            command = group.commands[words[1]]
+            known = {option for one in (*command.params, *group.params) for option in one.opts}
+            asked = {word.partition("=")[0] for word in words[2:] if word.startswith("--")}
+            assert asked <= known | {"--help"}, line
+
+
+def test_reference_pages_name_everything():
+    pages = reference_pages()
+    from wearlab.cli.app import app
+    from wearlab.figures import KINDS
+    from wearlab.schema import VARIABLES
+
+    assert all(f"`{name}`" in pages.variables() for name in VARIABLES)
+    assert all(f"`{name}`" in pages.figures() for name in KINDS)
+    told = pages.commands()
+    assert all(f"\n## {one.name or one.callback.__name__}\n" in told for one in app.registered_commands)
+    options = pages.options()
+    for name in ("face_width", "viscosity", "until", "planet_angles", "normal_backlash", "correlation"):
+        assert f"`{name}`" in options
+    assert "tuned" in pages.published() and "| test" not in pages.checks()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [p for p in PAGES if sessions(p)], ids=lambda page: page.stem)
+def test_a_page_runs_as_it_is_printed(page, tmp_path):
+    (tmp_path / "campaigns").symlink_to(TOP / "campaigns")
+    (tmp_path / "blocks").mkdir()
+    has_optuna = importlib.util.find_spec("optuna") is not None
+    number = 0
+    for lang, name, text in blocks(page):
+        if lang in ("toml", "python") and "." in name:
+            (tmp_path / name).write_text(text)
+        elif name == "session" or (name == "optuna" and has_optuna):
+            number += 1
+            (tmp_path / "blocks" / f"{number:02d}.{'py' if lang == 'python' else 'sh'}").write_text(text)
+    (tmp_path / "driver.py").write_text(DRIVER)
+    scripts = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    environment = {**os.environ, "PATH": scripts}
+    environment.pop("WEARLAB_STORE", None)
+    done = subprocess.run(
+        [sys.executable, "driver.py"],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=900,
+    )
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    (tmp_path / "told.txt").write_text(done.stdout)
+    if page.stem == "tour":
+        tour_tells(done.stdout, tmp_path)
+
+
+def tour_tells(out, folder):
+    first, extended, asked, branched, compared, redrawn, handed_on = re.split(r"## \d+\.sh\n", out)[1:]
+    assert "2 new" in first and "2 of 2 done; 2 computed" in first
+    assert "1 new\n        2 cached" in extended and "3 of 3 done; 1 computed" in extended
+    assert asked.count("torque=") == 2 and "first_cycle(max_wear_depth > 5 um)" in asked
+    assert "goes on from    run " in branched and "new flanks: pinion" in branched
+    assert "start.replace.0" in compared and (folder / "compared.png").is_file()
+    assert "the same bytes" in redrawn
+    assert "Your Name. (" in handed_on and "4 runs compared, 0 problems" in handed_on
