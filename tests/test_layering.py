@@ -24,6 +24,8 @@ ROAD = (
         "options",
         "slots",
         "plugins",
+        "machine_table",
+        "tables",
         "schema",
         "origins",
         "gears",

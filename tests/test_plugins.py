@@ -251,3 +251,17 @@ def test_a_coordinate_more_changes_what_it_should():
     assert soft.natural_frequency.values.ravel()[1] == pytest.approx(slow, rel=0.01)
     mean = [float(one.dynamic_mesh_force.mean()) for one in (soft, pair)]
     assert mean[0] == pytest.approx(mean[1], rel=1e-4)
+
+
+def test_a_stiffness_of_ones_own_is_what_it_says():
+    """Pairs in the path share the load as their stiffnesses: the mesh is as stiff as their sum."""
+    (case,) = load(EXAMPLES / "parabolic_stiffness.toml").cases
+    run = wearlab.simulate(case.scene).isel(update=0, mesh=0)
+    pair = build(case.scene).kinds[0].pair
+    first = run.phase.values * pair.base_pitch
+    sums = np.zeros(len(first))
+    for ahead in (0.0, pair.base_pitch):
+        along = 2.0 * (first + ahead) / (pair.path.E - pair.path.A) - 1.0
+        sums += np.where(along <= 1.0, 300e6 * (1.0 - 0.45 * along**2), 0.0)
+    away = np.abs(run.phase.values - pair.contact_ratio % 1.0) > 0.01
+    np.testing.assert_allclose(run.mesh_stiffness.values[away], sums[away], rtol=1e-4)

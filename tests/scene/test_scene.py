@@ -5,9 +5,12 @@ import pytest
 
 from wearlab.dynamics.models.spur_3dof import Spur3dofDynamics
 from wearlab.dynamics.models.torsional import TorsionalDynamics
+from wearlab.mesh.excitations.fourier import FourierExcitation
+from wearlab.mesh.excitations.pairs import PairsExcitation
+from wearlab.mesh.stiffnesses.constant import ConstantStiffness
+from wearlab.mesh.stiffnesses.finite_element import FiniteElementStiffness
 from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
-from wearlab.scene.mesh import DisplacementContact, FourierExcitation, PairsExcitation
-from wearlab.scene.stiffness import ConstantStiffness, FiniteElementStiffness
+from wearlab.scene.mesh import DisplacementContact
 from wearlab.scene.wear import AdaptiveStep, EulerStep
 from wearlab.wear.coefficients.constant import ConstantCoefficient
 from wearlab.wear.coefficients.hardness import HardnessCoefficient

@@ -155,7 +155,7 @@ def knob_curves(problem: Steady, report: Report) -> Iterator[Curve]:
     yield _knob(fine, "numerics.profile_points", PROFILE_POINTS, truth)
     report("tolerance")
     yield _knob(scene, "numerics.tolerance", TOLERANCES, truth)
-    if scene.mesh.each(scene.gears.kind)[0].excitation.model == "fourier":
+    if scene.mesh.each(scene.gears.kind)[0].excitation.chosen == "fourier":
         report("harmonics")
         yield harmonics_curve(fine)
 

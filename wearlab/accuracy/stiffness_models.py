@@ -26,8 +26,8 @@ from wearlab.mesh.finite_element import (
     solve_gear,
 )
 from wearlab.mesh.gear_set import PairOfSet
+from wearlab.mesh.series import plane_of
 from wearlab.scene import Scene
-from wearlab.scene.build.finite_element import plane_of
 from wearlab.scene.build.mesh import build_analysis
 from wearlab.scene.build.sets import build_set
 

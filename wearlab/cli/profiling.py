@@ -21,7 +21,7 @@ def draw_profile(
     from wearlab.figures.drawing import check_format, write
     from wearlab.figures.errors import FigureError
     from wearlab.figures.profile import profile_figure
-    from wearlab.scene.machine_table import MachineTableError, machine_table
+    from wearlab.machine_table import MachineTableError, machine_table
     from wearlab.scene.tables import TableError, profile_table
 
     figure = out or Path(f"{file.stem}.png")

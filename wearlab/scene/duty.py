@@ -7,7 +7,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, Valida
 from pydantic_core import PydanticCustomError
 
 from wearlab.options import NOT_NEGATIVE, POSITIVE, Number, Part, Speed, Stored, Torque, option
-from wearlab.scene.tables import TableError, duty_table, named_file, named_texts
+from wearlab.tables import TableError, duty_table, named_file, named_texts
 
 SUM_OF_SHARES = 1e-6
 """How far written shares may be from 1 in sum."""

@@ -5,6 +5,9 @@ from typing import Annotated, Any, ClassVar, Literal
 from annotated_types import Ge
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
+from wearlab.mesh.excitations import ExcitationModel
+from wearlab.mesh.excitations.pairs import PairsExcitation
+from wearlab.mesh.stiffnesses.finite_element import FiniteElementStiffness
 from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -19,16 +22,11 @@ from wearlab.options import (
     named,
     option,
 )
-from wearlab.options import SpringRate as MeshStiffness
 from wearlab.scene.identity import canonical
-from wearlab.scene.stiffness import FiniteElementStiffness, Stiffness
+from wearlab.scene.stiffness import Stiffness
 
-Combination = Literal["min", "max", "mean"]
-Error = Literal["unloaded", "loaded"]
-COMBINATION = "how the gaps of the pairs in the path make one transmission error"
 ENGAGEMENT = "pairs in contact: those that carry load, or those closer than a threshold"
 THRESHOLD = "rotation of the driven gear within which a pair counts as engaged"
-ERROR = "transmission error that excites: unloaded, or loaded (counts F/k twice)"
 
 
 class DisplacementContact(Part):
@@ -39,62 +37,6 @@ class DisplacementContact(Part):
     )
     engagement: Literal["load", "threshold"] = option("load", ENGAGEMENT, source="Y23")
     threshold: Annotated[Angle, POSITIVE] = option(1e-4, THRESHOLD, source="Y23 Algorithm 1")
-
-
-class PairsExcitation(Part):
-    """Every pair is a spring with its own gap: no truncation, nothing counted twice."""
-
-    model: Literal["pairs"] = option("pairs", "pair by pair", source="wearlab")
-
-
-class FourierExcitation(Part):
-    """Truncated series of mesh stiffness and transmission error (as published)."""
-
-    model: Literal["fourier"] = option("fourier", "truncated Fourier series", source="W23, L16 Eqs. 7–8")
-    stiffness_harmonics: Annotated[Count, NOT_NEGATIVE] = option(..., "harmonics l of the mesh stiffness")
-    error_harmonics: Annotated[Count, NOT_NEGATIVE] = option(..., "harmonics l_e of the transmission error")
-    combination: Combination = option("min", COMBINATION, source="W23 Eq. 36")
-    error: Error = option("unloaded", ERROR, source="L16 Eq. 18")
-
-
-class Carrier(Part):
-    """What the modulations of stiffness and error have in common (L16 Eqs. 10–13)."""
-
-    carrier_phase: Angle = option(0.0, "phase of the fundamental harmonic", source="L16 Eqs. 10, 12")
-    am: Number = option(0.0, "amplitude of the amplitude modulation, A", source="L16 Eqs. 11, 13")
-    am_phase: Angle = option(0.0, "phase of the amplitude modulation", source="L16 Eqs. 11, 13")
-    fm: Angle = option(0.0, "amplitude of the frequency modulation, B", source="L16 Eqs. 11, 13")
-    fm_phase: Angle = option(0.0, "phase of the frequency modulation", source="L16 Eqs. 11, 13")
-
-
-class StiffnessModulation(Carrier):
-    """A given modulation of the mesh stiffness."""
-
-    mean: Annotated[MeshStiffness, POSITIVE] = option(..., "mean component k_mm", source="L16 Eq. 10")
-    carrier: MeshStiffness = option(..., "amplitude of the fundamental harmonic, k_a1", source="L16 Eq. 10")
-
-
-class ErrorModulation(Carrier):
-    """A given modulation of the transmission error."""
-
-    mean: Depth = option(0.0, "mean, 0 in the paper", source="L16 Eq. 12")
-    carrier: Depth = option(..., "amplitude of the fundamental harmonic, e_1", source="L16 Eq. 12")
-
-
-class ModulatedExcitation(Part):
-    """One harmonic with amplitude and frequency modulation (as published)."""
-
-    model: Literal["modulated"] = option(
-        "modulated", "amplitude and frequency modulation", source="L16 Eqs. 10–13"
-    )
-    combination: Combination = option("min", COMBINATION, source="W23 Eq. 36")
-    error: Error = option("unloaded", ERROR, source="L16 Eq. 18")
-    stiffness_modulation: StiffnessModulation | None = option(
-        None, "given modulation of the stiffness", derived="fitted to the contact analysis"
-    )
-    error_modulation: ErrorModulation | None = option(
-        None, "given modulation of the error", derived="fitted to the contact analysis"
-    )
 
 
 class ExactContact(Part):
@@ -118,10 +60,7 @@ Contact = Annotated[
     Annotated[DisplacementContact | ExactContact | AlgorithmOneContact, Field(discriminator="model")],
     *named("displacement"),
 ]
-Excitation = Annotated[
-    Annotated[PairsExcitation | FourierExcitation | ModulatedExcitation, Field(discriminator="model")],
-    *named("pairs"),
-]
+Excitation = Annotated[ExcitationModel, *named("pairs")]
 
 
 class OneMesh(Part):

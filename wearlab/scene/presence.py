@@ -22,12 +22,12 @@ def _parts(scene: Scene) -> dict[str, str | None]:
     return {
         "gears": scene.gears.kind,
         "flank modifications": "" if modified else None,
-        "mesh stiffness": _chosen(mesh.stiffness.model for mesh in meshes),
+        "mesh stiffness": _chosen(mesh.stiffness.chosen for mesh in meshes),
         "contact": _chosen(mesh.contact.model for mesh in meshes),
         "contact beyond A and E": "" if any(mesh.extended_contact for mesh in meshes) else None,
         "errors": None if errors is None else errors.slow,
         "dynamics": None if dynamics is None else f"{dynamics.chosen}, {dynamics.method}",
-        "excitation": None if dynamics is None else meshes[0].excitation.model,
+        "excitation": None if dynamics is None else meshes[0].excitation.chosen,
         "back flank": None
         if dynamics is None or all(mesh.normal_backlash is None for mesh in meshes)
         else "",

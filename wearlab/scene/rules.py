@@ -59,11 +59,11 @@ def _friction(scene: "Scene") -> Problems:
     if scene.dynamics is None or scene.dynamics.friction is None:
         return
     for section in _sections(scene):
-        if scene.mesh.of(section).excitation.model != "pairs":
+        if not scene.mesh.of(section).excitation.by_pairs:
             yield (
                 "dynamics.friction",
                 "acts pair by pair: give mesh.excitation = 'pairs', not "
-                f"{scene.mesh.of(section).excitation.model!r}",
+                f"{scene.mesh.of(section).excitation.chosen!r}",
             )
             return
 

@@ -32,7 +32,7 @@ from wearlab.options import (
 )
 from wearlab.scene.coefficient import Coefficient
 from wearlab.scene.members import ALL_FLANKS, FLANKS, member_of
-from wearlab.scene.tables import read_profile
+from wearlab.tables import read_profile
 from wearlab.units import rounded
 from wearlab.wear.laws import LawModel
 from wearlab.wear.laws.archard import ArchardLaw

@@ -31,7 +31,7 @@ def _kernels(scene: Scene) -> tuple[object, ...]:
         scene.dynamics.friction is None,
         all(mesh.normal_backlash is None for mesh in meshes),
         meshes[0].damping_in,
-        meshes[0].excitation.model == "pairs",
+        meshes[0].excitation.by_pairs,
         scene.operation.torque_fluctuation is None,
     )
     law = scene.wear and (
@@ -39,4 +39,4 @@ def _kernels(scene: Scene) -> tuple[object, ...]:
         str(scene.wear.coefficient),
         str(scene.wear.law),
     )
-    return dynamics, tuple((mesh.stiffness.model, mesh.contact.model) for mesh in meshes), law
+    return dynamics, tuple((mesh.stiffness.chosen, mesh.contact.model) for mesh in meshes), law

@@ -12,7 +12,6 @@ from wearlab.gears.modification import Relief, ReliefFrom
 from wearlab.gears.pair import GearPair
 from wearlab.gears.planetary import Carrier, PlanetarySet, planetary_set
 from wearlab.gears.specification import GearSpec
-from wearlab.mesh.body import foundation_validity
 from wearlab.scene import Scene
 
 Array = NDArray[np.float64]
@@ -128,10 +127,3 @@ def kinks(pair: GearPair) -> tuple[float, ...]:
                 at_end = at_tip == towards_recess
                 found.append(pair.path.E - item.length if at_end else pair.path.A + item.length)
     return tuple(found)
-
-
-def foundation_flags(pair: GearPair, stiffness: Any) -> tuple[str, ...]:
-    """Return where the formula of the fillet foundation leaves its range."""
-    if stiffness.model != "potential-energy" or stiffness.foundation != "sainsot":
-        return ()
-    return tuple(flag for gear in pair.gears for flag in foundation_validity(gear))

@@ -17,7 +17,7 @@ from wearlab.mesh.profile import Lookup
 from wearlab.scene import Scene
 from wearlab.scene.build.contact import contact_flags
 from wearlab.scene.build.errors import class_flags
-from wearlab.scene.build.gears import foundation_flags, modifications
+from wearlab.scene.build.gears import modifications
 from wearlab.scene.build.mesh import build_analyses, build_meshes
 from wearlab.scene.build.patch import build_patch
 from wearlab.scene.build.sets import build_set
@@ -180,21 +180,21 @@ def _validity(scene: Scene, gears: GearSet, analyses: Sequence[ContactAnalysis])
     for one, analysis in zip(gears.kinds, analyses, strict=True):
         flags += contact_flags(scene, one.section, one.pair, analysis)
         stiffness = scene.mesh.of(one.section).stiffness
-        flags += [flag for flag in foundation_flags(one.pair, stiffness) if flag not in flags]
-        if stiffness.model in ("potential-energy", "finite-element") and stiffness.scale != 1.0:
-            flags.append(f"{one.key('stiffness.scale')} = {stiffness.scale:g} is tuned")
+        said = stiffness.flags(one.pair, one.key("stiffness"))
+        flags += [flag for flag in said if flag not in flags]
     if any(build_film(scene, one.pair) is not None for one in gears.kinds):
         flags.append("roughness: R_q = 1.25 R_a assumed")
     if scene.wear is not None and scene.wear.coefficient is not None:
         flags.append(
             "wear coefficient: usually unknown within a decade; depth and 1/life are proportional to it"
         )
-    given = [] if scene.wear is None else [scene.wear.initial_of(flank) for flank in gears.flanks]
-    if any(flank is not None and flank.sides == "both" for flank in given):
+    wear = scene.wear
+    given = {name: None if wear is None else wear.initial_of(name) for name in gears.flanks}
+    if any(flank is not None and flank.sides == "both" for flank in given.values()):
         flags.append("initial wear of back flanks is not part of the back contact")
     flags += [
         f"initial wear of {name}: beyond what was measured continued by {flank.continuation!r}"
-        for name, flank in zip(gears.flanks, given, strict=True)
+        for name, flank in given.items()
         if getattr(flank, "continuation", "refuse") != "refuse"
     ]
     flags += class_flags(scene, gears)

@@ -70,7 +70,7 @@ def build_vibration(
     return Vibration(
         system=system,
         method=patient(METHODS[scene.dynamics.method](scene), system, len(grid.width)),
-        excitation=build_excitation(scene),
+        excitation=build_excitation(scene, gears),
         stages=stages([one.grid for one in analyses], meshes, edges, grid, build_friction(scene, gears)),
         period=gears.period,
         fluctuation=fluctuation(scene, grid.phase),

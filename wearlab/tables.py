@@ -9,9 +9,9 @@ from typing import Any
 
 from pydantic_core import PydanticCustomError
 
+from wearlab.machine_table import MachineTable, MachineTableError, machine_table
 from wearlab.options import Stored
 from wearlab.regular import read_regular
-from wearlab.scene.machine_table import MachineTable, MachineTableError, machine_table
 from wearlab.units import UnitError, convert
 
 ABSCISSAE = {"phase": "1", "path_position": "m"}

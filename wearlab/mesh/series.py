@@ -1,0 +1,113 @@
+"""The flexibilities of a pair in series: teeth, bodies and contact, by energy methods or by elements."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.gears.gear import Gear
+from wearlab.gears.outline import contact_depth
+from wearlab.gears.pair import GearPair
+from wearlab.mesh.annulus import body_compliance, body_coupling
+from wearlab.mesh.body import foundation_compliance
+from wearlab.mesh.finite_element import FiniteElement, Options, Plane, pair_compliance
+from wearlab.mesh.hertz import yang_sun
+from wearlab.mesh.profile import ProfileGrid
+from wearlab.mesh.stiffness import PotentialEnergy, WeberContact
+from wearlab.mesh.tooth import tooth_flexibility
+
+Array = NDArray[np.float64]
+
+REFINEMENT = 2
+"""Of the elements of a scene: within 0.4 % of the teeth's compliance, in a third of a second a pair."""
+NARROW = 1.0
+"""Face width in modules below which plane stress is nearer to a solid tooth than plane strain."""
+
+
+def plane_of(asked: str, pair: GearPair) -> Plane:
+    """Return the plane state in which a pair is computed."""
+    if asked == "by-width":
+        return "strain" if pair.face_width >= NARROW * pair.driving.module else "stress"
+    return "strain" if asked == "strain" else "stress"
+
+
+def finite_element(asked: Any, pair: GearPair, grid: ProfileGrid) -> FiniteElement:
+    """Return the stiffness of a pair at the nodes of its path, from the elements of both gears."""
+    plane = plane_of(asked.plane, pair)
+    recess = float(grid.touching[-1] - grid.position[-1])
+    own, shared = pair_compliance(
+        pair, grid.position, grid.n_pairs, Options(plane=plane, refinement=REFINEMENT), recess=recess
+    )
+    first, second = (
+        tooth_flexibility(in_plane(gear, plane), pair.radius(i, grid.loaded))
+        for i, gear in enumerate(pair.gears)
+    )
+    return FiniteElement(
+        grid.beyond(own), grid.beyond(shared), _hertz(asked, pair, grid), asked.scale, (first, second)
+    )
+
+
+def in_plane(gear: Gear, plane: str) -> Gear:
+    """Return a gear of the material that in plane stress is what its own is in a plane state."""
+    return replace(gear, material=gear.material.in_plane_strain) if plane == "strain" else gear
+
+
+def potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> PotentialEnergy:
+    """Return the flexibilities of a pair by the potential-energy method."""
+    body = body_compliance if given.foundation == "annulus" else foundation_compliance
+    gears = [in_plane(gear, given.plane) for gear in pair.gears]
+    teeth = [
+        tooth_flexibility(gear, pair.radius(i, grid.loaded), shear_factor=given.shear_factor, body=body)
+        for i, gear in enumerate(gears)
+    ]
+    coupling, partner = _coupling(given, gears, pair, grid)
+    return PotentialEnergy(
+        teeth=(teeth[0], teeth[1]),
+        hertz=_hertz(given, pair, grid),
+        foundation=given.foundation != "none",
+        correction=tuple(given.correction),
+        coupling=coupling,
+        partner=partner,
+        scale=given.scale,
+    )
+
+
+def _hertz(given: Any, pair: GearPair, grid: ProfileGrid) -> float | WeberContact:
+    first, second = (gear.material for gear in pair.gears)
+    if given.hertz == "yang-sun":
+        return yang_sun(first, second, pair.face_width)
+    return WeberContact(
+        equivalent_radius=pair.equivalent_curvature(grid.loaded),
+        depth=np.stack(
+            [contact_depth(gear, pair.radius(i, grid.loaded)) for i, gear in enumerate(pair.gears)]
+        ),
+        modulus=(first.youngs_modulus, second.youngs_modulus),
+        poisson=(first.poisson_ratio, second.poisson_ratio),
+        face_width=pair.face_width,
+    )
+
+
+def _coupling(
+    given: Any, gears: Sequence[Gear], pair: GearPair, grid: ProfileGrid
+) -> tuple[Array, NDArray[np.int64]]:
+    """Return for each gear what neighbouring pairs share of its body, and who the neighbour is."""
+    n = len(grid.touching)
+    if given.coupling == "none" or given.foundation == "none":
+        return np.zeros((0, 2, n)), np.zeros((0, n), dtype=np.int64)
+    ratios, partners = [], []
+    pairs = grid.pairs_at_phase_nodes
+    for apart in range(1, grid.n_pairs):
+        partner = np.full(n, -1, dtype=np.int64)
+        for ahead in range(grid.n_pairs - apart):
+            both = (pairs[:, ahead] >= 0) & (pairs[:, ahead + apart] >= 0)
+            partner[pairs[both, ahead + apart]] = pairs[both, ahead]
+        ratio = np.zeros((2, n))
+        have = partner >= 0
+        for i, gear in enumerate(gears):
+            radius = pair.radius(i, grid.loaded)
+            ratio[i, have] = body_coupling(gear, radius[have], radius[partner[have]], teeth_apart=apart)
+        ratios.append(ratio)
+        partners.append(partner)
+    return np.stack(ratios), np.stack(partners)

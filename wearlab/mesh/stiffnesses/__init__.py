@@ -1,0 +1,38 @@
+"""``[mesh.stiffness]``: how stiff one tooth pair, or the mesh, is, one model a file."""
+
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from wearlab.slots import Slot, Variant
+
+if TYPE_CHECKING:
+    from wearlab.gears.pair import GearPair
+    from wearlab.mesh.profile import ProfileGrid
+    from wearlab.mesh.stiffness import PairStiffness
+
+Of = Literal["pair", "mesh"]
+OF = "whose stiffness it is: one pair's, or the whole mesh's"
+
+
+class StiffnessModel(Variant):
+    """Any stiffness model: where it jumps, and the `PairStiffness` at the nodes of a path."""
+
+    slot: ClassVar[Slot] = Slot("mesh.stiffness", __name__)
+
+    def jumps(self, pair: "GearPair") -> tuple[float, ...]:
+        """Return the phases at which the stiffness of the mesh jumps besides those where pairs change [1]."""
+        return ()
+
+    def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
+        """Return the stiffness of a pair at the nodes of its path.
+
+        Parameters
+        ----------
+        pair : the gears in their operating position
+        grid : the nodes
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no build")
+
+    def flags(self, pair: "GearPair", key: str) -> tuple[str, ...]:
+        """Return what a run must say of it, in words; ``key`` is where the campaign file says it."""
+        scale = getattr(self, "scale", 1.0)
+        return () if scale == 1.0 else (f"{key}.scale = {scale:g} is tuned",)

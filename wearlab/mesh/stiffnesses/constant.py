@@ -1,0 +1,26 @@
+"""A constant stiffness, of each pair while in the path, or of the mesh."""
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from wearlab.mesh.stiffnesses import OF, Of, StiffnessModel
+from wearlab.options import POSITIVE, SpringRate, option
+
+if TYPE_CHECKING:
+    from wearlab.gears.pair import GearPair
+    from wearlab.mesh.profile import ProfileGrid
+    from wearlab.mesh.stiffness import PairStiffness
+
+
+class ConstantStiffness(StiffnessModel):
+    """A constant stiffness, of each pair while in the path, or of the mesh."""
+
+    model: Literal["constant"] = option("constant", "constant stiffness", source="wearlab")
+    value: Annotated[SpringRate, POSITIVE] = option(..., "the stiffness")
+    of: Of = option("pair", OF)
+
+    def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
+        """Return the same everywhere."""
+        from wearlab.mesh.curve import constant
+        from wearlab.mesh.stiffness import GivenStiffness
+
+        return GivenStiffness(constant(self.value), self.of, grid)

@@ -1,0 +1,41 @@
+"""Plane finite elements of both gears, their bodies included, and the Hertz contact in series."""
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from wearlab.mesh.stiffnesses import StiffnessModel
+from wearlab.options import POSITIVE, Number, option
+
+if TYPE_CHECKING:
+    from wearlab.gears.pair import GearPair
+    from wearlab.mesh.profile import ProfileGrid
+    from wearlab.mesh.stiffness import PairStiffness
+
+
+class FiniteElementStiffness(StiffnessModel):
+    """Plane finite elements of both gears, their bodies included, and the Hertz contact in series."""
+
+    model: Literal["finite-element"] = option(
+        "finite-element",
+        "plane finite elements, computed once a gear and kept",
+        source="finite elements: docs/model_error.md",
+    )
+    plane: Literal["by-width", "strain", "stress"] = option(
+        "by-width",
+        "plane strain, plane stress, or the one nearer to a solid tooth of this face width: strain from "
+        "one module on",
+        source="solid elements: docs/model_error.md",
+    )
+    hertz: Literal["weber", "yang-sun"] = option(
+        "weber",
+        "contact stiffness: load-dependent, which completes the elements exactly, or constant",
+        source="Weber & Banaschek 1953",
+    )
+    scale: Annotated[Number, POSITIVE] = option(
+        1.0, "factor on the stiffness; anything but 1 is flagged as tuned"
+    )
+
+    def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
+        """Return the compliances that the elements of both gears give."""
+        from wearlab.mesh.series import finite_element
+
+        return finite_element(self, pair, grid)

@@ -1,0 +1,78 @@
+"""A stiffness read from a file; its contents, not its path, are part of the scene."""
+
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import ConfigDict, ValidationInfo, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from wearlab.mesh.stiffnesses import OF, Of, StiffnessModel
+from wearlab.options import Part, option
+from wearlab.tables import read_stiffness
+
+if TYPE_CHECKING:
+    from wearlab.gears.pair import GearPair
+    from wearlab.mesh.curve import Curve
+    from wearlab.mesh.profile import ProfileGrid
+    from wearlab.mesh.stiffness import PairStiffness
+
+
+class StiffnessUnits(Part):
+    """Units of the columns of a table."""
+
+    phase: Literal["1"] = option("1", "the phase is a fraction of the mesh period")
+    path_position: str | None = option(None, "unit of the path position", derived="required with that column")
+    stiffness: str = option(..., "unit of the stiffness, such as 'N/um'")
+
+
+class TabulatedStiffness(StiffnessModel):
+    """A stiffness read from a file; its contents, not its path, are part of the scene."""
+
+    model_config = ConfigDict(json_schema_extra={"required": ["file", "units"]})
+
+    model: Literal["tabulated"] = option("tabulated", "stiffness from a file", source="wearlab")
+    file: str | None = option(
+        None,
+        "CSV file with columns phase or path_position, and stiffness",
+        derived="required in a campaign file",
+        identity=False,
+    )
+    of: Of = option("pair", OF)
+    units: StiffnessUnits | None = option(
+        None, "units of the columns", derived="required in a campaign file", identity=False
+    )
+    along: SkipJsonSchema[Literal["phase", "path_position"]] = option(
+        ..., "what the abscissa is, read from the file"
+    )
+    abscissa: SkipJsonSchema[tuple[float, ...]] = option(
+        ..., "phase [1] or path position [m], ascending, from the file"
+    )
+    stiffness: SkipJsonSchema[tuple[float, ...]] = option(..., "stiffness [N/m], from the file")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _contents(cls, given: Any, info: ValidationInfo) -> Any:
+        if not isinstance(given, dict):
+            return given
+        return read_stiffness(given, (info.context or {}).get("base_directory"))
+
+    def curve(self, pair: "GearPair") -> "Curve":
+        """Return the stiffness over phase, or over ``(s − s_A)/p_b`` [N/m]."""
+        import numpy as np
+
+        from wearlab.mesh.curve import Curve
+
+        x = np.asarray(self.abscissa, float)
+        if self.along == "path_position":
+            x = (x - pair.path.A) / pair.base_pitch
+        return Curve(x, np.asarray(self.stiffness, float))
+
+    def jumps(self, pair: "GearPair") -> tuple[float, ...]:
+        """Return the phases at which the table has two values."""
+        found = self.curve(pair).jumps
+        return tuple(found) if self.of == "mesh" else tuple(x % 1.0 for x in found)
+
+    def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
+        """Return the table's values at the nodes."""
+        from wearlab.mesh.stiffness import GivenStiffness
+
+        return GivenStiffness(self.curve(pair), self.of, grid)
