@@ -182,7 +182,7 @@ def history_of(
         level=limit.value,
         limit_cycle=float(ended.first_above(np.array(limit.value))),
         beside=_beside(run, limit, keep),
-        numerical=_numerical(run),
+        numerical=_numerical(run, float(ended.first_above(np.array(limit.value)))),
     )
 
 
@@ -237,13 +237,15 @@ def _per_cycle(run: "xr.Dataset", clock: str) -> float:
     return float((other[-1] - other[0]) / (cycle[-1] - cycle[0]))
 
 
-def _numerical(run: "xr.Dataset") -> float:
-    """Return the largest relative error of the wear depth that the run tells of, over its later states."""
+def _numerical(run: "xr.Dataset", limit_cycle: float) -> float:
+    """Return the largest relative error of the wear depth that the run tells of, late but before the limit."""
     if "error_estimate_wear_depth" not in run or "max_wear_depth" not in run:
         return 0.0
     depth = run["max_wear_depth"].max("flank").values
     error = run["error_estimate_wear_depth"].values
-    late = depth > 0.05 * depth[-1]
+    cycle = run["cycle"].values
+    before = cycle <= max(limit_cycle, cycle[1]) * (1.0 + 1e-9)
+    late = before & (depth > 0.05 * depth[before][-1])
     ratio = error[late] / depth[late]
     return float(np.nanmax(ratio)) if np.isfinite(ratio).any() else 0.0
 

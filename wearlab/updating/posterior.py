@@ -22,12 +22,14 @@ from wearlab.updating.likelihood import Block, Spread, log_likelihood
 from wearlab.updating.quadrature import POINTS, Grid, at_edges
 
 Array = NDArray[np.float64]
-COARSE = {"factor": 61, "spread": 17}
+COARSE = 61  # points of the factor while its range is narrowed
+SPREAD_PANELS = 3
 DEPTH = 32.0  # of the log density below its top that the grid reaches down to
 DECAYED = {"factor": 1e-9, "spread": 1e-4}  # last terms of a panel's series over the whole integral
 MOST_POINTS = {"factor": 3000, "spread": 60}
 ROUNDS = 24
 PILOTS = 24
+PANELS = 20  # of the factor to begin with: cubic pieces between the points are then as exact as the points
 EDGE = 1e-6  # share of the largest density that may stand at an end of the grid
 
 
@@ -244,43 +246,25 @@ def _margins(
 def _narrowed(
     runs: Sequence[History], blocks: Sequence[Block], prior: Prior, pilots: NDArray[np.intp]
 ) -> _Axes:
-    """Return grids that reach from the prior's range only where the posterior is."""
-    factor = None if prior.factor is None else prior.ends()
-    spreads = [[_ends(block.sd), _ends(block.drift)] for block in blocks]
+    """Return grids that reach from the prior's range of the factor only where the posterior is."""
+    spreads = tuple((_whole(block.sd), _whole(block.drift)) for block in blocks)
+    if prior.factor is None:
+        return _Axes(None, spreads)
+    factor = prior.ends()
     for _ in range(40):
-        axes = _Axes(
-            None if factor is None else _points(*factor, COARSE["factor"]),
-            tuple(
-                (
-                    None if pair[0] is None else _points(*pair[0], COARSE["spread"]),
-                    None if pair[1] is None else _points(*pair[1], COARSE["spread"]),
-                )
-                for pair in spreads
-            ),
-        )
-        along, each = _margins(runs, blocks, prior, axes, pilots)
-        shrunk = False
-        if factor is not None and axes.factor is not None:
-            factor, less = _shrunk(factor, axes.factor.points, along)
-            shrunk |= less
-        for n, pair in enumerate(spreads):
-            for side in (0, 1):
-                axis, margin, now = axes.spreads[n][side], each[n][side], pair[side]
-                if axis is not None and margin is not None and now is not None:
-                    pair[side], less = _shrunk(now, axis.points, margin)
-                    shrunk |= less
+        axes = _Axes(_points(*factor, COARSE), spreads)
+        along, _ = _margins(runs, blocks, prior, axes, pilots)
+        assert axes.factor is not None
+        factor, shrunk = _shrunk(factor, axes.factor.points, along)
         if not shrunk:
             break
-    return _Axes(
-        None if factor is None else at_edges(np.linspace(*factor, 9)),
-        tuple(
-            (
-                None if pair[0] is None else at_edges(np.linspace(*pair[0], 3)),
-                None if pair[1] is None else at_edges(np.linspace(*pair[1], 3)),
-            )
-            for pair in spreads
-        ),
-    )
+    return _Axes(at_edges(np.linspace(*factor, PANELS + 1)), spreads)
+
+
+def _whole(spread: Spread | None) -> Grid | None:
+    """Return a first grid over the whole prior of a spread."""
+    ends = _ends(spread)
+    return None if ends is None else at_edges(np.linspace(*ends, SPREAD_PANELS + 1))
 
 
 def _ends(spread: Spread | None) -> tuple[float, float] | None:
@@ -307,19 +291,54 @@ def _shrunk(now: tuple[float, float], points: Array, margin: Array) -> tuple[tup
 def _refined(
     runs: Sequence[History], blocks: Sequence[Block], prior: Prior, axes: _Axes, pilots: NDArray[np.intp]
 ) -> _Axes:
-    """Return the grids with panels halved until each has decayed: the factor's, then the spreads'."""
+    """Return the grids with panels halved until each has decayed.
+
+    First the factor's, for how small an error may be is seen only where the factor is right; then the spreads
+    are narrowed and halved; then the factor once more.
+    """
+    axes = _factor_refined(runs, blocks, prior, axes, pilots)
     for _ in range(ROUNDS):
-        along, each = _margins(runs, blocks, prior, axes, pilots)
-        factor, changed = axes.factor, False
-        if factor is not None:
-            factor, changed = _halved(factor, along, "factor")
-        spreads = axes.spreads
+        _, each = _margins(runs, blocks, prior, axes, pilots)
+        spreads, changed = _spreads_shrunk(axes.spreads, each)
         if not changed:
-            spreads, changed = _spreads_halved(spreads, each)
+            spreads, changed = _spreads_halved(axes.spreads, each)
         if not changed:
             break
-        axes = _Axes(factor, spreads)
+        axes = _Axes(axes.factor, spreads)
+    return _factor_refined(runs, blocks, prior, axes, pilots)
+
+
+def _factor_refined(
+    runs: Sequence[History], blocks: Sequence[Block], prior: Prior, axes: _Axes, pilots: NDArray[np.intp]
+) -> _Axes:
+    for _ in range(ROUNDS):
+        if axes.factor is None:
+            return axes
+        along, _ = _margins(runs, blocks, prior, axes, pilots)
+        factor, changed = _halved(axes.factor, along, "factor")
+        if not changed:
+            return axes
+        axes = _Axes(factor, axes.spreads)
     return axes
+
+
+def _spreads_shrunk(
+    spreads: tuple[tuple[Grid | None, Grid | None], ...], margins: list[list[Array | None]]
+) -> tuple[tuple[tuple[Grid | None, Grid | None], ...], bool]:
+    found, changed = [], False
+    for pair, each in zip(spreads, margins, strict=True):
+        new: list[Grid | None] = []
+        for axis, margin in zip(pair, each, strict=True):
+            if axis is not None and margin is not None:
+                ends = (float(axis.edges[0]), float(axis.edges[-1]))
+                places = np.concatenate([ends[:1], axis.points, ends[1:]])
+                level = np.concatenate([margin[:1], margin, margin[-1:]])
+                low_high, less = _shrunk(ends, places, level)
+                axis = at_edges(np.linspace(*low_high, SPREAD_PANELS + 1)) if less else axis
+                changed |= less
+            new.append(axis)
+        found.append((new[0], new[1]))
+    return tuple(found), changed
 
 
 def _spreads_halved(

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from wearlab.store import Store
 
 Array = NDArray[np.float64]
-ENOUGH = 1e-6  # posterior probability beyond the stored runs that is nothing
+ENOUGH = 1e-3  # posterior probability beyond the stored runs that they are not made longer for
 MOST_LONGER = 8.0  # times its own limits that a run is made to last
 
 

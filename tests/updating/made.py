@@ -1,0 +1,71 @@
+"""A gearbox whose wear is known in closed form: mass = rate · factor · cycle."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from wearlab.campaign.distributions import read_distribution
+from wearlab.campaign.update import Columns, Data, ErrorModel, Limit, UpdateSpec
+from wearlab.updating.history import Asked, Curve, History
+from wearlab.updating.likelihood import block_of
+from wearlab.updating.observations import Observed
+from wearlab.updating.study import FACTOR, Study
+
+RATE = 2e-8  # kg a cycle at factor 1
+LIMIT = Limit("worn_mass", 0.03, "sun")
+
+
+def data(error, *, number=1, quantity="worn_mass", where="sun", since=None):
+    return Data(number, Path("weighings.csv"), quantity, where, None, Columns(), {}, error, {}, since)
+
+
+def observed(cycle, value, error, **more):
+    n = len(cycle)
+    nothing = np.full(n, np.nan)
+    return Observed(
+        data(error, **more),
+        "cycle",
+        np.asarray(cycle, float),
+        np.asarray(value, float),
+        np.zeros(n),
+        nothing,
+        None,
+        nothing,
+        np.arange(2, n + 2),
+        "made up",
+    )
+
+
+def line(end=2e6, rate=RATE):
+    cycle = np.array([0.0, 0.5 * end, end])
+    return Curve(cycle, rate * cycle[:, None], np.full((3, 1), rate))
+
+
+def history(seen, *, end=2e6, rate=RATE, factor=1.0, run="made"):
+    curve = line(end, rate)
+    asked = tuple(Asked(curve, np.zeros(len(one), np.intp), one.time) for one in seen)
+    crossing = float(curve.first_above(np.array(LIMIT.value)))
+    return History(
+        run, factor, 1e-15, 0.0, end, 3.6, asked, curve, LIMIT.value, crossing, {"worn_mass": curve}, 0.0
+    )
+
+
+def spec(prior, discrepancy="none", **more):
+    unknown = {} if prior is None else {FACTOR: read_distribution(prior, "factor")}
+    return UpdateSpec(LIMIT, discrepancy, more.get("draws", 2000), more.get("seed", 3), unknown, ())
+
+
+def study(prior, seen, discrepancy="none", **more):
+    return Study("base", None, spec(prior, discrepancy, **more), LIMIT, tuple(seen), {})
+
+
+def blocks(seen, *, accumulating=False):
+    return tuple(block_of(one, accumulating=accumulating) for one in seen)
+
+
+def with_rows(block, rows):
+    return replace(block, rows=np.asarray(rows, np.intp))
+
+
+__all__ = ["ErrorModel", "blocks", "data", "history", "line", "observed", "spec", "study", "with_rows"]

@@ -1,0 +1,68 @@
+"""Twins: intervals hold the truth as often as they say; with the wrong errors they do not, and it shows."""
+
+import numpy as np
+import pytest
+from made import ErrorModel, blocks, history, observed, study
+from scipy import stats
+
+from wearlab.campaign.distributions import read_distribution
+from wearlab.updating.calibration import calibrated
+from wearlab.updating.outcome import answered
+
+CYCLES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 8e5])
+PRIOR = {"lognormal": {"median": 1.0, "cov": 0.6}}
+N = 200
+
+
+def bounds(width):
+    return stats.binom(N, width).ppf([0.001, 0.999]) / N
+
+
+def checked(error, discrepancy="none", told=None):
+    seen = (observed(CYCLES, np.zeros(6), error),)
+    asked = study(PRIOR, seen, discrepancy)
+    made = blocks(seen, accumulating=discrepancy != "none")
+    answer = answered(asked, [history(seen)], made)
+    wrong = None if told is None else blocks((observed(CYCLES, np.zeros(6), told),))
+    return calibrated(asked, answer.posterior, N, told=wrong)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ErrorModel(4e-4),
+        ErrorModel(read_distribution({"lognormal": {"median": "0.4 g", "cov": 0.8}}, "sd")),
+        ErrorModel(1e-4, relative=0.1),
+    ],
+    ids=["known", "unknown", "relative"],
+)
+def test_intervals_of_twins_hold_the_truth_as_often_as_they_say(error):
+    found = checked(error)
+    for name in ("factor", "life"):
+        for width in (0.5, 0.9):
+            low, high = bounds(width)
+            assert low <= float(found[f"{name}_coverage_{100 * width:.0f}"]) <= high
+        assert stats.kstest(found[f"{name}_rank"].values, "uniform").pvalue > 1e-3
+
+
+def test_wrong_errors_are_seen():
+    """Errors three times those told: half of the intervals' truths are outside."""
+    found = checked(ErrorModel(1.2e-3), told=ErrorModel(4e-4))
+    low, _ = bounds(0.9)
+    assert float(found["factor_coverage_90"]) < low
+    assert stats.kstest(found["factor_rank"].values, "uniform").pvalue < 1e-3
+
+
+def test_a_drift_taken_for_independent_errors_is_seen():
+    drifting = ErrorModel(1e-4, drift=3e-3)
+    found = checked(drifting, "accumulating", told=ErrorModel(1e-4))
+    assert float(found["factor_coverage_90"]) < bounds(0.9)[0]
+
+
+@pytest.mark.slow
+def test_twins_with_a_drift_are_calibrated():
+    found = checked(ErrorModel(1e-4, drift=3e-3), "accumulating")
+    for name in ("factor", "life"):
+        for width in (0.5, 0.9):
+            low, high = bounds(width)
+            assert low <= float(found[f"{name}_coverage_{100 * width:.0f}"]) <= high

@@ -1,0 +1,68 @@
+"""A Wiener drift: the life is a first passage, against paths that are marched."""
+
+import numpy as np
+import pytest
+from made import RATE, ErrorModel, blocks, history, observed, study
+from scipy import stats
+
+from wearlab.updating.answer import first_passage, gathered
+from wearlab.updating.draws import drawn
+from wearlab.updating.outcome import answered
+
+CYCLES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 8e5])
+TIGHT = {"normal": {"mean": 1.3, "sd": 1e-6}, "truncate": [1.2, 1.4]}
+
+
+def test_first_passages_are_inverse_gaussian():
+    t = np.array([0.2, 0.7, 1.0, 1.6, 4.0])
+    for shape in (0.3, 2.0, 40.0, 3e4):
+        exact = stats.invgauss(1.0 / shape, scale=shape)
+        found = [first_passage(x, np.array([1.0]), np.array([shape]))[0] for x in t]
+        assert found == pytest.approx(exact.cdf(t), abs=1e-9)
+
+
+def test_a_mixture_is_gathered_without_loss():
+    rng = np.random.default_rng(1)
+    mean, shape = rng.normal(0.0, 0.3, 4000), rng.normal(2.0, 0.5, 4000)
+    weight = rng.random(4000)
+    weight /= weight.sum()
+    x, y, w = gathered(mean, shape, weight)
+    assert w.sum() == pytest.approx(1.0, abs=1e-12)
+    for t in (0.5, 1.0, 2.0):
+        exact = weight @ first_passage(t, np.exp(mean), np.exp(shape))
+        assert w @ first_passage(t, x, y) == pytest.approx(exact, abs=1e-6)
+
+
+def test_lives_with_a_drift_agree_with_marched_paths():
+    drift, sd = 2e-3, 1e-7
+    values = 1.3 * RATE * CYCLES
+    seen = (observed(CYCLES, values, ErrorModel(sd, drift=drift)),)
+    answer = answered(study(TIGHT, seen, "accumulating"), [history(seen)], blocks(seen, accumulating=True))
+    rng = np.random.default_rng(0)
+    step, n = 500.0, 4000
+    level, now = np.full(n, values[-1]), np.full(n, CYCLES[-1])
+    alive = np.ones(n, bool)
+    for _ in range(4000):
+        before = level.copy()
+        level[alive] += 1.3 * RATE * step + drift * np.sqrt(step / 1e6) * rng.standard_normal(alive.sum())
+        # a path may have crossed and come back within a step: the bridge's probability of that
+        gap = np.maximum(0.03 - before, 0.0) * np.maximum(0.03 - level, 0.0)
+        crossed = np.exp(-2.0 * gap / (drift**2 / 1e6 * step)) > rng.random(n)
+        now[alive] += step
+        alive &= ~((level >= 0.03) | crossed)
+        if not alive.any():
+            break
+    assert not alive.any()
+    p = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
+    spread = np.std(now)
+    assert np.abs(answer.life(p) - np.quantile(now, p)).max() < 0.08 * spread
+    lives = drawn(answer, 4000, rng).life
+    assert np.abs(answer.life(p) - np.quantile(lives, p)).max() < 0.08 * spread
+
+
+def test_an_end_that_is_over_is_said():
+    values = 1.3 * RATE * CYCLES * 2.5
+    seen = (observed(CYCLES, values, ErrorModel(1e-5)),)
+    prior = {"lognormal": {"median": 3.0, "cov": 1.0}}
+    answer = answered(study(prior, seen), [history(seen)], blocks(seen))
+    assert answer.passed == pytest.approx(1.0) and answer.remaining(np.array([0.95]))[0] == 0.0
