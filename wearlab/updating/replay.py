@@ -11,7 +11,7 @@ from wearlab.updating.answer import QUANTILES, Answer
 from wearlab.updating.checking import checks
 from wearlab.updating.draws import drawn
 from wearlab.updating.likelihood import Block
-from wearlab.updating.outcome import answered
+from wearlab.updating.outcome import answered, unseen
 from wearlab.updating.posterior import Posterior
 
 if TYPE_CHECKING:
@@ -43,27 +43,31 @@ def up_to(post: Posterior, cycle: float) -> tuple[Block, ...]:
 
 def answer_at(study: "Study", post: Posterior, cycle: float) -> Answer:
     """Return the answer with what had been measured by a cycle."""
-    proposal = post.log_proposal if len(post.histories) > 1 else None
-    return answered(study, post.histories, up_to(post, cycle), proposal)
+    return answered(study, post.histories, up_to(post, cycle), _proposal(post))
+
+
+def _proposal(post: Posterior) -> Array | None:
+    return post.log_proposal if len(post.histories) > 1 else None
 
 
 def replayed(study: "Study", post: Posterior) -> xr.Dataset:
     """Return quantiles of factor, life and remaining life after each inspection, and its check.
 
-    ``check_p_forward`` is the probability of an inspection as far off, by what was known at it: values, noise
-    and drift of all up to it.
+    ``check_p_forward`` is the probability of an inspection as far off, by what was known before it.
     """
     cycles, p = inspection_cycles(post), np.array(QUANTILES)
     life, rest, factor, evidence, check = [], [], [], [], []
+    rng = np.random.default_rng([study.spec.seed, 3])
+    known = drawn(answered(study, post.histories, unseen(post.blocks), _proposal(post)), DRAWS, rng)
     for cycle in cycles:
         answer = answer_at(study, post, float(cycle))
         life.append(answer.life(p))
         rest.append(answer.remaining(p))
         factor.append(answer.factor(p))
         evidence.append(answer.posterior.evidence)
-        draws = drawn(answer, DRAWS, np.random.default_rng(study.spec.seed))
-        last = [one.p for one in checks(answer.posterior, draws) if one.cycle == cycle]
+        last = [one.p for one in checks(answer.posterior, known) if one.cycle == cycle]
         check.append(min(last, default=np.nan))
+        known = drawn(answer, DRAWS, rng)
     dims = ("inspection", "quantile")
     shape = (len(cycles), len(p))
     about = {"units": "1"}

@@ -106,7 +106,11 @@ def _replay(predictions: xr.Dataset, hours: float) -> Iterator[str]:
     ):
         if not np.isfinite(q).any():
             continue
-        odd = "" if not p < 0.05 else f", inspection unlike those before (p = {p:.2g})"
+        odd = (
+            ""
+            if not p < 0.05
+            else f", an inspection that those before it did not lead to expect (p = {p:.2g})"
+        )
         yield f"  {cycle:>12.6g}: {q[2]:.4g} cycles, 90 %: {q[0]:.4g} to {q[4]:.4g}{odd}"
 
 
