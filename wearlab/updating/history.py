@@ -238,7 +238,7 @@ def _per_cycle(run: "xr.Dataset", clock: str) -> float:
 
 
 def _numerical(run: "xr.Dataset", limit_cycle: float) -> float:
-    """Return the largest relative error of the wear depth that the run tells of, late but before the limit."""
+    """Return the largest relative error of the wear depth that the run tells of, late before the limit."""
     if "error_estimate_wear_depth" not in run or "max_wear_depth" not in run:
         return 0.0
     depth = run["max_wear_depth"].max("flank").values
