@@ -294,7 +294,7 @@ def _variables(variables: Mapping[str, dict[str, Any]], entry: Entry) -> list[tu
     return [
         (
             name,
-            ", ".join(f"{dim} {entry.sizes[dim]}" for dim in variable["dims"]),
+            ", ".join(f"{dim} {entry.sizes.get(dim, '?')}" for dim in variable["dims"]),
             str(variable["attrs"].get("units", "")),
             "" if variable["dims"] else _brief(entry.summary.get(name)),
             str(variable["attrs"].get("long_name", "")),

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from wearlab.store import tables
+from wearlab.store import rows, tables
 from wearlab.store.database import CHUNK
 from wearlab.store.errors import StoreError
 from wearlab.store.facts import Facts, facts_of
 from wearlab.store.memberships import Member, Memberships, key_of, now
 from wearlab.store.outcome import Outcome, State
+from wearlab.store.rows import understood
 from wearlab.store.tables import VERSION
 
 __all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member", "Placed"]
@@ -102,10 +103,13 @@ class Catalogue(Memberships):
     def entries(self, ids: Iterable[str] | None = None) -> dict[str, Entry]:
         """Return the known runs among ``ids``, in that order; all, by their start, when it is None."""
         if ids is None:
-            return {row[0]: _entry(row) for row in self.read(f"{FROM_BOTH} ORDER BY started, id")}
+            return {
+                row[0]: understood(_of(row[0]), _entry, row)
+                for row in self.read(f"{FROM_BOTH} ORDER BY started, id")
+            }
         wanted = list(dict.fromkeys(ids))
         found = {row[0]: row for row in self.read_many(f"{FROM_BOTH} WHERE id IN", wanted)}
-        return {run_id: _entry(found[run_id]) for run_id in wanted if run_id in found}
+        return {one: understood(_of(one), _entry, found[one]) for one in wanted if one in found}
 
     def heads(self, ids: Iterable[str]) -> dict[str, Head]:
         """Return the states of the known runs among ``ids``, in that order: little even for many runs."""
@@ -114,7 +118,7 @@ class Catalogue(Memberships):
             "SELECT id, state, owner, size, source_hash, coalesce(length(warnings) > 2, 0) "
             "FROM runs LEFT JOIN documents USING (number) WHERE id IN"
         )
-        found = {row[0]: _head(row) for row in self.read_many(question, wanted)}
+        found = {row[0]: understood(_of(row[0]), _head, row) for row in self.read_many(question, wanted)}
         return {run_id: found[run_id] for run_id in wanted if run_id in found}
 
     def placed(self, ids: Iterable[str]) -> list[Placed]:
@@ -131,18 +135,20 @@ class Catalogue(Memberships):
             "SELECT scene, seconds, size FROM runs JOIN documents USING (number) WHERE state = 'done' "
             "ORDER BY number DESC LIMIT ?"
         )
-        return [(scene or "{}", seconds, size) for scene, seconds, size in self.read(question, [most])]
+        return [understood("a run in the catalogue", _cost, *row) for row in self.read(question, [most])]
 
     def matching(self, prefix: str) -> list[str]:
         """Return the ids that begin with ``prefix``."""
         pattern = prefix.replace("\\", "\\\\").replace("%", r"\%").replace("_", r"\_") + "%"
-        rows = self.read("SELECT id FROM runs WHERE id LIKE ? ESCAPE '\\' ORDER BY id", [pattern])
-        return [row[0] for row in rows]
+        found = self.read("SELECT id FROM runs WHERE id LIKE ? ESCAPE '\\' ORDER BY id", [pattern])
+        return [row[0] for row in found]
 
     def layouts(self, keys: Iterable[str]) -> dict[str, dict[str, Any]]:
         """Return the tables of variables with these keys."""
-        rows = self.read_many("SELECT key, layout FROM layouts WHERE key IN", sorted(set(keys)))
-        return {key: json.loads(text) for key, text in rows}
+        wanted = sorted(set(keys))
+        found = dict(self.read_many("SELECT key, layout FROM layouts WHERE key IN", wanted))
+        what = "a table of variables in the catalogue"
+        return {key: understood(what, lambda one: rows.layout(found[one]), key) for key in wanted}
 
     def claim(self, wanted: Sequence[str], owner: str, free: Callable[[Head], bool]) -> dict[str, str | None]:
         """Mark runs as running here, as `record` does."""
@@ -260,23 +266,43 @@ class Catalogue(Memberships):
         self._facts.clear()
 
 
+def _of(run_id: Any) -> str:
+    return f"the catalogue's entry of run {str(run_id)[:40]!r}"
+
+
 def _head(row: tuple[Any, ...]) -> Head:
     run_id, state, owner, size, source_hash, warned = row
-    return Head(run_id, state, owner, size, source_hash, bool(warned))
+    plain = (rows.optional_text(owner), rows.optional_number(size), rows.optional_text(source_hash))
+    return Head(rows.optional_text(run_id) or "", state, *plain, bool(warned))
 
 
 def _entry(row: tuple[Any, ...]) -> Entry:
-    warnings, sizes, digests, summary, scene = row[-5:]
-    plain: tuple[Any, ...] = row[:-5]
-    try:
-        documents = [dict(json.loads(text or "{}")) for text in (sizes, digests, summary)]
-        said = tuple(map(str, json.loads(warnings or "[]")))
-    except (ValueError, TypeError, RecursionError) as error:
-        raise StoreError(
-            f"the catalogue's entry of run {row[0]!r} cannot be understood ({error}); "
-            "'wearlab reindex' mends it"
-        ) from error
-    return Entry(*plain, said, *documents, scene)  # type: ignore[call-arg]
+    run_id, state, owner, size, sha256, started, seconds, source, version, layout = row[:10]
+    reason, warnings, sizes, digests, summary, scene = row[10:]
+    rows.table(scene)
+    return Entry(
+        id=rows.optional_text(run_id) or "",
+        state=state,
+        owner=rows.optional_text(owner),
+        size=rows.optional_number(size),
+        sha256=rows.optional_text(sha256),
+        started=rows.optional_text(started),
+        seconds=rows.optional_number(seconds),
+        source_hash=rows.optional_text(source),
+        wearlab_version=rows.optional_text(version),
+        layout=rows.optional_text(layout),
+        reason=rows.optional_text(reason),
+        warnings=rows.texts(warnings),
+        sizes=rows.lengths(sizes),
+        digests=rows.table(digests),
+        summary=rows.table(summary),
+        scene=scene,
+    )
+
+
+def _cost(scene: Any, seconds: Any, size: Any) -> tuple[str, float | None, int | None]:
+    rows.table(scene)
+    return scene or "{}", rows.optional_number(seconds), rows.optional_number(size)
 
 
 def _row(outcome: Outcome, layout: str | None) -> tuple[Any, ...]:

@@ -109,8 +109,11 @@ class Database:
             )
         if version > VERSION:
             raise StoreError(f"{self.path}: written by a newer wearlab (catalogue version {version})")
-        if version == 0 and not create:
-            raise StoreError(f"{self.path}: not a catalogue of wearlab")
+        if version == 0 and (not create or _tables(connection)):
+            raise StoreError(
+                f"{self.path}: not a catalogue of wearlab; 'wearlab reindex' sets it aside and makes "
+                "one from the run files"
+            )
         if 0 < version < VERSION:
             self._upgrade()
 
@@ -122,9 +125,9 @@ class Database:
         self.close()
         connection = sqlite3.connect(self.path, timeout=PATIENCE)
         try:
-            return not _additions(connection) and connection.execute("PRAGMA quick_check").fetchone() == (
-                "ok",
-            )
+            (version,) = connection.execute("PRAGMA user_version").fetchone()
+            sound = connection.execute("PRAGMA quick_check").fetchone() == ("ok",)
+            return sound and not _additions(connection) and version > 0
         except sqlite3.OperationalError as error:
             raise self._unusable(error) from error
         except sqlite3.DatabaseError:
@@ -154,6 +157,12 @@ class Database:
         if getattr(error, "sqlite_errorname", "").startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")):
             return StoreError(f"{reason}; 'wearlab reindex' makes it anew from the run files")
         return StoreError(reason)
+
+
+def _tables(connection: sqlite3.Connection) -> int:
+    """Return how many tables there are."""
+    question = "SELECT count(*) FROM sqlite_master WHERE type = 'table'"
+    return int(connection.execute(question).fetchone()[0])
 
 
 def _additions(connection: sqlite3.Connection) -> int:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from wearlab.store.database import Database
 from wearlab.store.outcome import Comparison
+from wearlab.store.rows import optional_text, table, understood
 
 
 @dataclass(frozen=True)
@@ -87,21 +88,32 @@ class Memberships(Database):
         else:
             found = list(self.read_many(f"{question} WHERE run IN", runs))
         found.sort(key=itemgetter(5, 6))
-        found.sort(key=itemgetter(7), reverse=True)
+        found.sort(key=lambda row: str(row[7]), reverse=True)
         return [
-            Member(
-                *(title, path, run, label, json.loads(text), compared.get((key, number)), reference or ""),
-                _texts(metadata),
-            )
-            for title, path, run, label, text, key, number, _, reference, metadata in found
+            understood("a campaign in the catalogue", _member, row, compared.get((row[5], row[6])))
+            for row in found
         ]
+
+
+def _member(row: tuple[Any, ...], comparison: Comparison | None) -> Member:
+    title, path, run, label, position, _, _, _, reference, metadata = row
+    return Member(
+        campaign=optional_text(title) or "",
+        path=optional_text(path),
+        run=optional_text(run) or "",
+        label=optional_text(label) or "",
+        position=table(position),
+        comparison=comparison,
+        reference=optional_text(reference) or "",
+        metadata=_texts(metadata),
+    )
 
 
 def _texts(document: str | None) -> dict[str, str]:
     """Return a table of texts; nothing where a stranger's catalogue holds anything else."""
     try:
         found = json.loads(document or "{}")
-    except (ValueError, RecursionError):
+    except (ValueError, TypeError, RecursionError):
         return {}
     return {str(key): str(text) for key, text in found.items()} if isinstance(found, dict) else {}
 

@@ -64,6 +64,9 @@ def merge(store: "Store", other: "Store", tell: Callable[[str], None] = lambda r
 
 
 def _take(store: "Store", other: "Store", entry: "Entry", owner: str, made: Merged) -> None:
+    if not store.files.is_name(entry.id):
+        made.damaged[entry.id[:40]] = "is no identity of a run"
+        return
     ours = store.entries([entry.id]).get(entry.id)
     if entry.state == "running" or (entry.state != "done" and ours is not None):
         return

@@ -17,6 +17,7 @@ from wearlab.store.errors import StoreError
 from wearlab.store.runs import WRITER
 
 LONGEST_HOST = 100
+MOST_TIDIED = 100  # locks looked at when a process begins
 
 
 class Presence:
@@ -33,6 +34,7 @@ class Presence:
         self._file = _lock_file(folder, self.token)
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            _tidy(folder)
             self._connection = sqlite3.connect(self._file, isolation_level=None, check_same_thread=False)
             self._connection.execute("BEGIN EXCLUSIVE")
         except (OSError, sqlite3.Error) as error:
@@ -50,18 +52,21 @@ class Presence:
 
 
 def alive(folder: Path, token: str) -> bool:
-    """Say whether the process that took ``token`` still holds it; what a dead one left is cleared away."""
+    """Say whether the process that took ``token`` still holds it; what a dead one left is cleared away.
+
+    A lock of another user that cannot be looked at counts as held: nothing of theirs is taken.
+    """
     file = _lock_file(folder, token)
     if not WRITER.fullmatch(token) or file.is_symlink():
         return False  # a name that no process of ours took
     try:
         connection = sqlite3.connect(f"{file.absolute().as_uri()}?mode=rw", uri=True, timeout=0)
     except sqlite3.OperationalError:
-        return False
+        return file.exists()
     try:
         connection.execute("BEGIN IMMEDIATE")
     except sqlite3.OperationalError as error:
-        return file.exists() and "unable to open" not in str(error)
+        return file.exists() and not ("readonly" in str(error) and _readable(connection))
     except sqlite3.DatabaseError:
         return False
     finally:
@@ -69,6 +74,22 @@ def alive(folder: Path, token: str) -> bool:
     with suppress(OSError):
         file.unlink()
     return False
+
+
+def _readable(connection: sqlite3.Connection) -> bool:
+    """Say whether nobody holds a lock that may only be read."""
+    try:
+        connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+    except sqlite3.OperationalError:
+        return False
+    return True
+
+
+def _tidy(folder: Path) -> None:
+    """Clear away the locks of processes that are no more."""
+    with suppress(OSError):
+        for file in list(folder.glob("*.lock"))[:MOST_TIDIED]:
+            alive(folder, file.stem)
 
 
 def _lock_file(folder: Path, token: str) -> Path:
