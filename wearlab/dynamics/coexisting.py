@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.period_map import LOCATED
 from wearlab.dynamics.periodic import Periodic, periods_of
 from wearlab.dynamics.response import Response, Verdict
 from wearlab.dynamics.rigid import rigid_modes
@@ -64,7 +65,7 @@ class _Bounded(Shooting):
             raise _CutOff
         return super().march(state, count, keep)
 
-    def shoot(self, periods: int, state: Array, *, touch: bool = False, most: int = 25) -> Orbit | None:
+    def shoot(self, periods: int, state: Array, *, touch: int = LOCATED, most: int = 25) -> Orbit | None:
         """Shoot as `Shooting.shoot` does, with as many passes as the bound allows."""
         passes = min(most, (self.most - self.maps) // periods)
         if passes < 1:

@@ -23,6 +23,7 @@ def march_periods(
     orbit: Any,
     strobe: Any,
     s: Any,
+    touch: int,
 ) -> None:
     """March ``len(strobe) − 1`` mesh periods from ``start`` (2n,), which it moves.
 
@@ -34,10 +35,10 @@ def march_periods(
     states : (n_steps + 1, 2n, width) flat, memory
     orbit : (keep · n_steps + 1, 2n) flat
     strobe : (count + 1, 2n) states at the start of every period
+    touch : how contact is taken, see `over_period`
     """
     rows, steps, w, count = len(start), len(tables.width), len(width), len(strobe) - 1
-    # Variables, not literals: a literal is a type of its own and would compile the map again.
-    first, touch = count * 0, count < 0
+    first = count * 0  # a variable, not a literal, which is a type of its own and would compile the map again
     copy(start, np.uint64(0), strobe[0], np.uint64(0), rows)
     for k in range(count):
         states[: rows * w] = 0.0

@@ -6,11 +6,20 @@ import numpy as np
 
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.flanks import contact_differs, see_contact
-from wearlab.dynamics.period_map import contact_holds, deflection_at_start, over_period, touch_all
+from wearlab.dynamics.period_map import (
+    LOCATED,
+    MIDDLE,
+    TOUCHING,
+    contact_holds,
+    deflection_at_start,
+    over_period,
+    touch_all,
+)
 from wearlab.dynamics.registers import copy
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
-SMALL_STEP = 1e-7
+SMALL_STEP, ROUGH_STEP = 1e-7, 1e-3
+"""Size of the last step over that of the state: of an answer, and of a start for one."""
 HALVINGS = 6
 
 
@@ -139,7 +148,7 @@ def correct(states: Any, step: Any, count: int, w: int) -> None:
 
 @jit_inner
 def same_contact(
-    kernel: Any, tables: Any, period: float, periods: int, width: Any, states: Any, s: Any, touch: bool
+    kernel: Any, tables: Any, period: float, periods: int, width: Any, states: Any, s: Any, touch: int
 ) -> bool:
     """Whether the corrected orbit touches where the pass did: the map was affine, the orbit is exact."""
     w = np.uint64(len(width))
@@ -149,10 +158,10 @@ def same_contact(
     for at in range(periods * steps):
         step = at % steps
         i = np.uint64(at) * size
-        if touch:
+        if touch == TOUCHING:
             touch_all(kernel, tables, step, s.contact)
         for m in range(len(kernel.mesh_damping)):
-            if not touch:
+            if touch != TOUCHING:
                 delta = deflection_at_start(kernel, tables, step, m, width, states, i)
                 see_contact(kernel, tables, step, delta, m, 0, s.contact)
             delta = deflection_at_start(kernel, tables, step, m, width, states, i + last)
@@ -184,7 +193,7 @@ def shoot(
     columns: Any,
     width: Any,
     start: Any,
-    touch: bool,
+    touch: int,
     most: int,
     states: Any,
     monodromy: Any,
@@ -195,7 +204,8 @@ def shoot(
     Parameters
     ----------
     columns, width : see `rk4_step`; all columns
-    touch : begin with the affine map of a mesh whose pairs all touch (a cold start)
+    touch : how contact is taken, see `over_period`: `LOCATED`; `TOUCHING`, which begins with the affine map
+        of a mesh whose pairs all touch (a cold start); `MIDDLE` to the end; or `TOUCHING_FIRST`, then that
     most : passes allowed
     states : (periods · n_steps + 1, 2n, width) flat, tangents and all; the answer in its last column
     monodromy : (2n, 2n): derivative of the map at the answer
@@ -209,6 +219,9 @@ def shoot(
     exchange(kernel.balance, start)
     matrix, step, trial = np.empty((rows, rows)), np.zeros(rows), start.copy()
     old_residual, halved, error, changes = np.inf, 0, np.inf, 0
+    after = MIDDLE if touch >= MIDDLE else LOCATED
+    touch = TOUCHING if touch > MIDDLE else touch
+    small = ROUGH_STEP if after == MIDDLE else SMALL_STEP
     for passes in range(1, most + 1):
         set_start(kernel.balance, states, trial, w)
         changes = 0
@@ -217,7 +230,7 @@ def shoot(
         residual_vector = np.empty(rows)
         read_map(kernel.balance, states, periods * steps, w, trial, monodromy, matrix, residual_vector)
         residual = weighted_norm(residual_vector, rate)
-        if not touch and not residual <= 4.0 * old_residual and halved < HALVINGS:
+        if touch != TOUCHING and not residual <= 4.0 * old_residual and halved < HALVINGS:
             halved += 1
             for row in range(rows):
                 step[row] *= 0.5
@@ -234,14 +247,14 @@ def shoot(
         error = weighted_norm(step, rate)
         correct(states, step, periods * steps + 1, w)
         exact = changes == 0 and same_contact(kernel, tables, period, periods, width, states, s, touch)
-        if exact or (not touch and error <= SMALL_STEP * weighted_norm(start, rate)):
+        if exact or (touch != TOUCHING and error <= small * weighted_norm(start, rate)):
             for row in range(rows):
                 start[row] += step[row]
             restore(kernel.balance, start)
             return CONVERGED, passes, error, changes
         for row in range(rows):
             trial[row] = start[row] + step[row]
-        old_residual = np.inf if touch else residual
-        halved, touch = 0, False
+        old_residual = np.inf if touch == TOUCHING else residual
+        halved, touch = 0, after
     restore(kernel.balance, start)
     return STALLED, most, error, changes

@@ -11,6 +11,10 @@ from wearlab.dynamics.flanks import contact_differs, mesh_law, row_product, see_
 from wearlab.dynamics.rk4_step import rk4_step
 from wearlab.dynamics.structure import Propagated
 
+LOCATED, TOUCHING, MIDDLE, TOUCHING_FIRST = 0, 1, 2, 3
+"""Contact within a step: its changes located; every pair in the path, whatever the state; as in the middle of
+the step, which is redone once (large systems; any other locates); the second once and then the third."""
+
 
 @jit_within
 def deflection_at_start(
@@ -89,10 +93,50 @@ def _pair(
     h = tables.width[step] * period
     if not exact_pair(structure, len(width), states, i, second, third, s.mesh, s.push, h):
         return False
-    return touch or (
+    return touch == TOUCHING or (
         contact_holds(kernel, tables, step, period, width, states, i, second, s.contact)
         and contact_holds(kernel, tables, step + 1, period, width, states, second, third, s.contact)
     )
+
+
+def redone(
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
+    i: Any, j: Any, s: Any,
+) -> bool:  # fmt: skip
+    """Redo a step with the contact of its middle where the structure can; return whether."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload_inner(redone)
+def _choose_redone(
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
+    i: Any, j: Any, s: Any,
+) -> Any:  # fmt: skip
+    return _redone if structure.instance_class is Propagated else _not_redone
+
+
+def _not_redone(
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
+    i: Any, j: Any, s: Any,
+) -> bool:  # fmt: skip
+    return False
+
+
+def _redone(
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
+    i: Any, j: Any, s: Any,
+) -> bool:  # fmt: skip
+    n, w = len(structure.load), np.uint64(len(width))
+    d, below = structure.direction, np.uint64(n) * w
+    h = tables.width[step] * period
+    for m in range(len(kernel.mesh_damping)):
+        between = 0.5 * (row_product(d, m, n, states, i, w) + row_product(d, m, n, states, j, w))
+        bend = row_product(d, m, n, states, i + below, w) - row_product(d, m, n, states, j + below, w)
+        middle = between + 0.125 * h * bend - tables.error[step, 1, m]
+        see_contact(kernel, tables, step, middle, m, 1, s.contact)
+    mesh_law(kernel, tables, step, period, s.contact, width, s.mesh, s.push)
+    rk4_step(structure, kernel.channels, columns, width, states, i, states, j, s.mesh, s.push, h)
+    return True
 
 
 @jit_apart
@@ -105,7 +149,7 @@ def over_period(
     states: Any,
     first: Any,
     s: Any,
-    touch: bool,
+    touch: int,
 ) -> int:
     """Advance state ``first`` over one mesh period, one state a step; return the number of contact changes.
 
@@ -118,7 +162,7 @@ def over_period(
     width : a tuple as long as a state has columns
     states : flat (…, 2n, width); state ``first`` is read, the n_steps after it are written
     s : scratch
-    touch : take every pair in the path as touching, whatever the state: the affine map of a loaded mesh
+    touch : `LOCATED`; `TOUCHING`, the affine map of a loaded mesh; or `MIDDLE`
     """
     size = np.uint64(2 * len(kernel.structure.load) * len(width))
     i = np.uint64(first) * size
@@ -128,7 +172,7 @@ def over_period(
         if step < done:
             i = j
             continue
-        if touch:
+        if touch == TOUCHING:
             touch_all(kernel, tables, step, s.contact)
         else:
             for m in range(len(kernel.mesh_damping)):
@@ -141,7 +185,14 @@ def over_period(
             i = j
             continue
         rk4_step(kernel.structure, kernel.channels, columns, width, states, i, states, j, s.mesh, s.push, h)
-        if not touch and not contact_holds(kernel, tables, step, period, width, states, i, j, s.contact):
-            changes += step_with_changes(kernel, tables, step, period, columns, width, states, i, j, s)
+        if touch != TOUCHING and not contact_holds(
+            kernel, tables, step, period, width, states, i, j, s.contact
+        ):
+            if touch == MIDDLE and redone(
+                kernel.structure, kernel, tables, step, period, columns, width, states, i, j, s
+            ):
+                changes += 1
+            else:
+                changes += step_with_changes(kernel, tables, step, period, columns, width, states, i, j, s)
         i = j
     return changes

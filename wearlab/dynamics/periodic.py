@@ -7,6 +7,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.period_map import MIDDLE, TOUCHING, TOUCHING_FIRST
 from wearlab.dynamics.response import Response, Verdict
 from wearlab.dynamics.shooting import Orbit, Shooting
 from wearlab.dynamics.steps import slowest_decay
@@ -19,11 +20,15 @@ Array = NDArray[np.float64]
 CLEAR = 0.02
 """Distance of the largest multiplier from 1 that lets a neighbour's derivative speak for an orbit."""
 
+MOST_BY_MIDDLE, MOST_LOCATED = 12, 6
+"""Passes by the contact of the steps' middles, and those with located changes that finish what it began."""
 CANDIDATES = 3
 """Periods shot at, of those a march shows: what comes back after m mesh periods does after 2m and 3m too."""
 
-MOST_MARCHED, MOST_MARCHED_DENSE = 3_000_000, 150_000
-"""Steps of the longest march, of systems in registers and of larger ones: about a second or two."""
+MOST_MARCHED = 3_000_000
+"""Steps of the longest march of a system in registers: about a second or two."""
+TRANSIENT_LARGE, AVERAGED_LARGE = 30, 60
+"""Mesh periods that a larger system marches, and is averaged over, when no orbit is found."""
 REMEMBERED = 1e-6
 """Share of a motion that is left when it has died out."""
 
@@ -74,6 +79,8 @@ class Periodic:
 
     def _shoot(self, system: System, tables: StageTables, period: float, start: Response | None) -> Response:
         shooting = Shooting(system, tables, period)
+        if start is not None and start.period == 0 and not in_registers(system):
+            return self._march(shooting, None, start)  # which looks for a simple orbit after so many periods
         found = self._simple_orbit(shooting, start)
         if found is not None and found.largest <= 1.0 + self.margin:
             return self._respond(shooting, found)
@@ -89,37 +96,67 @@ class Periodic:
             if start.period == 1 and start.counts.newton_iterations == 1:
                 # One pass was exact there, so its contact never changed; most likely it still does not, and
                 # the affine map of a loaded mesh is half the work: no step asks which pairs touch.
-                found = shooting.shoot(1, start.state[0, 0].copy(), touch=True, most=1)
+                found = shooting.shoot(1, start.state[0, 0].copy(), touch=TOUCHING, most=1)
                 if found is not None and found.largest <= 1.0 + self.margin:
                     return found
-            found = shooting.shoot(start.period, start.state[0, 0].copy(), most=8)
+            found = self._orbit(shooting, start.period, start.state[0, 0].copy(), most=8)
             if found is not None and found.largest <= 1.0 + self.margin:
                 return found
         state = np.zeros(shooting.rows)
-        found = shooting.shoot(1, state, touch=True)
+        if in_registers(shooting.system):
+            found = shooting.shoot(1, state, touch=TOUCHING)
+        else:
+            found = self._by_middle(shooting, 1, state, TOUCHING_FIRST)
         if found is not None or shooting.singular:
             return found or shooting.family(state)
         if not (shooting.loaded or shooting.grounded):
             if (member := shooting.family(np.zeros(shooting.rows))) is not None:
                 return member
         shooting.march(state, 50)
-        return shooting.shoot(1, state)
+        shooting.marched = None if in_registers(shooting.system) else state.copy()
+        return self._orbit(shooting, 1, state)
+
+    def _orbit(self, shooting: Shooting, periods: int, state: Array, most: int = 25) -> Orbit | None:
+        """Shoot from a state; a large system first with the contact of its steps' middles."""
+        if in_registers(shooting.system):
+            return shooting.shoot(periods, state, most=most)
+        return self._by_middle(shooting, periods, state)
+
+    def _by_middle(self, shooting: Shooting, periods: int, state: Array, touch: int = MIDDLE) -> Orbit | None:
+        """Shoot with the contact of the steps' middles, then locate its changes on the way to the orbit.
+
+        A map whose contact changes by whole steps is cheap and nearly right; what it leads to takes a few
+        trajectories, located, with its derivative, or where that is not clear of 1 some located passes.
+        """
+        near = shooting.shoot(periods, state, touch=touch, most=MOST_BY_MIDDLE)
+        if near is None:
+            return None
+        if near.largest < 1.0 - CLEAR:
+            found = shooting.chord(near)
+            if found is not None:
+                return found
+        found = shooting.shoot(near.periods, near.state[0, 0].copy(), most=MOST_LOCATED)
+        return found if found is not None and found.largest <= 1.0 + self.margin else None
 
     def _march(self, shooting: Shooting, found: Orbit | None, start: Response | None) -> Response:
         """March until a period shows, shoot on it; otherwise return the aperiodic response."""
         state = np.zeros(shooting.rows) if start is None else start.end.copy()
+        state = state if shooting.marched is None else shooting.marched
         settled = start is not None and start.period == 0
-        for count in (self.transient // 5,) if settled else self.transients(shooting):
+        averaged, transients = self.averaged, self.transients(shooting)
+        if not in_registers(shooting.system):
+            averaged = min(averaged, AVERAGED_LARGE)
+        for count in (transients[0] // 5,) if settled else transients:
             shooting.march(state, count)
-            strobe, orbit = shooting.march(state, max(self.averaged, 2 * self.longest), self.averaged)
+            strobe, orbit = shooting.march(state, max(averaged, 2 * self.longest), averaged)
             for m in islice(periods_of(strobe, self.longest, shooting.rate), CANDIDATES):
-                orbit_m = shooting.shoot(m, strobe[-1].copy())
+                orbit_m = self._orbit(shooting, m, strobe[-1].copy())
                 if orbit_m is None and shooting.singular and m == 1:
                     orbit_m = shooting.family(strobe[-1])
                 if orbit_m is not None and orbit_m.largest <= 1.0 + self.margin:
                     return self._respond(shooting, orbit_m)
             # A motion that dies out slowly shows no period; it may be on its way to an orbit that attracts.
-            simple = shooting.shoot(1, strobe[-1].copy(), most=12)
+            simple = self._orbit(shooting, 1, strobe[-1].copy(), most=12)
             if simple is not None and simple.largest < 1.0 - self.margin:
                 return self._respond(shooting, simple)
         if found is not None and found.largest <= 1.0 + self.margin:
@@ -133,12 +170,14 @@ class Periodic:
 
         One transient, three more, and as many again as the damping asks for, in two pieces: a motion that
         dies out by e every thousand periods is not aperiodic because it has not settled after two thousand.
+        Large systems march once, as long as two dozen solves of touching meshes take: what does not settle
+        in that is averaged, and a life goes on from where it ended.
         """
+        if not in_registers(shooting.system):
+            return [min(self.transient, TRANSIENT_LARGE)]
         known = [self.transient, 3 * self.transient]
-        most = MOST_MARCHED if in_registers(shooting.system) else MOST_MARCHED_DENSE
-        wanted = min(
-            settling_periods(shooting.system, shooting.tables, shooting.period), most / shooting.steps
-        )
+        wanted = settling_periods(shooting.system, shooting.tables, shooting.period)
+        wanted = min(wanted, MOST_MARCHED / shooting.steps)
         left = int(wanted) - sum(known)
         return known if left <= 0 else [*known, -(-left // 3), 2 * -(-left // 3)]
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.events import scratch
 from wearlab.dynamics.march_kernel import march_periods
+from wearlab.dynamics.period_map import LOCATED
 from wearlab.dynamics.response import Response, split_periods
 from wearlab.dynamics.steady import Steadiness, march_to_steady
 from wearlab.dynamics.structure import in_registers, kernel_of, padded_width, width_of
@@ -68,6 +69,7 @@ class TableMarcher:
         self.kernel = kernel_of(system, pairs, columns, tables if exact else None, period)
         self.scratch = scratch(n, meshes, len(self.kernel.channels), pairs, columns)
         self.right_hand_sides = 0
+        self.touch = LOCATED
 
     def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """March ``count`` periods and move ``state``; strobed states and the last ``keep`` periods."""
@@ -77,7 +79,7 @@ class TableMarcher:
         one = np.uint64(1)
         march_periods(
             self.kernel, self.tables, self.period, one, self.width, state, keep, states, orbit, strobe,
-            self.scratch,
+            self.scratch, self.touch,
         )  # fmt: skip
         self.right_hand_sides += 4 * steps * count
         return strobe, split_periods(orbit.reshape(-1, rows), keep)

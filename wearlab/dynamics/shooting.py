@@ -9,7 +9,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from wearlab.dynamics.balance import found_load
 from wearlab.dynamics.family import nearest_orbit
 from wearlab.dynamics.newton import CONVERGED, SINGULAR, exchange, set_start, shoot
-from wearlab.dynamics.period_map import over_period
+from wearlab.dynamics.period_map import LOCATED, MIDDLE, over_period
 from wearlab.dynamics.response import Counts, Response, Verdict, split_periods
 from wearlab.dynamics.runge_kutta4 import TableMarcher
 from wearlab.dynamics.steady import under_one_load
@@ -20,6 +20,8 @@ from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
 RHS_PER_STEP = 4
+MOST_TANGENTS, MOST_TANGENTS_DENSE = 1_000_000, 24
+"""Mesh periods with derivatives that one shooting may take, of systems in registers and of larger ones."""
 MOST_CHORDS = 8
 SHRINKS = 0.2
 """Ratio of successive chord steps above which the neighbour's derivative is no longer good."""
@@ -65,6 +67,10 @@ class Shooting:
         )
         self.rate = 2.0 * np.pi * self.steps / (16.0 * period)
         self.maps, self.iterations, self.singular = 0, 0, False
+        self.marched: Array | None = None  # where a march stands that may go on
+        self.most_tangents = MOST_TANGENTS if in_registers(system) else MOST_TANGENTS_DENSE
+        if not in_registers(system):
+            self.marcher.touch = MIDDLE
 
     @property
     def loaded(self) -> bool:
@@ -76,8 +82,12 @@ class Shooting:
         """Whether every coordinate is held without the mesh, so that nothing can float in the backlash."""
         return bool(np.linalg.matrix_rank(self.system.total_stiffness) == self.rows // 2)
 
-    def shoot(self, periods: int, state: Array, *, touch: bool = False, most: int = 25) -> Orbit | None:
-        """Return the orbit near ``state`` (moved to it), in its least number of periods; None: not found."""
+    def shoot(self, periods: int, state: Array, *, touch: int = LOCATED, most: int = 25) -> Orbit | None:
+        """Return the orbit near ``state`` (moved to it), in its least number of periods; None: not found.
+
+        ``touch`` says how contact within a step is taken, see `wearlab.dynamics.period_map.over_period`.
+        """
+        most = min(most, max(2, self.most_tangents // periods))
         count = periods * self.steps + 1
         states = np.empty(count * self.rows * len(self.width))
         monodromy = np.empty((self.rows, self.rows))
@@ -94,13 +104,14 @@ class Shooting:
             periods, states[len(self.width) - 1 :: len(self.width)].reshape(count, self.rows), monodromy
         )
 
-    def chord(self, neighbour: Response) -> Orbit | None:
+    def chord(self, neighbour: "Response | Orbit") -> Orbit | None:
         """Return the orbit near a neighbour's from trajectories alone, None when they don't lead there.
 
         Newton's steps with the neighbour's derivative: as long as they shrink fast, that derivative is nearly
         this orbit's, and its multipliers, if clear of 1, are taken over with it.
         """
-        if neighbour.derivative is None or neighbour.period != 1 or len(neighbour.state[0, 0]) != self.rows:
+        periods = neighbour.periods if isinstance(neighbour, Orbit) else neighbour.period
+        if neighbour.derivative is None or periods != 1 or len(neighbour.state[0, 0]) != self.rows:
             return None
         kernel, derivative = self.marcher.kernel, neighbour.derivative
         balance, state = kernel.balance, neighbour.state[0, 0].copy()
@@ -114,7 +125,7 @@ class Shooting:
             set_start(balance, states, state, 1)
             over_period(
                 kernel, self.tables, self.period, np.uint64(1), self.marcher.width, states, 0,
-                self.marcher.scratch, False,
+                self.marcher.scratch, LOCATED,
             )  # fmt: skip
             self.maps += 1
             path = states.reshape(-1, self.rows)
@@ -166,7 +177,7 @@ class Shooting:
         states = np.empty((self.steps + 1) * self.rows * len(self.width))
         set_start(self.kernel.balance, states, state, len(self.width))
         over_period(
-            self.kernel, self.tables, self.period, self.columns, self.width, states, 0, self.scratch, False
+            self.kernel, self.tables, self.period, self.columns, self.width, states, 0, self.scratch, LOCATED
         )
         self.maps += 1
         cube = states.reshape(-1, self.rows, len(self.width))
