@@ -52,12 +52,7 @@ def test_the_readme_is_short_and_has_two_commands():
         assert (TOP / target).exists(), target
 
 
-def test_every_command_and_every_campaign_is_told():
-    from wearlab.cli.app import app
-
-    table = "".join(line for line in (DOCS / "commands.md").read_text().splitlines() if line.startswith("|"))
-    for command in app.registered_commands:
-        assert f"`wearlab {command.name or command.callback.__name__}" in table
+def test_every_campaign_is_told():
     table = "".join(line for line in (DOCS / "campaigns.md").read_text().splitlines() if line.startswith("|"))
     listed = [Path(name) for name in re.findall(r"`([^`]+\.(?:toml|csv))`", table)]
     for file in (TOP / "campaigns").rglob("*.toml"):
