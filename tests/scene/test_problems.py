@@ -85,7 +85,7 @@ CASES = [
     (
         "mesh.contact",
         "exakt",
-        "scene.mesh.contact.model: 'exakt' is not one of 'displacement', 'exact', 'algo",
+        "scene.mesh.contact.model: 'exakt' is not one of 'algorithm-1', 'displacement', 'exact'",
     ),
     (
         "mesh.contact.extended_contact",

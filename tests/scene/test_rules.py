@@ -109,7 +109,7 @@ def test_springs_on_both_rotations_are_refused(table):
 @pytest.mark.parametrize(
     ("key", "given", "says"),
     [
-        ("contact", "algorithm-1", "Algorithm 1 knows no tip corners: give mesh.contact = 'exact'"),
+        ("contact", "algorithm-1", "'algorithm-1' knows no tip corners: give mesh.contact = 'exact'"),
         (
             "stiffness",
             {"model": "constant", "value": "300 N/um", "of": "mesh"},

@@ -96,7 +96,7 @@ def main(arguments: list[str]) -> None:
         f"{PUBLISHED_POINTS} points of one worn pair; the target is {1e3 * TARGET:g} ms and {RATIO:g} times"
     )
     for case in load(arguments[0]).cases:
-        if case.scene.wear is not None and case.scene.mesh.contact.model == "exact":
+        if case.scene.wear is not None and case.scene.mesh.contact.chosen == "exact":
             print(f"{case.label[:34]:36}{exact_text(of_scene(case.scene))}")
 
 

@@ -22,7 +22,7 @@ def draw_profile(
     from wearlab.figures.errors import FigureError
     from wearlab.figures.profile import profile_figure
     from wearlab.machine_table import MachineTableError, machine_table
-    from wearlab.scene.tables import TableError, profile_table
+    from wearlab.tables import TableError, profile_table
 
     figure = out or Path(f"{file.stem}.png")
     mapped = _pairs(columns, "--columns")

@@ -3,17 +3,16 @@
 from typing import Annotated, Any, ClassVar, Literal
 
 from annotated_types import Ge
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
 
+from wearlab.mesh.contacts import ContactModel
+from wearlab.mesh.contacts.displacement import DisplacementContact
 from wearlab.mesh.excitations import ExcitationModel
 from wearlab.mesh.excitations.pairs import PairsExcitation
 from wearlab.mesh.stiffnesses.finite_element import FiniteElementStiffness
 from wearlab.options import (
     NOT_NEGATIVE,
-    POSITIVE,
     Alternatives,
-    Angle,
-    Count,
     DampingRate,
     Depth,
     Number,
@@ -25,41 +24,7 @@ from wearlab.options import (
 from wearlab.scene.identity import canonical
 from wearlab.scene.stiffness import Stiffness
 
-ENGAGEMENT = "pairs in contact: those that carry load, or those closer than a threshold"
-THRESHOLD = "rotation of the driven gear within which a pair counts as engaged"
-
-
-class DisplacementContact(Part):
-    """Worn flanks touch on the line of action: gaps are wear depths and modifications added up."""
-
-    model: Literal["displacement"] = option(
-        "displacement", "first-order form of worn contact", source="wearlab"
-    )
-    engagement: Literal["load", "threshold"] = option("load", ENGAGEMENT, source="Y23")
-    threshold: Annotated[Angle, POSITIVE] = option(1e-4, THRESHOLD, source="Y23 Algorithm 1")
-
-
-class ExactContact(Part):
-    """Worn flanks touch where they really meet, off the line of action."""
-
-    model: Literal["exact"] = option("exact", "smallest rotation gap of the worn flanks", source="Y23")
-    engagement: Literal["load", "threshold"] = option("load", ENGAGEMENT, source="Y23")
-    threshold: Annotated[Angle, POSITIVE] = option(1e-4, THRESHOLD, source="Y23 Algorithm 1")
-
-
-class AlgorithmOneContact(Part):
-    """Y23's own search of one flank's points against the other's, half a step of it off (as published)."""
-
-    model: Literal["algorithm-1"] = option("algorithm-1", "Y23's search", source="Y23 Algorithm 1")
-    points: Annotated[Count, Ge(9)] = option(1849, "points searched on each flank", source="Y23 Table 1")
-    engagement: Literal["load", "threshold"] = option("load", ENGAGEMENT, source="Y23")
-    threshold: Annotated[Angle, POSITIVE] = option(1e-4, THRESHOLD, source="Y23 Algorithm 1")
-
-
-Contact = Annotated[
-    Annotated[DisplacementContact | ExactContact | AlgorithmOneContact, Field(discriminator="model")],
-    *named("displacement"),
-]
+Contact = Annotated[ContactModel, *named("displacement")]
 Excitation = Annotated[ExcitationModel, *named("pairs")]
 
 
@@ -114,7 +79,7 @@ class OneMesh(Part):
 
     @property
     def _corners_known(self) -> bool:
-        return getattr(self.stiffness, "of", "pair") == "pair" and self.contact.model != "algorithm-1"
+        return getattr(self.stiffness, "of", "pair") == "pair" and self.contact.tip_corners
 
     def identifying(self) -> dict[str, Any]:
         """Return the options that tell this part from others: not an onset of contact that goes by itself."""

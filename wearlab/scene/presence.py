@@ -23,7 +23,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "gears": scene.gears.kind,
         "flank modifications": "" if modified else None,
         "mesh stiffness": _chosen(mesh.stiffness.chosen for mesh in meshes),
-        "contact": _chosen(mesh.contact.model for mesh in meshes),
+        "contact": _chosen(mesh.contact.chosen for mesh in meshes),
         "contact beyond A and E": "" if any(mesh.extended_contact for mesh in meshes) else None,
         "errors": None if errors is None else errors.slow,
         "dynamics": None if dynamics is None else f"{dynamics.chosen}, {dynamics.method}",
@@ -43,7 +43,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "initial wear": None if wear is None or wear.initial is None else "",
         "start from another run": None if scene.start is None else str(scene.start.run)[:10],
         "wear": f"{' and '.join(models)} coefficient, {wear.load} load" if wear and models else None,
-        "life": wear.step.method if wear and (wear.until or scene.operation.stage) else None,
+        "life": wear.step.chosen if wear and (wear.until or scene.operation.stage) else None,
     }
 
 

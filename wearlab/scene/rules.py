@@ -146,8 +146,11 @@ def _extended(scene: "Scene") -> Problems:
         if not mesh.extended_contact:
             continue
         path = f"mesh.{section}.extended_contact".replace("..", ".")
-        if mesh.contact.model == "algorithm-1":
-            yield path, "Algorithm 1 knows no tip corners: give mesh.contact = 'exact', or leave it out"
+        if not mesh.contact.tip_corners:
+            yield (
+                path,
+                f"{mesh.contact.chosen!r} knows no tip corners: give mesh.contact = 'exact', or leave it out",
+            )
         if getattr(mesh.stiffness, "of", "pair") == "mesh":
             yield (
                 path,

@@ -8,7 +8,6 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Discriminator,
-    Field,
     Tag,
     ValidationInfo,
     create_model,
@@ -17,6 +16,8 @@ from pydantic import (
 from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import PydanticCustomError
 
+from wearlab.life.steps import StepMethod
+from wearlab.life.steps.adaptive import AdaptiveStep
 from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -222,45 +223,7 @@ class Snapshots(Part):
         return self
 
 
-class AdaptiveStep(Part):
-    """Second order with an error estimate and a stability bound."""
-
-    chooser: ClassVar[str] = "method"
-    method: Literal["adaptive"] = option("adaptive", "adaptive steps over cycles", source="wearlab")
-
-
-class EulerStep(Part):
-    """Explicit Euler, a step as long as the wear takes to grow by a threshold (as published)."""
-
-    chooser: ClassVar[str] = "method"
-    method: Literal["euler"] = option("euler", "the papers' Euler steps", source="L16 Fig. 2")
-    threshold: PositiveDepth = option(..., "wear per step, ε^q", source="L16 Eq. 21")
-
-
-class StabilitySize(Part):
-    """A step as a fraction of the stability limit."""
-
-    stability: Positive = option(..., "fraction of the stability limit", source="wearlab")
-
-
-def _size(value: Any) -> str:
-    return "fraction" if isinstance(value, dict | StabilitySize) else "count"
-
-
-class FixedStep(Part):
-    """Equal explicit steps."""
-
-    chooser: ClassVar[str] = "method"
-    method: Literal["fixed"] = option("fixed", "equal steps over cycles", source="wearlab")
-    size: Annotated[
-        Annotated[Positive, Tag("count")] | Annotated[StabilitySize, Tag("fraction")], Discriminator(_size)
-    ] = option(..., "cycles per step, or {stability = 0.9} of the limit")
-
-
-Step = Annotated[
-    Annotated[AdaptiveStep | EulerStep | FixedStep, Field(discriminator="method")],
-    *named("adaptive", "method"),
-]
+Step = Annotated[StepMethod, *named("adaptive", "method")]
 
 
 def _no_table(value: Any) -> Any:

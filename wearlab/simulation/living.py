@@ -14,7 +14,7 @@ from wearlab.life.state import Coupled, Wear
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.scene.build.contact import measured_wear
-from wearlab.scene.build.wear import build_limits, build_snapshots, build_step
+from wearlab.scene.build.wear import build_limits, build_snapshots
 from wearlab.simulation.continued import continued_wear
 from wearlab.simulation.errors import Refused
 from wearlab.simulation.operating import Stage
@@ -118,11 +118,12 @@ def _limits(scene: Scene, stage: Stage, cycles: float, seconds: float) -> tuple[
 def _marched(
     scene: Scene, parts: Parts, coupling: Coupled, wear: Wear, limits: Limits, before: float = 0.0
 ) -> History:
+    assert scene.wear is not None
     return history(
         coupling,
         wear,
         limits=limits,
-        method=build_step(scene),
+        method=scene.wear.step.build(),
         snapshots=_after(build_snapshots(scene, parts.gears, coupling), before),
         tolerance=scene.numerics.cycle_tolerance or scene.numerics.tolerance,
         most_work=_most_work(scene, parts),

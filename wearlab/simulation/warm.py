@@ -39,4 +39,4 @@ def _kernels(scene: Scene) -> tuple[object, ...]:
         str(scene.wear.coefficient),
         str(scene.wear.law),
     )
-    return dynamics, tuple((mesh.stiffness.chosen, mesh.contact.model) for mesh in meshes), law
+    return dynamics, tuple((mesh.stiffness.chosen, mesh.contact.chosen) for mesh in meshes), law

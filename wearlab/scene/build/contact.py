@@ -10,7 +10,7 @@ from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.contact import ContactAnalysis, Nodes
 from wearlab.mesh.corners import unworn_extension
-from wearlab.mesh.exact.gaps import AlgorithmOneGaps, DisplacementBeyond, ExactGaps, Gaps, WornFlanks
+from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps, WornFlanks
 from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.profile import Extension, ProfileGrid
 from wearlab.mesh.reach import Folded, reach_beyond
@@ -35,24 +35,6 @@ CHECKED_POINTS = 101
 def flanks_of(pair: GearPair, grid: ProfileGrid) -> WornFlanks:
     """Return what makes worn flanks of wear depths at the nodes."""
     return WornFlanks(pair, grid, modifications(pair, grid.position))
-
-
-def build_gaps(contact: Any, extended: bool, pair: GearPair, grid: ProfileGrid) -> Gaps | None:
-    """Return where the gaps come from, None for the displacement form on A–E.
-
-    Parameters
-    ----------
-    contact : ``mesh.contact``
-    extended : ``mesh.extended_contact``
-    pair, grid : the gears and their nodes
-    """
-    match contact.model:
-        case "exact":
-            return ExactGaps(flanks_of(pair, grid))
-        case "algorithm-1":
-            return AlgorithmOneGaps(flanks_of(pair, grid), contact.points)
-        case _:
-            return DisplacementBeyond(flanks_of(pair, grid)) if extended else None
 
 
 def extension_wanted(scene: Scene, pair: GearPair, plain: ContactAnalysis) -> Extension:
@@ -88,9 +70,7 @@ def contact_flags(scene: Scene, section: str, pair: GearPair, analysis: ContactA
     pair, analysis : the gears and their contact
     """
     mesh = scene.mesh.of(section)
-    flags = []
-    if mesh.contact.model == "algorithm-1":
-        flags.append(f"contact by Algorithm 1: errors are half a step of {mesh.contact.points} points off")
+    flags = list(mesh.contact.flags())
     if mesh.extended_contact:
         before, after = pair.path.A - analysis.grid.touching[0], analysis.grid.touching[-1] - pair.path.E
         flags.append(

@@ -13,7 +13,7 @@ from wearlab.mesh.excitation import Excitation
 from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.mesh.profile import NO_EXTENSION, Extension, profile_grid
 from wearlab.scene import Scene
-from wearlab.scene.build.contact import build_gaps, extension_wanted
+from wearlab.scene.build.contact import extension_wanted, flanks_of
 from wearlab.scene.build.errors import build_errors
 from wearlab.scene.build.gears import kinks, modifications
 from wearlab.scene.build.sets import build_set
@@ -78,14 +78,13 @@ def _analysis(scene: Scene, one: PairOfSet, points: int, extension: Extension) -
     pair, mesh = one.pair, scene.mesh.of(one.section)
     grid = profile_grid(pair, points, kinks(pair), mesh.stiffness.jumps(pair), extension)
     stiffness = mesh.stiffness.build(pair, grid)
-    contact = mesh.contact
     return ContactAnalysis(
         grid,
         stiffness,
         modifications(pair, grid.position).sum(axis=0),
         one.load,
-        contact.threshold * pair.driven.base_radius if contact.engagement == "threshold" else np.inf,
-        build_gaps(contact, mesh.extended_contact, pair, grid),
+        mesh.contact.engagement_gap(pair),
+        mesh.contact.build(flanks_of(pair, grid), mesh.extended_contact),
     )
 
 

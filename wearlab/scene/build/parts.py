@@ -189,7 +189,7 @@ def _validity(scene: Scene, gears: GearSet, analyses: Sequence[ContactAnalysis])
             "wear coefficient: usually unknown within a decade; depth and 1/life are proportional to it"
         )
     wear = scene.wear
-    given = {name: None if wear is None else wear.initial_of(name) for name in gears.flanks}
+    given: dict[str, Any] = {n: None if wear is None else wear.initial_of(n) for n in gears.flanks}
     if any(flank is not None and flank.sides == "both" for flank in given.values()):
         flags.append("initial wear of back flanks is not part of the back contact")
     flags += [

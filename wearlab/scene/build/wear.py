@@ -8,11 +8,8 @@ from numpy.typing import NDArray
 
 from wearlab.compiled import compiled_if_possible
 from wearlab.gears.pair import GearPair
-from wearlab.life.adaptive import Adaptive
-from wearlab.life.euler import Euler, Fixed
 from wearlab.life.limits import Limits, Snapshots
 from wearlab.life.load import EquivalentLoad, InstantLoad, Load, StaticLoad
-from wearlab.life.march import Method
 from wearlab.life.state import Coupled
 from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
@@ -175,16 +172,3 @@ def build_snapshots(scene: Scene, gears: GearSet, coupling: Coupled) -> Snapshot
         return Snapshots()
     cycles = tuple(asked.cycles or ()) + tuple(n / gears.reference_teeth for n in asked.mesh_cycles or ())
     return Snapshots(cycles, tuple(asked.depth or ()), flank_entries(asked.flank, gears, coupling))
-
-
-def build_step(scene: Scene) -> Method:
-    """Return how the wear is stepped over cycles."""
-    step: Any = scene.wear.step if scene.wear else None
-    match step.method:
-        case "euler":
-            return Euler(step.threshold)
-        case "fixed":
-            stable = getattr(step.size, "stability", None)
-            return Fixed(stability=stable) if stable is not None else Fixed(size=step.size)
-        case _:
-            return Adaptive()
