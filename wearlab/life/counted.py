@@ -23,6 +23,17 @@ class Remembering(Protocol):
         """Put a memory back."""
 
 
+@runtime_checkable
+class Accounting(Protocol):
+    """A rate that counts its work, which another process may have done in part."""
+
+    def accounted(self) -> Any:
+        """Return the work done so far."""
+
+    def account_for(self, done: Any) -> None:
+        """Count that work, and no other, as done."""
+
+
 class CountedRate:
     """``rate(h)`` with a count and checks.
 
@@ -69,6 +80,21 @@ class CountedRate:
     def noise(self) -> float:
         """Standard error of the last rate, 0 unless the rate says otherwise [m per cycle]."""
         return float(getattr(self.rate, "noise", 0.0))
+
+    def put_down(self) -> tuple[int, Any, Any]:
+        """Return evaluations, account and memory, to be taken up by another process."""
+        return (
+            self.count,
+            self.rate.accounted() if isinstance(self.rate, Accounting) else None,
+            self.remember(),
+        )
+
+    def take_up(self, kept: tuple[int, Any, Any]) -> None:
+        """Go on counting, and remembering, from where another process put it down."""
+        self.count, done, memory = kept
+        if isinstance(self.rate, Accounting):
+            self.rate.account_for(done)
+        self.recall(memory)
 
     def remember(self) -> Any:
         """Return the rate's memory, None when it has none."""

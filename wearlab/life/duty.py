@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.life.state import Coupled, Coupling, Wear, WearState
+from wearlab.life.state import Account, Coupled, Coupling, Wear, WearState
 from wearlab.life.vibration import Responses
 
 Array = NDArray[np.float64]
@@ -77,6 +77,11 @@ class DutyCoupling(Coupled):
     def work(self) -> int:
         """Right-hand sides evaluated so far, in all blocks."""
         return sum(block.work for block in self.blocks)
+
+    @property
+    def accounts(self) -> tuple[Account, ...]:
+        """Where time and work are written down, block after block."""
+        return tuple(account for block in self.blocks for account in block.accounts)
 
     def wearing(self) -> "DutyCoupling":
         """Return what the wear rate needs of it: no responses where the static force wears."""

@@ -65,6 +65,15 @@ class SetRate:
         """Right-hand sides evaluated so far."""
         return float(self.coupling.work)
 
+    def accounted(self) -> list[dict[str, int]]:
+        """Return the work counted so far, of every block of a duty."""
+        return [dict(account.counts) for account in self.coupling.accounts]
+
+    def account_for(self, done: list[dict[str, int]]) -> None:
+        """Count that work, and no other, as done."""
+        for account, counts in zip(self.coupling.accounts, done, strict=True):
+            account.counts.update(counts)
+
     def remember(self) -> Memory:
         """Return the last orbits, and the noise of their rate."""
         return self.responses, self.noise

@@ -5,7 +5,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from functools import partial
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +15,7 @@ from wearlab.life.adaptive import Adaptive, AdaptiveStepper
 from wearlab.life.counted import CountedRate, Rate
 from wearlab.life.euler import Euler, Fixed, SawTooth
 from wearlab.life.jump import Jump
+from wearlab.life.keeping import Place, Told, place
 from wearlab.life.limits import Limits, OutOfEvaluations, Snapshots, StopWear
 from wearlab.life.step import Node, Step, crossing, depth_at
 
@@ -29,6 +31,8 @@ TREND = 0.5
 MOST_TREND = 1.5
 """Largest factor by which the trend of the rate moves the expected crossing."""
 LANDED = 1e-10
+GIVEN = ("rate", "limits", "tolerance", "scale")
+"""What a march and its stepper are given anew when they are taken up."""
 
 
 class Stepper(Protocol):
@@ -160,7 +164,8 @@ def evolve(
         raise ValueError("initial wear depths must be one array of finite values that are not negative")
     counted = CountedRate(rate, most_evaluations, most_work)
     march = _March(counted, limits, tolerance, scale, Node(0.0, h0, counted(h0)))
-    march.run(method or Adaptive(), progress)
+    kept = place(h0, march.node.rate, limits, method, tolerance, scale)
+    march.run(method or Adaptive(), progress, kept)
     return march.life(snapshots or Snapshots())
 
 
@@ -180,10 +185,14 @@ class _March:
     def node(self) -> Node:
         return self.nodes[-1]
 
-    def run(self, method: Method, progress: Callable[[Node], None] | None) -> None:
-        """March until there is a reason to end."""
+    def run(self, method: Method, progress: Callable[[Node], None] | None, keep: Place | None) -> None:
+        """March until there is a reason to end, from where an earlier process put it down."""
         self.reason = "depth" if self._reached(self.node) else ""
         stepper: Stepper | None = None
+        followed: list[tuple[Node, Any]] = []
+        if keep is not None and (kept := keep.kept) is not None:
+            stepper, followed = self._taken_up(kept, method)
+            self._show(progress, followed)
         while not self.reason:
             try:
                 if stepper is None:
@@ -195,10 +204,43 @@ class _March:
                 self.reason = out.reason
             if progress is not None:
                 progress(self.node)
+            if keep is not None:
+                followed.append((self.node, self.rate.remember()))
+                told = Told(self.node.cycle, float(self.node.depth.max(initial=0.0)))
+                keep.keep(told, partial(self._put_down, stepper, followed))
+        if keep is not None:
+            keep.settle(partial(self._put_down, stepper, followed))
         if stepper is not None:
             self.rejected, self.saw_tooth = stepper.rejected, stepper.saw_tooth
         if isinstance(stepper, AdaptiveStepper) and not stepper.foreseeable:
             self.wave_growth = stepper.wave_growth
+
+    def _put_down(self, stepper: Stepper | None, followed: list[tuple[Node, Any]]) -> dict[str, Any]:
+        """Return all that the march depends on: of itself, of its stepper, of its rate."""
+        own = {name: value for name, value in vars(self).items() if name not in GIVEN}
+        steps = None if stepper is None else {k: v for k, v in vars(stepper).items() if k not in GIVEN}
+        return {"march": own, "stepper": steps, "followed": followed, "rate": self.rate.put_down()}
+
+    def _taken_up(
+        self, kept: dict[str, Any], method: Method
+    ) -> tuple[Stepper | None, list[tuple[Node, Any]]]:
+        """Go on from what was put down; return its stepper and what was told along the way."""
+        stepper = None
+        if kept["stepper"] is not None:
+            stepper = method.start(self.nodes[0], self.rate, self.tolerance, self.scale)
+            vars(stepper).update(kept["stepper"])
+        vars(self).update(kept["march"])
+        self.rate.take_up(kept["rate"])
+        return stepper, list(kept["followed"])
+
+    def _show(self, progress: Callable[[Node], None] | None, followed: list[tuple[Node, Any]]) -> None:
+        """Tell the states that an earlier process reached, with the memory that the rate had there."""
+        now = self.rate.remember()
+        for node, memory in followed:
+            self.rate.recall(memory)
+            if progress is not None:
+                progress(node)
+        self.rate.recall(now)
 
     def _advance(self, stepper: Stepper) -> None:
         largest = self._largest()

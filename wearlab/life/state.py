@@ -165,6 +165,11 @@ class Coupled(ABC):
     def work(self) -> int:
         """Right-hand sides evaluated so far."""
 
+    @property
+    @abstractmethod
+    def accounts(self) -> "tuple[Account, ...]":
+        """Where time and work are written down."""
+
     def wearing(self) -> "Coupled":
         """Return what the wear rate needs of it: no response where the static force wears."""
         return self
@@ -246,6 +251,11 @@ class Coupling(Coupled):
     def work(self) -> int:
         """Right-hand sides evaluated so far."""
         return self.account.counts["right_hand_sides"]
+
+    @property
+    def accounts(self) -> tuple[Account, ...]:
+        """Where time and work are written down."""
+        return (self.account,)
 
     def wearing(self) -> "Coupling":
         """Return what the wear rate needs of it: no response where the static force wears."""
