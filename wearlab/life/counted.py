@@ -81,6 +81,11 @@ class CountedRate:
         """Standard error of the last rate, 0 unless the rate says otherwise [m per cycle]."""
         return float(getattr(self.rate, "noise", 0.0))
 
+    @property
+    def shared(self) -> tuple[Any, ...]:
+        """Objects of the rate that are told apart by identity, none unless it says otherwise."""
+        return tuple(getattr(self.rate, "shared", ()))
+
     def put_down(self) -> tuple[int, Any, Any]:
         """Return evaluations, account and memory, to be taken up by another process."""
         return (

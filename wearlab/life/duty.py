@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.system import System
 from wearlab.life.state import Account, Coupled, Coupling, Wear, WearState
 from wearlab.life.vibration import Responses
 
@@ -82,6 +83,11 @@ class DutyCoupling(Coupled):
     def accounts(self) -> tuple[Account, ...]:
         """Where time and work are written down, block after block."""
         return tuple(account for block in self.blocks for account in block.accounts)
+
+    @property
+    def systems(self) -> tuple[System, ...]:
+        """The moving systems, block after block."""
+        return tuple(system for block in self.blocks for system in block.systems)
 
     def wearing(self) -> "DutyCoupling":
         """Return what the wear rate needs of it: no responses where the static force wears."""

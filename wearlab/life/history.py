@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.system import System
 from wearlab.life.limits import Limits, Snapshots, StopWear
 from wearlab.life.march import Life, Method, evolve
 from wearlab.life.state import Coupled, Wear, WearState
@@ -64,6 +65,11 @@ class SetRate:
     def work(self) -> float:
         """Right-hand sides evaluated so far."""
         return float(self.coupling.work)
+
+    @property
+    def shared(self) -> tuple[System, ...]:
+        """The systems that responses belong to, told apart by identity."""
+        return self.coupling.systems
 
     def accounted(self) -> list[dict[str, int]]:
         """Return the work counted so far, of every block of a duty."""

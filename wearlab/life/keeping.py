@@ -6,12 +6,49 @@ work and ends with the same numbers.
 """
 
 import hashlib
+import io
 import pickle
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
+
+MAKES_ARRAYS = ("_reconstruct", "ndarray", "dtype", "scalar", "_frombuffer")
+"""Names in numpy by which pickled arrays are made."""
+
+
+class _Writer(pickle.Pickler):
+    """Writes which of the shared objects stands where, not the objects."""
+
+    def __init__(self, file: io.BytesIO, shared: tuple[Any, ...]) -> None:
+        super().__init__(file)
+        self.shared = shared
+
+    def persistent_id(self, obj: Any) -> int | None:
+        """Return the number of a shared object."""
+        return next((i for i, one in enumerate(self.shared) if one is obj), None)
+
+
+class _Reader(pickle.Unpickler):
+    """Puts this process's own shared objects back, and makes nothing but plain values, arrays and our types."""
+
+    def __init__(self, image: bytes, shared: tuple[Any, ...] = ()) -> None:
+        super().__init__(io.BytesIO(image))
+        self.shared = shared
+
+    def persistent_load(self, pid: Any) -> Any:
+        """Return a shared object by its number."""
+        return self.shared[pid]
+
+    def find_class(self, module: str, name: str) -> Any:
+        """Return a type of ours or what makes arrays; anything else in a checkpoint was not written by us."""
+        room = module.split(".")[0]
+        found = super().find_class(module, name) if room in ("wearlab", "numpy") else None
+        ours = room == "wearlab" and isinstance(found, type)
+        if not ours and (room != "numpy" or name not in MAKES_ARRAYS):
+            raise pickle.UnpicklingError(f"{module}.{name} does not belong in a checkpoint")
+        return found
 
 
 class Told(NamedTuple):
@@ -28,7 +65,7 @@ class Told(NamedTuple):
 
 
 Tell = Callable[[Told, Callable[[], bytes]], None]
-"""Called with every accepted state and what makes its checkpoint, which costs nothing unless it is called."""
+"""Called with every accepted state and what makes its checkpoint, which costs nothing until it is called."""
 
 
 @dataclass
@@ -57,16 +94,18 @@ class Place:
     ----------
     keeper : of the run
     key : hash of what the march began with: a run has several, and may find some of them done elsewhere
+    shared : objects that this process has of its own and that are told apart by identity
     """
 
     keeper: Keeper
     key: str
+    shared: tuple[Any, ...] = ()
 
     @property
     def kept(self) -> Any:
         """What an earlier process kept of this march, None: nothing."""
         found = self.keeper.kept.get(self.key)
-        return None if found is None else pickle.loads(found)
+        return None if found is None else _Reader(found, self.shared).load()
 
     def keep(self, told: Told, state: Callable[[], Any]) -> None:
         """Tell an accepted state, which can be kept."""
@@ -79,7 +118,9 @@ class Place:
 
     def settle(self, state: Callable[[], Any]) -> None:
         """Keep a state of the march for as long as the run goes on: its end, for a later march's checkpoint."""
-        self.keeper.kept[self.key] = pickle.dumps(state())
+        written = io.BytesIO()
+        _Writer(written, self.shared).dump(state())
+        self.keeper.kept[self.key] = written.getvalue()
 
 
 _KEEPER: ContextVar[Keeper | None] = ContextVar("keeper", default=None)
@@ -94,14 +135,14 @@ def kept_by(tell: Tell, image: bytes | None = None) -> Iterator[None]:
     tell : called with every accepted state
     image : what a checkpoint of the same run held, None: a run from its beginning
     """
-    token = _KEEPER.set(Keeper(tell, {} if image is None else pickle.loads(image)))
+    token = _KEEPER.set(Keeper(tell, {} if image is None else _Reader(image).load()))
     try:
         yield
     finally:
         _KEEPER.reset(token)
 
 
-def place(*begins: Any) -> Place | None:
+def place(begins: tuple[Any, ...], shared: tuple[Any, ...]) -> Place | None:
     """Return the place of the march that begins so, None where nobody keeps."""
     keeper = _KEEPER.get()
-    return None if keeper is None else Place(keeper, hashlib.sha256(pickle.dumps(begins)).hexdigest())
+    return None if keeper is None else Place(keeper, hashlib.sha256(pickle.dumps(begins)).hexdigest(), shared)

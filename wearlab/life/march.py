@@ -164,7 +164,7 @@ def evolve(
         raise ValueError("initial wear depths must be one array of finite values that are not negative")
     counted = CountedRate(rate, most_evaluations, most_work)
     march = _March(counted, limits, tolerance, scale, Node(0.0, h0, counted(h0)))
-    kept = place(h0, march.node.rate, limits, method, tolerance, scale)
+    kept = place((h0, march.node.rate, limits, method, tolerance, scale), counted.shared)
     march.run(method or Adaptive(), progress, kept)
     return march.life(snapshots or Snapshots())
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.response import Response
+from wearlab.dynamics.system import System
 from wearlab.life.averaging import averaged_rate, scatter
 from wearlab.life.limits import StopWear
 from wearlab.life.load import Forces, Load, StaticLoad, still, wearing_force
@@ -170,6 +171,11 @@ class Coupled(ABC):
     def accounts(self) -> "tuple[Account, ...]":
         """Where time and work are written down."""
 
+    @property
+    @abstractmethod
+    def systems(self) -> tuple[System, ...]:
+        """The moving systems, of every block of a duty."""
+
     def wearing(self) -> "Coupled":
         """Return what the wear rate needs of it: no response where the static force wears."""
         return self
@@ -256,6 +262,11 @@ class Coupling(Coupled):
     def accounts(self) -> tuple[Account, ...]:
         """Where time and work are written down."""
         return (self.account,)
+
+    @property
+    def systems(self) -> tuple[System, ...]:
+        """The moving system."""
+        return () if self.vibration is None else (self.vibration.system,)
 
     def wearing(self) -> "Coupling":
         """Return what the wear rate needs of it: no response where the static force wears."""
