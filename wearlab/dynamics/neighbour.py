@@ -7,7 +7,7 @@ contract as long as the meshes touch alike and their stiffness changes little; o
 `wearlab.dynamics.touching`. Multipliers follow to first order.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import NamedTuple
 
@@ -102,6 +102,10 @@ class Neighbour:
     derivative: Array
     closing: Closing
     multipliers: NDArray[np.complex128]
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return the case alone: what it was asked for is megabytes, and soon computed again."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
 
     @cached_property
     def factors(self) -> Factors:

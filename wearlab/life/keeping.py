@@ -31,7 +31,7 @@ class _Writer(pickle.Pickler):
 
 
 class _Reader(pickle.Unpickler):
-    """Puts this process's own shared objects back, and makes nothing but plain values, arrays and our types."""
+    """Puts this process's own objects back; makes nothing but plain values, arrays and our types."""
 
     def __init__(self, image: bytes, shared: tuple[Any, ...] = ()) -> None:
         super().__init__(io.BytesIO(image))
@@ -117,7 +117,7 @@ class Place:
         self.keeper.tell(told, image)
 
     def settle(self, state: Callable[[], Any]) -> None:
-        """Keep a state of the march for as long as the run goes on: its end, for a later march's checkpoint."""
+        """Keep a state of the march, its end too: a later march's checkpoint holds it."""
         written = io.BytesIO()
         _Writer(written, self.shared).dump(state())
         self.keeper.kept[self.key] = written.getvalue()

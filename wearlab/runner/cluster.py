@@ -12,6 +12,7 @@ from typing import Any
 from wearlab.runner.crew import Crew, OtherCode
 from wearlab.runner.local import local_client, quiet_logs
 from wearlab.runner.report import RunnerError
+from wearlab.runner.under_way import TOPIC, Keeping
 from wearlab.runner.worker import Task, execute_all, prepare, warm_up
 from wearlab.sources import source_hash
 from wearlab.store.outcome import Outcome
@@ -36,6 +37,7 @@ class Cluster:
     def __init__(self, client: Any, simulate: str, crew: Crew | None = None) -> None:
         self.client, self.simulate, self.crew = client, simulate, crew
         self.code = None if crew is None else source_hash()
+        self.keeping: Keeping | None = None
 
     def workers(self) -> list[str]:
         """Return the addresses of the workers that may work."""
@@ -54,7 +56,7 @@ class Cluster:
         importing = [self.client.submit(prepare, self.simulate, workers=one, **free) for one in others]
         self.client.gather([compiling, *importing], errors="skip")
 
-    def compute(self, tasks: Sequence[Task], settle: Settle) -> None:
+    def compute(self, tasks: Sequence[Task], settle: Settle, keeping: Keeping | None = None) -> None:
         """Compute those tasks that are granted.
 
         Parameters
@@ -62,7 +64,19 @@ class Cluster:
         tasks : what is missing
         settle : keeps finished outcomes and grants tasks just before they are sent, in one step; two
             processes can so share one campaign
+        keeping : hears what workers tell of runs under way, and knows what was heard before
         """
+        self.keeping = keeping
+        if keeping is None:
+            self._compute(tasks, settle)
+            return
+        self.client.subscribe_topic(TOPIC, lambda event: keeping.hear(event[1]))
+        try:
+            self._compute(tasks, settle)
+        finally:
+            self.client.unsubscribe_topic(TOPIC)
+
+    def _compute(self, tasks: Sequence[Task], settle: Settle) -> None:
         from dask.distributed import as_completed
 
         flight = _Flight(deque(tasks), as_completed(with_results=True, raise_errors=False))
@@ -71,7 +85,8 @@ class Cluster:
             fit = self.workers()
             wanted = flight.next_batches(AHEAD * max(1, len(fit)))
             if finished or wanted:
-                granted = {task.id for task in settle(finished, [task for batch in wanted for task in batch])}
+                asked = [task for batch in wanted for task in batch]
+                granted = {task.id for task in settle(finished, asked)}
                 for batch in wanted:
                     self._send(flight, [task for task in batch if task.id in granted], fit)
                 if wanted and len(flight.under_way) < AHEAD * len(fit) and flight.waiting:
@@ -86,7 +101,8 @@ class Cluster:
     def _send(self, flight: "_Flight", batch: list[Task], fit: list[str]) -> None:
         if batch:
             choice = {} if self.crew is None else self.crew.choice(fit)
-            future = self.client.submit(execute_all, batch, self.simulate, self.code, pure=False, **choice)
+            sent = [task if self.keeping is None else self.keeping.resumed(task) for task in batch]
+            future = self.client.submit(execute_all, sent, self.simulate, self.code, pure=False, **choice)
             flight.under_way[future.key] = batch
             flight.flow.add(future)
 

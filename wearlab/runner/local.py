@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 RESTAFF_SECONDS = 2.0
 LOST_SECONDS = 10  # after which a worker that was not replaced is given up, and another one started
 START_SECONDS = 120
+EVENTS = 4  # of a topic that the scheduler remembers: checkpoints are large
 ONE_THREAD = {
     name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 }
@@ -75,8 +76,9 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
 
     size = workers or available_cores()
     others = set(multiprocessing.active_children())
-    quiet: dict[str, Any] = {"distributed.scheduler.allowed-failures": 1, "distributed.worker.daemon": True}
+    quiet: dict[str, Any] = {"distributed.scheduler.allowed-failures": 0, "distributed.worker.daemon": True}
     quiet["distributed.deploy.lost-worker-timeout"] = f"{LOST_SECONDS}s"
+    quiet["distributed.admin.low-level-log-length"] = EVENTS
     if FORKS:
         quiet["distributed.worker.multiprocessing-method"] = "forkserver"
     with dask.config.set(quiet), _main_module_hidden(), quiet_logs(), ExitStack() as opened:

@@ -56,6 +56,11 @@ class NotebookBar:
         if self._done == self._total or time.monotonic() - self._drawn > LEAST:
             self._draw()
 
+    def under_way(self, run_id: str, text: str) -> None:
+        """Show how far an unfinished case is."""
+        self._text = f"cases ({text})"
+        self._draw()
+
     def _repr_html_(self) -> str:
         told = [escape(self._text)]
         if self._total:

@@ -1,6 +1,7 @@
-"""The progress bar: done, failed, refused, time left; silent where nobody watches."""
+"""The progress bar: done, failed, refused, time left; a line every half minute where nobody watches."""
 
 import sys
+import threading
 from types import TracebackType
 from typing import Any, Protocol
 
@@ -26,6 +27,9 @@ class Progress(Protocol):
     def advance(self, outcome: Outcome) -> None:
         """Count a finished case."""
 
+    def under_way(self, run_id: str, text: str) -> None:
+        """Say how far an unfinished case is."""
+
 
 class Silent:
     """Progress nobody sees."""
@@ -48,6 +52,59 @@ class Silent:
 
     def advance(self, outcome: Outcome) -> None:
         """Say nothing."""
+
+    def under_way(self, run_id: str, text: str) -> None:
+        """Say nothing."""
+
+
+class Lines(Silent):
+    """Progress where nobody watches a terminal: a line on standard error every half minute.
+
+    Parameters
+    ----------
+    every : between two lines [s]
+    stream : where to; standard error when absent
+    """
+
+    def __init__(self, every: float = 30.0, stream: Any = None) -> None:
+        self._every, self._stream = every, stream or sys.stderr
+        self._step, self._total, self._done = "starting", 0, 0
+        self._at: dict[str, str] = {}
+        self._ended = threading.Event()
+        self._clock = threading.Thread(target=self._tell, name="wearlab-progress", daemon=True)
+
+    def __enter__(self) -> "Lines":
+        self._clock.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._ended.set()
+        self._clock.join()
+
+    def step(self, text: str) -> None:
+        """Take note of what is being done."""
+        self._step = text
+
+    def start(self, total: int) -> None:
+        """Take note of how many cases there are."""
+        self._total, self._step = total, ""
+
+    def advance(self, outcome: Outcome) -> None:
+        """Count a finished case."""
+        self._done += 1
+        self._at.pop(outcome.id, None)
+
+    def under_way(self, run_id: str, text: str) -> None:
+        """Take note of how far an unfinished case is."""
+        self._at[run_id] = text
+
+    def _tell(self) -> None:
+        while not self._ended.wait(self._every):
+            done = f"{self._done} of {self._total} cases done"
+            parts = [self._step or done, *list(self._at.values())[-4:]]
+            print("; ".join(parts), file=self._stream, flush=True)
 
 
 def in_notebook() -> bool:
@@ -111,7 +168,11 @@ class Bar:
         if outcome.state in self._counts:
             self._counts[outcome.state] += 1
         trouble = ", ".join(f"{count} {state}" for state, count in self._counts.items() if count)
-        self._bar.update(self._task, advance=1, trouble=trouble)
+        self._bar.update(self._task, advance=1, trouble=trouble, description="cases")
+
+    def under_way(self, run_id: str, text: str) -> None:
+        """Show how far an unfinished case is."""
+        self._bar.update(self._task, description=f"cases ({text})")
 
 
 def watched(progress: bool) -> Progress:
@@ -124,6 +185,5 @@ def watched(progress: bool) -> Progress:
         from rich.console import Console
 
         console = Console(stderr=True)
-        if console.is_terminal:
-            return Bar(console)
+        return Bar(console) if console.is_terminal else Lines()
     return Silent()

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from wearlab.runner.again import chosen, restore
 from wearlab.runner.cluster import Cluster, connect, refuse_unreachable
@@ -15,7 +15,9 @@ from wearlab.runner.declaring import declare, plugins_of
 from wearlab.runner.expectation import Expected, comparisons
 from wearlab.runner.progress import Progress, watched
 from wearlab.runner.report import CaseReport, Interrupted, Report
+from wearlab.runner.under_way import Keeping, heard_by, in_words
 from wearlab.runner.worker import SIMULATE, Task, execute, warm_up
+from wearlab.sources import source_hash
 from wearlab.store.catalogue import Head
 from wearlab.store.errors import StoreError
 from wearlab.store.outcome import Outcome
@@ -142,6 +144,7 @@ class _Work:
         self.taken_again: set[str] = set()
         self.finished: set[str] = set()
         self.cluster: Cluster | None = None
+        self.code = source_hash()
 
     def complete(self, tasks: Sequence[Task], cluster: Callable[[], Cluster]) -> None:
         """Compute until every task is finished, here or by another process."""
@@ -171,11 +174,13 @@ class _Work:
 
     def _compute(self, tasks: Sequence[Task]) -> None:
         if self.cluster is not None:
-            self.cluster.compute(tasks, self._settle)
+            self.cluster.compute(tasks, self._settle, Keeping(self._hear, self._resumed))
             return
         for task in tasks:
-            if self._settle([], [task]):
-                self._settle([execute(task, self.simulate)], [])
+            for taken in self._settle([], [task]):
+                with heard_by(self._hear):
+                    outcome = execute(self._resumed(taken), self.simulate)
+                self._settle([outcome], [])
 
     def _settle(self, outcomes: list[Outcome], wanted: Sequence[Task]) -> list[Task]:
         """Keep what is finished and take what is to be computed next; return what was taken."""
@@ -186,9 +191,20 @@ class _Work:
             )
         )
         self.finished |= done
+        self.store.checkpoints.forget(done)
         for outcome in outcomes:
             self.bar.advance(outcome)
         return [task for task in wanted if task.id in taken]
+
+    def _resumed(self, task: Task) -> Task:
+        """Return a task with what was kept of it when it last stopped."""
+        return task._replace(resumed=self.store.checkpoints.read(task.id, self.code))
+
+    def _hear(self, message: dict[str, Any]) -> None:
+        """Keep what a run under way needs to go on, and show how far it is."""
+        if message["id"] not in self.finished:
+            self.store.checkpoints.write(message["id"], message["image"], self.code)
+            self.bar.under_way(message["id"], in_words(message))
 
     def _free(self, entry: Head) -> bool:
         """Say whether a run that the catalogue knows is to be computed again."""

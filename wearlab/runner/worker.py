@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab import __version__
 from wearlab.runner.crew import OtherCode
+from wearlab.runner.under_way import from_worker, heard_by, under_way
 from wearlab.sources import source_hash
 from wearlab.store.outcome import Outcome, State
 
@@ -20,10 +21,11 @@ SIMULATE = "wearlab.simulation:simulate"
 
 
 class Task(NamedTuple):
-    """One case to compute."""
+    """One case to compute, from the checkpoint of an earlier process where there is one."""
 
     id: str
     scene: Any
+    resumed: bytes | None = None
 
 
 def execute_all(tasks: Sequence[Task], simulate: str, code: str | None = None) -> list[Outcome]:
@@ -43,7 +45,8 @@ def execute_all(tasks: Sequence[Task], simulate: str, code: str | None = None) -
         from dask.distributed import get_worker
 
         raise OtherCode(get_worker().address, source_hash())
-    return [execute(task, simulate) for task in tasks]
+    with heard_by(from_worker()):
+        return [execute(task, simulate) for task in tasks]
 
 
 def execute(task: Task, simulate: str = SIMULATE) -> Outcome:
@@ -61,7 +64,9 @@ def execute(task: Task, simulate: str = SIMULATE) -> Outcome:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            result = _finished(_labelled(_function(simulate)(task.scene), task.id, scene, started))
+            with under_way(task.id, task.resumed):
+                dataset = _function(simulate)(task.scene)
+            result = _finished(_labelled(dataset, task.id, scene, started))
         except Exception as error:
             state = "refused" if isinstance(error, refusals()) else "failed"
             result = {"reason": str(error) if state == "refused" else traceback.format_exc()}

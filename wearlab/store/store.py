@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from wearlab.store.audit import Problem, reindex, verify
 from wearlab.store.catalogue import Catalogue, Entry, Head
+from wearlab.store.checkpoints import Checkpoints
 from wearlab.store.errors import StoreError
 from wearlab.store.outcome import Outcome
 from wearlab.store.presence import Presence, alive
@@ -41,6 +42,7 @@ class Store:
         self.path = Path(path)
         self.catalogue = Catalogue(self.path / "catalogue.sqlite")
         self.files = RunFiles(self.path / "runs")
+        self.checkpoints = Checkpoints(self.path / "checkpoints")
         self._presences = self.path / "runners"
 
     def __repr__(self) -> str:

@@ -1,0 +1,83 @@
+"""Runs under way: workers tell how far a life is and what it needs to go on; the parent keeps it."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any, NamedTuple
+
+TOPIC = "wearlab-under-way"
+EVERY = 5.0
+"""Seconds between two tellings of one run: what is told changes no result."""
+Send = Callable[[dict[str, Any]], None]
+"""Called with ``id``, ``cycle``, ``depth`` [m] and ``image`` (bytes) of a run."""
+
+
+_HEARER: ContextVar[Send | None] = ContextVar("hearer", default=None)
+
+
+class Keeping(NamedTuple):
+    """What the parent does with what is told.
+
+    Parameters
+    ----------
+    hear : keeps and shows it
+    resumed : task -> the same task with what was kept of it
+    """
+
+    hear: Send
+    resumed: Callable[[Any], Any]
+
+
+@contextmanager
+def heard_by(send: Send | None) -> Iterator[None]:
+    """Let ``send`` hear of the runs that this process computes, None: nobody listens."""
+    token = _HEARER.set(send)
+    try:
+        yield
+    finally:
+        _HEARER.reset(token)
+
+
+@contextmanager
+def under_way(run_id: str, resumed: bytes | None) -> Iterator[None]:
+    """Let the lives of one run be told of, and go on from where an earlier process was killed.
+
+    Parameters
+    ----------
+    run_id : the run
+    resumed : its last checkpoint, None: from the beginning
+    """
+    send = _HEARER.get()
+    if send is None:
+        yield
+        return
+    from wearlab.life.keeping import Told, kept_by
+
+    last = time.monotonic()
+
+    def tell(told: Told, image: Callable[[], bytes]) -> None:
+        nonlocal last
+        if time.monotonic() - last < EVERY:
+            return
+        send({"id": run_id, "cycle": float(told.cycle), "depth": float(told.depth), "image": image()})
+        last = time.monotonic()
+
+    with kept_by(tell, resumed):
+        yield
+
+
+def from_worker() -> Send | None:
+    """Return how a worker of dask tells its parent, None where this process is none."""
+    from dask.distributed import get_worker
+
+    try:
+        worker = get_worker()
+    except ValueError:
+        return None
+    return lambda message: worker.log_event(TOPIC, message)
+
+
+def in_words(message: dict[str, Any]) -> str:
+    """Return how far a run is, for a line of progress."""
+    return f"{message['id'][:8]}: {1e6 * message['depth']:.3g} µm at {message['cycle']:.4g} cycles"
