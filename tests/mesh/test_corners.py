@@ -1,4 +1,4 @@
-"""Gaps beyond A and E from a table: exact for unworn flanks, first order in wear, as the exact search finds."""
+"""Gaps beyond A and E from a table: exact for unworn flanks, first order in wear."""
 
 import importlib.util
 from pathlib import Path
