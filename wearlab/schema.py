@@ -415,6 +415,13 @@ VARIABLES: dict[str, Variable] = {
     "validity": Variable(
         (), "", "", "assumed values and limits of validity that this run touches, one a line"
     ),
+    "model_error": Variable(
+        (),
+        "",
+        "",
+        "known departures of this scene's models, with size and source, one a line",
+        "beside error_estimate_*, which is of the numerics alone",
+    ),
     "error_estimate_wear_depth": Variable(
         ("update",), "m", "um", "estimated numerical error of the wear depth"
     ),

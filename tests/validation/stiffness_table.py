@@ -3,8 +3,8 @@
 ``python tests/validation/stiffness_table.py [COUNT]`` prints, for the six meshes of the four papers and COUNT
 (12) drawn ones, the largest relative error of the secant mesh stiffness over single and double contact:
 unworn and with 50 µm off both flanks, at 0.1, 1 and 3 times the torque. The judge is an element solution of
-its own for each wear, on the worn outline, refined until it no longer counts (refinement 6 moves no compliance
-of 4 by 0.05 %).
+its own for each wear, on the worn outline, refined until it no longer counts: refinement 6 moves no
+compliance of 4 by 0.05 %.
 """
 
 import sys

@@ -95,6 +95,7 @@ class Content:
     figures: tuple[Drawn, ...]
     failures: tuple[Failure, ...]
     remarks: tuple[tuple[str, int], ...]
+    departures: tuple[tuple[str, int], ...]
     code: tuple[Mapping[str, str], ...]
     lineage: tuple[tuple[str, tuple[str, ...]], ...]
     text: str
@@ -130,6 +131,7 @@ def content(campaign: "Campaign", store: "Store") -> Content:
         figures=tuple(_figures(campaign, store)),
         failures=tuple(_failures(campaign, rows, entries))[:MOST_FAILURES],
         remarks=_remarks(entries),
+        departures=_departures(entries),
         code=tuple(_code(store, entries)),
         lineage=tuple(_lineage(campaign, store, entries)),
         text=text,
@@ -255,6 +257,16 @@ def _lineage(
             found.setdefault(steps, []).append(name)
     for told, names in found.items():
         yield "; ".join(names), told
+
+
+def _departures(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
+    """Return the known departures of the models of runs, each with its count."""
+    counted = Counter(
+        line
+        for entry in entries.values()
+        for line in {*str(entry.summary.get("model_error") or "").split("\n")} - {""}
+    )
+    return tuple(counted.most_common(MOST_FAILURES))
 
 
 def _remarks(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:

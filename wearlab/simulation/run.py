@@ -17,6 +17,7 @@ from wearlab.simulation.attractors import attractor_values, other_attractors
 from wearlab.simulation.calibration import Calibration, calibrated, calibrated_values
 from wearlab.simulation.conditions import along_duty, condition_coordinates, in_order
 from wearlab.simulation.continued import inherited_error
+from wearlab.simulation.departures import departures
 from wearlab.simulation.errors import Refused
 from wearlab.simulation.estimates import Estimates, estimated
 from wearlab.simulation.exact import exact_values
@@ -91,6 +92,7 @@ def _dataset(
     if first.vibration is not None:
         values["attractor"] = vibrating.attractor(whole)
     values |= trust_values(reached, lived, estimates, others, calibration, inherited)
+    values["model_error"] = departures(scene, first)
     values |= calibrated_values(calibration)
     coordinates = {"cycle": whole.cycle, **named.coordinates(first), **condition_coordinates(scene, lived)}
     coordinates |= {name: values.pop(name) for name in ("mesh_cycles", "operating_hours") if name in values}
