@@ -21,6 +21,7 @@ from wearlab.figures.published import published
 from wearlab.figures.question import Question, question, texts
 from wearlab.figures.roles import ROLES
 from wearlab.figures.runs import BASE, Picked, Run, along_axes, axis_named, load, pick, require
+from wearlab.figures.updated import updated_cases
 from wearlab.figures.wording import Label
 
 if TYPE_CHECKING:
@@ -109,10 +110,30 @@ def answer(asked: Question, grid: xr.Dataset, store: "Store", ending: str) -> tu
     FigureError : it cannot be drawn
     """
     ask = asked.ask
-    plot, runs, missing = plotted(grid, ask)
+    if ask.kind in KINDS and KINDS[ask.kind].of == "update":
+        plot = of_update(asked.campaign.title, store, ask)
+        runs: list[Run] = []
+        missing: tuple[str, ...] = ()
+    else:
+        plot, runs, missing = plotted(grid, ask)
     from wearlab.figures.render import rendered
 
     return rendered(plot, texts(asked, ask, store.entries(run.id for run in runs), missing), ending), missing
+
+
+def of_update(title: str, store: "Store", ask: Ask) -> Plot:
+    """Return a figure of the kept update of a campaign as data.
+
+    Raises
+    ------
+    FigureError : no update that shows it is kept
+    """
+    kind = KINDS[ask.kind]
+    cases = updated_cases(title, store, ask, kind)
+    series = [one for case in cases for one in kind.series(case, ask) if len(one.x)]
+    if not series:
+        raise FigureError(f"{ask.name}: the update has nothing to show of it")
+    return compose(series, ask, kind, ["case"], [ask.note] if ask.note else [])
 
 
 def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...]]:

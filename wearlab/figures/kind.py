@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from wearlab.figures.ask import Ask
 from wearlab.figures.plot import Series
-from wearlab.figures.runs import Run
 
 Role = Literal["hue", "rows", "cols"]
 
@@ -22,7 +21,7 @@ class Kind:
     shows : one sentence
     needs : variables that a run must have
     dims : dimensions that its curves are taken along
-    series : run → curves
+    series : run, or case of an update → curves
     roles : which dimension becomes hue, columns, rows, by preference; ``*`` is a dimension of the grid
     also : variables it draws where a run has them
     all_cases : whether it shows every case when ``select`` names none
@@ -32,6 +31,7 @@ class Kind:
     y : the variable it draws when ``y`` names none
     titled : its title for another variable, with {} for its words; none: the same
     along_x : whether y runs along the abscissa, as in a histogram
+    of : what it is drawn from: runs, or the kept update of the campaign
     joined : the series of all runs → the curves to be seen, None: as they are
     """
 
@@ -40,7 +40,7 @@ class Kind:
     shows: str
     needs: tuple[str, ...]
     dims: tuple[str, ...]
-    series: Callable[[Run, Ask], Iterable[Series]]
+    series: Callable[[Any, Ask], Iterable[Series]]
     roles: tuple[tuple[Role, str], ...]
     also: tuple[str, ...] = ()
     all_cases: bool = False
@@ -51,3 +51,4 @@ class Kind:
     titled: str = ""
     along_x: bool = False
     joined: Callable[[list[Series]], list[Series]] | None = None
+    of: Literal["runs", "update"] = "runs"

@@ -120,8 +120,8 @@ def _prior_table(post: Posterior, number: int, count: int) -> Array:
 
 
 def _within(along: Grid, index: NDArray[np.intp], rng: np.random.Generator) -> Array:
-    """Return places within the cells about the points of a grid."""
-    edges = np.concatenate([along.edges[:1], 0.5 * (along.points[1:] + along.points[:-1]), along.edges[-1:]])
+    """Return places within the cells of a grid, each as wide as its point's weight."""
+    edges = along.edges[0] + np.concatenate([[0.0], np.cumsum(along.weights)])
     return np.asarray(edges[index] + rng.random(len(index)) * (edges[index + 1] - edges[index]))
 
 

@@ -14,6 +14,7 @@ from wearlab.figures.kinds.path import ALONG_PATH, WEAR_PROFILE
 from wearlab.figures.kinds.scatter import PARALLEL, SCATTER
 from wearlab.figures.kinds.sensitivity import SENSITIVITY
 from wearlab.figures.kinds.speed import BIFURCATION, POINCARE, RESPONSE_CURVE, WATERFALL
+from wearlab.figures.kinds.updates import UPDATE_KINDS
 
 KINDS: dict[str, Kind] = {
     kind.name: kind
@@ -23,5 +24,6 @@ KINDS: dict[str, Kind] = {
         *(RESPONSE_CURVE, BIFURCATION, POINCARE, WATERFALL),
         *(WEAR_PROFILE, MAX_WEAR, ALONG_PATH, SENSITIVITY, HISTOGRAM, PROBABILITY, QUANTILE_BANDS, LINE),
         *(SCATTER, PARALLEL),
+        *UPDATE_KINDS,
     )
 }

@@ -1,0 +1,86 @@
+"""Figures of an update: its tree in place of runs."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import Kind
+from wearlab.figures.wording import Label
+
+if TYPE_CHECKING:
+    from wearlab.store import Store
+
+
+@dataclass(frozen=True)
+class Updated:
+    """One case of an update.
+
+    Parameters
+    ----------
+    key : its label, empty where there is one case
+    groups : the groups of its tree
+    """
+
+    key: Mapping[str, Label]
+    groups: Mapping[str, xr.Dataset]
+
+    def __getitem__(self, name: str) -> xr.Dataset:
+        return self.groups.get(name, xr.Dataset())
+
+
+def updated_cases(title: str, store: "Store", ask: Ask, kind: Kind) -> list[Updated]:
+    """Return the cases of the latest update of a campaign that has what a kind needs.
+
+    Raises
+    ------
+    FigureError : none is kept that has it
+    """
+    from wearlab.store.updates import kept_updates, read_update
+
+    for one in reversed([one for one in kept_updates(store).values() if one.title == title]):
+        tree = read_update(store, one.id)
+        if tree is None or not all(_has(tree, need) for need in kind.needs):
+            continue
+        groups = {name: node.to_dataset() for name, node in tree.children.items()}
+        found = _cases(groups)
+        wanted = ask.select.get("case")
+        labels = [wanted] if isinstance(wanted, str) else wanted
+        kept = [one for one in found if not labels or not one.key or one.key["case"].value in labels]
+        if not kept:
+            raise FigureError(f"{ask.name}: select.case: the update has no such case")
+        return kept
+    option = {"inspection": " --replay", "calibration": " --check 200"}
+    words = "".join(more for need, more in option.items() if any(need in one for one in kind.needs))
+    raise FigureError(
+        f"{ask.name}: no update of this campaign is kept that shows it: wearlab update FILE{words}"
+    )
+
+
+def _has(tree: xr.DataTree, need: str) -> bool:
+    """Say whether a tree has a group, ``group``, or a dimension in it, ``group:dimension``."""
+    name, _, dim = need.partition(":")
+    return name in tree.children and (not dim or dim in tree[name].dims)
+
+
+def _cases(groups: dict[str, xr.Dataset]) -> list[Updated]:
+    predictions = groups["predictions"]
+    if "case" not in predictions.dims:
+        return [Updated({}, groups)]
+    return [
+        Updated(
+            {"case": Label(str(label), str(label))},
+            {name: one.sel(case=label) if "case" in one.dims else one for name, one in groups.items()},
+        )
+        for label in predictions["case"].values.tolist()
+    ]
+
+
+def finite(values: xr.DataArray) -> np.ndarray:
+    """Return the values that are there."""
+    flat = np.asarray(values.values, float).ravel()
+    return np.asarray(flat[np.isfinite(flat)])
