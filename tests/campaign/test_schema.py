@@ -140,7 +140,7 @@ def test_sources_are_explained():
 
 def test_choices_may_be_written_as_a_word():
     stiffness = SCHEMA["$defs"]["Mesh"]["properties"]["stiffness"]
-    assert stiffness["anyOf"][0] == {"enum": ["potential-energy", "finite-element"]}
+    assert stiffness["anyOf"][0] == {"enum": ["finite-element", "potential-energy"]}
     assert stiffness["default"] == "finite-element"
     assert SCHEMA["$defs"]["Wear"]["properties"]["step"]["default"] == "adaptive"
     assert SCHEMA["$defs"]["DisplacementContact"]["properties"]["threshold"]["default"] == "0.0001 rad"

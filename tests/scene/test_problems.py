@@ -102,7 +102,7 @@ CASES = [
     (
         "wear.initial.pinion",
         {"file": "x.csv"},
-        "scene.wear.initial.pinion: 'units' is required: {file, x, y, units}",
+        "scene.wear.initial.pinion: cannot read x.csv",
     ),
     ("operation.power", "10 N*m", "scene.operation.power: '10 N*m': 'N*m' is not a unit"),
     ("operation.fixed", "gear", "scene.operation.fixed: belongs to planetary sets"),
