@@ -15,10 +15,10 @@ import numba
 from numba.extending import overload
 
 from wearlab.linking import Apart, Joined, Within
-from wearlab.sources import PACKAGE, hash_of, source_hash
+from wearlab.sources import PACKAGE, hash_of
 
 KEPT_FOLDERS = 6
-__all__ = ["jit", "jit_apart", "jit_inner", "jit_inner_apart", "jit_within", "overload_inner", "source_hash"]
+__all__ = ["jit", "jit_apart", "jit_inner", "jit_inner_apart", "jit_within", "overload_inner"]
 
 
 def _cache_folder() -> Path:

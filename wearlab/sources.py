@@ -1,4 +1,9 @@
-"""Which code this is: a hash of all of wearlab's Python sources, found without importing any of them."""
+"""Which code this is: hashes of wearlab's Python sources, found without importing any of them.
+
+A run bears the hash of the code that it used. What comes after a run (the store, figures, commands) is no
+part of it, nor is `dynamics` of a run without ``[dynamics]``: a run is of other code only when code that it
+used has changed.
+"""
 
 import hashlib
 from collections.abc import Iterable
@@ -6,12 +11,43 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
+AFTER = frozenset(
+    (
+        *("query", "campaign", "store", "runner", "comparison", "updating", "figures", "report"),
+        *("accuracy", "cli", "origins.py", "__init__.py"),
+    )
+)
+"""Rooms that no run's numbers come from."""
+DYNAMICS = "dynamics"
 
 
 @cache
 def source_hash() -> str:
     """Return the hash of all of wearlab's Python sources, 16 hexadecimal digits."""
     return hash_of(sorted(PACKAGE.rglob("*.py")))
+
+
+@cache
+def used_hash(dynamics: bool) -> str:
+    """Return the hash of the code that a run uses, 16 hexadecimal digits.
+
+    Parameters
+    ----------
+    dynamics : whether its scene moves
+    """
+    left_out = AFTER if dynamics else AFTER | {DYNAMICS}
+    files = sorted(PACKAGE.rglob("*.py"))
+    return hash_of(file for file in files if file.relative_to(PACKAGE).parts[0] not in left_out)
+
+
+def present_hashes() -> tuple[str, ...]:
+    """Return the hashes that runs of the present code bear."""
+    return used_hash(True), used_hash(False)
+
+
+def is_other_code(recorded: str | None) -> bool:
+    """Say whether a run was made by code that has changed since, by the hash that it bears."""
+    return bool(recorded) and recorded not in present_hashes()
 
 
 def hash_of(files: Iterable[Path]) -> str:

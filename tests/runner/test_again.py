@@ -19,7 +19,7 @@ def head(state="done", source_hash="abc"):
 
 
 def test_what_each_word_means(monkeypatch):
-    monkeypatch.setattr("wearlab.compiled.source_hash", lambda: "abc")
+    monkeypatch.setattr("wearlab.sources.present_hashes", lambda: ("abc",))
     cases = [head(), head(source_hash="old"), head("failed", ""), head("refused", "")]
     for word, expected in (
         (None, [False, False, False, False]),
@@ -37,9 +37,9 @@ def test_stale_runs_are_computed_once_more(tmp_path, monkeypatch):
     store, campaign = Store(tmp_path / "store"), sweep(1, log=str(tmp_path / "log"))
     run(campaign, store)
     assert run(campaign, store).computed == 0
-    monkeypatch.setattr("wearlab.compiled.source_hash", lambda: "abc")  # what the fake runs bear
+    monkeypatch.setattr("wearlab.sources.present_hashes", lambda: ("abc",))  # what the fake runs bear
     assert run(campaign, store, recompute="stale").computed == 0
-    monkeypatch.setattr("wearlab.compiled.source_hash", lambda: "new")
+    monkeypatch.setattr("wearlab.sources.present_hashes", lambda: ("new",))
     assert run(campaign, store, recompute="stale").computed == 1
     assert len((tmp_path / "log").read_text().splitlines()) == 2
     assert store.verify() == []

@@ -15,6 +15,7 @@ from wearlab.cli.output import (
     show_json,
     show_table,
 )
+from wearlab.sources import is_other_code
 from wearlab.store.catalogue import Entry, Member
 from wearlab.store.cite import WHO
 from wearlab.store.headline import headlines
@@ -108,11 +109,10 @@ def _rows(store: "Store", ids: Sequence[str] | None = None) -> list[dict[str, An
     members = _once(member for member in store.catalogue.members(ids) if member.run in entries)
     named = {member.run for member in members}
     alone = [Member("", None, run_id, "", {}) for run_id in entries if run_id not in named]
-    current = _current_source(entries)
     if ids is not None:
         place = {run_id: number for number, run_id in enumerate(entries)}
         members = sorted(members, key=lambda member: place[member.run])
-    return [_row(store, member, entries[member.run], current) for member in members + alone]
+    return [_row(store, member, entries[member.run]) for member in members + alone]
 
 
 def _once(members: Iterable[Member]) -> list[Member]:
@@ -123,7 +123,7 @@ def _once(members: Iterable[Member]) -> list[Member]:
     return list(found.values())
 
 
-def _row(store: "Store", member: Member, entry: Entry, current: str) -> dict[str, Any]:
+def _row(store: "Store", member: Member, entry: Entry) -> dict[str, Any]:
     told = next(iter(headlines(entry.summary)), None)
     errors = {name: value for name, value in entry.summary.items() if name.startswith("error_estimate")}
     return {
@@ -145,7 +145,7 @@ def _row(store: "Store", member: Member, entry: Entry, current: str) -> dict[str
         "bytes": entry.size,
         "reason": entry.reason,
         "warnings": list(entry.warnings),
-        "other_code": bool(entry.source_hash) and entry.source_hash != current,
+        "other_code": is_other_code(entry.source_hash),
     }
 
 
@@ -185,15 +185,6 @@ def _note(row: Mapping[str, Any]) -> str:
     notes += [f"{len(row['warnings'])} warnings"] if row["warnings"] else []
     notes += ["made by other code"] if row["other_code"] else []
     return "; ".join(notes)
-
-
-def _current_source(entries: Mapping[str, Entry]) -> str:
-    """Return the hash of the present sources, where there are runs to compare."""
-    if not any(entry.source_hash for entry in entries.values()):
-        return ""
-    from wearlab.sources import source_hash
-
-    return source_hash()
 
 
 def show_run(store: "Store", prefix: str, as_json: bool) -> Status:
@@ -276,7 +267,7 @@ def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
 
 
 def _is_of_other_code(entry: Entry) -> bool:
-    return bool(entry.source_hash) and entry.source_hash != _current_source({entry.id: entry})
+    return is_other_code(entry.source_hash)
 
 
 def _flat(scene: Any, path: str = "") -> list[tuple[str, Any]]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from wearlab.figures.drawing import answer, check_format, write
 from wearlab.figures.embedded import embedded
 from wearlab.figures.question import Question, asked_by
+from wearlab.sources import is_other_code
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -64,10 +65,8 @@ def redraw(figure: Path, store: "Store", out: Path) -> Redrawn:
 
 def _doubtful(asked: Question, store: "Store") -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the runs made by other code, and those computed again since, each by its short id."""
-    from wearlab.compiled import source_hash
-
     recorded = asked.runs or {}
     entries = store.entries(recorded)
-    stale = [i[:SHORT_ID] for i, e in entries.items() if e.source_hash and e.source_hash != source_hash()]
+    stale = [i[:SHORT_ID] for i, e in entries.items() if is_other_code(e.source_hash)]
     changed = [i[:SHORT_ID] for i, e in entries.items() if e.sha256 != recorded[i]]
     return tuple(stale), tuple(changed)

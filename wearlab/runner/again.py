@@ -5,6 +5,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Literal, get_args
 
 from wearlab.runner.report import RunnerError
+from wearlab.sources import is_other_code
 from wearlab.store.errors import StoreError
 
 if TYPE_CHECKING:
@@ -34,16 +35,10 @@ def chosen(recompute: str | None, retry: bool) -> "Callable[[Head], bool]":
         if head.state in WITHOUT_DATA and (retry or recompute in ("failed", "all")):
             return True
         if recompute == "stale":
-            return bool(head.source_hash) and head.source_hash != _present()
+            return is_other_code(head.source_hash)
         return recompute == "all"
 
     return again
-
-
-def _present() -> str:
-    from wearlab.compiled import source_hash
-
-    return source_hash()
 
 
 def restore(store: "Store", ids: Iterable[str]) -> None:

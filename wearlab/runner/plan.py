@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.query.flat import flat
 from wearlab.runner.local import available_cores
-from wearlab.sources import source_hash
+from wearlab.sources import is_other_code
 from wearlab.store.place import place
 
 if TYPE_CHECKING:
@@ -108,11 +108,10 @@ def plan(campaign: "Campaign", store: "Store", *, workers: int | None = None, re
     heads = store.heads(case.id for case in campaign.cases) if exists else {}
     runs: dict[str, PlannedRun] = {}
     scenes: dict[str, Any] = {}
-    current = source_hash()
     for case in campaign.cases:
         if case.id not in runs:
             head = heads.get(case.id)
-            other = head is not None and bool(head.source_hash) and head.source_hash != current
+            other = head is not None and is_other_code(head.source_hash)
             state = _state(store, head)
             where = place(campaign, case)
             run = PlannedRun(case.id, case.label, where, state, other and state == "cached")

@@ -8,9 +8,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 from wearlab import __version__
-from wearlab.compiled import source_hash
 from wearlab.scene import Scene
 from wearlab.scene.identity import MODEL_VERSION
+from wearlab.sources import used_hash
 
 UNKNOWN = {"commit": "unknown", "dirty": "unknown"}
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
@@ -31,7 +31,7 @@ def provenance(scene: Scene, begun: float) -> dict[str, str]:
         "model_version": str(MODEL_VERSION),
         "source": f"wearlab {__version__}",
         "wearlab_version": __version__,
-        "source_hash": source_hash(),
+        "source_hash": used_hash(scene.dynamics is not None),
         **_commit(),
         "packages": ", ".join(f"{name} {version(name)}" for name in PACKAGES),
         "machine": f"{platform.machine()} {platform.system()} Python {platform.python_version()}",

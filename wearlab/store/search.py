@@ -193,9 +193,10 @@ class _Question:
                 "JOIN campaigns AS c ON m.campaign = c.key WHERE m.run = r.id)"
             )
         if name == OTHER_CODE:
-            from wearlab.sources import source_hash
+            from wearlab.sources import present_hashes
 
-            return f"(nullif(r.source_hash, '') <> {self.mark(source_hash())})"
+            known = ", ".join(self.mark(one) for one in present_hashes())
+            return f"(nullif(r.source_hash, '') NOT IN ({known}))"
         return self._fact(name)
 
     def _first_cycle(self, inner: Compare) -> str:
