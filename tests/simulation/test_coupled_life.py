@@ -1,0 +1,71 @@
+"""A coupled life against an independent march: SciPy's, small steps, the patch written out, no lag."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from wearlab.campaign import load
+from wearlab.scene.build import build
+from wearlab.simulation.living import live
+from wearlab.wear.law import wear_rate
+
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
+DEPTH = 25e-6
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """NGW11-6, coupled, few nodes, worn to 25 µm on the sun."""
+    found = load(CAMPAIGNS / "planetary_speed.toml").cases[4].scene
+    for key, value in (
+        ("mesh.stiffness.model", "potential-energy"),
+        ("numerics.profile_points", 61),
+        ("wear.coefficient", {"model": "constant", "value": "1e-16 m^2/N"}),
+        ("wear.until", {"depth": "25 um", "flank": "sun"}),
+        ("wear.snapshots", None),
+    ):
+        found = found.replace(key, value)
+    return found
+
+
+def marched(parts):
+    """Return the cycles to the depth by ``h' = max(0, S r + D h)``, r the pointwise rate of felt flanks."""
+    coupling = parts.coupling
+    orbit = coupling.evaluate(coupling.unworn()).responses
+
+    def rate(cycle, flat):
+        state = coupling.evaluate(coupling.split(np.maximum(flat, 0.0)), orbit)
+        found = []
+        for kind, one in zip(coupling.kinds, state.kind, strict=True):
+            patch, force = kind.patch, one.mean_tooth_force
+            contact = np.clip(force / patch.reference, 0.0, 1.0)
+            pointwise = wear_rate(kind.law, force).ravel()
+            spread = patch.spreading @ pointwise
+            level = patch.levelling.collect @ (
+                (patch.levelling.across.matrix @ one.wear.ravel())
+                * np.tile(contact, len(patch.levelling.across.order) // len(contact))
+            )
+            found.append(np.maximum(0.0, spread + level))
+        return np.concatenate(found)
+
+    sun = coupling.entries(0, 0)
+
+    def reached(cycle, flat):
+        return float(flat[sun].max()) - DEPTH
+
+    reached.terminal = True
+    begin = coupling.flat(coupling.unworn())
+    found = solve_ivp(
+        rate, (0.0, 1e8), begin, method="RK23", rtol=1e-5, atol=1e-9, max_step=4e4, events=reached
+    )
+    return float(found.t_events[0][0])
+
+
+@pytest.mark.slow
+def test_a_coupled_life_is_that_of_an_independent_march(scene):
+    parts = build(scene)
+    life = live(scene, parts).life
+    assert life.end_reason == "depth"
+    assert float(life.cycle[-1]) == pytest.approx(marched(parts), rel=5e-3)
