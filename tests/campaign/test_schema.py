@@ -218,6 +218,7 @@ def test_top_level_keys():
         "exclude",
         "estimates",
         "update",
+        "report",
     }
     assert SCHEMA["anyOf"] == [{"required": ["gears", "operation"]}, {"required": ["estimates"]}]
     assert set(SCHEMA["properties"]) == own | set(Scene.model_fields)

@@ -92,7 +92,7 @@ class Outline(HTMLParser):
         self.tags.append(tag)
         self.addresses += [value for name, value in attributes if name in ("src", "href", "data", "action")]
         assert not [name for name, _ in attributes if name.startswith("on")]
-        if tag not in ("meta", "img", "br"):
+        if tag not in ("meta", "img", "source", "br"):
             self.open.append(tag)
 
     def handle_endtag(self, tag):

@@ -17,6 +17,8 @@ from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.inheritance import PLUGINS, Inherited, inherit, inherit_table
 from wearlab.campaign.modelled import modelled
 from wearlab.campaign.plain import plain_table
+from wearlab.campaign.report import SECTION as REPORT
+from wearlab.campaign.report import ReportSpec, read_report
 from wearlab.campaign.update import SECTION as UPDATE
 from wearlab.campaign.update import UpdateSpec, read_update, refuse_strange_unknowns
 from wearlab.options import option
@@ -39,6 +41,7 @@ OWN_KEYS = (
     "figure",
     "expect",
     "update",
+    "report",
 )
 Result = TypeVar("Result")
 At = TypeVar("At", bound=Path | None)
@@ -70,6 +73,7 @@ class Campaign:
     path : the file
     plugins : the sources of a user's own variants
     update : what was measured and what is unknown, None when the file does not say
+    report : what its page tells
     """
 
     title: str
@@ -82,6 +86,7 @@ class Campaign:
     excluded: tuple[Excluded, ...] = field(default=(), repr=False)
     plugins: tuple[Plugin, ...] = field(default=(), repr=False)
     update: UpdateSpec | None = field(default=None, repr=False)
+    report: ReportSpec = field(default=ReportSpec(), repr=False)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{axis.name} {len(axis.values)}" for axis in self.axes)
@@ -190,13 +195,14 @@ def _read(inherited: Inherited, file: Path | None) -> Campaign:
     conditions = tried(read_conditions, table.get("exclude", []))
     cases = tried(expand, sections, axes or (), differences or ())
     update = tried(read_update, table[UPDATE]) if UPDATE in table else None
+    report = tried(read_report, table.get(REPORT, {}))
     if update is not None and cases:
         tried(refuse_strange_unknowns, update, [case.scene for case in cases], [c.label for c in cases])
     if problems:
         raise CampaignError(problems)
     cases, excluded = without_excluded(cases, conditions)
     title, reference = texts[0] or (file.stem if file else "untitled"), texts[1] or None
-    return Campaign(title, reference, metadata, cases, axes, figures, file, excluded, plugins, update)
+    return Campaign(title, reference, metadata, cases, axes, figures, file, excluded, plugins, update, report)
 
 
 def _plugins(named: Any) -> tuple[Plugin, ...]:

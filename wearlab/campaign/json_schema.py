@@ -14,6 +14,7 @@ from wearlab.campaign.campaign import Metadata
 from wearlab.campaign.estimates import SECTION, Estimates
 from wearlab.campaign.expect import VERDICTS
 from wearlab.campaign.figure import FigureSpec
+from wearlab.campaign.report import ReportSpec
 from wearlab.campaign.sampling import METHODS
 from wearlab.campaign.update import UpdateBlock
 from wearlab.options import option
@@ -187,6 +188,7 @@ class CampaignFile(Scene):
     expect: Expect | None = option(
         None, "expected outcome, of every case or of its own; no part of any run's identity", derived="none"
     )
+    report: ReportSpec = option(ReportSpec(), "what the page of `wearlab report` tells")
     update: UpdateBlock | None = option(
         None,
         "what was measured and what is unknown, for `wearlab update`; no part of any run's identity",

@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from wearlab.campaign.errors import CampaignError
-from wearlab.scene.problems import not_of_kind, shown
+from wearlab.scene.problems import EXPECTED, not_of_kind, shown
 
 WITH_REASON = ("unit", "number", "count")
 """Errors that say themselves what is wrong with a value."""
@@ -51,6 +51,9 @@ def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseMo
     meaning = model.model_fields[key].description
     if error["type"] == "missing":
         return f"{where}.{key}: required: {meaning}"
+    if any(one["type"] not in EXPECTED for one in errors):
+        said = str(error["msg"])
+        return f"{where}.{key}: {shown(given[key])}: {said[:1].lower()}{said[1:]}: {meaning}"
     return f"{where}.{key}: {shown(given[key])} is {not_of_kind(one['type'] for one in errors)}: {meaning}"
 
 

@@ -16,7 +16,7 @@ from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
 from wearlab.figures.kinds import KINDS
 from wearlab.figures.kinds.line import joined
-from wearlab.figures.plot import Plot, Series
+from wearlab.figures.plot import Plot, Series, narrow
 from wearlab.figures.published import published
 from wearlab.figures.question import Question, question, texts
 from wearlab.figures.roles import ROLES
@@ -93,6 +93,20 @@ def check_format(ending: str) -> None:
     """
     if ending not in FORMATS:
         raise FigureError(f"format {ending!r}: {choices(ending, FORMATS)}")
+
+
+def both_widths(asked: Question, grid: xr.Dataset) -> tuple[bytes, bytes]:
+    """Return the PNG of a figure for print and wide screens, and the one for small screens.
+
+    Raises
+    ------
+    FigureError : it cannot be drawn
+    """
+    from wearlab.figures.render import rendered
+
+    plot, _, _ = plotted(grid, asked.ask)
+    said = {"Title": plot.title}
+    return rendered(plot, said), rendered(narrow(plot), said)
 
 
 def answer(asked: Question, grid: xr.Dataset, store: "Store", ending: str) -> tuple[bytes, tuple[str, ...]]:

@@ -1,7 +1,7 @@
 """What is to be seen, as plain data: series, panels, legend. No drawing, no matplotlib."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -120,6 +120,13 @@ class Bar:
         return float((at - low) / (high - low)) if high > low else 0.0
 
 
+def narrow(plot: "Plot") -> "Plot":
+    """Return the same figure with one panel below the other, for small screens."""
+    panels = [replace(panel, row=row, column=0) for row, panel in enumerate(plot.panels)]
+    share = plot.share_y if plot.share_y == "all" else "none"
+    return replace(plot, panels=tuple(panels), rows=len(panels), columns=1, share_y=share, small=True)
+
+
 @dataclass(frozen=True)
 class Plot:
     """A whole figure.
@@ -135,6 +142,7 @@ class Plot:
     shape : width over height of a panel, wide or square
     ranks : whether ordinates are ranks, the first on top
     bar : what colours mean where a legend would be too long
+    small : whether it is for a small screen
     """
 
     title: str
@@ -147,3 +155,4 @@ class Plot:
     shape: Literal["wide", "square"] = "wide"
     ranks: bool = False
     bar: Bar | None = None
+    small: bool = False

@@ -97,6 +97,7 @@ def draw(plot: Plot) -> Figure:
     """Return the figure of a plot."""
     size = min(plot.columns, max(style.WIDTHS))
     width = style.SQUARE_WIDTH if plot.shape == "square" and plot.columns == 1 else style.WIDTHS[size]
+    width = style.SMALL_WIDTH if plot.small else width
     notes = [line for note in plot.notes for line in textwrap.wrap(note, int(width * 21.5))]
     title = textwrap.wrap(plot.title, int(width * 13.0))
     figure = Shown(figsize=(width, 1.0))
@@ -123,10 +124,11 @@ def _bar(figure: Figure, bar: Bar, width: float, height: float, bottom: float) -
     power = power_of_ten([np.array([bar.low, bar.high])], "1")
     low, high = bar.low / 10.0**power, bar.high / 10.0**power
     norm = (LogNorm if bar.logarithmic else Normalize)(low, high)
+    long = min(style.BAR_WIDTH, 0.4 * width)
     place = (
         (style.MARGIN + 0.1) / width,
         bottom + (style.BAR_LINE - style.BAR_HEIGHT - 0.02) / height,
-        style.BAR_WIDTH / width,
+        long / width,
         style.BAR_HEIGHT / height,
     )
     axes = figure.add_axes(place)
@@ -140,7 +142,7 @@ def _bar(figure: Figure, bar: Bar, width: float, height: float, bottom: float) -
     axes.tick_params(labelsize=7.5, pad=1.5, length=2)
     axes.grid(False)
     words = axis_label(bar.words, "1" if power else "", power) if power else axis_label(bar.words, "", 0)
-    at = (style.MARGIN + 0.1 + style.BAR_WIDTH + 0.2) / width
+    at = (style.MARGIN + 0.1 + long + 0.2) / width
     figure.text(at, place[1] + place[3] / 2, words, size=8.5, va="center", ha="left", parse_math="$" in words)
 
 

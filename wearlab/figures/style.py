@@ -64,5 +64,6 @@ BAR_HEIGHT = 0.09
 WIDTHS = {1: 5.0, 2: 7.2, 3: 7.2}
 HEIGHTS = {"wide": {1: 2.75, 2: 2.25, 3: 1.85}, "square": {1: 4.2, 2: 3.0, 3: 2.2}}
 SQUARE_WIDTH = 4.6
+SMALL_WIDTH = 3.6
 NOTE_SIZE = 7.5
 MARK_SIZE = 8.0

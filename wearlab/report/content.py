@@ -6,13 +6,16 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from wearlab.campaign.report import ReportSpec
 from wearlab.campaign.source import fingerprint, source_text
-from wearlab.figures.drawing import answer, fault
+from wearlab.figures.drawing import both_widths, fault
 from wearlab.figures.errors import FigureError
 from wearlab.figures.question import question
+from wearlab.report.answer import Answer, answer
 from wearlab.scene import parts_left_out, parts_present
+from wearlab.scene.build.sheet import Sheet, sheet
 from wearlab.store.errors import StoreError
 from wearlab.store.headline import headlines
 from wearlab.store.lineage import lineage
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 2000  # of a table: beyond, a page is no place to read them
 MOST_FAILURES = 100
+MOST_SETS = 4  # gear sets told on one page
 BROAD = 1000  # pixels: several columns of panels take a whole row
 PROVENANCE = {
     "commit": "commit",
@@ -62,6 +66,14 @@ class Drawn:
     note: str
     problem: str
     broad: bool = False
+    small: str = ""
+
+
+class Geared(NamedTuple):
+    """A gear set on a sheet, and the cases that have it, "" for all."""
+
+    cases: str
+    sheet: Sheet
 
 
 @dataclass(frozen=True)
@@ -100,6 +112,9 @@ class Content:
     lineage: tuple[tuple[str, tuple[str, ...]], ...]
     text: str
     hash: str
+    report: ReportSpec
+    answer: Answer | None
+    gears: tuple[Geared, ...]
 
 
 def content(campaign: "Campaign", store: "Store") -> Content:
@@ -114,6 +129,7 @@ def content(campaign: "Campaign", store: "Store") -> Content:
     rows = [_row(campaign, case, entries.get(case.id), store, compared) for case in campaign.cases]
     states = Counter({case.id: row.state for case, row in zip(campaign.cases, rows, strict=True)}.values())
     text = source_text(campaign.path)
+    report = getattr(campaign, "report", None) or ReportSpec()
     return Content(
         title=campaign.title,
         reference=campaign.reference or "",
@@ -129,6 +145,9 @@ def content(campaign: "Campaign", store: "Store") -> Content:
         left_out=max(0, len(rows) - MOST_ROWS),
         extremes=tuple(row for row in rows[:MOST_ROWS] if row.comparison is not None),
         figures=tuple(_figures(campaign, store)),
+        report=report,
+        answer=answer(campaign, entries, report.wear_coefficient_factor),
+        gears=_gears(campaign) if "gears" in report.sections else (),
         failures=tuple(_failures(campaign, rows, entries))[:MOST_FAILURES],
         remarks=_remarks(entries),
         departures=_departures(entries),
@@ -216,6 +235,32 @@ def _parts(campaign: "Campaign") -> Iterator[tuple[str, tuple[str, ...], tuple[s
         yield ", ".join(names), present, absent
 
 
+def _uri(image: bytes) -> str:
+    return f"data:image/png;base64,{base64.b64encode(image).decode('ascii')}"
+
+
+def _gears(campaign: "Campaign") -> tuple[Geared, ...]:
+    """Return table and drawings of each gear set that the cases have; none that cannot be built."""
+    found: dict[str, Sheet] = {}
+    names: dict[str, list[str]] = {}
+    for case in campaign.cases:
+        key = case.scene.gears.model_dump_json()
+        if key in found:
+            names[key].append(case.label)
+            continue
+        if len(found) == MOST_SETS:
+            continue
+        try:
+            found[key] = sheet(case.scene)
+        except ValueError:
+            continue
+        names[key] = [case.label]
+    several = len(found) > 1
+    return tuple(
+        Geared(", ".join(dict.fromkeys(names[key])) if several else "", one) for key, one in found.items()
+    )
+
+
 def _figures(campaign: "Campaign", store: "Store") -> Iterator[Drawn]:
     if not campaign.figures:
         return
@@ -224,9 +269,9 @@ def _figures(campaign: "Campaign", store: "Store") -> Iterator[Drawn]:
         title = str(getattr(spec, "title", None) or spec.kind)
         note = str(getattr(spec, "note", None) or "")
         try:
-            image, _ = answer(question(campaign, spec, number), grid, store, "png")
-            uri = f"data:image/png;base64,{base64.b64encode(image).decode('ascii')}"
-            yield Drawn(title, uri, note, "", int.from_bytes(image[16:20], "big") > BROAD)
+            image, small = both_widths(question(campaign, spec, number), grid)
+            broad = int.from_bytes(image[16:20], "big") > BROAD
+            yield Drawn(title, _uri(image), note, "", broad, _uri(small))
         except (FigureError, StoreError) as error:
             yield Drawn(title, "", note, str(error))
         except Exception as error:  # a fault of ours in one figure stops no page

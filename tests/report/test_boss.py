@@ -1,0 +1,75 @@
+"""What a page tells first: the answer in words, the gears with their symbols, teeth that touch."""
+
+import math
+
+import numpy as np
+import pytest
+
+from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.report import PARTS, read_report
+from wearlab.gears.drawing import drawing, half_tooth
+from wearlab.gears.external import external_pair
+from wearlab.gears.specification import GearSpec
+from wearlab.report.answer import Case, _sentences
+from wearlab.scene.build.sheet import thickness
+
+
+def pair(teeth=(25, 40)):
+    specs = [GearSpec(name=name, teeth=z) for name, z in zip(("pinion", "gear"), teeth, strict=True)]
+    return external_pair(*specs, module=3e-3, pressure_angle=math.radians(20.0), face_width=20e-3)
+
+
+def points(path):
+    numbers = [float(x) for x in path.replace("M", " ").replace("L", " ").replace("Z", " ").split()]
+    return np.array(numbers).reshape(-1, 2)
+
+
+def test_the_outline_is_the_tooth():
+    gear = pair().driving
+    radius, angle = half_tooth(gear)
+    assert radius[0] == pytest.approx(gear.root_radius, rel=1e-6) and radius[-1] == pytest.approx(
+        gear.tip_radius
+    )
+    at = np.interp(gear.reference_radius, radius, angle)
+    assert 2.0 * at * gear.reference_radius == pytest.approx(
+        thickness(gear), rel=1e-3
+    )  # linear between points
+    assert thickness(gear) == pytest.approx(math.pi * 3e-3 / 2.0)
+
+
+def test_flanks_touch_at_the_pitch_point_and_the_path_is_perpendicular_to_them():
+    one = drawing(pair())
+    line = np.array(one.line, float)
+    along = line[2:] - line[:2]
+    assert math.degrees(math.atan2(abs(along[1]), abs(along[0]))) == pytest.approx(20.0, abs=0.01)
+    assert np.hypot(*along) * 3.0 == pytest.approx(1e3 * (pair().path.E - pair().path.A), rel=1e-3)
+    for _, path in one.bodies:
+        outline = points(path)
+        distance = np.hypot(*outline.T)
+        near = outline[np.argsort(distance)[:2]]
+        tangent = near[1] - near[0]
+        assert distance.min() < 0.2 and abs(tangent @ along) < 0.1 * np.hypot(*tangent) * np.hypot(*along)
+
+
+def test_bodies_lie_on_their_own_sides():
+    (_, upper), (_, lower) = drawing(pair()).bodies
+    assert points(upper)[:, 1].min() < -4.0 and points(upper)[:, 1].max() == pytest.approx(1.0, abs=0.02)
+    assert points(lower)[:, 1].max() > 4.0 and points(lower)[:, 1].min() == pytest.approx(-1.0, abs=0.02)
+
+
+def test_sentences_name_the_limit_the_range_and_the_error():
+    cases = [Case("a", "10 h", "", "", "0.02 %", "", 0.0), Case("b", "20 h", "", "", "0.03 %", "", 0.0)]
+    said = list(_sentences(cases, [36e3, 72e3], 3, "20 µm of wear", 2.0))
+    assert said[0] == "20 µm of wear is reached after 10 h (a) to 20 h (b) of operation."
+    assert said[1] == "1 of 3 cases do not reach it in the time that was asked for."
+    assert "were that 2 times as large or small, 10 h would be 5 h or 20 h" in said[2]
+    assert said[3] == "The computation itself is off by 0.03 % at most: little beside that."
+
+
+def test_report_chooses():
+    assert read_report({}).sections == PARTS
+    assert read_report({"sections": ["answer", "figures"], "lead": "x"}).sections == ("answer", "figures")
+    with pytest.raises(CampaignError, match="report"):
+        read_report({"sections": ["anser"]})
+    with pytest.raises(CampaignError, match="report"):
+        read_report({"wear_coefficient_factor": 0.5})

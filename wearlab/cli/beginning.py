@@ -1,0 +1,39 @@
+"""``new``: a commented campaign of a kind of gear set, wired to the JSON Schema for editors."""
+
+from pathlib import Path
+
+from wearlab.cli.output import Status, Stop, refusing, say
+from wearlab.figures.errors import choices
+
+STARTS = Path(__file__).parents[1] / "campaign" / "starts"
+SCHEMA = "wearlab-campaign.schema.json"
+"""As the files' first line names it; editors with Taplo ("Even Better TOML") read it there."""
+
+
+def kinds() -> list[str]:
+    """Return the kinds of gear sets that there is a file to begin with for."""
+    return sorted(path.stem for path in STARTS.glob("*.toml"))
+
+
+def begin(kind: str, out: Path | None) -> Status:
+    """Write the file of a kind, and the schema beside it; no file is written over.
+
+    Parameters
+    ----------
+    kind : of gear set
+    out : the campaign file [the kind's name with .toml, here]
+    """
+    from wearlab.campaign import schema_json
+    from wearlab.store.files import write_whole
+
+    if kind not in kinds():
+        raise Stop(f"new {kind}: {choices(kind, kinds())}")
+    path = out or Path(f"{kind}.toml")
+    if path.exists():
+        raise Stop(f"{path}: is there already; name another with --out")
+    text = (STARTS / f"{kind}.toml").read_text(encoding="utf-8").replace("{file}", path.name)
+    with refusing(OSError):
+        write_whole(path.parent / SCHEMA, f"{schema_json()}\n".encode())
+        write_whole(path, text.encode())
+    say(f"{path}: now edit it, then: wearlab check {path}, wearlab run {path}, wearlab report {path}")
+    return Status.WELL

@@ -1,0 +1,97 @@
+"""The gears of a scene on a sheet: a table with the symbols of ISO 21771, and their teeth in mesh."""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from wearlab.gears.drawing import Drawing, drawing
+from wearlab.gears.gear import Gear
+from wearlab.gears.involute import involute
+from wearlab.scene import Scene
+from wearlab.scene.build.sets import GearSet, build_set
+from wearlab.shop.hardness import KGF_PER_MM2
+
+
+class GearRow(NamedTuple):
+    """One line: symbol, meaning, unit, and a value a gear (or one for all)."""
+
+    symbol: str
+    meaning: str
+    unit: str
+    values: tuple[str, ...]
+
+
+ROWS: tuple[tuple[str, str, str, Callable[[Gear], float]], ...] = (
+    ("z", "teeth", "", lambda g: g.teeth),
+    ("x", "profile shift coefficient", "", lambda g: g.profile_shift),
+    ("d", "reference diameter", "mm", lambda g: 2e3 * g.reference_radius),
+    ("d_b", "base diameter", "mm", lambda g: 2e3 * g.base_radius),
+    ("d_a", "tip diameter", "mm", lambda g: 2e3 * g.tip_radius),
+    ("d_Ff", "form diameter at the root", "mm", lambda g: 2e3 * g.form_radius),
+    ("d_f", "root diameter", "mm", lambda g: 2e3 * g.root_radius),
+    ("s_n", "tooth thickness at d", "mm", lambda g: 1e3 * thickness(g)),
+    ("b", "face width", "mm", lambda g: 1e3 * g.face_width),
+    ("E", "Young's modulus", "GPa", lambda g: 1e-9 * g.material.youngs_modulus),
+    ("m", "mass", "kg", lambda g: g.mass),
+    ("J", "moment of inertia", "kg·mm²", lambda g: 1e6 * g.inertia),
+)
+
+
+class Sheet(NamedTuple):
+    """A gear set: its members, its table, and its meshes drawn with the names of the gears."""
+
+    members: tuple[str, ...]
+    rows: tuple[GearRow, ...]
+    drawings: tuple[tuple[str, Drawing], ...]
+
+
+def sheet(scene: Scene) -> Sheet:
+    """Return the sheet of a scene's gears.
+
+    Raises
+    ------
+    GearError : there can be no such gears
+    """
+    gears = build_set(scene)
+    pairs = [one.pair for one in gears.kinds]
+    drawn = tuple((" and ".join(gear.name for gear in pair.gears), drawing(pair)) for pair in pairs)
+    return Sheet(tuple(gears.gears), tuple(gear_rows(scene, gears)), drawn)
+
+
+def thickness(gear: Gear) -> float:
+    """Return the tooth thickness on the reference circle [m]; of a ring what stands between two spaces."""
+    half = gear.base_half_angle - involute(gear.pressure_angle)
+    whole = math.pi / gear.teeth - half if gear.internal else half
+    return 2.0 * gear.reference_radius * whole
+
+
+def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
+    """Yield the table of a gear set, what all share first."""
+    shared = [
+        ("m_n", "module", "mm", 1e3 * scene.gears.module),
+        ("α_n", "pressure angle", "°", math.degrees(scene.gears.pressure_angle)),
+    ]
+    for one in gears.kinds:
+        tail = "" if len(gears.kinds) == 1 else f", {' and '.join(gear.name for gear in one.pair.gears)}"
+        shared += [
+            ("a_w", f"working centre distance{tail}", "mm", 1e3 * one.pair.centre_distance),
+            ("α_wt", f"working pressure angle{tail}", "°", math.degrees(one.pair.working_pressure_angle)),
+            ("ε_α", f"transverse contact ratio{tail}", "", one.pair.contact_ratio),
+        ]
+    for symbol, meaning, unit, value in shared:
+        yield GearRow(symbol, meaning, unit, (_said(value),))
+    for symbol, meaning, unit, of in ROWS:
+        yield GearRow(symbol, meaning, unit, tuple(_said(of(gear)) for gear in gears.gears.values()))
+    given: dict[str, Any] = scene.gears.gears()
+    materials = [given[name].material or scene.gears.material for name in gears.gears]
+    yield GearRow("", "material", "", tuple(one.name or "as given" for one in materials))
+    if any(one.hardness for one in materials):
+        values = (f"{one.hardness / KGF_PER_MM2:.0f}" if one.hardness else "" for one in materials)
+        yield GearRow("HV", "hardness of the flanks", "HV", tuple(values))
+    if any(given[name].roughness_ra for name in gears.gears):
+        values = (f"{1e6 * r:.3g}" if (r := given[name].roughness_ra) else "" for name in gears.gears)
+        yield GearRow("Ra", "roughness of the flanks", "µm", tuple(values))
+
+
+def _said(value: float) -> str:
+    return f"{value:.6g}" if value else "0"
