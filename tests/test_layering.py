@@ -138,8 +138,12 @@ def variants() -> tuple[str, ...]:
 
 @pytest.mark.parametrize("module", [m for m in below("scene") if not m.startswith("wearlab.scene.build")])
 def test_sections_are_free_of_physics(module):
-    """Of physics, sections know the options of variants; only ``scene/build`` knows more of it."""
-    names = [name for _, name in imported(source_of(module), module) if not name.startswith(variants())]
+    """Of physics, sections know options of variants and kinds of sets; only ``scene/build`` knows more."""
+    names = [
+        name
+        for _, name in imported(source_of(module), module)
+        if not name.startswith((*variants(), "wearlab.gears.sets"))
+    ]
     assert [name for name in names if room(name) in PHYSICS or name.startswith("wearlab.scene.build")] == []
 
 

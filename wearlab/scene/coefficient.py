@@ -7,7 +7,7 @@ from pydantic_core import PydanticCustomError
 
 from wearlab.options import named
 from wearlab.scene.identity import canonical
-from wearlab.scene.members import ALL_FLANKS, ALL_TOOTHED, TOOTHED
+from wearlab.scene.members import ALL_FLANKS, ALL_TOOTHED, set_in
 from wearlab.wear.coefficients import CoefficientModel
 
 NAMES = (*dict.fromkeys((*ALL_TOOTHED, *ALL_FLANKS)), "carrier")
@@ -16,7 +16,7 @@ OneCoefficient = Annotated[CoefficientModel, *named()]
 
 def _per_member(value: Any, info: ValidationInfo) -> Any:
     """Read per-member tables as overrides of the general one."""
-    members = TOOTHED[(info.context or {}).get("kind", "external-pair")]
+    members = set_in(info.context).toothed
     strangers = [name for name in NAMES if isinstance(value, dict) and name in value and name not in members]
     if strangers:
         raise PydanticCustomError(

@@ -7,11 +7,12 @@ from pydantic_core import PydanticCustomError
 
 from wearlab.dynamics.models import DynamicModel
 from wearlab.options import named
+from wearlab.scene.members import set_in
 
 
 def _of_the_set(value: Any, info: ValidationInfo) -> Any:
     """Refuse a model of another kind of gear set before what that model requires is missed."""
-    kind = (info.context or {}).get("kind", "external-pair")
+    kind = set_in(info.context).kind
     model = value.get("model") if isinstance(value, dict) else value
     variants = DynamicModel.slot.variants
     chosen = variants.get(model) if isinstance(model, str) else None

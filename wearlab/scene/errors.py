@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, ValidationInfo, field_validator, model_val
 from pydantic_core import PydanticCustomError
 
 from wearlab.options import NOT_NEGATIVE, POSITIVE, Angle, Count, Depth, Part, option
-from wearlab.scene.members import MESHES, TOOTHED
+from wearlab.scene.members import set_in
 
 
 def _listed(given: object) -> object:
@@ -77,7 +77,7 @@ class ErrorHarmonic(Part):
     @classmethod
     def _the_only_mesh(cls, given: Any, info: ValidationInfo) -> Any:
         """Fill in the mesh of a pair; a planetary set must say which, and hears so at that key."""
-        meshes = MESHES[(info.context or {}).get("kind", "external-pair")]
+        meshes = set_in(info.context).meshes
         return (
             {"mesh": meshes[0] if len(meshes) == 1 else None, **given} if isinstance(given, dict) else given
         )
@@ -85,7 +85,7 @@ class ErrorHarmonic(Part):
     @field_validator("mesh", mode="before")
     @classmethod
     def _known_mesh(cls, mesh: Any, info: ValidationInfo) -> Any:
-        meshes = MESHES[(info.context or {}).get("kind", "external-pair")]
+        meshes = set_in(info.context).meshes
         if isinstance(mesh, str) and any(re.fullmatch(rf"{name}(-[1-9][0-9]*)?", mesh) for name in meshes):
             return mesh
         if mesh is None:
@@ -127,8 +127,8 @@ class Errors(Part):
     @field_validator("pinion", "gear", "sun", "planet", "ring", "carrier", mode="before")
     @classmethod
     def _of_the_set(cls, given: Any, info: ValidationInfo) -> Any:
-        kind = (info.context or {}).get("kind", "external-pair")
-        members = (*TOOTHED[kind], "carrier") if kind == "planetary" else TOOTHED[kind]
+        known = set_in(info.context)
+        members = (*known.toothed, *(name for name in known.members if name not in known.toothed))
         if given is None or info.field_name in members:
             return given
         raise PydanticCustomError(

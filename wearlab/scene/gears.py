@@ -8,6 +8,7 @@ from annotated_types import Ge, Gt, Lt
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SetDescriptor
 from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -301,8 +302,7 @@ class GearSet(Part):
     """What every kind of gear set has; ``members`` in the order of datasets, ``toothed`` those with teeth."""
 
     chooser: ClassVar[str] = "kind"
-    members: ClassVar[tuple[str, ...]] = ()
-    toothed: ClassVar[tuple[str, ...]] = ()
+    descriptor: ClassVar[SetDescriptor]
 
     module: Annotated[Length, POSITIVE] = option(..., "module m")
     pressure_angle: Annotated[Angle, POSITIVE] = option(math.radians(20.0), "pressure angle α of the rack")
@@ -315,8 +315,18 @@ class GearSet(Part):
         """Fill in shift 0 where no centre distance asks for another."""
         if not isinstance(given, dict) or given.get("centre_distance") is not None:
             return given
-        members = {m: given[m] for m in cls.toothed if isinstance(given.get(m), dict)}
+        members = {m: given[m] for m in cls.descriptor.toothed if isinstance(given.get(m), dict)}
         return {**given, **{m: {"profile_shift_coefficient": 0.0, **value} for m, value in members.items()}}
+
+    @property
+    def members(self) -> tuple[str, ...]:
+        """The members, in the order of datasets."""
+        return self.descriptor.members
+
+    @property
+    def toothed(self) -> tuple[str, ...]:
+        """The members that have teeth."""
+        return self.descriptor.toothed
 
     def gears(self) -> dict[str, Toothed]:
         """Return the members that have teeth, by name."""
@@ -331,8 +341,7 @@ CENTRE_DISTANCE: Any = option(
 class ExternalPair(GearSet):
     """A pinion and a gear."""
 
-    members: ClassVar[tuple[str, ...]] = ("pinion", "gear")
-    toothed: ClassVar[tuple[str, ...]] = members
+    descriptor: ClassVar[SetDescriptor] = EXTERNAL_PAIR
 
     kind: Literal["external-pair"] = option(..., "kind of gear set")
     centre_distance: Annotated[Length, POSITIVE] | None = CENTRE_DISTANCE
@@ -343,8 +352,7 @@ class ExternalPair(GearSet):
 class InternalPair(GearSet):
     """A pinion within a ring."""
 
-    members: ClassVar[tuple[str, ...]] = ("pinion", "ring")
-    toothed: ClassVar[tuple[str, ...]] = members
+    descriptor: ClassVar[SetDescriptor] = INTERNAL_PAIR
 
     kind: Literal["internal-pair"] = option(..., "kind of gear set")
     centre_distance: Annotated[Length, POSITIVE] | None = CENTRE_DISTANCE
@@ -369,8 +377,7 @@ def _both_distances(value: object) -> object:
 class PlanetarySet(GearSet):
     """A sun, planets on a carrier, and a ring."""
 
-    members: ClassVar[tuple[str, ...]] = ("sun", "planet", "ring", "carrier")
-    toothed: ClassVar[tuple[str, ...]] = ("sun", "planet", "ring")
+    descriptor: ClassVar[SetDescriptor] = PLANETARY
 
     kind: Literal["planetary"] = option(..., "kind of gear set")
     centre_distance: Annotated[

@@ -5,6 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from annotated_types import Ge
 from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
 
+from wearlab.gears.sets import PLANETARY, SETS
 from wearlab.mesh.contacts import ContactModel
 from wearlab.mesh.contacts.displacement import DisplacementContact
 from wearlab.mesh.excitations import ExcitationModel
@@ -87,7 +88,7 @@ class OneMesh(Part):
         return found | {"extended_contact": None} if self.extended_contact == self._corners_known else found
 
 
-OWN_MESHES = ("sun_planet", "planet_ring")
+OWN_MESHES = PLANETARY.sections
 
 
 class Mesh(OneMesh):
@@ -103,7 +104,7 @@ class Mesh(OneMesh):
 
     def each(self, kind: str) -> "tuple[OneMesh, ...]":
         """Return what holds for each kind of mesh of a kind of gear set, in their order."""
-        return tuple(map(self.of, OWN_MESHES)) if kind == "planetary" else (self,)
+        return tuple(map(self.of, SETS[kind].sections))
 
     def identifying(self) -> dict[str, Any]:
         """Return what holds for each kind of mesh, wherever it was written: once if the same for both."""

@@ -19,15 +19,10 @@ from wearlab.options import (
     option,
 )
 from wearlab.scene.duty import Duty, DutyBlock, OperationStage, Stages
+from wearlab.scene.members import set_in
 from wearlab.units import rounded
 
 Central = Literal["pinion", "gear", "ring", "sun", "carrier"]
-ROLES: dict[str, dict[str, tuple[str, ...]]] = {
-    "external-pair": {"members": ("pinion", "gear"), "default": ("pinion", "gear")},
-    "internal-pair": {"members": ("pinion", "ring"), "default": ("pinion", "ring")},
-    "planetary": {"members": ("sun", "ring", "carrier"), "default": ("sun", "carrier", "ring")},
-}
-"""Members that may be input, output and, in a planetary set, fixed."""
 
 
 class TorqueFluctuation(Part):
@@ -123,13 +118,13 @@ class Operation(Part):
         """Fill in who drives, who is driven and who is at rest."""
         if not isinstance(given, dict):
             return given
-        role = ROLES[(info.context or {}).get("kind", "external-pair")]
+        known = set_in(info.context)
         filled = dict(given)
         taken = [filled[key] for key in ("input", "output", "fixed") if filled.get(key) is not None]
-        keys = ("input", "output", "fixed")[: len(role["members"])]
-        for key, default in zip(keys, role["default"], strict=True):
+        keys = ("input", "output", "fixed")[: len(known.central)]
+        for key, default in zip(keys, known.roles, strict=True):
             if filled.get(key) is None:
-                free = [name for name in (default, *role["members"]) if name not in taken]
+                free = [name for name in (default, *known.central) if name not in taken]
                 if key == "input" and len(free) > 1 and default in taken:
                     raise PydanticCustomError(
                         "members", "the {default} drives by default, but is {role}; give input = {free}",
@@ -148,16 +143,16 @@ class Operation(Part):
     @classmethod
     def _known_members(cls, given: Any, info: ValidationInfo) -> Any:
         """Refuse members that this kind of gear set has not, or that cannot be central."""
-        role = ROLES[(info.context or {}).get("kind", "external-pair")]
-        if given is not None and info.field_name == "fixed" and len(role["default"]) < 3:
+        known = set_in(info.context)
+        if given is not None and info.field_name == "fixed" and len(known.roles) < 3:
             raise PydanticCustomError(
                 "members", "belongs to planetary sets; both gears of a pair turn: leave it out"
             )
-        if given is None or given in role["members"]:
+        if given is None or given in known.central:
             return given
         raise PydanticCustomError(
             "members", "{given} is no member that may be that; there are {members}",
-            {"given": repr(given), "members": ", ".join(role["members"])},
+            {"given": repr(given), "members": ", ".join(known.central)},
         )  # fmt: skip
 
     @model_validator(mode="after")

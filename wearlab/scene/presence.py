@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 
-from wearlab.scene.members import TOOTHED
 from wearlab.scene.scene import Scene
 
 
@@ -16,7 +15,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
     coefficients = (
         []
         if wear is None or wear.coefficient is None
-        else [wear.coefficient_of(m) for m in TOOTHED[scene.gears.kind]]
+        else [wear.coefficient_of(m) for m in scene.gears.toothed]
     )
     models = sorted({one.chosen for one in coefficients})
     return {

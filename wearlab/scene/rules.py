@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from wearlab.scene.members import ALL_FLANKS, FLANKS, TOOTHED
-from wearlab.scene.mesh import OWN_MESHES
+from wearlab.scene.members import ALL_FLANKS
 from wearlab.scene.rules_of_sets import RULES_OF_SETS
 from wearlab.wear.coefficients.calibrated import CalibratedCoefficient
 
@@ -37,12 +36,12 @@ Problems = Iterator[tuple[str, str]]
 
 
 def _toothed(scene: "Scene") -> tuple[str, ...]:
-    return TOOTHED[scene.gears.kind]
+    return scene.gears.toothed
 
 
 def _sections(scene: "Scene") -> tuple[str, ...]:
     """Return the names of the tables that may say something of one kind of mesh."""
-    return OWN_MESHES if scene.gears.kind == "planetary" else ("",)
+    return scene.gears.descriptor.sections
 
 
 def _damping(scene: "Scene") -> Problems:
@@ -127,7 +126,7 @@ def _limits(scene: "Scene") -> Problems:
 def _initial(scene: "Scene") -> Problems:
     if scene.wear is None or scene.wear.initial is None:
         return
-    flanks = FLANKS[scene.gears.kind]
+    flanks = scene.gears.descriptor.flanks
     for flank in ALL_FLANKS:
         initial = scene.wear.initial_of(flank)
         if initial is not None and flank not in flanks:
@@ -183,7 +182,7 @@ def _calibrated(scene: "Scene") -> Problems:
         if any(isinstance(one, CalibratedCoefficient) for one in scene.wear.coefficient.values()):
             yield "wear.coefficient", "'calibrated' is one coefficient for all members, not one of several"
         return
-    given, flanks = scene.wear.coefficient, FLANKS[scene.gears.kind]
+    given, flanks = scene.wear.coefficient, scene.gears.descriptor.flanks
     if not isinstance(given, CalibratedCoefficient):
         return
     if given.flank not in flanks:
@@ -199,7 +198,7 @@ def _calibrated(scene: "Scene") -> Problems:
 def _start(scene: "Scene") -> Problems:
     if scene.start is None:
         return
-    members = TOOTHED[scene.gears.kind]
+    members = scene.gears.toothed
     for name in scene.start.replace:
         if name not in members:
             yield "start.replace", f"{name!r} is no member with teeth; there are {', '.join(members)}"

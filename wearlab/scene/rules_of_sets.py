@@ -13,7 +13,7 @@ Problems = Iterator[tuple[str, str]]
 
 def _meshes_of_the_set(scene: "Scene") -> Problems:
     """What both kinds of mesh must share, and what pairs have not."""
-    if scene.gears.kind == "planetary":
+    if not scene.gears.descriptor.is_pair:
         pair = [scene.mesh.of(section) for section in OWN_MESHES]
         for key in ("damping_in", "excitation"):
             if getattr(pair[0], key) != getattr(pair[1], key):

@@ -32,7 +32,7 @@ from wearlab.options import (
     option,
 )
 from wearlab.scene.coefficient import Coefficient
-from wearlab.scene.members import ALL_FLANKS, FLANKS, member_of
+from wearlab.scene.members import ALL_FLANKS, member_of, set_in
 from wearlab.tables import read_profile
 from wearlab.units import rounded
 from wearlab.wear.laws import LawModel
@@ -163,7 +163,7 @@ InitialWears = create_model(
 
 def _of_the_set(flank: Any, info: ValidationInfo) -> Any:
     """Return the name of a flank, or refuse one that this kind of gear set has not."""
-    flanks = FLANKS[(info.context or {}).get("kind", "external-pair")]
+    flanks = set_in(info.context).flanks
     if flank is None or flank in flanks:
         return flank
     raise PydanticCustomError(

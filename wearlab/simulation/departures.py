@@ -52,11 +52,11 @@ def _lines(scene: Scene, parts: Parts) -> Iterator[str]:
         mesh = scene.mesh.of(section)
         name = " and ".join(gear.name for gear in one.pair.gears)
         yield f"{name}, {_stiffness(mesh)}" if len(sections) > 1 else _stiffness(mesh)
-        if mesh.excitation.model == "pairs":
+        if mesh.excitation.chosen == "pairs":
             yield EXTENDED if mesh.extended_contact else JUMP
         else:
             yield SERIES
-        if mesh.contact.model == "displacement" and scene.wear is not None:
+        if mesh.contact.chosen == "displacement" and scene.wear is not None:
             yield FIRST_ORDER
     if scene.wear is not None and scene.wear.coefficient is not None:
         given: Any = scene.wear.coefficient

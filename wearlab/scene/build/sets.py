@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 def build_set(scene: Scene) -> GearSet:
     """Return the gear set of a scene, in operation."""
-    return _of_planetary(scene) if scene.gears.kind == "planetary" else _of_pair(scene)
+    return _of_pair(scene) if scene.gears.descriptor.is_pair else _of_planetary(scene)
 
 
 def train_of(scene: Scene) -> Train:
@@ -62,7 +62,7 @@ def _of_planetary(scene: Scene) -> GearSet:
         mesh_names=tuple(f"{name}-{n + 1}" for name in ("sun-planet", "planet-ring") for n in range(count)),
         mesh_kinds=(0,) * count + (1,) * count,
         mesh_lags=built.mesh_phase_offset,
-        flanks=("sun", "planet-sun", "planet-ring", "ring"),
+        flanks=scene.gears.descriptor.flanks,
         members=("sun", *planets, "ring", "carrier"),
         gears={"sun": built.sun, "planet": built.planet, "ring": built.ring},
         reference_teeth=built.sun.teeth,

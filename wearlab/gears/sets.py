@@ -1,0 +1,55 @@
+"""What a kind of gear set is, in words: members, flanks, meshes and who may drive, each said once."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SetDescriptor:
+    """A kind of gear set.
+
+    Parameters
+    ----------
+    kind : its name in campaign files
+    members : the members, in the order of datasets
+    toothed : those that have teeth
+    flanks : the flanks that wear
+    meshes : the kinds of mesh, of which there may be several each
+    sections : where ``[mesh]`` may say something of one kind of mesh alone, "" where there is but one
+    central : members that may be input, output or fixed
+    roles : of these, which are input, output and fixed where the file does not say
+    """
+
+    kind: str
+    members: tuple[str, ...]
+    toothed: tuple[str, ...]
+    flanks: tuple[str, ...]
+    meshes: tuple[str, ...]
+    sections: tuple[str, ...]
+    central: tuple[str, ...]
+    roles: tuple[str, ...]
+
+    @property
+    def is_pair(self) -> bool:
+        """Whether it is one mesh of two gears."""
+        return len(self.meshes) == 1
+
+
+def _pair(kind: str, mate: str) -> SetDescriptor:
+    both = ("pinion", mate)
+    return SetDescriptor(kind, both, both, both, (f"pinion-{mate}",), ("",), both, both)
+
+
+EXTERNAL_PAIR = _pair("external-pair", "gear")
+INTERNAL_PAIR = _pair("internal-pair", "ring")
+PLANETARY = SetDescriptor(
+    kind="planetary",
+    members=("sun", "planet", "ring", "carrier"),
+    toothed=("sun", "planet", "ring"),
+    flanks=("sun", "planet-sun", "planet-ring", "ring"),
+    meshes=("sun-planet", "planet-ring"),
+    sections=("sun_planet", "planet_ring"),
+    central=("sun", "ring", "carrier"),
+    roles=("sun", "carrier", "ring"),
+)
+SETS = {one.kind: one for one in (EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY)}
+"""Every kind of gear set, by name."""
