@@ -30,7 +30,7 @@ JUMP = (
 )
 FIRST_ORDER = (
     "gaps: first order in wear; the unloaded error of Y23's internal flanks is 13 to 63 % too large at 20 "
-    '100 um (mesh.contact = "exact" has no such error)'
+    'to 100 um (mesh.contact = "exact" has no such error)'
 )
 SERIES = "excitation: a truncated series; forces and lives move by tens of per cent with its harmonics"
 COEFFICIENT = "wear coefficient: usually known within a decade; depth and 1/life are proportional to it"
