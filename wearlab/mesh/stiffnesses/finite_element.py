@@ -21,8 +21,7 @@ class FiniteElementStiffness(StiffnessModel):
     )
     plane: Literal["by-width", "strain", "stress"] = option(
         "by-width",
-        "plane strain, plane stress, or the one nearer to a solid tooth of this face width: strain from "
-        "one module on",
+        "plane strain, plane stress, or by face width: stress below one module, as in a thin solid tooth",
         source="solid elements: docs/model_error.md",
     )
     hertz: Literal["weber", "yang-sun"] = option(
