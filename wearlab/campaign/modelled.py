@@ -48,6 +48,8 @@ def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseMo
         return f"{where}.{key}: unknown key{remedy}"
     if error["type"] in WITH_REASON:
         return f"{where}.{key}: {error['msg']}"
+    if error["type"] == "literal_error":
+        return f"{where}.{key}: {shown(given[key])} is not {error['ctx']['expected']}"
     meaning = model.model_fields[key].description
     if error["type"] == "missing":
         return f"{where}.{key}: required: {meaning}"

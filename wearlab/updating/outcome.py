@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 ACCUMULATING = "accumulating"
 TENSION = 3.0  # standard deviations of ln k between two files that contradict each other
+FAR = 3.0  # standard errors beyond which a value is odd
+FEWEST, CARRIED = 100.0, 0.25  # effective runs, and their share of all, below which the answer leans on few
 HARDLY = 0.01  # prior predictive probability below which the prior excludes the data
 
 
@@ -248,7 +250,7 @@ def _notes(
             f"no drift is given for {study.limit.quantity}, which ends the life: what the wear strays from "
             "now on is not in the remaining life"
         )
-    if len(runs) > 1 and stats["effective_runs"] < 100.0:
+    if len(runs) > 1 and stats["effective_runs"] < min(FEWEST, CARRIED * len(runs)):
         notes.append(
             f"only {stats['effective_runs']:.0f} of {len(runs)} runs carry the answer: more draws are needed"
         )
@@ -263,19 +265,24 @@ def _oddities(number: int, block: Block, run: History) -> list[str]:
     file = block.data.file.name
     value = np.where(seen.censored, 0.0, seen.value)
     wears = block.data.quantity in ("worn_mass", "max_wear_depth", "wear_depth", "tooth_thickness")
-    if wears and (value < 0.0).any():
-        i = int(np.argmax(value < 0.0))
+    error = block.data.error
+    own = np.hypot(
+        np.hypot(block.sd.known, seen.sd), np.hypot(error.offset_sd, error.relative * np.abs(value))
+    )
+    negative = value < -FAR * own
+    if wears and negative.any():
+        i = int(np.argmax(negative))
         notes.append(
-            f"{file}: line {seen.row[i]}: {block.data.quantity} is negative; wear takes away, only errors of "
-            "measurement can be so"
+            f"{file}: line {seen.row[i]}: {block.data.quantity} is negative by more than its "
+            "error; look at the sign, and at what was taken for unworn"
         )
     if wears and seen.place_kind is None and block.data.since is None and not seen.censored.any():
         order = np.argsort(run.asked[number].cycle, kind="stable")
-        falls = np.flatnonzero(np.diff(value[order]) < 0.0)
+        falls = np.flatnonzero(np.diff(value[order]) < -FAR * np.hypot(own[order][1:], own[order][:-1]))
         if len(falls):
             i = int(order[falls[0] + 1])
             notes.append(
-                f"{file}: line {seen.row[i]}: {block.data.quantity} is less than before; wear does not "
-                "come back, only errors of measurement fall"
+                f"{file}: line {seen.row[i]}: {block.data.quantity} is less than before by more than its "
+                "error; wear does not come back"
             )
     return notes

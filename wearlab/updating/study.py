@@ -161,7 +161,7 @@ def _lean(scene: Scene, study: Study) -> Scene:
 
 def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
     """Return the variables that an update reads."""
-    names = {limit.quantity, "max_wear_depth", *ALWAYS}
+    names = {limit.quantity, "max_wear_depth", "effective_wear_coefficient", *ALWAYS}
     for one in seen:
         profile = one.data.quantity in ("wear_depth", THICKNESS)
         names |= {"wear_depth", "wear_rate"} if profile else {one.data.quantity}

@@ -19,6 +19,7 @@ from wearlab.updating.calibration import calibrated
 from wearlab.updating.checking import surprises
 from wearlab.updating.draws import Draws
 from wearlab.updating.likelihood import Block, inspections_of, log_likelihood
+from wearlab.updating.looking import virtual_inspection
 from wearlab.updating.outcome import Outcome
 from wearlab.updating.posterior import Posterior
 from wearlab.updating.predicting import over_cycles, replicated
@@ -102,6 +103,9 @@ def _groups(one: Outcome, replay: bool, check: int) -> dict[str, xr.Dataset]:
         found["log_likelihood"] = xr.merge(
             [_pointwise(one, n) for n in told], compat="override", combine_attrs="drop"
         )
+    ahead = virtual_inspection(one, rng)
+    if ahead is not None:
+        found["virtual_inspection"] = ahead
     if replay:
         again = replayed(one.study, post)
         found["predictions"] = (

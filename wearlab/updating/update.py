@@ -87,7 +87,7 @@ def updated(
             break
         study, (runs, which) = longer, after
     proposal = None
-    if len(runs) > 1 and answer.posterior.effective_runs < FEWEST:
+    if len(runs) > 1 and answer.posterior.effective_runs < min(FEWEST, 0.5 * len(runs)):
         study, runs, which, proposal = _again(
             title, study, answer.posterior.weight, which, store, progress, workers
         )

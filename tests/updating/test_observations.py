@@ -1,0 +1,114 @@
+"""Files of measurements: what is wrong is said in one message with row and column."""
+
+import pytest
+
+from wearlab.campaign import CampaignError
+from wearlab.campaign.update import read_update
+from wearlab.updating.errors import UpdateError
+from wearlab.updating.observations import read_observations
+
+UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}
+GOOD = "# weighed on Mondays\ncycles,loss\n100,1.5\n200,3.0\n"
+
+
+def section(tmp_path, text=GOOD, **more):
+    file = tmp_path / "weighings.csv"
+    file.write_text(text)
+    block = {
+        "file": str(file),
+        "quantity": "worn_mass",
+        "member": "pinion",
+        "columns": {"cycle": "cycles", "value": "loss"},
+        "units": {"loss": "mg"},
+        "error": {"sd": "1 mg"},
+    } | more
+    return {"unknown": UNKNOWN, "data": [block]}
+
+
+def read(tmp_path, text=GOOD, **more):
+    return read_observations(read_update(section(tmp_path, text, **more)).data[0])
+
+
+def test_values_are_si_and_rows_are_those_of_the_file(tmp_path):
+    seen = read(tmp_path)
+    assert seen.value == pytest.approx([1.5e-6, 3e-6]) and seen.time.tolist() == [100.0, 200.0]
+    assert seen.row.tolist() == [3, 4] and seen.data.error.sd == pytest.approx(1e-6)
+
+
+def test_hours_and_limits_of_detection(tmp_path):
+    text = "h,loss,lod\n10,,0.5\n20,3.0,0.5\n"
+    seen = read(
+        tmp_path,
+        text,
+        columns={"hours": "h", "value": "loss", "below": "lod"},
+        units={"loss": "mg", "lod": "mg"},
+    )
+    assert seen.time.tolist() == [36_000.0, 72_000.0] and seen.censored.tolist() == [True, False]
+    assert seen.below[0] == pytest.approx(5e-7)
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "said"),
+    [
+        ("cycles,loss\n100,abc\n", {}, "line 2, column 'loss': 'abc' is no finite number"),
+        ("cycles,loss\n100,inf\n", {}, "line 2, column 'loss': 'inf' is no finite number"),
+        ("cycles,loss\n,1\n", {}, "line 2, column 'cycles': is empty"),
+        ("cycles,loss\n-5,1\n", {}, "line 2, column 'cycles': -5 is before the first cycle"),
+        ("cycles,loss\n100,1,2\n", {}, "line 2: 3 columns instead of 2"),
+        ("cycles,mass\n100,1\n", {}, "line 1: no column 'loss' for value; there are cycles, mass"),
+        ("", {}, "has no header line"),
+        ("cycles,loss\n100,\n", {}, "column 'loss': is empty, and no limit of detection"),
+        (GOOD, {"units": {"loss": "mm"}}, "update.data[0].units.loss: 'mm' is not a unit like 'kg'"),
+        (GOOD, {"units": {}}, "column 'loss' needs its unit"),
+        (GOOD, {"units": {"loss": "mg", "lost": "mg"}}, "units.lost: the file has no such column"),
+        (GOOD, {"since": 150.0}, "line 3, column 'cycles': 100 is before since = 150"),
+    ],
+)
+def test_wrong_files_are_refused_with_row_and_column(tmp_path, text, more, said):
+    with pytest.raises(UpdateError) as caught:
+        read(tmp_path, text, **more)
+    assert said in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(UpdateError, match="cannot be read"):
+        read(tmp_path, file=str(tmp_path / "none.csv"))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"quantity": "worn_mas"}, "did you mean 'worn_mass'?"),
+        ({"flank": "pinion"}, "give a member or a flank, not both"),
+        ({"error": {}}, "update.data[0].error: required"),
+        ({"error": {"sd": "1 mm"}}, "error.sd: 'mm' is not a unit like 'kg'"),
+        ({"error": {"sd": "0 g"}}, "error.sd: '0 g' must be greater than 0"),
+        ({"error": {"sd": {"normal": {"mean": "1 g", "sd": "1 g"}}}}, "error.sd: is negative at times"),
+        ({"error": {"sd": "1 g", "sdd": 1}}, "error.sdd: unknown key, did you mean 'sd'?"),
+        ({"columns": {"cycle": "a", "hours": "b"}}, "columns: cycle and hours both say when"),
+        ({"quantity": "wear_depth", "error": {"sd": "1 um"}}, "wear_depth needs one of the columns diameter"),
+        ({"since": "last"}, "since: 'last' is not 'previous', or a cycle"),
+    ],
+)
+def test_wrong_blocks_are_refused(tmp_path, change, said):
+    with pytest.raises(CampaignError) as caught:
+        read_update(section(tmp_path, **change))
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"unknown": {}}, "update.unknown: required"),
+        ({"unknown": {"a.b": 3}}, "update.unknown.a.b: 3 is no distribution"),
+        ({"limit": {}}, "update.limit: give either depth or worn_mass"),
+        ({"limit": {"depth": "1 um", "member": "sun"}}, "limit.member: belongs to worn_mass"),
+        ({"discrepancy": "accumulating"}, "'accumulating' needs error.drift"),
+        ({"discrepancy": "some"}, "update.discrepancy"),
+        ({"draws": 0}, "update.draws: 0 is no whole number from 1 on"),
+    ],
+)
+def test_wrong_sections_are_refused(tmp_path, change, said):
+    with pytest.raises(CampaignError) as caught:
+        read_update(section(tmp_path) | change)
+    assert said in str(caught.value)
