@@ -26,7 +26,7 @@ PAIR = {
         "gear": {"teeth": 45},
     },
     "operation": {"torque": "200 N*m", "speed": "1000 rpm"},
-    "mesh": {"damping_ratio": 0.07},
+    "mesh": {"damping_ratio": 0.07, "extended_contact": False},  # forces beyond A and E are on no profile
     "dynamics": {"model": "torsional", "friction": {"coefficient": MU}},
     "wear": {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}},
 }
