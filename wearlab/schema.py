@@ -411,6 +411,13 @@ VARIABLES: dict[str, Variable] = {
         (), "m2 N-1", "m^2/N", "wear coefficient calibrated on one life", "before factor and film"
     ),
     # trust
+    "estimate_quality": Variable(
+        (),
+        "",
+        "",
+        "whether the error estimates can be trusted",
+        "as usual; doubtful, and what speaks against them",
+    ),
     "verdict": Variable((), "", "", "what the run amounts to"),
     "validity": Variable(
         (), "", "", "assumed values and limits of validity that this run touches, one a line"

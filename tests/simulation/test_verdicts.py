@@ -39,6 +39,7 @@ def test_a_lightly_damped_pair_that_settles_on_period_one_is_not_aperiodic() -> 
     data = simulate(Scene.from_mapping(LIGHT))
     assert int(data.response_period[0]) == 1
     assert str(data.verdict.values) in ("completed", "coexisting")
+    assert str(data.estimate_quality.values) == "as usual"
     largest = float(np.hypot(*data.floquet_multiplier.values[0, 0]))
     assert largest < 1.0 - Periodic().margin
 
@@ -63,6 +64,7 @@ def test_an_orbit_that_attracts_slowly_is_not_called_unstable(damping: float, ve
     mesh = {k: v for k, v in LIGHT["mesh"].items() if k != "normal_backlash"}
     data = simulate(Scene.from_mapping({**LIGHT, "mesh": {**mesh, "damping_ratio": damping}}))
     assert str(data.verdict.values) == verdict
+    assert str(data.estimate_quality.values).startswith("doubtful: an orbit is not alone or hardly attracts")
 
 
 @cache
@@ -82,6 +84,7 @@ def test_every_load_wears_under_a_response_that_never_repeats(load_kind: str) ->
     data = aperiodic(load_kind)
     assert str(data.verdict.values) == "aperiodic" and str(data.end_reason.values) == "cycles"
     assert float(data.max_wear_depth.max()) > 0.0
+    assert "a response does not repeat" in str(data.estimate_quality.values)
     if load_kind != "static":
         assert float(data.error_estimate_wear_depth[-1]) > 0.0  # blows that do not repeat scatter
 

@@ -33,11 +33,13 @@ class Estimates(NamedTuple):
     wear_depth : (n_updates,) [m], None when nothing wears on
     mesh_force : (n_updates,) in every condition of operation [N], None without dynamics
     life : [1], None without a depth limit that was reached
+    doubts : why they may be wrong by more than usual, () when nothing speaks against them
     """
 
     wear_depth: Array | None
     mesh_force: tuple[Array, ...] | None
     life: float | None
+    doubts: tuple[str, ...] = ()
 
 
 def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates:
@@ -70,7 +72,23 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
             _force_error(parts, in_block(lived, block), [twin for twin in twins if twin is not None], worn)
             for block, (parts, twins) in enumerate(zip(stage.parts, each, strict=True))
         )
-    return Estimates(depth, force, _life(stage, lived, known))
+    return Estimates(depth, force, _life(stage, lived, known), _doubts(lived, found))
+
+
+def _doubts(lived: History, found: list[Rougher | None]) -> tuple[str, ...]:
+    """Return what speaks against the estimates of a life whose states have these rougher twins."""
+    responses = [one for state in lived.state for each in (state.block or (state,)) for one in each.responses]
+    missing = sum(twin is None for twin in found)
+    jumps = 0 if lived.life is None else len(lived.life.jumps)
+    said = {
+        "a response does not repeat": any(one.period == 0 for one in responses),
+        "an orbit is not alone or hardly attracts": any(
+            not one.verdict.unique or one.verdict.attracting is False for one in responses
+        ),
+        f"{missing} of {len(found)} states respond otherwise with half the steps and nodes": missing,
+        f"the wear rate jumps at {jumps} places": jumps,
+    }
+    return tuple(words for words, holds in said.items() if holds)
 
 
 def _depth(lived: History, found: list[Rougher]) -> Array | None:

@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 Values = dict[str, Any]
 
 ENDS_AS_ASKED = ("cycles", "depth")
+TRUSTED = "as usual"
 BARELY = "not attracting within the margin"
 BEYOND = 1e-6
 """Distance from 1 from which the largest multiplier says that motions come back, however slowly."""
@@ -60,6 +61,8 @@ def trust_values(
         "verdict": verdict(lived.whole, searches),
         "validity": "\n".join(dict.fromkeys([*_flags(stages, lived), *_cut_off(searches), *told])),
     }
+    doubts = dict.fromkeys(doubt for one in estimates for doubt in one.doubts)
+    values["estimate_quality"] = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
     life = lived.whole.life
     if life is not None:
         depth, of_life = accumulated(estimates, lived.whole, inherited)
