@@ -33,9 +33,17 @@ def provenance(scene: Scene, begun: float) -> dict[str, str]:
         "wearlab_version": __version__,
         "source_hash": used_hash(scene.dynamics is not None),
         **_commit(),
+        **_circumstances(),
+        "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),
+    }
+
+
+@cache
+def _circumstances() -> dict[str, str]:
+    """Return packages and machine; looking the versions up takes milliseconds."""
+    return {
         "packages": ", ".join(f"{name} {version(name)}" for name in PACKAGES),
         "machine": f"{platform.machine()} {platform.system()} Python {platform.python_version()}",
-        "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),
     }
 
 

@@ -18,6 +18,7 @@ from wearlab.simulation.calibration import Calibration, calibrated, calibrated_v
 from wearlab.simulation.conditions import along_duty, condition_coordinates, in_order
 from wearlab.simulation.continued import inherited_error
 from wearlab.simulation.departures import departures
+from wearlab.simulation.discovery import discovery
 from wearlab.simulation.errors import Refused
 from wearlab.simulation.estimates import Estimates, estimated
 from wearlab.simulation.exact import exact_values
@@ -64,7 +65,7 @@ def simulate(scene: Scene) -> xr.Dataset:
         reason = FIRST_STATE.get(stop.reason, stop.reason)
         raise Refused(f"the gears cannot run in their first state: {reason}") from stop
     dataset = _dataset(settled, stages, lived, calibration, clock)
-    dataset.attrs = {"Conventions": CONVENTIONS, **provenance(scene, begun)}
+    dataset.attrs = {"Conventions": CONVENTIONS, **discovery(scene, begun), **provenance(scene, begun)}
     return dataset
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 ACDD = {"author": "creator_name", "orcid": "creator_url", "institution": "institution", "licence": "license"}
 CONVENTIONS = "CF-1.11, ACDD-1.3"
+KEYWORDS = "gears, gear dynamics, tooth wear, mesh stiffness, transmission error"
 Point = tuple[int, ...]
 
 
@@ -78,6 +79,8 @@ def _attributes(campaign: "Campaign", entries: "Mapping[str, Entry]", grid: xr.D
         "Conventions": CONVENTIONS,
         "title": campaign.title,
         "summary": f"{len(entries)} runs of coupled gear wear and dynamics, by sweep axes and case",
+        "keywords": KEYWORDS,
+        "history": "; ".join(f"{date} runs computed" for date in dates[-1:]),
         "references": campaign.reference or "",
         "source": "; ".join(f"wearlab {version}, sources {source}" for version, source in code),
         "date_created": dates[-1] if dates else "",
@@ -104,7 +107,7 @@ def _netcdf(
         for name, length in grid.sizes.items():
             file.createDimension(str(name), length)
         for name, variable in grid.variables.items():
-            _declare(file, str(name), variable, dims)
+            _declare(file, str(name), variable, dims, name in grid.coords)
             if not _by_run(variable, dims):
                 _fill(file, str(name), shared[name])
         scene = file.createVariable("scene", str, dims)
@@ -134,7 +137,9 @@ def _by_run(variable: xr.Variable, dims: tuple[str, ...]) -> bool:
     return variable.chunks is not None and variable.dims[: len(dims)] == dims
 
 
-def _declare(file: netCDF4.Dataset, name: str, variable: xr.Variable, dims: tuple[str, ...]) -> None:
+def _declare(
+    file: netCDF4.Dataset, name: str, variable: xr.Variable, dims: tuple[str, ...], coordinate: bool
+) -> None:
     """Make a variable; a chunk of it holds one run."""
     own = tuple(str(dim) for dim in variable.dims)
     text = variable.dtype.kind in "OUS"
@@ -147,7 +152,7 @@ def _declare(file: netCDF4.Dataset, name: str, variable: xr.Variable, dims: tupl
             "complevel": 1,
             "chunksizes": chunks if any(d in dims for d in own) else None,
         }
-    if variable.dtype.kind == "f" and name not in own:
+    if variable.dtype.kind == "f" and not coordinate:
         options["fill_value"] = np.nan
     made = file.createVariable(name, kind, own, **options)
     for key, value in variable.attrs.items():

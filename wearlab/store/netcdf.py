@@ -25,7 +25,9 @@ def encoded(dataset: xr.Dataset) -> bytes:
     for dim, size in dataset.sizes.items():
         file.createDimension(str(dim), size)
     file.setncatts({str(name): value for name, value in attributes.items()})
-    defined = [_defined(file, str(name), variable) for name, variable in variables.items()]
+    defined = [
+        _defined(file, str(name), variable, name in dataset.coords) for name, variable in variables.items()
+    ]
     for target, values in defined:
         _write(target, values)
     return _trimmed(bytes(file.close()))
@@ -42,11 +44,13 @@ def _trimmed(image: bytes) -> bytes:
     return image[:end] if version in (2, 3) and width == 8 and 0 < end < len(image) else image
 
 
-def _defined(file: netCDF4.Dataset, name: str, variable: xr.Variable) -> tuple[netCDF4.Variable, Any]:
-    """Define a variable and return it with the values that are to be written."""
+def _defined(
+    file: netCDF4.Dataset, name: str, variable: xr.Variable, coordinate: bool
+) -> tuple[netCDF4.Variable, Any]:
+    """Define a variable and return it with the values to be written; CF lets no coordinate have a filling."""
     values, attributes = _plain(np.asarray(variable.values), dict(variable.attrs))
     kind: Any = str if values.dtype == object else values.dtype
-    filled = np.nan if values.dtype.kind == "f" else None
+    filled = np.nan if values.dtype.kind == "f" and not coordinate else None
     dims = tuple(map(str, variable.dims))
     target = file.createVariable(name, kind, dims, fill_value=filled, **_storage(values))
     target.set_auto_maskandscale(False)

@@ -1,0 +1,81 @@
+"""Conventions hold under a checker that is not ours: IOOS's, for CF 1.11 and ACDD 1.3."""
+
+import contextlib
+import io
+import json
+from pathlib import Path
+
+import made_up
+import pytest
+
+import wearlab as wl
+from wearlab.runner.worker import Task, execute
+from wearlab.store.image import to_image
+
+pytest.importorskip("compliance_checker")
+BASE = Path(__file__).parents[2] / "campaigns" / "base"
+HIGHLY = {"title", "summary", "keywords", "Conventions"}
+
+
+def complaints(path, suite):
+    """Return what the checker says against a file, by priority."""
+    from compliance_checker.runner import CheckSuite, ComplianceChecker
+
+    CheckSuite.load_all_available_checkers()
+    out = path.with_suffix(".json")
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        ComplianceChecker.run_checker(
+            str(path), [suite], 0, "lenient", output_filename=str(out), output_format="json"
+        )
+    report = json.loads(out.read_text())[suite]
+    return {
+        level: [text for one in report[f"{level}_priorities"] for text in one["msgs"]]
+        for level in ("high", "medium", "low")
+    }
+
+
+def check(path):
+    cf = complaints(path, "cf:1.11")
+    assert cf["high"] == [] and not any("_FillValue" in text for text in cf["medium"]), cf
+    acdd = complaints(path, "acdd:1.3")["high"]
+    assert not [text for text in acdd if text.split(" ")[0] in HIGHLY], acdd
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_no_coordinate_has_a_filling(tmp_path):
+    import netCDF4
+
+    data = made_up.run(800.0)
+    path = tmp_path / "run.nc"
+    path.write_bytes(to_image(data)[0])
+    with netCDF4.Dataset(path) as file:
+        for name in map(str, data.coords):
+            assert "_FillValue" not in file[name].ncattrs(), name
+    assert not any("_FillValue" in text for some in complaints(path, "cf:1.11").values() for text in some)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("base", ["spur_50_50", "internal_40_100", "planetary_ngw11"])
+def test_runs_of_every_kind_of_gear_set(tmp_path, base):
+    """And the export of the campaign that they are."""
+    from wearlab.store.export import export
+
+    file = tmp_path / "one.toml"
+    file.write_text(f'extends = "{(BASE / base).as_posix()}.toml"\ndrop = ["dynamics"]\n')
+    try:
+        campaign = wl.load(file)
+    except ValueError:
+        file.write_text(f'extends = "{(BASE / base).as_posix()}.toml"\n')
+        campaign = wl.load(file)
+    case = campaign.cases[0]
+    outcome = execute(Task(case.id, case.scene))
+    assert outcome.state == "done", outcome.reason
+    path = tmp_path / "run.nc"
+    path.write_bytes(outcome.image)
+    check(path)
+    store = wl.Store(tmp_path / "store")
+    store.create()
+    with store.presence() as here:
+        store.save([outcome], here.token)
+    check(export(campaign, store, tmp_path / "out.nc"))
