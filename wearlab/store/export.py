@@ -155,6 +155,11 @@ def _declare(
     if variable.dtype.kind == "f" and not coordinate:
         options["fill_value"] = np.nan
     made = file.createVariable(name, kind, own, **options)
+    if (
+        coordinate and variable.dtype.kind == "f" and _by_run(variable, dims)
+    ):  # no filling says what is missing
+        for first in range(made.shape[0] if own else 0):
+            made[first] = np.nan
     for key, value in variable.attrs.items():
         if value is not None and key != "_FillValue":
             made.setncattr(str(key), value if isinstance(value, str | int | float) else json.dumps(value))
