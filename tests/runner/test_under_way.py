@@ -67,6 +67,7 @@ def test_checkpoints_of_other_code_and_damaged_ones_are_none(tmp_path):
     path = tmp_path / "checkpoints" / "ab12.life"
     path.write_bytes(path.read_bytes()[:-1] + b"x")
     assert kept.read("ab12", "code") is None
+    (tmp_path / "checkpoints" / "ab12.77.part").touch()  # of a process that was killed as it wrote
     kept.forget(["ab12"])
     assert not (tmp_path / "checkpoints").exists()
 

@@ -57,7 +57,8 @@ class Checkpoints:
             return
         for run_id in run_ids:
             with suppress(OSError):
-                self._path(run_id).unlink(missing_ok=True)
+                for path in (self._path(run_id), *self.folder.glob(f"{run_id}.*.part")):
+                    path.unlink(missing_ok=True)
         with suppress(OSError):
             self.folder.rmdir()  # when nothing is left
 
