@@ -25,10 +25,6 @@ COORDINATES = (
 )  # fmt: skip
 
 
-PRESET = 1e-6
-"""How near, relatively, the wear of a state is to a depth of two digits that was asked for."""
-
-
 @dataclass(frozen=True)
 class Run:
     """One run of a figure.
@@ -207,9 +203,9 @@ def _is_void(variable: "xr.Variable") -> bool:
 
 
 def _with_states(runs: list[Run]) -> list[Run]:
-    """Name wear states by a preset depth, or their cycles, with the hours where equal cycles took equal."""
+    """Name the wear states by their cycles, and by their hours where equal cycles took equal hours."""
     named = [_cycle_labels(run.data) for run in runs]
-    hours = [() if depth_labels(run.data) else _hours(run.data) for run in runs]
+    hours = [_hours(run.data) for run in runs]
     of_label: dict[Label, dict[str, None]] = {}
     for labels, some in zip(named, hours, strict=True):
         for label, text in zip(labels, some, strict=False):
@@ -237,29 +233,6 @@ def _hours(data: "xr.Dataset") -> tuple[str, ...]:
     return tuple(f"{value:g} h" if value < 1000.0 else f"{value:,.0f} h" for value in rounded)
 
 
-def depth_labels(data: "xr.Dataset") -> list[Label]:
-    """Name wear states by the depth of one flank that they were kept at, none where cycles told when.
-
-    Parameters
-    ----------
-    data : of a run; states kept by depth have that depth to the last digit, and no others have
-    """
-    if "max_wear_depth" not in data or data.max_wear_depth.dims != ("update", "flank"):
-        return []
-    count = int(np.isfinite(data.max_wear_depth.values).all(axis=1).sum())
-    if count < 3:
-        return []
-    units = str(data.max_wear_depth.attrs.get("units", "m"))
-    depth = converted(data.max_wear_depth.values[:count], units, "um")
-    preset = np.array([[float(f"{value:.2g}") for value in row] for row in depth])
-    exact = (np.abs(depth - preset) <= PRESET * preset).all(axis=0) & (preset[1:] > 0.0).all(axis=0)
-    if exact.sum() != 1:
-        return []
-    flank = int(np.argmax(exact))
-    name = str(data.flank.values[flank])
-    return [Label(value, f"{value:g} µm on {name}") for value in preset[:, flank]]
-
-
 def _cycle_labels(data: "xr.Dataset") -> tuple[Label, ...]:
     if "cycle" not in data:
         return tuple(Label(i, f"wear state {i}") for i in range(data.sizes.get("update", 1)))
@@ -267,7 +240,6 @@ def _cycle_labels(data: "xr.Dataset") -> tuple[Label, ...]:
         data.max_wear_depth.values.reshape(data.cycle.size, -1)[0]
     )
     labels = [cycles(float(count)) for count in np.atleast_1d(data.cycle.values) if not math.isnan(count)]
-    labels = depth_labels(data) or labels
     if unworn and labels and labels[0].value == 0.0:
         labels[0] = Label(0.0, "unworn")
     return tuple(labels)
