@@ -3,6 +3,7 @@
 ``pip install '.[docs]' && sphinx-build -W docs site``
 """
 
+import re
 import sys
 from pathlib import Path
 
@@ -35,6 +36,23 @@ html_theme_options = {
 }
 
 
+RAISED = re.compile(r"^(\w+) : (.+)$")
+
+
+def spread_raises(app, what, name, obj, options, lines):
+    """Write ``Error : when`` of a Raises section as its name, and below it when."""
+    inside, found = False, []
+    for number, line in enumerate(lines):
+        if line.strip() == "Raises":
+            inside = True
+        elif number + 1 < len(lines) and set(lines[number + 1].strip()) == {"-"}:
+            inside = False
+        told = RAISED.match(line) if inside else None
+        found += [line] if told is None else [told[1], f"    {told[2]}"]
+    lines[:] = found
+
+
 def setup(app):
     """Write the generated pages before the site is read."""
+    app.connect("autodoc-process-docstring", spread_raises, priority=400)  # before napoleon
     app.connect("builder-inited", lambda app: reference_pages.write(Path(app.srcdir) / "reference"))
