@@ -1,0 +1,128 @@
+"""Against real runs: one run serves every k; an update is kept, verified and read back as runs are."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import wearlab as wl
+from wearlab.store.updates import kept_updates, seal_of, update_files, verify_updates
+from wearlab.updating import UpdateError, update
+from wearlab.updating.words import told
+
+BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
+STATIC = f"""
+title   = "weighings"
+extends = "{BASE.as_posix()}"
+drop    = ["dynamics"]
+[mesh]
+stiffness        = "potential-energy"
+extended_contact = false
+[wear]
+load          = "static"
+contact_patch = "none"
+until         = {{ depth = "20 um", flank = "pinion" }}
+snapshots     = {{ depth = ["2 um", "5 um", "10 um", "15 um"], flank = "pinion" }}
+[update]
+draws = 500
+[update.unknown]
+"wear.coefficient.factor" = {{ lognormal = {{ median = 1.0, cov = 3.0 }} }}
+[[update.data]]
+file     = "weighings.csv"
+quantity = "worn_mass"
+member   = "pinion"
+columns  = {{ cycle = "cycles", value = "loss" }}
+units    = {{ loss = "mg" }}
+error    = {{ sd = "5 mg" }}
+"""
+WEIGHINGS = "cycles,loss\n5e7,140\n1e8,265\n1.5e8,390\n"
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("weighed")
+    (folder / "weighings.csv").write_text(WEIGHINGS)
+    (folder / "weighed.toml").write_text(STATIC)
+    return wl.load(folder / "weighed.toml")
+
+
+@pytest.fixture(scope="module")
+def store(campaign, tmp_path_factory):
+    return wl.Store(tmp_path_factory.mktemp("store"))
+
+
+@pytest.fixture(scope="module")
+def tree(campaign, store):
+    return update(campaign, store, progress=False)
+
+
+@pytest.mark.parametrize("load", ["static", pytest.param("instant", marks=pytest.mark.slow)])
+def test_wear_is_a_function_of_k_times_cycles(campaign, load):
+    scene = campaign.cases[0].scene
+    if load == "instant":
+        whole = wl.load(BASE).cases[0].scene
+        scene = whole.replace("wear.until", {"cycles": 2e7}).replace("wear.snapshots", {"cycles": [1e7]})
+    one, other = (wl.simulate(scene.replace("wear.coefficient.factor", f)) for f in (1.0, 2.5))
+    if load == "instant":  # the same states by cycles: a shorter life with more wear a cycle
+        shorter = scene.replace("wear.until", {"cycles": 8e6}).replace("wear.snapshots", {"cycles": [4e6]})
+        other = wl.simulate(shorter.replace("wear.coefficient.factor", 2.5))
+    assert other.cycle.values * 2.5 == pytest.approx(one.cycle.values, rel=1e-9)
+    scale = float(one.wear_depth.max())
+    assert np.abs(other.wear_depth.values - one.wear_depth.values).max() < 1e-9 * scale
+    assert other.worn_mass.values == pytest.approx(one.worn_mass.values, rel=1e-9, abs=1e-15)
+
+
+def test_an_update_has_the_groups_of_arviz_and_names_of_the_contract(tree):
+    groups = "prior posterior posterior_predictive predictions log_likelihood observed_data sample_stats"
+    assert set(groups.split()) <= set(tree.children)
+    posterior = tree["posterior"].to_dataset()
+    assert {"factor", "wear_coefficient", "life", "remaining_useful_life"} <= set(posterior.data_vars)
+    assert posterior["factor"].dims == ("chain", "draw") and posterior.sizes["draw"] == 500
+    predictions = tree["predictions"].to_dataset()
+    assert predictions["life_quantile"].dims == ("quantile",)
+    assert predictions["quantile"].values.tolist() == [0.05, 0.25, 0.5, 0.75, 0.95]
+    draws = np.quantile(posterior["life"], [0.25, 0.5, 0.75])
+    assert draws == pytest.approx(predictions["life_quantile"].values[1:4], rel=0.01)
+    assert any(line.startswith("  remaining life at 1.5e+08 cycles") for line in told(tree))
+
+
+def test_it_is_kept_sealed_and_read_back(campaign, store, tree):
+    (one,) = kept_updates(store).values()
+    path = update_files(store).path(one.id)
+    with xr.open_datatree(path) as found:
+        assert found.attrs["content_sha256"] == seal_of(found.load())
+    again = update(campaign, store, progress=False)
+    assert again.attrs["id"] == tree.attrs["id"] and len(kept_updates(store)) == 1
+    assert list(verify_updates(store)) == [] and store.verify() == []
+
+
+def test_replay_adds_inspections(campaign, store):
+    replayed = update(campaign, store, replay=True, progress=False)["predictions"].to_dataset()
+    rest = replayed["remaining_useful_life_quantile"]
+    assert set(rest.dims) == {"inspection", "quantile"} and rest.sizes["inspection"] == 3
+    width = rest.sel(quantile=0.95) - rest.sel(quantile=0.05)
+    assert (np.diff(width.values) < 0.0).all()
+
+
+def test_arviz_reads_it(store, tree):
+    arviz = pytest.importorskip("arviz_base")
+    found = arviz.from_dict({"posterior": {"factor": tree["posterior"]["factor"].values}})
+    assert found["posterior"].sizes == tree["posterior"].to_dataset()[["factor"]].sizes
+
+
+def test_a_damaged_update_is_found_and_a_lost_index_made_anew(campaign, store, tree):
+    path = update_files(store).path(str(tree.attrs["id"]))
+    content = path.read_bytes()
+    path.write_bytes(content[:-20] + b"x" * 20)
+    assert [problem.kind for problem in verify_updates(store)] == ["altered"]
+    path.write_bytes(content)
+    before = set(kept_updates(store))
+    (store.path / "catalogue.sqlite").unlink()
+    store.close()
+    assert store.reindex() == [] and set(kept_updates(store)) == before
+
+
+def test_a_campaign_without_measurements_is_refused(store):
+    with pytest.raises(UpdateError, match="nothing was measured"):
+        update(wl.load(BASE), store, progress=False)
