@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 
 REFINEMENT = 2
 """Of the elements of a scene: within 0.4 % of the teeth's compliance, in a third of a second a pair."""
-NARROW = 1.0
-"""Face width in modules below which a pair is computed in plane stress: half a module is (solid elements)."""
+NARROW = 3.0
+"""Face width in modules below which a pair is computed in plane stress: two modules are (solid elements)."""
 
 
 def plane_of(asked: str, pair: GearPair) -> Plane:

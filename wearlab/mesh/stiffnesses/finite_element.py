@@ -21,7 +21,7 @@ class FiniteElementStiffness(StiffnessModel):
     )
     plane: Literal["by-width", "strain", "stress"] = option(
         "by-width",
-        "plane strain, plane stress, or by face width: stress below one module, as in a thin solid tooth",
+        "plane strain, plane stress, or by face width: stress below 3 modules, as in a thin solid tooth",
         source="solid elements: docs/model_error.md",
     )
     hertz: Literal["weber", "yang-sun"] = option(
