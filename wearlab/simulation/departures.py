@@ -12,7 +12,7 @@ from wearlab.scene.mesh import OneMesh
 
 TABLE = "tests/validation/stiffness_table.py"
 STIFFNESS = {
-    "finite-element, weber": "within 1.5 % of converged plane elements, worn by up to 50 um, at 0.1 to 3 "
+    "finite-element, weber": "within 2.2 % of converged plane elements, worn by up to 50 um, at 0.1 to 3 "
     f"times the load ({TABLE})",
     "finite-element, yang-sun": "9 to 85 % too stiff: a constant contact is about three times stiffer than a "
     f"loaded one ({TABLE})",
