@@ -15,11 +15,13 @@ from wearlab.figures.kinds.sensitivity import ranked
 from wearlab.figures.plot import Scale
 from wearlab.figures.render import rendered
 from wearlab.figures.roles import MOST_PANELS
+from wearlab.schema import VARIABLES
 from wearlab.store import Store
 
 COUNT = 30
 TORQUES = tuple(100.0 + 10.0 * i for i in range(COUNT))
-ORDINARY = [kind for kind in KINDS if kind != "line"]
+ORDINARY = [name for name, kind in KINDS.items() if name != "line" and set(kind.needs) <= set(VARIABLES)]
+"""Kinds that draw runs, not what an update made of them."""
 
 
 def made(index):

@@ -12,6 +12,7 @@ from PIL import Image
 from wearlab.figures import KINDS, FigureError
 from wearlab.figures.plot import Curve, Mark, Panel, Pen
 from wearlab.figures.render import _sides
+from wearlab.schema import VARIABLES
 
 
 def texts(path):
@@ -26,8 +27,9 @@ def size(path):
 
 
 def test_every_kind_draws(drawn):
-    paths = drawn(*({"kind": kind, **({"y": "worn_mass"} if kind == "line" else {})} for kind in KINDS))
-    assert [path.name for path in paths] == [f"{i:02d}-{kind}.png" for i, kind in enumerate(KINDS, 1)]
+    kinds = [name for name, kind in KINDS.items() if set(kind.needs) <= set(VARIABLES)]
+    paths = drawn(*({"kind": kind, **({"y": "worn_mass"} if kind == "line" else {})} for kind in kinds))
+    assert [path.name for path in paths] == [f"{i:02d}-{kind}.png" for i, kind in enumerate(kinds, 1)]
     for path in paths:
         with Image.open(path) as image:
             assert image.size[0] > 700
