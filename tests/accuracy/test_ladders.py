@@ -49,11 +49,14 @@ def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
     monkeypatch.setattr(peer_ladders, "HARMONICS", (20, 80))
     told = []
     curves = list(peer_curves(problem, known, told.append))
-    assert told == [*ONE_OF_EACH, "harmonic balance"]
+    assert told == [*(peer.name for peer in few), "harmonic balance"]
     for curve in curves:
         coarse, fine = curve.rungs
         assert fine.error < (5e-3 if curve.name == "harmonic balance" else 3e-5), curve.name
         assert fine.error < coarse.error, curve.name
+    if len(few) < len(ONE_OF_EACH):  # CyRK is not installed
+        assert few
+        return
     landing, newton = (next(c for c in curves if c.name.endswith(end)) for end in ("landing", "Newton"))
     assert newton.role == "closing peer" and landing.role == "peer"
     assert newton.rungs[1].error < 5e-7  # a mesh period repeats to five tolerances

@@ -37,7 +37,7 @@ def test_proven_linear_contact_takes_one_period_map_a_state():
     part = {part.name: part for part in PARTS}["events (contact proven linear)"]
     maps = []
     for change in (part.absent, part.present):
-        parts = build(scene(change))
+        parts = build(scene({**change, "mesh.extended_contact": False}))
         maps.append(parts.coupling.evaluate(parts.coupling.unworn()).response.counts.period_maps)
     linear, marched = maps
     assert linear == 1

@@ -40,7 +40,7 @@ def test_l16_shared_bodies_are_within_five_per_cent(cases):
     assert complete[0] == default[0] and 0.15 < complete[1].mean <= complete[1].largest < 0.3
     assert all(zone.mean > 1.0 for zone in rigid)
     table = report("title", list(judged.values()))
-    assert len(table.splitlines()) == 2 + len(cases) and "+23." in table
+    assert len(table.splitlines()) == 2 + len(cases) and f"{100 * complete[1].mean:+.1f}%" in table
 
 
 def test_a_model_against_itself_in_series_and_parallel(cases):

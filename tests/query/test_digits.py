@@ -12,7 +12,7 @@ from wearlab.query.evaluate import SIGNS
 from wearlab.shop.hardness import SCALES
 from wearlab.units import KINDS, UnitError, convert, quantity, rounded
 
-README = (Path(__file__).parents[2] / "README.md").read_text().replace("\\*", "*")
+TOUR = (Path(__file__).parents[2] / "docs" / "tour.md").read_text().replace("\\*", "*")
 UNITS = sorted({(kind.name, unit) for kind in KINDS.values() for unit in kind.units if unit not in SCALES})
 HOLDING = {"<": False, "<=": True, ">": False, ">=": True, "=": True, "!=": False}
 
@@ -69,9 +69,9 @@ def test_what_was_written_is_met_in_every_other_unit(name, unit):
             assert asked(name, f"x = {said} and x <= {said} and not x > {said}", kept), (said, kept)
 
 
-def test_every_unit_of_the_readme_is_among_them():
+def test_every_unit_of_the_tour_is_among_them():
     known = {unit for _, unit in UNITS} | {"r/min", "rev/min", "min^-1"}
-    quoted = {unit for unit in re.findall(r'"-?\d[\d.eE+-]* ([^"\d\s][^"\s]*)"', README)}
+    quoted = {unit for unit in re.findall(r'"-?\d[\d.eE+-]* ([^"\d\s][^"\s]*)"', TOUR)}
     assert quoted and quoted <= known | {"rad", "um", "degC"}
 
 

@@ -15,7 +15,7 @@ COARSE = {"profile_points": 81, "phase_points": 128}
 @cache
 def unworn(label):
     scene = next(case.scene for case in load(CAMPAIGN).cases if case.label == label)
-    wear = scene.wear.model_copy(update={"until": None, "snapshots": None})
+    wear = scene.wear.model_copy(update={"until": None, "snapshots": None, "contact_patch": "none"})
     numerics = scene.numerics.model_copy(update=COARSE)
     return simulate(scene.model_copy(update={"wear": wear, "numerics": numerics}))
 

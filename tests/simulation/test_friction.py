@@ -122,7 +122,11 @@ class Linear(NamedTuple):
     acceleration: np.ndarray
 
 
-CONSTANT = {"damping": "4000 N*s/m", "stiffness": {"model": "constant", "value": "2.5e8 N/m", "of": "pair"}}
+CONSTANT = {
+    "damping": "4000 N*s/m",
+    "stiffness": {"model": "constant", "value": "2.5e8 N/m", "of": "pair"},
+    "extended_contact": False,  # the motion by hand has its pairs between A and E
+}
 
 
 @cache

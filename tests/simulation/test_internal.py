@@ -32,6 +32,7 @@ K = 2e-18
 
 def scene(contact, operation, **wear):
     coefficient = {"coefficient": {"model": "constant", "value": f"{K} m^2/N"}, "until": {"cycles": 5e7}}
+    coefficient["contact_patch"] = "none"  # Archard's law, point by point
     return Scene.from_mapping(
         {
             "gears": PAIR,

@@ -27,7 +27,12 @@ SET = {
         "carrier": {"mass": "4.5 kg", "inertia": "11178 kg*mm^2"},
     },
     "operation": {"torque": "134 N*m", "speed": "1500 rpm"},
-    "wear": {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}, "until": {"cycles": 1e6}},
+    "mesh": {"stiffness": {"model": "potential-energy"}, "extended_contact": False},  # linear in the load
+    "wear": {
+        "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+        "contact_patch": "none",  # Archard's law by hand, point by point
+        "until": {"cycles": 1e6},
+    },
 }
 
 

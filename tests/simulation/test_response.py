@@ -18,7 +18,12 @@ TABLE: dict[str, Any] = {
         "gear": {"teeth": 50, "root_diameter": "140 mm", "mass": "2.8 kg", "inertia": "7300 kg*mm^2"},
     },
     "operation": {"torque": "340 N*m", "speed": "2400 rpm"},
-    "mesh": {"damping": "1000 N*s/m", "normal_backlash": "100 um"},
+    "mesh": {
+        "damping": "1000 N*s/m",
+        "normal_backlash": "100 um",
+        "stiffness": {"model": "potential-energy"},
+        "extended_contact": False,  # the jump at A parts the teeth on one branch
+    },
     "dynamics": {
         "model": "torsional",
         "response": {"speed": {"from": "2200 rpm", "to": "3400 rpm", "points": 5}, "strobe": 8},
