@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from wearlab.store import Store as Store
     from wearlab.store import StoreError as StoreError
     from wearlab.store import open_store as open  # noqa: F401
-    from wearlab.updating.study import update as update
+    from wearlab.updating import update as update
 
 __version__ = "0.1.0"
 
