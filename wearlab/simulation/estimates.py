@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 RATE_SHARE = 1.2
 FORCE_SHARE = 1.2
 WORN_SHARE = 2.0
-"""Weights of the rougher twin and the wear, set on seeds 1, 77, 31415 of `wearlab.accuracy.drawn`."""
+"""Weights of the rougher twin and the wear, the first two set on seed 1 of `wearlab.accuracy.drawn`."""
 
 
 class Estimates(NamedTuple):

@@ -23,7 +23,7 @@ from wearlab.wear.initial import quadratic, uniform
 Array = NDArray[np.float64]
 
 MOST_WORK = 4e9
-"""Bound on the work of a march over cycles at a tolerance of 1e-3, in units of 10 to 60 ns: a minute."""
+"""Bound on the work of a march over cycles at a tolerance of 1e-3, in units of 10 to 60 ns: some minutes."""
 OF_A_STEP = 10
 """Units of a right-hand side that do not grow with the square of the coordinates."""
 
