@@ -1,6 +1,7 @@
 """Steady states to a wanted error, timed."""
 
-from wearlab.accuracy.steady_time import steady_time, time_text
+from steady_time import steady_time, time_text
+
 from wearlab.scene import Scene
 
 

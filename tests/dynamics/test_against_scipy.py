@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from benchmark_pair import BenchmarkPair, mesh_period
 from scipy.integrate import solve_ivp
 
-from wearlab.accuracy.benchmark_pair import BenchmarkPair, mesh_period
 from wearlab.dynamics.runge_kutta4 import TableMarcher
 from wearlab.dynamics.runge_kutta45 import AdaptiveMarcher, RungeKutta45
 from wearlab.dynamics.system import System

@@ -1,9 +1,9 @@
 """Contact that opens and closes again inside one step is not missed."""
 
 import numpy as np
+from benchmark_pair import BenchmarkPair
 from scipy.integrate import solve_ivp
 
-from wearlab.accuracy.benchmark_pair import BenchmarkPair
 from wearlab.dynamics.runge_kutta4 import TableMarcher
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.accuracy.benchmark_pair import BenchmarkPair, mesh_period
 from wearlab.dynamics.coexisting import RELEASES, Search, coexisting
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response, step_forces

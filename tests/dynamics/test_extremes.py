@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from benchmark_pair import BenchmarkPair, mesh_period
 from plain_planetary import BREAKS, PERIOD, pairs, planetary, tables, torsional
 from scipy.integrate import solve_ivp
 
-from wearlab.accuracy.benchmark_pair import BenchmarkPair, mesh_period
 from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response, deflection_at

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.accuracy.benchmark_pair import BenchmarkPair, mesh_period
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.response import deflection_at
 from wearlab.dynamics.steady import remaining_change

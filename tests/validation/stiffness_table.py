@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from stiffness_models import secant_stiffness, zones
 
-from wearlab.accuracy.stiffness_models import secant_stiffness, zones
 from wearlab.campaign import load
 from wearlab.gears.errors import GearError
 from wearlab.mesh.contact import ContactAnalysis

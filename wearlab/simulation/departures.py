@@ -22,7 +22,7 @@ STIFFNESS = {
 GIVEN = "stiffness: as prescribed; nothing here tells how far it is off"
 EXTENDED = (
     "onset of contact: tip corners carry within 2 % of the load of what elements alone give them, the mean "
-    "transmission error is within 0.3 % (wearlab.accuracy.tip_corners, two meshes)"
+    "transmission error is within 0.3 % (tests/validation/tip_corners.py, two meshes)"
 )
 JUMP = (
     "onset of contact: a jump at A, which overstates forces and wear at A of vibrating pairs 1.2 to 2.8 "

@@ -1,6 +1,6 @@
 """How long one steady state to a wanted error takes: cold, and from a neighbouring wear state.
 
-``python -m wearlab.accuracy.steady_time FILE`` prints a line for every case of a campaign file that moves:
+``python tests/validation/steady_time.py FILE`` prints a line for every case of a campaign file that moves:
 the fewest steps, of some, that reach the error against twice as many as `tight_steps` asks for, and the best
 of several wall times, tables included.
 """
@@ -91,7 +91,7 @@ def main(arguments: list[str]) -> None:
     from wearlab.campaign import load
 
     if not arguments:
-        print("usage: python -m wearlab.accuracy.steady_time FILE", file=sys.stderr)
+        print("usage: python tests/validation/steady_time.py FILE", file=sys.stderr)
         sys.exit(2)
     print(f"steady states to {ERROR:g}; the targets are {1e3 * COLD:g} ms cold and {1e3 * WARM:g} ms warm")
     for case in load(arguments[0]).cases:

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from corner_elements import OPTIONS, between, elements, load_corners, solve
+from outline_contact import Outlines
 from scipy.optimize import brentq
+from tip_corners import by_model, draw, report, ways, wear_rate_at_a
 
-from wearlab.accuracy.corner_elements import OPTIONS, between, elements, load_corners, solve
-from wearlab.accuracy.outline_contact import Outlines
-from wearlab.accuracy.tip_corners import by_model, draw, report, ways, wear_rate_at_a
 from wearlab.campaign import load
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.exact.minimum_gap import minimum_gap

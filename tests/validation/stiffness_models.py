@@ -1,6 +1,6 @@
 """Stiffness models of a campaign against its first case: errors in single and double contact, and run time.
 
-``python -m wearlab.accuracy.stiffness_models FILE [WEAR]`` prints one table for each kind of mesh, healthy or
+``python tests/validation/stiffness_models.py FILE [WEAR]`` prints one table for each kind of mesh, healthy or
 with WEAR µm off both flanks.
 """
 

@@ -1,6 +1,6 @@
 """Extended contact of a campaign's static cases against finite elements: load, deflection, wear at A.
 
-``python -m wearlab.accuracy.tip_corners FILE [FIGURE]`` prints the table, and draws it when FIGURE is named.
+``python tests/validation/tip_corners.py FILE [FIGURE]`` prints the table, and draws it when FIGURE is named.
 The finite elements are those of :mod:`.corner_elements`: gaps from drawn outlines, corners loaded on the
 mate's normal, every pair in reach coupled to every other. How wide the loaded patch is decides how soft a
 corner is: two widths are given.
@@ -14,10 +14,10 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from corner_elements import OPTIONS, PAIRS, Loaded, load_corners
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from wearlab.accuracy.corner_elements import OPTIONS, PAIRS, Loaded, load_corners
 from wearlab.accuracy.scores_figure import DEFAULTS
 from wearlab.campaign import load
 from wearlab.mesh.finite_element.options import Options

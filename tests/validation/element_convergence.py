@@ -1,6 +1,6 @@
 """How the finite-element compliance of a campaign's gears converges with the mesh.
 
-``python -m wearlab.accuracy.element_convergence FILE`` prints a table for each kind of mesh.
+``python tests/validation/element_convergence.py FILE`` prints a table for each kind of mesh.
 """
 
 import sys

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from leaving_out import PARTS, Saving, apart, row, saving, scene
 
-from wearlab.accuracy.leaving_out import PARTS, Saving, apart, row, saving, scene
 from wearlab.scene.build import build
 from wearlab.simulation import simulate
 

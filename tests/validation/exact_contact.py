@@ -1,6 +1,6 @@
 """How long the exact mesh relationship of a worn pair takes: tangency, smallest gap, and Algorithm 1.
 
-``python -m wearlab.accuracy.exact_contact FILE`` prints it for every case of a campaign file that presets
+``python tests/validation/exact_contact.py FILE`` prints it for every case of a campaign file that presets
 wear, at Y23's 1849 points, with the largest difference in rotation of the driven gear.
 """
 
@@ -90,7 +90,7 @@ def main(arguments: list[str]) -> None:
     from wearlab.campaign import load
 
     if not arguments:
-        print("usage: python -m wearlab.accuracy.exact_contact FILE", file=sys.stderr)
+        print("usage: python tests/validation/exact_contact.py FILE", file=sys.stderr)
         sys.exit(2)
     print(
         f"{PUBLISHED_POINTS} points of one worn pair; the target is {1e3 * TARGET:g} ms and {RATIO:g} times"

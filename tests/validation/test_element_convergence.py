@@ -2,7 +2,8 @@
 
 import math
 
-from wearlab.accuracy.element_convergence import element_convergence
+from element_convergence import element_convergence
+
 from wearlab.gears.external import external_pair
 from wearlab.gears.specification import GearSpec
 from wearlab.mesh.finite_element import Options

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from outline_contact import Outlines, Touch
 from scipy.optimize import brentq, nnls
 
-from wearlab.accuracy.outline_contact import Outlines, Touch
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.finite_element.chart import chart

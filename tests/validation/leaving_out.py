@@ -1,6 +1,6 @@
 """What each absent part of a scene saves, and that leaving it out changes nothing: a table to print.
 
-``python -m wearlab.accuracy.leaving_out`` runs one wearing state of a spur pair in pairs of scenes. In the
+``python tests/validation/leaving_out.py`` runs one wearing state of a spur pair in pairs of scenes. In the
 first of each pair a part is present but without effect, in the second it is absent. The results agree; time
 and bytes of the stored run do not. Linear contact is not an option but a proof: where no gap can open, the
 period map is affine and one pass finds the orbit that a march finds in hundreds of periods.

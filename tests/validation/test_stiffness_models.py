@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stiffness_models import judge, report
 
 import wearlab
-from wearlab.accuracy.stiffness_models import judge, report
 from wearlab.campaign import load
 from wearlab.scene.build.mesh import build_analysis
 from wearlab.scene.build.sets import build_set
