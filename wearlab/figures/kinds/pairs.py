@@ -1,0 +1,36 @@
+"""Draws of one unknown against another."""
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.of_updates import unknowns_of, update_kind, words
+from wearlab.figures.plot import Scale, Series
+from wearlab.figures.updated import Updated
+from wearlab.figures.wording import Label
+
+MOST_DOTS = 1500
+
+
+def _pairs(one: Updated, ask: Ask) -> Iterator[Series]:
+    data = one["posterior"]
+    names = [name for name in ask.y or unknowns_of(data) if name != "life"]
+    names = names if len(names) > 1 else ["factor", "life"]
+    for a, b in combinations(names, 2):
+        x, y = (np.log10(np.maximum(data[name].values.ravel()[:MOST_DOTS], 1e-300)) for name in (a, b))
+        key = {**one.key, "variable": Label(f"{a}, {b}", f"{words(a)}, {words(b)}")}
+        yield Series(
+            key, x, y, Scale(f"log₁₀ of {words(a)}", "1"), Scale(f"log₁₀ of {words(b)}", "1"), "dots"
+        )
+
+
+PAIRS = update_kind(
+    "pairs",
+    "What is known of pairs of unknowns",
+    "draws from the posterior, unknown against unknown",
+    ("posterior",),
+    _pairs,
+    ("cols", "variable"),
+)

@@ -1,0 +1,65 @@
+"""The wear to come, with what was measured and what was known before."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.of_updates import CYCLES, area, line, update_kind
+from wearlab.figures.plot import Scale, Series
+from wearlab.figures.updated import Updated
+from wearlab.schema import VARIABLES
+from wearlab.units import convert
+
+AHEAD = 1.5  # times the limit up to which a fan is drawn
+
+
+def _fan(one: Updated, ask: Ask) -> Iterator[Series]:
+    predictions = one["predictions"]
+    name = ask.y[0] if ask.y else str(predictions["limit"].attrs["quantity"])
+    declared = VARIABLES[name]
+    up = Scale(declared.long_name, declared.display_units)
+    scale = convert(1.0, declared.units, declared.display_units)
+    x = predictions["cycle"].values
+    q = predictions[f"{name}_quantile"].transpose("quantile", "cycle").values * scale
+    before = predictions[f"prior_{name}_quantile"].transpose("quantile", "cycle").values * scale
+    there = np.isfinite(q).all(axis=0)  # cases have cycles of their own
+    x, q, before = x[there], q[:, there], before[:, there]
+    limit = float(predictions["limit"]) * scale if name == predictions["limit"].attrs["quantity"] else None
+    top = AHEAD * (limit if limit is not None else float(np.nanmax(q[2])))
+    for row in before[[0, 2, 4]]:
+        held = row <= top
+        if held.sum() > 1:
+            yield line(one, x[held], row[held], CYCLES, up, "reference", "before: median, 5 and 95 %")
+    clipped = np.minimum(q, top)
+    yield area(one, x, clipped[0], clipped[4], CYCLES, up)
+    yield area(one, x, clipped[1], clipped[3], CYCLES, up)
+    held = q[2] <= top
+    yield line(one, x[held], q[2][held], CYCLES, up)
+    if limit is not None:
+        yield line(one, x[[0, -1]], np.full(2, limit), CYCLES, up, "reference", "limit")
+    yield from _measured(one, name, scale, up)
+
+
+def _measured(one: Updated, name: str, scale: float, up: Scale) -> Iterator[Series]:
+    """Yield measurements of a quantity with bars of one standard error."""
+    observed = one["observed_data"]
+    for block in map(str, observed.data_vars):
+        if not block.startswith(name) or f"sd_{block}" not in observed:
+            continue
+        x, y = observed[f"cycle_{block}"].values, observed[block].values * scale
+        sd = observed[f"sd_{block}"].values * scale
+        for at, value, error in zip(x, y, sd, strict=True):
+            if np.isfinite(value):
+                bar = np.array([value - error, value + error])
+                yield line(one, np.full(2, at), bar, CYCLES, up, "hairline")
+        yield line(one, x, y, CYCLES, up, "points")
+
+
+POSTERIOR_FAN = update_kind(
+    "posterior-fan",
+    "Wear to come",
+    "wear over the cycles: median, 50 and 90 %, measurements with errors, limit, what was known before",
+    ("predictions", "observed_data"),
+    _fan,
+)

@@ -1,0 +1,32 @@
+"""The remaining life after the last inspection."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.of_updates import DENSITY, REST, area, density, line, update_kind
+from wearlab.figures.plot import Series
+from wearlab.figures.updated import Updated, finite
+
+
+def _remaining(one: Updated, ask: Ask) -> Iterator[Series]:
+    rest = finite(one["posterior"]["remaining_useful_life"])
+    x, y = density(rest)
+    y = y / y.max()
+    yield area(one, x, np.zeros_like(y), y, REST, DENSITY)
+    yield line(one, x, y, REST, DENSITY)
+    quantiles = one["predictions"]["remaining_useful_life_quantile"]
+    last = quantiles.isel(inspection=-1) if "inspection" in quantiles.dims else quantiles
+    for p, at in zip(last["quantile"].values, last.values, strict=True):
+        if p in (0.05, 0.5, 0.95) and np.isfinite(at):
+            yield line(one, np.full(2, at), np.array([0.0, 1.05]), REST, DENSITY, "hairline")
+
+
+REMAINING_LIFE = update_kind(
+    "remaining-life",
+    "Remaining life after the last inspection",
+    "density of the remaining life with its 5, 50 and 95 % quantiles",
+    ("posterior", "predictions"),
+    _remaining,
+)

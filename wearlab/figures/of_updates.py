@@ -1,0 +1,66 @@
+"""What figures of updates have in common: scales, lines, areas, densities."""
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+import xarray as xr
+
+from wearlab.figures.ask import Ask
+from wearlab.figures.kind import Kind
+from wearlab.figures.plot import Array, Scale, Series
+from wearlab.figures.updated import Updated
+
+CYCLES = Scale("cycles", "1")
+REST = Scale("remaining life", "1")
+DENSITY = Scale("density over its largest", "1")
+PLACES = 300
+NOT_DRAWN = ("remaining_useful_life", "wear_coefficient")
+
+
+def line(
+    one: Updated, x: Array, y: Array, across: Scale, up: Scale, look: str = "line", text: str = ""
+) -> Series:
+    """Return a curve of one case."""
+    return Series(one.key, np.asarray(x, float), np.asarray(y, float), across, up, look, text)  # type: ignore[arg-type]
+
+
+def area(one: Updated, x: Array, low: Array, high: Array, across: Scale, up: Scale) -> Series:
+    """Return the area between two curves of one case."""
+    held = np.isfinite(low) & np.isfinite(high)
+    outline = np.concatenate([x[held], x[held][::-1]]), np.concatenate([low[held], high[held][::-1]])
+    return Series(one.key, *outline, across, up, "area")
+
+
+def density(values: Array) -> tuple[Array, Array]:
+    """Return a kernel estimate of a density between the 0.2 % ends of a sample."""
+    from scipy.stats import gaussian_kde
+
+    low, high = np.quantile(values, [0.002, 0.998])
+    if not high > low:
+        return np.array([low, low]), np.array([0.0, 1.0])
+    x = np.linspace(low, high, PLACES)
+    inside = values[(values >= low) & (values <= high)]
+    return x, np.asarray(gaussian_kde(inside)(x))
+
+
+def unknowns_of(data: xr.Dataset) -> list[str]:
+    """Return what is drawn of a sample where nobody says: the unknowns and the life."""
+    return [str(name) for name in data.data_vars if name not in NOT_DRAWN]
+
+
+def words(name: str) -> str:
+    """Return a variable's name as words."""
+    return name.replace("_", " ")
+
+
+def update_kind(
+    name: str,
+    title: str,
+    shows: str,
+    needs: tuple[str, ...],
+    series: Callable[[Updated, Ask], Iterable[Series]],
+    *first: tuple[str, str],
+) -> Kind:
+    """Return a kind of figure that is drawn from an update; cases stand side by side."""
+    roles = (*first, ("cols", "case"), ("rows", "case"), ("hue", "case"))
+    return Kind(name, title, shows, needs, (), series, roles, of="update")  # type: ignore[arg-type]
