@@ -7,7 +7,9 @@ import numpy as np
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.campaign.update import Columns, Data, ErrorModel, Limit, UpdateSpec
-from wearlab.updating.history import Asked, Curve, History
+from wearlab.updating.asking import Asked
+from wearlab.updating.curve import Curve
+from wearlab.updating.history import History
 from wearlab.updating.likelihood import block_of
 from wearlab.updating.observations import Observed
 from wearlab.updating.study import FACTOR, Study

@@ -5,9 +5,9 @@ import pytest
 from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
-from wearlab.updating.answer import first_passage, gathered
 from wearlab.updating.draws import drawn
 from wearlab.updating.outcome import answered
+from wearlab.updating.passage import first_passage, gathered
 
 CYCLES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 8e5])
 TIGHT = {"normal": {"mean": 1.3, "sd": 1e-6}, "truncate": [1.2, 1.4]}

@@ -125,14 +125,14 @@ def test_halving_the_grid_changes_nothing():
     seen = (observed(CYCLES, values, ErrorModel(unknown)),)
     prior = {"lognormal": {"median": 1.0, "cov": 14.0}}
     whole = answered(study(prior, seen), [history(seen)], blocks(seen))
-    from wearlab.updating import posterior
+    from wearlab.updating import gridding
 
-    kept = dict(posterior.DECAYED)
+    kept = dict(gridding.DECAYED)
     try:
-        posterior.DECAYED |= {"factor": 1e-12, "spread": 1e-7}
+        gridding.DECAYED |= {"factor": 1e-12, "spread": 1e-7}
         finer = answered(study(prior, seen), [history(seen)], blocks(seen))
     finally:
-        posterior.DECAYED |= kept
+        gridding.DECAYED |= kept
     assert len(finer.posterior.grid) > len(whole.posterior.grid)
     inner = np.array([0.05, 0.5, 0.95])
     assert whole.factor(inner) == pytest.approx(finer.factor(inner), rel=1e-5)

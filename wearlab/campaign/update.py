@@ -171,6 +171,12 @@ class Data:
         return f"{SECTION}.data[{self.number - 1}]"
 
     @property
+    def label(self) -> str:
+        """The quantity, where it was measured, and what of it was selected."""
+        selected = [f"{dim}_{value}" for dim, value in self.select.items()]
+        return "_".join([self.quantity, *([self.where] if self.where else []), *selected])
+
+    @property
     def si(self) -> str:
         """The SI unit of the quantity."""
         return unit_of(self.quantity)

@@ -6,7 +6,7 @@ from itertools import groupby
 
 from wearlab.figures.ask import Ask
 from wearlab.figures.kind import Kind
-from wearlab.figures.palette import GREY, INK, bar_of, beside_bar, pens
+from wearlab.figures.palette import BESIDE, INK, bar_of, beside_bar, pens
 from wearlab.figures.plot import Curve, Entry, Panel, Pen, Plot, Series
 from wearlab.figures.roles import laid_out
 from wearlab.figures.select import STATE_COORDINATES
@@ -15,7 +15,6 @@ from wearlab.figures.wording import Label, axis_label, power_of_ten
 MOST_COLUMNS = 3
 SHOWS_ITSELF = ("variable", "part")  # what the y label tells
 ALONE = "#0072B2"  # a curve without a hue
-REFERENCE = Pen(GREY, ":")
 OURS = "computed"
 """A curve without a hue, beside published points."""
 
@@ -66,7 +65,7 @@ def compose(
 
 def _title(series: Sequence[Series], varied: Mapping[str, list[Label]], ask: Ask, kind: Kind) -> str:
     """Return the kind's title, and the places that were selected."""
-    key = next((s.key for s in series if s.look not in ("reference", "published")), {})
+    key = next((s.key for s in series if s.look not in (*BESIDE, "published")), {})
     asked = {"update" if name in STATE_COORDINATES else name for name in ask.select}
     fixed = [key[name].text for name in key if name in asked and name not in varied]
     other = bool(ask.y and kind.titled and ask.y[0] != kind.y)
@@ -77,7 +76,7 @@ def _title(series: Sequence[Series], varied: Mapping[str, list[Label]], ask: Ask
 
 def _subject(series: Sequence[Series], kind: Kind) -> str:
     """Return what the curves show in words, as they stand within a sentence."""
-    first = next((s for s in series if s.look not in ("reference", "published")), series[0])
+    first = next((s for s in series if s.look not in (*BESIDE, "published")), series[0])
     words = (first.across if kind.along_x else first.up).words
     return words if words[:2].isupper() else words[:1].lower() + words[1:]
 
@@ -141,7 +140,7 @@ def _panel(
     pen: Mapping[Label, Pen],
     powers: Mapping[tuple[str, str, str], int],
 ) -> Panel:
-    first = next((s for s in inside if s.look != "reference"), inside[0])
+    first = next((s for s in inside if s.look not in BESIDE), inside[0])
     across, up = powers[("x", *_scale(first, "x"))], powers[("y", *_scale(first, "y"))]
     curves = [
         Curve(s.x / 10.0**across, s.y / 10.0**up, _pen(s, hue, pen), s.look)
@@ -162,13 +161,13 @@ def _panel(
 
 def _hours(inside: Sequence[Series], power: int) -> float | None:
     """Return the operating hours of one unit of x, where all curves agree on it."""
-    told = {f"{s.hours:.9g}" if s.hours else "" for s in inside if s.look not in ("reference", "published")}
+    told = {f"{s.hours:.9g}" if s.hours else "" for s in inside if s.look not in (*BESIDE, "published")}
     return float(told.pop()) * 10.0**power if len(told) == 1 and "" not in told else None
 
 
 def _pen(one: Series, hue: str | None, pen: Mapping[Label, Pen]) -> Pen:
-    if one.look == "reference":
-        return REFERENCE
+    if one.look in BESIDE:
+        return BESIDE[one.look]
     if hue is not None and hue in one.key and one.key[hue] in pen:
         return pen[one.key[hue]]
     return Pen(INK if one.look == "published" or (hue and one.look != "points") else ALONE, "-", "o")
@@ -192,7 +191,7 @@ def _legend(
     if not entries and coloured and any(s.look == "published" for s in series):
         entries = [Entry(OURS, Pen(ALONE, "-", "o"), coloured[-1].look)]
     extra = {s.text: s for s in reversed(series) if s.text}
-    own = {"reference": REFERENCE, "area": Pen(ALONE)}
+    own = BESIDE | {"area": Pen(ALONE), "line": Pen(ALONE), "line-points": Pen(ALONE, "-", "o")}
     for text, one in sorted(reversed(extra.items()), key=lambda item: item[1].look):
         entries.append(Entry(text, own.get(one.look, Pen(INK, "", "o")), one.look))
     return tuple(entries)

@@ -9,6 +9,8 @@ from wearlab.figures.ask import Ask
 from wearlab.figures.kind import Kind
 from wearlab.figures.plot import Array, Scale, Series
 from wearlab.figures.updated import Updated
+from wearlab.figures.wording import typeset
+from wearlab.units import convert
 
 CYCLES = Scale("cycles", "1")
 REST = Scale("remaining life", "1")
@@ -46,6 +48,15 @@ def density(values: Array) -> tuple[Array, Array]:
 def unknowns_of(data: xr.Dataset) -> list[str]:
     """Return what is drawn of a sample where nobody says: the unknowns and the life."""
     return [str(name) for name in data.data_vars if name not in NOT_DRAWN]
+
+
+def logs(values: xr.DataArray) -> tuple[Array, Scale]:
+    """Return the common logarithms of a variable as it is shown, those that have one, and their scale."""
+    unit, shown = values.attrs.get("units", "1"), values.attrs.get("display_units", "1")
+    held = np.asarray(values.values, float).ravel()
+    scale = convert(1.0, unit.replace(" ", "*"), shown) if shown not in (unit, "1") else 1.0
+    told = f" in {typeset(shown)}" if shown not in ("1", "") else ""
+    return np.log10(np.maximum(scale * held, 1e-300)), Scale(f"log₁₀ of {words(str(values.name))}{told}", "1")
 
 
 def words(name: str) -> str:

@@ -12,6 +12,13 @@ NAMES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000
 WEAR = ("#2b2d42", "#3b5b92", "#3a8fb7", "#59b78f", "#d8b13c", "#d9622b")  # unworn to worn, dark to warm
 SWEEP = ("#2d1160", "#721f81", "#b73779", "#f1605d", "#f39a3d")  # magma without its palest end
 INK, GREY, PALE = "#222222", "#7a7a7a", "#d9d9d9"
+BESIDE = {
+    "reference": Pen(GREY, ":"),
+    "level": Pen(INK),
+    "dashed": Pen(INK, "--"),
+    "dash-dot": Pen(INK, "-."),
+}
+"""Looks of thin lines that stand beside curves and take no hue."""
 WIDEST = 1.6  # the unworn state, so that it shows below what falls on it
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 DASHES = ("-", "--", "-.", ":")

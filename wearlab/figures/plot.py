@@ -10,7 +10,19 @@ from numpy.typing import NDArray
 from wearlab.figures.wording import Label
 
 Array = NDArray[np.float64]
-Look = Literal["line", "line-points", "points", "dots", "hairline", "area", "reference", "published"]
+Look = Literal[
+    "line",
+    "line-points",
+    "points",
+    "dots",
+    "hairline",
+    "area",
+    "reference",
+    "published",
+    "level",
+    "dashed",
+    "dash-dot",
+]
 
 
 class Scale(NamedTuple):

@@ -19,6 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from PIL.PngImagePlugin import PngInfo
 
 from wearlab.figures import style
+from wearlab.figures.palette import BESIDE
 from wearlab.figures.plot import Bar, Curve, Entry, Panel, Pen, Plot
 from wearlab.figures.wording import axis_label, power_of_ten
 
@@ -213,7 +214,7 @@ def _strokes(pen: Pen, look: str) -> dict[str, Any]:
             "ms": 4.2,
             "zorder": 5,
         }
-    if look == "reference":
+    if look in BESIDE:
         return {"color": colour, "ls": dash, "lw": 0.9, "zorder": 1.5}
     if look == "line-points":
         return {"color": colour, "ls": dash, "marker": pen.marker, "mec": "white", "mew": 0.4, "zorder": 3}
@@ -296,7 +297,7 @@ def _curve(ax: "Axes", curve: Curve) -> None:
 
 def _limits(ax: "Axes", plot: Plot) -> None:
     """Leave room where points sit on the edge; start at zero what comes near it; do not magnify round-off."""
-    pointed = any(c.look not in ("line", "reference") for panel in plot.panels for c in panel.curves)
+    pointed = any(c.look not in ("line", *BESIDE) for panel in plot.panels for c in panel.curves)
     if plot.shape == "square" or pointed:
         ax.margins(x=0.05)
     lines = [np.asarray(line.get_ydata(), float) for line in ax.lines if np.size(line.get_ydata()) > 1]

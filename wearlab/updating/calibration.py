@@ -13,10 +13,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from wearlab.updating.answer import Answer, present_state
+from wearlab.updating.answer import Answer
 from wearlab.updating.draws import Draws, drawn
 from wearlab.updating.likelihood import PER, Block, inspections_of, modelled
 from wearlab.updating.outcome import answered, unseen
+from wearlab.updating.passage import present_state
 from wearlab.updating.posterior import Posterior
 
 if TYPE_CHECKING:

@@ -23,21 +23,21 @@ class Check:
     ----------
     block, cycle, count : which block, when, how many values
     p : probability of values at least as far from what was expected (posterior predictive)
-    higher : whether they are above it
+    surprise : difference of their mean from it, over the standard deviation expected
     """
 
     block: int
     cycle: float
     count: int
     p: float
-    higher: bool
+    surprise: float
 
     @property
     def words(self) -> str:
         """What to think of it."""
         if self.p >= DOUBTFUL:
             return "as expected"
-        side = "higher" if self.higher else "lower"
+        side = "higher" if self.surprise > 0.0 else "lower"
         if self.count > 1:
             side = "farther off"
         return f"{'much ' if self.p < FLAGGED else ''}{side} than expected"
@@ -85,5 +85,5 @@ def checks(post: Posterior, draws: Draws, most: int = 2000) -> list[Check]:
             continue
         for one, step in zip(times, surprises(post, draws, number), strict=True):
             p = float(np.mean(gammaincc(0.5 * step.count, 0.5 * step.chi_square)))
-            found.append(Check(number, one.cycle, step.count, p, bool(np.median(step.surprise) > 0.0)))
+            found.append(Check(number, one.cycle, step.count, p, float(np.median(step.surprise))))
     return found

@@ -5,9 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.updating.answer import Answer, present_state
+from wearlab.updating.answer import Answer
+from wearlab.updating.integrals import conditional, log_prior, values
 from wearlab.updating.likelihood import PER, log_likelihood
-from wearlab.updating.posterior import Posterior, conditional, values
+from wearlab.updating.passage import present_state
+from wearlab.updating.posterior import Posterior
 from wearlab.updating.quadrature import Grid
 
 Array = NDArray[np.float64]
@@ -96,33 +98,28 @@ def _spreads(
             else:
                 table = _prior_table(post, number, len(some))
             weight = np.exp(table - table.max(axis=(1, 2), keepdims=True))
-            flat = np.cumsum(weight.reshape(len(some), -1), axis=1)
-            at = np.array(
-                [
-                    np.searchsorted(row, u * row[-1])
-                    for row, u in zip(flat, rng.random(len(some)), strict=True)
-                ]
-            )
-            j, k = np.unravel_index(np.minimum(at, flat.shape[1] - 1), weight.shape[1:])
+            j = np.zeros(len(some), np.intp)
             if sd_grid is not None:
-                sd[some] = np.exp(_within(sd_grid, j, rng))
+                along = _along(sd_grid, weight.sum(axis=2), rng)
+                j = np.abs(sd_grid.points - along[:, None]).argmin(axis=1)
+                sd[some] = np.exp(along)
             if drift_grid is not None:
-                drift[some] = np.exp(_within(drift_grid, k, rng))
+                drift[some] = np.exp(_along(drift_grid, weight[np.arange(len(some)), j], rng))
     return sd, drift
 
 
 def _prior_table(post: Posterior, number: int, count: int) -> Array:
-    from wearlab.updating.posterior import log_prior
-
     block, (sd_grid, drift_grid) = post.blocks[number], post.spreads[number]
     table = log_prior(block.sd, sd_grid)[:, None] + log_prior(block.drift, drift_grid)
     return np.broadcast_to(table, (count, *table.shape))
 
 
-def _within(along: Grid, index: NDArray[np.intp], rng: np.random.Generator) -> Array:
-    """Return places within the cells of a grid, each as wide as its point's weight."""
-    edges = along.edges[0] + np.concatenate([[0.0], np.cumsum(along.weights)])
-    return np.asarray(edges[index] + rng.random(len(index)) * (edges[index + 1] - edges[index]))
+def _along(grid: Grid, weight: Array, rng: np.random.Generator) -> Array:
+    """Return a place on a grid for every row of weights of its points, by the inverse of its integral."""
+    places, below = grid.below(weight / grid.weights)
+    rising = np.maximum.accumulate(below, axis=1)
+    u = rng.random(len(weight)) * rising[:, -1]
+    return np.array([np.interp(one, row, places) for one, row in zip(u, rising, strict=True)])
 
 
 def _lives(

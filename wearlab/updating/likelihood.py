@@ -68,7 +68,7 @@ class Block:
     @property
     def name(self) -> str:
         """The quantity and where it was measured."""
-        return "_".join([self.data.quantity, *([self.data.where] if self.data.where else [])])
+        return self.data.label
 
 
 def block_of(seen: Observed, *, accumulating: bool) -> Block:
@@ -80,7 +80,7 @@ def block_of(seen: Observed, *, accumulating: bool) -> Block:
 
 
 def _spread(name: str, given: float | Distribution, data: Data) -> Spread:
-    label = "_".join([name, data.quantity, *([data.where] if data.where else [])])
+    label = f"{name}_{data.label}"
     if not isinstance(given, Distribution):
         return Spread(label, given)
     scale = 1.0 if given.unit is None else convert(1.0, given.unit, udunits(data.si))

@@ -10,9 +10,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from wearlab.updating.answer import Answer, present_state
+from wearlab.updating.answer import Answer
 from wearlab.updating.draws import Draws
 from wearlab.updating.likelihood import PER, log_likelihood
+from wearlab.updating.passage import present_state
 
 if TYPE_CHECKING:
     from wearlab.updating.outcome import Outcome

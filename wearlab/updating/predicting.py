@@ -4,9 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.updating.checking import surprises
+from wearlab.updating.curve import Curve
 from wearlab.updating.draws import Draws
 from wearlab.updating.filtering import smoothed_paths
-from wearlab.updating.history import Curve, History
+from wearlab.updating.history import History
 from wearlab.updating.likelihood import PER, inspections_of, modelled
 from wearlab.updating.posterior import Posterior
 

@@ -18,6 +18,18 @@ if TYPE_CHECKING:
     from wearlab.updating.study import Study
 
 Array = NDArray[np.float64]
+ABOUT = {
+    "life_quantile": "cycles to the limit",
+    "remaining_useful_life_quantile": "cycles from the inspection to the limit",
+    "factor_quantile": "factor on the wear coefficient",
+    "log_evidence": "log of the probability of all measurements until then",
+    "check_p_forward": "probability of an inspection as far off, by what was known before it",
+    "inspection": "cycle of the inspection",
+    "replay_inspections": "inspections before the measured end of life",
+    "replay_mean_error": "mean relative error of their medians of the remaining life",
+    "replay_in_50": "inspections whose 50 % interval of the remaining life held what came",
+    "replay_in_90": "inspections whose 90 % interval of the remaining life held what came",
+}
 MOST = 200  # inspections that are replayed; of more, evenly many
 DRAWS = 1000
 
@@ -70,14 +82,43 @@ def replayed(study: "Study", post: Posterior) -> xr.Dataset:
         known = drawn(answer, DRAWS, rng)
     dims = ("inspection", "quantile")
     shape = (len(cycles), len(p))
-    about = {"units": "1"}
+    values = {
+        "life_quantile": (dims, np.reshape(life, shape)),
+        "remaining_useful_life_quantile": (dims, np.reshape(rest, shape)),
+        "factor_quantile": (dims, np.reshape(factor, shape)),
+        "log_evidence": ("inspection", np.array(evidence, float)),
+        "check_p_forward": ("inspection", np.array(check, float)),
+    }
     return xr.Dataset(
+        {name: (*one, {"units": "1", "long_name": ABOUT[name]}) for name, one in values.items()},
         {
-            "life_quantile": (dims, np.reshape(life, shape), about),
-            "remaining_useful_life_quantile": (dims, np.reshape(rest, shape), about),
-            "factor_quantile": (dims, np.reshape(factor, shape), about),
-            "log_evidence": ("inspection", np.array(evidence, float)),
-            "check_p_forward": ("inspection", np.array(check, float)),
+            "inspection": ("inspection", cycles, {"units": "1", "long_name": ABOUT["inspection"]}),
+            "quantile": p,
         },
-        {"inspection": cycles, "quantile": p},
+    )
+
+
+def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
+    """Return how the answers before a measured end of life did.
+
+    Parameters
+    ----------
+    replay : as `replayed` returns it
+    end : cycle at which the limit was measured, NaN where it was not: then there is nothing to say
+    """
+    before = replay.isel(inspection=np.flatnonzero(replay["inspection"].values < end))
+    if not np.isfinite(end) or not before.sizes["inspection"]:
+        return xr.Dataset()
+    truth = end - before["inspection"]
+    rest = before["remaining_useful_life_quantile"]
+    off = np.abs(rest.sel(quantile=0.5) - truth) / truth
+    found = {"replay_inspections": float(len(truth)), "replay_mean_error": float(off.mean())}
+    for width in (50, 90):
+        low, high = 0.5 - 0.005 * width, 0.5 + 0.005 * width
+        inside = (rest.sel(quantile=low, method="nearest") <= truth) & (
+            truth <= rest.sel(quantile=high, method="nearest")
+        )
+        found[f"replay_in_{width}"] = float(inside.sum())
+    return xr.Dataset(
+        {name: ((), value, {"units": "1", "long_name": ABOUT[name]}) for name, value in found.items()}
     )

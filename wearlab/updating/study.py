@@ -13,10 +13,12 @@ from wearlab.campaign.sampling import Sample, draw
 from wearlab.campaign.update import THICKNESS, Limit, UpdateSpec
 from wearlab.scene import Scene
 from wearlab.store.place import place
+from wearlab.units import is_quantity, split
 from wearlab.updating.errors import UpdateError
-from wearlab.updating.history import History, history_of, refuse_what_does_not_scale
+from wearlab.updating.history import History, history_of
 from wearlab.updating.observations import Observed, read_observations
-from wearlab.updating.posterior import Prior
+from wearlab.updating.prior import Prior
+from wearlab.updating.scaling import refuse_what_does_not_scale
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -185,13 +187,14 @@ def histories(study: Study, store: "Store") -> tuple[tuple[History, ...], NDArra
                 f"{why.strip().rpartition(chr(10))[2]}".strip()
             )
         run = store.run(scenes[0].id)
-        one = history_of(run, scenes[0].id, _plain(scenes[0]), study.seen, study.limit)
+        one = history_of(run, scenes[0].id, scenes[0].model_dump(), study.seen, study.limit)
         return (one,), np.zeros(1, np.intp)
     return _many(study, scenes, store)
 
 
-def _plain(scene: Scene) -> dict[str, Any]:
-    return dict(scene.model_dump())
+def plain(value: float | str) -> float:
+    """Return the number of a value as a campaign file writes it, in its own unit."""
+    return float(split(value)[0]) if is_quantity(value) else float(value)
 
 
 def _many(
@@ -220,7 +223,7 @@ def _many(
             continue
         run = _trimmed(one)
         try:
-            found.append(history_of(run, scene.id, _plain(scene), study.seen, study.limit))
+            found.append(history_of(run, scene.id, scene.model_dump(), study.seen, study.limit))
             which.append(i)
         except UpdateError:
             if i == 0:

@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 
 from wearlab.campaign import Campaign
 from wearlab.scene import SceneError
-from wearlab.units import is_quantity, split
 from wearlab.updating.errors import UpdateError
 from wearlab.updating.history import History
 from wearlab.updating.outcome import Outcome, answered, blocks_of, outcome
-from wearlab.updating.study import Study, histories, studies
+from wearlab.updating.study import Study, histories, plain, studies
 from wearlab.updating.weighting import FEWEST, fitted, log_mixture, proposed, scores
 
 if TYPE_CHECKING:
@@ -130,8 +129,3 @@ def scores_of(study: Study) -> Array:
         for key, values in study.drawn.items()
     ]
     return np.stack(columns, axis=1)
-
-
-def plain(value: float | str) -> float:
-    """Return the number of a value as a campaign file writes it, in its own unit."""
-    return float(split(value)[0]) if is_quantity(value) else float(value)

@@ -52,6 +52,8 @@ def _case(tree: xr.DataTree, label: str | None) -> Iterator[str]:
     yield _line(f"remaining life at {now:.6g} cycles", rest, "cycles", hours)
     if "inspection" in predictions.dims:
         yield from _replay(predictions, hours)
+    if "replay_inspections" in stats and np.isfinite(stats["replay_inspections"]):
+        yield _scores(stats)
     yield from _checks(stats)
     if "log_evidence_of_drift" in stats:
         yield _evidence(float(stats["log_evidence_of_drift"]))
@@ -112,6 +114,15 @@ def _replay(predictions: xr.Dataset, hours: float) -> Iterator[str]:
             else f", an inspection that those before it did not lead to expect (p = {p:.2g})"
         )
         yield f"  {cycle:>12.6g}: {q[2]:.4g} cycles, 90 %: {q[0]:.4g} to {q[4]:.4g}{odd}"
+
+
+def _scores(stats: xr.Dataset) -> str:
+    count = float(stats["replay_inspections"])
+    inside = " and ".join(f"{float(stats[f'replay_in_{w}']):.0f} in the {w} % interval" for w in (90, 50))
+    return (
+        f"against the end that was measured: {count:.0f} inspections before it, their medians off by "
+        f"{100 * float(stats['replay_mean_error']):.3g} % of what then came on average, {inside}"
+    )
 
 
 def _checks(stats: xr.Dataset) -> Iterator[str]:

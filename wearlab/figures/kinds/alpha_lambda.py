@@ -23,12 +23,12 @@ def _alpha_lambda(one: Updated, ask: Ask) -> Iterator[Series]:
     shown = np.minimum(rest, top)
     yield area(one, x, shown[0], shown[4], CYCLES, REST)
     yield area(one, x, shown[1], shown[3], CYCLES, REST)
-    yield line(one, x, shown[2], CYCLES, REST, "line-points")
+    yield line(one, x, shown[2], CYCLES, REST, "line-points", "foreseen: median, 50 and 90 %")
     if np.isfinite(truth):
         ends = np.array([x[0], truth])
         for share in (1.0 - CONE, 1.0, 1.0 + CONE):
             yield line(one, ends, share * (truth - ends), CYCLES, REST, "reference", "what came, ±20 %")
-    for (text, rule), look in zip(_simple(one, x).items(), ("dots", "published"), strict=False):
+    for (text, rule), look in zip(_simple(one, x).items(), ("dashed", "dash-dot"), strict=False):
         ok = np.isfinite(rule) & (rule >= 0.0)
         if ok.any():
             yield line(one, x[ok], np.minimum(rule[ok], top), CYCLES, REST, look, text)

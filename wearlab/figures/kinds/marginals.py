@@ -5,23 +5,22 @@ from collections.abc import Iterator
 import numpy as np
 
 from wearlab.figures.ask import Ask
-from wearlab.figures.of_updates import DENSITY, density, unknowns_of, update_kind, words
-from wearlab.figures.plot import Scale, Series
-from wearlab.figures.updated import Updated, finite
+from wearlab.figures.of_updates import DENSITY, density, logs, unknowns_of, update_kind, words
+from wearlab.figures.plot import Series
+from wearlab.figures.updated import Updated
 from wearlab.figures.wording import Label
 
 
 def _marginals(one: Updated, ask: Ask) -> Iterator[Series]:
     for name in ask.y or unknowns_of(one["posterior"]):
         for group, look in (("prior", "reference"), ("posterior", "line")):
-            values = finite(one[group][name])
-            values = np.log10(values[values > 0.0])
+            values, across = logs(one[group][name])
+            values = values[np.isfinite(values)]
             if len(values) < 2:
                 continue
             x, y = density(values)
             y = y / y.max()
             key = {**one.key, "variable": Label(name, words(name))}
-            across = Scale(f"log₁₀ of {words(name)}", "1")
             if look == "line":
                 outline = np.concatenate([x, x[::-1]]), np.concatenate([y, np.zeros_like(y)])
                 yield Series(key, *outline, across, DENSITY, "area")

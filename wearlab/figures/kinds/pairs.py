@@ -3,11 +3,9 @@
 from collections.abc import Iterator
 from itertools import combinations
 
-import numpy as np
-
 from wearlab.figures.ask import Ask
-from wearlab.figures.of_updates import unknowns_of, update_kind, words
-from wearlab.figures.plot import Scale, Series
+from wearlab.figures.of_updates import logs, unknowns_of, update_kind, words
+from wearlab.figures.plot import Series
 from wearlab.figures.updated import Updated
 from wearlab.figures.wording import Label
 
@@ -19,11 +17,9 @@ def _pairs(one: Updated, ask: Ask) -> Iterator[Series]:
     names = [name for name in ask.y or unknowns_of(data) if name != "life"]
     names = names if len(names) > 1 else ["factor", "life"]
     for a, b in combinations(names, 2):
-        x, y = (np.log10(np.maximum(data[name].values.ravel()[:MOST_DOTS], 1e-300)) for name in (a, b))
+        (x, across), (y, up) = logs(data[a]), logs(data[b])
         key = {**one.key, "variable": Label(f"{a}, {b}", f"{words(a)}, {words(b)}")}
-        yield Series(
-            key, x, y, Scale(f"log₁₀ of {words(a)}", "1"), Scale(f"log₁₀ of {words(b)}", "1"), "dots"
-        )
+        yield Series(key, x[:MOST_DOTS], y[:MOST_DOTS], across, up, "dots")
 
 
 PAIRS = update_kind(

@@ -35,9 +35,9 @@ def _fan(one: Updated, ask: Ask) -> Iterator[Series]:
     yield area(one, x, clipped[0], clipped[4], CYCLES, up)
     yield area(one, x, clipped[1], clipped[3], CYCLES, up)
     held = q[2] <= top
-    yield line(one, x[held], q[2][held], CYCLES, up)
+    yield line(one, x[held], q[2][held], CYCLES, up, text="now: median, 50 and 90 %")
     if limit is not None:
-        yield line(one, x[[0, -1]], np.full(2, limit), CYCLES, up, "reference", "limit")
+        yield line(one, x[[0, -1]], np.full(2, limit), CYCLES, up, "level", "limit")
     yield from _measured(one, name, scale, up)
 
 

@@ -20,7 +20,7 @@ def _remaining(one: Updated, ask: Ask) -> Iterator[Series]:
     last = quantiles.isel(inspection=-1) if "inspection" in quantiles.dims else quantiles
     for p, at in zip(last["quantile"].values, last.values, strict=True):
         if p in (0.05, 0.5, 0.95) and np.isfinite(at):
-            yield line(one, np.full(2, at), np.array([0.0, 1.05]), REST, DENSITY, "hairline")
+            yield line(one, np.full(2, at), np.array([0.0, 1.05]), REST, DENSITY, "level", "5, 50 and 95 %")
 
 
 REMAINING_LIFE = update_kind(

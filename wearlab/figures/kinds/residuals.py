@@ -6,20 +6,17 @@ import numpy as np
 
 from wearlab.figures.ask import Ask
 from wearlab.figures.of_updates import CYCLES, update_kind, words
-from wearlab.figures.plot import Scale, Series
+from wearlab.figures.plot import Array, Scale, Series
 from wearlab.figures.updated import Updated
 from wearlab.figures.wording import Label
 
 
 def _residuals(one: Updated, ask: Ask) -> Iterator[Series]:
-    observed, replicas = one["observed_data"], one["posterior_predictive"]
-    up = Scale("(measured − predicted)/standard deviation", "1")
-    for name in map(str, replicas.data_vars):
-        made = replicas[name].values.reshape(-1, replicas[name].shape[-1])
-        middle, spread = np.nanmean(made, axis=0), np.nanstd(made, axis=0)
-        x = observed[f"cycle_{name}"].values
+    up = Scale("(measured − expected)/standard deviation", "1")
+    for name in map(str, one["posterior_predictive"].data_vars):
+        x, y = _left_over(one, name)
         key = {**one.key, "variable": Label(name, words(name))}
-        yield Series(key, x, (observed[name].values - middle) / spread, CYCLES, up, "points")
+        yield Series(key, x, y, CYCLES, up, "points")
         for level in (-2.0, 0.0, 2.0):
             ends = np.array([0.0, float(x.max(initial=1.0))])
             yield Series(
@@ -27,10 +24,26 @@ def _residuals(one: Updated, ask: Ask) -> Iterator[Series]:
             )
 
 
+def _left_over(one: Updated, name: str) -> tuple[Array, Array]:
+    """Return cycles and what is left over there, in standard deviations.
+
+    Wear that strays by itself explains every value: there, what those before an inspection led to expect.
+    """
+    observed, stats = one["observed_data"], one["sample_stats"]
+    if observed[name].attrs.get("accumulating", 0) and f"surprise_{name}" in stats:
+        x, y = stats[f"cycle_{name}"].values, stats[f"surprise_{name}"].values
+        return x[np.isfinite(y)], y[np.isfinite(y)]
+    made = one["posterior_predictive"][name].values
+    made = made.reshape(-1, made.shape[-1])
+    held = np.isfinite(observed[name].values) & np.isfinite(made).any(axis=0)
+    middle, spread = np.nanmean(made[:, held], axis=0), np.nanstd(made[:, held], axis=0)
+    return observed[f"cycle_{name}"].values[held], (observed[name].values[held] - middle) / spread
+
+
 RESIDUALS = update_kind(
     "residuals",
     "What the measurements leave over",
-    "measured less predicted, over the standard deviation predicted, at every inspection",
+    "measured less expected, over the standard deviation expected, at every inspection",
     ("observed_data", "posterior_predictive"),
     _residuals,
     ("cols", "variable"),
