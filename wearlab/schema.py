@@ -437,7 +437,17 @@ VARIABLES: dict[str, Variable] = {
         (), "m2 N-1", "m^2/N", "estimated numerical error of the calibrated wear coefficient"
     ),
     "error_estimate_mesh_force": Variable(
-        ("update",), "N", "N", "estimated numerical error of the mesh force"
+        ("update",), "N", "N", "estimated numerical error of the mesh force at any instant"
+    ),
+    "error_estimate_mesh_force_max": Variable(
+        ("update",),
+        "N",
+        "N",
+        "estimated numerical error of the largest mesh force",
+        "over the static force that of the dynamic factor",
+    ),
+    "error_estimate_bearing_force": Variable(
+        ("update",), "N", "N", "estimated numerical error of the bearing forces at any instant"
     ),
     "residual_mean_force": Variable(
         ("update",), "1", "1", "mean of elastic and damping force over the static force, minus one"

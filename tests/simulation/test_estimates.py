@@ -52,7 +52,7 @@ def test_the_end_of_a_life_is_told_by_the_flank_that_ends_it() -> None:
 def test_estimates_bound_the_errors_and_do_not_exaggerate() -> None:
     scores = [score(draw(7, number)) for number in SCENES]
     found = summary(scores)
-    for name, count in (("wear_depth", 5), ("life", 5), ("mesh_force", 4)):
+    for name, count in (("wear_depth", 5), ("life", 5), ("mesh_force", 4), ("mesh_force_max", 4)):
         scenes, share, ratio = found[name]
         assert scenes == count and share == 1.0 and 1.5 < ratio < 10.0, (name, found[name])
 

@@ -5,7 +5,7 @@ import pytest
 from wearlab.store.headline import headlines
 
 LIFE = {"life": 2e7, "error_estimate_life": 4e3, "max_wear_depth": 4e-4, "error_estimate_wear_depth": 8e-8}
-FORCES = {"mesh_force_max": 8000.0, "error_estimate_mesh_force": 4.0, "ste_peak_to_peak": 1.25e-5}
+FORCES = {"mesh_force_max": 8000.0, "error_estimate_mesh_force_max": 4.0, "ste_peak_to_peak": 1.25e-5}
 
 
 def test_life_comes_before_wear():
@@ -32,5 +32,5 @@ def test_one_wear_state_tells_what_acts_in_the_mesh_and_not_the_wear_it_was_give
 
 def test_nothing_to_tell_and_nothing_to_compare_with():
     assert headlines({"verdict": "completed"}) == []
-    (still,) = headlines({"cycle": 0.0, "mesh_force_max": 0.0, "error_estimate_mesh_force": 1.0})
+    (still,) = headlines({"cycle": 0.0, "mesh_force_max": 0.0, "error_estimate_mesh_force_max": 1.0})
     assert still.error is None

@@ -106,7 +106,7 @@ class Score(NamedTuple):
 
     Parameters
     ----------
-    wear_depth, life, mesh_force : (true error, estimate) [m], [1], [N]; None: not there or not comparable
+    wear_depth, life, mesh_force, mesh_force_max : (true error, estimate) [m], [1], [N]; None: not comparable
     cost : time spent on the estimates over the time of everything else in the run [1]
     """
 
@@ -114,9 +114,10 @@ class Score(NamedTuple):
     life: tuple[float, float] | None
     mesh_force: tuple[float, float] | None
     cost: float
+    mesh_force_max: tuple[float, float] | None = None
 
 
-QUANTITIES = ("wear_depth", "life", "mesh_force")
+QUANTITIES = ("wear_depth", "life", "mesh_force", "mesh_force_max")
 
 
 class Apart(Exception):
@@ -164,15 +165,18 @@ def score(scene: Scene, told: Callable[[str], None] = lambda stage: None) -> Sco
     life = None  # where the deepest place wears no more, no rate says what its depth is worth in cycles
     if speed > 0.0:
         life = (abs(limit - float(truly[0, at])) / speed, float(data.error_estimate_life))
-    force = None
+    force = largest = None
     if "dynamic_mesh_force" in data and (data.response_period.values == truth.response_period.values).all():
         difference = np.abs(data.dynamic_mesh_force.values[-1] - truth.dynamic_mesh_force.values[-1])
         force = (float(np.nanmax(difference)), float(data.error_estimate_mesh_force[-1]))
+        off = np.abs(data.mesh_force_max.values[-1] - truth.mesh_force_max.values[-1])
+        largest = (float(off.max()), float(data.error_estimate_mesh_force_max[-1]))
     return Score(
         (missed, float(data.error_estimate_wear_depth[-1])),
         life,
         force,
         _cost(scene, data),
+        largest,
     )
 
 

@@ -133,11 +133,11 @@ def of_row(row: Row) -> Score | None:
     """Return the score of a row, None when it has none."""
     if row["outcome"] != SCORED:
         return None
-    depth, life, force = (
-        (row[f"{name}_error"], row[f"{name}_estimate"]) if f"{name}_error" in row else None
+    pairs = {
+        name: (row[f"{name}_error"], row[f"{name}_estimate"]) if f"{name}_error" in row else None
         for name in QUANTITIES
-    )
-    return Score(depth, life, force, row["cost"])
+    }
+    return Score(**pairs, cost=row["cost"])
 
 
 def run(asked: Estimates, source: str, file: Path, workers: int | None, report: Report) -> list[Row]:

@@ -28,6 +28,7 @@ PANELS = (
     Panel("wear_depth", "wear depth", "µm", 1e6),
     Panel("life", "life", "cycles", 1.0),
     Panel("mesh_force", "mesh force", "N", 1.0),
+    Panel("mesh_force_max", "largest mesh force", "N", 1.0),
 )
 
 
@@ -35,7 +36,7 @@ def scores_png(scores: Sequence[Score]) -> bytes:
     """Return the PNG of a figure of estimates against true errors, log–log."""
     stream = io.BytesIO()
     with matplotlib.rc_context(DEFAULTS):
-        figure = Figure((7.2, 2.9), layout="constrained")
+        figure = Figure((9.4, 2.9), layout="constrained")
         for axes, panel in zip(figure.subplots(1, len(PANELS)), PANELS, strict=True):
             pairs = [getattr(one, panel.quantity) for one in scores]
             known = np.array([pair for pair in pairs if pair is not None and np.isfinite(pair).all()])

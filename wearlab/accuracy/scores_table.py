@@ -28,8 +28,8 @@ APART = {
     "longer than a scene may: its error is not known",
     "failed": "a defect",
 }
-UNITS = {"wear_depth": "m", "life": "1", "mesh_force": "N"}
-DISPLAY = {"wear_depth": "um", "life": "1", "mesh_force": "N"}
+UNITS = {"wear_depth": "m", "life": "1", "mesh_force": "N", "mesh_force_max": "N"}
+DISPLAY = UNITS | {"wear_depth": "um"}
 ALL = "all"
 
 

@@ -126,10 +126,11 @@ def steady(scene: Scene) -> Steady:
     parts = build(scene)
     assert parts.vibration is not None
     kinds, near = [], []
-    for kind, wear in zip(parts.kinds, initial_wear(scene, parts)[0], strict=True):
+    for kind, wear in zip(parts.coupling.kinds, initial_wear(scene, parts)[0], strict=True):
         more = quadratic(kind.analysis.grid.position, NEIGHBOUR)
-        kinds.append(_touching(parts.vibration, kind.analysis, wear))
-        near.append(_touching(parts.vibration, kind.analysis, wear + more))
+        felt = wear if kind.patch is None else kind.patch.felt(wear)
+        kinds.append(_touching(parts.vibration, kind.analysis, felt))
+        near.append(_touching(parts.vibration, kind.analysis, felt + more))
     return Steady(scene, parts, tuple(kinds), tuple(near))
 
 

@@ -15,14 +15,29 @@ from wearlab.scene.build import Parts
 from wearlab.scene.build.wear import build_limits
 from wearlab.simulation.end_of_life import DEEPEST, End, end_of
 from wearlab.simulation.operating import Stage
-from wearlab.simulation.twins import Rougher, flank_of_nodes, in_block, is_periodic, together, twins_of
+from wearlab.simulation.twins import (
+    Rougher,
+    flank_of_nodes,
+    in_block,
+    is_periodic,
+    samples,
+    together,
+    twins_of,
+)
+from wearlab.simulation.wear_off import WearOff
 
 Array = NDArray[np.float64]
 
 RATE_SHARE = 1.2
-FORCE_SHARE = 1.2
-WORN_SHARE = 2.0
-"""Weights of the rougher twin and the wear, the first two set on seed 1 of `wearlab.accuracy.drawn`."""
+"""Weight of the rougher twin, set on seed 1 of `wearlab.accuracy.drawn`."""
+
+
+class Forces(NamedTuple):
+    """Estimated errors of the forces of the kept states, (n_updates,) each [N]; see `ForceErrors`."""
+
+    mesh: Array
+    largest: Array
+    bearing: Array
 
 
 class Estimates(NamedTuple):
@@ -31,13 +46,13 @@ class Estimates(NamedTuple):
     Parameters
     ----------
     wear_depth : (n_updates,) [m], None when nothing wears on
-    mesh_force : (n_updates,) in every condition of operation [N], None without dynamics
+    force : of every condition of operation, (n_updates,) each; None without dynamics
     life : [1], None without a depth limit that was reached
     doubts : why they may be wrong by more than usual, () when nothing speaks against them
     """
 
     wear_depth: Array | None
-    mesh_force: tuple[Array, ...] | None
+    force: tuple[Forces, ...] | None
     life: float | None
     doubts: tuple[str, ...] = ()
 
@@ -53,8 +68,8 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
 
     Notes
     -----
-    Wear depth: what the steps over cycles accumulate, and the integral of the change of rate over the cycles.
-    Mesh force: its own change, and twice what the error of the depth is worth at the mean mesh stiffness.
+    Wear depth: what the steps over cycles accumulate, and the integral of the change of rate over cycles.
+    Forces: their own change, and that by wear as far off as the depth may be, see `force_errors`.
     A state whose rougher twin responds otherwise counts as its neighbours do. Without any twin, less rough
     ones serve; without those there is no estimate, except of wear by averages over aperiodic responses.
     """
@@ -67,11 +82,12 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
     depth = _depth(lived, known)
     force = None
     if stage.first.vibration is not None:
-        worn = inherited if depth is None else depth + inherited
+        clock = time.perf_counter()
         force = tuple(
-            _force_error(parts, in_block(lived, block), [twin for twin in twins if twin is not None], worn)
+            _forces(parts, in_block(lived, block), twins, found, inherited)
             for block, (parts, twins) in enumerate(zip(stage.parts, each, strict=True))
         )
+        stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
     return Estimates(depth, force, _life(stage, lived, known), _doubts(lived, found))
 
 
@@ -91,13 +107,19 @@ def _doubts(lived: History, found: list[Rougher | None]) -> tuple[str, ...]:
     return tuple(words for words, holds in said.items() if holds)
 
 
-def _depth(lived: History, found: list[Rougher]) -> Array | None:
-    life = lived.life
-    if life is None:
-        return None
-    stepping = np.interp(lived.cycle, life.cycle, life.accumulated_error)
+def _stepping(lived: History) -> Array:
+    """Return what the steps over cycles accumulate of error, and what averages leave, (n_updates,) [m]."""
+    if lived.life is None:
+        return np.zeros(len(lived.cycle))
+    stepping = np.interp(lived.cycle, lived.life.cycle, lived.life.accumulated_error)
     noise = np.array([state.noise for state in lived.state])
-    total = stepping + _integral(lived.cycle, noise)
+    return np.asarray(stepping + _integral(lived.cycle, noise))
+
+
+def _depth(lived: History, found: list[Rougher]) -> Array | None:
+    if lived.life is None:
+        return None
+    total = _stepping(lived)
     known = [(twin.cycle, twin.rate) for twin in found if twin.rate is not None]
     if not known:
         return np.full(len(total), np.nan) if any(map(is_periodic, lived.state)) else total
@@ -116,18 +138,28 @@ def _integral(cycle: Array, values: Array) -> Array:
     return np.concatenate([np.zeros_like(values[:1]), np.cumsum(pieces, axis=0)])
 
 
-def _force_error(parts: Parts, lived: History, found: list[Rougher], depth: Array | float) -> Array:
-    known = [twin for twin in found if np.isfinite(twin.force)]
+def _forces(
+    parts: Parts, lived: History, twins: list[Rougher | None], found: list[Rougher | None], inherited: float
+) -> Forces:
+    """Return the errors of the forces of all kept states, from those of the states that have twins.
+
+    Parameters
+    ----------
+    parts, lived, twins : of one condition
+    found : the twins of all conditions together
+    inherited : error of the wear that the run starts from [m]
+    """
+    off, stepping = WearOff(RATE_SHARE), inherited + _stepping(lived)
+    known = []
+    for at, twin, joint in zip(samples(lived), twins, found, strict=True):
+        if twin is not None and joint is not None:
+            errors = off.errors(parts, lived.state[at], twin, joint.rate, stepping[at])
+            known += [(twin.cycle, *errors)] if np.isfinite(errors.mesh) else []
     if not known:
-        return np.full(len(lived.state), np.nan)
-    force = np.interp(lived.cycle, [twin.cycle for twin in known], [twin.force for twin in known])
-    weights = [one.analysis.grid.phase_nodes[1] for one in parts.kinds]
-    stiffness = np.array([
-        max(weight @ one.static.tangent for weight, one in zip(weights, state.kind, strict=True))
-        for state in lived.state
-    ])  # fmt: skip
+        return Forces(*np.full((3, len(lived.state)), np.nan))
+    cycle, *each = np.array(known).T
     aperiodic = [any(one.period == 0 for one in state.responses) for state in lived.state]
-    return np.where(aperiodic, np.nan, FORCE_SHARE * force + WORN_SHARE * stiffness * depth)
+    return Forces(*(np.where(aperiodic, np.nan, np.interp(lived.cycle, cycle, one)) for one in each))
 
 
 def _life(stage: Stage, lived: History, found: list[Rougher]) -> float | None:

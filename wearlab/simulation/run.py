@@ -119,8 +119,11 @@ def _of_condition(
         values |= vibrating.dynamic_values(parts, states)
         values |= vibrating.mode_values(build_modes(parts))
         values["count_steps_per_period"] = len(parts.vibration.stages.grid.width)
-    if estimates.mesh_force is not None:
-        values["error_estimate_mesh_force"] = estimates.mesh_force[block][-len(states) :]
+    if estimates.force is not None:
+        mesh, largest, bearing = (error[-len(states) :] for error in estimates.force[block])
+        values |= {"error_estimate_mesh_force": mesh, "error_estimate_mesh_force_max": largest}
+        if "bearing_force" in values:
+            values["error_estimate_bearing_force"] = bearing
     found = other_attractors(parts, states)
     others += found
     values |= attractor_values(found)

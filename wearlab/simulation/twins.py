@@ -5,12 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.response import Response
 from wearlab.gears.errors import GearError
 from wearlab.life.history import History
 from wearlab.life.limits import StopWear
 from wearlab.life.state import Wear, WearState
-from wearlab.mesh.excitation import mesh_force
 from wearlab.mesh.profile import ProfileGrid, interpolate, lookup
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
@@ -36,14 +34,17 @@ class Rougher(NamedTuple):
     wear : (n_rough,) its wear depth at the rougher nodes of all flanks [m]
     rate : (n_rough,) change of the wear rate, None without a wear law [m]
     flank : (n_rough,) which flank each node is on
-    force : largest change of the mesh force, NaN without dynamics [N]
+    parts, state : the rougher physics and what the state is there
+    weight : what its changes are worth as ones of half the steps and nodes [1]
     """
 
     cycle: float
     wear: Array
     rate: Array | None
     flank: NDArray[np.int64]
-    force: float
+    parts: Parts
+    state: WearState
+    weight: float = 1.0
 
 
 def rough_parts(scene: Scene, parts: Parts, share: float = COARSENED) -> Parts | None:
@@ -88,13 +89,7 @@ def rougher(parts: Parts, rough: Parts, cycle: float, state: WearState) -> Rough
     rate = None
     if state.wears and again.wears:
         rate = rough.coupling.flat(again.rate) - rough.coupling.flat(_carried(parts, state.rate, rough))
-    force = np.nan
-    if responses:
-        force = max(
-            _change_of_force(_force(parts, state, one), _force(rough, again, other))
-            for one, other in zip(responses, again.responses, strict=True)
-        )
-    return Rougher(cycle, rough.coupling.flat(again.wear), rate, flank_of_nodes(rough), force)
+    return Rougher(cycle, rough.coupling.flat(again.wear), rate, flank_of_nodes(rough), rough, again)
 
 
 def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
@@ -102,32 +97,6 @@ def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
         carried(fine.analysis.grid, one, other.analysis.grid)
         for fine, one, other in zip(parts.kinds, values, rough.kinds, strict=True)
     )
-
-
-def _change_of_force(fine: Array, coarse: Array) -> float:
-    """Return the largest difference of two forces that may begin in any of their periods [N]."""
-    turns = range(len(fine))
-    return float(min(np.abs(np.roll(coarse, turn, axis=0) - fine).max() for turn in turns))
-
-
-def _force(parts: Parts, state: WearState, response: Response) -> Array:
-    """Return the force of every mesh, (n_periods, n_mesh, n_phases) [N]."""
-    vibration = parts.vibration
-    assert vibration is not None
-    deflection, _ = vibration.deflection(response, vibration.look(parts.phase))
-    touching = parts.coupling.touching(state)
-    return np.stack(
-        [
-            np.stack([
-                mesh_force(
-                    touching[one.kind], parts.look(mesh, parts.phase), row, vibration.backlash_of(mesh)
-                ).elastic
-                for row in deflection[:, mesh]
-            ])
-            for mesh, one in enumerate(parts.meshes)
-        ],
-        axis=1,
-    )  # fmt: skip
 
 
 def samples(lived: History) -> list[int]:
@@ -149,7 +118,7 @@ def twins_of(scene: Scene, parts: Parts, block: int, lived: History) -> list[Rou
     if any(twins) or not any(is_periodic(own.state[k]) for k in samples(own)):
         return twins
     return [
-        twin._replace(rate=None if twin.rate is None else SCALED * twin.rate, force=SCALED * twin.force)
+        twin._replace(rate=None if twin.rate is None else SCALED * twin.rate, weight=SCALED)
         if twin is not None
         else None
         for twin in _of_share(scene, parts, own, LESS_COARSENED)
@@ -182,4 +151,4 @@ def together(twins: list[Rougher | None], weight: Array) -> Rougher | None:
     rate = None
     if len(rates) == len(known):
         rate = np.asarray(sum(w * own for w, own in zip(weight, rates, strict=True)))
-    return known[0]._replace(rate=rate, force=max(twin.force for twin in known))
+    return known[0]._replace(rate=rate)

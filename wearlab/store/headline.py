@@ -37,7 +37,9 @@ WORN = (
     _Kind("max_wear_depth", 1e6, "µm worn", "µm", "wear", "error_estimate_wear_depth", "operating_hours"),
 )
 ONE_STATE = (
-    _Kind("mesh_force_max", 1.0, "N largest mesh force", "N in mesh", "force", "error_estimate_mesh_force"),
+    _Kind(
+        "mesh_force_max", 1.0, "N largest mesh force", "N in mesh", "force", "error_estimate_mesh_force_max"
+    ),
     _Kind("ste_peak_to_peak", 1e6, "µm range of STE", "µm STE", "STE", ""),
     WORN[1],
 )

@@ -1,0 +1,160 @@
+"""Errors of mesh and bearing forces: what half the steps and nodes, and errors of the wear, change of them.
+
+A rougher twin shows the one; the twin worn by as much more as the depth may be off shows the other. Both are
+taken at every instant, and a largest force can be off by no more than the error where it may lie.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.acceleration import within_steps
+from wearlab.dynamics.response import Response
+from wearlab.dynamics.supports import bearing_forces
+from wearlab.life.state import WearState
+from wearlab.mesh.clock import Instants, look_within
+from wearlab.mesh.excitation import Touching, mesh_force
+from wearlab.scene.build import Parts
+
+Array = NDArray[np.float64]
+
+FORCE_SHARE = 1.2
+"""Weight of the change by half the steps and nodes, set on seed 1 of `wearlab.accuracy.drawn`."""
+LARGEST_SHARE = 1.5
+"""Weight of the error where the largest force may lie: one place is less sure than all of them."""
+NEAR = 0.05
+"""How far below the largest, over the range of a force, counts as near it at least."""
+NODES = 3
+"""Instants within a step: its ends and its middle."""
+
+
+class ForceErrors(NamedTuple):
+    """Estimated errors of the forces of one state [N].
+
+    Parameters
+    ----------
+    mesh : of the elastic mesh force at any instant, the largest over the meshes
+    largest : of the largest mesh force, the largest over the meshes
+    bearing : of the force of a bearing along one axis, the largest of all; NaN without bearings
+    """
+
+    mesh: float
+    largest: float
+    bearing: float
+
+
+UNKNOWN = ForceErrors(np.nan, np.nan, np.nan)
+
+
+class Forces(NamedTuple):
+    """Forces of a response at the same instants of every mesh period, both sides of every jump.
+
+    Parameters
+    ----------
+    mesh : (n_periods, n_mesh, n_instants) [N]
+    bearing : (n_periods, n_members · 2, n_instants) [N]
+    """
+
+    mesh: Array
+    bearing: Array
+
+
+def force_errors(
+    parts: Parts, rough: Parts, states: tuple[WearState, WearState, WearState], weight: float
+) -> tuple[ForceErrors, ForceErrors]:
+    """Return the errors of the forces of a state, and what of them comes from the error of its wear.
+
+    Parameters
+    ----------
+    parts, rough : the physics, and that of half the steps and nodes
+    states : the state, its rougher twin, and that worn by as much further as the depth may be off
+    weight : of the change by the rougher twin [1]
+    """
+    found = [
+        _of_responses(parts, rough, states, at, FORCE_SHARE * weight)
+        for at in range(len(states[0].responses))
+    ]
+    both = np.max(found, axis=0)
+    return ForceErrors(*both[0]), ForceErrors(*both[1])
+
+
+def _of_responses(
+    parts: Parts, rough: Parts, states: tuple[WearState, WearState, WearState], at: int, weight: float
+) -> tuple[ForceErrors, ForceErrors]:
+    assert parts.vibration is not None
+    phase, segment, _ = within_steps(parts.vibration.stages.grid, NODES)
+    when = Instants(phase, segment)
+    own, twin, worse = (
+        forces_of(physics, state, state.responses[at], when)
+        for physics, state in zip((parts, rough, rough), states, strict=True)
+    )
+    turn = min(range(len(own.mesh)), key=lambda turn: np.abs(_turned(twin.mesh, turn) - own.mesh).max())
+    by_steps, by_wear = (
+        Forces(*(np.abs(_turned(one - two, turn)) for one, two in zip(*pair, strict=True)))
+        for pair in ((twin, Forces(*(_turned(one, -turn) for one in own))), (worse, twin))
+    )
+    both = Forces(*(weight * one + two for one, two in zip(by_steps, by_wear, strict=True)))
+    return _largest(own, both), _largest(own, by_wear)
+
+
+def _largest(own: Forces, error: Forces) -> ForceErrors:
+    at_largest = max(
+        error_of_largest(own.mesh[:, one].ravel(), error.mesh[:, one].ravel())
+        for one in range(own.mesh.shape[1])
+    )
+    bearing = float(error.bearing.max()) if error.bearing.size else np.nan
+    return ForceErrors(float(error.mesh.max()), at_largest, bearing)
+
+
+def _turned(values: Array, turn: int) -> Array:
+    return np.roll(values, turn, axis=0)
+
+
+def error_of_largest(values: Array, error: Array) -> float:
+    """Return by how much the largest of values that are off by ``error`` may be off, both (n,).
+
+    The true largest lies where ``f ≥ max f − 2 E``, E the largest error there: found by narrowing, though not
+    below `NEAR`, for an error may be small at one instant by chance.
+    """
+    there, largest = np.ones(len(values), bool), float(error.max())
+    below = values.max() - values
+    while True:
+        narrower = there & (below <= max(2.0 * largest, NEAR * float(below.max())))
+        if narrower.sum() == there.sum():
+            return LARGEST_SHARE * largest
+        there, largest = narrower, float(error[narrower].max())
+
+
+def forces_of(parts: Parts, state: WearState, response: Response, when: Instants) -> Forces:
+    """Return mesh and bearing forces of a response at instants that lie in steps of equal length."""
+    vibration = parts.vibration
+    assert vibration is not None
+    touching = parts.coupling.touching(state)
+    deflection, _ = vibration.deflection(response, when)
+    mesh = np.stack(
+        [_mesh_force(parts, touching, mesh, when, deflection[:, mesh]) for mesh in range(len(parts.meshes))],
+        axis=1,
+    )
+    supports = [one for one in vibration.system.supports if one.axis in ("x", "y")]
+    if not supports:
+        return Forces(mesh, np.empty((len(mesh), 0, len(when.phase))))
+    position, velocity = vibration.coordinates(response, when)
+    bearing = bearing_forces(supports, parts.gears.members, position, velocity)
+    return Forces(mesh, bearing.reshape(-1, *bearing.shape[2:]).transpose(1, 0, 2))
+
+
+def _mesh_force(
+    parts: Parts, touching: list[Touching], mesh: int, when: Instants, deflection: Array
+) -> Array:
+    """Return the elastic force of one mesh, (n_periods, n_instants) [N]."""
+    one, vibration = parts.meshes[mesh], parts.vibration
+    assert vibration is not None
+    inside = when.phase.reshape(-1, NODES)
+    where = look_within(touching[one.kind].analysis.grid, [one.lag], inside, inside.mean(axis=1))
+    return np.stack(
+        [
+            mesh_force(touching[one.kind], where, row, vibration.backlash_of(mesh)).elastic
+            for row in deflection
+        ]
+    )
