@@ -38,19 +38,25 @@ class Part(BaseModel):
     ``alternatives`` lists sets of keys that replace each other: keys of two of the sets are never given
     together, and a file that gives one drops the other from what it extends. ``chooser`` is the key that
     chooses among the parts of a union, and a table that leaves it out means the default's unless it has one
-    of another's ``implied_by``; ``per_member`` says that members may override it, table by table.
+    of another's ``implied_by``; ``keeps_table`` says that another choice merges with the table it finds:
+    the choices share options; ``per_member`` says that members may override it, table by table.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=False, allow_inf_nan=False)
     alternatives: ClassVar[Alternatives] = ()
     chooser: ClassVar[str] = "model"
     implied_by: ClassVar[frozenset[str]] = frozenset()
+    keeps_table: ClassVar[bool] = False
     per_member: ClassVar[bool] = False
 
     def identifying(self) -> dict[str, Any]:
         """Return the options that tell this part from others, by name."""
         fields = type(self).model_fields
         return {name: getattr(self, name) for name, field in fields.items() if not field.exclude}
+
+    def written(self, table: dict[str, Any]) -> Any:
+        """Return a table of this part's options as it is written."""
+        return table
 
     @model_validator(mode="after")
     def _one_alternative(self) -> "Part":

@@ -14,6 +14,7 @@ from pkgutil import iter_modules
 from typing import Any, ClassVar, NamedTuple, get_args
 
 from pydantic import (
+    BeforeValidator,
     GetCoreSchemaHandler,
     SerializerFunctionWrapHandler,
     model_serializer,
@@ -62,12 +63,13 @@ class Slot:
     key : dotted key of the place in a campaign file
     package : the package whose modules are its variants
     chooser : the key that says which one
+    words : whether a variant with nothing but its name is written as that name alone
     """
 
     all: ClassVar[dict[str, "Slot"]] = {}
 
-    def __init__(self, key: str, package: str, chooser: str = "model") -> None:
-        self.key, self.package, self.chooser = key, package, chooser
+    def __init__(self, key: str, package: str, chooser: str = "model", *, words: bool = False) -> None:
+        self.key, self.package, self.chooser, self.words = key, package, chooser, words
         self.base: type[Variant] | None = None
         self.known: dict[str, type[Variant]] = {}
         self._searched = False
@@ -126,11 +128,15 @@ class Variant(Part):
         own = super().identifying()
         return own if self.origin is None else {**own, PLUGIN: self.origin.sha256}
 
+    def written(self, table: dict[str, Any]) -> Any:
+        """Return a table of options as it is written: a word where the slot has words and it says no more."""
+        return self.chosen if self.slot.words and set(table) == {self.slot.chooser} else table
+
     @model_serializer(mode="wrap")
-    def _with_plugin(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _with_plugin(self, dump: SerializerFunctionWrapHandler) -> Any:
         written: dict[str, Any] = dump(self)
         if self.origin is None:
-            return written
+            return self.written(written)
         return {**written, PLUGIN: {"file": self.origin.file, "sha256": self.origin.sha256}}
 
     @model_validator(mode="before")
@@ -177,6 +183,19 @@ class Variant(Part):
         choices = {name: handler.generate_schema(part) for name, part in cls.slot.variants.items()}
         own = core_schema.plain_serializer_function_ser_schema(lambda part: part.model_dump())
         return core_schema.tagged_union_schema(choices, cls.slot.chooser, serialization=own)
+
+
+def implied(base: type[Variant]) -> BeforeValidator:
+    """Let options that one variant of a slot alone has choose it, where a table names none."""
+
+    def read(given: object) -> object:
+        if isinstance(given, dict) and base.slot.chooser not in given:
+            for name, part in base.slot.variants.items():
+                if part.implied_by.intersection(given):
+                    return {base.slot.chooser: name, **given}
+        return given
+
+    return BeforeValidator(read)
 
 
 @contextmanager

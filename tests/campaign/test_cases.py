@@ -43,7 +43,7 @@ def test_a_case_beside_the_sweep_is_one_run(study):
         ("base", {"speed": 0}), ("base", {"speed": 1}), ("base", {"speed": 2}), ("static", {}),
     ]  # fmt: skip
     static = campaign.cases[-1].scene
-    assert static.dynamics is None and static.wear.load == "static"
+    assert static.dynamics is None and static.wear.load.chosen == "static"
     assert static.operation.speed == pytest.approx(1100 * math.pi / 30)
     assert len({case.id for case in campaign.cases}) == 4
 

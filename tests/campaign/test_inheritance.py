@@ -99,7 +99,7 @@ def test_alternatives_replace_each_other(study):
 def test_drop_acts_before_the_files_own_keys(study):
     one = scene(study('drop = ["dynamics", "wear.coefficient"]\n[wear]\npressure = "peak"'))
     assert one.dynamics is None and one.wear.coefficient is None
-    assert (one.wear.load, one.wear.pressure) == ("static", "peak")
+    assert (one.wear.load.chosen, one.wear.pressure.chosen) == ("static", "peak")
     again = scene(study('drop = "dynamics"\n[dynamics]\nmodel = "torsional"'))
     assert again.dynamics.method == "periodic"
 

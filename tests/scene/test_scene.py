@@ -40,8 +40,8 @@ def test_defaults(table):
     assert scene.mesh.damping_in == "contact"
     assert scene.errors is None and scene.lubricant is None
     assert scene.dynamics.method == "periodic"
-    assert scene.wear.load == "instant" and scene.wear.step == AdaptiveStep()
-    assert scene.wear.pressure == "mean" and scene.wear.projection == "normal"
+    assert scene.wear.load.chosen == "instant" and scene.wear.step == AdaptiveStep()
+    assert scene.wear.pressure.chosen == "mean" and scene.wear.projection.chosen == "normal"
     assert scene.numerics.tolerance == 1e-3 and scene.numerics.phase_points is None
     assert scene.store.variables is None
 
@@ -68,7 +68,7 @@ def test_the_other_member_is_driven(table):
 
 def test_without_dynamics_the_load_is_static(table):
     del table["dynamics"]
-    assert Scene.from_mapping(table).wear.load == "static"
+    assert Scene.from_mapping(table).wear.load.chosen == "static"
 
 
 @pytest.mark.parametrize("written", [90, "90 h", "5400 min"])
@@ -189,7 +189,7 @@ def test_replace_makes_alternatives_and_models_make_way(table):
 def test_replace_with_nothing_regains_the_default(table):
     scene = Scene.from_mapping(table)
     static = scene.replace("dynamics", None)
-    assert static.dynamics is None and static.wear.load == "static"
+    assert static.dynamics is None and static.wear.load.chosen == "static"
     with pytest.raises(SceneError, match=r"scene\.mesh\.dampin: .*did you mean 'mesh.damping'"):
         scene.replace("mesh.dampin", None)
 

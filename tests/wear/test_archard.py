@@ -4,14 +4,14 @@ from scipy.integrate import quad
 
 from wearlab.wear import archard
 from wearlab.wear.archard import (
-    PEAK_PRESSURE,
-    NormalProjection,
-    OverCosine,
     contact_half_width,
     mean_pressure,
     peak_pressure,
 )
 from wearlab.wear.law import FlankLaw, WearLaw, prepare, wear_rate
+from wearlab.wear.pressures.peak import PeakPressure
+from wearlab.wear.projections.normal import NormalProjection
+from wearlab.wear.projections.over_cosine import OverCosine
 from wearlab.wear.setting import PowerOfLoad
 
 
@@ -89,7 +89,7 @@ def test_options_are_their_factors(l16):
     _, path = l16
     force, parts = np.full(201, 1000.0), (constant(1e-18), constant(1e-18, factor=3.0))
     plain = wear_rate(prepare(WearLaw(parts), path), force)
-    peak = wear_rate(prepare(WearLaw(parts, pressure_factor=PEAK_PRESSURE), path), force)
+    peak = wear_rate(prepare(WearLaw(parts, pressure_factor=PeakPressure.factor), path), force)
     cosine = wear_rate(prepare(WearLaw(parts, projection=OverCosine()), path), force)
     assert peak == pytest.approx(4 / np.pi * plain, rel=1e-6, abs=0.0)
     radius = np.hypot(path.curvature[0], 0.075 * np.cos(np.radians(20.0)))

@@ -21,7 +21,7 @@ from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.vibration import build_friction, fluctuation
 from wearlab.simulation.run import initial_wear
-from wearlab.wear.initial import quadratic
+from wearlab.wear.initials.quadratic import quadratic
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,6 @@
-"""Which force wears the flanks, and the forces there are to choose from."""
+"""What a force that wears is made from: mesh and pair forces at the phase nodes, and their equivalent."""
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,31 +10,6 @@ from wearlab.mesh.excitation import Touching
 from wearlab.wear.miner import equivalent_load
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class InstantLoad:
-    """The force at the moment each point of the flank is in contact."""
-
-
-@dataclass(frozen=True)
-class EquivalentLoad:
-    """Miner's equivalent torque in place of the static one, shared quasi-statically (L16 Eq. 25).
-
-    Parameters
-    ----------
-    wohler_slope : exponent l of the damage line [1]
-    """
-
-    wohler_slope: float
-
-
-@dataclass(frozen=True)
-class StaticLoad:
-    """The static force, shared quasi-statically, whatever the dynamics do."""
-
-
-Load = InstantLoad | EquivalentLoad | StaticLoad
 
 
 class Forces(NamedTuple):
@@ -55,6 +29,23 @@ class Forces(NamedTuple):
     periods: tuple[int, ...] = ()
 
 
+class Load(Protocol):
+    """A force that wears the flanks; ``moving`` says whether it is read off a response."""
+
+    moving: ClassVar[bool]
+
+    def at_nodes(self, one: Touching, static: Quasistatic, force: Forces) -> Array:
+        """Return the force that wears each node of a kind of mesh, (n_rows, n) or (1, n) [N].
+
+        Parameters
+        ----------
+        one : the flanks in a wear state
+        static : sharing of the static load at the phase nodes
+        force : mesh and pair forces of the response, the static ones as one row without
+        """
+        ...
+
+
 def still(one: Touching, static: Quasistatic) -> Forces:
     """Return the static forces as one row."""
     return Forces(np.ones(1), np.full((1, len(static.deflection)), one.analysis.load), static.force[None])
@@ -65,18 +56,3 @@ def equivalent_force(analysis: ContactAnalysis, row: Array, elastic: Array, slop
     _, weight = analysis.grid.phase_nodes
     weights = np.outer(row * len(row), weight).ravel()
     return float(equivalent_load(np.maximum(0.0, elastic).ravel(), slope, weights))
-
-
-def wearing_force(load: Load, one: Touching, static: Quasistatic, force: Forces) -> Array:
-    """Return the force that wears each node of a kind of mesh, (n_rows, n) or (1, n) [N]."""
-    analysis = one.analysis
-    match load:
-        case InstantLoad():
-            return np.stack([analysis.force_at_nodes(pair) for pair in force.pair])
-        case EquivalentLoad(slope):
-            equivalent = equivalent_force(analysis, force.weight, force.elastic, slope)
-            loads = np.full(len(static.deflection), equivalent)
-            state = analysis.quasistatic(one.nodes, analysis.at_nodes, loads)
-            return analysis.force_at_nodes(state.force)[None]
-        case StaticLoad():
-            return analysis.force_at_nodes(static.force)[None]

@@ -14,14 +14,14 @@ from wearlab.dynamics.response import Response
 from wearlab.dynamics.system import System
 from wearlab.life.averaging import averaged_rate, scatter
 from wearlab.life.limits import StopWear
-from wearlab.life.load import Forces, Load, StaticLoad, still, wearing_force
+from wearlab.life.load import Forces, Load, still
 from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh.clock import Instants, Mesh, instants_of, of_kind, repeated
 from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
 from wearlab.mesh.excitation import Series, Touching, mesh_force
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw
-from wearlab.wear.patch import OneWay as Patch
+from wearlab.wear.patch import Patch
 
 Array = NDArray[np.float64]
 Wear = tuple[Array, ...]
@@ -242,7 +242,7 @@ class Coupling(Coupled):
         clock = self._spent("dynamics", clock)
         states, noises = [], [0.0]
         for depth, one, state, kind, force in zip(wear, touching, static, self.kinds, forces, strict=True):
-            tooth_force = wearing_force(self.load, one, state, force)
+            tooth_force = self.load.at_nodes(one, state, force)
             rate = None if kind.law is None else _rate(kind, depth, force.weight, tooth_force)
             if kind.law is not None and any(response.period == 0 for response in responses):
                 rate_of = partial(self._rate_of, kind.law, one, state, force, depth)
@@ -270,7 +270,7 @@ class Coupling(Coupled):
 
     def wearing(self) -> "Coupling":
         """Return what the wear rate needs of it: no response where the static force wears."""
-        return replace(self, vibration=None) if isinstance(self.load, StaticLoad) else self
+        return self if self.load.moving else replace(self, vibration=None)
 
     def touching(self, state: WearState) -> list[Touching]:
         """Return the flanks of every kind of mesh in a wear state."""
@@ -300,7 +300,7 @@ class Coupling(Coupled):
         """Return the wear rate of some of the rows by themselves, (2, n) [m per cycle]."""
         weight = force.weight[rows] / force.weight[rows].sum()
         some = Forces(weight, force.elastic[rows], force.pair[rows])
-        return averaged_rate(law, weight, wearing_force(self.load, one, static, some), depth)
+        return averaged_rate(law, weight, self.load.at_nodes(one, static, some), depth)
 
     def _spent(self, stage: str, since: float) -> float:
         now = time.perf_counter()

@@ -1,13 +1,15 @@
 """``[errors]``: prescribed errors of gears and mesh."""
 
 import re
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from annotated_types import Le
 from pydantic import BeforeValidator, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from wearlab.options import NOT_NEGATIVE, POSITIVE, Angle, Count, Depth, Part, option
+from wearlab.mesh.slow_errors import SlowErrorModel
+from wearlab.mesh.slow_errors.averaged import AveragedErrors
+from wearlab.options import NOT_NEGATIVE, POSITIVE, Angle, Count, Depth, Part, named, option
 from wearlab.scene.members import set_in
 
 
@@ -105,8 +107,8 @@ class Errors(Part):
     seed: Annotated[Count, NOT_NEGATIVE] = option(
         0, "seed of the initial angles, drawn once", source="wearlab"
     )
-    slow: Literal["averaged", "frozen", "hunting"] = option(
-        "averaged",
+    slow: Annotated[SlowErrorModel, *named("averaged")] = option(
+        AveragedErrors(),
         "once-per-revolution parts: quadrature over member angles, one drawn angle, or the full period",
         source="wearlab",
     )

@@ -46,7 +46,7 @@ def essence(part: Part) -> dict[str, Any]:
 
 def _essence(value: Any) -> Any:
     if isinstance(value, Part):
-        return essence(value)
+        return value.written(essence(value))
     if isinstance(value, dict):
         return {key: _essence(inner) for key, inner in value.items()}
     return [_essence(inner) for inner in value] if isinstance(value, list | tuple) else value

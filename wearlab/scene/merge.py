@@ -45,7 +45,7 @@ def _over(base: Any, own: Any, path: Path) -> Any:
         base, own = _as_table(base, chooser), _as_table(own, chooser)
     if not (isinstance(base, dict) and isinstance(own, dict)):
         return merge({}, own, path) if isinstance(own, dict) else own
-    if chooser is not None and chooser in own:
+    if chooser is not None and chooser in own and not any(part.keeps_table for part in parts_at(path)):
         before = choice_of(path, base)
         if before is not None and before != own[chooser]:
             kept = {m: t for m, t in base.items() if m in MEMBERS and isinstance(t, dict) and chooser in t}

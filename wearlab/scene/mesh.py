@@ -1,4 +1,4 @@
-"""``[mesh]``: contact, excitation and damping of the mesh (its stiffness: stiffness.py)."""
+"""``[mesh]``: contact, excitation and damping of the mesh."""
 
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -10,6 +10,7 @@ from wearlab.mesh.contacts import ContactModel
 from wearlab.mesh.contacts.displacement import DisplacementContact
 from wearlab.mesh.excitations import ExcitationModel
 from wearlab.mesh.excitations.pairs import PairsExcitation
+from wearlab.mesh.stiffnesses import StiffnessModel
 from wearlab.mesh.stiffnesses.finite_element import FiniteElementStiffness
 from wearlab.options import (
     NOT_NEGATIVE,
@@ -23,8 +24,9 @@ from wearlab.options import (
     option,
 )
 from wearlab.scene.identity import canonical
-from wearlab.scene.stiffness import Stiffness
+from wearlab.slots import implied
 
+Stiffness = Annotated[StiffnessModel, *named("finite-element"), implied(StiffnessModel)]
 Contact = Annotated[ContactModel, *named("displacement")]
 Excitation = Annotated[ExcitationModel, *named("pairs")]
 

@@ -24,7 +24,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "mesh stiffness": _chosen(mesh.stiffness.chosen for mesh in meshes),
         "contact": _chosen(mesh.contact.chosen for mesh in meshes),
         "contact beyond A and E": "" if any(mesh.extended_contact for mesh in meshes) else None,
-        "errors": None if errors is None else errors.slow,
+        "errors": None if errors is None else errors.slow.chosen,
         "dynamics": None if dynamics is None else f"{dynamics.chosen}, {dynamics.method}",
         "excitation": None if dynamics is None else meshes[0].excitation.chosen,
         "back flank": None
@@ -41,7 +41,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "film in the coefficient": "" if any(one.film for one in coefficients) else None,
         "initial wear": None if wear is None or wear.initial is None else "",
         "start from another run": None if scene.start is None else str(scene.start.run)[:10],
-        "wear": f"{' and '.join(models)} coefficient, {wear.load} load" if wear and models else None,
+        "wear": f"{' and '.join(models)} coefficient, {wear.load.chosen} load" if wear and models else None,
         "life": wear.step.chosen if wear and (wear.until or scene.operation.stage) else None,
     }
 

@@ -84,8 +84,11 @@ def _response(scene: "Scene") -> Problems:
             "dynamics.response",
             f"follows orbits and needs method 'periodic', not {scene.dynamics.method!r}",
         )
-    if scene.errors is not None and scene.errors.slow == "hunting":
-        yield "dynamics.response", "does not follow errors.slow = 'hunting'; give 'averaged' or 'frozen'"
+    if scene.errors is not None and scene.errors.slow.turns:
+        yield (
+            "dynamics.response",
+            f"does not follow errors.slow = {scene.errors.slow.chosen!r}; give 'averaged' or 'frozen'",
+        )
 
 
 def _requested(scene: "Scene") -> Problems:
@@ -102,13 +105,9 @@ def _requested(scene: "Scene") -> Problems:
 
 
 def _load(scene: "Scene") -> Problems:
-    if scene.wear is None:
-        return
-    load = scene.wear.load
-    if load != "static" and scene.dynamics is None:
-        yield "wear.load", f"{load!r} needs [dynamics]; without it the load is 'static'"
-    if load == "equivalent" and scene.wear.wohler_slope is None:
-        yield "wear.load", "'equivalent' needs 'wohler_slope', such as 6.61"
+    """What the load that wears itself asks of the scene."""
+    if scene.wear is not None:
+        yield from scene.wear.load.problems(scene)
 
 
 def _limits(scene: "Scene") -> Problems:
@@ -131,7 +130,7 @@ def _initial(scene: "Scene") -> Problems:
         initial = scene.wear.initial_of(flank)
         if initial is not None and flank not in flanks:
             yield f"wear.initial.{flank}", f"no flank of this gear set; there are {', '.join(flanks)}"
-        elif getattr(initial, "shape", None) == "worn" and scene.wear.coefficient is None:
+        elif initial is not None and initial.by_law and scene.wear.coefficient is None:
             yield (
                 f"wear.initial.{flank}.shape",
                 "'worn' is by this wear law and needs 'wear.coefficient'; or give 'quadratic' or 'uniform'",

@@ -26,7 +26,7 @@ from wearlab.scene.problems import SceneError, problems_of
 from wearlab.scene.rules import broken_rules
 from wearlab.scene.start import Start, StartWear
 from wearlab.scene.store import Store
-from wearlab.scene.wear import Wear
+from wearlab.scene.wear import InitialWears, Wear
 from wearlab.slots import Slot, Variant, when_changed
 
 
@@ -209,7 +209,7 @@ def parts_within(value: Any) -> Iterator[Variant]:
 def _renew() -> None:
     """Let the sections choose among the variants that are known now."""
     parts: list[type[Part]] = [part for slot in Slot.all.values() for part in slot.variants.values()]
-    parts += [OneMesh, Mesh, Wear, Scene]
+    parts += [OneMesh, Mesh, Errors, InitialWears, Wear, Scene]
     for part in parts:
         part.model_rebuild(force=True)
     lookup.forget()

@@ -13,7 +13,7 @@ def one_line(scene: "Scene") -> str:
         str(member["teeth"]) for member in _tables(scene.gears.model_dump()) if member.get("teeth")
     )
     motion = "quasi-static" if scene.dynamics is None else scene.dynamics.chosen
-    wear = "no wear" if scene.wear is None else f"{scene.wear.load} wear"
+    wear = "no wear" if scene.wear is None else f"{scene.wear.load.chosen} wear"
     return ", ".join(part for part in (f"{scene.gears.kind} {teeth}", _driven(scene), motion, wear) if part)
 
 

@@ -1,30 +1,25 @@
 """``[wear]``: the wear law, what loads it, where it begins and ends."""
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar
 
 from annotated_types import MinLen
 from pydantic import (
     AfterValidator,
     BeforeValidator,
-    ConfigDict,
-    Discriminator,
-    Tag,
     ValidationInfo,
     create_model,
     model_validator,
 )
-from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import PydanticCustomError
 
+from wearlab.life.loads import LoadModel
 from wearlab.life.steps import StepMethod
 from wearlab.life.steps.adaptive import AdaptiveStep
 from wearlab.options import (
-    NOT_NEGATIVE,
     POSITIVE,
     Alternatives,
     Depth,
     Hours,
-    Length,
     Number,
     Part,
     Switch,
@@ -33,10 +28,17 @@ from wearlab.options import (
 )
 from wearlab.scene.coefficient import Coefficient
 from wearlab.scene.members import ALL_FLANKS, member_of, set_in
-from wearlab.tables import read_profile
+from wearlab.slots import implied
 from wearlab.units import rounded
+from wearlab.wear.initials import InitialModel
 from wearlab.wear.laws import LawModel
 from wearlab.wear.laws.archard import ArchardLaw
+from wearlab.wear.patches import PatchModel
+from wearlab.wear.patches.elastic import ElasticPatch
+from wearlab.wear.pressures import PressureModel
+from wearlab.wear.pressures.mean import MeanPressure
+from wearlab.wear.projections import ProjectionModel
+from wearlab.wear.projections.normal import NormalProjection
 
 Positive = Annotated[Number, POSITIVE]
 PositiveDepth = Annotated[Depth, POSITIVE]
@@ -49,108 +51,7 @@ def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
     return tuple({rounded(value): value for value in sorted(values, reverse=True)}.values())[::-1]
 
 
-class InitialWear(Part):
-    """Wear of one gear's flanks before the first cycle."""
-
-    alternatives: ClassVar[Alternatives] = (
-        (
-            ("depth", "shape"),
-            ("file", "x", "y", "direction", "units", "columns", "zero", "smooth", "continuation"),
-        ),
-    )
-
-    depth: Annotated[Depth, NOT_NEGATIVE] = option(..., "largest depth of the initial wear", source="W23")
-    shape: Literal["worn", "quadratic", "uniform"] = option(
-        "worn",
-        "its course: by this wear law, depth·(s/s_far)² from the pitch point, or the same everywhere",
-        source="W23",
-    )
-    sides: Literal["drive", "both"] = option("drive", "which flanks of each tooth carry it")
-
-
-class ProfileUnits(Part):
-    """Units of the columns of a measured flank."""
-
-    diameter: str | None = option(None, "unit of the diameter", derived="that of the header")
-    roll_angle: str | None = option(None, "unit of the roll angle", derived="that of the header")
-    roll_length: str | None = option(None, "unit of the length of roll", derived="that of the header")
-    path_position: str | None = option(None, "unit of the path position", derived="that of the header")
-    depth: str | None = option(None, "unit of the wear depth", derived="that of the header")
-    deviation: str | None = option(None, "unit of the deviation", derived="that of the header")
-
-
-class MeasuredWear(Part):
-    """Wear of one gear's flanks as measured; the file's contents, not its path, are part of the scene."""
-
-    model_config = ConfigDict(json_schema_extra={"required": ["file"]})
-
-    file: str | None = option(
-        None,
-        "table with columns diameter, roll_angle, roll_length or path_position, and depth or deviation, as "
-        "machines write it: any separator, decimal sign, encoding and preamble (see `wearlab profile`)",
-        derived="required in a campaign file",
-        identity=False,
-    )
-    x: Literal["diameter", "roll_angle", "roll_length", "path_position"] = option(
-        None, "column that says where on the flank", derived="the one the file has"
-    )
-    y: Literal["depth", "deviation"] = option(
-        None,
-        "column that says how much: wear depth, positive; or the deviation a measuring machine prints, "
-        "−(modifications + wear)",
-        derived="the one the file has",
-    )
-    direction: Literal["normal", "tooth-thickness"] = option(
-        "normal", "direction of the values: along the flank normal, or across the tooth", source="Y23 Eq. 19"
-    )
-    units: ProfileUnits | None = option(
-        None, "units of the columns", derived="those in the file's headers", identity=False
-    )
-    columns: dict[str, str] | None = option(
-        None,
-        "headers of the file where they are others, such as { deviation = 'Abweichung' }",
-        derived="by their names",
-        identity=False,
-    )
-    continuation: Literal["refuse", "hold", "slope", "zero"] = option(
-        "refuse",
-        "beyond what was measured, where that is less than the active flank: refused, the last value, the "
-        "last slope, or unworn",
-        source="wearlab",
-    )
-    zero: Literal["as-measured", "max", "pitch", "tip", "root", "line"] = option(
-        "as-measured",
-        "what counts as unworn: the values as they are; the highest point; the pitch point; the tip or root "
-        "end of the active flank; the line along the path that touches the profile on both sides of the "
-        "pitch point, which takes out a tilt",
-    )
-    smooth: Annotated[Length, POSITIVE] | None = option(
-        None,
-        "window along the path of a local parabola",
-        derived="through every point",
-        source="Cleveland 1979",
-    )
-    sides: Literal["drive", "both"] = option("drive", "which flanks of each tooth carry it")
-    abscissa: SkipJsonSchema[tuple[float, ...]] = option(..., "x in SI, from the file")
-    ordinate: SkipJsonSchema[tuple[float, ...]] = option(..., "y in SI, from the file")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _contents(cls, given: Any, info: ValidationInfo) -> Any:
-        if not isinstance(given, dict):
-            return given
-        return read_profile(given, (info.context or {}).get("base_directory"))
-
-
-def _source(value: Any) -> str:
-    if isinstance(value, dict):
-        return "measured" if "file" in value or "ordinate" in value else "shaped"
-    return "measured" if isinstance(value, MeasuredWear) else "shaped"
-
-
-Initial = Annotated[
-    Annotated[InitialWear, Tag("shaped")] | Annotated[MeasuredWear, Tag("measured")], Discriminator(_source)
-]
+Initial = Annotated[InitialModel, *named("worn", "shape"), implied(InitialModel)]
 
 
 OF_FLANK: Any = {
@@ -243,7 +144,7 @@ class Wear(Part):
     law: Annotated[LawModel, *named("archard")] = option(
         ArchardLaw(), "how much is worn away in a cycle", source=SOURCE
     )
-    load: Literal["instant", "equivalent", "static"] = option(
+    load: Annotated[LoadModel, *named()] = option(
         None,
         "force that wears: when the point is in contact, L16's Miner torque, or static",
         derived="instant with dynamics, static without",
@@ -255,14 +156,14 @@ class Wear(Part):
         derived="no equivalent_load",
         source="L16 Eq. 25",
     )
-    pressure: Literal["mean", "peak"] = option(
-        "mean", "Hertz pressure in the law; peak is 4/π times", source=SOURCE
+    pressure: Annotated[PressureModel, *named("mean")] = option(
+        MeanPressure(), "Hertz pressure in the law; peak is 4/π times", source=SOURCE
     )
-    projection: Literal["normal", "over-cosine"] = option(
-        "normal", "direction of the depth: along the normal, or W23's h/cos α", source="W23 Eq. 33"
+    projection: Annotated[ProjectionModel, *named("normal")] = option(
+        NormalProjection(), "direction of the depth: along the normal, or W23's h/cos α", source="W23 Eq. 33"
     )
-    contact_patch: Literal["none", "one-way", "two-way", "elastic"] = option(
-        "elastic",
+    contact_patch: Annotated[PatchModel, *named("elastic")] = option(
+        ElasticPatch(),
         "over the width of contact wear is: taken point by point; spread; spread and felt; spread, felt and "
         "levelled by the pressure that redistributes inside",
         source="Johnson 1985",

@@ -61,7 +61,7 @@ def calibrated(scene: Scene) -> tuple[Scene, Calibration | None]:
         f"{1e6 * given.depth:g} µm on the {given.flank} at {given.torque:g} N·m and "
         f"{given.speed * 30.0 / math.pi:g} rpm"
     )
-    if scene.errors is not None and scene.errors.slow == "frozen":
+    if scene.errors is not None and scene.errors.slow.realised:
         told += ", without the errors of this realisation"
     settled = scene.model_copy(update={"wear": wear.model_copy(update={"coefficient": constant})})
     return settled, Calibration(value, value * error / life, told)
@@ -81,13 +81,13 @@ def calibrating(scene: Scene, given: CalibratedCoefficient) -> Scene:
         "until": Until.model_construct(depth=given.depth, flank=given.flank),
         "initial": None,
         "snapshots": None,
-        "wohler_slope": wear.wohler_slope if wear.load == "equivalent" else None,
+        "wohler_slope": wear.wohler_slope if wear.load.needs_slope else None,
     }
-    frozen = scene.errors is not None and scene.errors.slow == "frozen"
+    drawn = scene.errors is not None and scene.errors.slow.realised
     changed = {
         "wear": wear.model_copy(update=worn),
         "dynamics": None if dynamics is None else dynamics.model_copy(update={"response": None}),
-        "errors": None if frozen else scene.errors,
+        "errors": None if drawn else scene.errors,
         "lubricant": scene.lubricant if given.film else None,
         "start": None,
         "store": Store(),

@@ -13,12 +13,10 @@ from wearlab.life.march import Life
 from wearlab.life.state import Coupled, Wear
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
-from wearlab.scene.build.contact import measured_wear
 from wearlab.scene.build.wear import build_limits, build_snapshots
 from wearlab.simulation.continued import continued_wear
 from wearlab.simulation.errors import Refused
 from wearlab.simulation.operating import Stage
-from wearlab.wear.initial import quadratic, uniform
 
 Array = NDArray[np.float64]
 
@@ -220,15 +218,10 @@ def initial_wear(scene: Scene, parts: Parts, coupling: Coupled | None = None) ->
             continue
         kind, gear = parts.gears.flank(name)
         position = parts.kinds[kind].analysis.grid.position
-        match getattr(flank, "shape", "measured"):
-            case "measured":
-                wear[kind][gear] = measured_wear(flank, parts.kinds[kind].pair, gear, position)
-            case "uniform":
-                wear[kind][gear] = uniform(position, flank.depth)
-            case "quadratic":
-                wear[kind][gear] = quadratic(position, flank.depth)
-            case _:
-                by_law[name] = parts.coupling.entries(kind, gear), flank.depth
+        if flank.by_law:
+            by_law[name] = parts.coupling.entries(kind, gear), flank.depth
+        else:
+            wear[kind][gear] = flank.at_nodes(parts.kinds[kind].pair, gear, position)
     if not by_law:
         return wear, ()
     try:

@@ -14,7 +14,7 @@ from wearlab.mesh.harmonics import Harmonics, harmonics
 from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import KindParts, Parts
-from wearlab.wear.archard import PEAK_PRESSURE, mean_pressure
+from wearlab.wear.archard import mean_pressure
 from wearlab.wear.film import film_thickness
 from wearlab.wear.law import effective_coefficient, lambda_ratio
 from wearlab.wear.mass import worn_mass
@@ -179,7 +179,7 @@ def _slow_error(parts: Parts) -> Values:
 
 def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     """Return forces, pressures, sliding and film where the flanks touch."""
-    factor = PEAK_PRESSURE if parts.peak_pressure else 1.0
+    factor = parts.pressure_factor
     forces = [[state.kind[k].mean_tooth_force for state in states] for k in range(len(parts.kinds))]
 
     def on_both(of_force: Callable[[KindParts, Array], Array]) -> Array:

@@ -35,7 +35,7 @@ def _kernels(scene: Scene) -> tuple[object, ...]:
         scene.operation.torque_fluctuation is None,
     )
     law = scene.wear and (
-        scene.wear.contact_patch,
+        scene.wear.contact_patch.chosen,
         str(scene.wear.coefficient),
         str(scene.wear.law),
     )

@@ -8,40 +8,14 @@ mean Hertz pressure ``p = F/(2aB)`` the width cancels:
 Source: PHYSICS §7; W23 Eq. 39, 45–47; L16 Eq. 19. The peak pressure instead multiplies by 4/π.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wearlab.compiled import jit
 from wearlab.wear.path import WearPath
+from wearlab.wear.pressures.peak import PeakPressure
 
 Array = NDArray[np.float64]
-
-MEAN_PRESSURE = 1.0
-PEAK_PRESSURE = 4.0 / np.pi
-
-
-class NormalProjection(NamedTuple):
-    """Depth along the flank normal, as Archard's law gives it."""
-
-    def factor(self, path: WearPath) -> Array:
-        """Return 1, (2, n) [1]."""
-        return np.ones_like(path.curvature)
-
-
-class OverCosine(NamedTuple):
-    """As published, W23 Eq. 33: depth divided by the cosine of the local transverse pressure angle.
-
-    It overstates the depth, by 4 % at the pitch point and 15 % at the tip of W23's sun (PHYSICS §1).
-    """
-
-    def factor(self, path: WearPath) -> Array:
-        """Return ``1/cos α(r)``, (2, n) [1]."""
-        return np.asarray(1.0 / np.cos(path.pressure_angle))
-
-
-Projection = NormalProjection | OverCosine
 
 
 @jit
@@ -82,7 +56,7 @@ def contact_half_width(force: ArrayLike, path: WearPath) -> Array:
 
 def mean_pressure(force: ArrayLike, path: WearPath) -> Array:
     """Return the mean Hertz pressure ``F/(2aB)``, (n,) [Pa]; 0 without load."""
-    return np.asarray(peak_pressure(force, path) / PEAK_PRESSURE)
+    return np.asarray(peak_pressure(force, path) / PeakPressure.factor)
 
 
 def peak_pressure(force: ArrayLike, path: WearPath) -> Array:

@@ -1,4 +1,4 @@
-"""Flanks worn before the first cycle: of a given shape, or as measured (by the law itself: life/worn.py)."""
+"""Flanks worn before the first cycle as measured: from points of a profile to depths at the nodes."""
 
 from typing import Literal, NamedTuple
 
@@ -22,29 +22,6 @@ LEAST_NOISE = 1e-7
 LEAST_POINTS = 5
 END_SHARE = 0.1
 """Share of a measured profile whose slope goes on beyond its end."""
-
-
-def uniform(position: ArrayLike, depth: float) -> Array:
-    """Return the same depth at every node, (n,) [m]; ``position`` (n,), ``depth`` ≥ 0 [m]."""
-    return np.full(np.shape(position), _checked(depth))
-
-
-def quadratic(position: ArrayLike, depth: float) -> Array:
-    """Return ``depth (s/s_far)²``: zero at the pitch point, ``depth`` at the far end of the path, (n,) [m].
-
-    Parameters
-    ----------
-    position : (n,) path coordinate of the nodes, 0 at the pitch point [m]; the whole active path
-    depth : at s_far, the end of the path farther from the pitch point, ≥ 0 [m]
-    """
-    s = np.asarray(position, float)
-    return np.asarray(_checked(depth) * (s / np.abs(s).max()) ** 2)
-
-
-def _checked(depth: float) -> float:
-    if not (np.isfinite(depth) and depth >= 0.0):
-        raise ValueError(f"initial wear depth {depth:g} m must be finite and not negative")
-    return depth
 
 
 class MeasuredProfile(NamedTuple):

@@ -12,16 +12,11 @@ from numpy.typing import NDArray
 
 from wearlab.compiled import jit
 from wearlab.slots import VariantError
-from wearlab.wear.archard import (
-    MEAN_PRESSURE,
-    NormalProjection,
-    Projection,
-    contact_half_width,
-    mean_pressure,
-    wear_per_cycle,
-)
+from wearlab.wear.archard import contact_half_width, mean_pressure, wear_per_cycle
 from wearlab.wear.film import lightest_load
 from wearlab.wear.path import WearPath, sliding_velocity
+from wearlab.wear.projections import ProjectionModel
+from wearlab.wear.projections.normal import NormalProjection
 from wearlab.wear.setting import FlankState, PowerOfLoad
 
 Array = NDArray[np.float64]
@@ -58,14 +53,14 @@ class WearLaw(NamedTuple):
     ----------
     flanks : what wears each flank, (driving, driven)
     lambda_ratio : λ as a power of the load, None without film [1]
-    pressure_factor : MEAN_PRESSURE (1) or PEAK_PRESSURE (4/π) of :mod:`wearlab.wear.archard` [1]
-    projection : along the normal, or W23's over-cosine
+    pressure_factor : of the pressure that wears to the mean pressure [1]
+    projection : along which direction depth is counted
     """
 
     flanks: tuple[FlankLaw, FlankLaw]
     lambda_ratio: PowerOfLoad | None = None
-    pressure_factor: float = MEAN_PRESSURE
-    projection: Projection = NormalProjection()
+    pressure_factor: float = 1.0
+    projection: ProjectionModel = NormalProjection()
 
 
 class PreparedLaw(NamedTuple):

@@ -15,13 +15,20 @@ kernels are linear and do not change over a life.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import block_diag, csr_array, diags_array
 
+from wearlab.wear.archard import contact_half_width
 from wearlab.wear.path import WearPath
 from wearlab.wear.smear import spreading
+
+if TYPE_CHECKING:
+    from wearlab.mesh.contact import ContactAnalysis
+    from wearlab.wear.law import PreparedLaw
 
 Array = NDArray[np.float64]
 
@@ -38,6 +45,51 @@ def patch_force(static: ArrayLike, load: float) -> Array:
     load : static mesh force [N]
     """
     return np.maximum(np.asarray(static, float), LEAST_SHARE * load)
+
+
+@dataclass(frozen=True)
+class PatchSetting:
+    """What a contact patch may know of a kind of mesh.
+
+    Parameters
+    ----------
+    analysis : contact of the flanks
+    path : of contact
+    law : the wear law, None: nothing wears on
+    """
+
+    analysis: "ContactAnalysis"
+    path: WearPath
+    law: "PreparedLaw | None"
+
+    @cached_property
+    def static(self) -> Array:
+        """Static force on a pair of unworn flanks when it touches at the node, (n,) [N]."""
+        unworn = np.zeros((2, len(self.analysis.grid.position)))
+        state = self.analysis.quasistatic(self.analysis.nodes(unworn), self.analysis.at_nodes)
+        return self.analysis.force_at_nodes(state.force)
+
+    @cached_property
+    def reference(self) -> Array:
+        """The force that makes the patch, (n,) [N]."""
+        return patch_force(self.static, self.analysis.load)
+
+    @cached_property
+    def half_width(self) -> Array:
+        """Hertz's half width under that force, (n,) [m]."""
+        return contact_half_width(self.reference, self.path)
+
+
+class Patch(Protocol):
+    """Over which width wear is spread and felt."""
+
+    def felt(self, depth: Array) -> Array:
+        """Return the wear that the mesh feels, (2, n) [m]."""
+        ...
+
+    def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
+        """Return the wear rate of the flanks from that of contact centres, (2, n) [m per cycle]."""
+        ...
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """``mesh.contact``, ``mesh.extended_contact`` → where gaps of worn flanks come from, how far they reach."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,7 +14,6 @@ from wearlab.mesh.profile import Extension, ProfileGrid
 from wearlab.mesh.reach import Folded, reach_beyond
 from wearlab.scene import Scene
 from wearlab.scene.build.gears import modifications
-from wearlab.wear.initial import MeasuredProfile, measured, path_position, quadratic, uniform
 
 Array = NDArray[np.float64]
 
@@ -154,31 +151,6 @@ def _cut_off(analysis: ContactAnalysis, gap: Array, deflection: float) -> bool:
     return any(deflection > one for one in outermost)
 
 
-def measured_wear(given: Any, pair: GearPair, gear: int, position: Array) -> Array:
-    """Return the wear depth of ``wear.initial.<flank>`` from a file, at the nodes of A–E, (n,) [m].
-
-    Parameters
-    ----------
-    given : the measured flank
-    pair, gear : the gears; 0 driving, 1 driven
-    position : (n,) path positions of the nodes [m]
-    """
-    depth = np.asarray(given.ordinate, float)
-    if given.y == "deviation":
-        where = path_position(pair, gear, given.x, given.abscissa)
-        depth = -depth - modifications(pair, np.clip(where, pair.path.A, pair.path.E))[gear]
-    profile = MeasuredProfile(
-        given.x,
-        np.asarray(given.abscissa, float),
-        depth,
-        given.direction == "tooth-thickness",
-        given.zero,
-        given.smooth,
-        given.continuation,
-    )
-    return measured(profile, pair, gear, position)
-
-
 def check_initial_wear(scene: Scene, gears: GearSet) -> None:
     """Refuse wear a scene starts with that its gears cannot have, before anything runs.
 
@@ -191,19 +163,11 @@ def check_initial_wear(scene: Scene, gears: GearSet) -> None:
         return
     for name in gears.flanks:
         flank, (kind, gear) = scene.wear.initial_of(name), gears.flank(name)
-        if flank is None:
+        if flank is None or flank.by_law:  # worn by the law: the run finds out
             continue
         pair = gears.kinds[kind].pair
         position = np.linspace(pair.path.A, pair.path.E, CHECKED_POINTS)
-        match getattr(flank, "shape", "measured"):
-            case "measured":
-                depth = measured_wear(flank, pair, gear, position)
-            case "quadratic":
-                depth = quadratic(position, flank.depth)
-            case "uniform":
-                depth = uniform(position, flank.depth)
-            case _:
-                continue  # worn by the law: the run finds out
+        depth = flank.at_nodes(pair, gear, position)
         body = pair.gears[gear]
         thickness = 2.0 * contact_depth(body, pair.radius(gear, position))
         if np.any(depth >= thickness):

@@ -19,12 +19,12 @@ from wearlab.scene.build.contact import contact_flags
 from wearlab.scene.build.errors import class_flags
 from wearlab.scene.build.gears import modifications
 from wearlab.scene.build.mesh import build_analyses, build_meshes
-from wearlab.scene.build.patch import build_patch
 from wearlab.scene.build.sets import build_set
 from wearlab.scene.build.vibration import build_vibration
 from wearlab.scene.build.wear import build_film, build_law, build_load, build_path
 from wearlab.wear.film import Film
 from wearlab.wear.law import PreparedLaw
+from wearlab.wear.patch import PatchSetting
 from wearlab.wear.path import WearPath
 
 Array = NDArray[np.float64]
@@ -69,7 +69,7 @@ class Parts:
     phase : (n_phases,) stored phases [1]
     harmonics : number of harmonics stored
     drive_flank : "right" or "left"
-    peak_pressure : whether the stored pressure is the peak of Hertz's ellipse
+    pressure_factor : of the stored pressure to the mean of Hertz's ellipse [1]
     wohler_slope : exponent of the equivalent load, None: not stored
     friction : coefficient μ of the flanks, None: they do not rub [1]
     requested : names of the variables that are made on request
@@ -85,7 +85,7 @@ class Parts:
     phase: Array
     harmonics: int
     drive_flank: str
-    peak_pressure: bool
+    pressure_factor: float
     wohler_slope: float | None
     friction: float | None
     requested: tuple[str, ...]
@@ -124,7 +124,12 @@ def build(scene: Scene) -> Parts:
     meshes = build_meshes(scene, gears)
     edges = breaks_on_clock([one.grid for one in analyses], meshes)
     kinds = tuple(_kind(scene, gears, kind, analysis) for kind, analysis in enumerate(analyses))
-    patches = [build_patch(scene, one.analysis, one.path, one.law) for one in kinds]
+    patches = [
+        None
+        if scene.wear is None
+        else scene.wear.contact_patch.build(PatchSetting(one.analysis, one.path, one.law))
+        for one in kinds
+    ]
     vibration = build_vibration(scene, gears, analyses, meshes, edges)
     coupling = Coupling(
         kinds_of(analyses, [one.law for one in kinds], patches, meshes, edges), vibration, build_load(scene)
@@ -141,7 +146,7 @@ def build(scene: Scene) -> Parts:
         phase=np.arange(count) / count,
         harmonics=HARMONICS,
         drive_flank=scene.operation.drive_flank,
-        peak_pressure=wear is not None and wear.pressure == "peak",
+        pressure_factor=1.0 if wear is None else wear.pressure.factor,
         wohler_slope=None if wear is None else wear.wohler_slope,
         friction=_friction(scene),
         requested=scene.store.requested,
@@ -168,10 +173,8 @@ def _kind(scene: Scene, gears: GearSet, kind: int, analysis: ContactAnalysis) ->
 
 
 def _constant_error(scene: Scene, meshes: Sequence[Mesh]) -> Array:
-    """Return the frozen once-per-revolution errors [m]; averaged and hunting errors enter elsewhere."""
-    if scene.errors is None or scene.errors.slow != "frozen":
-        return np.zeros(len(meshes))
-    return np.array([float(mesh.error.slow(np.zeros(1))[0]) for mesh in meshes])
+    """Return the once-per-revolution errors that are held [m]; others enter elsewhere."""
+    return np.zeros(len(meshes)) if scene.errors is None else scene.errors.slow.constant(meshes)
 
 
 def _validity(scene: Scene, gears: GearSet, analyses: Sequence[ContactAnalysis]) -> tuple[str, ...]:
@@ -190,13 +193,7 @@ def _validity(scene: Scene, gears: GearSet, analyses: Sequence[ContactAnalysis])
         )
     wear = scene.wear
     given: dict[str, Any] = {n: None if wear is None else wear.initial_of(n) for n in gears.flanks}
-    if any(flank is not None and flank.sides == "both" for flank in given.values()):
-        flags.append("initial wear of back flanks is not part of the back contact")
-    flags += [
-        f"initial wear of {name}: beyond what was measured continued by {flank.continuation!r}"
-        for name, flank in given.items()
-        if getattr(flank, "continuation", "refuse") != "refuse"
-    ]
+    flags += [flag for name, flank in given.items() if flank is not None for flag in flank.flags(name)]
     flags += class_flags(scene, gears)
     if scene.lubricant is not None:
         flags += scene.lubricant.told

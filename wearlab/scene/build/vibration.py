@@ -1,6 +1,5 @@
 """``[dynamics]`` → the system in its one form, the method, and the stages at which the mesh is tabulated."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -202,9 +201,9 @@ def _missed(values: Array, width: Array, scale: Callable[[Array], Any]) -> float
 def hunting_period(scene: Scene, gears: GearSet, meshes: Sequence[Mesh]) -> int:
     """Return the mesh periods until the same teeth meet again, 1 unless slow errors are to turn."""
     slow = any(len(mesh.error.slow_amplitude) for mesh in meshes)
-    if scene.errors is None or scene.errors.slow != "hunting" or not slow:
+    if scene.errors is None or not slow:
         return 1
-    return math.lcm(*(gear.teeth for gear in gears.gears.values()))
+    return scene.errors.slow.periods([gear.teeth for gear in gears.gears.values()])
 
 
 def slow_errors(scene: Scene, gears: GearSet, meshes: Sequence[Mesh], system: System) -> Array | None:
@@ -213,11 +212,12 @@ def slow_errors(scene: Scene, gears: GearSet, meshes: Sequence[Mesh], system: Sy
     A constant error does nothing to a set that turns freely until it is taken up: when some ``D q = e`` has
     ``K q = 0``.
     """
-    found = gears.slow_errors(meshes)
-    if found is None or scene.errors is None or scene.errors.slow == "hunting":
+    at_angles = gears.slow_errors(meshes)
+    if at_angles is None or scene.errors is None:
         return None
-    if scene.errors.slow == "frozen":
-        found = np.array([[float(mesh.error.slow(np.zeros(1))[0]) for mesh in meshes]])
+    found = scene.errors.slow.rows(meshes, at_angles)
+    if found is None:
+        return None
     free = system.direction @ null_space(system.total_stiffness)
     taken_up = free @ np.linalg.lstsq(free, found.T, rcond=None)[0] if free.size else np.zeros_like(found.T)
     return None if np.abs(taken_up - found.T).max() <= TAKEN_UP * np.abs(found).max() else found

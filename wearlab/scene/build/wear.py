@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 from wearlab.compiled import compiled_if_possible
 from wearlab.gears.pair import GearPair
 from wearlab.life.limits import Limits, Snapshots
-from wearlab.life.load import EquivalentLoad, InstantLoad, Load, StaticLoad
+from wearlab.life.load import Load
+from wearlab.life.loads.instant import Instant
+from wearlab.life.loads.static import Static
 from wearlab.life.state import Coupled
 from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
 from wearlab.slots import Variant
-from wearlab.wear.archard import MEAN_PRESSURE, PEAK_PRESSURE, NormalProjection, OverCosine
 from wearlab.wear.coefficients import CoefficientModel
 from wearlab.wear.film import Film, composite_rq
 from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
@@ -50,8 +51,8 @@ def build_law(scene: Scene, pair: GearPair, path: WearPath) -> PreparedLaw | Non
     law = WearLaw(
         flanks=(first, second),
         lambda_ratio=_lambda_ratio(each, settings[0]),
-        pressure_factor=PEAK_PRESSURE if wear.pressure == "peak" else MEAN_PRESSURE,
-        projection=OverCosine() if wear.projection == "over-cosine" else NormalProjection(),
+        pressure_factor=wear.pressure.factor,
+        projection=wear.projection,
     )
     return prepare(law, path)
 
@@ -100,17 +101,10 @@ def _lambda_ratio(each: list[CoefficientModel], where: Setting) -> PowerOfLoad |
 
 
 def build_load(scene: Scene) -> Load:
-    """Return which force wears the flanks."""
+    """Return which force wears the flanks, or would."""
     if scene.wear is None:
-        return StaticLoad() if scene.dynamics is None else InstantLoad()
-    match scene.wear.load:
-        case "instant":
-            return InstantLoad()
-        case "equivalent":
-            assert scene.wear.wohler_slope is not None
-            return EquivalentLoad(scene.wear.wohler_slope)
-        case _:
-            return StaticLoad()
+        return Static() if scene.dynamics is None else Instant()
+    return scene.wear.load.build(scene.wear.wohler_slope)
 
 
 def build_path(one: PairOfSet, position: Array, face_load_factor: float) -> WearPath:

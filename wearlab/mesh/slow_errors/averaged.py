@@ -1,0 +1,21 @@
+"""Once-per-revolution errors by quadrature over the angles of the members."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal
+
+from wearlab.mesh.slow_errors import SlowErrorModel
+from wearlab.options import option
+
+if TYPE_CHECKING:
+    from wearlab.mesh.clock import Mesh
+    from wearlab.mesh.gear_set import Array
+
+
+class AveragedErrors(SlowErrorModel):
+    """Quadrature over member angles."""
+
+    model: Literal["averaged"] = option("averaged", "quadrature over member angles", source="wearlab")
+
+    def rows(self, meshes: "Sequence[Mesh]", at_angles: "Array") -> "Array":
+        """Return the errors at every angle of the quadrature."""
+        return at_angles

@@ -1,0 +1,29 @@
+"""Once-per-revolution errors held at one drawn angle: one realisation of many."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+
+from wearlab.mesh.slow_errors import SlowErrorModel
+from wearlab.options import option
+
+if TYPE_CHECKING:
+    from wearlab.mesh.clock import Mesh
+    from wearlab.mesh.gear_set import Array
+
+
+class FrozenErrors(SlowErrorModel):
+    """One drawn angle."""
+
+    realised: ClassVar[bool] = True
+
+    model: Literal["frozen"] = option("frozen", "one drawn angle", source="wearlab")
+
+    def rows(self, meshes: "Sequence[Mesh]", at_angles: "Array") -> "Array":
+        """Return the errors at the drawn angle, (1, n_mesh) [m]."""
+        return self.constant(meshes)[None]
+
+    def constant(self, meshes: "Sequence[Mesh]") -> "Array":
+        """Return the errors at the drawn angle, (n_mesh,) [m]."""
+        return np.array([float(mesh.error.slow(np.zeros(1))[0]) for mesh in meshes])

@@ -1,0 +1,18 @@
+"""``wear.contact_patch``: over which width wear is spread, felt and levelled, one variant a file."""
+
+from typing import TYPE_CHECKING, ClassVar
+
+from wearlab.slots import Slot, Variant
+
+if TYPE_CHECKING:
+    from wearlab.wear.patch import Patch, PatchSetting
+
+
+class PatchModel(Variant):
+    """Any contact patch."""
+
+    slot: ClassVar[Slot] = Slot("wear.contact_patch", __name__, words=True)
+
+    def build(self, setting: "PatchSetting") -> "Patch | None":
+        """Return the patch of one kind of mesh, None where wear is taken point by point."""
+        raise NotImplementedError(f"{type(self).__name__} has no build")
