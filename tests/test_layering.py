@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ import wearlab
 PACKAGE = Path(wearlab.__file__).parent
 ROAD = (
     *(
+        "version",
         "sources",
         "regular",
         "linking",
@@ -128,6 +130,43 @@ def test_no_room_bears_the_name_of_a_public_function():
 @pytest.mark.parametrize("module", modules())
 def test_imports_run_one_way(module):
     assert backwards(source_of(module), module) == []
+
+
+def taken(source: str, module: str, known: set[str]) -> set[str]:
+    """Return the modules that a module takes something from, at any place in it, for types alone too."""
+    named = {name for _, name in imported(source, module) if name in known}
+    whole = {name.rpartition(".")[0] for name in named}  # `from package import module` is not the package
+    asked = {name for _, name in imported(source, module)}
+    return {n for n in named if n not in whole or any(one.rpartition(".")[0] == n for one in asked - known)}
+
+
+def circle(graph: dict[str, set[str]]) -> list[str]:
+    """Return modules that import each other in a circle, none where there is no such circle."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def test_the_detector_sees_a_circle():
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}})
+    assert not circle({"a": {"b", "c"}, "b": {"c"}, "c": set()})
+    both = {"wearlab.cli", "wearlab.cli.app"}
+    assert taken("def late():\n    from wearlab.cli import app, NAME\n", "wearlab.x", both) == both
+    assert taken("from wearlab.cli import app", "wearlab.x", both) == {"wearlab.cli.app"}
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    """Within a room imports run one way, too."""
+    files = {module.removesuffix(".__init__"): module for module in modules()}
+    faces = {"wearlab"}  # its names are loaded when they are first asked for
+    graph = {
+        name: taken(source_of(module), module, set(files)) - {name} - faces
+        for name, module in files.items()
+        if name not in faces
+    }
+    assert circle(graph) == []
 
 
 def variants() -> tuple[str, ...]:

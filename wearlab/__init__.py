@@ -7,6 +7,8 @@ No room of the package bears the name of a public function: importing it would h
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from wearlab.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign as Campaign
     from wearlab.campaign import CampaignError as CampaignError
@@ -24,8 +26,6 @@ if TYPE_CHECKING:
     from wearlab.store import StoreError as StoreError
     from wearlab.store import open_store as open  # noqa: F401
     from wearlab.updating import update as update
-
-__version__ = "0.1.0"
 
 HOMES = {
     "Campaign": "wearlab.campaign",

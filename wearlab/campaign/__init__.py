@@ -1,14 +1,15 @@
 """Campaigns: a file becomes scenes, each with its place in a grid, and figures to draw."""
 
 from wearlab.campaign.axes import Axis, Coordinate
-from wearlab.campaign.campaign import Campaign, Metadata, load, load_drawing
-from wearlab.campaign.cases import BASE, Case
+from wearlab.campaign.campaign import Campaign, Metadata
+from wearlab.campaign.case import BASE, Case
 from wearlab.campaign.errors import CampaignError
 from wearlab.campaign.estimates import Drawing, Estimates
 from wearlab.campaign.exclusion import Excluded
 from wearlab.campaign.expect import Expectation, Wanted
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.json_schema import schema_json
+from wearlab.campaign.reading import load, load_drawing
 
 __all__ = [
     "BASE",

@@ -1,49 +1,22 @@
 """``[[case]]`` and the product of all sweeps: which scenes a campaign has."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import product
 from math import prod
 from typing import Any, NamedTuple
 
 from wearlab.campaign.axes import MOST_CASES, Axis, too_many
+from wearlab.campaign.case import BASE, Case
 from wearlab.campaign.errors import CampaignError
-from wearlab.campaign.expect import Expectation, merged, read_expectation
-from wearlab.campaign.start import named_start
+from wearlab.campaign.expect import merged, read_expectation
+from wearlab.campaign.start import Reader, named_start
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.merge import DropError, Table, merge, nested, without
 from wearlab.scene.problems import shown, unknown_key
 
-BASE = "base"
 OWN_WORDS = ("label", "drop", "sweep")
 EXPECT = "expect"
 ENOUGH = 20
-
-
-@dataclass(frozen=True)
-class Case:
-    """One run of a campaign.
-
-    Parameters
-    ----------
-    label : "base", or the label of a ``[[case]]``
-    scene : what is run
-    position : axis → index; an axis that is missing here is one the run is broadcast along
-    expect : what it is expected to come to, None when the file does not say
-    """
-
-    label: str
-    scene: Scene
-    position: dict[str, int]
-    expect: Expectation | None = None
-
-    @property
-    def id(self) -> str:
-        """The identity of the run."""
-        return self.scene.id
-
-    def __repr__(self) -> str:
-        return f"<Case {self.label!r} {self.position or ''}: {self.scene!r}>"
 
 
 class Difference(NamedTuple):
@@ -110,8 +83,12 @@ def _sets(own: Any, key: str) -> bool:
     return word in own and (not rest or _sets(own[word], rest))
 
 
-def expand(table: Table, axes: tuple[Axis, ...], differences: tuple[Difference, ...]) -> tuple[Case, ...]:
+def expand(
+    table: Table, axes: tuple[Axis, ...], differences: tuple[Difference, ...], read: Reader
+) -> tuple[Case, ...]:
     """Return every run: the product of the sweeps as "base", then each case, swept where it asks to be.
+
+    ``read`` reads the campaigns whose runs these go on from.
 
     Raises
     ------
@@ -126,7 +103,7 @@ def expand(table: Table, axes: tuple[Axis, ...], differences: tuple[Difference, 
     for label, position, scene in _scenes(table, axes, differences):
         try:
             expected = read_expectation(scene.pop(EXPECT, None))
-            cases.append(Case(label, Scene.from_mapping(named_start(scene)), position, expected))
+            cases.append(Case(label, Scene.from_mapping(named_start(scene, read)), position, expected))
         except (SceneError, CampaignError) as error:
             about = "" if label == BASE else f"case {label!r}: "
             problems += [f"{about}{line}" for line in error.problems if not about or line not in problems]

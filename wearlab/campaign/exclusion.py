@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from wearlab.campaign.cases import Case
+from wearlab.campaign.case import Case
 from wearlab.campaign.derived import DERIVED, KEYS, Derivation
 from wearlab.campaign.errors import CampaignError
 from wearlab.query import QueryError, Vocabulary, holds, read_condition

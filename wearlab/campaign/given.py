@@ -5,8 +5,9 @@ from os import PathLike
 from typing import Any
 
 from wearlab.campaign.axes import RESERVED, Axis, Coordinate
-from wearlab.campaign.campaign import Campaign, load
-from wearlab.campaign.cases import BASE, Case
+from wearlab.campaign.campaign import Campaign
+from wearlab.campaign.case import BASE, Case
+from wearlab.campaign.reading import load
 from wearlab.query.flat import flat
 from wearlab.query.scene_keys import scene_key
 from wearlab.scene import Scene

@@ -1,26 +1,26 @@
 """``[start]`` that names its run by campaign and select becomes one that names it by identity."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from wearlab.campaign.axes import Axis
+from wearlab.campaign.campaign import Campaign
+from wearlab.campaign.case import Case
 from wearlab.campaign.errors import CampaignError
 from wearlab.query.digits import index_of_quantity
 from wearlab.scene.merge import Table
 from wearlab.scene.problems import shown
 
-if TYPE_CHECKING:
-    from wearlab.campaign.axes import Axis
-    from wearlab.campaign.campaign import Campaign
-    from wearlab.campaign.cases import Case
-
 DEEPEST = 20
+Reader = Callable[[Path], Campaign]
 _under_way: list[Path] = []
 
 
-def named_start(table: Table) -> Table:
+def named_start(table: Table, read: Reader) -> Table:
     """Return a scene's table in which ``start`` names its run by identity.
 
-    Which run a campaign's case is follows from the files alone; no store is asked.
+    Which run a campaign's case is follows from the files alone; no store is asked. ``read`` reads the other.
 
     Raises
     ------
@@ -32,14 +32,12 @@ def named_start(table: Table) -> Table:
         return table
     if "run" in start:
         raise CampaignError(["start: give one of 'run' and 'campaign', not both"])
-    case = _selected(_campaign(start["campaign"]), start.get("select", {}))
+    case = _selected(_campaign(start["campaign"], read), start.get("select", {}))
     kept = {key: value for key, value in start.items() if key not in ("campaign", "select")}
     return {**table, "start": {**kept, "run": case.id}}
 
 
-def _campaign(given: Any) -> "Campaign":
-    from wearlab.campaign.campaign import load
-
+def _campaign(given: Any, read: Reader) -> Campaign:
     if not isinstance(given, str):
         raise CampaignError([f"start.campaign: {shown(given)} is no campaign file"])
     file = Path(given).expanduser().resolve()
@@ -48,12 +46,12 @@ def _campaign(given: Any) -> "Campaign":
         raise CampaignError([f"start.campaign: campaigns continue each other in a circle: {circle}"])
     _under_way.append(file)
     try:
-        return load(file)
+        return read(file)
     finally:
         _under_way.pop()
 
 
-def _selected(campaign: "Campaign", select: Any) -> "Case":
+def _selected(campaign: Campaign, select: Any) -> Case:
     if not isinstance(select, dict):
         raise CampaignError([f"start.select: {shown(select)} is no table of axis = value"])
     axes = {axis.name: axis for axis in campaign.axes}
@@ -78,7 +76,7 @@ def _selected(campaign: "Campaign", select: Any) -> "Case":
     return next(iter(found.values()))
 
 
-def _index(axis: "Axis", wanted: Any) -> int:
+def _index(axis: Axis, wanted: Any) -> int:
     """Return where a value, or a quantity in any unit, stands on an axis."""
     index = index_of_quantity(wanted, axis.values, axis.units, axis.key)
     if index is None:

@@ -4,8 +4,8 @@ from typing import Annotated
 
 import typer
 
-from wearlab import __version__
 from wearlab.cli.output import TRUSTED, say
+from wearlab.version import __version__
 
 app = typer.Typer(
     name="wearlab",

@@ -8,11 +8,11 @@ from datetime import UTC, datetime
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wearlab import __version__
 from wearlab.runner.crew import OtherCode
 from wearlab.runner.under_way import from_worker, heard_by, under_way
 from wearlab.sources import source_hash
 from wearlab.store.outcome import Outcome, State
+from wearlab.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr

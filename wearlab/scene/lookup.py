@@ -7,6 +7,7 @@ from pydantic.fields import FieldInfo
 
 from wearlab.options import Part
 from wearlab.scene.members import ALL_TOOTHED
+from wearlab.scene.sections import Sections
 from wearlab.slots import Variant
 
 Path = tuple[str, ...]
@@ -25,10 +26,8 @@ def parts_in(annotation: Any) -> tuple[type[Part], ...]:
 @cache
 def parts_at(path: Path) -> tuple[type[Part], ...]:
     """Return the parts that may stand at a path; none where a plain value or nothing stands."""
-    from wearlab.scene.scene import Scene
-
     if not path:
-        return (Scene,)
+        return (Sections,)
     found: list[type[Part]] = []
     for part in parts_at(path[:-1]):
         if path[-1] in part.model_fields:

@@ -1,17 +1,15 @@
 """What the sections of a scene ask of each other."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from wearlab.scene.members import ALL_FLANKS
 from wearlab.scene.rules_of_sets import RULES_OF_SETS
+from wearlab.scene.sections import Sections
 from wearlab.wear.coefficients.calibrated import CalibratedCoefficient
 
-if TYPE_CHECKING:
-    from wearlab.scene.scene import Scene
 
-
-def broken_rules(scene: "Scene") -> list[str]:
+def broken_rules(scene: Sections) -> list[str]:
     """Return one line for each rule that a scene breaks."""
     rules = (
         *RULES_OF_SETS,
@@ -35,16 +33,16 @@ def broken_rules(scene: "Scene") -> list[str]:
 Problems = Iterator[tuple[str, str]]
 
 
-def _toothed(scene: "Scene") -> tuple[str, ...]:
+def _toothed(scene: Sections) -> tuple[str, ...]:
     return scene.gears.toothed
 
 
-def _sections(scene: "Scene") -> tuple[str, ...]:
+def _sections(scene: Sections) -> tuple[str, ...]:
     """Return the names of the tables that may say something of one kind of mesh."""
     return scene.gears.descriptor.sections
 
 
-def _damping(scene: "Scene") -> Problems:
+def _damping(scene: Sections) -> Problems:
     for section in _sections(scene) if scene.dynamics is not None else ():
         mesh = scene.mesh.of(section)
         if mesh.damping is None and mesh.damping_ratio is None:
@@ -54,7 +52,7 @@ def _damping(scene: "Scene") -> Problems:
             )
 
 
-def _friction(scene: "Scene") -> Problems:
+def _friction(scene: Sections) -> Problems:
     if scene.dynamics is None or scene.dynamics.friction is None:
         return
     for section in _sections(scene):
@@ -67,13 +65,13 @@ def _friction(scene: "Scene") -> Problems:
             return
 
 
-def _motion(scene: "Scene") -> Problems:
+def _motion(scene: Sections) -> Problems:
     """What a dynamic model itself asks of the scene."""
     if scene.dynamics is not None:
         yield from scene.dynamics.problems(scene)
 
 
-def _response(scene: "Scene") -> Problems:
+def _response(scene: Sections) -> Problems:
     if scene.dynamics is None or scene.dynamics.response is None:
         return
     speed: Any = scene.dynamics.response.speed
@@ -91,7 +89,7 @@ def _response(scene: "Scene") -> Problems:
         )
 
 
-def _requested(scene: "Scene") -> Problems:
+def _requested(scene: Sections) -> Problems:
     """What is read off a response on request needs one, and its spectra have orders of their own."""
     if scene.store.requested and scene.dynamics is None:
         yield "store.variables", f"{scene.store.requested[0]!r} needs [dynamics]"
@@ -104,13 +102,13 @@ def _requested(scene: "Scene") -> Problems:
                 )
 
 
-def _load(scene: "Scene") -> Problems:
+def _load(scene: Sections) -> Problems:
     """What the load that wears itself asks of the scene."""
     if scene.wear is not None:
         yield from scene.wear.load.problems(scene)
 
 
-def _limits(scene: "Scene") -> Problems:
+def _limits(scene: Sections) -> Problems:
     if scene.wear is None:
         return
     if scene.wear.until is not None and scene.wear.coefficient is None:
@@ -122,7 +120,7 @@ def _limits(scene: "Scene") -> Problems:
         yield "wear.snapshots", "snapshots need 'until': without it there is one wear state"
 
 
-def _initial(scene: "Scene") -> Problems:
+def _initial(scene: Sections) -> Problems:
     if scene.wear is None or scene.wear.initial is None:
         return
     flanks = scene.gears.descriptor.flanks
@@ -137,7 +135,7 @@ def _initial(scene: "Scene") -> Problems:
             )
 
 
-def _extended(scene: "Scene") -> Problems:
+def _extended(scene: Sections) -> Problems:
     """Beyond A and E only tip corners touch: one search and one stiffness know nothing of them."""
     for section in _sections(scene):
         mesh = scene.mesh.of(section)
@@ -157,7 +155,7 @@ def _extended(scene: "Scene") -> Problems:
             )
 
 
-def _conditions(scene: "Scene") -> Problems:
+def _conditions(scene: Sections) -> Problems:
     """Several conditions of operation share their flanks, and stages need wear to carry over."""
     several = scene.operation.blocks or scene.operation.stages
     if not several:
@@ -173,7 +171,7 @@ def _conditions(scene: "Scene") -> Problems:
         yield "operation.stage", "the last stage needs 'cycles', or give wear.until"
 
 
-def _calibrated(scene: "Scene") -> Problems:
+def _calibrated(scene: Sections) -> Problems:
     """A calibrated coefficient is one for all members, and its flank is one of the set's."""
     if scene.wear is None or scene.wear.coefficient is None:
         return
@@ -194,7 +192,7 @@ def _calibrated(scene: "Scene") -> Problems:
         )
 
 
-def _start(scene: "Scene") -> Problems:
+def _start(scene: Sections) -> Problems:
     if scene.start is None:
         return
     members = scene.gears.toothed
@@ -205,7 +203,7 @@ def _start(scene: "Scene") -> Problems:
         yield "start", "start and wear.initial both say how worn the flanks are: leave one out"
 
 
-def _needs(scene: "Scene") -> Problems:
+def _needs(scene: Sections) -> Problems:
     """What law, coefficients and films must know of oil and flanks stands in the scene."""
     if scene.wear is None or scene.wear.coefficient is None:
         return
@@ -221,12 +219,12 @@ def _needs(scene: "Scene") -> Problems:
             yield from check(scene, who)
 
 
-def _needs_oil(scene: "Scene", who: str) -> Problems:
+def _needs_oil(scene: Sections, who: str) -> Problems:
     if scene.lubricant is None:
         yield "lubricant", f"{who} in wear.coefficient needs [lubricant]"
 
 
-def _needs_roughness(scene: "Scene", who: str) -> Problems:
+def _needs_roughness(scene: Sections, who: str) -> Problems:
     for member, gear in scene.gears.gears().items():
         if gear.roughness_ra is None:
             yield (
@@ -235,13 +233,13 @@ def _needs_roughness(scene: "Scene", who: str) -> Problems:
             )
 
 
-def _needs_hardness(scene: "Scene", who: str) -> Problems:
+def _needs_hardness(scene: Sections, who: str) -> Problems:
     for member, gear in scene.gears.gears().items():
         if getattr(gear.material or scene.gears.material, "hardness", None) is None:
             yield f"gears.{member}.material", f"{who} needs the hardness of both flanks, such as '7 GPa'"
 
 
-def _needs_temperature(scene: "Scene", who: str) -> Problems:
+def _needs_temperature(scene: Sections, who: str) -> Problems:
     if getattr(scene.lubricant, "temperature", None) is None:
         yield "lubricant", f"{who} needs the temperature of the oil"
 

@@ -1,17 +1,14 @@
 """What pairs and planetary sets ask of the sections of a scene, each kind of set in its way."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from wearlab.scene.mesh import OWN_MESHES
-
-if TYPE_CHECKING:
-    from wearlab.scene.scene import Scene
+from wearlab.scene.sections import Sections
 
 Problems = Iterator[tuple[str, str]]
 
 
-def _meshes_of_the_set(scene: "Scene") -> Problems:
+def _meshes_of_the_set(scene: Sections) -> Problems:
     """What both kinds of mesh must share, and what pairs have not."""
     if not scene.gears.descriptor.is_pair:
         pair = [scene.mesh.of(section) for section in OWN_MESHES]
@@ -26,7 +23,7 @@ def _meshes_of_the_set(scene: "Scene") -> Problems:
         yield "operation.load_torque", "'zero' needs a planetary set with a grounded output"
 
 
-def _harmonics(scene: "Scene") -> Problems:
+def _harmonics(scene: Sections) -> Problems:
     """An error of one planet's mesh needs that planet."""
     planets = getattr(scene.gears, "planets", 1)
     for number, harmonic in enumerate(scene.errors.harmonic if scene.errors is not None else ()):
@@ -38,7 +35,7 @@ def _harmonics(scene: "Scene") -> Problems:
             )
 
 
-def _pins(scene: "Scene") -> Problems:
+def _pins(scene: Sections) -> Problems:
     """The planets' pins stand in one member's errors: written twice, they would count twice."""
     given = scene.errors.members if scene.errors is not None else {}
     if all(getattr(given.get(member), "planet_position", ()) for member in ("planet", "carrier")):

@@ -9,44 +9,29 @@ from typing import Any, cast
 
 from pydantic import PrivateAttr, ValidationError, model_validator
 
-from wearlab.options import Part, option
+from wearlab.options import Part
 from wearlab.plugins import CONSENT, LOADED, Plugin, PluginError, load
 from wearlab.scene import lookup
-from wearlab.scene.dynamics import Dynamics
 from wearlab.scene.errors import Errors
-from wearlab.scene.gears import Gears
 from wearlab.scene.identity import canonical, identity, stored
-from wearlab.scene.lubricant import Lubricant
 from wearlab.scene.members import kind_of
 from wearlab.scene.merge import DropError, merge, nested, without
 from wearlab.scene.mesh import OWN_MESHES, Mesh, OneMesh
-from wearlab.scene.numerics import Numerics
-from wearlab.scene.operation import Operation
 from wearlab.scene.problems import SceneError, problems_of
 from wearlab.scene.rules import broken_rules
-from wearlab.scene.start import Start, StartWear
-from wearlab.scene.store import Store
+from wearlab.scene.sections import Sections
+from wearlab.scene.start import StartWear
+from wearlab.scene.telling import html, one_line
 from wearlab.scene.wear import InitialWears, Wear
 from wearlab.slots import Slot, Variant, when_changed
 
 
-class Scene(Part):
-    """The sections of a campaign file that one run depends on; an absent section is ``None``.
+class Scene(Sections):
+    """The sections of a campaign file that one run depends on, checked against each other.
 
     Made by `from_mapping`, `from_canonical` or `replace`. Values are SI: angles in rad, speeds in rad/s.
     Two scenes are equal when they have the same canonical form.
     """
-
-    gears: Gears = option(..., "shape of the gears")
-    operation: Operation = option(..., "how they are driven")
-    mesh: Mesh = option(Mesh(), "contact, stiffness, excitation and damping")
-    errors: Errors | None = option(None, "prescribed errors", derived="none")
-    dynamics: Dynamics | None = option(None, "moving coordinates", derived="quasi-static")
-    lubricant: Lubricant | None = option(None, "the oil", derived="dry: no film")
-    wear: Wear | None = option(None, "the wear law and the life", derived="one unworn state")
-    numerics: Numerics = option(Numerics(), "accuracy")
-    start: Start | None = option(None, "the run whose wear this one goes on from", derived="its own wear")
-    store: Store = option(Store(), "what is kept")
 
     _mapping: dict[str, Any] = PrivateAttr(default_factory=dict)
     _base: Path | None = PrivateAttr(default=None)
@@ -149,16 +134,12 @@ class Scene(Part):
         return canonical(self.model_dump())
 
     def __repr__(self) -> str:
-        from wearlab.scene.telling import one_line
-
-        return f"<Scene {self.id[:10]}: {one_line(self)}>"
+        return f"<Scene {self.id[:10]}: {one_line(self, self._mapping)}>"
 
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        from wearlab.scene.telling import html
-
-        return html(self)
+        return html(repr(self), self._mapping)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scene) and self._canonical == other._canonical
@@ -209,7 +190,7 @@ def parts_within(value: Any) -> Iterator[Variant]:
 def _renew() -> None:
     """Let the sections choose among the variants that are known now."""
     parts: list[type[Part]] = [part for slot in Slot.all.values() for part in slot.variants.values()]
-    parts += [OneMesh, Mesh, Errors, InitialWears, Wear, Scene]
+    parts += [OneMesh, Mesh, Errors, InitialWears, Wear, Sections, Scene]
     for part in parts:
         part.model_rebuild(force=True)
     lookup.forget()

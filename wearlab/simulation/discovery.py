@@ -3,8 +3,8 @@
 from datetime import UTC, datetime
 from typing import Any
 
-from wearlab import __version__
 from wearlab.scene import Scene
+from wearlab.version import __version__
 
 SUBJECTS = {
     "dynamics": "gear dynamics",

@@ -7,10 +7,10 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-from wearlab import __version__
 from wearlab.scene import Scene
 from wearlab.scene.identity import MODEL_VERSION
 from wearlab.sources import used_hash
+from wearlab.version import __version__
 
 UNKNOWN = {"commit": "unknown", "dirty": "unknown"}
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "netCDF4")

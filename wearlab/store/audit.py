@@ -2,35 +2,18 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
 
 from wearlab.store.adopt import ForeignRun, outcome_of
 from wearlab.store.bounds import refuse_links
 from wearlab.store.catalogue import Entry
 from wearlab.store.errors import StoreError
+from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.outcome import Outcome
+from wearlab.store.problem import Problem
 from wearlab.store.runs import RunFiles, hash_of
 
-if TYPE_CHECKING:
-    from wearlab.store.store import Store
 
-
-class Problem(NamedTuple):
-    """Something in a store that is not as it should be.
-
-    Parameters
-    ----------
-    path : the file
-    kind : missing | truncated | altered | foreign | unfinished | unknown | unreadable
-    message : one sentence
-    """
-
-    path: Path
-    kind: str
-    message: str
-
-
-def verify(store: "Store") -> Iterator[Problem]:
+def verify(store: KeptRuns) -> Iterator[Problem]:
     """Yield all that is wrong with a store: files unlike their recorded size and hash, then foreign files.
 
     Files that the catalogue does not know are checked against the seal they carry. What a run that was
@@ -58,6 +41,7 @@ def verify(store: "Store") -> Iterator[Problem]:
         problem = _stranger(path, store.files)
         if problem.kind != "unknown" or path not in unrecorded:
             yield problem
+
     from wearlab.store.updates import verify_updates
 
     yield from verify_updates(store)
@@ -99,7 +83,7 @@ def _reason(error: StoreError, path: Path) -> str:
     return str(error).removeprefix(f"{path}: ")
 
 
-def reindex(store: "Store") -> list[Problem]:
+def reindex(store: KeptRuns) -> list[Problem]:
     """Make the catalogue's runs anew from the run files; return the files that were left out, and why.
 
     A damaged catalogue is set aside under another name first. A file that does not hold what was sealed in
@@ -116,6 +100,7 @@ def reindex(store: "Store") -> list[Problem]:
             outcome = _adopted(path, problems)
             if outcome is not None:
                 store.catalogue.record([outcome])
+
     from wearlab.store.updates import reindex_updates
 
     return problems + reindex_updates(store)

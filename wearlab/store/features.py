@@ -20,11 +20,11 @@ from wearlab.query.result_keys import declared_key
 from wearlab.query.scene_keys import scene_key
 from wearlab.store.errors import StoreError
 from wearlab.store.indicators import INDICATORS, indicators
+from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.table import Column, Table
 
 if TYPE_CHECKING:
     from wearlab.store.catalogue import Entry
-    from wearlab.store.store import Store
 
 STATE = "update"
 NAMED = frozenset(
@@ -45,7 +45,7 @@ HARMONICS = ("mesh_stiffness", "static_transmission_error", "dynamic_transmissio
 Row = dict[Column, Any]
 
 
-def features(store: "Store", where: str = "", variables: Sequence[str] | None = None) -> Table:
+def features(store: KeptRuns, where: str = "", variables: Sequence[str] | None = None) -> Table:
     """Return the features of the runs that meet a condition.
 
     Parameters

@@ -1,18 +1,14 @@
-"""A store on disk: ``runs/`` with one file per run, ``catalogue.sqlite`` beside it."""
+"""A store: runs kept on disk, asked as one, and checked."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from html import escape
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearlab.store.audit import Problem, reindex, verify
-from wearlab.store.catalogue import Catalogue, Entry, Head
-from wearlab.store.checkpoints import Checkpoints
+from wearlab.store.audit import reindex, verify
 from wearlab.store.errors import StoreError
-from wearlab.store.outcome import Outcome
-from wearlab.store.presence import Presence, alive
-from wearlab.store.runs import Image, RunFiles
+from wearlab.store.kept_runs import KeptRuns
+from wearlab.store.problem import Problem
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,10 +16,8 @@ if TYPE_CHECKING:
     from wearlab.campaign.given import Given
     from wearlab.store.table import Table
 
-CONDITION = " =<>("  # signs that are in every condition and in no id
 
-
-class Store:
+class Store(KeptRuns):
     """A folder of runs.
 
     Nothing is written before the first run is: naming a store that does not exist makes nothing.
@@ -38,16 +32,6 @@ class Store:
     >>> grid = store.open(campaign)                     # doctest: +SKIP
     """
 
-    def __init__(self, path: str | PathLike[str]) -> None:
-        self.path = Path(path)
-        self.catalogue = Catalogue(self.path / "catalogue.sqlite")
-        self.files = RunFiles(self.path / "runs")
-        self.checkpoints = Checkpoints(self.path / "checkpoints")
-        self._presences = self.path / "runners"
-
-    def __repr__(self) -> str:
-        return f"Store({str(self.path)!r})"
-
     def _repr_html_(self) -> str:
         from wearlab.store.html import table_html
 
@@ -56,12 +40,6 @@ class Store:
         told = self.catalogue.read("SELECT state, count(*), sum(size) FROM runs GROUP BY state")
         rows = [(state, count, f"{(size or 0) / 1e6:.1f} MB") for state, count, size in told]
         return f"<p><b>{escape(repr(self))}</b></p>{table_html(('state', 'runs', 'size'), rows)}"
-
-    def close(self) -> None:
-        """Let go of the catalogue; it opens again when needed."""
-        self.catalogue.close()
-
-    # -- reading ------------------------------------------------------------------------------------------
 
     def open(self, campaign: "Given", *, si: bool = False) -> "xr.Dataset":
         """Return a campaign's runs as one lazy dataset: sweep axes, ``case``, then the run's dimensions.
@@ -94,32 +72,6 @@ class Store:
             ) from error
         return axes_in_si(grid) if si else grid
 
-    def query(
-        self,
-        where: str = "",
-        *,
-        columns: Sequence[str] | None = None,
-        sort: str | None = None,
-        limit: int | None = None,
-    ) -> "Table":
-        """Return the runs that meet a condition, such as ``"torque > 100 N*m and life < 2e7"``.
-
-        Parameters
-        ----------
-        where : condition on scene keys, results, states and histories [all runs]
-        columns : what to show beside id and status [what the condition names]
-        sort : a column; ``"-life"`` has the longest first
-        limit : at most so many rows
-
-        Raises
-        ------
-        QueryError : the condition cannot be read, or a name is unknown
-        StoreError : there is no store
-        """
-        from wearlab.store.search import Search
-
-        return Search(self.catalogue).table(where, columns, sort, limit)
-
     def features(self, where: str = "", *, variables: Sequence[str] | None = None) -> "Table":
         """Return one row for each wear state of each run: harmonics, indicators, orders as columns.
 
@@ -137,129 +89,9 @@ class Store:
 
         return features(self, where, variables)
 
-    def names(self) -> list[str]:
-        """Return everything that a condition of `query` may ask for here."""
-        from wearlab.store.search import Search
-
-        return sorted(Search(self.catalogue).vocabulary.keys)
-
-    def run(self, run_id: str) -> "xr.Dataset":
-        """Return one run, loaded, its file closed.
-
-        Parameters
-        ----------
-        run_id : the identity, or a beginning of it that no other run shares
-
-        Raises
-        ------
-        StoreError : no such run, more than one, not done, or its file is damaged
-        """
-        from wearlab.store.reading import load
-
-        found = self.find(run_id)
-        if found.state != "done":
-            raise StoreError(f"run {found.id} has no data: {found.state}")
-        return load(self.files.path(found.id), found.sha256)
-
-    def find(self, prefix: str) -> Entry:
-        """Return the one run whose id begins so, or that alone meets a condition, ``"torque = 5 N*m"``.
-
-        Raises
-        ------
-        StoreError : no such run, or more than one
-        """
-        from wearlab.query import QueryError
-
-        condition = any(sign in CONDITION for sign in prefix)
-        try:
-            found = self.query(prefix, columns=())["id"] if condition else self.catalogue.matching(prefix)
-        except QueryError as error:
-            raise StoreError(f"run: {error}") from error
-        matches = found if prefix else []
-        if len(matches) != 1:
-            some = ", ".join(match[:12] for match in matches[:4])
-            many = f"{len(matches)} runs {'meet this' if condition else 'begin so'}: {some}"
-            raise StoreError(f"run {prefix!r}: {many if matches else 'no such run'}")
-        return self.entries(matches)[matches[0]]
-
-    def entries(self, ids: Iterable[str] | None = None) -> dict[str, Entry]:
-        """Return what the catalogue knows of these runs (of all when None), by id."""
-        return self.catalogue.entries(ids)
-
-    def heads(self, ids: Iterable[str]) -> dict[str, Head]:
-        """Return the states of the known runs among these, by id."""
-        return self.catalogue.heads(ids)
-
-    def is_alive(self, owner: str) -> bool:
-        """Say whether the process that took runs under this name still runs."""
-        return alive(self._presences, owner)
-
-    def is_stale(self, entry: Entry | Head) -> bool:
-        """Say whether a run is marked as running by a process that is no more."""
-        return entry.state == "running" and not self.is_alive(entry.owner or "")
-
-    def is_lost(self, entry: Entry | Head) -> bool:
-        """Say whether a finished run's file has gone or changed its length."""
-        return entry.state == "done" and self.files.size(entry.id) != entry.size
-
     def verify(self) -> list[Problem]:
         """Return everything wrong with the run files, nothing when all is well."""
         return list(verify(self))
-
-    # -- writing ------------------------------------------------------------------------------------------
-
-    def create(self) -> None:
-        """Make the store's folder and catalogue where they are not."""
-        self.catalogue.create()
-        try:
-            self.files.folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise StoreError(f"{self.files.folder}: cannot be made ({error.strerror or error})") from error
-
-    def presence(self) -> Presence:
-        """Take a name under which this process claims runs."""
-        return Presence(self._presences)
-
-    def claim(self, ids: Sequence[str], owner: str, free: Callable[[Head], bool]) -> list[str]:
-        """Take those of the runs that nobody has, that ``free`` gives, or that a dead process left.
-
-        Returns
-        -------
-        The ids taken, now marked as running here.
-        """
-        return self.save_and_claim((), ids, owner, free)
-
-    def save(self, outcomes: Sequence[Outcome], owner: str) -> None:
-        """Write finished runs: each file in full, then the catalogue.
-
-        Raises
-        ------
-        StoreError : the disk or the catalogue refuses; nothing half-written remains
-        """
-        self.save_and_claim(outcomes, (), owner, lambda entry: False)
-
-    def save_and_claim(
-        self, outcomes: Sequence[Outcome], ids: Sequence[str], owner: str, free: Callable[[Head], bool]
-    ) -> list[str]:
-        """Write finished runs as `save` does and take others as `claim` does, in one transaction.
-
-        Returns
-        -------
-        The ids taken.
-        """
-        self.files.write(
-            [
-                Image(outcome.id, outcome.image, outcome.sha256)
-                for outcome in outcomes
-                if outcome.image is not None and outcome.sha256 is not None
-            ],
-            owner,
-        )
-        taken = self.catalogue.record(outcomes, ids, owner, lambda entry: self.is_stale(entry) or free(entry))
-        for run_id, left_by in taken.items():
-            if left_by:
-                self.files.discard_part(run_id, left_by)
-        return list(taken)
 
     def reindex(self) -> list[Problem]:
         """Make the catalogue anew from the run files; return the files that could not be read."""

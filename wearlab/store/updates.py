@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.store.bounds import refuse_links
 from wearlab.store.errors import StoreError
+from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.memberships import now
+from wearlab.store.problem import Problem
 from wearlab.store.runs import Image, RunFiles, hash_of
 from wearlab.store.seal import SEAL
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wearlab.store.audit import Problem
-    from wearlab.store.store import Store
 
 TABLE = """
 CREATE TABLE IF NOT EXISTS updates (
@@ -42,7 +42,7 @@ class KeptUpdate(NamedTuple):
     summary: dict[str, Any]
 
 
-def update_files(store: "Store") -> RunFiles:
+def update_files(store: KeptRuns) -> RunFiles:
     """Return the folder of the updates."""
     return RunFiles(store.path / "updates")
 
@@ -59,7 +59,7 @@ def seal_of(tree: "xr.DataTree") -> str:
 
 
 def keep_update(
-    store: "Store",
+    store: KeptRuns,
     update_id: str,
     tree: "xr.DataTree",
     title: str,
@@ -104,13 +104,13 @@ def _image(tree: "xr.DataTree", folder: Path) -> bytes:
             raise StoreError(f"{folder}: cannot be written ({error.strerror or error})") from error
 
 
-def _record(store: "Store", row: tuple[Any, ...]) -> None:
+def _record(store: KeptRuns, row: tuple[Any, ...]) -> None:
     with store.catalogue._transaction() as connection:
         connection.execute(TABLE)
         connection.execute(f"INSERT OR REPLACE INTO updates VALUES ({', '.join('?' * len(row))})", row)
 
 
-def kept_updates(store: "Store") -> dict[str, KeptUpdate]:
+def kept_updates(store: KeptRuns) -> dict[str, KeptUpdate]:
     """Return the updates that the catalogue knows, by id, the latest last."""
     if not store.catalogue.exists():
         return {}
@@ -130,7 +130,7 @@ def _entry(row: tuple[Any, ...]) -> KeptUpdate:
     return KeptUpdate(name, title, size, sha256, when, tuple(json.loads(runs)), dict(json.loads(summary)))
 
 
-def read_update(store: "Store", update_id: str) -> "xr.DataTree | None":
+def read_update(store: KeptRuns, update_id: str) -> "xr.DataTree | None":
     """Return a kept update, loaded, its file closed; None when there is none.
 
     Raises
@@ -163,10 +163,8 @@ def load_tree(path: Path) -> "xr.DataTree":
         raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
 
 
-def verify_updates(store: "Store") -> Iterator["Problem"]:
+def verify_updates(store: KeptRuns) -> Iterator[Problem]:
     """Yield everything wrong with the updates of a store."""
-    from wearlab.store.audit import Problem
-
     files, known = update_files(store), kept_updates(store)
     for one in known.values():
         path = files.path(one.id)
@@ -185,10 +183,8 @@ def verify_updates(store: "Store") -> Iterator["Problem"]:
             yield Problem(path, "unknown", "an update that the catalogue does not know; 'wearlab reindex'")
 
 
-def reindex_updates(store: "Store") -> list["Problem"]:
+def reindex_updates(store: KeptRuns) -> list[Problem]:
     """Record every update whose file is what was sealed in it; return the others."""
-    from wearlab.store.audit import Problem
-
     problems: list[Problem] = []
     files = update_files(store)
     for path in files:

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab import __version__
 from wearlab.campaign import Campaign
 from wearlab.sources import source_hash
 from wearlab.updating.calibration import calibrated
@@ -17,6 +16,7 @@ from wearlab.updating.measured import observed_data, statistics_of
 from wearlab.updating.outcome import Outcome
 from wearlab.updating.replay import replayed, scored
 from wearlab.updating.sampled import pointwise, replicas, sample
+from wearlab.version import __version__
 
 
 def tree_of(campaign: Campaign, outcomes: Sequence[Outcome], *, replay: bool, check: int) -> xr.DataTree:
