@@ -27,6 +27,11 @@ def source_hash() -> str:
     return hash_of(sorted(PACKAGE.rglob("*.py")))
 
 
+def code_and_place() -> tuple[str, str]:
+    """Return the hash of the sources of this process, and the folder they lie in."""
+    return source_hash(), str(PACKAGE)
+
+
 @cache
 def used_hash(dynamics: bool) -> str:
     """Return the hash of the code that a run uses, 16 hexadecimal digits.

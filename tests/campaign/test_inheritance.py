@@ -156,3 +156,10 @@ def test_a_problem_names_the_file_that_wrote_it(write):
     first, second = sorted(caught.value.problems)
     assert "speed.toml: scene.operation.speed: '25 Hz'" in first
     assert "study.toml: scene.operation.torqe: unknown key, did you mean 'torque'?" in second
+
+
+def test_a_sweep_that_is_no_table_is_said_beside_what_else_is_wrong(write):
+    with pytest.raises(CampaignError) as caught:
+        load(write('extends = "base.toml"\nsweep = true\n[gears]\nmodule = "none"'))
+    assert len(caught.value.problems) == 2
+    assert any("sweep: True is no list of tables" in line for line in caught.value.problems)

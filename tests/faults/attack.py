@@ -23,10 +23,12 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 import made_up
+from catalogues import texts_of, write_texts
 
 from wearlab.cli.app import status_of
 from wearlab.query import QueryError
 from wearlab.store import Store, StoreError
+from wearlab.store.packed import Texts
 
 FULL = {"files": 3000, "conditions": 3000, "stores": 500, "flips": 1000}
 LONGEST = 10.0  # s
@@ -166,7 +168,8 @@ VALUES = [
 ]
 COLUMNS = {
     "runs": "id state owner size sha256 started seconds source_hash wearlab_version layout",
-    "documents": "reason warnings sizes digests summary scene",
+    "documents": "reason warnings dictionary packed",
+    "dictionaries": "kind content",
     "layouts": "key layout",
     "keys": "name source kind unit quantity display_unit",
     "facts": "value",
@@ -178,7 +181,7 @@ COLUMNS = {
 def vandalised(dice: random.Random, store: Path) -> str:
     """Change a store as nobody should; return what was done."""
     catalogue = store / "catalogue.sqlite"
-    match dice.randrange(8):
+    match dice.randrange(10):
         case 0:
             content = bytearray(catalogue.read_bytes())
             for _ in range(dice.randint(1, 50)):
@@ -189,6 +192,12 @@ def vandalised(dice: random.Random, store: Path) -> str:
             keep = dice.randrange(catalogue.stat().st_size)
             catalogue.write_bytes(catalogue.read_bytes()[:keep])
             return f"catalogue cut to {keep}"
+        case 7:
+            column, value = dice.choice(Texts._fields), dice.choice(VALUES)
+            with closing(sqlite3.connect(catalogue, isolation_level=None)) as connection:
+                for number, texts in texts_of(connection).items():
+                    write_texts(connection, number, texts._replace(**{column: value}))
+            return f"{column} = {str(value)[:40]}"
         case 2:
             table = dice.choice(list(COLUMNS))
             statement: tuple[object, ...] = (dice.choice((f"DROP TABLE {table}", f"DELETE FROM {table}")),)

@@ -3,11 +3,13 @@
 import json
 import os
 import sqlite3
+import zlib
 from contextlib import closing
 
 import netCDF4
 import numpy as np
 import pytest
+from catalogues import texts_of, write_texts
 from fake_campaign import SIMULATE, sweep
 
 import wearlab
@@ -15,6 +17,7 @@ from wearlab.cli.app import status_of
 from wearlab.query import QueryError
 from wearlab.runner import running
 from wearlab.store import Store, StoreError
+from wearlab.store.packed import RAW
 from wearlab.store.presence import alive
 from wearlab.store.runs import hash_of
 
@@ -33,6 +36,13 @@ def crafted(store, *statements):
     with closing(sqlite3.connect(store.catalogue.path, isolation_level=None)) as connection:
         for statement, *values in statements:
             connection.execute(statement, values)
+
+
+def retold(store, name, change):
+    """Change one of the texts of every run."""
+    with closing(sqlite3.connect(store.catalogue.path, isolation_level=None)) as connection:
+        for number, texts in texts_of(connection).items():
+            write_texts(connection, number, texts._replace(**{name: change(getattr(texts, name))}))
 
 
 # -- names become no paths ----------------------------------------------------------------------------------
@@ -118,8 +128,7 @@ def test_a_file_that_claims_more_than_it_holds(store):
     ],
 )
 def test_a_catalogue_that_claims_more_than_the_files_hold(store, column, change, said):
-    ((text,),) = store.catalogue.read(f"SELECT {column} FROM documents LIMIT 1")
-    crafted(store, (f"UPDATE documents SET {column} = ?", json.dumps(change(json.loads(text)))))
+    retold(store, column, lambda text: json.dumps(change(json.loads(text))))
     with pytest.raises(StoreError, match=said):
         store.open(sweep(2)).wear_depth.load()
 
@@ -145,9 +154,26 @@ def test_triggers_and_views_are_refused(store, capsys):
     assert len(store.entries()) == 2
 
 
-@pytest.mark.parametrize("column", ["sizes", "digests", "summary", "warnings"])
-def test_rows_that_are_no_json(store, column, capsys):
-    crafted(store, (f"UPDATE documents SET {column} = ?", "__import__('os').system('true')"))
+@pytest.mark.parametrize("column", ["sizes", "digests", "summary", "scene"])
+def test_texts_that_are_no_json(store, column, capsys):
+    retold(store, column, lambda text: "__import__('os').system('true')")
+    assert status_of(["show", sweep(1).cases[0].id, "--store", str(store.path)]) == 2
+    assert "cannot be understood" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "packed",
+    [b"", b"x", "text", 5, b"\xff" * 40, zlib.compress(b"whole"), zlib.compress(bytes(10**8), 9, RAW)],
+)
+def test_texts_that_nobody_packed(store, packed, capsys):
+    """Of what would fill the memory, no more is unpacked than a run can have."""
+    crafted(store, ("UPDATE documents SET packed = ?", packed))
+    assert status_of(["show", sweep(1).cases[0].id, "--store", str(store.path)]) == 2
+    assert "cannot be understood" in capsys.readouterr().err
+
+
+def test_rows_that_are_no_json(store, capsys):
+    crafted(store, ("UPDATE documents SET warnings = ?", "__import__('os').system('true')"))
     assert status_of(["show", sweep(1).cases[0].id, "--store", str(store.path)]) == 2
     assert "cannot be understood" in capsys.readouterr().err
 

@@ -3,13 +3,17 @@
 import asyncio
 import multiprocessing
 import os
+import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from wearlab.runner import foresee, local
 from wearlab.runner.local import ONE_THREAD, local_client
+from wearlab.runner.report import RunnerError
+from wearlab.sources import code_and_place
 
 
 def test_workers_find_everything_imported_and_leave_at_once() -> None:
@@ -64,3 +68,42 @@ def test_a_replacement_that_never_began_is_not_joined() -> None:
     nanny = SwiftNanny.__new__(SwiftNanny)
     nanny.process = SimpleNamespace(status=Status.failed, process=SimpleNamespace(pid=None))
     asyncio.run(nanny.kill())
+
+
+@pytest.fixture
+def impostor(tmp_path: Path) -> Path:
+    """Return a folder in which lies another package of our name."""
+    (tmp_path / "wearlab").mkdir()
+    (tmp_path / "wearlab" / "__init__.py").write_text("raise RuntimeError('another wearlab')")
+    return tmp_path
+
+
+RUN = """
+from wearlab.runner.local import local_client
+from wearlab.sources import code_and_place
+with local_client(1, dashboard=False) as client:
+    assert list(client.run(code_and_place).values()) == [code_and_place()]
+print("same code")
+"""
+
+
+def test_workers_import_what_their_parent_does_wherever_it_stands(impostor: Path) -> None:
+    script = impostor / "scripts" / "run.py"
+    script.parent.mkdir()
+    script.write_text(RUN)
+    found = subprocess.run(
+        [sys.executable, script], cwd=impostor, capture_output=True, text=True, timeout=120
+    )
+    assert (found.stdout, found.stderr) == ("same code\n", "")
+
+
+def test_workers_with_other_code_are_one_message() -> None:
+    answers = {"tcp://1": OSError("gone"), "tcp://2": ("feed", "/elsewhere/wearlab")}
+    client = SimpleNamespace(run=lambda function, on_error: answers)
+    with pytest.raises(RunnerError, match="another wearlab than this process \\(/elsewhere/wearlab there"):
+        local._refuse_other_code(client)
+    answers["tcp://2"] = code_and_place()
+    local._refuse_other_code(client)
+    answers["tcp://2"] = ImportError("no module named wearlab.sources")
+    with pytest.raises(RunnerError, match="no module named"):
+        local._refuse_other_code(client)

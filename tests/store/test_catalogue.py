@@ -2,6 +2,7 @@ import sqlite3
 from dataclasses import replace
 
 import pytest
+from catalogues import make_older
 
 from wearlab.store import StoreError
 from wearlab.store.catalogue import CHUNK, VERSION, Catalogue, Entry
@@ -173,11 +174,11 @@ def test_a_catalogue_of_the_second_version_gets_metadata(tmp_path):
     made.create()
     made.record([DONE])
     made.record_campaign("second", None, None, [(DONE.id, "base", {})])
+    before = made.entries()
     made.close()
-    connection = sqlite3.connect(path)
-    connection.executescript("ALTER TABLE campaigns DROP COLUMN metadata; PRAGMA user_version = 2")
-    connection.close()
+    make_older(path, 2)
     again = Catalogue(path)
+    assert again.entries() == before
     assert [(m.campaign, m.metadata) for m in again.members()] == [("second", {})]
     assert again.read("PRAGMA user_version") == [(VERSION,)] and list(again.entries()) == [DONE.id]
     again.close()

@@ -1,9 +1,9 @@
 import json
-import sqlite3
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from catalogues import make_older
 
 from wearlab.query import QueryError
 from wearlab.query.evaluate import SIGNS
@@ -293,17 +293,11 @@ def test_first_cycles_are_found_as_if_every_history_were_looked_through(tmp_path
 def test_a_catalogue_of_the_third_version_gets_rates(asked):
     catalogue = asked.store.catalogue
     where = "first_cycle(max_wear_depth > 20 um) < 1.6e6"
-    rates = "SELECT f.place & 0xFFFFFFFF, value FROM facts AS f JOIN keys AS k ON f.place >> 32 = k.number "
+    rates = "SELECT f.run, value FROM facts AS f JOIN keys AS k ON f.key = k.number "
     before = catalogue.read(rates + "WHERE k.kind = 'rate'")
     assert [run for run, _ in before] == [1, 2, 3]
     catalogue.close()
-    connection = sqlite3.connect(catalogue.path)
-    (number,) = connection.execute("SELECT number FROM keys WHERE kind = 'rate'").fetchone()
-    connection.execute("DELETE FROM facts WHERE place >> 32 = ?", (number,))
-    connection.execute("DELETE FROM keys WHERE kind = 'rate'")
-    connection.execute("PRAGMA user_version = 3")
-    connection.commit()
-    connection.close()
+    make_older(catalogue.path, 3)
     assert asked(where) == [2, 3]
     assert catalogue.read(rates + "WHERE k.kind = 'rate'") == before
 

@@ -125,6 +125,7 @@ def _with_file(line: str, inherited: Inherited) -> str:
 
 def _swept_keys(table: Table) -> list[str]:
     blocks = table.get("sweep", [])
+    blocks = blocks if isinstance(blocks, list) else [blocks]
     return [key for block in blocks if isinstance(block, dict) for key in flat(block)]
 
 

@@ -11,6 +11,7 @@ Plane stress, as Sainsot's polynomials are: a single tooth then agrees with them
 2 <= r_f/r_bore <= 3.4 and 20 to 100 teeth (15 per cent at r_f/r_bore = 1.5).
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from wearlab.gears.outline import load_angle, root_half_angle
 
 Array = NDArray[np.float64]
 
+KEPT_BODIES = 64  # whose responses are remembered: a sweep of loads has the same bodies throughout
 MODES_PER_ARC = 60.0  # Fourier modes times θ_f: the energy of mode n falls as n^-3
 
 
@@ -159,9 +161,13 @@ def arc_work(gear: Gear, separation: float) -> Array:
     -------
     (3, 3) observing × acting shapes (1, θ/θ_f normal; 1 shear), per unit face width [m²/Pa]
     """
-    theta, r_f = root_half_angle(gear), gear.root_radius
+    return _arc_work(root_half_angle(gear), gear.bore_radius, gear.root_radius, gear.material, separation)
+
+
+@lru_cache(KEPT_BODIES)
+def _arc_work(theta: float, bore: float, r_f: float, material: Material, separation: float) -> Array:
     n_modes = int(MODES_PER_ARC / theta) + 2
-    response = mode_response(gear.bore_radius, r_f, gear.material, n_modes)
+    response = mode_response(bore, r_f, material, n_modes)
     n = np.arange(1, n_modes)
     even = 2.0 * np.sin(n * theta) / n
     odd = 2.0 * (np.sin(n * theta) / n**2 - theta * np.cos(n * theta) / n) / theta

@@ -24,6 +24,8 @@ SCAN, CLOSE = 33, 1e-6
 """Positions of a scan for the end of contact, and how narrowly it is enclosed, of the furthest."""
 TURNS = 40
 """Steps by which the driven gear is turned back; each leaves a tenth to a third of the last."""
+AS_GOOD_AS_MET = 1e-12
+"""Base pitches by which the last step may still turn the flanks: a thousandth of an atom."""
 
 
 class Corner(NamedTuple):
@@ -102,6 +104,8 @@ def separations(pair: GearPair, gear: int, x: Array, s: Array) -> tuple[Array, A
     for _ in range(TURNS):
         apart, theirs = _apart(pair, DRIVEN, turned, x, s)
         turned = turned - apart
+        if np.abs(apart).max(initial=0.0) <= AS_GOOD_AS_MET * pair.base_pitch:
+            break
     return x - turned, theirs
 
 

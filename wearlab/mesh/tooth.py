@@ -15,6 +15,7 @@ x²/I, h_y/I, x h_y/I and h_y²/I give every contact point in one pass.
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -143,9 +144,15 @@ def _check_radii(gear: Gear, radius: Array, growing: bool) -> None:
         )
 
 
+@cache
+def gauss(points: int) -> tuple[Array, Array]:
+    """Return the points and weights of Gauss and Legendre between −1 and 1, each (points,)."""
+    return np.polynomial.legendre.leggauss(points)
+
+
 def _sections(gear: Gear, lam: Array, foot: float) -> tuple[Array, Array, Array, Array, Array]:
     """Gauss sections between nodes from root to tip: height, thickness, slope, weight; and fractions."""
-    points, weights = np.polynomial.legendre.leggauss(INNER_POINTS)
+    points, weights = gauss(INNER_POINTS)
     fraction = 0.5 * (points + 1.0)
     step = np.diff(lam)[:, None]
     angle = lam[:-1, None] + step * fraction
@@ -157,7 +164,7 @@ def _sections(gear: Gear, lam: Array, foot: float) -> tuple[Array, Array, Array,
 
 def _root_integrals(gear: Gear, lowest: float, foot: float) -> Array:
     """Integrate 1/t, 1/t³, x/t³, x²/t³ from the foot of the root curve to the lowest node, (4,)."""
-    points, weights = np.polynomial.legendre.leggauss(ROOT_POINTS)
+    points, weights = gauss(ROOT_POINTS)
     fraction, half = 0.5 * (points + 1.0), 0.5 * weights
     start = float(load_angle(gear, gear.form_radius))
     angle = start + (lowest - start) * fraction

@@ -10,6 +10,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from wearlab.runner.report import RunnerError
+from wearlab.sources import code_and_place, source_hash
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
@@ -55,8 +56,18 @@ def begin_imports() -> None:
     from multiprocessing import forkserver
 
     forkserver.set_forkserver_preload(["wearlab.runner.preload"])
-    with _environment(ONE_THREAD):
+    with _environment({**ONE_THREAD, **_same_path()}):
         forkserver.ensure_running()
+
+
+def _same_path() -> dict[str, str]:
+    """Return what lets the process that workers are forked from find modules where this one does.
+
+    It is started by ``python -c``, which would look into the working folder first: another ``wearlab``
+    that lies there would compute the runs of this one.
+    """
+    found = [os.path.abspath(folder) for folder in sys.path]
+    return {"PYTHONSAFEPATH": "1", "PYTHONPATH": os.pathsep.join(dict.fromkeys(found))}
 
 
 @contextmanager
@@ -99,11 +110,30 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
                 client = opened.enter_context(Client(cluster))
                 opened.enter_context(_staffed(cluster, size))
                 client.wait_for_workers(1, timeout=START_SECONDS)
+                _refuse_other_code(client)
             yield client
         except KeyboardInterrupt:  # busy workers would take seconds to say goodbye
             for worker in set(multiprocessing.active_children()) - others:
                 worker.kill()
             raise
+
+
+def _refuse_other_code(client: Any) -> None:
+    """Refuse workers that import another wearlab than this process: their results would not be ours.
+
+    Raises
+    ------
+    RunnerError : a worker does, or cannot import wearlab
+    """
+    for told in client.run(code_and_place, on_error="return").values():
+        if isinstance(told, OSError):
+            continue  # it has just died, and will be replaced
+        code, place = told if isinstance(told, tuple) else (None, told)
+        if code != source_hash():
+            raise RunnerError(
+                f"the worker processes import another wearlab than this process ({place} there, "
+                f"{code_and_place()[1]} here): run from another folder, or mend PYTHONPATH"
+            )
 
 
 @contextmanager

@@ -9,11 +9,15 @@ import importlib
 import signal
 from contextlib import suppress
 
+from wearlab.sources import source_hash
+
 signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupted parent sees to its workers
 
 for name in ("distributed", "distributed.nanny", "wearlab.simulation", "netCDF4", "dask.array", "pint"):
     with suppress(ImportError):  # is told where it is wanted
         importlib.import_module(name)
+
+source_hash()  # remembered by every worker
 
 with suppress(ImportError):
     from numba.core.registry import cpu_target

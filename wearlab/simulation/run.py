@@ -22,7 +22,7 @@ from wearlab.simulation.discovery import discovery
 from wearlab.simulation.errors import Refused
 from wearlab.simulation.estimates import Estimates, estimated
 from wearlab.simulation.exact import exact_values
-from wearlab.simulation.label import CONVENTIONS, labelled
+from wearlab.simulation.label import CONVENTIONS, joined, labelled
 from wearlab.simulation.living import Lived, initial_wear, live, live_through
 from wearlab.simulation.operating import Stage, stages_of
 from wearlab.simulation.provenance import provenance
@@ -102,8 +102,8 @@ def _dataset(
         coordinates["mode"] = np.arange(1, dataset.sizes["mode"] + 1)
     values["run_time_total"] = time.perf_counter() - clock
     common = labelled(values, coordinates, None)
-    dataset = dataset.assign(common.data_vars).assign_coords(common.coords)
-    return dataset[[name for name in dataset.data_vars if scene.store.keeps(str(name))]]
+    dataset = joined(dataset, common)
+    return dataset.drop_vars([name for name in dataset.data_vars if not scene.store.keeps(str(name))])
 
 
 def _of_condition(

@@ -16,13 +16,14 @@ from wearlab.store.errors import StoreError
 from wearlab.store.facts import Facts, facts_of
 from wearlab.store.memberships import Member, Memberships, key_of, now
 from wearlab.store.outcome import Outcome, State
+from wearlab.store.packed import Packing, Texts
 from wearlab.store.rows import understood
 from wearlab.store.tables import VERSION
 
 __all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member", "Placed"]
 
 OF_RUNS = "id, state, owner, size, sha256, started, seconds, source_hash, wearlab_version, layout"
-OF_DOCUMENTS = "reason, warnings, sizes, digests, summary, scene"
+OF_DOCUMENTS = "reason, warnings, dictionary, packed"
 FROM_BOTH = f"SELECT {OF_RUNS}, {OF_DOCUMENTS} FROM runs LEFT JOIN documents USING (number)"
 
 
@@ -82,6 +83,7 @@ class Catalogue(Memberships):
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._facts = Facts()
+        self._packing = Packing()
 
     def create(self) -> None:
         """Make the catalogue where there is none; harmless where there is one."""
@@ -98,18 +100,25 @@ class Catalogue(Memberships):
     def close(self) -> None:
         """Let go of the file."""
         super().close()
+        self._forget_numbers()
+
+    def _forget_numbers(self) -> None:
         self._facts.clear()
+        self._packing.clear()
+
+    def _read_entry(self, row: tuple[Any, ...]) -> Entry:
+        return _entry(row[:-2], self._packing.unpack(self.read, *row[-2:]))
 
     def entries(self, ids: Iterable[str] | None = None) -> dict[str, Entry]:
         """Return the known runs among ``ids``, in that order; all, by their start, when it is None."""
         if ids is None:
             return {
-                row[0]: understood(_of(row[0]), _entry, row)
+                row[0]: understood(_of(row[0]), self._read_entry, row)
                 for row in self.read(f"{FROM_BOTH} ORDER BY started, id")
             }
         wanted = list(dict.fromkeys(ids))
         found = {row[0]: row for row in self.read_many(f"{FROM_BOTH} WHERE id IN", wanted)}
-        return {one: understood(_of(one), _entry, found[one]) for one in wanted if one in found}
+        return {one: understood(_of(one), self._read_entry, found[one]) for one in wanted if one in found}
 
     def heads(self, ids: Iterable[str]) -> dict[str, Head]:
         """Return the states of the known runs among ``ids``, in that order: little even for many runs."""
@@ -124,23 +133,37 @@ class Catalogue(Memberships):
     def placed(self, ids: Iterable[str]) -> list[Placed]:
         """Return what a grid needs of the known runs among ``ids``."""
         question = (
-            "SELECT id, state, sha256, layout, sizes, digests, reason "
+            "SELECT id, state, sha256, layout, reason, dictionary, packed "
             "FROM runs LEFT JOIN documents USING (number) WHERE id IN"
         )
-        return [Placed(*row) for row in self.read_many(question, list(dict.fromkeys(ids)))]
+        found = self.read_many(question, list(dict.fromkeys(ids)))
+        return [understood(_of(row[0]), self._read_placed, row) for row in found]
+
+    def _read_placed(self, row: tuple[Any, ...]) -> Placed:
+        run_id, state, sha256, layout, reason, *packed = row
+        texts = self._packing.unpack(self.read, *packed)
+        return Placed(run_id, state, sha256, layout, texts.sizes or None, texts.digests or None, reason)
 
     def costs(self, most: int) -> list[tuple[str, float | None, int | None]]:
         """Return scene, seconds and bytes of the finished runs, the latest first."""
         question = (
-            "SELECT scene, seconds, size FROM runs JOIN documents USING (number) WHERE state = 'done' "
-            "ORDER BY number DESC LIMIT ?"
+            "SELECT seconds, size, dictionary, packed FROM runs JOIN documents USING (number) "
+            "WHERE state = 'done' ORDER BY number DESC LIMIT ?"
         )
-        return [understood("a run in the catalogue", _cost, *row) for row in self.read(question, [most])]
+        return [
+            understood("a run in the catalogue", self._read_cost, *row) for row in self.read(question, [most])
+        ]
+
+    def _read_cost(
+        self, seconds: Any, size: Any, dictionary: Any, packed: Any
+    ) -> tuple[str, float | None, int | None]:
+        return _cost(self._packing.unpack(self.read, dictionary, packed).scene, seconds, size)
 
     def matching(self, prefix: str) -> list[str]:
         """Return the ids that begin with ``prefix``."""
-        pattern = prefix.replace("\\", "\\\\").replace("%", r"\%").replace("_", r"\_") + "%"
-        found = self.read("SELECT id FROM runs WHERE id LIKE ? ESCAPE '\\' ORDER BY id", [pattern])
+        found = self.read(
+            "SELECT id FROM runs WHERE id >= ? AND id < ? ORDER BY id", [prefix, prefix + chr(0x10FFFF)]
+        )
         return [row[0] for row in found]
 
     def layouts(self, keys: Iterable[str]) -> dict[str, dict[str, Any]]:
@@ -183,7 +206,7 @@ class Catalogue(Memberships):
                     self._record(connection, outcome)
                 return self._claim(connection, wanted, owner, free)
         except BaseException:
-            self._facts.clear()  # numbers given to new keys went with the transaction
+            self._forget_numbers()  # those given went with the transaction
             raise
 
     def _record(self, connection: sqlite3.Connection, outcome: Outcome) -> None:
@@ -214,7 +237,7 @@ class Catalogue(Memberships):
         row: tuple[Any, ...],
         histories: Mapping[str, bytes] | None = None,
     ) -> None:
-        """Write one run, its values in the order of `OF_RUNS` and `OF_DOCUMENTS`."""
+        """Write one run, its values in the order of `OF_RUNS`, then reason, warnings and `Texts`."""
         marks = ", ".join("?" * 10)
         renewed = ", ".join(f"{name} = excluded.{name}" for name in OF_RUNS.split(", ")[1:])
         ((number,),) = connection.execute(
@@ -224,17 +247,19 @@ class Catalogue(Memberships):
         ).fetchall()
         if connection.execute("SELECT 1 FROM documents WHERE number = ?", (number,)).fetchone():
             self._facts.forget(connection, [number])
+        reason, warnings, *texts = row[10:]
         connection.execute(
-            f"INSERT OR REPLACE INTO documents VALUES (?{', ?' * 7})", (number, *row[10:], b"")
+            "INSERT OR REPLACE INTO documents VALUES (?, ?, ?, ?, ?)",
+            (number, reason, warnings, *self._packing.pack(connection, texts)),
         )
-        summary, scene = row[14:]
+        summary, scene = texts[-2:]
         facts = facts_of(scene, json.loads(summary or "{}"), histories or {})
         self._facts.write(connection, number, facts)
 
     def _upgrade(self) -> None:
         with self._transaction() as connection:
             if connection.execute("PRAGMA user_version").fetchone()[0] < VERSION:
-                tables.upgrade(connection, self._keep)
+                tables.upgrade(connection, self._keep, self._packing.pack)
                 self._facts.add_rates(connection)
 
     def release(self, owner: str) -> list[str]:
@@ -261,9 +286,9 @@ class Catalogue(Memberships):
     def clear_runs(self) -> None:
         """Forget every run; campaigns stay."""
         with self._transaction() as connection:
-            for table in ("runs", "documents", "facts", "keys", "layouts"):
+            for table in ("runs", "documents", "dictionaries", "facts", "keys", "layouts"):
                 connection.execute(f"DELETE FROM {table}")
-        self._facts.clear()
+        self._forget_numbers()
 
 
 def _of(run_id: Any) -> str:
@@ -276,10 +301,9 @@ def _head(row: tuple[Any, ...]) -> Head:
     return Head(rows.optional_text(run_id) or "", state, *plain, bool(warned))
 
 
-def _entry(row: tuple[Any, ...]) -> Entry:
-    run_id, state, owner, size, sha256, started, seconds, source, version, layout = row[:10]
-    reason, warnings, sizes, digests, summary, scene = row[10:]
-    rows.table(scene)
+def _entry(row: tuple[Any, ...], texts: Texts) -> Entry:
+    run_id, state, owner, size, sha256, started, seconds, source, version, layout, reason, warnings = row
+    rows.table(texts.scene)
     return Entry(
         id=rows.optional_text(run_id) or "",
         state=state,
@@ -293,10 +317,10 @@ def _entry(row: tuple[Any, ...]) -> Entry:
         layout=rows.optional_text(layout),
         reason=rows.optional_text(reason),
         warnings=rows.texts(warnings),
-        sizes=rows.lengths(sizes),
-        digests=rows.table(digests),
-        summary=rows.table(summary),
-        scene=scene,
+        sizes=rows.lengths(texts.sizes),
+        digests=rows.table(texts.digests),
+        summary=rows.table(texts.summary),
+        scene=texts.scene or None,
     )
 
 

@@ -7,17 +7,26 @@ on a shared home directory too (a write-ahead log is faster, but wrong as soon a
 import os
 import sqlite3
 import weakref
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from wearlab.store.errors import StoreError
 from wearlab.store.tables import VERSION
 
+Value = TypeVar("Value")
 PATIENCE = 60.0  # s to wait for another process's transaction
 CHUNK = 500  # ids per question, below SQLite's limit of variables
 PAGES = -32_000  # kB of pages kept in memory
+
+
+def batched(values: Iterable[Value], size: int) -> Iterator[tuple[Value, ...]]:
+    """Yield values in tuples of a size, the last one shorter."""
+    rest = iter(values)
+    while some := tuple(islice(rest, size)):
+        yield some
 
 
 class Database:
@@ -51,13 +60,33 @@ class Database:
 
     def read_many(self, question: str, values: Sequence[str]) -> Iterator[tuple[Any, ...]]:
         """Yield the rows that answer a question ending in ``IN``, for any number of values."""
-        for start in range(0, len(values), CHUNK):
-            some = values[start : start + CHUNK]
+        for some in batched(values, CHUNK):
             yield from self.read(f"{question} ({', '.join('?' * len(some))})", some)
 
     def teach(self, name: str, count: int, function: Callable[..., Any]) -> None:
         """Let questions call a function of ``count`` values."""
         self._open().create_function(name, count, function, deterministic=True)
+
+    def has_index(self, name: str, of: str) -> bool:
+        """Make an index where there is none, unless the file may only be read or is held by another process.
+
+        Parameters
+        ----------
+        name : of the index
+        of : table, columns and condition, as SQL has them
+        """
+        connection = self._open()
+        question = "SELECT 1 FROM sqlite_master WHERE type = 'index' AND name = ?"
+        if connection.execute(question, (name,)).fetchone():
+            return True
+        try:
+            connection.execute("PRAGMA busy_timeout = 0")
+            connection.execute(f"CREATE INDEX IF NOT EXISTS {name} ON {of}")
+        except sqlite3.OperationalError:
+            return False
+        finally:
+            connection.execute(f"PRAGMA busy_timeout = {1000.0 * PATIENCE:.0f}")
+        return True
 
     @contextmanager
     def _transaction(self, *, create: bool = False) -> Iterator[sqlite3.Connection]:

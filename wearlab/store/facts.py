@@ -9,7 +9,6 @@ from math import inf
 from typing import Any
 
 from wearlab.query.flat import flat
-from wearlab.store.tables import SHIFT
 
 LONGEST = 200  # characters of a text that can be asked for
 CYCLE = "cycle"
@@ -30,14 +29,14 @@ class Facts:
         for source, name, value in facts:
             kind = source if source in MARKS else "text" if isinstance(value, str) else "number"
             number, known = self._number(connection, source, name, kind)
-            rows.append((number << SHIFT | run, value if known == kind else str(value)))
-        connection.executemany("INSERT OR REPLACE INTO facts VALUES (?, ?)", rows)
+            rows.append((number, run, value if known == kind else str(value)))
+        connection.executemany("INSERT OR REPLACE INTO facts VALUES (?, ?, ?)", rows)
 
     def forget(self, connection: sqlite3.Connection, runs: list[int]) -> None:
         """Remove the facts of runs, within a transaction."""
         keys = [row[0] for row in connection.execute("SELECT number FROM keys")]
         connection.executemany(
-            "DELETE FROM facts WHERE place = ?", ((key << SHIFT | run,) for key in keys for run in runs)
+            "DELETE FROM facts WHERE key = ? AND run = ?", ((key, run) for key in keys for run in runs)
         )
 
     def add_rates(self, connection: sqlite3.Connection) -> None:
@@ -48,9 +47,9 @@ class Facts:
         for stored, history in keys.items():
             rate, _ = self._number(connection, "rate", stored.removesuffix(MARKS["history"]), "rate")
             connection.execute(
-                "INSERT INTO facts SELECT h.place - ?1 + ?2, largest_rate(h.value, c.value) FROM facts AS h "
-                "JOIN facts AS c ON c.place = h.place - ?1 + ?3 WHERE h.place BETWEEN ?1 AND ?1 + ?4",
-                (history << SHIFT, rate << SHIFT, cycle << SHIFT, (1 << SHIFT) - 1),
+                "INSERT OR REPLACE INTO facts SELECT ?2, h.run, largest_rate(h.value, c.value) "
+                "FROM facts AS h JOIN facts AS c ON c.run = h.run AND c.key = ?3 WHERE h.key = ?1",
+                (history, rate, cycle),
             )
 
     def clear(self) -> None:

@@ -1,6 +1,7 @@
 """Runs on disk: ``runs/`` with one file per run, ``catalogue.sqlite`` beside it."""
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -186,8 +187,21 @@ class KeptRuns:
             ],
             owner,
         )
-        taken = self.catalogue.record(outcomes, ids, owner, lambda entry: self.is_stale(entry) or free(entry))
+        try:
+            taken = self.catalogue.record(
+                outcomes, ids, owner, lambda entry: self.is_stale(entry) or free(entry)
+            )
+        except StoreError:
+            self._take_back(outcomes)
+            raise
         for run_id, left_by in taken.items():
             if left_by:
                 self.files.discard_part(run_id, left_by)
         return list(taken)
+
+    def _take_back(self, outcomes: Sequence[Outcome]) -> None:
+        """Remove new files that the catalogue has no room for; those of runs computed again stay."""
+        with suppress(StoreError):
+            for head in self.heads(outcome.id for outcome in outcomes).values():
+                if head.state == "running" and head.size is None:
+                    self.files.path(head.id).unlink(missing_ok=True)

@@ -4,6 +4,8 @@ xarray's writer takes three times as long: it writes each variable before it def
 brings its whole header up to date each time. Here everything is defined first. Conventions are xarray's.
 """
 
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import netCDF4
@@ -12,36 +14,28 @@ import xarray as xr
 from numpy.typing import NDArray
 from xarray.conventions import encode_dataset_coordinates
 
+TINY = 4_096  # bytes below which a variable has no checksum of its own: HDF5 needs 2 kB to keep a chunk
 SMALL = 65_536  # bytes up to which a variable is not deflated: that takes longer than to write what it saves
-GROWTH = 65_536  # bytes by which a file in memory grows
 ONE_CHUNK = 4_194_304  # bytes up to which a variable is one chunk
 
 
 def encoded(dataset: xr.Dataset) -> bytes:
     """Return the netCDF-4 file of a dataset, coordinates named as CF asks, large variables deflated."""
     variables, attributes = encode_dataset_coordinates(dataset)
-    file = netCDF4.Dataset("run.nc", "w", format="NETCDF4", memory=GROWTH)
-    file.set_fill_off()
-    for dim, size in dataset.sizes.items():
-        file.createDimension(str(dim), size)
-    file.setncatts({str(name): value for name, value in attributes.items()})
-    defined = [
-        _defined(file, str(name), variable, name in dataset.coords) for name, variable in variables.items()
-    ]
-    for target, values in defined:
-        _write(target, values)
-    return _trimmed(bytes(file.close()))
-
-
-def _trimmed(image: bytes) -> bytes:
-    """Return a file without the room in memory that it has not filled, by the end that its head names.
-
-    HDF5 rounds a file in memory up to 64 kB, a tenth of a static run, and tells nobody how much is used;
-    the field "end of file address" of its superblock does.
-    """
-    version, width = image[8], image[9]
-    end = int.from_bytes(image[28:36], "little")
-    return image[:end] if version in (2, 3) and width == 8 and 0 < end < len(image) else image
+    with TemporaryDirectory(prefix="wearlab-") as folder:
+        path = Path(folder) / "run.nc"
+        with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
+            file.set_fill_off()
+            for dim, size in dataset.sizes.items():
+                file.createDimension(str(dim), size)
+            file.setncatts({str(name): value for name, value in attributes.items()})
+            defined = [
+                _defined(file, str(name), variable, name in dataset.coords)
+                for name, variable in variables.items()
+            ]
+            for target, values in defined:
+                target[...] = values
+        return path.read_bytes()
 
 
 def _defined(
@@ -58,15 +52,6 @@ def _defined(
     return target, values if values.ndim or values.dtype != object else values.item()
 
 
-def _write(target: netCDF4.Variable, values: Any) -> None:
-    """Write all of a variable; numbers by the library's inner call, for slicing takes five times as long."""
-    if target.dtype is str or not values.size:
-        target[...] = values
-    else:
-        rank = values.ndim
-        target._put(np.ascontiguousarray(values), [0] * rank, list(values.shape), [1] * rank)
-
-
 def _plain(values: NDArray[Any], attributes: dict[Any, Any]) -> tuple[NDArray[Any], dict[Any, Any]]:
     """Return values of a type that netCDF has; what they were is told by an attribute."""
     if values.dtype.kind in "OUS":
@@ -77,8 +62,8 @@ def _plain(values: NDArray[Any], attributes: dict[Any, Any]) -> tuple[NDArray[An
 
 
 def _storage(values: NDArray[Any]) -> dict[str, Any]:
-    """Return how HDF5 keeps an array: with a checksum, which only chunks can have; deflated when large."""
-    if not values.ndim or not values.size or values.dtype == object:
+    """Return how HDF5 keeps an array: in chunks with a checksum unless tiny, deflated when large."""
+    if not values.ndim or values.dtype == object or values.nbytes < TINY:
         return {}
     if values.nbytes <= SMALL:
         return {"fletcher32": True, "chunksizes": values.shape}

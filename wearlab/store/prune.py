@@ -5,6 +5,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from wearlab.store.database import CHUNK, batched
 from wearlab.store.lineage import lineage
 
 if TYPE_CHECKING:
@@ -66,9 +67,10 @@ def prune(store: "Store", runs: Iterable[Prunable]) -> int:
     Whatever interrupts it leaves files that ``verify`` names, never entries without data.
     """
     freed = 0
-    for run in runs:
-        store.catalogue.forget([run.id])
-        with suppress(FileNotFoundError):
-            store.files.path(run.id).unlink()
-            freed += run.bytes
+    for some in batched(runs, CHUNK):
+        store.catalogue.forget([run.id for run in some])
+        for run in some:
+            with suppress(FileNotFoundError):
+                store.files.path(run.id).unlink()
+                freed += run.bytes
     return freed

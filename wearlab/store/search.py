@@ -1,7 +1,7 @@
 """Questions to the catalogue: a bound condition becomes SQL in which every value is a parameter."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
 from wearlab.query.digits import edges
@@ -11,7 +11,6 @@ from wearlab.store.database import Database
 from wearlab.store.errors import StoreError
 from wearlab.store.facts import CYCLE, MARKS, first_cycle
 from wearlab.store.table import Column, Table
-from wearlab.store.tables import SHIFT
 
 COLUMNS = {
     "id": "r.id",
@@ -36,10 +35,32 @@ ALIASES = {
     **{"life_hours": "service_life", "hours_of_life": "service_life", "hours": "operating_hours"},
     **{"torque": "operation.torque", "speed": "operation.speed"},  # not those of a duty or a calibration
 }
-SAMPLE = 200
+MANY = 5_000  # runs from which values that are asked for get an index
+FEW = 0.2  # share of the runs up to which an index is the quicker way to them
+COUNTED = 20_000  # runs that are counted to choose a way
 MOST_JOINS = 50
 ROUNDING = 1e-9  # relative, far above that of an interpolated cycle
 SIGNS = {"<": "<", "<=": "<=", ">": ">", ">=": ">=", "=": "=", "!=": "<>"}
+
+
+class Walk(NamedTuple):
+    """A way through the runs: all of them, or through the values of a key.
+
+    Parameters
+    ----------
+    key : whose values are gone through, None: none
+    index : by which they are found in order
+    driver : the comparison with which that key is restricted
+    """
+
+    key: str | None
+    index: str | None
+    driver: Compare | None
+
+    @property
+    def leaves_out(self) -> bool:
+        """Whether runs without the key, which a question may ask for, are not found."""
+        return self.key is not None and self.driver is None
 
 
 class Search:
@@ -54,6 +75,7 @@ class Search:
         self.catalogue = catalogue
         rows = catalogue.read("SELECT number, name, source, kind, unit, quantity, display_unit FROM keys")
         self.numbers = {row[1]: row[0] for row in rows}
+        self.runs = int(catalogue.read("SELECT coalesce(max(number), 0) FROM runs")[0][0])
         named = [
             Key(name, kind, unit, quantity, shown, source == "scene", name + MARKS["history"] in self.numbers)
             for _, name, source, kind, unit, quantity, shown in rows
@@ -83,14 +105,54 @@ class Search:
             asked = [(key.name, key) for key in _named(condition)]
         first = [(name, self.vocabulary.keys[name]) for name in ("id", "status")]
         shown = dict(first + asked)
-        question = _Question(self, condition)
-        wanted = ", ".join(question.value(one) for one in shown.values())
-        order = question.order(read_column(sort.lstrip("-"), self.vocabulary), sort) if sort else "r.number"
-        tail = " LIMIT ?" if limit is not None else ""
-        text = f"SELECT {wanted} {question.source} ORDER BY {order}{tail}"
-        values = (*question.values, *(() if limit is None else (limit,)))
+        by = read_column(sort.lstrip("-"), self.vocabulary) if sort else None
         heads = tuple(_column(text, one) for text, one in shown.items())
-        return Table(heads, self.catalogue.read(text, values))
+        for walk in self._walks(condition, by, limit):
+            question = _Question(self, condition, walk)
+            wanted = ", ".join(question.value(one) for one in shown.values())
+            order = question.order(by, sort) if sort else question.run
+            tail = " LIMIT ?" if limit is not None else ""
+            text = f"SELECT {wanted} {question.source} ORDER BY {order}{tail}"
+            values = (*question.values, *(() if limit is None else (limit,)))
+            found = self.catalogue.read(text, values)
+            if not walk.leaves_out or len(found) == limit:
+                break
+        return Table(heads, found)
+
+    def _walks(self, condition: Any, by: Any, limit: int | None) -> Iterator["Walk"]:
+        """Yield the ways to go through the runs, the quickest first; the last finds all of them.
+
+        Through the values of the key that a condition restricts most, or, for a few of many in the order of a
+        key, along that order, until as many meet the condition; runs without that key come after all others.
+        """
+        fitting = _walkable(condition, self)
+        met = {id(one): self._met(one) for one in fitting}
+        driver = min(fitting, key=lambda one: met[id(one)], default=None)
+        share = min(1.0, met[id(driver)] / max(1, self.runs)) if driver is not None else 1.0
+        named = by.name if isinstance(by, Key) and by.name in self.numbers else None
+        if named and limit is not None and limit < share * share * self.runs:
+            if index := self.index(named):
+                yield Walk(named, index, None)
+        if driver is None:
+            yield Walk(None, None, None)
+        else:
+            yield Walk(driver.left.name, self.index(driver.left.name) if share < FEW else None, driver)
+
+    def index(self, name: str) -> str | None:
+        """Return the index of a key's values, made where many runs have none yet; None: there is none."""
+        number = self.numbers[name]
+        index = f"by_value_{number}"
+        of = f"facts (value) WHERE key = {number}"
+        return index if self.runs >= MANY and self.catalogue.has_index(index, of) else None
+
+    def _met(self, one: Compare) -> int:
+        """Return how many runs meet a comparison, or `COUNTED`; of few runs as if all did."""
+        index = self.index(one.left.name)
+        if index is None:
+            return self.runs
+        question = _Question(self, one, Walk(one.left.name, index, one))
+        counted = f"SELECT count(*) FROM (SELECT 1 {question.facts} LIMIT {COUNTED})"
+        return int(self.catalogue.read(counted, question.values)[0][0])
 
 
 def _elsewhere(name: str) -> Key | None:
@@ -104,32 +166,41 @@ def _elsewhere(name: str) -> Key | None:
 class _Question:
     """One condition as SQL: tests of values joined to each run; every value is a numbered parameter."""
 
-    def __init__(self, search: Search, condition: Any) -> None:
-        self.search = search
+    def __init__(self, search: Search, condition: Any, walk: "Walk") -> None:
+        self.search, self.walk = search, walk
         self.values: tuple[Any, ...] = ()
-        self.joins: dict[str, str] = {}
-        driver, rest = _driver(condition, search)
-        self.run = "r.number"
+        self.joins: dict[int, str] = {}
+        self.run = "r.number" if walk.key is None else "d.run"
         tests = []
-        if driver is not None:
-            base = search.numbers[driver.left.name] << SHIFT
-            self.run = f"(d.place - {base})"
-            tests.append(f"d.place BETWEEN {base} AND {base + (1 << SHIFT) - 1}")
-            tests.append(self.beside("d.value", driver.sign, driver.right.value))
-        self.walks = driver is not None
-        self.where = " AND ".join(tests + [self.condition(one) for one in rest])
+        if walk.key is not None:
+            tests.append(f"d.key = {search.numbers[walk.key]}")
+        if walk.driver is not None:
+            tests.append(self.beside("d.value", walk.driver.sign, walk.driver.right.value))
+        self.walked = " AND ".join(tests)
+        tests += [self.condition(one) for one in _parts(condition) if one is not walk.driver]
+        self.where = " AND ".join(tests)
 
     @property
     def source(self) -> str:
         """Where the rows come from, once every value is joined."""
         facts = " ".join(
-            f"LEFT JOIN facts AS {name} ON {name}.place = {place}" for place, name in self.joins.items()
+            f"LEFT JOIN facts AS {name} ON {name}.key = {key} AND {name}.run = {self.run}"
+            for key, name in self.joins.items()
         )
         if len(self.joins) > MOST_JOINS:
             raise StoreError(f"{len(self.joins)} different values in one question, more than {MOST_JOINS}")
-        first, last = ("facts AS d", f"CROSS JOIN runs AS r ON r.number = {self.run}")
-        tables = f"{first} {facts} {last}" if self.walks else f"runs AS r {facts}"
+        last = f"CROSS JOIN runs AS r ON r.number = {self.run}"
+        tables = f"runs AS r {facts}" if self.walk.key is None else f"{self._walked_facts} {facts} {last}"
         return f"FROM {tables}{f' WHERE {self.where}' if self.where else ''}"
+
+    @property
+    def facts(self) -> str:
+        """Where the facts that are walked through come from."""
+        return f"FROM {self._walked_facts} WHERE {self.walked}"
+
+    @property
+    def _walked_facts(self) -> str:
+        return f"facts AS d{f' INDEXED BY {self.walk.index}' if self.walk.index else ''}"
 
     def mark(self, value: Any) -> str:
         """Return the mark of a parameter."""
@@ -214,54 +285,33 @@ class _Question:
         number = self.search.numbers.get(name)
         if number is None:
             return "NULL"
-        return f"(SELECT value FROM facts WHERE place = {self.run} + {number << SHIFT})"
+        return f"(SELECT value FROM facts WHERE key = {number} AND run = {self.run})"
 
     def _fact(self, name: str) -> str:
         number = self.search.numbers.get(name)
         if number is None:
             return "NULL"
-        place = f"{self.run} + {number << SHIFT}"
-        return f"{self.joins.setdefault(place, f'f{len(self.joins)}')}.value"
+        if name == self.walk.key:
+            return "d.value"
+        return f"{self.joins.setdefault(number, f'f{len(self.joins)}')}.value"
 
     def order(self, operand: Any, text: str) -> str:
         """Return how rows are sorted: what is missing comes last."""
         down = " DESC" if text.startswith("-") else ""
-        return f"{self.value(operand)}{down} NULLS LAST, r.number"
+        last = "" if self.walk.leaves_out else " NULLS LAST"
+        return f"{self.value(operand)}{down}{last}, {self.run}"
 
 
-def _driver(condition: Any, search: Search) -> tuple[Compare | None, list[Any]]:
-    """Return the comparison whose key is walked through, and the conditions tested on what it finds.
+def _walkable(condition: Any, search: Search) -> list[Compare]:
+    """Return the comparisons of which one must be walked through to meet a condition."""
+    parts = _parts(condition)
+    return [one for one in parts if _is_walkable(one, search)]
 
-    Walking through the values of one key is quicker than walking through the runs; the comparison that
-    leaves least, as a sample tells, is the one to walk.
-    """
+
+def _parts(condition: Any) -> list[Any]:
+    """Return what must hold, each by itself, for a condition."""
     parts = list(condition.conditions) if isinstance(condition, All) else [condition] if condition else []
-    parts += [one for whole in parts for one in _needed(whole)]
-    fitting = [one for one in parts if _is_walkable(one, search)]
-    if not fitting:
-        return None, parts
-    driver = min(fitting, key=lambda one: _share(one, search)) if len(fitting) > 1 else fitting[0]
-    return driver, [one for one in parts if one is not driver]
-
-
-def _share(one: Compare, search: Search) -> float:
-    """Return about which share of the runs meets a comparison, from the first and the last of them."""
-    base = search.numbers[one.left.name] << SHIFT
-    low, high = edges(one.right.value) if _is_number(one.right.value) else (one.right.value,) * 2
-    test = {
-        "=": "value BETWEEN ?1 AND ?2",
-        "!=": "value NOT BETWEEN ?1 AND ?2",
-        **{"<": "value < ?1", ">=": "value >= ?1", "<=": "value <= ?2", ">": "value > ?2"},
-    }[one.sign]
-    counts = [
-        search.catalogue.read(
-            f"SELECT count(*), coalesce(sum({test}), 0) FROM (SELECT value FROM facts "
-            f"WHERE place BETWEEN ?3 AND ?4 ORDER BY place {order} LIMIT {SAMPLE})",
-            (low, high, base, base + (1 << SHIFT) - 1),
-        )[0]
-        for order in ("ASC", "DESC")
-    ]
-    return float(sum(met for _, met in counts) / max(1, sum(count for count, _ in counts)))
+    return parts + [one for whole in parts for one in _needed(whole)]
 
 
 def _needed(whole: Any) -> Iterator[Compare]:

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, csr_array, diags_array, eye_array, hstack, vstack
+from scipy.sparse import csc_array, csr_array, eye_array, hstack
 from scipy.sparse.linalg import splu
 
 from wearlab.wear.patch import TwoWay, felt_matrix, spread_matrix
@@ -85,12 +85,12 @@ def levelling(half_width: Array, sliding: Array, path: WearPath) -> Levelling:
     """Return D for half widths (n,) [m] and ``k ζ`` times passes per contact (2, n) [1/(Pa cycle)]."""
     across = chebyshev(half_width, path)
     n, count = len(half_width), len(across.order) // len(half_width)
-    rows = []
-    for gear, length in enumerate(path.arc_weight):
-        weight = across.order * np.tile(sliding[gear] * length, count)
-        own = across.matrix[:, gear * n : (gear + 1) * n]
-        rows.append(diags_array(-path.contact_modulus / np.pi / length) @ own.T @ diags_array(weight))
-    return Levelling(across, csr_array(vstack(rows)))
+    length = np.asarray(path.arc_weight)
+    weight = across.order * np.tile(sliding * length, count)
+    each = -path.contact_modulus / np.pi / length.ravel()
+    felt = across.matrix.tocoo()
+    collected = each[felt.col] * weight[felt.col // n, felt.row] * felt.data
+    return Levelling(across, csr_array((collected, (felt.col, felt.row)), shape=felt.shape[::-1]))
 
 
 @dataclass(frozen=True)
@@ -165,31 +165,34 @@ def _coefficients(arc: Array, half_width: Array, orders: NDArray[np.int64]) -> c
     n = len(arc)
     where = np.concatenate([2.0 * arc[0] - arc[::-1], arc, 2.0 * arc[-1] - arc[::-1]])
     node = np.concatenate([np.arange(n)[::-1], np.arange(n), np.arange(n)[::-1]])
-    rows, columns, values = [], [], []
-    for j, (centre, a) in enumerate(zip(arc, half_width, strict=True)):
-        first = int(np.searchsorted(where, centre - a, side="right")) - 1
-        last = int(np.searchsorted(where, centre + a, side="left")) + 1
-        t, at = (where[first:last] - centre) / a, node[first:last]
-        theta = np.arccos(np.clip(t, -1.0, 1.0))
-        plain, slope = _integrals(theta, orders)
-        length = np.diff(t)
-        whole = length > 0.0
-        inverse = np.divide(1.0, length, out=np.zeros_like(length), where=whole)
-        for nodes, each in (
-            (at[:-1], (t[1:] * plain - slope) * inverse),
-            (at[1:], (slope - t[:-1] * plain) * inverse),
-        ):
-            rows.append((np.arange(len(orders))[:, None] * n + j + 0 * nodes).ravel())
-            columns.append(np.broadcast_to(nodes, each.shape).ravel())
-            values.append(each.ravel())
-    shape = (len(orders) * n, n)
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return csr_array(entries, shape=shape)
+    first = np.searchsorted(where, arc - half_width, side="right") - 1
+    last = np.searchsorted(where, arc + half_width, side="left") + 1
+    contact = np.repeat(np.arange(n), last - first)
+    felt = np.arange(len(contact)) + np.repeat(
+        first - np.concatenate([[0], np.cumsum(last - first)[:-1]]), last - first
+    )
+    t = (where[felt] - arc[contact]) / half_width[contact]
+    plain, slope = _integrals(np.arccos(np.clip(t, -1.0, 1.0)), orders)
+    length = np.diff(t)
+    inside = (np.diff(contact) == 0) & (length > 0.0)  # between two nodes that one contact feels
+    plain, slope = plain[:, inside] / length[inside], slope[:, inside] / length[inside]
+    left, right = t[:-1][inside], t[1:][inside]
+    row = np.arange(len(orders))[:, None] * n + contact[:-1][inside]
+    values = np.concatenate([right * plain - slope, slope - left * plain], axis=None)
+    columns = [np.broadcast_to(node[felt[one][inside]], row.shape) for one in (slice(-1), slice(1, None))]
+    entries = (values, (np.tile(row.ravel(), 2), np.concatenate(columns, axis=None)))
+    return csr_array(entries, shape=(len(orders) * n, n))
 
 
 def _integrals(theta: Array, orders: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Return the integrals of T_n/√(1 − t²) and of t times it between ascending t = cos θ, (k, m − 1)."""
-    n = orders[:, None].astype(float)
-    plain = np.sin(n * theta) / n
-    slope = 0.5 * (np.sin((n - 1.0) * theta) / (n - 1.0) + np.sin((n + 1.0) * theta) / (n + 1.0))
+    """Return the integrals of T_n/√(1 − t²) and of t times it between successive t = cos θ, (k, m − 1).
+
+    Parameters
+    ----------
+    theta : (m,) angles
+    orders : (k,) successive n from 2
+    """
+    n = np.arange(orders[0] - 1.0, orders[-1] + 2.0)[:, None]
+    waves = np.sin(n * theta) / n
+    plain, slope = waves[1:-1], 0.5 * (waves[:-2] + waves[2:])
     return plain[:, :-1] - plain[:, 1:], slope[:, :-1] - slope[:, 1:]
