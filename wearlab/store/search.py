@@ -49,12 +49,12 @@ class Walk(NamedTuple):
     Parameters
     ----------
     key : whose values are gone through, None: none
-    index : by which they are found in order
+    order : the index by which they are found in order
     driver : the comparison with which that key is restricted
     """
 
     key: str | None
-    index: str | None
+    order: str | None
     driver: Compare | None
 
     @property
@@ -200,7 +200,7 @@ class _Question:
 
     @property
     def _walked_facts(self) -> str:
-        return f"facts AS d{f' INDEXED BY {self.walk.index}' if self.walk.index else ''}"
+        return f"facts AS d{f' INDEXED BY {self.walk.order}' if self.walk.order else ''}"
 
     def mark(self, value: Any) -> str:
         """Return the mark of a parameter."""
