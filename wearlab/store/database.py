@@ -17,6 +17,7 @@ from wearlab.store.errors import StoreError
 from wearlab.store.tables import VERSION
 
 Value = TypeVar("Value")
+BROKEN = (sqlite3.Error, UnicodeDecodeError)  # a damaged file may make its own complaint unreadable
 PATIENCE = 60.0  # s to wait for another process's transaction
 CHUNK = 500  # ids per question, below SQLite's limit of variables
 PAGES = -32_000  # kB of pages kept in memory
@@ -55,7 +56,7 @@ class Database:
         """Return the rows that answer a question."""
         try:
             return self._open().execute(question, values).fetchall()
-        except sqlite3.Error as error:
+        except BROKEN as error:
             raise self._unusable(error) from error
 
     def read_many(self, question: str, values: Sequence[str]) -> Iterator[tuple[Any, ...]]:
@@ -99,7 +100,7 @@ class Database:
                 connection.rollback()
                 raise
             connection.commit()
-        except sqlite3.Error as error:
+        except BROKEN as error:
             raise self._unusable(error) from error
 
     def _open(self, *, create: bool = False) -> sqlite3.Connection:
@@ -111,7 +112,7 @@ class Database:
                 connection = sqlite3.connect(
                     uri, uri=True, timeout=PATIENCE, isolation_level=None, check_same_thread=False
                 )
-            except sqlite3.Error as error:
+            except BROKEN as error:
                 raise self._unusable(error) from error
             self._finalizer = weakref.finalize(self, connection.close)
             self._connection = connection
@@ -129,7 +130,7 @@ class Database:
             strange = _additions(connection)
             connection.execute("PRAGMA journal_mode = PERSIST")  # the cheapest of the rollback journals
             connection.execute(f"PRAGMA cache_size = {PAGES}")
-        except sqlite3.Error as error:
+        except BROKEN as error:
             raise self._unusable(error) from error
         if strange:
             raise StoreError(
@@ -159,7 +160,7 @@ class Database:
             return sound and not _additions(connection) and version > 0
         except sqlite3.OperationalError as error:
             raise self._unusable(error) from error
-        except sqlite3.DatabaseError:
+        except (sqlite3.DatabaseError, UnicodeDecodeError):
             return False
         finally:
             connection.close()
@@ -179,11 +180,12 @@ class Database:
             return f"{self.path}: is missing; 'wearlab reindex' makes it anew from the run files"
         return f"{self.path.parent}: there is no store here"
 
-    def _unusable(self, error: sqlite3.Error) -> StoreError:
+    def _unusable(self, error: Exception) -> StoreError:
         reason = f"{self.path}: the catalogue cannot be used ({error})"
         if getattr(error, "sqlite_errorname", "").startswith("SQLITE_BUSY"):
             return StoreError(f"{reason}: another process holds it; try again when that has ended")
-        if getattr(error, "sqlite_errorname", "").startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")):
+        damaged = getattr(error, "sqlite_errorname", "").startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB"))
+        if damaged or isinstance(error, UnicodeDecodeError):
             return StoreError(f"{reason}; 'wearlab reindex' makes it anew from the run files")
         return StoreError(reason)
 

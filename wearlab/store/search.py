@@ -1,6 +1,7 @@
 """Questions to the catalogue: a bound condition becomes SQL in which every value is a parameter."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
@@ -10,7 +11,9 @@ from wearlab.query.grammar import DAY, All, Compare, FirstCycle, Literal, Missin
 from wearlab.store.database import Database
 from wearlab.store.errors import StoreError
 from wearlab.store.facts import CYCLE, MARKS, first_cycle
+from wearlab.store.rows import understood
 from wearlab.store.table import Column, Table
+from wearlab.units import KINDS
 
 COLUMNS = {
     "id": "r.id",
@@ -76,10 +79,11 @@ class Search:
         rows = catalogue.read("SELECT number, name, source, kind, unit, quantity, display_unit FROM keys")
         self.numbers = {row[1]: row[0] for row in rows}
         self.runs = int(catalogue.read("SELECT coalesce(max(number), 0) FROM runs")[0][0])
+        keys = [understood("a key in the catalogue", _key, *row[1:]) for row in rows]
         named = [
-            Key(name, kind, unit, quantity, shown, source == "scene", name + MARKS["history"] in self.numbers)
-            for _, name, source, kind, unit, quantity, shown in rows
-            if kind not in MARKS
+            replace(key, history=key.name + MARKS["history"] in self.numbers)
+            for key in keys
+            if key.kind not in MARKS
         ]
         self.vocabulary = Vocabulary([*named, *OWN_KEYS], ALIASES, _elsewhere)
         catalogue.teach("first_cycle", 5, first_cycle)
@@ -161,6 +165,15 @@ def _elsewhere(name: str) -> Key | None:
     from wearlab.query.scene_keys import quantity_at, scene_key
 
     return declared_key(name) or (scene_key(name, text=False) if quantity_at(name) else None)
+
+
+def _key(name: Any, source: Any, kind: Any, unit: Any, quantity: Any, shown: Any) -> Key:
+    """Return a key as the catalogue tells it, which may be a stranger's."""
+    if not all(isinstance(text, str) for text in (name, kind, unit, shown)):
+        raise TypeError(f"{str(name)[:20]!r} is not told in words")
+    if quantity is not None and quantity not in KINDS:
+        raise ValueError(f"{str(quantity)[:20]!r} is no quantity")
+    return Key(name, kind, unit, quantity, shown, source == "scene")
 
 
 class _Question:
