@@ -4,24 +4,12 @@ from dataclasses import replace
 
 import pytest
 import xarray as xr
-from fake_campaign import SIMULATE, Scene, sweep
+from fake_campaign import SIMULATE, Scene, filled, sweep
 
 from wearlab.runner.worker import Task, execute
 from wearlab.store import Store, StoreError
 from wearlab.store.image import to_image
 from wearlab.store.merge import merge
-
-
-def filled(path, campaign) -> Store:
-    store = Store(path)
-    store.create()
-    with store.presence() as presence:
-        for case in campaign.cases:
-            store.claim([case.id], presence.token, lambda entry: False)
-            store.save([execute(Task(case.id, case.scene), SIMULATE)], presence.token)
-    members = [(case.id, case.label, {}) for case in campaign.cases]
-    store.catalogue.record_campaign(campaign.title, None, None, members)
-    return store
 
 
 @pytest.fixture

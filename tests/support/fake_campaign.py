@@ -138,3 +138,19 @@ def warm_up(scenes: list[Scene]) -> None:
             file.write(f"{len(scenes)} {os.getpid()}\n")
         if first and scenes[0].act == "die compiling":
             os._exit(9)
+
+
+def filled(path, campaign):
+    """Return a store with all runs of a campaign, computed in this process."""
+    from wearlab.runner.worker import Task, execute
+    from wearlab.store import Store
+
+    store = Store(path)
+    store.create()
+    with store.presence() as presence:
+        for case in campaign.cases:
+            if store.claim([case.id], presence.token, lambda entry: False):
+                store.save([execute(Task(case.id, case.scene), SIMULATE)], presence.token)
+    members = [(case.id, case.label, {}) for case in campaign.cases]
+    store.catalogue.record_campaign(campaign.title, None, None, members)
+    return store

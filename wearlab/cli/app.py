@@ -11,6 +11,7 @@ from pathlib import Path
 from wearlab.cli import commands
 from wearlab.cli.output import ASKED, STORE, Status, Stop, complain
 from wearlab.cli.registry import app
+from wearlab.store.errors import StoreError
 
 FIRST = (
     *("campaigns", "runs", "drawing", "comparing", "reporting"),
@@ -51,6 +52,9 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         complain("wearlab: interrupted")
         return Status.INTERRUPTED
+    except StoreError as error:
+        complain(f"wearlab: {error}")
+        return Status.REFUSED
     except BrokenPipeError:  # whoever read our output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return Status.TROUBLE

@@ -78,10 +78,11 @@ class Catalogue(Memberships):
     Parameters
     ----------
     path : the file ``catalogue.sqlite``
+    address : of which this is a copy
     """
 
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
+    def __init__(self, path: Path, address: str | None = None) -> None:
+        super().__init__(path, address)
         self._facts = Facts()
         self._packing = Packing()
 
@@ -257,7 +258,7 @@ class Catalogue(Memberships):
         self._facts.write(connection, number, facts)
 
     def _upgrade(self) -> None:
-        with self._transaction() as connection:
+        with self._transaction(in_copy=True) as connection:
             if connection.execute("PRAGMA user_version").fetchone()[0] < VERSION:
                 tables.upgrade(connection, self._keep, self._packing.pack)
                 self._facts.add_rates(connection)

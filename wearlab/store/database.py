@@ -36,10 +36,11 @@ class Database:
     Parameters
     ----------
     path : the file ``catalogue.sqlite``
+    address : of which this is a copy, which only its own machine writes
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, address: str | None = None) -> None:
+        self.path, self.address = path, address
         self._connection: sqlite3.Connection | None = None
 
     def exists(self) -> bool:
@@ -90,7 +91,9 @@ class Database:
         return True
 
     @contextmanager
-    def _transaction(self, *, create: bool = False) -> Iterator[sqlite3.Connection]:
+    def _transaction(self, *, create: bool = False, in_copy: bool = False) -> Iterator[sqlite3.Connection]:
+        if self.address is not None and not in_copy:
+            raise StoreError(f"{self.address}: is only read from here; its own machine writes it")
         connection = self._open(create=create)
         try:
             connection.execute("BEGIN IMMEDIATE")

@@ -11,6 +11,7 @@ from wearlab.store.checkpoints import Checkpoints
 from wearlab.store.errors import StoreError
 from wearlab.store.outcome import Outcome
 from wearlab.store.presence import Presence, alive
+from wearlab.store.remote import address_of, copy_of, fetch
 from wearlab.store.runs import Image, RunFiles
 
 if TYPE_CHECKING:
@@ -28,18 +29,24 @@ class KeptRuns:
 
     Parameters
     ----------
-    path : the folder
+    path : the folder; or an address that fsspec knows, ``https://…``, ``s3://…``, of a store that is written
+        elsewhere: it is read from a copy, as it is now
+
+    Raises
+    ------
+    StoreError : an address cannot be read
     """
 
     def __init__(self, path: str | PathLike[str]) -> None:
-        self.path = Path(path)
-        self.catalogue = Catalogue(self.path / "catalogue.sqlite")
+        self.address = address_of(path)
+        self.path = Path(path) if self.address is None else copy_of(self.address)
+        self.catalogue = Catalogue(self.path / "catalogue.sqlite", self.address)
         self.files = RunFiles(self.path / "runs")
         self.checkpoints = Checkpoints(self.path / "checkpoints")
         self._presences = self.path / "runners"
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({str(self.path)!r})"
+        return f"{type(self).__name__}({self.address or str(self.path)!r})"
 
     def close(self) -> None:
         """Let go of the catalogue; it opens again when needed."""
@@ -128,7 +135,7 @@ class KeptRuns:
 
     def is_alive(self, owner: str) -> bool:
         """Say whether the process that took runs under this name still runs."""
-        return alive(self._presences, owner)
+        return self.address is not None or alive(self._presences, owner)
 
     def is_stale(self, entry: Entry | Head) -> bool:
         """Say whether a run is marked as running by a process that is no more."""
@@ -136,7 +143,14 @@ class KeptRuns:
 
     def is_lost(self, entry: Entry | Head) -> bool:
         """Say whether a finished run's file has gone or changed its length."""
-        return entry.state == "done" and self.files.size(entry.id) != entry.size
+        return self.address is None and entry.state == "done" and self.files.size(entry.id) != entry.size
+
+    def file_of(self, run_id: str) -> Path:
+        """Return the file of a run, copied here first where the store is elsewhere."""
+        path = self.files.path(run_id)
+        if self.address is not None and not path.exists():
+            fetch(path)
+        return path
 
     # -- writing ------------------------------------------------------------------------------------------
 

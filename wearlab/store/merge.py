@@ -75,12 +75,13 @@ def _take(store: "Store", other: "Store", entry: "Entry", owner: str, made: Merg
         made.copied.append(entry.id)
         return
     try:
-        if problem := check_file(other.files.path(entry.id), entry):
+        path = other.file_of(entry.id)
+        if problem := check_file(path, entry):
             raise StoreError(problem.message)
         if ours is not None and ours.state == "done" and not store.is_lost(ours):
             _compare(store, other, entry.id, made)
             return
-        outcome = outcome_of(other.files.path(entry.id))
+        outcome = outcome_of(path)
     except StoreError as error:
         made.damaged[entry.id] = str(error)
         return

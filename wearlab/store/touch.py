@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from wearlab.store.bounds import refuse_links
 from wearlab.store.errors import StoreError
+from wearlab.store.remote import fetch
 
 
 class Mark(NamedTuple):
@@ -34,13 +35,9 @@ def content(path: str | Path, sha256: str | None) -> bytes:
     StoreError : the file is gone, a link, or not what was written
     """
     refuse_links(path)
-    try:
-        with open(path, "rb") as file:
-            status = os.fstat(file.fileno())
-            found = file.read()
-    except OSError as error:
-        reason = error.strerror or error
-        raise StoreError(f"{path}: cannot be read ({reason}); try 'wearlab verify'") from error
+    status, found = _read(path)
+    if sha256 not in (None, hashlib.sha256(found).hexdigest()) and fetch(Path(path)):
+        status, found = _read(path)  # it was computed again where it comes from
     if sha256 is not None:
         if hashlib.sha256(found).hexdigest() != sha256:
             _known.pop(str(path), None)
@@ -50,6 +47,17 @@ def content(path: str | Path, sha256: str | None) -> bytes:
             )
         _known[str(path)] = _mark(status, sha256)
     return found
+
+
+def _read(path: str | Path) -> tuple[os.stat_result, bytes]:
+    try:
+        if not os.path.exists(path):
+            fetch(Path(path))
+        with open(path, "rb") as file:
+            return os.fstat(file.fileno()), file.read()
+    except OSError as error:
+        reason = error.strerror or error
+        raise StoreError(f"{path}: cannot be read ({reason}); try 'wearlab verify'") from error
 
 
 def source(path: str, sha256: str | None) -> str | io.BytesIO:

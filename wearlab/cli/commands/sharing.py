@@ -39,6 +39,30 @@ def merge(
 
 
 @app.command()
+def pull(
+    other: Annotated[
+        Path, typer.Argument(metavar="OTHER", help="A folder, or https://… or s3://…", show_default=False)
+    ],
+    store: StoreFolder = STORE,
+    json: Json = False,
+) -> Status:
+    """Bring here what the store OTHER has and this one has not, each run verified; the same as merge."""
+    return merge(other, store, json)
+
+
+@app.command()
+def push(
+    other: Annotated[
+        Path, typer.Argument(metavar="OTHER", help="The folder to bring them to.", show_default=False)
+    ],
+    store: StoreFolder = STORE,
+    json: Json = False,
+) -> Status:
+    """Bring to the store OTHER what this one has and that one has not, each run verified."""
+    return merge(store, other, json)
+
+
+@app.command()
 def prune(
     store: StoreFolder = STORE,
     keep: Annotated[

@@ -1,0 +1,151 @@
+"""Stores that another machine writes, read over HTTP and through fsspec."""
+
+import threading
+from contextlib import closing
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from fake_campaign import SIMULATE, filled, sweep
+
+from wearlab.cli.app import status_of
+from wearlab.runner.worker import Task, execute
+from wearlab.store import Store, StoreError, open_store
+from wearlab.store.merge import merge
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, *words):
+        pass
+
+
+@pytest.fixture(params=["http", "file"])
+def elsewhere(request, tmp_path, monkeypatch):
+    """Return a store of five runs and an address under which it is read."""
+    monkeypatch.setenv("WEARLAB_CACHE", str(tmp_path / "cache"))
+    store = filled(tmp_path / "there" / "store", sweep(5))
+    if request.param == "file":
+        yield store, f"file://{store.path}"
+        return
+    pytest.importorskip("aiohttp")
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(tmp_path / "there")))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield store, f"http://127.0.0.1:{server.server_port}/store"
+    server.shutdown()
+    server.server_close()
+
+
+def test_it_is_asked_opened_and_read(elsewhere):
+    there, address = elsewhere
+    here = open_store(address)
+    ids = [case.id for case in sweep(5).cases]
+    assert list(here.query("")["id"]) == list(there.query("")["id"])
+    xr.testing.assert_identical(here.run(ids[2]), there.run(ids[2]))
+    grid = here.open(sweep(5))
+    np.testing.assert_array_equal(grid.wear_depth.values, there.open(sweep(5)).wear_depth.values)
+    assert not here.is_lost(here.find(ids[0])) and here.path != there.path
+    here.close()
+
+
+def test_what_was_computed_since_is_there_when_it_is_opened_again(elsewhere):
+    there, address = elsewhere
+    Store(address).run(sweep(5).cases[0].id)
+    filled(there.path, sweep(7))
+    assert len(Store(address).entries()) == 7
+    Store(address).run(sweep(7).cases[6].id)
+
+
+def test_a_run_computed_again_is_copied_again(elsewhere):
+    there, address = elsewhere
+    case = sweep(5).cases[0]
+    before = Store(address).run(case.id)
+    with there.presence() as here:
+        there.claim([case.id], here.token, lambda head: True)
+        again = execute(Task(case.id, case.scene), SIMULATE)
+        there.save([again], here.token)
+    assert there.entries([case.id])[case.id].sha256 == again.sha256
+    assert Store(address).run(case.id).attrs["date_created"] != before.attrs["date_created"]
+
+
+def test_an_altered_copy_is_fetched_anew_and_an_altered_original_refused(elsewhere):
+    there, address = elsewhere
+    here, run_id = Store(address), sweep(5).cases[1].id
+    copy = here.file_of(run_id)
+    copy.write_bytes(b"x" + copy.read_bytes()[1:])
+    xr.testing.assert_identical(here.run(run_id), there.run(run_id))
+    original = there.files.path(run_id)
+    original.write_bytes(b"x" + original.read_bytes()[1:])
+    copy.unlink()
+    with pytest.raises(StoreError, match="is not what was written"):
+        here.run(run_id)
+
+
+def test_nothing_is_written_there(elsewhere):
+    there, address = elsewhere
+    here = Store(address)
+    before = {path: path.stat().st_mtime_ns for path in there.path.rglob("*")}
+    for act in (here.create, lambda: here.catalogue.forget(["x"]), here.verify, here.reindex):
+        with pytest.raises(StoreError, match=r"only read from here|where they lie"):
+            act()
+    assert {path: path.stat().st_mtime_ns for path in there.path.rglob("*")} == before
+
+
+def test_it_is_pulled(elsewhere, tmp_path):
+    """Two stores are equal by id: what one lacks is copied, what is equal is not."""
+    there, address = elsewhere
+    with closing(Store(tmp_path / "ours")) as ours:
+        made = merge(ours, Store(address))
+        assert made.copied == list(there.entries()) and not made.damaged
+        assert ours.verify() == []
+        assert merge(ours, Store(address)).same == list(there.entries())
+
+
+def test_commands_take_addresses(elsewhere, tmp_path, capsys):
+    there, address = elsewhere
+    assert status_of(["ls", "--store", address]) == 0
+    assert capsys.readouterr().out.count("done") == 5
+    assert status_of(["show", sweep(5).cases[3].id, "--store", address]) == 0
+    assert status_of(["pull", address, "--store", str(tmp_path / "mine")]) == 0
+    assert status_of(["push", str(tmp_path / "third"), "--store", str(tmp_path / "mine")]) == 0
+    assert set(Store(tmp_path / "third").entries()) == set(there.entries())
+    capsys.readouterr()
+    assert status_of(["verify", "--store", address]) == 2
+    assert status_of(["ls", "--store", f"{address}-none"]) == 2
+    said = capsys.readouterr().err
+    assert "there is no store here" in said and "Traceback" not in said
+
+
+def test_a_reader_finds_whole_catalogues_while_one_writes(elsewhere):
+    there, address = elsewhere
+    ended, found = threading.Event(), []
+
+    def write():
+        for count in range(6, 26):
+            filled(there.path, sweep(count)).close()
+        ended.set()
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    while not ended.is_set():
+        reader = Store(address)
+        found.append(len(reader.entries()))
+        reader.open(sweep(5)).wear_depth.load()
+        reader.close()
+    writer.join()
+    assert found == sorted(found) and found[0] >= 5
+
+
+def test_only_copies_are_fetched(tmp_path):
+    """A store of a stranger cannot have files read from an address of his."""
+    store = filled(tmp_path / "store", sweep(1))
+    (store.path / "origin").write_text(f"file://{tmp_path}/secret")
+    run_id = sweep(1).cases[0].id
+    store.files.path(run_id).unlink()
+    secret = Path(tmp_path / "secret" / "runs" / run_id[:2] / f"{run_id}.nc")
+    secret.parent.mkdir(parents=True)
+    secret.write_text("secret")
+    with pytest.raises(StoreError, match="cannot be read"):
+        store.run(run_id)
