@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 from made_up import Axis, Campaign, Case, put, run
 
 from wearlab.figures import KINDS, FigureError
@@ -20,6 +21,7 @@ from wearlab.store import Store
 
 COUNT = 30
 TORQUES = tuple(100.0 + 10.0 * i for i in range(COUNT))
+MODES = ("natural_frequency", "critical_speed")
 ORDINARY = [name for name, kind in KINDS.items() if name != "line" and set(kind.needs) <= set(VARIABLES)]
 """Kinds that draw runs, not what an update made of them."""
 
@@ -226,3 +228,81 @@ def test_a_fault_of_ours_in_one_figure_stops_no_other(many, monkeypatch, tmp_pat
     with pytest.raises(FigureError, match=r"figure 1 \(tvms\): a fault of wearlab.*KeyError: 4") as caught:
         draw(replace(swept(3), figures=figures), many, tmp_path)
     assert [path.name for path in caught.value.drawn] == ["02-max-wear.png"]
+
+
+def test_what_is_not_sampled_is_never_a_band(many):
+    """Was: three modes of four torques, "median and 5–95 % of up to 12 runs"."""
+    plot = seen(many, swept(5), kind="natural-modes")
+    assert not any("Median" in note for note in plot.notes)
+    assert {entry.look for entry in plot.legend} == {"line", "points", "reference"}
+
+
+def test_states_of_few_samples_are_left_out_and_it_is_said(many, tmp_path):
+    """Was: a state of one run out of 300, between those of all."""
+    store = Store(tmp_path / "store")
+    store.create()
+    for index in range(COUNT):
+        data = made(index)
+        put(store, f"{index:032d}", data if index else _with_a_state_more(data))
+    plot = seen(store, sampled(), kind="wear-profile", select={"flank": "gear"})
+    assert len(plot.legend) == 3
+    assert "Not drawn: 1 wear state that less than half of the runs have." in plot.notes
+
+
+def _with_a_state_more(data):
+    more = data.isel({"update": [0, 1, 2, 2]})
+    times = {"cycle": [0.0, 3e6, 5e7, 1e8], "operating_hours": [0.0, 180.0, 3e3, 6e3]}
+    new = {name: ("update", np.array(values), data[name].attrs) for name, values in times.items()}
+    return more.assign_coords(cycle=new["cycle"]).assign(operating_hours=new["operating_hours"])
+
+
+def test_a_set_that_turns_freely_and_one_under_a_duty_have_modes(many, tmp_path):
+    """Were 0 Hz divided by 0 rpm, an empty figure; and a fault of ours."""
+    store = Store(tmp_path / "store")
+    store.create()
+    free = made(0)
+    for name in MODES:
+        free[name] = free[name] * xr.DataArray([0.0, 1.0, 1.0], dims="mode")
+    put(store, f"{0:032d}", free)
+    duty = made(1)
+    for name in (*MODES, "mesh_frequency"):
+        duty[name] = duty[name].expand_dims(duty=2).copy()
+    put(store, f"{1:032d}", duty)
+    for index, modes in ((0, 2), (1, 3)):
+        cases = (Case("base", f"{index:032d}"),)
+        (panel,) = seen(store, Campaign(cases), kind="natural-modes").panels
+        level = [curve for curve in panel.curves if curve.look == "reference"]
+        assert len({float(curve.y[0]) for curve in level}) == modes
+        assert all(np.isfinite(curve.y).all() for curve in panel.curves)
+
+
+def test_natural_frequencies_that_differ_stand_side_by_side(many, tmp_path):
+    store = Store(tmp_path / "store")
+    store.create()
+    for index in range(2):
+        data = made(index)
+        for name in MODES:
+            data[name] = data[name] * (1.0 + index)
+        put(store, f"{index:032d}", data)
+    assert len(seen(store, swept(2), kind="natural-modes").panels) == 2
+
+
+def test_many_speeds_of_a_response_are_thinned_and_it_is_said(many, tmp_path):
+    """Was refused: too many to tell apart."""
+    store = Store(tmp_path / "store")
+    store.create()
+    data = run(1000.0).isel(response_speed=[0, 1, 2, 3, 4, 5, 5, 5])
+    speeds = ("response_speed", np.linspace(80.0, 180.0, 8), data["response_speed"].attrs)
+    put(store, f"{0:032d}", data.assign_coords(response_speed=speeds))
+    plot = seen(store, swept(1), kind="poincare")
+    assert "6 of 8 speeds are drawn, spread over all; select.response_speed names others." in plot.notes
+
+
+def test_what_is_absent_says_what_makes_it(store, campaign, plot):
+    with pytest.raises(FigureError, match=r"no selected run has dynamic_mesh_force; it takes \[dynamics\]"):
+        plot(kind="mesh-force", select={"case": "static"})
+
+
+def test_a_distribution_of_two_says_which_figure(many):
+    with pytest.raises(FigureError, match=r"figure 1 \(histogram\): a distribution needs at least 3 runs"):
+        seen(many, swept(2), kind="histogram")

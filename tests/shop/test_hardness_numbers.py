@@ -18,6 +18,15 @@ def test_rockwell_by_astm_e140(hrc, hv):
     assert rockwell_of_vickers(hv) == pytest.approx(hrc)
 
 
+def test_the_whole_table_as_a_maker_of_testers_prints_it():
+    """ASTM E140 Table 1, 68 down to 20 HRC: https://www.phase2plus.com/hardness-testers/conversion-charts."""
+    printed = (
+        "940 900 865 832 800 772 746 720 697 674 653 633 613 595 577 560 544 528 513 498 484 471 458 446 434 "
+        "423 412 402 392 382 372 363 354 345 336 327 318 310 302 294 286 279 272 266 260 254 248 243 238"
+    )
+    assert [vickers_of_rockwell(n) for n in range(68, 19, -1)] == [float(hv) for hv in printed.split()]
+
+
 @pytest.mark.parametrize("hb, hv", [(190, 200), (285, 300), (380, 400)])
 def test_brinell_by_iso_18265(hb, hv):
     assert pressure_of(hb, "HB") == pytest.approx(KGF_PER_MM2 * hv, rel=1e-9)

@@ -24,6 +24,22 @@ def test_the_examples_of_astm_d2270(at_40, at_100, index):
     assert oil.viscosity_index(at_40, at_100) == pytest.approx(index, abs=0.6)
 
 
+@pytest.mark.parametrize(
+    "at_100, low, high", [(8.86, 119.94, 69.48), (5.05, None, 28.97), (7.80, None, 57.31)]
+)
+def test_the_fit_keeps_to_the_table_of_astm_d2270(at_100, low, high):
+    """L and H as its examples 5.1.4 and 6.1.4 interpolate them from Table 1; the fit is within 0.04 %."""
+    fitted_low, fitted_high = oil._reference(at_100)
+    assert fitted_high == pytest.approx(high, rel=4e-4)
+    assert low is None or fitted_low == pytest.approx(low, rel=4e-4)
+
+
+def test_the_fit_meets_the_equations_of_astm_d2270_above_70():
+    y = 90.0
+    expected = 0.8353 * y**2 + 14.67 * y - 216.0, 0.1684 * y**2 + 11.85 * y - 97.0
+    assert oil._reference(y) == pytest.approx(expected, rel=1e-4)
+
+
 @pytest.mark.parametrize("grade", [32, 68, 220, 460])
 @pytest.mark.parametrize("index", [0.0, 95.0, 150.0])
 def test_a_grade_has_the_index_it_was_asked_for(grade, index):

@@ -27,6 +27,17 @@ def test_indicators_of_noise_are_those_of_scipy():
     assert indicators(x)["rms"] == pytest.approx(x.std(), rel=1e-12)
 
 
+def test_periods_that_only_pad_are_left_out_of_many_signals_at_once():
+    x = np.random.default_rng(2).standard_normal((4, 3, 5, 16))
+    x[1, 2, 3:] = np.nan
+    x[2, 0] = np.nan
+    found = indicators(x)
+    alone = indicators(x[1, 2, :3])
+    assert all(found[name][1, 2] == pytest.approx(float(alone[name]), rel=1e-12) for name in alone)
+    assert all(np.isnan(values[2, 0]) for values in found.values())
+    assert np.isfinite(found["order_5"]).sum() == 11
+
+
 def test_what_does_not_move_has_no_shape():
     still = indicators(np.full((1, 8), 5.0))
     assert still["rms"] == 0.0 and np.isnan(still["kurtosis"]) and np.isnan(still["crest_factor"])

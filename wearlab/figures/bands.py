@@ -64,6 +64,8 @@ def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> t
     ended : what a run counts as beyond its end
     """
     dims = set(dims)
+    if not dims:
+        return list(series), []
     groups: dict[tuple[object, ...], list[Series]] = {}
     for one in series:
         key = {name: label for name, label in one.key.items() if name not in dims}
@@ -158,6 +160,29 @@ def _quantile(values: Array, probability: float) -> Array:
     with np.errstate(invalid="ignore"):
         found = np.where(part > 0.0, (1.0 - part) * lower + part * upper, lower)
     return np.where(count >= SHARE * len(values), found, np.nan)
+
+
+def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> tuple[list[Series], list[str]]:
+    """Return series without the wear states that less than half of the runs have, and what to say of it.
+
+    Parameters
+    ----------
+    series : whose states stand side by side
+    dims : along which runs differ
+    """
+    names = set(dims)
+    runs: dict[Label, set[object]] = {}
+    for one in series:
+        if "update" in one.key:
+            place = tuple(sorted((name, label) for name, label in one.key.items() if name in names))
+            runs.setdefault(one.key["update"], set()).add(place)
+    most = max((len(some) for some in runs.values()), default=0)
+    rare = {label for label, some in runs.items() if len(some) < SHARE * most}
+    if not rare:
+        return list(series), []
+    kept = [one for one in series if one.key.get("update") not in rare]
+    words = f"{len(rare)} wear state{'s' if len(rare) > 1 else ''}"
+    return kept, [f"Not drawn: {words} that less than half of the runs have."]
 
 
 def label_text(low: str, high: str) -> str:

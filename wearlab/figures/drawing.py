@@ -2,7 +2,7 @@
 
 import os
 import traceback
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from wearlab.figures.ask import Ask
-from wearlab.figures.bands import ended_of, of_samples, sampled_axes, states_in_common
+from wearlab.figures.bands import ended_of, of_samples, sampled_axes, states_in_common, states_of_most
 from wearlab.figures.compose import compose, hue_of
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 FORMATS = ("png", "svg", "pdf")
 MOST_NAMED = 8
 
+SPEED = "response_speed"
 OVER_SWEEPS = ("line", "scatter")
 
 
@@ -168,46 +169,66 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     if not series:
         raise FigureError(f"{ask.name}: no selected run has {' or '.join(ask.y or kind.also or kind.needs)}")
     dims = [str(dim) for dim in grid.run_id.dims]
-    notes = [*_states_left_out(runs, series), *_cases_left_out(grid, ask, kind)]
+    notes = [*_left_out(runs, series), *_cases_left_out(grid, ask, kind)]
     if ask.kind == "line" and ask.x in along_axes(grid):
         series = joined(states_in_common(series, dims), str(grid[ask.x].dims[0]))
     if kind.joined is not None:
-        series = kind.joined(series)
+        series = _joined(series, ask, kind.joined)
     else:
-        series, said = of_samples(*_sampled(grid, ask, series), ended_of(_variable(ask, kind)))
-        notes += said
+        series, drawn, rare = _sampled(grid, ask, series)
+        series, said = of_samples(series, drawn, ended_of(_variable(ask, kind)))
+        notes += rare + said
     notes = [*_notes(ask, picked.missing), *notes]
     if ask.published is not None:
         series += published(ask.published, series, hue_of(series, ask, kind, dims), ask)
     return compose(series, ask, kind, dims, notes), runs, picked.missing
 
 
-def _sampled(grid: xr.Dataset, ask: Ask, series: list[Series]) -> tuple[list[Series], list[str]]:
-    """Return series and the sampled axes along which they become bands: those that no role names."""
+def _joined(series: list[Series], ask: Ask, join: Callable[[list[Series]], list[Series]]) -> list[Series]:
+    try:
+        return join(series)
+    except FigureError as error:
+        raise FigureError(f"{ask.name}: {error}") from error
+
+
+def _sampled(grid: xr.Dataset, ask: Ask, series: list[Series]) -> tuple[list[Series], list[str], list[str]]:
+    """Return series, the sampled axes along which they become bands (those no role names), and notes."""
     told = {ask.hue, ask.rows, ask.cols, ask.x}
     axes = [axis for axis in sampled_axes(grid) if axis not in told]
     varied = [axis for axis in axes if any(axis in one.key for one in series)]
     if not varied:
-        return series, []
-    return states_in_common(series, list(map(str, grid.run_id.dims))), varied
+        return series, [], []
+    dims = list(map(str, grid.run_id.dims))
+    kept, said = states_of_most(states_in_common(series, dims), dims)
+    return kept, varied, said
 
 
 def _variable(ask: Ask, kind: Kind) -> str:
     return ask.y[0] if ask.y else kind.y
 
 
-def _states_left_out(runs: Sequence[Run], series: Sequence[Series]) -> list[str]:
-    """Say how many wear states are not drawn though nobody chose."""
+def _left_out(runs: Sequence[Run], series: Sequence[Series]) -> list[str]:
+    """Say how many wear states and speeds are not drawn though nobody chose."""
+    states = max((len(run.states) for run in runs), default=0)
+    speeds = max((run.data.sizes.get(SPEED, 1) for run in runs), default=1)
+    return [
+        f"{drawn} of {most} {words}; select.{dim} names others."
+        for dim, most, words in (
+            ("update", states, "wear states are drawn, spread over the life"),
+            (SPEED, speeds, "speeds are drawn, spread over all"),
+        )
+        if (drawn := _most_places(series, dim)) < most and drawn
+    ]
+
+
+def _most_places(series: Sequence[Series], dim: str) -> int:
+    """Return how many places along a dimension are drawn of the run with most of them, 0: it is no key."""
     shown: dict[tuple[object, ...], set[Label]] = {}
     for one in series:
-        if "update" in one.key:
-            rest = tuple((name, label) for name, label in one.key.items() if name != "update")
-            shown.setdefault(rest, set()).add(one.key["update"])
-    most = max((len(run.states) for run in runs), default=0)
-    drawn = max((len(some) for some in shown.values()), default=most)
-    if drawn >= most:
-        return []
-    return [f"{drawn} of {most} wear states are drawn, spread over the life; select.update names others."]
+        if dim in one.key:
+            rest = tuple((name, label) for name, label in one.key.items() if name != dim)
+            shown.setdefault(rest, set()).add(one.key[dim])
+    return max((len(some) for some in shown.values()), default=0)
 
 
 def _cases_left_out(grid: xr.Dataset, ask: Ask, kind: Kind) -> list[str]:

@@ -12,6 +12,8 @@ from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.select import index_of, narrow
 from wearlab.figures.wording import Label, converted, cycles, place
+from wearlab.origins import origin_of
+from wearlab.schema import VARIABLES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -136,9 +138,10 @@ def load(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: Ask) -> 
     dims = set(map(str, grid.run_id.dims))
     units = {name: str(grid[name].attrs.get("units", "1")) for name in along_axes(grid)}
     words = {name: axis_words(grid, name) for name in along_axes(grid)}
+    box, at = _box(grid[present], [point for point, _, _ in picked.points])
     runs = []
-    for point, labels, run_id in picked.points:
-        one = grid[present].isel(point, missing_dims="ignore").compute(scheduler="synchronous")
+    for (point, labels, run_id), place_in_box in zip(picked.points, at, strict=True):
+        one = box.isel(place_in_box, missing_dims="ignore").compute(scheduler="synchronous")
         one = one.drop_vars([name for name in one.variables if name in point])
         updates = int(grid.n_updates.isel(point))
         full = _without_absent(one.isel(update=slice(updates)) if "update" in one.dims else one)
@@ -180,6 +183,19 @@ def _beside(grid: "xr.Dataset", point: Mapping[str, int]) -> dict[str, Label]:
             value = grid[name].isel(point, missing_dims="ignore").values[()]
             found[name] = place(name, _plain(value), grid[name].attrs.get("units"))
     return found
+
+
+def _box(
+    grid: "xr.Dataset", points: Sequence[Mapping[str, int]]
+) -> tuple["xr.Dataset", list[dict[str, int]]]:
+    """Return the part of a grid with some points, read at once if they fill it, and their places in it."""
+    dims = list(points[0]) if points else []
+    kept = {dim: sorted({point[dim] for point in points}) for dim in dims}
+    box = grid.isel(kept, missing_dims="ignore")
+    at = [{dim: kept[dim].index(point[dim]) for dim in dims} for point in points]
+    if len(points) == math.prod(map(len, kept.values())):
+        box = box.compute(scheduler="synchronous")
+    return box, at
 
 
 def _without_absent(data: "xr.Dataset") -> "xr.Dataset":
@@ -255,11 +271,10 @@ def require(runs: list[Run], names: Sequence[str], ask: Ask) -> list[Run]:
     able = [run for run in runs if all(name in run.data.variables for name in names)]
     if able:
         return able
-    absent = [name for name in names if not any(name in run.data.variables for run in runs)]
-    raise FigureError(
-        f"{ask.name}: no selected run has {' and '.join(absent or names)}; "
-        f"{choices(absent[0] if absent else names[0], _known(runs))}"
-    )
+    absent = [name for name in names if not any(name in run.data.variables for run in runs)] or list(names)
+    made = list(dict.fromkeys(origin_of(name)[1] for name in absent if name in VARIABLES))
+    known = f"it takes {' and '.join(made)}" if made else choices(absent[0], _known(runs))
+    raise FigureError(f"{ask.name}: no selected run has {' and '.join(absent)}; {known}")
 
 
 def _known(runs: list[Run]) -> list[str]:

@@ -6,7 +6,8 @@ from typing import Any, get_args
 from wearlab.options import Unit
 from wearlab.query.bind import Key
 from wearlab.scene.lookup import field_at
-from wearlab.units import KINDS, split
+from wearlab.shop.hardness import SCALES
+from wearlab.units import KINDS, Kind, split
 
 
 def scene_key(name: str, text: bool) -> Key:
@@ -22,7 +23,13 @@ def scene_key(name: str, text: bool) -> Key:
     kind = quantity_at(name)
     if kind is None:
         return Key(name, is_path=True)
-    return Key(name, "number", KINDS[kind].unit, kind, split(KINDS[kind].example)[1], is_path=True)
+    return Key(name, "number", KINDS[kind].unit, kind, _shown(KINDS[kind]), is_path=True)
+
+
+def _shown(kind: Kind) -> str:
+    """Return the unit that values of a kind are read in: that of its example, if it is one and no scale."""
+    usual = split(kind.example)[1], *kind.units
+    return next((unit for unit in usual if unit not in SCALES), kind.unit)
 
 
 def quantity_at(name: str) -> str | None:

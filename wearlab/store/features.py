@@ -1,48 +1,33 @@
 """Features for statistics and learning: one row for each wear state of each run, one column for each number.
 
-A variable along flanks, meshes, members, harmonics, orders or modes gives one column for each label, named
-by dots: ``ste_harmonics.pinion-gear.1``. A signal along the phase gives its indicators: mean, RMS and range
-of its fluctuation, crest factor, kurtosis and amplitudes at mesh orders, at the stored phases. Whatever
-differs between the runs' scenes comes first, by its key.
+Whatever differs between the runs' scenes comes first, by its key; then what results tell
+(`wearlab.store.feature_columns`). Only the variables that become columns are read, each file once.
 """
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from wearlab.query.flat import flat
 from wearlab.query.result_keys import declared_key
 from wearlab.query.scene_keys import scene_key
 from wearlab.store.errors import StoreError
-from wearlab.store.indicators import INDICATORS, indicators
+from wearlab.store.feature_columns import STATE, Source, sources
 from wearlab.store.kept_runs import KeptRuns
+from wearlab.store.reading import read_variables
 from wearlab.store.table import Column, Table
 
 if TYPE_CHECKING:
-    from wearlab.store.catalogue import Entry
+    from wearlab.store.catalogue import Entry, Placed
 
-STATE = "update"
-NAMED = frozenset(
-    ("flank", "member", "mesh", "harmonic", "order", "mode", "axis", "duty", "stage", "multiplier", "part")
-)
-"""Dimensions whose labels become part of a column's name."""
-ALONG = ("mesh_period", "phase")
 ALWAYS = ("operation.torque", "operation.speed")
-OWN = (
-    Column("run"),
-    Column("state"),
-    Column("cycle", "1", "1"),
-    Column("operating_hours", "s", "h"),
-)
-LEFT_OUT = ("run_time", "count", "residual", "error_weight", "secant_stiffness", "excitation")
-HARMONICS = ("mesh_stiffness", "static_transmission_error", "dynamic_transmission_error")
-"""Signals whose RMS and amplitudes at mesh orders the dataset has already, jumps between phases included."""
-Row = dict[Column, Any]
+RUN, NUMBER = Column("run"), Column("state")
+TIMES = (Column("cycle", "1", "1"), Column("operating_hours", "s", "h"))
+Values = dict[Column, list[Any]]
 
 
 def features(store: KeptRuns, where: str = "", variables: Sequence[str] | None = None) -> Table:
@@ -69,15 +54,56 @@ def features(store: KeptRuns, where: str = "", variables: Sequence[str] | None =
     if not done:
         raise StoreError(f"features: no run {'that is done meets the condition' if where else 'is done'}")
     inputs = _differing(done)
-    rows: list[Row] = []
-    known: set[str] = set()
-    for run_id in done:
-        data = store.run(run_id)
-        known.update(map(str, data.variables))
-        rows += [{**own, **inputs[run_id], **found} for own, found in _states(run_id, data, variables)]
-    columns = tuple(dict.fromkeys((*OWN, *(column for row in rows for column in row))))
+    runs = store.catalogue.placed(done)
+    layouts = store.catalogue.layouts(run.layout for run in runs if run.layout)
+    plans = {(run.layout, run.sizes): _plan(layouts[run.layout or ""], run.sizes, variables) for run in runs}
+    blocks = []
+    for run in runs:
+        plan = plans[run.layout, run.sizes]
+        blocks.append(_block(run, plan, str(store.files.path(run.id)), inputs[run.id]))
+    own = (RUN, NUMBER, *TIMES)
+    columns = tuple(dict.fromkeys((*own, *(column for _, block in blocks for column in block))))
+    known = {name for layout in layouts.values() for name in layout["variables"]}
     _refuse_unknown(variables, columns, known)
-    return Table(columns, [tuple(row.get(column) for column in columns) for row in rows])
+    stacked = [
+        [value for count, block in blocks for value in block.get(column) or [None] * count]
+        for column in columns
+    ]
+    return Table(columns, list(zip(*stacked, strict=True)))
+
+
+def _plan(
+    layout: Mapping[str, Any], sizes: str | None, wanted: Sequence[str] | None
+) -> tuple[int, tuple[Column, ...], list[Source]]:
+    """Return the number of wear states, the times and the sources of runs that are alike."""
+    known, lengths = layout["variables"], json.loads(sizes or "{}")
+    times = tuple(one for one in TIMES if one.name in known and known[one.name]["dims"] == [STATE])
+    return lengths.get(STATE, 1), times, sources(known, layout["labels"], lengths, wanted)
+
+
+def _block(
+    run: "Placed",
+    plan: tuple[int, tuple[Column, ...], list[Source]],
+    path: str,
+    given: Mapping[Column, Any],
+) -> tuple[int, Values]:
+    """Return the rows of one run: their number, and the values of each column."""
+    states, times, of = plan
+    stored = read_variables(path, [*(one.name for one in times), *(one.name for one in of)], run.sha256)
+    block: Values = {RUN: [run.id] * states, NUMBER: list(range(states))}
+    block |= {one: _plain(stored[one.name]) for one in times}
+    block |= {column: [value] * states for column, value in given.items()}
+    for one in of:
+        block |= {column: _plain(values) for column, values in one.columns(stored[one.name], states).items()}
+    return states, block
+
+
+def _plain(values: NDArray[Any]) -> list[float | None]:
+    """Return numbers, None for what is not finite."""
+    numbers: list[float | None] = np.asarray(values, float).tolist()
+    if np.isfinite(values).all():
+        return numbers
+    return [one if known else None for one, known in zip(numbers, np.isfinite(values).tolist(), strict=True)]
 
 
 def _refuse_unknown(variables: Sequence[str] | None, columns: Iterable[Column], known: set[str]) -> None:
@@ -91,7 +117,7 @@ def _refuse_unknown(variables: Sequence[str] | None, columns: Iterable[Column], 
             raise StoreError(f"features: {name!r}: no run here has it as numbers at its wear states")
 
 
-def _differing(entries: Mapping[str, "Entry"]) -> dict[str, Row]:
+def _differing(entries: Mapping[str, "Entry"]) -> dict[str, dict[Column, Any]]:
     """Return torque, speed and every value of the scenes that is not the same in all of them."""
     scenes = {run_id: dict(flat(json.loads(entry.scene or "{}"))) for run_id, entry in entries.items()}
     keys = dict.fromkeys(key for scene in scenes.values() for key in scene)
@@ -108,77 +134,3 @@ def _differing(entries: Mapping[str, "Entry"]) -> dict[str, Row]:
 def _input(key: str, values: list[Any]) -> Column:
     known = scene_key(key, any(isinstance(value, str) for value in values))
     return Column(key, known.unit, known.display_unit, given=True)
-
-
-def _states(run_id: str, data: xr.Dataset, variables: Sequence[str] | None) -> Iterator[tuple[Row, Row]]:
-    kept = [
-        str(name)
-        for name, one in data.variables.items()
-        if one.dtype.kind in "fiu"
-        and declared_key(str(name)) is not None
-        and name not in data.coords
-        and (not str(name).startswith(LEFT_OUT) if variables is None else name in variables)
-    ]
-    count = data.sizes.get(STATE, 1)
-    rows: list[Row] = [{} for _ in range(count)]
-    for name in kept:
-        for row, own in zip(rows, _columns(name, data.variables[name], data), strict=False):
-            row |= own
-    for state, row in enumerate(rows):
-        values = (run_id, state, *(_coordinate(data, name, state) for name in ("cycle", "operating_hours")))
-        yield dict(zip(OWN, values, strict=True)), row
-
-
-def _coordinate(data: xr.Dataset, name: str, state: int) -> float | None:
-    return float(data[name].values[state]) if name in data.variables and data[name].ndim else None
-
-
-def _columns(name: str, values: xr.Variable, data: xr.Dataset) -> Iterator[Row]:
-    """Yield the columns of one variable at each wear state; of one without states, the same at each."""
-    along = [dim for dim in ALONG if dim in values.dims]
-    named = [str(dim) for dim in values.dims if dim in NAMED]
-    if set(values.dims) - {STATE, *named, *along}:
-        return
-    table = values.transpose(*(dim for dim in (STATE, *named, *along) if dim in values.dims)).values
-    if STATE not in values.dims:
-        table = np.broadcast_to(table, (data.sizes.get(STATE, 1), *table.shape))
-    labels = [_labels(data, dim) for dim in named]
-    places = list(np.ndindex(*(len(one) for one in labels)))
-    ends = ["".join(f".{one[at]}" for one, at in zip(labels, place, strict=True)) for place in places]
-    of = _of_signal if along else _of_value
-    units = str(values.attrs.get("units", "")), str(values.attrs.get("display_units", ""))
-    for state in table:
-        row: Row = {}
-        for place, end in zip(places, ends, strict=True):
-            row |= of(name, state[place], end, *units)
-        yield row
-
-
-def _of_value(name: str, value: Any, end: str, units: str, shown: str) -> Row:
-    return {Column(name + end, units, shown): _plain(value)}
-
-
-def _of_signal(name: str, values: NDArray[Any], end: str, units: str, shown: str) -> Row:
-    return {
-        Column(f"{name}_{what}{end}", INDICATORS.get(what) or units, INDICATORS.get(what) or shown): _plain(
-            one
-        )
-        for what, one in indicators(_signal(values)).items()
-        if not (what.startswith(("rms", "order_")) and name in HARMONICS)
-    }
-
-
-def _labels(data: xr.Dataset, dim: str) -> list[str]:
-    known = data.coords[dim].values if dim in data.coords else range(1, data.sizes[dim] + 1)
-    return [str(one) for one in known]
-
-
-def _signal(values: NDArray[Any]) -> NDArray[np.float64]:
-    """Return a signal over whole mesh periods, (periods, phases); periods that only pad are left out."""
-    periods = np.atleast_2d(np.asarray(values, float))
-    return periods[np.isfinite(periods).all(axis=1)]
-
-
-def _plain(value: Any) -> float | None:
-    number = float(value)
-    return number if np.isfinite(number) else None

@@ -5,9 +5,9 @@ One variable is read by h5py, which does not list a whole file to find it: 0.3 m
 closes whatever another thread has open in the same file, so one thread reads at a time.
 """
 
-import io
 import math
 import threading
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -77,29 +77,47 @@ def read_variable(path: str, name: str, sha256: str | None = None) -> NDArray[An
     ------
     StoreError : the file is gone, altered or damaged, or has no such variable of numbers or texts
     """
+    return read_variables(path, (name,), sha256)[name]
+
+
+def read_variables(path: str, names: Iterable[str], sha256: str | None = None) -> dict[str, NDArray[Any]]:
+    """Read some variables of a run, its file opened once, safely from any thread.
+
+    Parameters
+    ----------
+    path, names : file and variables
+    sha256 : hash that the file's bytes must have [not asked]
+
+    Raises
+    ------
+    StoreError : the file is gone, altered or damaged, or has no such variable of numbers or texts
+    """
     source = touch.source(path, sha256)
+    found: dict[str, NDArray[Any]] = {}
+    name = ""
     try:
-        with _one_door:
-            return _values(source, path, name)
+        with _one_door, h5py.File(source, "r", locking=False) as file:
+            for name in names:
+                found[name] = _values(file, path, name)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         if isinstance(error, StoreError):
             raise
         raise StoreError(f"{path}: {name} cannot be read ({error}); try 'wearlab verify'") from error
+    return found
 
 
-def _values(source: str | io.BytesIO, path: str, name: str) -> NDArray[Any]:
-    """Return a variable's values; whatever HDF5 opened for it is closed when this returns."""
-    with h5py.File(source, "r", locking=False) as file:
-        link = file.get(name, getlink=True)
-        found = file[name] if isinstance(link, h5py.HardLink) else None
-        if not isinstance(found, h5py.Dataset) or found.external or found.is_virtual:
-            raise StoreError(f"{path}: {name} is no variable of this file")
-        refuse_oversized(path, found.size * found.dtype.itemsize)
-        if h5py.check_string_dtype(found.dtype) is not None:
-            return np.asarray(found.asstr()[()], object)
-        if found.dtype.kind not in "biuf":
-            raise StoreError(f"{path}: {name} holds neither numbers nor texts")
-        return np.asarray(found[()])
+def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
+    """Return a variable's values; whatever HDF5 opens for it is closed with the file."""
+    link = file.get(name, getlink=True)
+    found = file[name] if isinstance(link, h5py.HardLink) else None
+    if not isinstance(found, h5py.Dataset) or found.external or found.is_virtual:
+        raise StoreError(f"{path}: {name} is no variable of this file")
+    refuse_oversized(path, found.size * found.dtype.itemsize)
+    if h5py.check_string_dtype(found.dtype) is not None:
+        return np.asarray(found.asstr()[()], object)
+    if found.dtype.kind not in "biuf":
+        raise StoreError(f"{path}: {name} holds neither numbers nor texts")
+    return np.asarray(found[()])
 
 
 def _unreadable(path: Path, error: Exception) -> StoreError:

@@ -141,17 +141,21 @@ class Table:
 
 
 def _converted(values: list[Any], unit: str, wanted: str) -> list[Any]:
-    """Return values in another unit; what is missing stays missing."""
+    """Return values in another unit, with the digits that scenes keep; what is missing stays missing."""
     if not unit or not wanted or wanted == unit:
         return values
+    import numpy as np
+
     from wearlab.units import convert
 
-    return [None if value is None else _short(convert(value, unit, wanted)) for value in values]
+    numbers = np.array([np.nan if value is None else value for value in values], float)
+    changed: list[float] = convert(numbers, unit, wanted).tolist()
+    return [None if old is None else _short(new) for old, new in zip(values, changed, strict=True)]
 
 
-def _short(value: Any) -> Any:
+def _short(value: float) -> float:
     """Return a number with the digits that scenes keep: 1100 rpm, not 1100.0000000035739."""
-    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+    return float(f"{value:.{DIGITS}g}")
 
 
 def _guarded(value: Any) -> Any:

@@ -1,6 +1,7 @@
 """Natural frequencies against the mesh frequency and its harmonics: a Campbell diagram."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,34 +9,73 @@ from wearlab.figures.ask import Ask
 from wearlab.figures.kind import Kind
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.runs import Run
-from wearlab.figures.slices import companion, shown
+from wearlab.figures.slices import companion, slices
 from wearlab.figures.wording import Label, ordinal
 
 ORDERS = 4
 MARGIN = 1.12
+STILL = 1e-6  # of the highest natural frequency
+ALIKE = 1e-3  # relative, of natural frequencies that one panel shows for all runs
+MOST_APART = 12
+NATURAL = "natural frequency"
 
 
 def _campbell(run: Run, ask: Ask) -> Iterator[Series]:
     """Yield mesh harmonics over speed, natural frequencies, and the point at which the run works."""
-    natural, up = shown(run.data["natural_frequency"], "natural_frequency", ask)
-    critical, across = shown(run.data["critical_speed"], "critical_speed", ask, "x")
-    mesh = float(companion(run, "mesh_frequency", {}, ask)[0].ravel()[0])
-    per_speed = float(natural[0] / critical[0])  # mesh frequency over speed: mesh periods per turn
-    top = MARGIN * max(float(critical.max()), mesh / per_speed)
-    speed = np.array([0.0, top])
-    up = Scale("frequency", up.units)
-    across = Scale("speed of the input member", across.units)
+    for piece in slices(run, "natural_frequency", ask, "mode"):
+        critical, across = companion(run, "critical_speed", piece.place, ask)
+        mesh = float(companion(run, "mesh_frequency", piece.place, ask)[0].ravel()[0])
+        moving = piece.values > STILL * piece.values.max()  # a free set turns as a whole at 0 Hz
+        natural, critical = piece.values[moving], critical[moving]
+        if not len(natural):
+            continue
+        per_speed = float(natural[0] / critical[0])  # mesh frequency over speed: mesh periods per turn
+        top = MARGIN * max(float(critical.max()), mesh / per_speed)
+        up = Scale("frequency", piece.scale.units)
+        across = Scale("speed of the input member", across.units)
+        yield from _harmonics(piece.key, per_speed, top, float(natural.max()), across, up)
+        for frequency in natural:
+            ends = np.array([0.0, top]), np.full(2, frequency)
+            yield Series(piece.key, *ends, across, up, "reference", NATURAL)
+        meets = mesh * np.arange(1.0, ORDERS + 1)
+        meets = meets[meets <= MARGIN * float(natural.max())]
+        at = np.full(len(meets), mesh / per_speed)
+        yield Series(piece.key, at, meets, across, up, "points", "speeds of the runs")
+
+
+def _harmonics(
+    key: Mapping[str, Label], per_speed: float, top: float, highest: float, across: Scale, up: Scale
+) -> Iterator[Series]:
+    """Yield the mesh frequency and its harmonics over speed, as far as natural frequencies reach."""
     for order in range(1, ORDERS + 1):
         name = Label(float(order), "mesh frequency" if order == 1 else f"{ordinal(order)} harmonic")
-        reach = min(top, MARGIN * float(natural.max()) / (order * per_speed))
-        x = np.minimum(speed, reach)
-        yield Series({"order": name}, x, order * per_speed * x, across, up)
-    for frequency in natural:
-        yield Series({}, speed, np.full(2, frequency), across, up, "reference", "natural frequency")
-    meets = mesh * np.arange(1.0, ORDERS + 1)
-    meets = meets[meets <= MARGIN * float(natural.max())]
-    at = np.full(len(meets), mesh / per_speed)
-    yield Series({}, at, meets, across, up, "points", "speeds of the runs")
+        x = np.array([0.0, min(top, MARGIN * highest / (order * per_speed))])
+        yield Series({**key, "order": name}, x, order * per_speed * x, across, up)
+
+
+def _together(series: list[Series]) -> list[Series]:
+    """Return the series of runs without their places where all have the same natural frequencies."""
+    frequencies: dict[tuple[object, ...], list[float]] = {}
+    for one in series:
+        if one.text == NATURAL:
+            place = tuple(sorted(item for item in one.key.items() if item[0] != "order"))
+            frequencies.setdefault(place, []).append(float(one.y[0]))
+    some = list(frequencies.values())
+    alike = all(len(one) == len(some[0]) and np.allclose(one, some[0], rtol=ALIKE) for one in some)
+    if not alike and len(some) <= MOST_APART:
+        return series
+    found: dict[object, Series] = {}
+    longest = sorted(series, key=lambda one: -float(one.x[-1]))
+    for one in longest:
+        key = {name: label for name, label in one.key.items() if name == "order"}
+        same = (tuple(key), tuple(key.values()), one.text, *(f"{x:.6g}" for x in one.y))
+        found.setdefault(same if one.look != "points" else id(one), replace(one, key=key))
+    lines: dict[Label, Series] = {}
+    for one in found.values():
+        if "order" in one.key:
+            lines.setdefault(one.key["order"], one)
+    others = [one for one in found.values() if "order" not in one.key]
+    return [*(lines[order] for order in sorted(lines)), *others]
 
 
 NATURAL_MODES = Kind(
@@ -45,5 +85,6 @@ NATURAL_MODES = Kind(
     needs=("natural_frequency", "critical_speed", "mesh_frequency"),
     dims=("mode",),
     series=_campbell,
-    roles=(("hue", "order"),),
+    roles=(("hue", "order"), ("cols", "*"), ("rows", "*")),
+    joined=_together,
 )

@@ -1,11 +1,11 @@
 """The response over speed: curves up and down with jumps, bifurcation diagram, Poincaré points, orders."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from wearlab.figures.ask import Ask
-from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import Kind
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.runs import Run
@@ -60,10 +60,8 @@ def _bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
 def _poincare(run: Run, ask: Ask) -> Iterator[Series]:
     count = run.data.sizes["response_speed"]
     if count > POINTS_SHOWN:
-        raise FigureError(
-            f"{ask.name}: {count} speeds are too many to tell apart; "
-            f'name up to {POINTS_SHOWN}: select.response_speed = ["2000 rpm", "3000 rpm"]'
-        )
+        chosen = sorted({round(i * (count - 1) / (POINTS_SHOWN - 1)) for i in range(POINTS_SHOWN)})
+        run = replace(run, data=run.data.isel(response_speed=chosen))
     rates = slices(run, "response_poincare_rate", ask, "strobe")
     pieces = slices(run, "response_poincare_deflection", ask, "strobe", axis="x")
     for piece, rate in zip(pieces, rates, strict=True):
@@ -115,7 +113,8 @@ BIFURCATION = Kind(
 POINCARE = Kind(
     name="poincare",
     title="Poincaré points",
-    shows="mesh deflection and its rate once per mesh period, at the speeds that select names",
+    shows="mesh deflection and its rate once per mesh period, at the speeds that select names, "
+    "or six spread over all",
     needs=("response_speed", "response_poincare_deflection", "response_poincare_rate"),
     dims=("strobe",),
     series=_poincare,
