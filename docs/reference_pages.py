@@ -185,29 +185,34 @@ def commands() -> str:
 
 
 def figures() -> str:
-    """Return every kind of figure, and the campaigns that come along which draw it."""
+    """Return the gallery: every kind of figure, a thumbnail, and the campaigns that come along which draw it."""
     from wearlab.campaign import load
     from wearlab.figures import KINDS
 
     top = TOP / "campaigns"
     drawn: dict[str, list[str]] = {}
-    for file in sorted(top.glob("*.toml")):
+    for file in [*sorted((top / "gallery").glob("*.toml")), *sorted(top.glob("*.toml"))]:
         for kind in dict.fromkeys(figure.kind for figure in load(file).figures):
-            drawn.setdefault(kind, []).append(f"`{file.name}`")
-    rows = [
-        (f"`{kind.name}`", kind.shows, ", ".join(drawn.get(kind.name, [])[:3])) for kind in KINDS.values()
+            drawn.setdefault(kind, []).append(f"`{file.relative_to(TOP)}`")
+    parts = [
+        "# Every kind of figure",
+        "A `[[figure]]` block names its `kind`; `select`, `x`, `y`, `hue`, `rows`, `cols`, `units`, `title`, `note` "
+        "and `published` change what the kind would do. In Python: `wl.figure(grid_or_run, kind, **options)`. "
+        "The file named first made the thumbnail, by `python docs/gallery.py`.",
     ]
-    return (
-        "\n\n".join(
-            (
-                "# Every kind of figure",
-                "A `[[figure]]` block names its `kind`; `select`, `x`, `y`, `hue`, `rows`, `cols`, `units`, `title`, `note` "
-                "and `published` change what the kind would do. In Python: `wl.figure(grid_or_run, kind, **options)`.",
-                _table(("kind", "shows", "drawn by"), rows),
+    for kind in KINDS.values():
+        thumbnail = TOP / "docs" / "images" / "kinds" / f"{kind.name}.png"
+        shows = kind.shows[0].upper() + kind.shows[1:]
+        parts += [f"## `{kind.name}`", f"{shows}."]
+        if thumbnail.exists():
+            parts.append(
+                f"```{{image}} ../images/kinds/{kind.name}.png\n:alt: {kind.title}\n:width: 420px\n```"
             )
-        )
-        + "\n"
-    )
+        files = drawn.get(kind.name, [])
+        told = f"Made by {', '.join(files[:3])}." if files else "No campaign that comes along draws it."
+        needs = ", ".join(f"`{name}`" for name in kind.needs if ":" not in name)
+        parts.append(f"{told} Needs {needs}." if needs else told)
+    return "\n\n".join(parts) + "\n"
 
 
 def published() -> str:
@@ -245,19 +250,23 @@ PROVED = (
 
 
 def checks() -> str:
-    """Return every check that says what it proves, room by room."""
+    """Return every check that says what it proves, room by room, with its tolerance and the error measured."""
+    measured = json.loads((TOP / "docs" / "measured.json").read_text())
     parts = [
         "# Every check that says what it proves",
-        "Made from the tests. The tolerance stands in the check, as tight as its source or its scheme supports.",
+        "Made from the tests. The tolerance stands in the check, as tight as its source or its scheme supports; "
+        "tolerance and error are of the comparison that comes nearest to its tolerance, relative where that is, "
+        "as `python docs/measured.py` records them. A check without numbers is one of yes or no, or was not recorded.",
     ]
     for room in PROVED:
-        rows = [
-            (" ".join(text.split()), f"`{name}`, {file.name}")
-            for file in sorted((TOP / "tests" / room).rglob("test_*.py"))
-            for name, text in _told(file)
-        ]
+        rows = []
+        for file in sorted((TOP / "tests" / room).rglob("test_*.py")):
+            for name, text in _told(file):
+                found = measured.get(f"{file.relative_to(TOP)}::{name}", {})
+                numbers = [f"{found[key]:.1e}" if key in found else "" for key in ("tolerance", "error")]
+                rows.append((" ".join(text.split()), *numbers, f"`{name}`, {file.name}"))
         if rows:
-            parts += [f"## {room}", _table(("what is proved", "where"), rows)]
+            parts += [f"## {room}", _table(("what is proved", "tolerance", "error", "where"), rows)]
     return "\n\n".join(parts) + "\n"
 
 

@@ -120,7 +120,11 @@ def test_show(command, campaign):
 def test_show_keeps_long_texts_out_of_the_table(command, tmp_path):
     flags = [f"sun: something of it is assumed, number {number}" for number in range(9)]
     scene = {
-        "operation": {"duty": [{"share": 0.2, "torque": 150.0}, {"share": 0.8, "torque": 90.0}]},
+        "operation": {
+            "duty": [{"share": 0.2, "torque": 150.0}, {"share": 0.8, "torque": 90.0}],
+            "speed": 115.191730632,
+        },
+        "wear": {"snapshots": {"depth": [5e-6, 1e-5]}},
         "mesh": {"stiffness": {"abscissa": [number / 500 for number in range(500)]}},
     }
     store = Store(tmp_path / "wearlab-store")
@@ -131,7 +135,9 @@ def test_show_keeps_long_texts_out_of_the_table(command, tmp_path):
     assert max(map(len, lines)) < 180
     assert next(line for line in lines if line.startswith("validity ")).split()[1] == "(below)"
     assert lines[lines.index("validity") + 1 :] == [f"  {flag}" for flag in flags]
-    assert "  operation.duty[1].torque = 90.0" in lines
+    assert "  operation.duty[1].torque = 90 N*m" in lines  # as files write it; --json has SI
+    assert "  operation.speed = 1100 rpm" in lines
+    assert "  wear.snapshots.depth = [5, 10] um" in lines
     assert "  mesh.stiffness.abscissa = [0.0, 0.002, 0.004, … 500 in all]" in lines
 
 

@@ -7,8 +7,9 @@ import tomllib
 import pytest
 
 import wearlab as wl
+from wearlab.campaign import editors_schema
 from wearlab.cli.app import status_of
-from wearlab.cli.beginning import SCHEMA, kinds
+from wearlab.cli.beginning import SCHEMA, STARTS, kinds
 
 
 @pytest.mark.parametrize("kind", kinds())
@@ -48,10 +49,25 @@ def test_no_file_is_written_over_and_unknown_kinds_are_refused(tmp_path, monkeyp
     assert [path.name for path in tmp_path.iterdir()] == ["fzg.toml"]
 
 
+def test_every_file_that_comes_along_is_of_the_schema_that_editors_read():
+    """Every file with `extends` was marked wrong from its first line to its last."""
+    jsonschema = pytest.importorskip("jsonschema")
+    schema = json.loads(editors_schema())
+    kind_of = jsonschema.Draft202012Validator
+    kind_of.check_schema(schema)
+    campaigns = STARTS.parents[2] / "campaigns"
+    files = [
+        file for file in campaigns.rglob("*.toml") if file.parent.name != "plugins"
+    ]  # they have keys of their own
+    for file in [*files, *STARTS.glob("*.toml")]:
+        wrong = jsonschema.exceptions.best_match(kind_of(schema).iter_errors(tomllib.loads(file.read_text())))
+        assert wrong is None, (file.name, list(wrong.absolute_path), wrong.message[:200])
+    for wrong in ({"opration": {}}, {"operation": {"speeds": "1 rpm"}}, {"gears": {"pinion": {"tooth": 1}}}):
+        assert not kind_of(schema).is_valid(wrong)
+
+
 @pytest.mark.parametrize(("kind", "base"), [("fzg", "fzg_type_c"), ("wind-stage", "wind_stage")])
 def test_a_rig_to_begin_with_is_the_base_file_of_the_campaigns(kind, base):
-    from wearlab.cli.beginning import STARTS
-
     shipped = STARTS.parents[2] / "campaigns" / "base" / f"{base}.toml"
     mine, other = (tomllib.loads(path.read_text()) for path in (STARTS / f"{kind}.toml", shipped))
     for section in ("gears", "operation", "lubricant"):

@@ -136,12 +136,12 @@ def test_names():
 
 @pytest.mark.parametrize("word", ["phase", "flank", "case", "cycle", "wear_depth"])
 def test_names_of_the_dataset_are_taken(word):
-    assert "give the block a name" in refused({f"a.{word}": [1, 2]})
+    assert "give the block another name" in refused({f"a.{word}": [1, 2]})
     assert axis({f"a.{word}": [1, 2], "name": "mine"}).name == "mine"
 
 
 def test_two_axes_of_one_name():
-    assert "that of another axis: give the block a name" in refused({"a.x": [1]}, {"b.x": [1]})
+    assert "that of another axis: give the block another name" in refused({"a.x": [1]}, {"b.x": [1]})
     assert [one.name for one in read_axes([{"a.x": [1]}, {"b.x": [1], "name": "y"}])] == ["x", "y"]
 
 

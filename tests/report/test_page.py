@@ -11,8 +11,9 @@ from made_up import put, run
 
 import wearlab as wl
 from wearlab.cli.app import status_of
-from wearlab.report import content
+from wearlab.report.drawn import drawn
 from wearlab.report.page import report
+from wearlab.report.remarks import remarks
 from wearlab.store import Store
 from wearlab.store.outcome import Comparison, Outcome
 from wearlab.store.place import place
@@ -158,7 +159,7 @@ def test_remarks_that_differ_in_one_number_are_one(study):
         name: replace(entry, summary={"validity": "\n".join(said[name])}, warnings=())
         for name, entry in (("one", one), ("other", other))
     }
-    assert set(content._remarks(told)) == {
+    assert set(remarks(told)) == {
         ("path longer by 9 to 43 %", 2),
         ("R_q = 1.25 R_a", 2),
         ("h_f = 1.2, at most 2", 1),
@@ -190,3 +191,13 @@ def test_the_command(study, tmp_path, capsys):
     assert (tmp_path / "a" / "b.html").read_text(encoding="utf-8").startswith("<!doctype html>")
     assert capsys.readouterr().out.strip() == str(tmp_path / "a" / "b.html")
     assert status_of(["report", str(campaign.path), "--store", str(tmp_path / "none")]) == 2
+
+
+def test_a_figure_of_one_column_is_drawn_once_and_light(study, page):
+    """Every figure was there twice, in true colours: 2.7 MB for a page."""
+    campaign, store = study
+    assert "<picture>" not in page and len(page) < 250_000
+    profiles = campaign.figures[0].model_copy(update={"kind": "wear-profile"})
+    (one,) = drawn(replace(campaign, figures=(profiles,)), store)
+    assert one.small and one.small != one.uri
+    assert base64.b64decode(one.uri.partition(",")[2])[25] == 3  # colours by a palette

@@ -8,7 +8,7 @@ from wearlab.campaign.estimates import Drawing, Estimates
 from wearlab.campaign.exclusion import Excluded
 from wearlab.campaign.expect import Expectation, Wanted
 from wearlab.campaign.figure import FigureSpec
-from wearlab.campaign.json_schema import schema_json
+from wearlab.campaign.json_schema import editors_schema, schema_json
 from wearlab.campaign.reading import load, load_drawing
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "FigureSpec",
     "Metadata",
     "Wanted",
+    "editors_schema",
     "load",
     "load_drawing",
     "schema_json",

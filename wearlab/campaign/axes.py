@@ -247,7 +247,7 @@ def _name(given: Any, key: str, where: str, taken: set[str]) -> str:
     if name in taken or name in RESERVED:
         owner = "another axis" if name in taken else "a dimension or variable of the dataset"
         raise CampaignError(
-            [f"{where}: the name {name!r} of the axis is that of {owner}: give the block a name"]
+            [f"{where}: the name {name!r} of the axis is that of {owner}: give the block another name"]
         )
     return name
 

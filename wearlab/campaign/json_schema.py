@@ -207,7 +207,7 @@ class _Plain(GenerateJsonSchema):
     def generate(self, schema: Any, mode: Any = "validation") -> JsonSchemaValue:
         """Return the schema of a campaign file."""
         found: dict[str, Any] = _plain(super().generate(schema, mode))
-        written = [{"required": found.pop("required")}, {"required": [SECTION]}]
+        written = [{"required": found.pop("required")}, {"required": ["extends"]}, {"required": [SECTION]}]
         return {
             "$schema": DIALECT,
             "title": "wearlab campaign",
@@ -261,6 +261,26 @@ def _written(default: float, unit: str, example: str) -> str:
 def schema_json() -> str:
     """Return the JSON Schema of a campaign file, every option with unit, default, meaning and source."""
     return json.dumps(CampaignFile.model_json_schema(schema_generator=_Plain), indent=2, ensure_ascii=False)
+
+
+def editors_schema() -> str:
+    """Return the JSON Schema of one file: what a file that it extends may give is optional."""
+    return json.dumps(_partial(json.loads(schema_json())), indent=1, ensure_ascii=False)
+
+
+def _partial(value: Any, names: bool = False) -> Any:
+    """Return a schema that demands nothing: a table in part is of any variant that has its keys."""
+    if isinstance(value, list):
+        return [_partial(inner) for inner in value]
+    if not isinstance(value, dict):
+        return value
+    kept = {key: one for key, one in value.items() if names or key != "required"}
+    plain = {key: _partial(one, key in ("properties", "$defs")) for key, one in kept.items()}
+    if not names and "oneOf" in plain:
+        plain["anyOf"] = plain.pop("oneOf")
+    if plain.get("anyOf") and not any(plain["anyOf"]):
+        del plain["anyOf"]
+    return plain
 
 
 def _renew() -> None:

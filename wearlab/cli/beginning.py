@@ -23,7 +23,7 @@ def begin(kind: str, out: Path | None) -> Status:
     kind : of gear set
     out : the campaign file [the kind's name with .toml, here]
     """
-    from wearlab.campaign import schema_json
+    from wearlab.campaign import editors_schema
     from wearlab.store.files import write_whole
 
     if kind not in kinds():
@@ -33,7 +33,7 @@ def begin(kind: str, out: Path | None) -> Status:
         raise Stop(f"{path}: is there already; name another with --out")
     text = (STARTS / f"{kind}.toml").read_text(encoding="utf-8").replace("{file}", path.name)
     with refusing(OSError):
-        write_whole(path.parent / SCHEMA, f"{schema_json()}\n".encode())
+        write_whole(path.parent / SCHEMA, f"{editors_schema()}\n".encode())
         write_whole(path, text.encode())
     say(f"{path}: now edit it, then: wearlab check {path}, wearlab run {path}, wearlab report {path}")
     return Status.WELL

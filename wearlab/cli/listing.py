@@ -1,6 +1,7 @@
 """``ls``, ``show`` and ``verify``: what is in a store."""
 
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 SHORT_ID = 10
 LONGEST_TEXT = 24  # characters of a text in a table of values
 LONGEST_LIST = 100  # characters of a list in one line
+DIGITS = 6  # of a value
 FIRST = 3  # items of a longer one
 
 
@@ -213,7 +215,7 @@ def show_run(store: "Store", prefix: str, as_json: bool) -> Status:
             say(f"{name:<16}{line.rstrip()}")
     say("\nscene")
     for path, value in sorted(_flat(scene)):
-        say(f"  {path} = {_shortened(value)}")
+        say(f"  {path} = {_in_file_units(path, value)}")
     if variables:
         say()
         show_table(("variable", "dims", "unit", "value", "meaning"), _variables(variables, entry))
@@ -223,6 +225,24 @@ def show_run(store: "Store", prefix: str, as_json: bool) -> Status:
             for line in value.splitlines():
                 say(f"  {line}")
     return Status.WELL
+
+
+def _in_file_units(path: str, value: Any) -> str:
+    """Return a value of a scene as files write it: a quantity with its unit, anything else as JSON."""
+    from wearlab.query.scene_keys import scene_key
+    from wearlab.units import convert
+
+    some = value if isinstance(value, list) else [value]
+    if not all(isinstance(one, int | float) and not isinstance(one, bool) for one in some):
+        return _shortened(value)
+    key = scene_key(re.sub(r"\[\d+\]", "", path), False)
+    if not key.unit or not key.display_unit:
+        return _shortened(value)
+    told = [f"{convert(float(one), key.unit, key.display_unit):.{DIGITS}g}" for one in some]
+    if len(told) > FIRST + 1:
+        told = [*told[:FIRST], f"… {len(told)} in all"]
+    words = ", ".join(told)
+    return f"{f'[{words}]' if isinstance(value, list) else words} {key.display_unit}"
 
 
 def _shortened(value: Any) -> str:

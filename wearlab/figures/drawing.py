@@ -96,18 +96,21 @@ def check_format(ending: str) -> None:
         raise FigureError(f"format {ending!r}: {choices(ending, FORMATS)}")
 
 
-def both_widths(asked: Question, grid: xr.Dataset) -> tuple[bytes, bytes]:
-    """Return the PNG of a figure for print and wide screens, and the one for small screens.
+def both_widths(asked: Question, grid: xr.Dataset) -> tuple[bytes, bytes | None]:
+    """Return the picture of a figure on a page, and one for small screens where the first would be too broad.
+
+    A figure of one column is drawn once: it fits both.
 
     Raises
     ------
     FigureError : it cannot be drawn
     """
+    from wearlab.figures.light import lightened
     from wearlab.figures.render import rendered
 
     plot, _, _ = plotted(grid, asked.ask)
-    said = {"Title": plot.title}
-    return rendered(plot, said), rendered(narrow(plot), said)
+    broad = lightened(rendered(plot, {}))
+    return broad, lightened(rendered(narrow(plot), {})) if plot.columns > 1 else None
 
 
 def answer(asked: Question, grid: xr.Dataset, store: "Store", ending: str) -> tuple[bytes, tuple[str, ...]]:

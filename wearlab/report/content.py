@@ -1,8 +1,6 @@
 """What a report tells of a campaign, as plain texts and tables: no HTML, nothing computed."""
 
-import base64
 import json
-import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,10 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.campaign.report import ReportSpec
 from wearlab.campaign.source import fingerprint, source_text
-from wearlab.figures.drawing import both_widths, fault
-from wearlab.figures.errors import FigureError
-from wearlab.figures.question import question
 from wearlab.report.answer import Answer, answer
+from wearlab.report.drawn import Drawn, drawn
+from wearlab.report.remarks import departures, remarks
 from wearlab.scene import parts_left_out, parts_present
 from wearlab.scene.build.sheet import Sheet, sheet
 from wearlab.store.errors import StoreError
@@ -30,7 +27,6 @@ if TYPE_CHECKING:
 MOST_ROWS = 2000  # of a table: beyond, a page is no place to read them
 MOST_FAILURES = 100
 MOST_SETS = 4  # gear sets told on one page
-BROAD = 1000  # pixels: several columns of panels take a whole row
 PROVENANCE = {
     "commit": "commit",
     "dirty": "uncommitted edits",
@@ -38,7 +34,6 @@ PROVENANCE = {
     "machine": "machine",
     "model_version": "model version",
 }
-NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w)")
 
 
 @dataclass(frozen=True)
@@ -55,18 +50,6 @@ class Row:
     run: str
     note: str
     comparison: Comparison | None
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """A figure as a data URI, or the reason why there is none."""
-
-    title: str
-    uri: str
-    note: str
-    problem: str
-    broad: bool = False
-    small: str = ""
 
 
 class Geared(NamedTuple):
@@ -144,13 +127,13 @@ def content(campaign: "Campaign", store: "Store") -> Content:
         rows=tuple(rows[:MOST_ROWS]),
         left_out=max(0, len(rows) - MOST_ROWS),
         extremes=tuple(row for row in rows[:MOST_ROWS] if row.comparison is not None),
-        figures=tuple(_figures(campaign, store)),
+        figures=tuple(drawn(campaign, store)),
         report=report,
         answer=answer(campaign, entries, report.wear_coefficient_factor),
         gears=_gears(campaign) if "gears" in report.sections else (),
         failures=tuple(_failures(campaign, rows, entries))[:MOST_FAILURES],
-        remarks=_remarks(entries),
-        departures=_departures(entries),
+        remarks=remarks(entries),
+        departures=departures(entries),
         code=tuple(_code(store, entries)),
         lineage=tuple(_lineage(campaign, store, entries)),
         text=text,
@@ -235,10 +218,6 @@ def _parts(campaign: "Campaign") -> Iterator[tuple[str, tuple[str, ...], tuple[s
         yield ", ".join(names), present, absent
 
 
-def _uri(image: bytes) -> str:
-    return f"data:image/png;base64,{base64.b64encode(image).decode('ascii')}"
-
-
 def _gears(campaign: "Campaign") -> tuple[Geared, ...]:
     """Return table and drawings of each gear set that the cases have; none that cannot be built."""
     found: dict[str, Sheet] = {}
@@ -259,23 +238,6 @@ def _gears(campaign: "Campaign") -> tuple[Geared, ...]:
     return tuple(
         Geared(", ".join(dict.fromkeys(names[key])) if several else "", one) for key, one in found.items()
     )
-
-
-def _figures(campaign: "Campaign", store: "Store") -> Iterator[Drawn]:
-    if not campaign.figures:
-        return
-    grid = store.open(campaign)
-    for number, spec in enumerate(campaign.figures, 1):
-        title = str(getattr(spec, "title", None) or spec.kind)
-        note = str(getattr(spec, "note", None) or "")
-        try:
-            image, small = both_widths(question(campaign, spec, number), grid)
-            broad = int.from_bytes(image[16:20], "big") > BROAD
-            yield Drawn(title, _uri(image), note, "", broad, _uri(small))
-        except (FigureError, StoreError) as error:
-            yield Drawn(title, "", note, str(error))
-        except Exception as error:  # a fault of ours in one figure stops no page
-            yield Drawn(title, "", note, fault(f"figure {number} ({spec.kind})", error))
 
 
 def _failures(campaign: "Campaign", rows: Sequence[Row], entries: "Mapping[str, Entry]") -> Iterator[Failure]:
@@ -302,47 +264,6 @@ def _lineage(
             found.setdefault(steps, []).append(name)
     for told, names in found.items():
         yield "; ".join(names), told
-
-
-def _departures(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
-    """Return the known departures of the models of runs, each with its count."""
-    counted = Counter(
-        line
-        for entry in entries.values()
-        for line in {*str(entry.summary.get("model_error") or "").split("\n")} - {""}
-    )
-    return tuple(counted.most_common(MOST_FAILURES))
-
-
-def _remarks(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
-    """Return assumed values and limits of validity that runs touch, warnings too, each with its count.
-
-    Lines that differ in one number are one, with its range.
-    """
-    lines: dict[str, set[str]] = {}
-    for entry in entries.values():
-        said = {*str(entry.summary.get("validity") or "").split("\n"), *entry.warnings} - {""}
-        for line in said:
-            lines.setdefault(line, set()).add(entry.id)
-    alike: dict[str, list[str]] = {}
-    for line in lines:
-        alike.setdefault(NUMBER.sub("#", line), []).append(line)
-    counted: Counter[str] = Counter()
-    for some in alike.values():
-        for words, those in _ranged(some).items():
-            counted[words] = len(set().union(*(lines[line] for line in those)))
-    return tuple(counted.most_common(MOST_FAILURES))
-
-
-def _ranged(lines: list[str]) -> dict[str, list[str]]:
-    """Return what to say of lines that are equal but for their numbers, and of which lines it is said."""
-    numbers = list(zip(*(list(NUMBER.finditer(line)) for line in lines), strict=True))
-    varying = [matches for matches in numbers if len({match[0] for match in matches}) > 1]
-    if len(varying) != 1:
-        return {line: [line] for line in lines}
-    ordered = sorted(varying[0], key=lambda match: float(match[0]))
-    first, last = ordered[0], ordered[-1]
-    return {f"{first.string[: first.end()]} to {last[0]}{first.string[first.end() :]}": lines}
 
 
 def _code(store: "Store", entries: "Mapping[str, Entry]") -> Iterator[dict[str, str]]:

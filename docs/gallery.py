@@ -1,0 +1,45 @@
+"""Draw the thumbnails of the gallery: ``python docs/gallery.py [STORE]`` writes ``docs/images/kinds/*.png``.
+
+Campaigns of ``campaigns/gallery`` are run first where the store has not got them; kinds that show an update are
+drawn where ``wearlab update campaigns/update_planetary_rig.toml --replay --check 40`` has been kept in the store.
+"""
+
+import sys
+from pathlib import Path
+
+import wearlab as wl
+from wearlab.figures import FigureError, drawing
+from wearlab.figures.light import lightened
+from wearlab.figures.question import question
+
+TOP = Path(__file__).parents[1]
+OUT = TOP / "docs" / "images" / "kinds"
+
+
+def main(folder: str = "wearlab-store") -> None:
+    """Draw each kind once, from the first campaign that has it."""
+    OUT.mkdir(exist_ok=True)
+    files = [
+        *sorted((TOP / "campaigns" / "gallery").glob("*.toml")),
+        *sorted(TOP.glob("campaigns/update_*.toml")),
+    ]
+    for file in files:
+        campaign, store = wl.load(file), wl.open(folder)
+        if file.parent.name == "gallery":
+            wl.run(campaign, store, workers=0)
+        for number, spec in enumerate(campaign.figures, 1):
+            target = OUT / f"{spec.kind}.png"
+            if target.exists():
+                continue
+            try:
+                image, _ = drawing.answer(
+                    question(campaign, spec, number), store.open(campaign), store, "png"
+                )
+            except (FigureError, wl.StoreError) as error:
+                print(f"{file.name}: {error}")
+                continue
+            target.write_bytes(lightened(image))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
