@@ -19,7 +19,7 @@ LIMIT = Limit("worn_mass", 0.03, "sun")
 
 
 def data(error, *, number=1, quantity="worn_mass", where="sun", since=None):
-    return Data(number, Path("weighings.csv"), quantity, where, None, Columns(), {}, error, {}, since)
+    return Data(number, Path("weighings.csv"), quantity, where, (), Columns(), {}, error, {}, since)
 
 
 def observed(cycle, value, error, **more):

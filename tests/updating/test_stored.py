@@ -12,49 +12,6 @@ from wearlab.updating import UpdateError, update
 from wearlab.updating.words import told
 
 BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
-STATIC = f"""
-title   = "weighings"
-extends = "{BASE.as_posix()}"
-drop    = ["dynamics"]
-[mesh]
-stiffness        = "potential-energy"
-extended_contact = false
-[wear]
-load          = "static"
-contact_patch = "none"
-until         = {{ depth = "20 um", flank = "pinion" }}
-snapshots     = {{ depth = ["2 um", "5 um", "10 um", "15 um"], flank = "pinion" }}
-[update]
-draws = 500
-[update.unknown]
-"wear.coefficient.factor" = {{ lognormal = {{ median = 1.0, cov = 3.0 }} }}
-[[update.data]]
-file     = "weighings.csv"
-quantity = "worn_mass"
-member   = "pinion"
-columns  = {{ cycle = "cycles", value = "loss" }}
-units    = {{ loss = "mg" }}
-error    = {{ sd = "5 mg" }}
-"""
-WEIGHINGS = "cycles,loss\n5e7,140\n1e8,265\n1.5e8,390\n"
-
-
-@pytest.fixture(scope="module")
-def campaign(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("weighed")
-    (folder / "weighings.csv").write_text(WEIGHINGS)
-    (folder / "weighed.toml").write_text(STATIC)
-    return wl.load(folder / "weighed.toml")
-
-
-@pytest.fixture(scope="module")
-def store(campaign, tmp_path_factory):
-    return wl.Store(tmp_path_factory.mktemp("store"))
-
-
-@pytest.fixture(scope="module")
-def tree(campaign, store):
-    return update(campaign, store, progress=False)
 
 
 @pytest.mark.parametrize("load", ["static", pytest.param("instant", marks=pytest.mark.slow)])
@@ -105,10 +62,15 @@ def test_replay_adds_inspections(campaign, store):
     assert (np.diff(width.values) < 0.0).all()
 
 
-def test_arviz_reads_it(store, tree):
-    arviz = pytest.importorskip("arviz_base")
-    found = arviz.from_dict({"posterior": {"factor": tree["posterior"]["factor"].values}})
-    assert found["posterior"].sizes == tree["posterior"].to_dataset()[["factor"]].sizes
+def test_arviz_reads_a_stored_tree(store, tree):
+    base, stats = pytest.importorskip("arviz_base"), pytest.importorskip("arviz_stats.summary")
+    path = update_files(store).path(str(tree.attrs["id"]))
+    found = base.convert_to_datatree(str(path))
+    assert found["posterior"]["factor"].values == pytest.approx(tree["posterior"]["factor"].values)
+    told = stats.summary(found, var_names=["factor", "life"])
+    mean = float(tree["posterior"]["factor"].mean())
+    assert float(told.loc["factor", "mean"]) == pytest.approx(mean, rel=0.02)
+    assert float(told.loc["factor", "ess_bulk"]) > 0.8 * tree["posterior"].sizes["draw"]  # not a walk
 
 
 def test_a_damaged_update_is_found_and_a_lost_index_made_anew(campaign, store, tree):

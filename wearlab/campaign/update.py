@@ -84,7 +84,9 @@ class DataBlock(BaseModel):
     )
     member: str | None = option(None, "gear that was weighed", derived="required where there are several")
     flank: str | None = option(None, "flank that was measured", derived="required where there are several")
-    case: str | None = option(None, "the case these belong to", derived="all cases are compared with them")
+    case: str | tuple[str, ...] | None = option(
+        None, "the case or cases these belong to", derived="all cases are compared with them"
+    )
     columns: Columns = option(Columns(), "names of the columns")
     units: dict[str, str] = option({}, "unit of each column that has one", derived="plain numbers")
     error: ErrorBlock = option(ErrorBlock(), "how far the values are off; required, or columns.sd")
@@ -148,7 +150,8 @@ class Data:
     Parameters
     ----------
     number : its place in the file, from 1
-    file, quantity, where, case, select, since : as written; ``where`` is the member or flank
+    file, quantity, where, select, since : as written; ``where`` is the member or flank
+    cases : the cases it belongs to, none: all
     columns : what each column that is named says
     units : unit of each column that has one
     error : how far the values are off
@@ -158,7 +161,7 @@ class Data:
     file: Path
     quantity: str
     where: str | None
-    case: str | None
+    cases: tuple[str, ...]
     columns: Columns
     units: dict[str, str]
     error: ErrorModel
@@ -248,9 +251,10 @@ def refuse_strange_unknowns(spec: UpdateSpec, scenes: Sequence[Scene], labels: S
         except SceneError as error:
             problems += [f"{SECTION}.unknown.{key}: {line}" for line in error.problems]
     for data in spec.data:
-        if data.case is not None and data.case not in labels:
-            said = not_a_choice(data.case, list(dict.fromkeys(labels)))
-            problems.append(f"{data.place}.case: {said}")
+        for case in data.cases:
+            if case not in labels:
+                said = not_a_choice(case, list(dict.fromkeys(labels)))
+                problems.append(f"{data.place}.case: {said}")
     if problems:
         raise CampaignError(problems)
 
@@ -326,7 +330,7 @@ def _data(given: Any, number: int) -> Data:
         block.file,
         block.quantity,
         where_measured,
-        block.case,
+        (block.case,) if isinstance(block.case, str) else block.case or (),
         columns,
         dict(block.units),
         error,

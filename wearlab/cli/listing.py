@@ -190,7 +190,13 @@ def _note(row: Mapping[str, Any]) -> str:
 
 
 def show_run(store: "Store", prefix: str, as_json: bool) -> Status:
-    """Show one run: its scene, variables, verdict and times."""
+    """Show one run: its scene, variables, verdict and times; of an update, what it says."""
+    from wearlab.cli.updating import show_update
+    from wearlab.store.updates import find_update
+
+    update = find_update(store, prefix)
+    if update is not None:
+        return show_update(store, update, as_json)
     entry = store.find(prefix)
     layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
     variables = layouts[entry.layout]["variables"] if entry.layout else {}

@@ -28,7 +28,12 @@ def plan_campaign(file: str, store: "Store", workers: int | None, retry: bool, a
         content = asdict(found) | {"runs": [run._asdict() for run in found.runs]}
         show_json(content | {name: amount and amount._asdict() for name, amount in _amounts(found)})
     else:
+        from wearlab.cli.updating import tell_plan
+        from wearlab.updating import UpdateError
+
         _tell(found)
+        with refusing(*REFUSALS, UpdateError):
+            tell_plan(campaign, store, workers)
     for warning in found.warnings:
         complain(f"warning: {warning}")
     return Status.TROUBLE if found.warnings else Status.WELL

@@ -2,12 +2,28 @@
 
 from typing import TYPE_CHECKING, Any
 
-from wearlab.cli.output import REFUSALS, Status, load_campaign, refusing, say, show_json
+from wearlab.cli.output import (
+    REFUSALS,
+    Status,
+    complain,
+    load_campaign,
+    refusing,
+    say,
+    show_json,
+    show_table,
+)
+from wearlab.runner.plan import WORDS
+from wearlab.schema import VARIABLES
+from wearlab.units import convert
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wearlab.campaign import Campaign
     from wearlab.store import Store
+    from wearlab.store.updates import KeptUpdate
+
+REMAINING = ("remaining_5", "remaining_50", "remaining_95")
 
 
 def update_campaign(
@@ -27,6 +43,106 @@ def update_campaign(
             say(line)
         say(f"\nkept as update {str(tree.attrs['id'])[:10]}")
     return Status.WELL
+
+
+def list_updates(store: "Store", as_json: bool) -> Status:
+    """List the updates of a store, a line a case, the latest last."""
+    from wearlab.store.updates import kept_updates
+
+    with refusing(*REFUSALS):
+        kept = kept_updates(store).values()
+    if as_json:
+        show_json([one._asdict() for one in kept])
+    elif kept:
+        rows = [
+            (one.id[:10], one.title, case, *_told(summary), str(len(one.runs)), one.recorded[:19])
+            for one in kept
+            for case, summary in one.summary.items()
+        ]
+        heads = ("id", "campaign", "case", "last inspection", "remaining life", "90 %", "runs", "recorded")
+        show_table(heads, rows)
+    else:
+        complain("no updates: wearlab update FILE makes one")
+    return Status.WELL
+
+
+def _told(summary: dict[str, float]) -> tuple[str, str, str]:
+    """Return the last inspection, the remaining life and its interval, in cycles."""
+    now, low, middle, high = (summary[key] for key in ("now", *REMAINING))
+    return f"{now:.4g}", f"{middle:.4g}", f"{low:.4g} to {high:.4g}"
+
+
+def show_update(store: "Store", one: "KeptUpdate", as_json: bool) -> Status:
+    """Show a kept update: what it says, and what it was made from."""
+    from wearlab.store.updates import read_update, update_files
+    from wearlab.updating.words import told
+
+    with refusing(*REFUSALS):
+        tree = read_update(store, one.id)
+    if tree is None:
+        complain(f"update {one.id}: its file has gone; wearlab update makes it anew")
+        return Status.TROUBLE
+    if as_json:
+        show_json(_content(tree) | {"runs": one.runs, "sha256": one.sha256, "recorded": one.recorded})
+        return Status.WELL
+    for line in told(tree):
+        say(line)
+    facts = {"id": one.id, "file": str(update_files(store).path(one.id)), "sha256": one.sha256}
+    facts |= {"recorded": one.recorded, "runs": ", ".join(run[:10] for run in one.runs[:6])}
+    if len(one.runs) > 6:
+        facts["runs"] += f" and {len(one.runs) - 6} more"
+    say()
+    for name, value in facts.items():
+        say(f"{name:<16}{value}")
+    for name, node in tree.children.items():
+        say(f"{name:<22}{', '.join(map(str, node.to_dataset().data_vars))}")
+    return Status.WELL
+
+
+def tell_update(campaign: "Campaign") -> None:
+    """Say what a campaign's [update] has to go by; nothing without one.
+
+    Raises
+    ------
+    UpdateError : its data cannot be read, or it cannot be updated
+    """
+    from wearlab.updating.study import studies
+
+    if campaign.update is None:
+        return
+    for study in studies(campaign):
+        say(f"\nupdate of {study.label}")
+        for key, one in study.spec.unknown.items():
+            cost = "" if key not in study.costly else f", {study.spec.draws} runs"
+            say(f"  unknown: {key}, before {one.at(0.05):.4g} to {one.at(0.95):.4g} {one.unit or ''}{cost}")
+        for seen in study.seen:
+            words = seen.data.label.replace("_", " ")
+            say(f"  measured: {len(seen)} values of {words} in {seen.data.file.name}")
+        where = "" if study.limit.where is None else f" of the {study.limit.where}"
+        unit = VARIABLES[study.limit.quantity]
+        level = convert(study.limit.value, unit.units, unit.display_units)
+        say(f"  limit: {unit.long_name}{where}, {level:.4g} {unit.display_units}")
+
+
+def tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None:
+    """Say which runs `wearlab update` would need, and whether its answer is there already."""
+    from wearlab.runner.plan import plan
+    from wearlab.updating.keeping import kept
+    from wearlab.updating.study import studies
+
+    if campaign.update is None:
+        return
+    wanted = studies(campaign)
+    if store.path.exists() and kept(campaign, wanted, store, replay=False, check=0) is not None:
+        say("\nwearlab update: made before, it would be read")
+        return
+    say("\nwearlab update needs")
+    for study in wanted:
+        found = plan(study.campaign(campaign.title), store, workers=workers)
+        states = ", ".join(f"{found.count(s)} {w}" for s, w in WORDS.items() if found.count(s))
+        time = "" if found.seconds is None else f", about {found.seconds.value / found.workers:.2g} s"
+        say(f"  {study.label}: {len(found.runs)} runs, {states}{time}")
+    say("  and as many longer ones where the measurements lie beyond them")
 
 
 def _content(tree: "xr.DataTree") -> dict[str, Any]:

@@ -63,6 +63,11 @@ def check_campaign(file: str, as_json: bool) -> Status:
         for part in present:
             say(f"  + {part}")
         say(f"  left out: {', '.join(left_out) or 'nothing'}")
+    from wearlab.cli.updating import tell_update
+    from wearlab.updating import UpdateError
+
+    with refusing(UpdateError):
+        tell_update(campaign)
     for case in refused:
         foreseen = ", as expected" if case["expected"] else ""
         complain(f"\nrefused{foreseen}: {case['case']}: {case['reason']}")

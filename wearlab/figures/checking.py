@@ -46,7 +46,8 @@ def _problems(campaign: "Campaign", spec: Any, number: int, folder: Any) -> Iter
         if name is not None and name not in names | keys:
             yield f"{ask.name}: {role} = {name!r} is unknown; {choices(name, sorted(names))}"
     for name in ask.y:
-        if name not in VARIABLES:
+        of_update = ask.kind in KINDS and KINDS[ask.kind].of == "update"
+        if name not in VARIABLES and not of_update:
             yield f"{ask.name}: y = {name!r} is no variable; {choices(name, VARIABLES)}"
     if isinstance(ask.published, Path) and not ask.published.is_file():
         yield f"{ask.name}: published file {spec.published} is not there"

@@ -96,7 +96,7 @@ def check_format(ending: str) -> None:
         raise FigureError(f"format {ending!r}: {choices(ending, FORMATS)}")
 
 
-def both_widths(asked: Question, grid: xr.Dataset) -> tuple[bytes, bytes | None]:
+def both_widths(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[bytes, bytes | None]:
     """Return the picture of a figure on a page, and one for small screens where the first would be too broad.
 
     A figure of one column is drawn once: it fits both.
@@ -108,7 +108,7 @@ def both_widths(asked: Question, grid: xr.Dataset) -> tuple[bytes, bytes | None]
     from wearlab.figures.light import lightened
     from wearlab.figures.render import rendered
 
-    plot, _, _ = plotted(grid, asked.ask)
+    plot, _, _ = seen(asked, grid, store)
     broad = lightened(rendered(plot, {}))
     return broad, lightened(rendered(narrow(plot), {})) if plot.columns > 1 else None
 
@@ -128,15 +128,23 @@ def answer(asked: Question, grid: xr.Dataset, store: "Store", ending: str) -> tu
     FigureError : it cannot be drawn
     """
     ask = asked.ask
-    if ask.kind in KINDS and KINDS[ask.kind].of == "update":
-        plot = of_update(asked.campaign.title, store, ask)
-        runs: list[Run] = []
-        missing: tuple[str, ...] = ()
-    else:
-        plot, runs, missing = plotted(grid, ask)
+    plot, runs, missing = seen(asked, grid, store)
     from wearlab.figures.render import rendered
 
     return rendered(plot, texts(asked, ask, store.entries(run.id for run in runs), missing), ending), missing
+
+
+def seen(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[Plot, list[Run], tuple[str, ...]]:
+    """Return a figure of runs or of the kept update as data, the runs it shows, the names of those missing.
+
+    Raises
+    ------
+    FigureError : it cannot be drawn
+    """
+    ask = asked.ask
+    if ask.kind in KINDS and KINDS[ask.kind].of == "update":
+        return of_update(asked.campaign.title, store, ask), [], ()
+    return plotted(grid, ask)
 
 
 def of_update(title: str, store: "Store", ask: Ask) -> Plot:

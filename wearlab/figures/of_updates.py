@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.figures.ask import Ask
+from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
 from wearlab.figures.plot import Array, Scale, Series
 from wearlab.figures.updated import Updated
@@ -45,9 +46,13 @@ def density(values: Array) -> tuple[Array, Array]:
     return x, np.asarray(gaussian_kde(inside)(x))
 
 
-def unknowns_of(data: xr.Dataset) -> list[str]:
-    """Return what is drawn of a sample where nobody says: the unknowns and the life."""
-    return [str(name) for name in data.data_vars if name not in NOT_DRAWN]
+def unknowns_of(data: xr.Dataset, ask: Ask) -> list[str]:
+    """Return what is drawn of a sample: what was asked for, else the unknowns and the life."""
+    known = [str(name) for name in data.data_vars]
+    for name in ask.y:
+        if name not in known:
+            raise FigureError(f"{ask.name}: y = {name!r} is nothing the update knows; {choices(name, known)}")
+    return list(ask.y) or [name for name in known if name not in NOT_DRAWN]
 
 
 def logs(values: xr.DataArray) -> tuple[Array, Scale]:

@@ -98,6 +98,7 @@ class Content:
     report: ReportSpec
     answer: Answer | None
     gears: tuple[Geared, ...]
+    measured: tuple[str, ...] = ()
 
 
 def content(campaign: "Campaign", store: "Store") -> Content:
@@ -136,9 +137,20 @@ def content(campaign: "Campaign", store: "Store") -> Content:
         departures=departures(entries),
         code=tuple(_code(store, entries)),
         lineage=tuple(_lineage(campaign, store, entries)),
+        measured=_measured(campaign, store),
         text=text,
         hash=fingerprint(text),
     )
+
+
+def _measured(campaign: "Campaign", store: "Store") -> tuple[str, ...]:
+    """Return what the campaign's latest update says, in lines."""
+    from wearlab.store.updates import kept_updates, read_update
+    from wearlab.updating.words import told
+
+    own = [one.id for one in kept_updates(store).values() if one.title == campaign.title]
+    tree = read_update(store, own[-1]) if own else None
+    return () if tree is None else tuple(told(tree)[1:])
 
 
 def _values(values: Sequence[Any], units: str | None) -> str:

@@ -42,7 +42,7 @@ def drawn(campaign: "Campaign", store: "Store") -> Iterator[Drawn]:
         title = str(getattr(spec, "title", None) or spec.kind)
         note = str(getattr(spec, "note", None) or "")
         try:
-            image, small = both_widths(question(campaign, spec, number), grid)
+            image, small = both_widths(question(campaign, spec, number), grid, store)
             broad = int.from_bytes(image[16:20], "big") > BROAD
             yield Drawn(title, _uri(image), note, "", broad, _uri(small) if small else "")
         except (FigureError, StoreError) as error:

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
     from wearlab.store.memberships import Member
     from wearlab.store.store import Store
+    from wearlab.store.updates import KeptUpdate
 
 SPECIAL = re.compile(r"([&%$#_{}])")
 WHO = ("author", "orcid", "institution", "licence")
@@ -31,6 +32,11 @@ def facts_of(store: "Store", prefix: str) -> dict[str, str]:
     ------
     StoreError : no such run, or it has no data
     """
+    from wearlab.store.updates import find_update
+
+    update = find_update(store, prefix)
+    if update is not None:
+        return _of_update(store, update)
     entry = store.find(prefix)
     attributes = store.run(entry.id).attrs
     members = store.catalogue.members([entry.id])
@@ -51,6 +57,30 @@ def facts_of(store: "Store", prefix: str) -> dict[str, str]:
     }
     if member is not None:
         facts |= {key: member.metadata[key] for key in WHO if key in member.metadata}
+    return {key: value for key, value in facts.items() if value}
+
+
+def _of_update(store: "Store", update: "KeptUpdate") -> dict[str, str]:
+    """Return what a citation of an update needs: who and what, and the runs that it was made from."""
+    from wearlab.store.updates import read_update
+
+    tree = read_update(store, update.id)
+    attributes = {} if tree is None else tree.attrs
+    metadata = next((one.metadata for one in store.catalogue.members(update.runs) if one.metadata), {})
+    facts = {
+        "kind": "Update",
+        "id": update.id,
+        "campaign": update.title,
+        "case": "; ".join(update.summary),
+        "reference": str(attributes.get("references", "")),
+        "date": update.recorded[:10],
+        "sha256": update.sha256,
+        SEAL: str(attributes.get(SEAL, "")),
+        "wearlab_version": str(attributes.get("wearlab_version", "")),
+        "source_hash": str(attributes.get("source_hash", "")),
+        "made_from": " ".join(update.runs),
+        **{key: metadata[key] for key in WHO if key in metadata},
+    }
     return {key: value for key, value in facts.items() if value}
 
 
@@ -89,7 +119,7 @@ def citation(facts: dict[str, str]) -> str:
     code = f"wearlab {facts.get('wearlab_version', '?')}, sources {facts.get('source_hash', '?')}"
     commit = f", commit {facts['commit']}" if facts.get("commit", "unknown") != "unknown" else ""
     changed = " with changes" if facts.get("dirty") == "true" else ""
-    what = f"{_title(facts)} [data set]. Run {facts['id']}"
+    what = f"{_title(facts)} [data set]. {facts.get('kind', 'Run')} {facts['id']}"
     return (
         f"{who}{year}{what}, computed by {code}.{onward}{end}{licence}\n"
         f"provenance: {code}{commit}{changed}; SHA-256 of the file {facts.get('sha256', '?')}, "
@@ -105,7 +135,7 @@ def bibtex(facts: dict[str, str]) -> str:
         "year": facts.get("date", "")[:4],
         "institution": facts.get("institution", ""),
         "version": f"wearlab {facts.get('wearlab_version', '')}, sources {facts.get('source_hash', '')}",
-        "note": f"run {facts['id']}, SHA-256 {facts.get('sha256', '')}"
+        "note": f"{facts.get('kind', 'Run').lower()} {facts['id']}, SHA-256 {facts.get('sha256', '')}"
         + (f", after {facts['reference']}" if "reference" in facts else "")
         + (f", goes on from {facts['lineage']}" if "lineage" in facts else "")
         + (f", licence {facts['licence']}" if "licence" in facts else ""),

@@ -130,6 +130,12 @@ def _entry(row: tuple[Any, ...]) -> KeptUpdate:
     return KeptUpdate(name, title, size, sha256, when, tuple(json.loads(runs)), dict(json.loads(summary)))
 
 
+def find_update(store: KeptRuns, prefix: str) -> KeptUpdate | None:
+    """Return the update whose id begins so, None without one or with several."""
+    found = [one for one in kept_updates(store).values() if prefix and one.id.startswith(prefix)]
+    return found[0] if len(found) == 1 else None
+
+
 def read_update(store: KeptRuns, update_id: str) -> "xr.DataTree | None":
     """Return a kept update, loaded, its file closed; None when there is none.
 

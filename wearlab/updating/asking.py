@@ -81,7 +81,7 @@ def curve_of(
     y = np.asarray(values.values, float)[keep]
     slope = _slopes(cycle, y)
     if name == "max_wear_depth" and "wear_rate" in run and "wear_depth" in run:
-        slope = _rate_at_the_deepest(run, where)[keep]
+        slope = _limited(_rate_at_the_deepest(run, where)[keep], cycle, y)
     return Curve(cycle, y[:, None], slope[:, None])
 
 
@@ -113,6 +113,13 @@ def _slopes(cycle: Array, y: Array) -> Array:
     if len(cycle) == 2:
         return np.full(2, (y[1] - y[0]) / (cycle[1] - cycle[0]))
     return np.asarray(PchipInterpolator(cycle, y).derivative()(cycle))
+
+
+def _limited(slope: Array, cycle: Array, y: Array) -> Array:
+    """Return slopes with which no cubic piece overshoots: up to three times the secants beside a state."""
+    secant = np.diff(y) / np.diff(cycle)
+    least = np.minimum(np.append(secant, secant[-1]), np.insert(secant, 0, secant[0]))
+    return np.asarray(np.clip(slope, 0.0, 3.0 * np.maximum(least, 0.0)))
 
 
 def _rate_at_the_deepest(run: "xr.Dataset", where: str | None) -> Array:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from wearlab.updating.answer import Answer
 from wearlab.updating.draws import Draws, drawn
-from wearlab.updating.likelihood import PER, Block, inspections_of, modelled
+from wearlab.updating.likelihood import PER, Block
+from wearlab.updating.making import made_up
 from wearlab.updating.outcome import answered, unseen
 from wearlab.updating.passage import present_state
 from wearlab.updating.posterior import Posterior
@@ -86,21 +87,10 @@ def twin(
     factor = truths.factor[t : t + 1]
     made, life = [], float(run.life(factor)[0])
     for number, block in enumerate(post.blocks):
-        error, rows = block.data.error, block.rows
-        model = modelled(block, run, number, factor)[0]
-        sd = float(truths.sd[number][t])
-        drift = float(truths.drift[number][t])
-        spread = np.sqrt(sd**2 + block.seen.sd[rows] ** 2 + (error.relative * model) ** 2)
-        value = model + spread * rng.standard_normal(len(rows))
-        start = float(block.data.since) if isinstance(block.data.since, float) else run.start
-        w, last = 0.0, start
-        for one in inspections_of(block, run, number):
-            step = np.sqrt(drift**2 / PER * (one.cycle - last)) * rng.standard_normal()
-            w = step if block.data.since == "previous" else w + step
-            value[one.values] += w + error.offset_sd * rng.standard_normal()
-            last = one.cycle
+        sd, drift = float(truths.sd[number][t]), float(truths.drift[number][t])
+        value, w, last = made_up(block, run, number, float(factor[0]), sd, drift, rng)
         values = block.seen.value.copy()
-        values[rows] = value
+        values[block.rows] = value
         below = block.seen.below.copy()
         hidden = np.isfinite(below) & (values < below)
         made.append(replace(block, seen=replace(block.seen, value=np.where(hidden, np.nan, values))))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from wearlab.campaign.distributions import Distribution
 from wearlab.campaign.update import PREVIOUS, Data, udunits
 from wearlab.units import convert
+from wearlab.updating.censoring import with_common_offset
 from wearlab.updating.filtering import LOG_TWO_PI, Filtered, Inspection, filtered
 from wearlab.updating.history import History
 from wearlab.updating.observations import Observed
@@ -163,7 +164,12 @@ def log_likelihood(
         zero = np.zeros_like(total)
         return Filtered(total, zero, zero, times[-1].cycle if times else start)
     if censored.any():
-        residual = np.where(censored, 0.0, residual)
+        known = np.where(censored, 0.0, residual)
+        room = block.seen.below[block.rows] - model
+        own = block.data.error.offset_sd**2
+        total = with_common_offset(known, variance, room, censored, times, own)
+        zero = np.zeros_like(total)
+        return Filtered(total, zero, zero, times[-1].cycle)
     return filtered(residual, variance, times, block.data.error.offset_sd**2, rate, start, steps=steps)
 
 

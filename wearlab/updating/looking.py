@@ -83,7 +83,8 @@ def _states(
             len(mine)
         )
         value[mine] = mean + w
-        sd[mine] = np.hypot(draws.sd[number][mine], block.data.error.relative * np.abs(mean))
+        relative = np.hypot(block.data.error.relative, block.numerical)
+        sd[mine] = np.hypot(draws.sd[number][mine], relative * np.abs(mean))
         if answer.drifting != number:
             life[mine] = draws.life[mine]
             continue

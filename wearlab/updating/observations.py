@@ -186,11 +186,10 @@ def _refuse_impossible(seen: Observed, names: dict[str, str | None]) -> None:
     error = seen.data.error
     if error.sd is None and not error.relative:
         refuse(seen.sd <= 0.0, "sd", seen.sd, "is required: the block's error has no other")
-    drifts = error.offset_sd or error.drift is not None
-    if seen.censored.any() and drifts:
+    if seen.censored.any() and error.drift is not None:
         raise UpdateError(
-            f"{seen.data.place}: values below a limit of detection do not go with offset_sd or drift; "
-            "leave out one of them"
+            f"{seen.data.place}: values below a limit of detection do not go with error.drift, whose course "
+            "through them has no closed form; leave out one of them"
         )
     if isinstance(seen.data.since, float):
         refuse(seen.time < seen.data.since, "time", seen.time, f"is before since = {seen.data.since:g}")

@@ -78,6 +78,7 @@ def replicated(post: Posterior, draws: Draws, number: int, rng: np.random.Genera
         mine = draws.of_run(int(i))
         found[mine] = modelled(block, post.histories[int(i)], number, draws.factor[mine])
     seen, error = block.seen, block.data.error
+    relative = np.hypot(error.relative, block.numerical)
     model = found.copy()
     times = inspections_of(block, post.histories[0], number)
     if np.any(draws.drift[number] > 0.0) and block.data.since is None:
@@ -88,7 +89,5 @@ def replicated(post: Posterior, draws: Draws, number: int, rng: np.random.Genera
     if error.offset_sd:
         for one in times:
             found[:, one.values] += error.offset_sd * rng.standard_normal((n, 1))
-    spread = np.sqrt(
-        draws.sd[number][:, None] ** 2 + seen.sd[block.rows] ** 2 + (error.relative * model) ** 2
-    )
+    spread = np.sqrt(draws.sd[number][:, None] ** 2 + seen.sd[block.rows] ** 2 + (relative * model) ** 2)
     return np.asarray(found + spread * rng.standard_normal(found.shape))

@@ -99,7 +99,7 @@ def studies(campaign: Campaign) -> tuple[Study, ...]:
     seen = tuple(read_observations(one) for one in spec.data)
     found = []
     for case in campaign.cases:
-        own = tuple(one for one in seen if one.data.case in (None, case.label))
+        own = tuple(one for one in seen if not one.data.cases or case.label in one.data.cases)
         label = ", ".join([case.label, *(f"{k}={v}" for k, v in place(campaign, case).items())])
         about = "" if len(campaign.cases) == 1 else f"case {label!r}: "
         if case.scene.wear is None or case.scene.wear.until is None:

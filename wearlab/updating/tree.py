@@ -70,9 +70,14 @@ def _attributes(campaign: Campaign, outcomes: Sequence[Outcome]) -> dict[str, An
         "source_hash": source_hash(),
         "discrepancy": spec.discrepancy,
         "seed": spec.seed,
+        "same_measurements": int(len({_measurements(one) for one in outcomes}) == 1),
         "Conventions": "CF-1.11, ACDD-1.3",
         **{f"notes_{n}": " | ".join(one.notes) for n, one in enumerate(outcomes) if one.notes},
     }
+
+
+def _measurements(one: Outcome) -> tuple[tuple[str, str], ...]:
+    return tuple((seen.data.label, seen.fingerprint) for seen in one.study.seen)
 
 
 def _groups(one: Outcome, replay: bool, check: int) -> dict[str, xr.Dataset]:

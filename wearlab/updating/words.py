@@ -17,7 +17,7 @@ def told(tree: xr.DataTree) -> list[str]:
         if label is not None:
             lines += ["", f"case {label}"]
         lines += [f"  {line}" for line in _case(tree, label)]
-    if len([label for label in labels if label is not None]) > 1:
+    if len(labels) > 1 and tree.attrs.get("same_measurements"):
         lines += ["", *_between(tree, [label for label in labels if label is not None])]
     return lines
 
@@ -69,8 +69,16 @@ def _case(tree: xr.DataTree, label: str | None) -> Iterator[str]:
         yield from _calibration(calibration)
 
 
+def latest(values: xr.DataArray) -> xr.DataArray:
+    """Return quantiles after the last inspection of a case; others may have been inspected later."""
+    if "inspection" not in values.dims:
+        return values
+    told = np.flatnonzero(values.notnull().any("quantile").values)
+    return values.isel(inspection=int(told[-1]) if len(told) else -1)
+
+
 def _last(values: xr.DataArray) -> np.ndarray:
-    return np.asarray(values.isel(inspection=-1).values if "inspection" in values.dims else values.values)
+    return np.asarray(latest(values).values)
 
 
 def _quantiles(values: xr.DataArray) -> np.ndarray:
@@ -128,6 +136,8 @@ def _scores(stats: xr.Dataset) -> str:
 def _checks(stats: xr.Dataset) -> Iterator[str]:
     for name in map(str, stats.data_vars):
         if not name.startswith("check_p_"):
+            continue
+        if not np.isfinite(stats[name]).any():
             continue
         block = name.removeprefix("check_p_")
         yield f"check of {block.replace('_', ' ')}, each inspection against those before it:"

@@ -25,10 +25,15 @@ def ls(
     ] = None,
     sort: Annotated[str | None, typer.Option(metavar="A", help="By a column; -A turns the order.")] = None,
     limit: Annotated[int | None, typer.Option(metavar="N", min=0, help="At most so many.")] = None,
+    updates: Annotated[bool, typer.Option("--updates", help="The updates in place of the runs.")] = False,
     format: Annotated[Format, typer.Option(help="How to write it.")] = Format.TABLE,
     json: Json = False,
 ) -> Status:
     """List the runs of a store: all, or those that meet a condition."""
+    if updates:
+        from wearlab.cli.updating import list_updates
+
+        return list_updates(Store(store), json or format is Format.JSON)
     from wearlab.cli.listing import Wanted, list_runs
     from wearlab.query.errors import QueryError
 

@@ -12,7 +12,7 @@ from wearlab.figures.wording import Label
 
 
 def _marginals(one: Updated, ask: Ask) -> Iterator[Series]:
-    for name in ask.y or unknowns_of(one["posterior"]):
+    for name in unknowns_of(one["posterior"], ask):
         for group, look in (("prior", "reference"), ("posterior", "line")):
             values, across = logs(one[group][name])
             values = values[np.isfinite(values)]

@@ -14,7 +14,7 @@ MOST_DOTS = 1500
 
 def _pairs(one: Updated, ask: Ask) -> Iterator[Series]:
     data = one["posterior"]
-    names = [name for name in ask.y or unknowns_of(data) if name != "life"]
+    names = [name for name in unknowns_of(data, ask) if name != "life"]
     names = names if len(names) > 1 else ["factor", "life"]
     for a, b in combinations(names, 2):
         (x, across), (y, up) = logs(data[a]), logs(data[b])

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from wearlab.figures.ask import Ask
+from wearlab.figures.errors import FigureError
 from wearlab.figures.of_updates import CYCLES, area, line, update_kind
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.updated import Updated
@@ -17,6 +18,10 @@ AHEAD = 1.5  # times the limit up to which a fan is drawn
 def _fan(one: Updated, ask: Ask) -> Iterator[Series]:
     predictions = one["predictions"]
     name = ask.y[0] if ask.y else str(predictions["limit"].attrs["quantity"])
+    if f"{name}_quantile" not in predictions:
+        raise FigureError(
+            f"{ask.name}: y = {name!r}: of the wear to come, max_wear_depth or worn_mass are kept"
+        )
     declared = VARIABLES[name]
     up = Scale(declared.long_name, declared.display_units)
     scale = convert(1.0, declared.units, declared.display_units)

@@ -24,7 +24,8 @@ def _ranks(one: Updated, ask: Ask) -> Iterator[Series]:
         ranks = finite(data[f"{name}_rank"])
         counts, edges = np.histogram(ranks, BINS, (0.0, 1.0))
         key = {**one.key, "variable": Label(name, name)}
-        across, up = Scale("posterior probability of less than the truth", "1"), Scale("twins", "1")
+        across = Scale(f"posterior probability of a smaller {name} than the true one", "1")
+        up = Scale("twins", "1")
         x, y = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])
         yield Series(key, x, y, across, up, "area")
         law = binom(len(ranks), 1.0 / BINS)

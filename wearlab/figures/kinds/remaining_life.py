@@ -11,13 +11,14 @@ from wearlab.figures.updated import Updated, finite
 
 
 def _remaining(one: Updated, ask: Ask) -> Iterator[Series]:
+    from wearlab.updating.words import latest
+
     rest = finite(one["posterior"]["remaining_useful_life"])
     x, y = density(rest)
     y = y / y.max()
     yield area(one, x, np.zeros_like(y), y, REST, DENSITY)
     yield line(one, x, y, REST, DENSITY)
-    quantiles = one["predictions"]["remaining_useful_life_quantile"]
-    last = quantiles.isel(inspection=-1) if "inspection" in quantiles.dims else quantiles
+    last = latest(one["predictions"]["remaining_useful_life_quantile"])
     for p, at in zip(last["quantile"].values, last.values, strict=True):
         if p in (0.05, 0.5, 0.95) and np.isfinite(at):
             yield line(one, np.full(2, at), np.array([0.0, 1.05]), REST, DENSITY, "level", "5, 50 and 95 %")

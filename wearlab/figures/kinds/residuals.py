@@ -12,10 +12,10 @@ from wearlab.figures.wording import Label
 
 
 def _residuals(one: Updated, ask: Ask) -> Iterator[Series]:
-    up = Scale("(measured − expected)/standard deviation", "1")
     for name in map(str, one["posterior_predictive"].data_vars):
         x, y = _left_over(one, name)
         key = {**one.key, "variable": Label(name, words(name))}
+        up = Scale(f"{words(name)}: what is left over, in standard deviations", "1")
         yield Series(key, x, y, CYCLES, up, "points")
         for level in (-2.0, 0.0, 2.0):
             ends = np.array([0.0, float(x.max(initial=1.0))])

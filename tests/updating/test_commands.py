@@ -1,0 +1,61 @@
+"""An update is planned, listed, shown, cited, drawn and reported as runs are."""
+
+import json
+
+import pytest
+
+from wearlab.cli.app import status_of
+from wearlab.figures.drawing import draw
+from wearlab.report.page import report
+
+
+@pytest.fixture
+def told(campaign, store, tree, capsys):
+    def run(*words, file=True):
+        status = status_of([words[0], *([str(campaign.path)] if file else []), *words[1:]])
+        out = capsys.readouterr()
+        return status, out.out, out.err
+
+    return run
+
+
+def test_check_tells_what_was_measured(told):
+    status, out, _ = told("check")
+    assert status == 0 and "3 values of worn mass pinion in weighings.csv" in out and "limit:" in out
+
+
+def test_plan_says_which_runs_an_update_needs(told, store, tmp_path):
+    assert "made before, it would be read" in told("plan", "--store", str(store.path))[1]
+    assert "base: 1 runs, 1 new" in told("plan", "--store", str(tmp_path / "none"))[1]
+
+
+def test_it_is_listed_shown_and_cited(told, store, tree):
+    name, place = str(tree.attrs["id"]), str(store.path)
+    assert name[:10] in told("ls", "--updates", "--store", place, file=False)[1]
+    listed = json.loads(told("ls", "--updates", "--json", "--store", place, file=False)[1])
+    assert listed[-1]["runs"] == str(tree.attrs["runs"]).split()
+    shown = told("show", name[:8], "--store", place, file=False)[1]
+    assert "remaining life at 1.5e+08 cycles" in shown and "posterior_predictive" in shown
+    assert f"Update {name}" in told("cite", name[:8], "--store", place, file=False)[1]
+
+
+def test_a_wrong_file_is_one_message_for_check_and_plan(told, campaign):
+    text = campaign.path.read_text()
+    other = campaign.path.with_name("wrong.toml")
+    other.write_text(text.replace('loss = "mg"', 'loss = "s"'))
+    for command in ("check", "plan"):
+        status, _, said = told(command, str(other), file=False)
+        assert status == 2 and len(said.strip().splitlines()) == 1 and "units.loss" in said
+
+
+def test_figures_and_report_hold_the_update(campaign, store, tree, tmp_path):
+    from dataclasses import replace
+
+    from wearlab.campaign.figure import FigureSpec
+
+    kinds = ("posterior-fan", "remaining-life", "marginals", "pairs", "residuals", "look-next")
+    drawn = replace(campaign, figures=tuple(FigureSpec(kind=kind) for kind in kinds))
+    assert len(draw(drawn, store, tmp_path)) == len(kinds)
+    page = report(replace(campaign, figures=(FigureSpec(kind="posterior-fan"),)), store)
+    assert "What the measurements say" in page and "remaining life at" in page
+    assert "data:image/png" in page and "cannot be drawn" not in page

@@ -1,0 +1,43 @@
+"""Measurements made up from a run whose truth is known, with the errors that a block says it has."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.campaign.update import PREVIOUS
+from wearlab.updating.history import History
+from wearlab.updating.likelihood import PER, Block, inspections_of, modelled
+
+Array = NDArray[np.float64]
+
+
+def made_up(
+    block: Block,
+    run: History,
+    number: int,
+    factor: float,
+    sd: float,
+    drift: float,
+    rng: np.random.Generator,
+) -> tuple[Array, float, float]:
+    """Return values in place of those that count, how far the wear had strayed at the last, and when.
+
+    Parameters
+    ----------
+    block, run, number : what is measured, the run that is the truth, the block's place
+    factor : on the run's wear coefficient
+    sd, drift : of a value, of the wear in `PER` cycles [SI]
+    rng : of the errors
+    """
+    error, rows = block.data.error, block.rows
+    model = modelled(block, run, number, np.array([factor]))[0]
+    relative = np.hypot(error.relative, block.numerical)  # as the likelihood has it
+    spread = np.sqrt(sd**2 + block.seen.sd[rows] ** 2 + (relative * model) ** 2)
+    value = model + spread * rng.standard_normal(len(rows))
+    last = float(block.data.since) if isinstance(block.data.since, float) else run.start
+    strayed = 0.0
+    for one in inspections_of(block, run, number):
+        step = np.sqrt(drift**2 / PER * (one.cycle - last)) * rng.standard_normal()
+        strayed = step if block.data.since == PREVIOUS else strayed + step
+        value[one.values] += strayed + error.offset_sd * rng.standard_normal()
+        last = one.cycle
+    return value, float(strayed), last
