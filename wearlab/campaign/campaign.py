@@ -42,6 +42,7 @@ class Campaign:
     plugins : the sources of a user's own variants
     update : what was measured and what is unknown, None when the file does not say
     report : what its page tells
+    warnings : what the file does that it hardly means
     """
 
     title: str
@@ -55,6 +56,7 @@ class Campaign:
     plugins: tuple[Plugin, ...] = field(default=(), repr=False)
     update: UpdateSpec | None = field(default=None, repr=False)
     report: ReportSpec = field(default=ReportSpec(), repr=False)
+    warnings: tuple[str, ...] = field(default=(), repr=False)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{axis.name} {len(axis.values)}" for axis in self.axes)

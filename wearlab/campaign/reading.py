@@ -17,6 +17,7 @@ from wearlab.campaign.modelled import modelled
 from wearlab.campaign.plain import plain_table
 from wearlab.campaign.report import SECTION as REPORT
 from wearlab.campaign.report import read_report
+from wearlab.campaign.undone import undone
 from wearlab.campaign.update import SECTION as UPDATE
 from wearlab.campaign.update import read_update, refuse_strange_unknowns
 from wearlab.plugins import Plugin, PluginError, use
@@ -150,7 +151,10 @@ def _read(inherited: Inherited, file: Path | None) -> Campaign:
         raise CampaignError(problems)
     cases, excluded = without_excluded(cases, conditions)
     title, reference = texts[0] or (file.stem if file else "untitled"), texts[1] or None
-    return Campaign(title, reference, metadata, cases, axes, figures, file, excluded, plugins, update, report)
+    warnings = tuple(undone(inherited.layers))
+    return Campaign(
+        title, reference, metadata, cases, axes, figures, file, excluded, plugins, update, report, warnings
+    )
 
 
 def _plugins(named: Any) -> tuple[Plugin, ...]:

@@ -48,6 +48,7 @@ def check_campaign(file: str, as_json: bool) -> Status:
                 "axes": [{"name": a.name, "values": list(a.values), "units": a.units} for a in campaign.axes],
                 "parts": {label: {"present": p, "left_out": out} for label, (p, out) in parts.items()},
                 "refused": refused,
+                "warnings": list(campaign.warnings),
             }
         )
         return status
@@ -68,6 +69,8 @@ def check_campaign(file: str, as_json: bool) -> Status:
 
     with refusing(UpdateError):
         tell_update(campaign)
+    for warning in campaign.warnings:
+        complain(f"\nwarning: {warning}")
     for case in refused:
         foreseen = ", as expected" if case["expected"] else ""
         complain(f"\nrefused{foreseen}: {case['case']}: {case['reason']}")

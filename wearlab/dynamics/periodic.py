@@ -29,6 +29,10 @@ MOST_MARCHED = 3_000_000
 """Steps of the longest march of a system in registers: about a second or two."""
 TRANSIENT_LARGE, AVERAGED_LARGE = 30, 60
 """Mesh periods that a larger system marches, and is averaged over, when no orbit is found."""
+LONGEST_LARGE = 4
+"""Longest period that a larger system is shot at once it is marched: each pass costs as many located maps."""
+DYING = 0.3
+"""Spread of the later half of strobed states over that of the earlier, of a motion on its way to an orbit."""
 REMEMBERED = 1e-6
 """Share of a motion that is left when it has died out."""
 
@@ -102,6 +106,8 @@ class Periodic:
             found = self._orbit(shooting, start.period, start.state[0, 0].copy(), most=8)
             if found is not None and found.largest <= 1.0 + self.margin:
                 return found
+            if not in_registers(shooting.system) and shooting.loaded and not shooting.singular:
+                return None  # near the neighbour no orbit attracts: it is marched from there
         state = np.zeros(shooting.rows)
         if in_registers(shooting.system):
             found = shooting.shoot(1, state, touch=TOUCHING)
@@ -129,14 +135,17 @@ class Periodic:
         trajectories, located, with its derivative, or where that is not clear of 1 some located passes.
         """
         near = shooting.shoot(periods, state, touch=touch, most=MOST_BY_MIDDLE)
-        if near is None:
+        if near is None or shooting.has_failed_from(near.state[0, 0]):
             return None
         if near.largest < 1.0 - CLEAR:
             found = shooting.chord(near)
             if found is not None:
                 return found
         found = shooting.shoot(near.periods, near.state[0, 0].copy(), most=MOST_LOCATED)
-        return found if found is not None and found.largest <= 1.0 + self.margin else None
+        if found is not None and found.largest <= 1.0 + self.margin:
+            return found
+        shooting.failed.append(near.state[0, 0].copy())
+        return None
 
     def _march(self, shooting: Shooting, found: Orbit | None, start: Response | None) -> Response:
         """March until a period shows, shoot on it; otherwise return the aperiodic response."""
@@ -149,12 +158,16 @@ class Periodic:
         for count in (transients[0] // 5,) if settled else transients:
             shooting.march(state, count)
             strobe, orbit = shooting.march(state, max(averaged, 2 * self.longest), averaged)
-            for m in islice(periods_of(strobe, self.longest, shooting.rate), CANDIDATES):
+            large = not in_registers(shooting.system)
+            longest, candidates = (LONGEST_LARGE, 1) if large else (self.longest, CANDIDATES)
+            for m in islice(periods_of(strobe, longest, shooting.rate), candidates):
                 orbit_m = self._orbit(shooting, m, strobe[-1].copy())
                 if orbit_m is None and shooting.singular and m == 1:
                     orbit_m = shooting.family(strobe[-1])
                 if orbit_m is not None and orbit_m.largest <= 1.0 + self.margin:
                     return self._respond(shooting, orbit_m)
+            if large and settled and not dies_out(strobe):
+                continue
             # A motion that dies out slowly shows no period; it may be on its way to an orbit that attracts.
             simple = self._orbit(shooting, 1, strobe[-1].copy(), most=12)
             if simple is not None and simple.largest < 1.0 - self.margin:
@@ -198,6 +211,12 @@ def settling_periods(system: System, tables: StageTables, period: float) -> floa
     stiffness = np.einsum("s,ij,sjmp->m", tables.width, np.array([[1.0, 4.0, 1.0]]) / 6.0, tables.stiffness)
     slowest = slowest_decay(system, stiffness / tables.width.sum())
     return float(-np.log(REMEMBERED) / (slowest * period)) if slowest > 0.0 else np.inf
+
+
+def dies_out(strobe: Array) -> bool:
+    """Whether strobed states (n, 2n) scatter less and less."""
+    early, late = np.array_split(strobe[:, : strobe.shape[1] // 2], 2)
+    return bool(np.ptp(late, axis=0).max() <= DYING * np.ptp(early, axis=0).max())
 
 
 def periods_of(strobe: Array, longest: int, rate: float) -> Iterable[int]:

@@ -8,7 +8,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from wearlab.dynamics.balance import found_load
 from wearlab.dynamics.family import nearest_orbit
-from wearlab.dynamics.newton import CONVERGED, SINGULAR, exchange, set_start, shoot
+from wearlab.dynamics.newton import CONVERGED, SINGULAR, STALLED, exchange, set_start, shoot
 from wearlab.dynamics.period_map import LOCATED, MIDDLE, over_period
 from wearlab.dynamics.response import Counts, Response, Verdict, split_periods
 from wearlab.dynamics.runge_kutta4 import TableMarcher
@@ -20,11 +20,18 @@ from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
 RHS_PER_STEP = 4
+RHS_PER_CHANGE = 90
+"""Right-hand sides that locating a change of contact is worth in a large system: 0.35 to 0.6 ms."""
 MOST_TANGENTS, MOST_TANGENTS_DENSE = 1_000_000, 24
 """Mesh periods with derivatives that one shooting may take, of systems in registers and of larger ones."""
 MOST_CHORDS = 8
 SHRINKS = 0.2
 """Ratio of successive chord steps above which the neighbour's derivative is no longer good."""
+NEARLY = 1e-4
+"""Size of a last Newton step over that of the state with which a large system is as good as periodic: where a
+flank grazes, its map has steps that no pass gets below."""
+SAME = 1e-3
+"""Distance of two states over their size up to which one has failed where the other has."""
 CLOSED = 1e-8
 """Size of the last chord step over that of the state."""
 
@@ -66,11 +73,17 @@ class Shooting:
             np.uint64(len(self.width)),
         )
         self.rate = 2.0 * np.pi * self.steps / (16.0 * period)
-        self.maps, self.iterations, self.singular = 0, 0, False
+        self.maps, self.located, self.iterations, self.singular = 0, 0, 0, False
+        self.failed: list[Array] = []  # states from which located passes led to no orbit that attracts
         self.marched: Array | None = None  # where a march stands that may go on
         self.most_tangents = MOST_TANGENTS if in_registers(system) else MOST_TANGENTS_DENSE
         if not in_registers(system):
             self.marcher.touch = MIDDLE
+
+    def has_failed_from(self, state: Array) -> bool:
+        """Whether located passes led to no orbit from about here."""
+        size = self._distance(state)
+        return any(self._distance(state, one) <= SAME * size for one in self.failed)
 
     @property
     def loaded(self) -> bool:
@@ -91,17 +104,23 @@ class Shooting:
         count = periods * self.steps + 1
         states = np.empty(count * self.rows * len(self.width))
         monodromy = np.empty((self.rows, self.rows))
-        code, passes, *_ = shoot(
+        code, passes, error, changes = shoot(
             self.kernel, self.tables, self.period, periods, self.columns, self.width, state, touch, most,
             states, monodromy, self.scratch,
         )  # fmt: skip
         self.maps += passes * periods
+        self.located += passes * changes if touch == LOCATED else 0
         self.iterations += passes
         self.singular = code == SINGULAR
+        if code == STALLED and not in_registers(self.system) and touch == LOCATED:
+            code = CONVERGED if error <= NEARLY * self._distance(state) else STALLED
         if code != CONVERGED:
             return None
         return self._orbit(
-            periods, states[len(self.width) - 1 :: len(self.width)].reshape(count, self.rows), monodromy
+            periods,
+            states[len(self.width) - 1 :: len(self.width)].reshape(count, self.rows),
+            monodromy,
+            touch=touch,
         )
 
     def chord(self, neighbour: "Response | Orbit") -> Orbit | None:
@@ -123,7 +142,7 @@ class Shooting:
         exchange(balance, state)
         for _ in range(MOST_CHORDS):
             set_start(balance, states, state, 1)
-            over_period(
+            self.located += over_period(
                 kernel, self.tables, self.period, np.uint64(1), self.marcher.width, states, 0,
                 self.marcher.scratch, LOCATED,
             )  # fmt: skip
@@ -140,11 +159,13 @@ class Shooting:
             state, last = state + step, error
         return None
 
-    def _orbit(self, periods: int, orbit: Array, monodromy: Array, unique: bool = True) -> Orbit | None:
+    def _orbit(
+        self, periods: int, orbit: Array, monodromy: Array, unique: bool = True, touch: int = LOCATED
+    ) -> Orbit | None:
         strobe = orbit[:: self.steps]
         for m in range(1, periods):
             if periods % m == 0 and self._distance(strobe[m], strobe[0]) <= 1e-6 * self._distance(strobe[0]):
-                return self.shoot(m, strobe[0].copy())
+                return self.shoot(m, strobe[0].copy(), touch=MIDDLE if touch >= MIDDLE else LOCATED)
         multipliers = self.multipliers(monodromy)
         closure = self._distance(strobe[-1], strobe[0]) / (self._distance(strobe[0]) or 1.0)
         return Orbit(periods, split_periods(orbit, periods), multipliers, closure, unique, monodromy)
@@ -188,6 +209,12 @@ class Shooting:
         self.maps += count
         return self.marcher.march(state, count, keep)
 
+    @property
+    def right_hand_sides(self) -> int:
+        """Right-hand sides evaluated so far, and of a large system those that locate changes of contact."""
+        located = 0 if in_registers(self.system) else self.located
+        return self.maps * self.steps * RHS_PER_STEP + located * RHS_PER_CHANGE
+
     def aperiodic(self, kept: Array, residual: float) -> Response:
         """Return the aperiodic response of which a march kept some periods, (n_kept, n_steps + 1, 2n)."""
         verdict = Verdict(periodic=False, attracting=None, unique=True, converged=True)
@@ -205,7 +232,7 @@ class Shooting:
     ) -> Response:
         """Put a response together, with the work done so far and the loads found."""
         system = found_load(self.system, self.kernel.balance)
-        counts = Counts(self.maps, self.maps * self.steps * RHS_PER_STEP, self.iterations)
+        counts = Counts(self.maps, self.right_hand_sides, self.iterations)
         return Response(
             period,
             state,

@@ -18,6 +18,9 @@ the force is largest where the flank is worn most, and waves of wear grow until 
 them, so that no step is short enough to tell where a wave will be many e-foldings later; what the waves do on
 the average is all that can be known. Where errors made at the start would grow to more than 1/tolerance
 before the end, a step is not cut below that same share of the depth, as long as it follows the fastest wave.
+
+**Work.** Behind the schedule of the work it may do (:mod:`wearlab.life.schedule`) a march takes steps that
+the rest of it pays for, whatever the error test says; ``hurried`` tells.
 """
 
 from dataclasses import dataclass, replace
@@ -30,6 +33,7 @@ from wearlab.life import embedded, rkc
 from wearlab.life.counted import CountedRate
 from wearlab.life.jump import Jump, crosses_jump, locate
 from wearlab.life.sawtooth import saws
+from wearlab.life.schedule import affordable, behind
 from wearlab.life.spectrum import Spectrum, growth_rate, random_direction, spectrum
 from wearlab.life.step import Node, Step, growth
 
@@ -67,8 +71,12 @@ SUSPICIOUS = 10.0
 """Error ratio that a smooth step does not reach once it was cut."""
 MOST_JUMPS = 6
 """Jumps that are located; in a life with more of them the rate counts as rough."""
+UNHEARD = 0.1
+"""Noise of the rate, over the tolerance and the fastest rate at the start, that is none."""
 ROUGH_SHARE = 0.02
 """Wear of a step through a rough stretch, over the depth reached."""
+HURRIED_SHARE = 0.2
+"""Largest wear of a step behind schedule, over the depth reached."""
 FOLLOWED = 1.25
 """Largest ΔN ρ of a step that misses its error test: each wave is followed, and decays if it should."""
 LOST = 0.1
@@ -118,7 +126,8 @@ class AdaptiveStepper:
     """The controller between steps: next size, last error ratio, spectrum and its age.
 
     ``trying`` is the size of the last try, ``rejected`` counts tries; a saw is rejected, never flagged;
-    ``wave_growth`` is the fastest growth of a wave of wear that was seen [1/cycle].
+    ``wave_growth`` is the fastest growth of a wave of wear that was seen [1/cycle]; ``hurried`` says whether
+    a step was accepted because the work left paid for no shorter one.
 
     Parameters
     ----------
@@ -133,10 +142,11 @@ class AdaptiveStepper:
         self.last_ratio = 1.0
         self.rejected = 0
         self.trying = 0.0
-        self.saw_tooth = False
+        self.saw_tooth = self.late = self.hurried = False
         self.jumps = 0
+        self.before = 0, self.rate.work
         self.most = np.inf
-        self.noise_before = 0.0
+        self.noise_before, self.heard = 0.0, UNHEARD * tolerance * float(node.rate.max(initial=0.0))
         self.wave_growth = 0.0
         self.foreseeable = True
         self.age = 0
@@ -172,7 +182,9 @@ class AdaptiveStepper:
             self.next_size = self._rough_size(node)
         self.foreseeable = self.foreseeable and self._errors_stay_small(node, largest)
         floor = 0.0 if self.foreseeable else min(self._rough_size(node), FOLLOWED / self.radius)
-        wanted = self._suited(max(self.next_size, floor), self.last_order)
+        paid = self._paid_for(node, largest)
+        floor = max(floor, paid)
+        wanted = max(self._suited(max(self.next_size, floor), self.last_order), paid)
         size, searches = self._bounded(self._even(wanted, largest), largest), 0
         while True:
             tried = self._try(node, size)
@@ -183,10 +195,11 @@ class AdaptiveStepper:
             if self._is_rough():
                 self.most = np.inf
                 return [self._step(node, tried)], None
-            if tried.ratio > 1.0 and size <= floor and tried.follows(node):
+            if tried.ratio > 1.0 and size <= floor and (paid or tried.follows(node)):
+                self.hurried = self.hurried or not tried.follows(node)
                 self._accepted(tried, rejected=True)
                 return [self._step(node, tried)], None
-            if searches < MOST_SEARCHES and suspicious:
+            if searches < MOST_SEARCHES and suspicious and not paid:
                 if size * self.radius > (short := NEAR_JUMP * self.tolerance**0.5):
                     self.rejected += 1
                     self.rate.recall(memory)
@@ -243,7 +256,7 @@ class AdaptiveStepper:
 
     def _is_rough(self) -> bool:
         """Whether the rate is noisy on either side of the step, or has jumped too often to be followed."""
-        return max(self.rate.noise, self.noise_before) > 0.0 or self.jumps >= MOST_JUMPS
+        return max(self.rate.noise, self.noise_before) > self.heard or self.jumps >= MOST_JUMPS
 
     def _errors_stay_small(self, node: Node, left: float) -> bool:
         """Whether an error made at the start grows to less than 1/tolerance before the limit."""
@@ -252,11 +265,25 @@ class AdaptiveStepper:
             self._look_for_growth(node)
         return bool(self.wave_growth * whole <= most)
 
-    def _rough_size(self, node: Node) -> float:
+    def _rough_size(self, node: Node, share: float = ROUGH_SHARE) -> float:
         """Return the step that wears a fixed share of the depth reached: the error test is no guide here."""
         reached = max(float(node.depth.max(initial=0.0)), self.scale)
         fastest = float(node.rate.max(initial=0.0))
-        return ROUGH_SHARE * reached / fastest if fastest > 0.0 else np.inf
+        return share * reached / fastest if fastest > 0.0 else np.inf
+
+    def _paid_for(self, node: Node, left: float) -> float:
+        """Return the step that the work left pays for, 0 as long as the march was on schedule [cycles]."""
+        rate, (counted, worked) = self.rate, self.before
+        self.before = rate.count, rate.work
+        if not np.isfinite(left):
+            return 0.0
+        self.late = self.late or behind(rate.share_of_work, node.cycle / (node.cycle + left))
+        if not self.late:
+            return 0.0
+        each = max(rate.work - worked, 1.0) / max(1, rate.count - counted)
+        size = affordable(left, self.radius, (rate.most_work - rate.work) / each)
+        longest = np.inf if self.looked else embedded.REACH / self.radius if self.radius > 0.0 else 0.0
+        return float(min(size, longest, self._rough_size(node, HURRIED_SHARE)))
 
     def shorten(self, size: float) -> None:
         """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
@@ -301,7 +328,7 @@ class AdaptiveStepper:
 
     def _saw(self, radius: float) -> None:
         """Take what the stages of a step tell of the spectral radius, where nothing better is known."""
-        if not self.looked and self.rate.noise == 0.0 and radius > self.spectrum.radius:
+        if not self.looked and self.rate.noise <= self.heard and radius > self.spectrum.radius:
             self.spectrum = NOTHING_KNOWN._replace(radius=radius)
 
     def _allowed(self, node: Node, end: Node) -> float:
@@ -321,11 +348,15 @@ class AdaptiveStepper:
         self.last_ratio, self.last_order, self.age, self.most = ratio, tried.order, self.age + 1, np.inf
 
     def _step(self, node: Node, tried: _Try) -> Step:
-        return Step(node, tried.end, (node.rate, tried.end.rate), tried.error, growth(node, tried.end))
+        rates = node.rate, tried.end.rate
+        if tried.ratio <= 1.0 or tried.follows(node):
+            return Step(node, tried.end, rates, tried.error, growth(node, tried.end))
+        # Rates at the ends of a step that is lost on the way do not tell how errors grow, nor their signs.
+        return Step(node, tried.end, rates, np.abs(tried.error), 1.0)
 
     def _look(self, node: Node, direction: Array, memory: Any = None) -> None:
         """Estimate the spectrum at a state; a noisy rate hides it, and the last estimate stays."""
-        if self.rate.noise > 0.0:
+        if self.rate.noise > self.heard:
             self.age = 0
             return
         direction = direction if direction.size == node.rate.size else random_direction(node.rate)
@@ -336,7 +367,7 @@ class AdaptiveStepper:
 
     def _look_for_growth(self, node: Node) -> None:
         """Measure the growth of waves at a state where the spectrum was looked at, and is complex."""
-        if self.rate.noise > 0.0 or not self.looked:
+        if self.rate.noise > self.heard or not self.looked:
             return
         memory = self.rate.remember()
         found = growth_rate(self.rate, node.depth, self.spectrum.direction, amplitude=PROBE * self.scale)

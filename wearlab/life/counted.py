@@ -53,7 +53,7 @@ class CountedRate:
 
     def __init__(self, rate: Rate, most: int, most_work: float = np.inf) -> None:
         self.rate, self.most, self.count = rate, most, 0
-        self.most_work = self.work + most_work
+        self.first_work, self.most_work = self.work, self.work + most_work
 
     def __call__(self, h: Array) -> Array:
         """Return the rate at h, (n,) [m per cycle]."""
@@ -75,6 +75,11 @@ class CountedRate:
     def work(self) -> float:
         """Work done so far, 0 unless the rate says otherwise."""
         return float(getattr(self.rate, "work", 0.0))
+
+    @property
+    def share_of_work(self) -> float:
+        """Share of the work allowed that is done, 0 where nothing bounds it [1]."""
+        return (self.work - self.first_work) / (self.most_work - self.first_work)
 
     @property
     def noise(self) -> float:

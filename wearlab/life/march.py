@@ -66,6 +66,7 @@ class Life:
     jumps : where the wear rate jumped to another branch
     saw_tooth : whether steps beyond the stability limit left their mark
     wave_growth : fastest growth of a wave of wear, where it is too fast to foresee its end; else 0 [1/cycle]
+    hurried : whether steps were as long as the work left paid for, and not as their errors ask
     count_rate_evaluations, count_rejected : work done
     """
 
@@ -80,6 +81,7 @@ class Life:
     jumps: tuple[Jump, ...]
     saw_tooth: bool
     wave_growth: float
+    hurried: bool
     count_rate_evaluations: int
     count_rejected: int
 
@@ -179,7 +181,7 @@ class _March:
         self.curves: list[Step] = []
         self.jumps: list[Jump] = []
         self.reason = ""
-        self.rejected, self.saw_tooth, self.wave_growth = 0, False, 0.0
+        self.rejected, self.saw_tooth, self.wave_growth, self.hurried = 0, False, 0.0, False
 
     @property
     def node(self) -> Node:
@@ -212,8 +214,9 @@ class _March:
             keep.settle(partial(self._put_down, stepper, followed))
         if stepper is not None:
             self.rejected, self.saw_tooth = stepper.rejected, stepper.saw_tooth
-        if isinstance(stepper, AdaptiveStepper) and not stepper.foreseeable:
-            self.wave_growth = stepper.wave_growth
+        if isinstance(stepper, AdaptiveStepper):
+            self.wave_growth = 0.0 if stepper.foreseeable else stepper.wave_growth
+            self.hurried = stepper.hurried
 
     def _put_down(self, stepper: Stepper | None, followed: list[tuple[Node, Any]]) -> dict[str, Any]:
         """Return all that the march depends on: of itself, of its stepper, of its rate."""
@@ -345,6 +348,7 @@ class _March:
             jumps=tuple(self.jumps),
             saw_tooth=self.saw_tooth,
             wave_growth=self.wave_growth,
+            hurried=self.hurried,
             count_rate_evaluations=self.rate.count,
             count_rejected=self.rejected,
         )

@@ -96,6 +96,7 @@ def _doubts(lived: History, found: list[Rougher | None]) -> tuple[str, ...]:
     responses = [one for state in lived.state for each in (state.block or (state,)) for one in each.responses]
     missing = sum(twin is None for twin in found)
     jumps = 0 if lived.life is None else len(lived.life.jumps)
+    hurried = lived.life is not None and lived.life.hurried
     said = {
         "a response does not repeat": any(one.period == 0 for one in responses),
         "an orbit is not alone or hardly attracts": any(
@@ -103,6 +104,7 @@ def _doubts(lived: History, found: list[Rougher | None]) -> tuple[str, ...]:
         ),
         f"{missing} of {len(found)} states respond otherwise with half the steps and nodes": missing,
         f"the wear rate jumps at {jumps} places": jumps,
+        "steps over cycles are as long as the work allowed pays for, not as their errors ask": hurried,
     }
     return tuple(words for words, holds in said.items() if holds)
 

@@ -20,8 +20,8 @@ from wearlab.simulation.operating import Stage
 
 Array = NDArray[np.float64]
 
-MOST_WORK = 4e9
-"""Bound on the work of a march over cycles at a tolerance of 1e-3, in units of 10 to 60 ns: some minutes."""
+MOST_WORK = 3e9
+"""Bound on the work of a march over cycles at a tolerance of 1e-3, units of 10 to 20 ns: under a minute."""
 OF_A_STEP = 10
 """Units of a right-hand side that do not grow with the square of the coordinates."""
 
@@ -194,6 +194,7 @@ def _one_life(lives: list[Life], starts: Array, reason: str) -> Life:
         jumps=tuple(jump._replace(cycle=jump.cycle + start) for one, start in begun for jump in one.jumps),
         saw_tooth=any(one.saw_tooth for one in lives),
         wave_growth=max(one.wave_growth for one in lives),
+        hurried=any(one.hurried for one in lives),
         count_rate_evaluations=sum(one.count_rate_evaluations for one in lives),
         count_rejected=sum(one.count_rejected for one in lives),
     )

@@ -1,0 +1,59 @@
+import numpy as np
+import pytest
+
+from wearlab.life.limits import Limits
+from wearlab.life.march import evolve
+from wearlab.life.schedule import PLANNED, affordable, behind
+
+DEPTH = 4e-4
+
+
+class DearOnceDeep:
+    """Waves that relax, and rates that waver with the depth, dear beyond a quarter of the way."""
+
+    def __init__(self, dear):
+        self.dear, self.work = dear, 0.0
+        self.phase = np.linspace(0.0, 6.0, 30)
+
+    def __call__(self, h):
+        deep = h.max() > 0.25 * DEPTH
+        self.work += self.dear if deep else 1.0
+        wavering = 0.5 * np.sin(h / 1e-6 + self.phase) if deep else 0.0
+        return 1e-11 * np.maximum(0.0, 1.0 + wavering - (h - h.mean()) / 5e-6)
+
+
+def lived(dear, most_work):
+    rate = DearOnceDeep(dear)
+    return evolve(rate, np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work), rate
+
+
+def test_a_life_ends_where_it_was_asked_to_and_not_by_its_work():
+    bound = 50_000.0
+    life, rate = lived(100.0, bound)
+    assert life.end_reason == "depth" and life.hurried
+    assert rate.work < bound
+    exact = lived(0.01, np.inf)[0].cycle[-1]
+    assert abs(life.cycle[-1] - exact) < min(0.15 * exact, 2.0 * life.error_estimate_life)
+
+
+def test_work_that_suffices_changes_nothing():
+    free, bounded = lived(0.01, np.inf)[0], lived(0.01, 1e9)[0]
+    assert not bounded.hurried
+    np.testing.assert_array_equal(bounded.depth, free.depth)
+
+
+def test_work_that_cannot_suffice_ends_the_life():
+    life, _ = lived(100.0, 1_000.0)
+    assert life.end_reason == "work limit"
+
+
+def test_a_march_may_be_ahead_of_its_way_by_its_head_start():
+    assert not behind(0.29, 0.0) and behind(0.31, 0.0)
+    assert not behind(0.99, 1.0) and behind(0.66, 0.5)
+
+
+def test_affordable_steps_take_the_rates_they_were_planned_with():
+    left, radius, rates = 1e7, 2e-5, 300.0
+    size = affordable(left, radius, rates)
+    assert left / size * (2.0 + np.sqrt(1.5 * radius * size)) == pytest.approx(PLANNED * rates)
+    assert affordable(left, radius, 1.0) == left

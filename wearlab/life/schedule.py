@@ -1,0 +1,36 @@
+"""Whether the work that a march may do pays for the way it still has, and steps for which it does.
+
+A march is on schedule as long as the share of its work that is done is not far ahead of the share of its way
+that is made. Behind schedule, as where teeth part and a steady state costs a hundred times as much, steps are
+as long as the work that is left pays for; their errors are estimated and recorded like those of any step. So
+a life ends where it was asked to, less exactly than asked and saying so, and not by the bound on its work.
+"""
+
+from math import sqrt
+
+HEAD_START = 0.3
+"""Share of the work that a march may be ahead of its way: the first micrometres ask for short steps."""
+PLANNED = 0.7
+"""Share of the work left with which steps are planned; the rest is for rates that get dearer."""
+
+
+def behind(work: float, way: float) -> bool:
+    """Whether a share of the work done is too much for a share of the way made."""
+    return work > HEAD_START + (1.0 - HEAD_START) * way
+
+
+def affordable(left: float, radius: float, rates: float) -> float:
+    """Return the step [cycles] that a number of rates pays for, all the way.
+
+    RKC2 over ΔN takes about ``2 + √(1.5 ρ ΔN)`` rates, so that n equal steps over the way L take
+    ``2n + √(1.5 ρ L n)``; n follows from that being PLANNED of the rates.
+
+    Parameters
+    ----------
+    left : L, the way left [cycles]
+    radius : ρ, the spectral radius [1/cycle]
+    rates : evaluations of the rate that the work left pays for
+    """
+    c = sqrt(1.5 * radius * left)
+    steps = ((sqrt(c * c + 8.0 * PLANNED * max(0.0, rates)) - c) / 4.0) ** 2
+    return left / max(steps, 1.0)
