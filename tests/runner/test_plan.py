@@ -7,6 +7,7 @@ import fake_campaign
 import pytest
 from fake_campaign import Campaign, alter, sweep
 
+from wearlab.campaign import load
 from wearlab.cli import app, planning
 from wearlab.runner import plan as planner
 from wearlab.runner.plan import Amount, differing, least_bytes, parts_of, plan
@@ -169,3 +170,14 @@ def test_a_scene_that_asks_for_too_much_is_told_without_any_record(monkeypatch, 
 def test_only_the_model_has_changed(store):
     entry = store.find(sweep(1).cases[0].id)
     assert differing(entry, entry.scene) == ("the version of the model",)
+
+
+def test_the_time_of_a_coupled_life_is_not_foretold_from_other_runs(store):
+    coupled = load("campaigns/base/planetary_ngw11_coupled.toml")
+    found = plan(coupled, store)
+    assert found.seconds is None and found.bytes is not None
+    assert found.basis.endswith(
+        "the time of coupled lives (1) cannot be foretold, none with the same parts is recorded"
+    )
+    static = load({"extends": str(coupled.path), "wear": {"load": "static"}})
+    assert plan(static, store).seconds is not None

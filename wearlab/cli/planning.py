@@ -61,6 +61,9 @@ def _tell(found: "Plan") -> None:
         if run.state in ("failed", "refused", "lost"):
             where = ", ".join(f"{name}={value}" for name, value in run.position.items())
             say(f"  {run.state}: {run.label}{f' ({where})' if where else ''}")
+    if found.seconds is None and found.basis:
+        say(f"  {found.basis}")
+        return
     if found.seconds is None or found.bytes is None:
         to_do = any(run.state in ("new", "lost") for run in found.runs)
         say("  time and size unknown: no recorded runs to tell from" if to_do else "  nothing to do")

@@ -219,7 +219,16 @@ def _estimate(store: "Store", scenes: Sequence[Any]) -> tuple[Amount | None, Amo
         )
         for which in (0, 1)
     ]
+    blind = sum(count for parts, count in wanted.items() if parts not in recorded and lives_coupled(parts))
+    if blind:
+        told = f"; the time of coupled lives ({blind}) cannot be foretold, none with the same parts is recorded"
+        return None, totals[1], basis + told
     return totals[0], totals[1], basis
+
+
+def lives_coupled(parts: tuple[Any, ...]) -> bool:
+    """Whether scenes with these parts wear under the loads of their motion: other runs tell nothing of them."""
+    return "dynamics" in parts and "wear" in parts and ("wear.load", "instant") in parts
 
 
 def _total(groups: Iterable[tuple[list[float], int]]) -> Amount:
