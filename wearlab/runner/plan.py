@@ -227,7 +227,7 @@ def _estimate(store: "Store", scenes: Sequence[Any]) -> tuple[Amount | None, Amo
 
 
 def lives_coupled(parts: tuple[Any, ...]) -> bool:
-    """Whether scenes with these parts wear under the loads of their motion: other runs tell nothing of them."""
+    """Whether scenes with these parts wear under the loads of their motion."""
     return "dynamics" in parts and "wear" in parts and ("wear.load", "instant") in parts
 
 
