@@ -221,8 +221,8 @@ def _estimate(store: "Store", scenes: Sequence[Any]) -> tuple[Amount | None, Amo
     ]
     blind = sum(count for parts, count in wanted.items() if parts not in recorded and lives_coupled(parts))
     if blind:
-        told = f"; the time of coupled lives ({blind}) cannot be foretold, none with the same parts is recorded"
-        return None, totals[1], basis + told
+        told = f"the time of coupled lives ({blind}) cannot be foretold, none with the same parts is recorded"
+        return None, totals[1], f"{basis}; {told}"
     return totals[0], totals[1], basis
 
 
