@@ -72,6 +72,13 @@ VARIABLES: dict[str, Variable] = {
     "cycle": Variable(("update",), "1", "1", "revolutions of the reference gear relative to the carrier"),
     "mesh_cycles": Variable(("update",), "1", "1", "mesh cycles since the initial state"),
     "operating_hours": Variable(("update",), "s", "h", "operating time since the initial state"),
+    "preset_depth": Variable(
+        ("update", "flank"),
+        "m",
+        "um",
+        "wear depth by which a state was asked for",
+        "on the flank that it was asked for on; NaN where cycles or the steps of the life told when",
+    ),
     "load_cycles": Variable(("update", "flank"), "1", "1", "load cycles of one tooth flank"),
     "path_position": Variable(
         ("flank", "profile"),

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from wearlab.figures.runs import Run, _with_states
 from wearlab.simulation import Refused, simulate
 
 
@@ -23,12 +24,19 @@ def test_depth_limit_is_the_life(scene):
     data = simulate(limited.replace("wear.snapshots", {"depth": ["0.4 um"], "flank": "gear"}))
     deepest = data.max_wear_depth.sel(flank="gear").values
     np.testing.assert_allclose(deepest, [0.0, 0.4e-6, 1e-6], rtol=1e-8)
+    preset = data.preset_depth.sel(flank="gear").values
+    np.testing.assert_array_equal(preset, [np.nan, 0.4e-6, 1e-6])
+    assert np.isnan(data.preset_depth.sel(flank="pinion")).all()
+    assert [label.text for label in _with_states([Run("", {}, data)])[0].states] == [
+        "unworn", "0.4 µm on gear", "1 µm on gear",
+    ]  # fmt: skip
     assert str(data.end_reason.values) == "depth" and str(data.verdict.values) == "completed"
     np.testing.assert_allclose(data.remaining_useful_life, float(data.life) - data.cycle)
     assert float(data.service_life) == pytest.approx(float(data.life) * 60 / 1100)
     by_cycles = simulate(
         limited.replace("wear.until", {"cycles": float(data.life)}).replace("wear.snapshots", None)
     )
+    assert "preset_depth" not in by_cycles.coords
     assert float(by_cycles.max_wear_depth.sel(flank="gear")[-1]) == pytest.approx(1e-6, rel=2e-3, abs=0)
 
 

@@ -36,7 +36,9 @@ OPTIONS = Options(refinement=4, patch=0.05)
 """A patch about as wide as the contact, so that a corner is loaded close to its edge."""
 FURTHEST = 0.45
 """Base pitches beyond A and E where pairs are still looked at."""
-ITERATIONS, TOLERANCE = 200, 1e-9
+ROUNDED = 1e-9
+"""Of a flank's parameter: a path may begin where the involute does."""
+ITERATIONS, TOLERANCE, LOOSER = 200, 1e-9, 1e-5
 PAIRS = range(-1, 3)
 """Pairs looked at; pair j would touch at ``s_A + (φ + j) p_b``."""
 
@@ -61,6 +63,48 @@ class Loaded:
     deflection: Array
 
 
+@dataclass(frozen=True)
+class Meeting:
+    """The pairs of one phase: which, where they meet, what they yield together, and their contacts."""
+
+    number: NDArray[np.int64]
+    touches: Sequence[Touch]
+    compliance: Array
+    contacts: "Contacts"
+
+    def forces(self, turn: float, force: Array) -> Array:
+        """Return the forces along the normals (n,) [N] at a turn of the driving gear [rad], from a guess."""
+        arm, gap = (
+            np.array(each) for each in zip(*((t.arm[0], t.normal_gap) for t in self.touches), strict=True)
+        )
+        for _ in range(ITERATIONS):
+            C = self.compliance + np.diag(self.contacts.compliance(force))
+            factor = np.linalg.cholesky(C)
+            updated: Array = nnls(factor.T, np.linalg.solve(factor, arm * turn - gap))[0]
+            if np.max(np.abs(updated - force)) <= LOOSER * max(updated.max(), 1.0):
+                return updated
+            force = updated
+        raise ArithmeticError(f"the contacts did not settle in {ITERATIONS} iterations")
+
+
+def meetings(pair: GearPair, phase: Array, options: Options = OPTIONS) -> tuple[Array, list[Meeting]]:
+    """Return where each pair would touch (n, n_pairs) [m], and the pairs that meet at each phase."""
+    outlines, path, pitch = Outlines(pair), pair.path, pair.base_pitch
+    position = path.A + (np.asarray(phase)[:, None] + np.array(PAIRS)) * pitch
+    room = FURTHEST * pitch
+    row, column = np.nonzero((position >= path.A - room) & (position <= path.E + room))
+    met = [(i, j, outlines.touch(position[i, j])) for i, j in zip(row, column, strict=True)]
+    found = [(i, j, one) for i, j, one in met if one is not None]
+    gears = [elements(pair, index, [one for _, _, one in found], options) for index in (0, 1)]
+    each = []
+    for i in range(len(position)):
+        columns = np.array([n for n, (k, _, _) in enumerate(found) if k == i])
+        pairs, here = np.array([found[n][1] for n in columns]), [found[n][2] for n in columns]
+        yields = Contacts(pair, np.clip(position[i, pairs], path.A, path.E))
+        each.append(Meeting(pairs, here, between(gears, columns, pairs), yields))
+    return position, each
+
+
 def load_corners(pair: GearPair, load: float, phase: Array, options: Options = OPTIONS) -> Loaded:
     """Return forces and deflection of unworn gears at phases.
 
@@ -71,22 +115,13 @@ def load_corners(pair: GearPair, load: float, phase: Array, options: Options = O
     phase : (n,) phases in [0, 1] [1]
     options : of mesh and load; its samples do not matter
     """
-    outlines, path, pitch = Outlines(pair), pair.path, pair.base_pitch
-    position = path.A + (np.asarray(phase)[:, None] + np.array(PAIRS)) * pitch
-    room = FURTHEST * pitch
-    row, column = np.nonzero((position >= path.A - room) & (position <= path.E + room))
-    met = [(i, j, outlines.touch(position[i, j])) for i, j in zip(row, column, strict=True)]
-    found = [(i, j, one) for i, j, one in met if one is not None]
-    gears = [elements(pair, index, [one for _, _, one in found], options) for index in (0, 1)]
+    position, each = meetings(pair, phase, options)
     force, gap = np.zeros_like(position), np.full_like(position, np.inf)
     deflection = np.empty(len(position))
-    for i in range(len(position)):
-        columns = np.array([n for n, (k, _, _) in enumerate(found) if k == i])
-        pairs, here = np.array([found[n][1] for n in columns]), [found[n][2] for n in columns]
-        yields = Contacts(pair, np.clip(position[i, pairs], path.A, path.E))
-        force[i, pairs], turn = balance(between(gears, columns, pairs), yields, here, load)
+    for i, one in enumerate(each):
+        force[i, one.number], turn = balance(one.compliance, one.contacts, one.touches, load)
         deflection[i] = turn * pair.driving.base_radius
-        gap[i, pairs] = [one.angle * pair.driven.base_radius for one in here]
+        gap[i, one.number] = [touch.angle * pair.driven.base_radius for touch in one.touches]
     return Loaded(np.asarray(phase), position, gap, force, deflection)
 
 
@@ -159,9 +194,9 @@ def elements(pair: GearPair, index: int, touches: Sequence[Touch], options: Opti
     shape = chart(flank)
     edge = float(shape.measured.at(shape.measured.length[-1] - half_width))
     q = np.array([one.parameter[index] for one in touches])
-    if q.min() < 1.0:
+    if q.min() < 1.0 - ROUNDED:
         raise ValueError(f"{gear.name}: the mate's corner meets the root curve, not the involute")
-    q = np.minimum(q, edge)
+    q = np.clip(q, 1.0, edge)
     inward = np.array([one.inward[index] for one in touches]).T
     cut = sector(shape, gear.material, options.plane, options.refinement)
     work = wheel_compliance(cut, flank_loads(cut, q, half_width, inward), options.teeth_apart)

@@ -22,7 +22,7 @@ BASE = "base"
 UNSAID = ("value", "factor", "depth", "amount", "model", "file")
 """Last words of keys that say too little alone."""
 COORDINATES = (
-    "cycle", "mesh_cycles", "operating_hours", "path_position", "diameter", "roll_angle",
+    "cycle", "mesh_cycles", "operating_hours", "preset_depth", "path_position", "diameter", "roll_angle",
     "distance_to_pitch_circle", "characteristic_point", "phase", "contact_ratio", "max_wear_depth",
 )  # fmt: skip
 
@@ -219,9 +219,9 @@ def _is_void(variable: "xr.Variable") -> bool:
 
 
 def _with_states(runs: list[Run]) -> list[Run]:
-    """Name the wear states by their cycles, and by their hours where equal cycles took equal hours."""
+    """Name wear states by preset depth, or by cycles with the hours where equal cycles took equal hours."""
     named = [_cycle_labels(run.data) for run in runs]
-    hours = [_hours(run.data) for run in runs]
+    hours = [() if _preset_labels(run.data) else _hours(run.data) for run in runs]
     of_label: dict[Label, dict[str, None]] = {}
     for labels, some in zip(named, hours, strict=True):
         for label, text in zip(labels, some, strict=False):
@@ -249,6 +249,23 @@ def _hours(data: "xr.Dataset") -> tuple[str, ...]:
     return tuple(f"{value:g} h" if value < 1000.0 else f"{value:,.0f} h" for value in rounded)
 
 
+def _preset_labels(data: "xr.Dataset") -> list[Label]:
+    """Name wear states by the depth that they were asked for by, none unless all worn ones were."""
+    if "preset_depth" not in data or data.preset_depth.dims != ("update", "flank"):
+        return []
+    count = int(np.isfinite(np.atleast_1d(data.cycle.values)).sum())
+    asked = converted(data.preset_depth.values[:count], str(data.preset_depth.attrs.get("units", "m")), "um")
+    known = np.isfinite(asked)
+    if not known[1:].any(axis=1).all() or count < 2:
+        return []
+    place = np.where(known, asked, -1.0).argmax(axis=1)
+    labels = [
+        Label(float(row[at]), f"{row[at]:g} µm on {data.flank.values[at]}")
+        for row, at in zip(asked, place, strict=True)
+    ]
+    return labels if known[0].any() else [Label(0.0, "first state"), *labels[1:]]
+
+
 def _cycle_labels(data: "xr.Dataset") -> tuple[Label, ...]:
     if "cycle" not in data:
         return tuple(Label(i, f"wear state {i}") for i in range(data.sizes.get("update", 1)))
@@ -256,6 +273,7 @@ def _cycle_labels(data: "xr.Dataset") -> tuple[Label, ...]:
         data.max_wear_depth.values.reshape(data.cycle.size, -1)[0]
     )
     labels = [cycles(float(count)) for count in np.atleast_1d(data.cycle.values) if not math.isnan(count)]
+    labels = _preset_labels(data) or labels
     if unworn and labels and labels[0].value == 0.0:
         labels[0] = Label(0.0, "unworn")
     return tuple(labels)

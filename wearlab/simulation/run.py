@@ -33,6 +33,7 @@ from wearlab.simulation.twins import in_block
 __all__ = ["initial_wear", "live", "simulate"]
 
 LABELS: dict[str, Any] = {"axis": ["x", "y"], "part": ["real", "imaginary"]}
+ALONG_STATES = ("mesh_cycles", "operating_hours", "preset_depth")
 ALONG_SPEED = ("response_speed", "direction", "order", "edge", "end")
 
 FIRST_STATE = {"section vanished": "a section of a tooth vanishes under its initial wear; give less of it"}
@@ -90,13 +91,15 @@ def _dataset(
     values = named.life_values(scene, whole, lived.seconds)
     if scene.wear is not None:
         values |= named.wear_values(first, whole.cycle, lived.seconds, whole.state)
+        preset = named.preset_depth(scene, first, whole.state)
+        values |= {} if preset is None else {"preset_depth": preset}
     if first.vibration is not None:
         values["attractor"] = vibrating.attractor(whole)
     values |= trust_values(reached, lived, estimates, others, calibration, inherited)
     values["model_error"] = departures(scene, first)
     values |= calibrated_values(calibration)
     coordinates = {"cycle": whole.cycle, **named.coordinates(first), **condition_coordinates(scene, lived)}
-    coordinates |= {name: values.pop(name) for name in ("mesh_cycles", "operating_hours") if name in values}
+    coordinates |= {name: values.pop(name) for name in ALONG_STATES if name in values}
     coordinates |= {name: labels for name, labels in LABELS.items() if name in dataset.dims}
     if "mode" in dataset.dims:
         coordinates["mode"] = np.arange(1, dataset.sizes["mode"] + 1)

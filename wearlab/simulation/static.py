@@ -14,6 +14,7 @@ from wearlab.mesh.harmonics import Harmonics, harmonics
 from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import KindParts, Parts
+from wearlab.scene.build.wear import build_limits, build_snapshots
 from wearlab.wear.archard import mean_pressure
 from wearlab.wear.film import film_thickness
 from wearlab.wear.law import effective_coefficient, lambda_ratio
@@ -21,6 +22,9 @@ from wearlab.wear.mass import worn_mass
 from wearlab.wear.path import sliding_velocity
 
 Array = NDArray[np.float64]
+
+LANDED = 1e-6
+"""How near, relatively, a state is to the depth at which it was asked for."""
 Values = dict[str, Any]
 
 POINT_TOLERANCE = 1e-12
@@ -247,6 +251,34 @@ def wear_values(parts: Parts, cycle: Array, seconds: Array, states: tuple[WearSt
     if all(state.wears for state in states):
         values["wear_rate"] = by_flank(parts, [np.stack([state.rate[k] for state in states]) for k in kinds])
     return values
+
+
+def preset_depth(scene: Scene, parts: Parts, states: tuple[WearState, ...]) -> Array | None:
+    """Return the depths by which states were asked for, on their flank, (n_updates, n_flank) [m].
+
+    NaN where none was; None where nobody asked by depth.
+    """
+    coupling, gears = parts.coupling, parts.gears
+    snapshots, limit = build_snapshots(scene, gears, coupling), build_limits(scene, gears, coupling)
+    if not snapshots.depths:
+        return None
+    asked = [(depth, snapshots.flank) for depth in snapshots.depths]
+    asked += [] if limit.depth is None else [(limit.depth, limit.flank)]
+    found = np.full((len(states), len(gears.flank_places)), np.nan)
+    entries = [coupling.entries(*place) for place in gears.flank_places]
+    for row, state in zip(found, states, strict=True):
+        wear = coupling.flat(state.wear)
+        for depth, flank in asked:
+            if abs(float(wear[flank].max()) - depth) <= LANDED * depth:
+                row[np.argmax([_deepest(wear, own, flank) for own in entries])] = depth
+    return found
+
+
+def _deepest(wear: Array, own: slice, among: slice | NDArray[np.int64]) -> float:
+    """Return the largest wear on one flank, of those entries that count [m]."""
+    counts = np.zeros(len(wear), bool)
+    counts[among] = True
+    return float(wear[own][counts[own]].max(initial=-1.0))
 
 
 def _worn_mass(parts: Parts, states: tuple[WearState, ...]) -> Array:
