@@ -20,6 +20,7 @@ LETTERS = ["A", "", "B", "B", "C", "D", "D", "", "E"]
 RATIO = 1.75
 DYNAMIC = ("dynamic", "mesh_d", "pair_f", "dte", "poincare", "equivalent", "natural", "critical", "response")
 SKIPPED = (
+    "preset",
     "count",
     "run_time",
     "residual",
