@@ -63,6 +63,8 @@ class Campaign:
     reference: str | None = "doi:10.1016/j.triboint.2016.05.006"
     figures: tuple[Any, ...] = ()
     path: Path | None = None
+    update: Any = None
+    warnings: tuple[str, ...] = ()
 
 
 def sweep(count: int = 3, *, static: bool = False, **scene: Any) -> Campaign:
