@@ -6,17 +6,15 @@ d at its ends. Contact is included, wear takes nothing from it.
 
 from typing import Annotated, Literal
 
-import numpy as np
 from annotated_types import Lt
 
+from wearlab.mesh.pair_stiffness import PairStiffness
 from wearlab.mesh.stiffnesses import StiffnessModel
 from wearlab.options import NOT_NEGATIVE, POSITIVE, Number, SpringRate, option
 
 
-class Parabola:
+class Parabola(PairStiffness):
     """Compliance at the nodes, whatever wear and load."""
-
-    load_dependent = False
 
     def __init__(self, compliance):
         self.compliance = compliance
@@ -24,14 +22,6 @@ class Parabola:
     def body(self, wear):
         """Return the compliance of the pair, (n,) [m/N]."""
         return self.compliance
-
-    def contact(self, force):
-        """Return none: it is included [m/N]."""
-        return 0.0
-
-    def cross(self, wear):
-        """Return nothing that neighbouring pairs share, (0, n) [m/N]."""
-        return np.zeros((0, len(self.compliance)))
 
 
 class ParabolicStiffness(StiffnessModel):

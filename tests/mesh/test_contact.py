@@ -11,7 +11,13 @@ from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.curve import Curve, constant
 from wearlab.mesh.hertz import weber_compliance, yang_sun
 from wearlab.mesh.profile import lookup, profile_grid
-from wearlab.mesh.stiffness import GivenStiffness, PotentialEnergy, SectionVanished, WeberContact
+from wearlab.mesh.stiffness import (
+    ConstantContact,
+    GivenStiffness,
+    PotentialEnergy,
+    SectionVanished,
+    WeberContact,
+)
 from wearlab.mesh.tooth import tooth_flexibility
 
 LOAD = 4824.0
@@ -32,7 +38,7 @@ def potential_energy(pair, grid, **changes):
     n = len(grid.position)
     parts = {
         "teeth": tuple(tooth_flexibility(g, pair.radius(i, grid.position)) for i, g in enumerate(pair.gears)),
-        "hertz": yang_sun(pair.driving.material, pair.driven.material, pair.face_width),
+        "hertz": ConstantContact(yang_sun(pair.driving.material, pair.driven.material, pair.face_width)),
         "foundation": True,
         "correction": (1.0, 1.0),
         "coupling": np.zeros((0, 2, n)),
@@ -89,7 +95,7 @@ def test_wear_vanishing_is_the_healthy_mesh(pair, grid):
 def test_the_series_of_compliances_has_every_term(pair, grid):
     full = potential_energy(pair, grid).nodes(np.zeros((2, len(grid.position)))).compliance
     rigid_body = potential_energy(pair, grid, foundation=False)
-    no_hertz = potential_energy(pair, grid, hertz=0.0)
+    no_hertz = potential_energy(pair, grid, hertz=ConstantContact(0.0))
     wear = np.zeros((2, len(grid.position)))
     hertz = yang_sun(pair.driving.material, pair.driven.material, pair.face_width)
     np.testing.assert_allclose(full - no_hertz.nodes(wear).compliance, hertz, rtol=1e-9)
@@ -153,7 +159,7 @@ def test_weber_contact_is_solved_for_its_own_load(pair, grid):
     wear = some_wear(grid)
     nodes = analysis.nodes(wear)
     force = analysis.force_at_nodes(analysis.quasistatic(nodes, analysis.at_nodes).force)
-    rigid = potential_energy(pair, grid, hertz=0.0).nodes(wear).compliance
+    rigid = potential_energy(pair, grid, hertz=ConstantContact(0.0)).nodes(wear).compliance
     expected = [
         weber_compliance(
             force[i], weber.equivalent_radius[i], *weber.depth[:, i], *weber.modulus, *weber.poisson, 0.02

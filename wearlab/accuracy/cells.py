@@ -17,7 +17,6 @@ from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.excitation import Friction, Touching, stage_tables, stages
 from wearlab.mesh.stages import StageGrid, StageTables
-from wearlab.mesh.stiffness import GivenStiffness
 
 Array = NDArray[np.float64]
 
@@ -173,8 +172,7 @@ def _edges(kinds: Sequence[Touching], vibration: Vibration) -> tuple[Array, NDAr
     if len(vibration.stages.meshes) == 1:
         analysis = kinds[0].analysis
         inner = analysis.grid.phase_nodes[0]
-        if isinstance(analysis.stiffness, GivenStiffness):
-            inner = np.concatenate([inner, analysis.stiffness.curve.x % 1.0])
+        inner = np.concatenate([inner, analysis.stiffness.bends])
     edges, segments = [vibration.stages.edges[:1]], []
     for index, (low, high) in enumerate(pairwise(vibration.stages.edges)):
         inside = np.unique(np.round(inner[(inner > low + 1e-9) & (inner < high - 1e-9)], 12))

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps, Gaps
+from wearlab.mesh.exact.gaps import Gaps
+from wearlab.mesh.pair_stiffness import PairStiffness
 from wearlab.mesh.profile import Lookup, ProfileGrid, interpolate, lookup
 from wearlab.mesh.sharing import share
-from wearlab.mesh.stiffness import GivenStiffness, PairStiffness, PotentialEnergy
 
 Array = NDArray[np.float64]
 
@@ -122,25 +122,19 @@ class ContactAnalysis:
         if self.gaps is None:
             gap = self.grid.beyond(wear[0] + wear[1] + self.modification)
             return gap, self.stiffness.body(carried)
-        if not (
-            isinstance(self.gaps, ExactGaps | AlgorithmOneGaps)
-            and isinstance(self.stiffness, PotentialEnergy)
-        ):
+        meeting = self.gaps.meeting
+        if meeting is None:
             return self.gaps.at(wear), self.stiffness.body(carried)
-        touching = self.gaps.contact(wear, self.grid.touching)
-        each = self.stiffness.bodies(carried)
-        moved = [
-            np.interp(where, self.grid.touching, values)
-            for where, values in zip((touching.driving, touching.driven), each, strict=True)
-        ]
-        return touching.gap, moved[0] + moved[1]
+        nodes = self.grid.touching
+        met = meeting.contact(wear, nodes)
+        return met.gap, self.stiffness.body_where(carried, nodes, met.driving, met.driven)
 
     def at(self, nodes: Nodes, where: Lookup) -> tuple[Array, Array, Array]:
         """Return compliance, gap (n, n_pairs) and cross compliance (n, n_pairs, n_apart) at phases."""
         shape = (len(where.segment), self.grid.n_pairs)
         compliance, gap = np.empty(shape), np.empty(shape)
-        if isinstance(self.stiffness, GivenStiffness):
-            stiffness = self.stiffness.at(where)
+        stiffness = self.stiffness.at_phases(where)
+        if stiffness is not None:
             compliance = np.divide(1.0, stiffness, out=np.full(shape, np.inf), where=stiffness > 0.0)
         else:
             interpolate(self.grid.first, where, nodes.compliance, np.inf, compliance)

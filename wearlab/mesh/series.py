@@ -15,7 +15,7 @@ from wearlab.mesh.body import foundation_compliance
 from wearlab.mesh.finite_element import FiniteElement, Options, Plane, pair_compliance
 from wearlab.mesh.hertz import yang_sun
 from wearlab.mesh.profile import ProfileGrid
-from wearlab.mesh.stiffness import PotentialEnergy, WeberContact
+from wearlab.mesh.stiffness import ConstantContact, HertzContact, PotentialEnergy, WeberContact
 from wearlab.mesh.tooth import tooth_flexibility
 
 Array = NDArray[np.float64]
@@ -74,10 +74,10 @@ def potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> Potential
     )
 
 
-def _hertz(given: Any, pair: GearPair, grid: ProfileGrid) -> float | WeberContact:
+def _hertz(given: Any, pair: GearPair, grid: ProfileGrid) -> HertzContact:
     first, second = (gear.material for gear in pair.gears)
     if given.hertz == "yang-sun":
-        return yang_sun(first, second, pair.face_width)
+        return ConstantContact(yang_sun(first, second, pair.face_width))
     return WeberContact(
         equivalent_radius=pair.equivalent_curvature(grid.loaded),
         depth=np.stack(

@@ -5,38 +5,50 @@ given wear, the compliance of the contact itself, and what neighbouring pairs sh
 """
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.mesh.curve import Curve
 from wearlab.mesh.hertz import weber_compliances
+from wearlab.mesh.pair_stiffness import PairStiffness
 from wearlab.mesh.profile import Lookup, ProfileGrid, lookup
 from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
 
 Array = NDArray[np.float64]
 
 
-class PairStiffness(Protocol):
-    """What a contact analysis asks of a stiffness model."""
-
-    @property
-    def load_dependent(self) -> bool:
-        """Whether :meth:`contact` depends on the force."""
-
-    def body(self, wear: Array) -> Array:
-        """Return the compliance of teeth and bodies for wear (2, n), (n,) [m/N]."""
-
-    def contact(self, force: Array | None) -> Array | float:
-        """Return the compliance of the contact under pair forces (n,), (n,) [m/N]."""
-
-    def cross(self, wear: Array) -> Array:
-        """Return the compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""
-
-
 class SectionVanished(ValueError):
     """The wear is deeper than the tooth can bear: a section of it is gone."""
+
+
+class HertzContact(Protocol):
+    """How the contact itself yields; ``load_dependent`` says whether that takes the force."""
+
+    load_dependent: ClassVar[bool]
+
+    def compliance(self, force: Array | None) -> Array | float:
+        """Return the secant compliance under pair forces (n,), (n,) [m/N]."""
+        ...
+
+
+@dataclass(frozen=True)
+class ConstantContact:
+    """A contact that yields in proportion to its force.
+
+    Parameters
+    ----------
+    value : compliance [m/N]
+    """
+
+    load_dependent: ClassVar[bool] = False
+
+    value: float
+
+    def compliance(self, force: Array | None) -> float:
+        """Return the compliance, whatever the force [m/N]."""
+        return self.value
 
 
 @dataclass(frozen=True)
@@ -51,14 +63,17 @@ class WeberContact:
     face_width : B [m]
     """
 
+    load_dependent: ClassVar[bool] = True
+
     equivalent_radius: Array
     depth: Array
     modulus: tuple[float, float]
     poisson: tuple[float, float]
     face_width: float
 
-    def compliance(self, force: Array) -> Array:
+    def compliance(self, force: Array | None) -> Array:
         """Return the secant compliance under pair forces (n,), (n,) [m/N]."""
+        assert force is not None
         out = np.empty_like(force)
         weber_compliances(
             force, self.equivalent_radius, self.depth, *self.modulus, *self.poisson, self.face_width, out
@@ -67,7 +82,7 @@ class WeberContact:
 
 
 @dataclass(frozen=True)
-class PotentialEnergy:
+class PotentialEnergy(PairStiffness):
     """Bending, shear and compression of both teeth, their foundations, and the Hertzian contact in series.
 
     ``1/k = 1/k_h + Σ_gears (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``
@@ -75,7 +90,7 @@ class PotentialEnergy:
     Parameters
     ----------
     teeth : the two teeth, (driving, driven)
-    hertz : constant compliance of the contact [m/N], or a load-dependent one
+    hertz : how the contact itself yields
     foundation : whether the wheel bodies yield
     correction : λ of each gear's foundation [1]
     coupling : (n_apart, 2, n) for each gear the foundation compliance shared with the pair 1, 2 … base
@@ -85,7 +100,7 @@ class PotentialEnergy:
     """
 
     teeth: tuple[ToothFlexibility, ToothFlexibility]
-    hertz: float | WeberContact
+    hertz: HertzContact
     foundation: bool
     correction: tuple[float, float]
     coupling: Array
@@ -95,7 +110,7 @@ class PotentialEnergy:
     @property
     def load_dependent(self) -> bool:
         """Whether the contact's compliance depends on the force."""
-        return isinstance(self.hertz, WeberContact)
+        return self.hertz.load_dependent
 
     def body(self, wear: Array) -> Array:
         """Return the compliance of both teeth and bodies for wear (2, n), (n,) [m/N].
@@ -106,6 +121,11 @@ class PotentialEnergy:
             When a worn section of a tooth has no thickness left.
         """
         return np.asarray(self.bodies(wear).sum(axis=0))
+
+    def body_where(self, wear: Array, nodes: Array, driving: Array, driven: Array) -> Array:
+        """Return the compliance of each tooth and body at its own flank point, both together, (n,) [m/N]."""
+        first, second = self.bodies(wear)
+        return np.asarray(np.interp(driving, nodes, first) + np.interp(driven, nodes, second))
 
     def bodies(self, wear: Array) -> Array:
         """Return the compliance of each gear's tooth and body for wear (2, n), (2, n) [m/N].
@@ -126,10 +146,7 @@ class PotentialEnergy:
 
     def contact(self, force: Array | None) -> Array | float:
         """Return the Hertzian compliance, under pair forces (n,) when it depends on them [m/N]."""
-        if isinstance(self.hertz, WeberContact):
-            assert force is not None
-            return self.hertz.compliance(force) / self.scale
-        return self.hertz / self.scale
+        return self.hertz.compliance(force) / self.scale
 
     def cross(self, wear: Array) -> Array:
         """Return the body compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""
@@ -143,7 +160,7 @@ class PotentialEnergy:
 
 
 @dataclass(frozen=True)
-class GivenStiffness:
+class GivenStiffness(PairStiffness):
     """A stiffness that is prescribed, constant or from a table, of one pair or of the whole mesh.
 
     A mesh stiffness is shared out evenly among the pairs that are in the path at that phase.
@@ -158,9 +175,13 @@ class GivenStiffness:
     curve: Curve
     of: Literal["pair", "mesh"]
     grid: ProfileGrid
-    load_dependent = False
 
-    def at(self, where: Lookup) -> Array:
+    @property
+    def bends(self) -> Array:
+        """Phases of the points of the curve, (n,) [1]."""
+        return np.asarray(self.curve.x % 1.0)
+
+    def at_phases(self, where: Lookup) -> Array:
         """Return the pair stiffness at phases, 0 when out of the path, (n, n_pairs) [N/m]."""
         present = self.grid.first[where.segment] >= 0
         if self.of == "mesh":
@@ -177,13 +198,5 @@ class GivenStiffness:
         segment = np.repeat(np.arange(len(self.grid.intervals)), self.grid.intervals + 1)
         pairs = self.grid.pairs_at_phase_nodes
         nodal = np.empty(len(self.grid.touching))
-        nodal[pairs[pairs >= 0]] = self.at(lookup(self.grid, phases, segment))[pairs >= 0]
+        nodal[pairs[pairs >= 0]] = self.at_phases(lookup(self.grid, phases, segment))[pairs >= 0]
         return 1.0 / nodal
-
-    def contact(self, force: Array | None) -> float:
-        """Return zero: a given stiffness already contains the contact [m/N]."""
-        return 0.0
-
-    def cross(self, wear: Array) -> Array:
-        """Return no shared compliance, (0, n) [m/N]."""
-        return np.zeros((0, len(self.grid.touching)))

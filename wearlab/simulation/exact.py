@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from wearlab.life.state import KindState, WearState
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.exact.first_order import depth_of_disagreement, errors_in_both_forms
-from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps, WornFlanks
+from wearlab.mesh.exact.gaps import MeetingGaps, WornFlanks
 from wearlab.mesh.exact.relation import (
     MeshRelation,
     contact_loss,
@@ -34,8 +34,7 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Val
     ``contact_loss`` (update, member, mesh), how far the first-order form is off (update, mesh) and
     ``unloaded_transmission_angle`` (update, mesh, phase); NaN for members not in a mesh.
     """
-    exact = (ExactGaps, AlgorithmOneGaps)
-    if not any(isinstance(one.analysis.gaps, exact) for one in parts.kinds):
+    if all(_meeting(one.analysis) is None for one in parts.kinds):
         return {}
     slots = max(one.analysis.grid.slots for one in parts.kinds)
     shape = (len(states), len(parts.gears.members), len(parts.meshes))
@@ -56,12 +55,17 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Val
         "unloaded_transmission_angle": np.full((shape[0], shape[2], phases), np.nan),
     }
     for index, mesh in enumerate(parts.meshes):
-        if not isinstance(parts.kinds[mesh.kind].analysis.gaps, exact):
+        if _meeting(parts.kinds[mesh.kind].analysis) is None:
             continue
         where = parts.look(index, parts.phase)
         for update, state in enumerate(states):
             _one_state(scene, parts, values, index, update, state.kind[mesh.kind], where)
     return values
+
+
+def _meeting(analysis: ContactAnalysis) -> MeetingGaps | None:
+    """Return the gaps of an analysis that know which points meet, None without."""
+    return None if analysis.gaps is None else analysis.gaps.meeting
 
 
 def _one_state(
@@ -70,27 +74,28 @@ def _one_state(
     """Fill in what one mesh does in one state."""
     kind = parts.meshes[mesh].kind
     one, analysis = parts.gears.kinds[kind], parts.kinds[kind].analysis
-    assert isinstance(analysis.gaps, ExactGaps | AlgorithmOneGaps)
-    relation = mesh_relation(analysis.gaps, state.wear, where.phase, analysis.grid.pair_numbers)
+    gaps = _meeting(analysis)
+    assert gaps is not None
+    relation = mesh_relation(gaps, state.wear, where.phase, analysis.grid.pair_numbers)
     engaged = _engaged(scene, parts, kind, relation, state, where)
     grid = analysis.grid
     values["engaged"][update, mesh, : grid.slots] = grid.into_slots(engaged.astype(float), 0.0)
     contact = scene.mesh.of(one.section).contact
     values["single_contact_share"][update, mesh] = (
-        single_share(analysis.gaps.flanks, state.wear, contact.threshold)
+        single_share(gaps.flanks, state.wear, contact.threshold)
         if contact.engagement == "threshold"
         else np.mean(engaged.sum(axis=0) == 1)
     )
     values["unloaded_transmission_angle"][update, mesh] = (
         relation.unloaded_error / one.pair.driven.base_radius
     )
-    for name, value in _first_order(analysis.gaps.flanks, state.wear).items():
+    for name, value in _first_order(gaps.flanks, state.wear).items():
         values[name][update, mesh] = value
     loss = contact_loss(one.pair, relation.contact_angle, engaged)
     turned, touched = (
         meshing_range(angles, engaged) for angles in (relation.rotation_angle, relation.contact_angle)
     )
-    touched_alone, turned_alone = lone_ranges(analysis.gaps.flanks, state.wear)
+    touched_alone, turned_alone = lone_ranges(gaps.flanks, state.wear)
     for gear, body in enumerate(one.pair.gears):
         member = parts.gears.members.index(body.name)
         for name, angles in (

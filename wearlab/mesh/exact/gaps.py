@@ -1,7 +1,9 @@
 """Gaps of the pairs from the exact mesh relationship, as a contact analysis asks for them."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,8 +80,43 @@ class WornFlanks:
             )
 
 
+class Gaps(Protocol):
+    """Where the gaps of worn flanks come from."""
+
+    @property
+    def meeting(self) -> "MeetingGaps | None":
+        """These gaps where they know which points meet, None where they do not."""
+
+    def at(self, wear: Array) -> Array:
+        """Return the gap at every touching node for wear (2, n), (n_touching,) [m]."""
+
+
+class MeetingGaps(ABC):
+    """Gaps from the points of both flanks that meet.
+
+    Parameters
+    ----------
+    flanks : the flanks
+    """
+
+    flanks: WornFlanks
+
+    @property
+    def meeting(self) -> "MeetingGaps":
+        """These gaps themselves."""
+        return self
+
+    @abstractmethod
+    def contact(self, wear: Array, x: Array) -> FlankContact:
+        """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m]."""
+
+    def at(self, wear: Array) -> Array:
+        """Return the gap at every touching node for wear (2, n), (n_touching,) [m]."""
+        return self.contact(wear, self.flanks.grid.touching).gap
+
+
 @dataclass(frozen=True)
-class ExactGaps:
+class ExactGaps(MeetingGaps):
     """Gaps by the smallest rotation gap of the worn flanks, beyond A and E against the tip corners.
 
     Parameters
@@ -92,10 +129,6 @@ class ExactGaps:
     def contact(self, wear: Array, x: Array) -> FlankContact:
         """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m]."""
         return minimum_gap(*self.flanks.worn(wear), x)
-
-    def at(self, wear: Array) -> Array:
-        """Return the gap at every touching node for wear (2, n), (n_touching,) [m]."""
-        return self.contact(wear, self.flanks.grid.touching).gap
 
 
 @dataclass(frozen=True)
@@ -111,6 +144,11 @@ class DisplacementBeyond:
     """
 
     flanks: WornFlanks
+
+    @property
+    def meeting(self) -> None:
+        """None: to first order flanks meet on the line of action."""
+        return None
 
     @cached_property
     def corners(self) -> tuple[tuple[slice, Corner], ...]:
@@ -142,7 +180,7 @@ class DisplacementBeyond:
 
 
 @dataclass(frozen=True)
-class AlgorithmOneGaps:
+class AlgorithmOneGaps(MeetingGaps):
     """Gaps by Y23's Algorithm 1, to half a step of its search.
 
     Parameters
@@ -167,10 +205,3 @@ class AlgorithmOneGaps:
             np.interp(x, at, values[order]) for values in (found.driving, found.driven, found.gap)
         )
         return FlankContact(first, second, x, x - gap)
-
-    def at(self, wear: Array) -> Array:
-        """Return the gap at every node for wear (2, n), (n_touching,) [m]."""
-        return self.contact(wear, self.flanks.grid.touching).gap
-
-
-Gaps = ExactGaps | DisplacementBeyond | AlgorithmOneGaps

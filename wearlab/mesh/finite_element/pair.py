@@ -11,7 +11,8 @@ from wearlab.mesh.finite_element.cache import gear_compliance
 from wearlab.mesh.finite_element.flank import Flank
 from wearlab.mesh.finite_element.gear_compliance import GearCompliance
 from wearlab.mesh.finite_element.options import Options
-from wearlab.mesh.stiffness import SectionVanished, WeberContact
+from wearlab.mesh.pair_stiffness import PairStiffness
+from wearlab.mesh.stiffness import HertzContact, SectionVanished
 from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
 
 Array = NDArray[np.float64]
@@ -20,7 +21,7 @@ DISTANCE_SLACK = 1e-9
 
 
 @dataclass(frozen=True)
-class FiniteElement:
+class FiniteElement(PairStiffness):
     """Teeth and bodies of both gears by plane finite elements, and the contact in series.
 
     The elements are those of the unworn gears; what wear takes off their sections makes them softer by as
@@ -32,21 +33,21 @@ class FiniteElement:
     ----------
     own : (n,) compliance of both gears' teeth and bodies [m/N]
     shared : (n_apart, n) what it shares with the pair 1, 2 … base pitches ahead, 0 where there is none [m/N]
-    hertz : constant compliance of the contact [m/N], or a load-dependent one
+    hertz : how the contact itself yields
     scale : factor on the stiffness of the whole pair, 1 unless tuned [1]
     teeth : the two teeth as beams, (driving, driven), None: wear takes nothing off their sections
     """
 
     own: Array
     shared: Array
-    hertz: float | WeberContact
+    hertz: HertzContact
     scale: float = 1.0
     teeth: tuple[ToothFlexibility, ToothFlexibility] | None = None
 
     @property
     def load_dependent(self) -> bool:
         """Whether the contact's compliance depends on the force."""
-        return isinstance(self.hertz, WeberContact)
+        return self.hertz.load_dependent
 
     def body(self, wear: Array) -> Array:
         """Return the compliance of both teeth and bodies for wear (2, n), (n,) [m/N].
@@ -73,10 +74,7 @@ class FiniteElement:
 
     def contact(self, force: Array | None) -> Array | float:
         """Return the compliance of the contact, under pair forces (n,) when it depends on them [m/N]."""
-        if isinstance(self.hertz, WeberContact):
-            assert force is not None
-            return self.hertz.compliance(force) / self.scale
-        return self.hertz / self.scale
+        return self.hertz.compliance(force) / self.scale
 
     def cross(self, wear: Array) -> Array:
         """Return the compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""

@@ -6,8 +6,8 @@ from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
     from wearlab.gears.pair import GearPair
+    from wearlab.mesh.pair_stiffness import PairStiffness
     from wearlab.mesh.profile import ProfileGrid
-    from wearlab.mesh.stiffness import PairStiffness
 
 Of = Literal["pair", "mesh"]
 OF = "whose stiffness it is: one pair's, or the whole mesh's"

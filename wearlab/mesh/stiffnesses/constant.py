@@ -7,8 +7,8 @@ from wearlab.options import POSITIVE, SpringRate, option
 
 if TYPE_CHECKING:
     from wearlab.gears.pair import GearPair
+    from wearlab.mesh.pair_stiffness import PairStiffness
     from wearlab.mesh.profile import ProfileGrid
-    from wearlab.mesh.stiffness import PairStiffness
 
 
 class ConstantStiffness(StiffnessModel):

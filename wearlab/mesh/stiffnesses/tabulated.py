@@ -12,8 +12,8 @@ from wearlab.tables import read_stiffness
 if TYPE_CHECKING:
     from wearlab.gears.pair import GearPair
     from wearlab.mesh.curve import Curve
+    from wearlab.mesh.pair_stiffness import PairStiffness
     from wearlab.mesh.profile import ProfileGrid
-    from wearlab.mesh.stiffness import PairStiffness
 
 
 class StiffnessUnits(Part):

@@ -8,7 +8,7 @@ from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.contact import ContactAnalysis, Nodes
 from wearlab.mesh.corners import unworn_extension
-from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps, WornFlanks
+from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.profile import Extension, ProfileGrid
 from wearlab.mesh.reach import Folded, reach_beyond
@@ -110,7 +110,7 @@ def cut_short(pair: GearPair, analysis: ContactAnalysis, nodes: Nodes) -> tuple[
     pair, analysis : the gears and their contact
     nodes : of one wear state
     """
-    if not isinstance(analysis.gaps, ExactGaps | AlgorithmOneGaps):
+    if analysis.gaps is None or analysis.gaps.meeting is None:
         return ()
     if analysis.engagement_gap < np.inf:
         engaged = np.isfinite(analysis.at(nodes, analysis.at_nodes)[0]).astype(float)
