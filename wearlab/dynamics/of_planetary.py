@@ -26,28 +26,22 @@ def train_of(motion: InMotion) -> Train:
 
 def mirror(motion: InMotion) -> float:
     """Return −1 for a set whose sun is driven: it is the mirrored set, angles and speeds change sign."""
-    assert motion.gears.planetary is not None
-    return 1.0 if motion.gears.planetary.sun_drives else -1.0
+    return motion.gears.sense
 
 
 def planet_angles(motion: InMotion) -> Array:
     """Return the angles of the planets in the sense in which the model counts, (n,) [rad]."""
-    assert motion.gears.planetary is not None
-    return np.asarray(mirror(motion) * np.asarray(motion.gears.planetary.planet_angles))
+    return np.asarray(motion.gears.angles)
 
 
 def inertias(motion: InMotion) -> ByMember:
     """Return the inertias of gears and carrier [kg m²]."""
-    assert motion.gears.planetary is not None
-    own = {name: gear.inertia for name, gear in motion.gears.gears.items()}
-    return own | {"carrier": motion.gears.planetary.carrier.inertia}
+    return {name: body.inertia for name, body in motion.gears.bodies.items()}
 
 
 def masses(motion: InMotion) -> ByMember:
     """Return the masses of gears and carrier [kg]."""
-    assert motion.gears.planetary is not None
-    own = {name: gear.mass for name, gear in motion.gears.gears.items()}
-    return own | {"carrier": motion.gears.planetary.carrier.mass}
+    return {name: body.mass for name, body in motion.gears.bodies.items()}
 
 
 def base_radii(motion: InMotion) -> ByMember:
@@ -57,8 +51,7 @@ def base_radii(motion: InMotion) -> ByMember:
 
 def radii(motion: InMotion) -> ByMember:
     """Return base radii, and the pin circle's radius of the carrier [m]."""
-    assert motion.gears.planetary is not None
-    return {**base_radii(motion), "carrier": float(motion.gears.planetary.carrier.pin_circle_radius or 0.0)}
+    return {name: body.radius for name, body in motion.gears.bodies.items()}
 
 
 def pressure_angles(motion: InMotion) -> ByMember:

@@ -53,3 +53,20 @@ PLANETARY = SetDescriptor(
 )
 SETS = {one.kind: one for one in (EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY)}
 """Every kind of gear set, by name."""
+
+
+def _any(words: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(word for one in SETS.values() for word in getattr(one, words)))
+
+
+UNSAID = SetDescriptor(
+    kind="",
+    members=_any("members"),
+    toothed=_any("toothed"),
+    flanks=_any("flanks"),
+    meshes=_any("meshes"),
+    sections=("",),
+    central=_any("central"),
+    roles=(),
+)
+"""What is known where no kind is said: any name that some kind has, and nobody who drives by default."""

@@ -2,18 +2,31 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.gears.gear import Gear
 from wearlab.gears.pair import GearPair
-from wearlab.gears.planetary import PlanetarySet
 from wearlab.mesh.clock import Mesh
 from wearlab.mesh.errors import quadrature
 
 Array = NDArray[np.float64]
-APART = "planet: its two meshes deflect apart, as if they shared no body"
+
+
+class Body(NamedTuple):
+    """A member as it moves.
+
+    Parameters
+    ----------
+    mass, inertia : [kg], [kg·m²]
+    radius : at which its turning is counted: base radius, the pins' of a carrier [m]
+    """
+
+    mass: float
+    inertia: float
+    radius: float
 
 
 @dataclass(frozen=True)
@@ -28,6 +41,7 @@ class PairOfSet:
     speed : of the driving gear relative to the carrier [rad/s]
     passes : (2,) passes of a flank per cycle, (driving, driven) [1]
     load : static normal force of one mesh [N]
+    loaded : the gear whose torque the load is, 0 driving or 1 driven; the mate of a planet
     """
 
     pair: GearPair
@@ -36,6 +50,7 @@ class PairOfSet:
     speed: float
     passes: Array
     load: float
+    loaded: int
 
     def key(self, name: str) -> str:
         """Return the dotted key under which a campaign file gives something of this mesh."""
@@ -58,7 +73,11 @@ class GearSet:
     reference_teeth : teeth of the gear whose turns relative to the carrier are the cycles
     input_teeth : mesh periods in a turn of the input member: its teeth, in a pair
     speed : of that gear relative to the carrier [rad/s]
-    planetary : the planetary set, None for a pair
+    bodies : the members as they move, by name; every planet is "planet"
+    turning : speed of each coordinate of the dynamic models in the nominal rotation [m/s]
+    angles : where the planets stand, in the sense in which the models count; none in a pair [rad]
+    sense : −1 for a set that the models see mirrored: the one whose sun is driven
+    notes : what the set as a whole assumes, in words
     """
 
     kinds: tuple[PairOfSet, ...]
@@ -71,7 +90,11 @@ class GearSet:
     reference_teeth: int
     input_teeth: float
     speed: float
-    planetary: PlanetarySet | None = None
+    bodies: dict[str, Body]
+    turning: dict[str, float]
+    angles: tuple[float, ...] = ()
+    sense: float = 1.0
+    notes: tuple[str, ...] = ()
 
     @property
     def mesh_frequency(self) -> float:
@@ -82,6 +105,11 @@ class GearSet:
     def period(self) -> float:
         """Duration of one mesh period [s]."""
         return 2 * np.pi / (self.speed * self.reference_teeth)
+
+    @property
+    def shares(self) -> bool:
+        """Whether several meshes of a kind share the load."""
+        return len(self.mesh_kinds) > len(self.kinds)
 
     def flank(self, name: str) -> tuple[int, int]:
         """Return the kind of mesh and the gear (0 driving, 1 driven) of a flank."""
@@ -117,4 +145,4 @@ class GearSet:
     def assumed(self) -> tuple[str, ...]:
         """What was assumed about the gears, with their names."""
         own = tuple(f"{gear.name}: {flag}" for gear in self.gears.values() for flag in gear.assumed)
-        return own if self.planetary is None else (*own, APART)
+        return (*own, *self.notes)

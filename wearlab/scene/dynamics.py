@@ -16,7 +16,7 @@ def _of_the_set(value: Any, info: ValidationInfo) -> Any:
     model = value.get("model") if isinstance(value, dict) else value
     variants = DynamicModel.slot.variants
     chosen = variants.get(model) if isinstance(model, str) else None
-    if chosen is not None and kind not in _kinds(chosen):
+    if chosen is not None and kind and kind not in _kinds(chosen):
         own = [name for name, one in variants.items() if kind in _kinds(one)]
         raise PydanticCustomError(
             "not_of_the_set", "{model} does not belong to gears of kind {kind}; give {own}",

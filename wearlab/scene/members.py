@@ -2,22 +2,21 @@
 
 from typing import Any
 
-from wearlab.gears.sets import EXTERNAL_PAIR, SETS, SetDescriptor
+from wearlab.gears.sets import SETS, UNSAID, SetDescriptor
 
-ALL_TOOTHED = tuple(dict.fromkeys(name for one in SETS.values() for name in one.toothed))
-ALL_FLANKS = tuple(dict.fromkeys(name for one in SETS.values() for name in one.flanks))
+ALL_TOOTHED, ALL_FLANKS = UNSAID.toothed, UNSAID.flanks
 
 
 def kind_of(mapping: Any) -> str:
-    """Return the kind of gear set that a raw scene says, the external pair where it says none."""
+    """Return the kind of gear set that a raw scene says, "" where it says none that there is."""
     gears = mapping.get("gears") if isinstance(mapping, dict) else None
     kind = gears.get("kind") if isinstance(gears, dict) else None
-    return kind if isinstance(kind, str) and kind in SETS else EXTERNAL_PAIR.kind
+    return kind if isinstance(kind, str) and kind in SETS else UNSAID.kind
 
 
 def set_in(context: Any) -> SetDescriptor:
-    """Return the kind of gear set in whose scene a section is read; on its own it is an external pair's."""
-    return SETS[(context or {}).get("kind", EXTERNAL_PAIR.kind)]
+    """Return the kind of gear set in whose scene a section is read."""
+    return SETS.get((context or {}).get("kind", ""), UNSAID)
 
 
 def member_of(flank: str) -> str:

@@ -122,7 +122,7 @@ class Operation(Part):
         filled = dict(given)
         taken = [filled[key] for key in ("input", "output", "fixed") if filled.get(key) is not None]
         keys = ("input", "output", "fixed")[: len(known.central)]
-        for key, default in zip(keys, known.roles, strict=True):
+        for key, default in zip(keys, known.roles, strict=False):
             if filled.get(key) is None:
                 free = [name for name in (default, *known.central) if name not in taken]
                 if key == "input" and len(free) > 1 and default in taken:
@@ -144,7 +144,7 @@ class Operation(Part):
     def _known_members(cls, given: Any, info: ValidationInfo) -> Any:
         """Refuse members that this kind of gear set has not, or that cannot be central."""
         known = set_in(info.context)
-        if given is not None and info.field_name == "fixed" and len(known.roles) < 3:
+        if given is not None and info.field_name == "fixed" and len(known.central) < 3:
             raise PydanticCustomError(
                 "members", "belongs to planetary sets; both gears of a pair turn: leave it out"
             )

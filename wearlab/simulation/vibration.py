@@ -83,7 +83,7 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
         values["dte_harmonics"] = series.amplitude[None]
         values["dte_rms"] = [series.rms]
     means = [mean_moments(parts, vibration, touching, kind, response) for kind in range(len(touching))]
-    if parts.gears.planetary is not None:
+    if parts.gears.shares:
         values["mesh_load_factor"] = np.concatenate([load_factors(parts, k, m) for k, m in enumerate(means)])
     values |= {
         **extreme_values(parts, response),
@@ -189,8 +189,7 @@ def mean_force_residual(parts: Parts, loads: list[float], moments_of: list[Array
 
 def _loaded_gear(parts: Parts, kind: int = 0) -> int:
     """Return which gear of a mesh (0 driving, 1 driven) is not the planet; of a pair the driving one."""
-    pair = parts.kinds[kind].pair
-    return 1 if pair.driving.name == "planet" else 0
+    return parts.gears.kinds[kind].loaded
 
 
 def _relative(mean: float, load: float) -> float:
@@ -252,9 +251,7 @@ def has_bearings(parts: Parts) -> bool:
 
 def _sense_of_axes(parts: Parts) -> Array:
     """Return the senses of x and y as the model counts them, (2, 1, 1): y of a mirrored set points back."""
-    planetary = parts.gears.planetary
-    mirrored = planetary is not None and not planetary.sun_drives
-    return np.array([1.0, -1.0 if mirrored else 1.0])[:, None, None]
+    return np.array([1.0, parts.gears.sense])[:, None, None]
 
 
 def _as_parts(response: Response, count: int) -> Array:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 from annotated_types import Ge, Le
 from pydantic import create_model
 
+from wearlab.gears.sets import SETS
 from wearlab.options import NOT_NEGATIVE, POSITIVE, Count, Number, Part, Speed, option
 from wearlab.slots import Slot, Variant
 
@@ -75,11 +76,11 @@ class InMotion(NamedTuple):
 class DynamicModel(Variant):
     """Any dynamic model: the coordinates, and the `System` they make.
 
-    ``kinds`` names the kinds of gear sets that it describes.
+    ``kinds`` names the kinds of gear sets that it describes: where it says none, every pair.
     """
 
     slot: ClassVar[Slot] = Slot("dynamics", __name__)
-    kinds: ClassVar[tuple[str, ...]] = ("external-pair", "internal-pair")
+    kinds: ClassVar[tuple[str, ...]] = tuple(kind for kind, one in SETS.items() if one.is_pair)
 
     method: Method = option("periodic", METHOD, source="wearlab")
     friction: Friction | None = option(None, FRICTION, derived="none", source="B23")

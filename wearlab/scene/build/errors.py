@@ -13,7 +13,7 @@ from wearlab.scene import Scene
 
 def build_errors(scene: Scene, gears: GearSet) -> list[MeshError]:
     """Return one realisation of the errors of each mesh, drawn member after member from the seed."""
-    if gears.planetary is not None:
+    if gears.angles:
         return _of_planetary(scene, gears)
     errors = scene.errors
     if errors is None:
@@ -84,18 +84,16 @@ def _of_planetary(scene: Scene, gears: GearSet) -> list[MeshError]:
     Seen from the carrier the sun brings its once-per-revolution error to planet n later by ψ_n, the ring,
     which turns the other way, earlier; a planet shows the ring the side away from the sun.
     """
-    built = gears.planetary
-    assert built is not None
     errors: Any = scene.errors
     random = np.random.default_rng(0 if errors is None else errors.seed)
-    angles = np.asarray(built.planet_angles)
+    angles = gears.sense * np.asarray(gears.angles)
     sun = realised(_member(scene, gears, "sun"), random)
     planets = [realised(_member(scene, gears, "planet"), random) for _ in angles]
     ring = realised(_member(scene, gears, "ring"), random)
     pins = _pins(scene, angles, random)
     found = []
     for mesh, name in enumerate(gears.mesh_names):
-        kind, n = gears.mesh_kinds[mesh], mesh % built.planets
+        kind, n = gears.mesh_kinds[mesh], mesh % len(angles)
         alpha = gears.kinds[kind].pair.working_pressure_angle
         if kind == 0:
             parts = [sun.turned(-angles[n]), planets[n], *(pin.turned(-alpha) for pin in pins[n])]

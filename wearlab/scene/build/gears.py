@@ -1,5 +1,6 @@
 """``[gears]`` → gears in their operating position, and what this part of a scene assumes."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from wearlab.gears.materials import Material
 from wearlab.gears.modification import Relief, ReliefFrom
 from wearlab.gears.pair import GearPair
 from wearlab.gears.planetary import Carrier, PlanetarySet, planetary_set
+from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, SetDescriptor
 from wearlab.gears.specification import GearSpec
 from wearlab.scene import Scene
 
@@ -49,12 +51,14 @@ def build_pair(scene: Scene) -> GearPair:
         "material": material(gears.material),
         "centre_distance": gears.centre_distance,
     }
-    match gears.kind:
-        case "external-pair":
-            return external_pair(*specs, **common, driving=driving)
-        case "internal-pair":
-            return internal_pair(*specs, **common, driving="ring" if driving == "ring" else "pinion")
-    raise TypeError(f"a {gears.kind} set is no pair")
+    return PAIRS[gears.descriptor](*specs, **common, driving=driving)
+
+
+PAIRS: dict[SetDescriptor, Callable[..., GearPair]] = {
+    EXTERNAL_PAIR: external_pair,
+    INTERNAL_PAIR: internal_pair,
+}
+"""Who shapes the two gears of a pair."""
 
 
 def build_planetary(scene: Scene, *, sun_drives: bool) -> PlanetarySet:

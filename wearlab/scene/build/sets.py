@@ -1,22 +1,28 @@
 """``[gears]`` and ``[operation]`` → a gear set in operation: its pairs, its meshes on one clock, its load."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.gears.gear import Gear
 from wearlab.gears.pair import GearPair
-from wearlab.gears.train import Train
-from wearlab.mesh.gear_set import GearSet, PairOfSet
+from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SetDescriptor
+from wearlab.gears.train import Train, TrainSpeeds
+from wearlab.mesh.gear_set import Body, GearSet, PairOfSet
 from wearlab.scene import Scene
 from wearlab.scene.build.gears import build_pair, build_planetary
 
 Array = NDArray[np.float64]
 
 
+APART = "planet: its two meshes deflect apart, as if they shared no body"
+
+
 def build_set(scene: Scene) -> GearSet:
     """Return the gear set of a scene, in operation."""
-    return _of_pair(scene) if scene.gears.descriptor.is_pair else _of_planetary(scene)
+    return BUILDERS[scene.gears.descriptor](scene)
 
 
 def train_of(scene: Scene) -> Train:
@@ -43,7 +49,7 @@ def _of_planetary(scene: Scene) -> GearSet:
     passes = built.passes
 
     def kind(pair: GearPair, section: str, of_planet: str) -> PairOfSet:
-        flanks = [of_planet if gear.name == "planet" else gear.name for gear in pair.gears]
+        flanks = [of_planet if gear.name == built.planet.name else gear.name for gear in pair.gears]
         return PairOfSet(
             pair=pair,
             flanks=(flanks[0], flanks[1]),
@@ -51,8 +57,14 @@ def _of_planetary(scene: Scene) -> GearSet:
             speed=turning[pair.driving.name],
             passes=np.array([passes[flank] for flank in flanks]),
             load=load,
+            loaded=int(pair.driving.name == built.planet.name),
         )
 
+    bodies = {gear.name: _body(gear) for gear in (built.sun, built.planet, built.ring)}
+    carrier = built.carrier
+    bodies["carrier"] = Body(carrier.mass, carrier.inertia, float(carrier.pin_circle_radius or 0.0))
+    mirrored = 1.0 if built.sun_drives else -1.0
+    angles = mirrored * np.asarray(built.planet_angles)
     planets = [f"planet-{n + 1}" for n in range(count)]
     return GearSet(
         kinds=(
@@ -68,15 +80,37 @@ def _of_planetary(scene: Scene) -> GearSet:
         reference_teeth=built.sun.teeth,
         input_teeth=built.sun.teeth * abs(train.speeds(1.0).sun_relative),
         speed=turning["sun"],
-        planetary=built,
+        bodies=bodies,
+        turning=_turning(speeds, mirrored * float(np.sign(speeds.sun_relative)), bodies, angles),
+        angles=tuple(float(angle) for angle in angles),
+        sense=mirrored,
+        notes=(APART,),
     )
+
+
+def _body(gear: Gear) -> Body:
+    return Body(gear.mass, gear.inertia, gear.base_radius)
+
+
+def _turning(speeds: TrainSpeeds, sense: float, bodies: dict[str, Body], angles: Array) -> dict[str, float]:
+    """Return the nominal rotation of a planetary set as seen from outside: planets travel with their pins."""
+    found = {
+        "sun.u": sense * speeds.sun * bodies["sun"].radius,
+        "ring.u": sense * speeds.ring * bodies["ring"].radius,
+        "carrier.u": sense * speeds.carrier * bodies["carrier"].radius,
+    }
+    for n, angle in enumerate(angles):
+        found[f"planet-{n + 1}.u"] = sense * speeds.planet * bodies["planet"].radius
+        found[f"planet-{n + 1}.x"] = -np.sin(angle) * found["carrier.u"]
+        found[f"planet-{n + 1}.y"] = np.cos(angle) * found["carrier.u"]
+    return found
 
 
 def _of_pair(scene: Scene) -> GearSet:
     """Return a pair as a set of one mesh."""
     pair = build_pair(scene)
     gears = {gear.name: gear for gear in pair.gears}
-    names = tuple(sorted(gears, key=lambda name: name != "pinion"))
+    names = scene.gears.descriptor.members
     driving_speed = scene.operation.speed or 0.0
     teeth = gears[names[0]].teeth
     kind = PairOfSet(
@@ -86,6 +120,7 @@ def _of_pair(scene: Scene) -> GearSet:
         speed=driving_speed,
         passes=np.array([teeth / gear.teeth for gear in pair.gears]),
         load=scene.operation.torque / pair.driving.base_radius,
+        loaded=0,
     )
     return GearSet(
         kinds=(kind,),
@@ -98,4 +133,14 @@ def _of_pair(scene: Scene) -> GearSet:
         reference_teeth=teeth,
         input_teeth=pair.driving.teeth,
         speed=driving_speed * pair.driving.teeth / teeth,
+        bodies={gear.name: _body(gear) for gear in pair.gears},
+        turning={f"{gear.name}.u": driving_speed * pair.driving.base_radius for gear in pair.gears},
     )
+
+
+BUILDERS: dict[SetDescriptor, Callable[[Scene], GearSet]] = {
+    EXTERNAL_PAIR: _of_pair,
+    INTERNAL_PAIR: _of_pair,
+    PLANETARY: _of_planetary,
+}
+"""Who puts a kind of gear set into operation."""

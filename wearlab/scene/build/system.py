@@ -22,12 +22,12 @@ def build_system(scene: Scene, gears: GearSet, stiffness: Array) -> System:
 
 
 def check_held(scene: Scene, gears: GearSet) -> None:
-    """Refuse a planetary set of which anything floats: its meshes need no more than to be there.
+    """Refuse a set of which anything floats: its meshes need no more than to be there.
 
     Raises
     ------
     GearError
         Naming what floats, or what the rotation of the carrier tears away.
     """
-    if scene.dynamics is not None and gears.planetary is not None:
+    if scene.dynamics is not None:
         build_system(scene, gears, np.full(len(gears.mesh_names), ANY))

@@ -29,7 +29,6 @@ from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
-from wearlab.scene.build.nominal import nominal_motion
 from wearlab.scene.build.system import build_system
 
 Array = NDArray[np.float64]
@@ -75,7 +74,7 @@ def build_vibration(
         fluctuation=fluctuation(scene, grid.phase),
         hunting=hunting_period(scene, gears, meshes),
         slow=slow,
-        nominal=nominal_motion(scene, gears, system),
+        nominal=nominal_motion(gears, system),
     )
 
 
@@ -121,13 +120,19 @@ def _check_definite(system: System, stiffness: Array) -> None:
         raise GearError(str(error)) from error
 
 
+def nominal_motion(gears: GearSet, system: System) -> Array | None:
+    """Return speeds (n,) of the nominal rotation, which no mesh resists; None where x alone moves [m/s]."""
+    if not any(name.endswith(".u") for name in system.coordinates):
+        return None
+    return np.array([gears.turning.get(name, 0.0) for name in system.coordinates])
+
+
 def build_friction(scene: Scene, gears: GearSet) -> Friction | None:
     """Return the friction of the flanks, None without; a mirrored set counts path positions backwards."""
     given = scene.dynamics.friction if scene.dynamics is not None else None
     if given is None:
         return None
-    sense = 1.0 if gears.planetary is None or gears.planetary.sun_drives else -1.0
-    return Friction(given.coefficient, (sense,) * len(gears.kinds))
+    return Friction(given.coefficient, (gears.sense,) * len(gears.kinds))
 
 
 def _check_stable(scene: Scene, turned: float) -> None:
