@@ -23,7 +23,7 @@ class UnitError(ValueError):
     """A text is not a quantity of the wanted kind; the message says what would be."""
 
 
-class Kind(NamedTuple):
+class Measure(NamedTuple):
     """A kind of quantity.
 
     Parameters
@@ -51,32 +51,34 @@ class Kind(NamedTuple):
 KINDS = {
     kind.name: kind
     for kind in (
-        Kind("length", "m", "20 mm", ("mm", "m", "um", "cm", "inch"), 1e-6, 1e2),
-        Kind("depth", "m", "0.3 um", ("um", "mm", "nm", "m"), 1e-13, 1e-2),
-        Kind("angle", "rad", "20 deg", ("deg", "rad", "mrad", "arcmin"), 1e-12, 1e3),
-        Kind("speed", "rad/s", "1100 rpm", ("rpm", "rad/s", "rev/min", "1/min", "deg/s"), 1e-6, 1e5),
-        Kind("torque", "N*m", "340 N*m", ("N*m", "kN*m", "N*mm", "Nm", "kNm"), 1e-9, 1e9),
-        Kind("power", "W", "1 kW", ("kW", "W", "MW", "N*m/s"), 1e-9, 1e12),
-        Kind("force", "N", "100 N", ("N", "kN", "MN"), 1e-9, 1e9),
-        Kind("mass", "kg", "2.8 kg", ("kg", "g", "t"), 1e-9, 1e7),
-        Kind("inertia", "kg*m^2", "7300 kg*mm^2", ("kg*m^2", "kg*mm^2", "g*mm^2"), 1e-15, 1e9),
-        Kind("stiffness", "N/m", "1150 N/um", ("N/m", "N/um", "N/mm", "kN/mm", "MN/m"), 1e1, 1e15),
-        Kind("torsional stiffness", "N*m/rad", "1e6 N*m/rad", ("N*m/rad", "kN*m/rad", "N*m/deg"), 1e-6, 1e14),
-        Kind("damping", "N*s/m", "1000 N*s/m", ("N*s/m", "N*s/mm", "kN*s/m"), 1e-6, 1e10),
-        Kind("torsional damping", "N*m*s/rad", "2 N*m*s/rad", ("N*m*s/rad", "N*mm*s/rad"), 1e-12, 1e9),
-        Kind("pressure", "Pa", "206 GPa", ("GPa", "MPa", "Pa", "N/mm^2"), 1e3, 1e13),
-        Kind("density", "kg/m^3", "7830 kg/m^3", ("kg/m^3", "g/cm^3"), 1e0, 1e5),
-        Kind("viscosity", "Pa*s", "0.012 Pa*s", ("Pa*s", "mPa*s", "cP"), 1e-5, 1e3),
-        Kind(
+        Measure("length", "m", "20 mm", ("mm", "m", "um", "cm", "inch"), 1e-6, 1e2),
+        Measure("depth", "m", "0.3 um", ("um", "mm", "nm", "m"), 1e-13, 1e-2),
+        Measure("angle", "rad", "20 deg", ("deg", "rad", "mrad", "arcmin"), 1e-12, 1e3),
+        Measure("speed", "rad/s", "1100 rpm", ("rpm", "rad/s", "rev/min", "1/min", "deg/s"), 1e-6, 1e5),
+        Measure("torque", "N*m", "340 N*m", ("N*m", "kN*m", "N*mm", "Nm", "kNm"), 1e-9, 1e9),
+        Measure("power", "W", "1 kW", ("kW", "W", "MW", "N*m/s"), 1e-9, 1e12),
+        Measure("force", "N", "100 N", ("N", "kN", "MN"), 1e-9, 1e9),
+        Measure("mass", "kg", "2.8 kg", ("kg", "g", "t"), 1e-9, 1e7),
+        Measure("inertia", "kg*m^2", "7300 kg*mm^2", ("kg*m^2", "kg*mm^2", "g*mm^2"), 1e-15, 1e9),
+        Measure("stiffness", "N/m", "1150 N/um", ("N/m", "N/um", "N/mm", "kN/mm", "MN/m"), 1e1, 1e15),
+        Measure(
+            "torsional stiffness", "N*m/rad", "1e6 N*m/rad", ("N*m/rad", "kN*m/rad", "N*m/deg"), 1e-6, 1e14
+        ),
+        Measure("damping", "N*s/m", "1000 N*s/m", ("N*s/m", "N*s/mm", "kN*s/m"), 1e-6, 1e10),
+        Measure("torsional damping", "N*m*s/rad", "2 N*m*s/rad", ("N*m*s/rad", "N*mm*s/rad"), 1e-12, 1e9),
+        Measure("pressure", "Pa", "206 GPa", ("GPa", "MPa", "Pa", "N/mm^2"), 1e3, 1e13),
+        Measure("density", "kg/m^3", "7830 kg/m^3", ("kg/m^3", "g/cm^3"), 1e0, 1e5),
+        Measure("viscosity", "Pa*s", "0.012 Pa*s", ("Pa*s", "mPa*s", "cP"), 1e-5, 1e3),
+        Measure(
             "pressure-viscosity coefficient", "1/Pa", "1.6e-8 1/Pa", ("1/Pa", "1/GPa", "mm^2/N"), 1e-10, 1e-6
         ),
-        Kind(
+        Measure(
             "wear coefficient", "m^2/N", "9.65e-19 m^2/N", ("m^2/N", "mm^3/Nm", "mm^2/N", "1/Pa"), 1e-24, 1e-8
         ),
-        Kind("kinematic viscosity", "m^2/s", "220 mm^2/s", ("mm^2/s", "cSt", "m^2/s"), 1e-7, 1e-1),
-        Kind("hardness", "Pa", "60 HRC", (*SCALES, "GPa", "MPa"), 1e6, 3e10),
-        Kind("time", "s", "10 h", ("s", "min", "h"), 1e-12, 1e12),
-        Kind("temperature", "K", "60 degC", ("degC", "K"), 1e2, 2e3),
+        Measure("kinematic viscosity", "m^2/s", "220 mm^2/s", ("mm^2/s", "cSt", "m^2/s"), 1e-7, 1e-1),
+        Measure("hardness", "Pa", "60 HRC", (*SCALES, "GPa", "MPa"), 1e6, 3e10),
+        Measure("time", "s", "10 h", ("s", "min", "h"), 1e-12, 1e12),
+        Measure("temperature", "K", "60 degC", ("degC", "K"), 1e2, 2e3),
     )
 }
 
@@ -136,7 +138,7 @@ def quantity(text: object, kind: str) -> float:
     return value
 
 
-def split(text: object, wanted: Kind | None = None) -> tuple[str, str]:
+def split(text: object, wanted: Measure | None = None) -> tuple[str, str]:
     """Return the number and the unit of a written quantity, both as texts.
 
     Raises
@@ -190,7 +192,7 @@ def convert(value: Value, from_unit: str, to_unit: str) -> Value:
     return changed + offset if offset else changed
 
 
-def _to_si(number: str, unit: str, wanted: Kind) -> float:
+def _to_si(number: str, unit: str, wanted: Measure) -> float:
     if (
         wanted.name == "speed"
         and re.sub(r"\s|\*\*", "", _plain(unit)).replace("min-1", "min^-1") in PER_MINUTE
@@ -208,7 +210,7 @@ def _to_si(number: str, unit: str, wanted: Kind) -> float:
     return float(Decimal(number) * Decimal(exact)) if len(exact) < 12 else float(number) * scale
 
 
-def _advice(unit: str, wanted: Kind) -> str:
+def _advice(unit: str, wanted: Measure) -> str:
     near = get_close_matches(unit, wanted.units, 1, 0.5)
     meant = f"did you mean {near[0]!r}? " if near else ""
     return f"{meant}expected {wanted.article} such as {wanted.example!r} (kept in {wanted.unit})"

@@ -11,7 +11,7 @@ from rich.console import Console
 
 import wearlab
 from wearlab.runner import Interrupted, RunnerError, cluster, running
-from wearlab.runner.progress import Bar
+from wearlab.runner.progress import ProgressBar
 from wearlab.sources import source_hash
 from wearlab.store import Store, StoreError
 
@@ -192,7 +192,7 @@ def test_the_same_datasets_whoever_computes(store, tmp_path, alone):
 def test_the_bar_counts_trouble(store, alone, monkeypatch):
     screen = io.StringIO()
     console = Console(file=screen, force_terminal=True, width=100)
-    monkeypatch.setattr(running, "watched", lambda progress: Bar(console))
+    monkeypatch.setattr(running, "watched", lambda progress: ProgressBar(console))
     run(alter(alter(sweep(4), 1, act="fail"), 2, act="refuse"), store)
     assert "1 failed, 1 refused" in screen.getvalue()
     assert "4/4" in screen.getvalue()

@@ -62,7 +62,7 @@ class Lognormal(BaseModel):
     cov: float = option(..., "coefficient of variation: standard deviation over mean")
 
 
-class Normal(BaseModel):
+class NormalTable(BaseModel):
     """Normally distributed values."""
 
     model_config = ConfigDict(extra="forbid")
@@ -71,7 +71,7 @@ class Normal(BaseModel):
     sd: float | str = option(..., "standard deviation, with its unit where the key has one")
 
 
-class Weibull(BaseModel):
+class WeibullTable(BaseModel):
     """Weibull-distributed values."""
 
     model_config = ConfigDict(extra="forbid")
@@ -80,13 +80,13 @@ class Weibull(BaseModel):
     shape: float = option(..., "exponent")
 
 
-class Drawn(BaseModel):
+class DrawnTable(BaseModel):
     """Values drawn from one distribution, in a block with ``sample`` or of an unknown of an update."""
 
     model_config = ConfigDict(extra="forbid")
 
     lognormal: Lognormal | None = option(None, "log-normal", derived=OTHER)
-    normal: Normal | None = option(None, "normal", derived=OTHER)
+    normal: NormalTable | None = option(None, "normal", derived=OTHER)
     uniform: tuple[float | str, float | str] | None = option(None, "[low, high], uniform", derived=OTHER)
     loguniform: tuple[float | str, float | str] | None = option(
         None, "[low, high], uniform in the logarithm", derived=OTHER
@@ -94,13 +94,13 @@ class Drawn(BaseModel):
     triangular: tuple[float | str, float | str, float | str] | None = option(
         None, "[low, mode, high], triangular", derived=OTHER
     )
-    weibull: Weibull | None = option(None, "Weibull", derived=OTHER)
+    weibull: WeibullTable | None = option(None, "Weibull", derived=OTHER)
     truncate: tuple[float | str, float | str] | None = option(
         None, "[low, high], values outside are not drawn", derived="not truncated"
     )
 
 
-class Sample(BaseModel):
+class SampleTable(BaseModel):
     """How the keys of a block are drawn."""
 
     model_config = ConfigDict(extra="forbid")
@@ -121,11 +121,11 @@ class Sweep(BaseModel):
     """A block of dotted keys, each to a list of values; they advance together, blocks multiply."""
 
     model_config = ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, list[Any] | Spaced | Drawn]
+    __pydantic_extra__: dict[str, list[Any] | Spaced | DrawnTable]
 
     name: str | None = option(None, "name of the axis", derived="the first key's last word")
     labels: list[str] | None = option(None, "names of values that are tables or lists", derived="the values")
-    sample: Sample | None = option(
+    sample: SampleTable | None = option(
         None, "draw the values of every key that has a distribution", derived="keys list their values"
     )
 

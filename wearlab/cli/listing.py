@@ -38,7 +38,7 @@ HEADS = (
 USUAL = ("campaign", "case", "verdict", "life", "max_wear_depth", "seconds", "started")
 
 
-class Wanted(NamedTuple):
+class RowsWanted(NamedTuple):
     """Which runs to list, and what of them.
 
     Parameters
@@ -56,7 +56,7 @@ class Wanted(NamedTuple):
     state: str | None = None
 
 
-def list_runs(store: "Store", wanted: Wanted, form: Format) -> Status:
+def list_runs(store: "Store", wanted: RowsWanted, form: Format) -> Status:
     """Show the runs that are wanted: the usual once for each campaign they belong to, or chosen columns."""
     if wanted.columns is not None or form is Format.CSV:
         _show_columns(store, wanted, form)
@@ -76,7 +76,7 @@ def list_runs(store: "Store", wanted: Wanted, form: Format) -> Status:
     return Status.WELL
 
 
-def _show_columns(store: "Store", wanted: Wanted, form: Format) -> None:
+def _show_columns(store: "Store", wanted: RowsWanted, form: Format) -> None:
     columns = wanted.columns
     if columns is None:
         known = store.names()

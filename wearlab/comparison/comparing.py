@@ -11,7 +11,7 @@ from wearlab.comparison.aligning import CYCLE, WEAR_DEPTH
 from wearlab.comparison.errors import CompareError
 from wearlab.comparison.pair_of_runs import SIDES, compare_runs
 from wearlab.comparison.quantities import QUANTITIES, described
-from wearlab.comparison.sides import Member, Side, pairs, side
+from wearlab.comparison.sides import Side, SideRun, pairs, side
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -89,7 +89,7 @@ def _campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Dataset:
     )
 
 
-def _reduced(a: Member, b: Member, on: str, tolerance: float) -> xr.Dataset:
+def _reduced(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
     """Return what is kept of one pair, its files closed: memory does not grow with the waves."""
     full = compare_runs(a.load(), b.load(), on, tolerance)
     names = [str(name) for name in full["quantity"].values]

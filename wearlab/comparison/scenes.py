@@ -8,7 +8,7 @@ from wearlab.query.scene_keys import quantity_at
 from wearlab.units import KINDS, convert, split
 
 
-class Difference(NamedTuple):
+class SceneDifference(NamedTuple):
     """A key of the scene that differs.
 
     Parameters
@@ -24,7 +24,7 @@ class Difference(NamedTuple):
     units: str | None
 
 
-def differences(a: str, b: str) -> list[Difference]:
+def differences(a: str, b: str) -> list[SceneDifference]:
     """Return the keys in which two canonical scenes differ, in alphabetical order.
 
     Parameters
@@ -36,12 +36,12 @@ def differences(a: str, b: str) -> list[Difference]:
     return [_difference(key, flat_a.get(key), flat_b.get(key)) for key in keys]
 
 
-def _difference(key: str, a: Any, b: Any) -> Difference:
+def _difference(key: str, a: Any, b: Any) -> SceneDifference:
     kind = quantity_at(key)
     if kind is None:
-        return Difference(key, a, b, None)
+        return SceneDifference(key, a, b, None)
     stored, usual = KINDS[kind].unit, split(KINDS[kind].example)[1]
-    return Difference(key, _shown(a, stored, usual), _shown(b, stored, usual), usual)
+    return SceneDifference(key, _shown(a, stored, usual), _shown(b, stored, usual), usual)
 
 
 def _shown(value: Any, stored: str, usual: str) -> Any:

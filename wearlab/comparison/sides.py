@@ -19,7 +19,7 @@ Key = tuple[tuple[str, Any], ...]
 
 
 @dataclass(frozen=True)
-class Member:
+class SideRun:
     """A run of one side.
 
     Parameters
@@ -41,7 +41,7 @@ class Side:
     """One of the two things compared: its title and runs; the names of the runs without data."""
 
     title: str
-    members: tuple[Member, ...]
+    members: tuple[SideRun, ...]
     absent: tuple[str, ...] = ()
     single: bool = False
 
@@ -72,7 +72,7 @@ def side(given: Any, store: "Store | None", name: str) -> Side:
 
 def _of_run(run: xr.Dataset, name: str) -> Side:
     run_id = str(run.attrs.get("id", ""))
-    return Side(run_id[:10] or name, (Member((), run_id[:10] or name, run_id, lambda: run),), single=True)
+    return Side(run_id[:10] or name, (SideRun((), run_id[:10] or name, run_id, lambda: run),), single=True)
 
 
 def _of_campaign(campaign: Any, store: "Store") -> Side:
@@ -87,7 +87,7 @@ def _of_campaign(campaign: Any, store: "Store") -> Side:
         if entry is None or entry.state != "done":
             absent.append(f"{name}: {entry.state if entry else 'missing'}")
             continue
-        members.append(Member(_key(case.label, places), name, case.id, _reader(store, case.id)))
+        members.append(SideRun(_key(case.label, places), name, case.id, _reader(store, case.id)))
     return Side(campaign.title, tuple(members), tuple(absent))
 
 
@@ -97,7 +97,7 @@ def _reader(store: "Store", run_id: str) -> Callable[[], xr.Dataset]:
 
 def _of_grid(grid: xr.Dataset, name: str) -> Side:
     dims = [str(dim) for dim in grid["run_id"].dims]
-    members: dict[str, Member] = {}
+    members: dict[str, SideRun] = {}
     absent = [str(one) for one in np.atleast_1d(grid.attrs.get("missing", []))]
     for point in np.ndindex(*grid["run_id"].shape):
         run_id = str(grid["run_id"].values[point])
@@ -107,10 +107,10 @@ def _of_grid(grid: xr.Dataset, name: str) -> Side:
         values = {d: (_plain(grid[d].values[i]), grid[d].attrs.get("units")) for d, i in index.items()}
         label = str(values.pop("case", (BASE, None))[0])
         if run_id in members:  # broadcast along the axes: known by its label alone
-            members[run_id] = Member(_key(label, {}), label, run_id, members[run_id].load)
+            members[run_id] = SideRun(_key(label, {}), label, run_id, members[run_id].load)
             continue
         words = ", ".join(f"{d} = {value_text(v, u)}" for d, (v, u) in values.items())
-        members[run_id] = Member(_key(label, values), words or label, run_id, _point(grid, index))
+        members[run_id] = SideRun(_key(label, values), words or label, run_id, _point(grid, index))
     ordered = sorted(members.values(), key=lambda member: dict(member.key)["case"] != BASE)
     return Side(str(grid.attrs.get("title") or name), tuple(ordered), tuple(absent))
 
@@ -162,7 +162,7 @@ def _base(units: str) -> str:
     return units
 
 
-def pairs(a: Side, b: Side) -> tuple[list[tuple[Member, Member]], list[str], list[str]]:
+def pairs(a: Side, b: Side) -> tuple[list[tuple[SideRun, SideRun]], list[str], list[str]]:
     """Return the runs that belong together, and the names of those left over on either side.
 
     Two single runs belong together whatever they are; others by label and place.

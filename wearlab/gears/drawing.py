@@ -18,7 +18,7 @@ TEETH = 5  # drawn on each side
 BODY = 3.0  # of the body below the teeth, in modules
 
 
-class Drawing(NamedTuple):
+class ToothDrawing(NamedTuple):
     """An SVG's parts in modules about the pitch point, y downwards.
 
     Parameters
@@ -53,7 +53,7 @@ def working_half_angle(gear: Gear, radius: float) -> float:
     return float(np.arctan2(y, x)[0])
 
 
-def drawing(pair: GearPair) -> Drawing:
+def drawing(pair: GearPair) -> ToothDrawing:
     """Return the drawing of a pair whose flanks touch at the pitch point.
 
     The centre line runs downwards, the pinion's centre above the pitch point; its right flank drives.
@@ -83,7 +83,7 @@ def drawing(pair: GearPair) -> Drawing:
         angles = base + sweep * min(math.pi, 2.0 * WIDE * module / radius)
         arc = np.stack([middle + radius * np.cos(angles), radius * np.sin(angles)], axis=1)
         circles.append(_path(arc, module))
-    return Drawing(
+    return ToothDrawing(
         f"{-WIDE / 2:g} {-HIGH / 2:g} {WIDE:g} {HIGH:g}",
         tuple(bodies),
         tuple(circles),

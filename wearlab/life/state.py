@@ -111,7 +111,7 @@ class Account:
 
 
 @dataclass(frozen=True)
-class Kind:
+class MeshKind:
     """One kind of mesh: its contact, its wear law, and when its meshes meet on the clock.
 
     Parameters
@@ -136,13 +136,13 @@ def kinds_of(
     patches: Sequence[Patch | None],
     meshes: Sequence[Mesh],
     edges: Array,
-) -> tuple[Kind, ...]:
+) -> tuple[MeshKind, ...]:
     """Return the kinds of mesh of a set whose clock has breaks at ``edges``."""
     found = []
     for kind, (analysis, law, patch) in enumerate(zip(analyses, laws, patches, strict=True)):
         own = of_kind(meshes, kind)
         when = tuple(instants_of(analysis.grid, meshes[i].lag, analysis.at_nodes, edges) for i in own)
-        found.append(Kind(analysis, law, patch, own, when))
+        found.append(MeshKind(analysis, law, patch, own, when))
     return tuple(found)
 
 
@@ -155,7 +155,7 @@ class Coupled(ABC):
     kinds : the kinds of mesh
     """
 
-    kinds: tuple[Kind, ...]
+    kinds: tuple[MeshKind, ...]
 
     @abstractmethod
     def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
@@ -279,7 +279,7 @@ class Coupling(Coupled):
             for kind, one in zip(self.kinds, state.kind, strict=True)
         ]
 
-    def _touching(self, kind: Kind, depth: Array) -> Touching:
+    def _touching(self, kind: MeshKind, depth: Array) -> Touching:
         try:
             nodes = kind.analysis.nodes(depth if kind.patch is None else kind.patch.felt(depth))
         except SectionVanished as error:
@@ -313,7 +313,7 @@ class Coupling(Coupled):
         self.account.counts["right_hand_sides"] += sum(one.counts.right_hand_sides for one in responses)
         return responses
 
-    def _forces(self, kind: Kind, one: Touching, responses: Responses) -> Forces:
+    def _forces(self, kind: MeshKind, one: Touching, responses: Responses) -> Forces:
         """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle."""
         vibration = self.vibration
         assert vibration is not None
@@ -338,7 +338,7 @@ class Coupling(Coupled):
         )
 
 
-def _rate(kind: Kind, depth: Array, weight: Array, tooth_force: Array) -> Array:
+def _rate(kind: MeshKind, depth: Array, weight: Array, tooth_force: Array) -> Array:
     """Return the wear rate of the flanks of a kind of mesh, (2, n) [m per cycle]."""
     law, patch = kind.law, kind.patch
     assert law is not None

@@ -17,14 +17,14 @@ HALF_A_DIGIT = 0.5 * 10.0 ** (1 - DIGITS)  # relative, where the leading digit i
 WHOLE = 10.0**DIGITS  # below it whole numbers have no digits that identity drops
 
 
-class Edges(NamedTuple):
+class RoundingEdges(NamedTuple):
     """The lowest and the highest number that count as one."""
 
     low: float
     high: float
 
 
-def edges(value: float) -> Edges:
+def edges(value: float) -> RoundingEdges:
     """Return between which numbers everything is the same as ``value``.
 
     Parameters
@@ -38,11 +38,11 @@ def edges(value: float) -> Edges:
     True
     """
     if not math.isfinite(value) or value == 0.0 or (abs(value) >= WHOLE and value == int(value)):
-        return Edges(value, value)
+        return RoundingEdges(value, value)
     near, far = (rounded(abs(value) * (1.0 + sign * ROUND_OFF)) for sign in (-1.0, 1.0))
     near -= _half_a_digit(near * (1.0 - HALF_A_DIGIT))  # below a power of ten, digits are finer
     far += _half_a_digit(far)
-    return Edges(near, far) if value > 0.0 else Edges(-far, -near)
+    return RoundingEdges(near, far) if value > 0.0 else RoundingEdges(-far, -near)
 
 
 def _half_a_digit(value: float) -> float:

@@ -98,7 +98,7 @@ def parse(text: str) -> Any:
     ------
     QueryError : it does not follow the grammar; the message points at the place
     """
-    reader = _Reader(text)
+    reader = _Grammar(text)
     tree = reader.condition(0)
     reader.expect_end()
     return tree
@@ -106,7 +106,7 @@ def parse(text: str) -> Any:
 
 def parse_operand(text: str) -> Any:
     """Return a name or a ``first_cycle(…)``: what may be a column of a table."""
-    reader = _Reader(text)
+    reader = _Grammar(text)
     operand = reader.operand()
     reader.expect_end()
     if isinstance(operand, Literal):
@@ -114,7 +114,7 @@ def parse_operand(text: str) -> Any:
     return operand
 
 
-class _Reader:
+class _Grammar:
     """Walks over the words of a condition."""
 
     def __init__(self, text: str) -> None:

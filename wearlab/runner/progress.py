@@ -114,7 +114,7 @@ def in_notebook() -> bool:
     return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
 
 
-class Bar:
+class ProgressBar:
     """Progress on the terminal, by rich, on standard error.
 
     Parameters
@@ -142,7 +142,7 @@ class Bar:
         self._task = self._bar.add_task("", total=None, trouble="")
         self._counts = {"failed": 0, "refused": 0}
 
-    def __enter__(self) -> "Bar":
+    def __enter__(self) -> "ProgressBar":
         self._bar.start()
         return self
 
@@ -185,5 +185,5 @@ def watched(progress: bool) -> Progress:
         from rich.console import Console
 
         console = Console(stderr=True)
-        return Bar(console) if console.is_terminal else Lines()
+        return ProgressBar(console) if console.is_terminal else Lines()
     return Silent()

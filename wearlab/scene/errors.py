@@ -101,7 +101,7 @@ class ErrorHarmonic(Part):
         )  # fmt: skip
 
 
-class Errors(Part):
+class ErrorsSection(Part):
     """Errors of the mesh besides wear."""
 
     seed: Annotated[Count, NOT_NEGATIVE] = option(

@@ -32,7 +32,7 @@ from wearlab.shop.materials import ALIASES, MATERIALS, known
 Iso21771 = "ISO 21771"
 
 
-class Material(Part):
+class MaterialOptions(Part):
     """An isotropic elastic material; a name of the catalogue gives all of it, and options beside it win."""
 
     youngs_modulus: Annotated[Pressure, POSITIVE] = option(..., "Young's modulus E")
@@ -94,14 +94,15 @@ def not_a_name(name: object) -> str:
 
 
 NamedMaterial = Annotated[
-    Material, BeforeValidator(_material, json_schema_input_type=Literal[tuple(MATERIALS)] | Material)
+    MaterialOptions,
+    BeforeValidator(_material, json_schema_input_type=Literal[tuple(MATERIALS)] | MaterialOptions),
 ]
 
 
-STEEL = Material(youngs_modulus=Stored(206e9), poisson_ratio=Stored(0.3), density=Stored(7830.0))
+STEEL = MaterialOptions(youngs_modulus=Stored(206e9), poisson_ratio=Stored(0.3), density=Stored(7830.0))
 
 
-class Relief(Part):
+class ReliefOptions(Part):
     """Material removed at one end of the active profile."""
 
     alternatives: ClassVar[Alternatives] = ((("length",), ("start_diameter",), ("start_roll_angle",)),)
@@ -123,7 +124,7 @@ class Relief(Part):
     shape: Literal["linear", "parabolic"] = option("linear", "course of the relief along the path")
 
     @model_validator(mode="after")
-    def _begins_somewhere(self) -> "Relief":
+    def _begins_somewhere(self) -> "ReliefOptions":
         if self.length is None and self.start_diameter is None and self.start_roll_angle is None:
             raise PydanticCustomError(
                 "relief", "give length along the path, start_diameter or start_roll_angle", {}
@@ -185,8 +186,8 @@ class Toothed(Part):
     roughness_ra: Annotated[Depth, POSITIVE] | None = option(
         None, "mean roughness R_a of the flanks; R_q = 1.25 R_a is assumed", derived="no film thickness ratio"
     )
-    tip_relief: Relief | None = option(None, "relief at the tip", derived="no relief")
-    root_relief: Relief | None = option(
+    tip_relief: ReliefOptions | None = option(None, "relief at the tip", derived="no relief")
+    root_relief: ReliefOptions | None = option(
         None, "relief at the root, by its length along the path", derived="no relief"
     )
     profile_crowning: Depth | None = option(
@@ -225,7 +226,7 @@ class Toothed(Part):
         return filled
 
 
-class Gear(Toothed):
+class GearOptions(Toothed):
     """One external gear."""
 
     root_profile: Literal["trochoid", "radial"] | None = option(
@@ -271,7 +272,7 @@ class Ring(Toothed):
 ECCENTRICITY = "distance of the toothing's axis from the axis it turns about"
 
 
-class PlanetaryGear(Gear):
+class PlanetaryGear(GearOptions):
     """The sun, or every planet, of a planetary set."""
 
     eccentricity: Annotated[Depth, NOT_NEGATIVE] | None = option(None, ECCENTRICITY, derived="none")
@@ -283,7 +284,7 @@ class PlanetaryRing(Ring):
     eccentricity: Annotated[Depth, NOT_NEGATIVE] | None = option(None, ECCENTRICITY, derived="none")
 
 
-class Carrier(Part):
+class CarrierOptions(Part):
     """What carries the planets' pins."""
 
     mass: Annotated[Mass, POSITIVE] = option(..., "mass, without the planets")
@@ -298,7 +299,7 @@ class Carrier(Part):
     )
 
 
-class GearSet(Part):
+class SetOptions(Part):
     """What every kind of gear set has; ``members`` in the order of datasets, ``toothed`` those with teeth."""
 
     chooser: ClassVar[str] = "kind"
@@ -338,25 +339,25 @@ CENTRE_DISTANCE: Any = option(
 )
 
 
-class ExternalPair(GearSet):
+class ExternalPair(SetOptions):
     """A pinion and a gear."""
 
     descriptor: ClassVar[SetDescriptor] = EXTERNAL_PAIR
 
     kind: Literal["external-pair"] = option(..., "kind of gear set")
     centre_distance: Annotated[Length, POSITIVE] | None = CENTRE_DISTANCE
-    pinion: Gear = option(..., "the pinion; a cycle is one revolution of it")
-    gear: Gear = option(..., "the wheel")
+    pinion: GearOptions = option(..., "the pinion; a cycle is one revolution of it")
+    gear: GearOptions = option(..., "the wheel")
 
 
-class InternalPair(GearSet):
+class InternalPair(SetOptions):
     """A pinion within a ring."""
 
     descriptor: ClassVar[SetDescriptor] = INTERNAL_PAIR
 
     kind: Literal["internal-pair"] = option(..., "kind of gear set")
     centre_distance: Annotated[Length, POSITIVE] | None = CENTRE_DISTANCE
-    pinion: Gear = option(..., "the pinion; a cycle is one revolution of it")
+    pinion: GearOptions = option(..., "the pinion; a cycle is one revolution of it")
     ring: Ring = option(..., "the ring around it")
 
 
@@ -374,7 +375,7 @@ def _both_distances(value: object) -> object:
     return {"sun_planet": value, "planet_ring": value}
 
 
-class PlanetarySet(GearSet):
+class PlanetaryOptions(SetOptions):
     """A sun, planets on a carrier, and a ring."""
 
     descriptor: ClassVar[SetDescriptor] = PLANETARY
@@ -398,10 +399,10 @@ class PlanetarySet(GearSet):
     sun: PlanetaryGear = option(..., "the sun; a cycle is one revolution of it relative to the carrier")
     planet: PlanetaryGear = option(..., "every planet")
     ring: PlanetaryRing = option(..., "the ring around them")
-    carrier: Carrier = option(..., "the carrier")
+    carrier: CarrierOptions = option(..., "the carrier")
 
     @model_validator(mode="after")
-    def _one_angle_each(self) -> "PlanetarySet":
+    def _one_angle_each(self) -> "PlanetaryOptions":
         if self.planet_angles is not None and len(self.planet_angles) != self.planets:
             raise PydanticCustomError(
                 "planets",
@@ -411,4 +412,4 @@ class PlanetarySet(GearSet):
         return self
 
 
-Gears = Annotated[ExternalPair | InternalPair | PlanetarySet, Field(discriminator="kind")]
+Gears = Annotated[ExternalPair | InternalPair | PlanetaryOptions, Field(discriminator="kind")]

@@ -93,7 +93,7 @@ class OneMesh(Part):
 OWN_MESHES = PLANETARY.sections
 
 
-class Mesh(OneMesh):
+class MeshSection(OneMesh):
     """The meshes of a gear set: what all have in common, and what one kind has of its own."""
 
     sun_planet: OneMesh | None = option(None, "what holds for sun and planets alone", derived="as above")

@@ -12,17 +12,17 @@ from pydantic import PrivateAttr, ValidationError, model_validator
 from wearlab.options import Part
 from wearlab.plugins import CONSENT, LOADED, Plugin, PluginError, load
 from wearlab.scene import lookup
-from wearlab.scene.errors import Errors
+from wearlab.scene.errors import ErrorsSection
 from wearlab.scene.identity import canonical, identity, stored
 from wearlab.scene.members import kind_of
 from wearlab.scene.merge import DropError, merge, nested, without
-from wearlab.scene.mesh import OWN_MESHES, Mesh, OneMesh
+from wearlab.scene.mesh import OWN_MESHES, MeshSection, OneMesh
 from wearlab.scene.problems import SceneError, problems_of
 from wearlab.scene.rules import broken_rules
 from wearlab.scene.sections import Sections
 from wearlab.scene.start import StartWear
 from wearlab.scene.telling import html, one_line
-from wearlab.scene.wear import InitialWears, Wear
+from wearlab.scene.wear import InitialWears, WearSection
 from wearlab.slots import Slot, Variant, when_changed
 
 
@@ -190,7 +190,7 @@ def parts_within(value: Any) -> Iterator[Variant]:
 def _renew() -> None:
     """Let the sections choose among the variants that are known now."""
     parts: list[type[Part]] = [part for slot in Slot.all.values() for part in slot.variants.values()]
-    parts += [OneMesh, Mesh, Errors, InitialWears, Wear, Sections, Scene]
+    parts += [OneMesh, MeshSection, ErrorsSection, InitialWears, WearSection, Sections, Scene]
     for part in parts:
         part.model_rebuild(force=True)
     lookup.forget()

@@ -26,7 +26,7 @@ def _known(names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(sorted(set(names)))
 
 
-class Store(Part):
+class StoreSection(Part):
     """What is kept of a run."""
 
     variables: Annotated[tuple[str, ...], MinLen(1), AfterValidator(_known)] | None = option(

@@ -101,7 +101,7 @@ class Until(Part):
         return self
 
 
-class Snapshots(Part):
+class SnapshotOptions(Part):
     """Wear states stored on the way; asking for them changes nothing."""
 
     alternatives: ClassVar[Alternatives] = ((("cycles",), ("mesh_cycles",), ("depth", "flank")),)
@@ -118,7 +118,7 @@ class Snapshots(Part):
     flank: Flank | None = option(None, FLANK, derived="whichever is deepest")
 
     @model_validator(mode="after")
-    def _something(self) -> "Snapshots":
+    def _something(self) -> "SnapshotOptions":
         if all(asked is None for asked in (self.cycles, self.mesh_cycles, self.depth)):
             raise PydanticCustomError("snapshots", "give one of 'cycles', 'mesh_cycles', 'depth'")
         return self
@@ -133,7 +133,7 @@ def _no_table(value: Any) -> Any:
     return value
 
 
-class Wear(Part):
+class WearSection(Part):
     """Archard's law along the path, stepped over cycles."""
 
     alternatives: ClassVar[Alternatives] = ((("contact_patch",), ("average_over_contact_width",)),)
@@ -178,7 +178,7 @@ class Wear(Part):
         None, "wear before the first cycle", derived="new flanks"
     )
     until: Until | None = option(None, "where the life ends", derived="one wear state")
-    snapshots: Snapshots | None = option(None, "states stored on the way", derived="accepted steps")
+    snapshots: SnapshotOptions | None = option(None, "states stored on the way", derived="accepted steps")
     step: Step = option(AdaptiveStep(), "how the wear is stepped over cycles", source="wearlab")
 
     @model_validator(mode="before")

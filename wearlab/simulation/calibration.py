@@ -6,7 +6,7 @@ from typing import NamedTuple
 from wearlab.options import Stored
 from wearlab.scene import Scene
 from wearlab.scene.identity import canonical
-from wearlab.scene.store import Store
+from wearlab.scene.store import StoreSection
 from wearlab.scene.wear import Until
 from wearlab.simulation.errors import Refused
 from wearlab.simulation.estimates import estimated
@@ -90,7 +90,7 @@ def calibrating(scene: Scene, given: CalibratedCoefficient) -> Scene:
         "errors": None if drawn else scene.errors,
         "lubricant": scene.lubricant if given.film else None,
         "start": None,
-        "store": Store(),
+        "store": StoreSection(),
     }
     return in_condition(scene.model_copy(update=changed), given.torque, given.speed)
 

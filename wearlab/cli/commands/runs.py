@@ -34,10 +34,10 @@ def ls(
         from wearlab.cli.updating import list_updates
 
         return list_updates(Store(store), json or format is Format.JSON)
-    from wearlab.cli.listing import Wanted, list_runs
+    from wearlab.cli.listing import RowsWanted, list_runs
     from wearlab.query.errors import QueryError
 
-    wanted = Wanted(where, split_columns(columns), sort, limit, state)
+    wanted = RowsWanted(where, split_columns(columns), sort, limit, state)
     with refusing(*REFUSALS, QueryError):
         return list_runs(Store(store), wanted, Format.JSON if json else format)
 

@@ -18,7 +18,7 @@ METHOD = "how the steady response is found; periodic is shooting, the others mar
 Method = Literal["periodic", "rk4", "rk45", "newmark"]
 
 
-class Friction(Part):
+class FrictionOptions(Part):
     """Sliding friction of the flanks, ``μ F`` against the sliding, reversed at the pitch point."""
 
     coefficient: Annotated[Number, NOT_NEGATIVE, Le(1.0)] = option(
@@ -83,7 +83,7 @@ class DynamicModel(Variant):
     kinds: ClassVar[tuple[str, ...]] = tuple(kind for kind, one in SETS.items() if one.is_pair)
 
     method: Method = option("periodic", METHOD, source="wearlab")
-    friction: Friction | None = option(None, FRICTION, derived="none", source="B23")
+    friction: FrictionOptions | None = option(None, FRICTION, derived="none", source="B23")
     response: FrequencyResponse | None = option(None, RESPONSE, derived="none", source="wearlab")
 
     def build(self, motion: InMotion) -> "System":

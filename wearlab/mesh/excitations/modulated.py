@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from wearlab.mesh.excitation import Excitation
 
 
-class Modulated(Part):
+class ModulationOptions(Part):
     """What the modulations of stiffness and error have in common (L16 Eqs. 10–13)."""
 
     carrier_phase: Angle = option(0.0, "phase of the fundamental harmonic", source="L16 Eqs. 10, 12")
@@ -19,14 +19,14 @@ class Modulated(Part):
     fm_phase: Angle = option(0.0, "phase of the frequency modulation", source="L16 Eqs. 11, 13")
 
 
-class StiffnessModulation(Modulated):
+class StiffnessModulation(ModulationOptions):
     """A given modulation of the mesh stiffness."""
 
     mean: Annotated[SpringRate, POSITIVE] = option(..., "mean component k_mm", source="L16 Eq. 10")
     carrier: SpringRate = option(..., "amplitude of the fundamental harmonic, k_a1", source="L16 Eq. 10")
 
 
-class ErrorModulation(Modulated):
+class ErrorModulation(ModulationOptions):
     """A given modulation of the transmission error."""
 
     mean: Depth = option(0.0, "mean, 0 in the paper", source="L16 Eq. 12")

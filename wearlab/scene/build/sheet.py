@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from wearlab.gears.drawing import Drawing, drawing
+from wearlab.gears.drawing import ToothDrawing, drawing
 from wearlab.gears.gear import Gear
 from wearlab.gears.involute import involute
 from wearlab.scene import Scene
@@ -42,7 +42,7 @@ class Sheet(NamedTuple):
 
     members: tuple[str, ...]
     rows: tuple[GearRow, ...]
-    drawings: tuple[tuple[str, Drawing], ...]
+    drawings: tuple[tuple[str, ToothDrawing], ...]
 
 
 def sheet(scene: Scene) -> Sheet:
