@@ -20,7 +20,7 @@ from wearlab.mesh.finite_element import (
     solve_gear,
 )
 from wearlab.mesh.finite_element import pair_compliance as compliance
-from wearlab.mesh.finite_element.flank import Flank
+from wearlab.mesh.finite_element.flank import LoadedFlank
 from wearlab.mesh.hertz import weber_compliance
 
 QUICK = Options(refinement=2, samples=11)
@@ -58,7 +58,7 @@ def test_mesh_convergence(pair, which):
 
 def test_the_patch_does_not_matter(pair):
     """On the path of contact; near the base circle the flank is curved as sharply as the patch is wide."""
-    lowest = Flank(pair.driving).parameter(pair.radius(0, np.array([pair.path.A])))[0]
+    lowest = LoadedFlank(pair.driving).parameter(pair.radius(0, np.array([pair.path.A])))[0]
     active = np.linspace(lowest, 1.9, 7)
     narrow, wide = (own(pair.driving, Options(patch=w, samples=15), at=active) for w in (0.1, 0.2))
     assert narrow == pytest.approx(wide, rel=1e-3, abs=0)
@@ -74,7 +74,9 @@ def test_solid_gear_near_iso_6336():
     """Stiffness of a pair at 240 N/mm: c' = 14.4 N/(mm um) after ISO 6336-1 for 50/50 teeth, c'_th = 18."""
     gears = standard(bore=0.08)
     total, _ = compliance(gears, np.zeros(1), 2, Options())
-    depth = Flank(gears.driving).depth(Flank(gears.driving).parameter(gears.radius(0, np.zeros(1))))[0]
+    depth = LoadedFlank(gears.driving).depth(
+        LoadedFlank(gears.driving).parameter(gears.radius(0, np.zeros(1)))
+    )[0]
     steel = gears.driving.material
     rho = gears.equivalent_curvature(0.0)
     hertz = weber_compliance(
@@ -101,7 +103,7 @@ def test_the_body_agrees_with_an_annulus(pair):
 
 def on_one_line(gears, index, s, tooth):
     """Return how far the point one base pitch ahead lies off the line of action, on a given tooth [m]."""
-    gear, flank = gears.gears[index], Flank(gears.gears[index])
+    gear, flank = gears.gears[index], LoadedFlank(gears.gears[index])
     here, ahead = (flank.parameter(gears.radius(index, np.array([x]))) for x in (s, s + gears.base_pitch))
     turn = 2 * np.pi * tooth / gear.teeth
     rotate = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
@@ -119,7 +121,7 @@ def test_neighbours_share_the_line_of_action(which):
     expected = 0.0
     for index, gear in enumerate(gears.gears):
         (tooth,) = (k for k in (1, -1) if on_one_line(gears, index, s, k) < 1e-9)
-        solved, flank = gear_compliance(gear, QUICK), Flank(gear)
+        solved, flank = gear_compliance(gear, QUICK), LoadedFlank(gear)
         here, ahead = (
             solved.weights(flank.parameter(gears.radius(index, np.array([x])))) @ np.eye(QUICK.samples)
             for x in (s, s + gears.base_pitch)

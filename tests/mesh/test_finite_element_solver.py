@@ -14,7 +14,7 @@ from wearlab.gears.materials import STEEL
 from wearlab.gears.ring import build_ring
 from wearlab.gears.specification import GearSpec
 from wearlab.mesh.finite_element.chart import chart
-from wearlab.mesh.finite_element.flank import Flank
+from wearlab.mesh.finite_element.flank import LoadedFlank
 from wearlab.mesh.finite_element.half_plane import half_plane_compliance
 from wearlab.mesh.finite_element.sector import assemble, sector
 from wearlab.mesh.finite_element.wheel import flank_loads, wheel_compliance
@@ -130,8 +130,8 @@ def test_thick_ring_under_pressure(plane, refinement):
 
 
 def test_loads_push_inwards_or_as_asked():
-    one, width = sector(chart(Flank(EXTERNAL)), STEEL, "strain", 1), 0.2 * EXTERNAL.module
-    inwards, asked = -Flank(EXTERNAL).normal([1.2, 1.6]), np.array([[0.6, -0.8], [0.8, 0.6]])
+    one, width = sector(chart(LoadedFlank(EXTERNAL)), STEEL, "strain", 1), 0.2 * EXTERNAL.module
+    inwards, asked = -LoadedFlank(EXTERNAL).normal([1.2, 1.6]), np.array([[0.6, -0.8], [0.8, 0.6]])
     for direction, loads in (
         (inwards, flank_loads(one, [1.2, 1.6], width)),
         (asked, flank_loads(one, [1.2, 1.6], width, asked)),
@@ -143,7 +143,7 @@ def test_loads_push_inwards_or_as_asked():
 def test_the_wheel_from_one_sector_is_the_whole_wheel(gear):
     """All sectors turned into place, common nodes merged, solved at once."""
     z, reach = gear.teeth, 2
-    one = sector(chart(Flank(gear)), STEEL, "strain", 1)
+    one = sector(chart(LoadedFlank(gear)), STEEL, "strain", 1)
     loads = flank_loads(one, [1.2, 1.6], 0.2 * gear.module)
     found = wheel_compliance(one, loads, reach)
     points, turned = [], []
@@ -183,7 +183,7 @@ def test_the_wheel_from_one_sector_is_the_whole_wheel(gear):
 
 def test_reciprocity_round_the_wheel():
     """Maxwell and Betti: tooth k under a load at a and b on tooth 0 is tooth 0 under a load at b."""
-    one = sector(chart(Flank(EXTERNAL)), STEEL, "strain", 1)
+    one = sector(chart(LoadedFlank(EXTERNAL)), STEEL, "strain", 1)
     loads = flank_loads(one, [1.1, 1.5, 1.8], 0.2 * EXTERNAL.module)
     C = wheel_compliance(one, loads, EXTERNAL.teeth - 1)
     for k in range(1, EXTERNAL.teeth):
@@ -195,8 +195,8 @@ def test_reciprocity_round_the_wheel():
 @pytest.mark.parametrize("gear", [EXTERNAL, RING], ids=["external", "ring"])
 def test_loads_are_unit_forces_along_the_line_of_action(gear):
     """Their sum is one, their moment about the centre the base radius, whatever the patch."""
-    one = sector(chart(Flank(gear)), STEEL, "strain", 2)
-    parameter = Flank(gear).parameter(
+    one = sector(chart(LoadedFlank(gear)), STEEL, "strain", 2)
+    parameter = LoadedFlank(gear).parameter(
         [gear.form_radius + f * (gear.tip_radius - gear.form_radius) for f in (0.1, 0.5, 0.9)]
     )
     loads = flank_loads(one, parameter, 0.05 * gear.module)

@@ -10,7 +10,7 @@ from wearlab.campaign.report import PARTS, read_report
 from wearlab.gears.drawing import drawing, half_tooth
 from wearlab.gears.external import external_pair
 from wearlab.gears.specification import GearSpec
-from wearlab.report.answer import Case, _sentences
+from wearlab.report.answer import CaseTold, _sentences
 from wearlab.scene.build.sheet import thickness
 
 
@@ -58,7 +58,10 @@ def test_bodies_lie_on_their_own_sides():
 
 
 def test_sentences_name_the_limit_the_range_and_the_error():
-    cases = [Case("a", "10 h", "", "", "0.02 %", "", 0.0), Case("b", "20 h", "", "", "0.03 %", "", 0.0)]
+    cases = [
+        CaseTold("a", "10 h", "", "", "0.02 %", "", 0.0),
+        CaseTold("b", "20 h", "", "", "0.03 %", "", 0.0),
+    ]
     said = list(_sentences(cases, [36e3, 72e3], 3, "20 µm of wear", 2.0))
     assert said[0] == "20 µm of wear is reached after 10 h (a) to 20 h (b) of operation."
     assert said[1] == "1 of 3 cases do not reach it in the time that was asked for."

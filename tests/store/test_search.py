@@ -108,9 +108,9 @@ def test_torque_is_that_of_the_operation_whatever_else_has_one(asked):
 def test_python_and_sql_agree(asked):
     from wearlab.query import holds, read_condition
     from wearlab.query.flat import flat
-    from wearlab.store.search import Search
+    from wearlab.store.search import CatalogueSearch
 
-    vocabulary = Search(asked.store.catalogue).vocabulary
+    vocabulary = CatalogueSearch(asked.store.catalogue).vocabulary
     for where in (
         "not life < 1.5e7",
         "life < 3e7 or torque > 350 N*m",

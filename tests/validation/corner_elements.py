@@ -23,7 +23,7 @@ from scipy.optimize import brentq, nnls
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.finite_element.chart import chart
-from wearlab.mesh.finite_element.flank import Flank
+from wearlab.mesh.finite_element.flank import LoadedFlank
 from wearlab.mesh.finite_element.half_plane import half_plane_compliance
 from wearlab.mesh.finite_element.options import Options
 from wearlab.mesh.finite_element.sector import sector
@@ -190,7 +190,7 @@ def elements(pair: GearPair, index: int, touches: Sequence[Touch], options: Opti
     (teeth_apart + 1, m, m) as :func:`.wheel_compliance` returns it [m/N]
     """
     gear = pair.gears[index]
-    flank, half_width = Flank(gear), options.patch * gear.module
+    flank, half_width = LoadedFlank(gear), options.patch * gear.module
     shape = chart(flank)
     edge = float(shape.measured.at(shape.measured.length[-1] - half_width))
     q = np.array([one.parameter[index] for one in touches])

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.gears.pair import GearPair
-from wearlab.mesh.finite_element.flank import Flank, Wear
+from wearlab.mesh.finite_element.flank import LoadedFlank, Wear
 
 Array = NDArray[np.float64]
 
@@ -67,9 +67,9 @@ class Outlines:
     wear: tuple[Wear | None, Wear | None] = (None, None)
 
     @cached_property
-    def flanks(self) -> tuple[Flank, Flank]:
+    def flanks(self) -> tuple[LoadedFlank, LoadedFlank]:
         """The flanks, (driving, driven)."""
-        return Flank(self.pair.driving, self.wear[0]), Flank(self.pair.driven, self.wear[1])
+        return LoadedFlank(self.pair.driving, self.wear[0]), LoadedFlank(self.pair.driven, self.wear[1])
 
     @cached_property
     def polygons(self) -> tuple[Polygon, Polygon]:
@@ -132,7 +132,7 @@ class Outlines:
         """Return the angles of both centre lines, the driven one's in the mirrored frame [rad]."""
         at_pitch = []
         for gear, radius in zip(self.pair.gears, self.pitch_radius, strict=True):
-            flank = Flank(gear)
+            flank = LoadedFlank(gear)
             x, y = flank.point(flank.parameter([radius]))
             at_pitch.append(float(np.arctan2(y[0], x[0])))
         return (

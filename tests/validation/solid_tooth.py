@@ -17,7 +17,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from wearlab.gears.external import external_pair
 from wearlab.gears.specification import GearSpec
 from wearlab.mesh.finite_element.chart import chart
-from wearlab.mesh.finite_element.flank import Flank
+from wearlab.mesh.finite_element.flank import LoadedFlank
 from wearlab.mesh.finite_element.sector import lame, mesh_lines
 
 WIDTHS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
@@ -103,7 +103,7 @@ def _compliance(built, shape, refinement, width=None):
 def _normal(shape, v):
     start, end = shape.measured.of([shape.foot, 2.0])
     q = shape.measured.at(start + (end - start) * (v - 1.0))
-    return -Flank(shape.flank.gear).normal(np.array([q]))[:, 0]
+    return -LoadedFlank(shape.flank.gear).normal(np.array([q]))[:, 0]
 
 
 def _even(z, width):
@@ -118,7 +118,7 @@ def _even(z, width):
 def yields(width, refinement=1, layers=LAYERS, teeth=50):
     """Return the compliances of a tooth whose face is ``width`` modules wide."""
     body = gear(teeth)
-    shape = chart(Flank(body))
+    shape = chart(LoadedFlank(body))
     plane = [
         _compliance(_plane(shape, body.material, state, refinement), shape, refinement)
         for state in ("strain", "stress")

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from wearlab.accuracy.pages import Page, Panel
+from wearlab.accuracy.pages import CurvePanel, Page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -79,7 +79,7 @@ def _handles(axes: Any, names: Sequence[str]) -> list[Any]:
     return [known[name] for name in names if name in known]
 
 
-def _panel(ax: "Axes", panel: Panel) -> None:
+def _panel(ax: "Axes", panel: CurvePanel) -> None:
     strokes = panel.strokes
     ax.set_title(panel.title)
     ax.set_xlabel(panel.x_label)

@@ -46,7 +46,7 @@ class Stroke(NamedTuple):
     ring: tuple[float, float] | None = None
 
 
-class Panel(NamedTuple):
+class CurvePanel(NamedTuple):
     """One pair of axes.
 
     Parameters
@@ -75,7 +75,7 @@ class Page(NamedTuple):
     file: str
     title: str
     note: str
-    panels: tuple[Panel, ...]
+    panels: tuple[CurvePanel, ...]
 
 
 def pages(made: xr.Dataset) -> tuple[Page, ...]:
@@ -100,7 +100,7 @@ def _work_precision(made: xr.Dataset) -> Page:
         strokes = [stroke for stroke in strokes if len(stroke.x)]
         if strokes:
             title, unsure = str(made["case"][case].item()), _unsure(made, case, "mesh_force", strokes)
-            panels.append(Panel(title, "wall time in ms", tuple(strokes), unsure))
+            panels.append(CurvePanel(title, "wall time in ms", tuple(strokes), unsure))
     note = (
         "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: told how long to "
         "march, from the static equilibrium, with a compiled right-hand side. Of those that march and those "
@@ -130,7 +130,7 @@ def _knobs(made: xr.Dataset) -> Page:
         if strokes:
             title = NAMES.get(quantity, quantity)
             knob = str(made.knob[i].item())
-            panels.append(Panel(title, knob.replace("_", " "), tuple(strokes)))
+            panels.append(CurvePanel(title, knob.replace("_", " "), tuple(strokes)))
             limits[knob] = LIMITS[knob]
     told = "; ".join(dict.fromkeys(limits.values()))
     note = f"Numbers: observed order. Each knob against its own limit: {told}."
@@ -160,7 +160,7 @@ def _lives_in_time(made: xr.Dataset) -> Page:
     )
 
 
-def _life_panels(made: xr.Dataset, x: str, label: str) -> tuple[Panel, ...]:
+def _life_panels(made: xr.Dataset, x: str, label: str) -> tuple[CurvePanel, ...]:
     """Return a panel of both ways of stepping over cycles for every case and quantity."""
     steppers = [
         i for i in range(made.sizes["curve"]) if str(made.knob[i].item()) in ("cycle_tolerance", "threshold")
@@ -174,7 +174,9 @@ def _life_panels(made: xr.Dataset, x: str, label: str) -> tuple[Panel, ...]:
             strokes = [stroke for stroke in strokes if len(stroke.x)]
             if strokes:
                 title = f"{made['case'][case].item()}: {NAMES.get(quantity, quantity)}"
-                panels.append(Panel(title, label, tuple(strokes), _unsure(made, case, quantity, strokes)))
+                panels.append(
+                    CurvePanel(title, label, tuple(strokes), _unsure(made, case, quantity, strokes))
+                )
     return tuple(panels)
 
 
@@ -206,7 +208,7 @@ def _unsure(made: xr.Dataset, case: int, quantity: str, strokes: Sequence[Stroke
     return unsure if 0.0 < finest < NEAR * unsure else float("nan")
 
 
-def _said_of_the_reference(panels: Sequence[Panel]) -> str:
+def _said_of_the_reference(panels: Sequence[CurvePanel]) -> str:
     return UNSURE if any(np.isfinite(panel.unsure) for panel in panels) else ""
 
 

@@ -15,7 +15,7 @@ TENFOLD = 10.0
 HONEST, EXCEEDED = "#0072B2", "#D55E00"
 
 
-class Panel(NamedTuple):
+class ScorePanel(NamedTuple):
     """What a panel shows: quantity, unit in which it is drawn, and how many of that make one of ours."""
 
     quantity: str
@@ -25,10 +25,10 @@ class Panel(NamedTuple):
 
 
 PANELS = (
-    Panel("wear_depth", "wear depth", "µm", 1e6),
-    Panel("life", "life", "cycles", 1.0),
-    Panel("mesh_force", "mesh force", "N", 1.0),
-    Panel("mesh_force_max", "largest mesh force", "N", 1.0),
+    ScorePanel("wear_depth", "wear depth", "µm", 1e6),
+    ScorePanel("life", "life", "cycles", 1.0),
+    ScorePanel("mesh_force", "mesh force", "N", 1.0),
+    ScorePanel("mesh_force_max", "largest mesh force", "N", 1.0),
 )
 
 

@@ -7,7 +7,7 @@ from itertools import groupby
 from wearlab.figures.ask import Ask
 from wearlab.figures.kind import Kind
 from wearlab.figures.palette import BESIDE, INK, bar_of, beside_bar, pens
-from wearlab.figures.plot import Curve, Entry, Panel, Pen, Plot, Series
+from wearlab.figures.plot import Curve, LegendEntry, Panel, Pen, Plot, Series
 from wearlab.figures.roles import laid_out
 from wearlab.figures.select import STATE_COORDINATES
 from wearlab.figures.wording import Label, axis_label, power_of_ten
@@ -184,14 +184,14 @@ def _lettered(panels: list[Panel]) -> tuple[Panel, ...]:
 
 def _legend(
     series: Sequence[Series], hues: list[Label | None], pen: Mapping[Label, Pen], hue: str | None
-) -> tuple[Entry, ...]:
+) -> tuple[LegendEntry, ...]:
     coloured = [s for s in reversed(series) if s.look in ("line", "line-points", "dots", "area")]
     looks = {s.key[hue]: s.look for s in coloured if hue is not None and hue in s.key}
-    entries = [Entry(h.text, pen[h], looks.get(h, "line")) for h in hues if h is not None]
+    entries = [LegendEntry(h.text, pen[h], looks.get(h, "line")) for h in hues if h is not None]
     if not entries and coloured and any(s.look == "published" for s in series):
-        entries = [Entry(OURS, Pen(ALONE, "-", "o"), coloured[-1].look)]
+        entries = [LegendEntry(OURS, Pen(ALONE, "-", "o"), coloured[-1].look)]
     extra = {s.text: s for s in reversed(series) if s.text}
     own = BESIDE | {"area": Pen(ALONE), "line": Pen(ALONE), "line-points": Pen(ALONE, "-", "o")}
     for text, one in sorted(reversed(extra.items()), key=lambda item: item[1].look):
-        entries.append(Entry(text, own.get(one.look, Pen(INK, "", "o")), one.look))
+        entries.append(LegendEntry(text, own.get(one.look, Pen(INK, "", "o")), one.look))
     return tuple(entries)

@@ -99,7 +99,7 @@ class Panel:
     hours: float | None = None
 
 
-class Entry(NamedTuple):
+class LegendEntry(NamedTuple):
     """One line of the legend."""
 
     text: str
@@ -162,7 +162,7 @@ class Plot:
     rows: int
     columns: int
     share_y: Literal["all", "row", "none"] = "all"
-    legend: tuple[Entry, ...] = ()
+    legend: tuple[LegendEntry, ...] = ()
     notes: tuple[str, ...] = field(default=())
     shape: Literal["wide", "square"] = "wide"
     ranks: bool = False

@@ -20,7 +20,7 @@ from PIL.PngImagePlugin import PngInfo
 
 from wearlab.figures import style
 from wearlab.figures.palette import BESIDE
-from wearlab.figures.plot import Bar, Curve, Entry, Panel, Pen, Plot
+from wearlab.figures.plot import Bar, Curve, LegendEntry, Panel, Pen, Plot
 from wearlab.figures.wording import axis_label, power_of_ten
 
 if TYPE_CHECKING:
@@ -163,7 +163,7 @@ def _frame(figure: Figure, title: Sequence[str], notes: Sequence[str], width: fl
         )
 
 
-def _legend(figure: Figure, entries: Sequence[Entry], width: float) -> int:
+def _legend(figure: Figure, entries: Sequence[LegendEntry], width: float) -> int:
     """Add the legend in as many columns as fit; return its number of lines."""
     if not entries:
         return 0
@@ -187,7 +187,7 @@ def _by_rows(handles: list[Line2D], columns: int) -> list[Line2D]:
     return [handle for column in range(columns) for handle in handles[column::columns]]
 
 
-def _handle(entry: Entry) -> Line2D:
+def _handle(entry: LegendEntry) -> Line2D:
     look = "points" if entry.look == "dots" else entry.look
     return Line2D([], [], label=entry.text, **_strokes(entry.pen, look))
 

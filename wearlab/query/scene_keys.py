@@ -7,7 +7,7 @@ from wearlab.options import Unit
 from wearlab.query.bind import Key
 from wearlab.scene.lookup import field_at
 from wearlab.shop.hardness import SCALES
-from wearlab.units import KINDS, Kind, split
+from wearlab.units import KINDS, Measure, split
 
 
 def scene_key(name: str, text: bool) -> Key:
@@ -26,7 +26,7 @@ def scene_key(name: str, text: bool) -> Key:
     return Key(name, "number", KINDS[kind].unit, kind, _shown(KINDS[kind]), is_path=True)
 
 
-def _shown(kind: Kind) -> str:
+def _shown(kind: Measure) -> str:
     """Return the unit that values of a kind are read in: that of its example, if it is one and no scale."""
     usual = split(kind.example)[1], *kind.units
     return next((unit for unit in usual if unit not in SCALES), kind.unit)

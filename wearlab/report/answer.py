@@ -19,7 +19,7 @@ QUANTILES = (0.05, 0.5, 0.95)
 SHARE = 0.002  # of the life: numerical errors below are not worth words
 
 
-class Case(NamedTuple):
+class CaseTold(NamedTuple):
     """One case of the answer; everything in words.
 
     Parameters
@@ -42,15 +42,15 @@ class Case(NamedTuple):
     share: float
 
 
-class Answer(NamedTuple):
+class Reply(NamedTuple):
     """Sentences, and the cases they sum up."""
 
     sentences: tuple[str, ...]
     limit: str
-    cases: tuple[Case, ...]
+    cases: tuple[CaseTold, ...]
 
 
-def answer(campaign: "Campaign", entries: "Mapping[str, Entry]", factor: float) -> Answer | None:
+def answer(campaign: "Campaign", entries: "Mapping[str, Entry]", factor: float) -> Reply | None:
     """Return the answer of a campaign whose runs wear to a limit, None of any other.
 
     Parameters
@@ -75,7 +75,7 @@ def answer(campaign: "Campaign", entries: "Mapping[str, Entry]", factor: float) 
         for case, summary in worn[:MOST_CASES]
     ]
     sentences = list(_sentences(cases, list(lives.values()), len(worn), limit, factor))
-    return Answer(tuple(sentences), limit, tuple(cases) if len(worn) <= MOST_CASES else ())
+    return Reply(tuple(sentences), limit, tuple(cases) if len(worn) <= MOST_CASES else ())
 
 
 def _is_number(value: Any) -> bool:
@@ -105,14 +105,14 @@ def _case(
     first: float | None,
     longest: float,
     factor: float,
-) -> Case:
+) -> CaseTold:
     if life is None:
         depth = summary.get("max_wear_depth")
         worn = f"not reached: {1e6 * float(depth):.3g} µm after " if depth is not None else "not reached: "
-        return Case(name, f"{worn}{hours_text(summary.get('operating_hours'))}", "", "", "", "", 0.0)
+        return CaseTold(name, f"{worn}{hours_text(summary.get('operating_hours'))}", "", "", "", "", 0.0)
     error, cycles = summary.get("error_estimate_life"), summary.get("life")
     relative = error / cycles if _is_number(error) and cycles else None
-    return Case(
+    return CaseTold(
         name,
         hours_text(life),
         f"{hours_text(life / factor)} to {hours_text(life * factor)}",
@@ -123,7 +123,7 @@ def _case(
     )
 
 
-def _sentences(cases: Sequence[Case], lives: list[float], count: int, limit: str, factor: float) -> Any:
+def _sentences(cases: Sequence[CaseTold], lives: list[float], count: int, limit: str, factor: float) -> Any:
     if not limit:
         yield f"{count} cases ran to their end; no wear depth was set as the limit."
         return

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from wearlab.figures.palette import NAMES
-from wearlab.figures.plot import Curve, Entry, Panel, Pen, Plot
+from wearlab.figures.plot import Curve, LegendEntry, Panel, Pen, Plot
 from wearlab.figures.render import rendered
 from wearlab.figures.wording import axis_label, converted, cycles, power_of_ten
 
@@ -41,7 +41,7 @@ def _runs(comparison: xr.Dataset) -> Plot:
     names = {
         side: f"{side}: run {comparison.attrs[f'run_{side.lower()}'][:10] or 'unnamed'}" for side in PENS
     }
-    legend = tuple(Entry(names[side], pen, "line") for side, pen in PENS.items())
+    legend = tuple(LegendEntry(names[side], pen, "line") for side, pen in PENS.items())
     rows = -(-len(placed) // 2)
     return Plot(
         "Two runs compared", tuple(placed), rows, min(2, len(placed)), "none", legend, _notes(comparison)
@@ -135,7 +135,7 @@ def _campaigns(comparison: xr.Dataset) -> Plot:
     curves = tuple(Curve(number, share[:, i], pen[i], "line-points") for i in keep)
     title = f"{comparison.attrs['campaign_a']} (A) and {comparison.attrs['campaign_b']} (B)"
     panel = Panel(0, 0, "", "Pair of runs", "Largest difference (%)", curves)
-    legend = tuple(Entry(names[i], pen[i], "line-points") for i in keep)
+    legend = tuple(LegendEntry(names[i], pen[i], "line-points") for i in keep)
     return Plot(
         title, (panel,), 1, 1, "none", legend, (*_notes(comparison), _list(shown["pair"].values.tolist()))
     )

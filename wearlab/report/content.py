@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.campaign.report import ReportSpec
 from wearlab.campaign.source import fingerprint, source_text
-from wearlab.report.answer import Answer, answer
+from wearlab.report.answer import Reply, answer
 from wearlab.report.drawn import Drawn, drawn
 from wearlab.report.remarks import departures, remarks
 from wearlab.scene import parts_left_out, parts_present
@@ -96,7 +96,7 @@ class Content:
     text: str
     hash: str
     report: ReportSpec
-    answer: Answer | None
+    answer: Reply | None
     gears: tuple[Geared, ...]
     measured: tuple[str, ...] = ()
 

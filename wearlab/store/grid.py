@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from wearlab.store.bounds import number_type, refuse_oversized
 from wearlab.store.catalogue import Placed
-from wearlab.store.lazy import Group, LazyVariable, Places, RunFile
+from wearlab.store.lazy import LazyVariable, Places, RunFile, RunGroup
 from wearlab.store.place import value_text
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class Grid:
     dims: tuple[str, ...]
     numbers: NDArray[np.intp]
     files: tuple[RunFile, ...]
-    groups: tuple[Group, ...]
+    groups: tuple[RunGroup, ...]
     digests: Sequence[Mapping[str, str]]
     sizes: Mapping[str, int]
     labels: Mapping[str, list[Any]]
@@ -146,17 +146,17 @@ def _grid(
     )
 
 
-def _group(layout: Mapping[str, Any], sizes: str | None) -> Group:
-    return Group(json.loads(sizes or "{}"), layout["variables"], layout["labels"])
+def _group(layout: Mapping[str, Any], sizes: str | None) -> RunGroup:
+    return RunGroup(json.loads(sizes or "{}"), layout["variables"], layout["labels"])
 
 
-def _claimed(group: Group) -> int:
+def _claimed(group: RunGroup) -> int:
     """Return the bytes of the largest variable."""
     sizes = ([group.sizes[dim] for dim in variable["dims"]] for variable in group.variables.values())
     return max((8 * math.prod(lengths) for lengths in sizes), default=0)
 
 
-def _shape(groups: Sequence[Group]) -> tuple[dict[str, int], dict[str, list[Any]], frozenset[str]]:
+def _shape(groups: Sequence[RunGroup]) -> tuple[dict[str, int], dict[str, list[Any]], frozenset[str]]:
     """Join the run dims: the union of names along a dim of text, the longest of the others."""
     sizes: dict[str, int] = {}
     labels: dict[str, list[Any]] = {}
@@ -221,7 +221,7 @@ def _is_shared(name: str, grid: Grid) -> bool:
     return len(digests) == 1 and None not in digests
 
 
-def _places(group: Group, own: tuple[str, ...], grid: Grid) -> Places:
+def _places(group: RunGroup, own: tuple[str, ...], grid: Grid) -> Places:
     """Return where a group's values go along each of their dims, None where they simply start at 0."""
     return tuple(
         _labelled(group.labels.get(dim), grid.labels[dim]) if dim in grid.by_label else None for dim in own

@@ -76,15 +76,15 @@ class KeptRuns:
         QueryError : the condition cannot be read, or a name is unknown
         StoreError : there is no store
         """
-        from wearlab.store.search import Search
+        from wearlab.store.search import CatalogueSearch
 
-        return Search(self.catalogue).table(where, columns, sort, limit)
+        return CatalogueSearch(self.catalogue).table(where, columns, sort, limit)
 
     def names(self) -> list[str]:
         """Return everything that a condition of `query` may ask for here."""
-        from wearlab.store.search import Search
+        from wearlab.store.search import CatalogueSearch
 
-        return sorted(Search(self.catalogue).vocabulary.keys)
+        return sorted(CatalogueSearch(self.catalogue).vocabulary.keys)
 
     def run(self, run_id: str) -> "xr.Dataset":
         """Return one run, loaded, its file closed.

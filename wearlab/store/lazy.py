@@ -13,7 +13,7 @@ Places = tuple[list[int] | None, ...]
 
 
 @dataclass(frozen=True)
-class Group:
+class RunGroup:
     """Runs that are alike: the same variables, the same lengths.
 
     Parameters
@@ -60,7 +60,7 @@ class LazyVariable:
     name: str
     numbers: NDArray[np.intp]
     files: Sequence[RunFile]
-    groups: Sequence[Group]
+    groups: Sequence[RunGroup]
     places: Mapping[int, Places]
     padded: tuple[int, ...]
     dtype: np.dtype[Any]

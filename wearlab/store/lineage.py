@@ -13,7 +13,7 @@ LONGEST = 100  # runs of a chain
 
 
 @dataclass(frozen=True)
-class Step:
+class Forebear:
     """One run that another goes on from.
 
     Parameters
@@ -38,7 +38,7 @@ class Step:
         return f"run {self.run}{name} from {self.at}{new}{there}"
 
 
-def lineage(store: "Store", entry: "Entry") -> tuple[Step, ...]:
+def lineage(store: "Store", entry: "Entry") -> tuple[Forebear, ...]:
     """Return the runs that a run goes on from: its parent, that one's parent, and so on.
 
     Parameters
@@ -49,7 +49,7 @@ def lineage(store: "Store", entry: "Entry") -> tuple[Step, ...]:
     return tuple(_steps(store, entry))
 
 
-def _steps(store: "Store", entry: "Entry") -> Iterator[Step]:
+def _steps(store: "Store", entry: "Entry") -> Iterator[Forebear]:
     current: Entry | None = entry
     for _ in range(LONGEST):
         start = start_of(current.scene) if current is not None else {}
@@ -59,7 +59,7 @@ def _steps(store: "Store", entry: "Entry") -> Iterator[Step]:
         at = _at(start, current.summary)
         current = store.entries([parent]).get(parent)
         state = current.state if current is not None else "not in this store"
-        yield Step(parent, name_of(store, parent), at, tuple(map(str, start.get("replace") or ())), state)
+        yield Forebear(parent, name_of(store, parent), at, tuple(map(str, start.get("replace") or ())), state)
 
 
 def children(store: "Store", run_id: str) -> list[str]:

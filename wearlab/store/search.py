@@ -66,7 +66,7 @@ class Walk(NamedTuple):
         return self.key is not None and self.driver is None
 
 
-class Search:
+class CatalogueSearch:
     """Asks one catalogue.
 
     Parameters
@@ -179,7 +179,7 @@ def _key(name: Any, source: Any, kind: Any, unit: Any, quantity: Any, shown: Any
 class _Question:
     """One condition as SQL: tests of values joined to each run; every value is a numbered parameter."""
 
-    def __init__(self, search: Search, condition: Any, walk: "Walk") -> None:
+    def __init__(self, search: CatalogueSearch, condition: Any, walk: "Walk") -> None:
         self.search, self.walk = search, walk
         self.values: tuple[Any, ...] = ()
         self.joins: dict[int, str] = {}
@@ -315,7 +315,7 @@ class _Question:
         return f"{self.value(operand)}{down}{last}, {self.run}"
 
 
-def _walkable(condition: Any, search: Search) -> list[Compare]:
+def _walkable(condition: Any, search: CatalogueSearch) -> list[Compare]:
     """Return the comparisons of which one must be walked through to meet a condition."""
     parts = _parts(condition)
     return [one for one in parts if _is_walkable(one, search)]
@@ -345,7 +345,7 @@ def _needed(whole: Any) -> Iterator[Compare]:
         yield Compare(">", Key(inner.left.name + MARKS["rate"]), Literal(rate, inner.right.at))
 
 
-def _is_walkable(one: Any, search: Search) -> bool:
+def _is_walkable(one: Any, search: CatalogueSearch) -> bool:
     return (
         isinstance(one, Compare)
         and isinstance(one.left, Key)
@@ -399,4 +399,4 @@ def _column(text: str, one: Any) -> Column:
     return Column(text, one.unit, one.display_unit, one.is_path)
 
 
-__all__ = ["QueryError", "Search"]
+__all__ = ["CatalogueSearch", "QueryError"]

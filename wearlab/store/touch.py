@@ -14,7 +14,7 @@ from wearlab.store.errors import StoreError
 from wearlab.store.remote import fetch
 
 
-class Mark(NamedTuple):
+class Stamp(NamedTuple):
     """By what a file is known again, and the hash that was found then."""
 
     size: int
@@ -24,7 +24,7 @@ class Mark(NamedTuple):
     sha256: str
 
 
-_known: dict[str, Mark] = {}
+_known: dict[str, Stamp] = {}
 
 
 def content(path: str | Path, sha256: str | None) -> bytes:
@@ -77,5 +77,5 @@ def source(path: str, sha256: str | None) -> str | io.BytesIO:
     return io.BytesIO(content(path, sha256))
 
 
-def _mark(status: os.stat_result, sha256: str) -> Mark:
-    return Mark(status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino, sha256)
+def _mark(status: os.stat_result, sha256: str) -> Stamp:
+    return Stamp(status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino, sha256)

@@ -28,7 +28,7 @@ MOST_PLACES = 20
 
 
 @dataclass(frozen=True)
-class Outcome(Series):
+class Dependence(Series):
     """The result of one run, and where it stands along everything that varies."""
 
     places: Mapping[str, float | str] = None  # type: ignore[assignment]
@@ -53,7 +53,7 @@ def _case(run: Run, ask: Ask) -> Iterator[Series]:
     everything = {**run.place, **run.beside}
     axes = {} if what else {run.words.get(n, n): x.value for n, x in everything.items() if n != "case"}
     key = {"influence": Label(what, what)}
-    yield Outcome(key, values.reshape(1), np.zeros(1), scale, RANK, "line-points", places=axes)
+    yield Dependence(key, values.reshape(1), np.zeros(1), scale, RANK, "line-points", places=axes)
 
 
 def ranked(series: list[Series]) -> list[Series]:
@@ -100,7 +100,7 @@ def ranked(series: list[Series]) -> list[Series]:
 def _of_axes(outcomes: Sequence[Series]) -> dict[str, Array]:
     """Return the mean results along every axis and every key that advances with one."""
     values = np.array([float(one.x[0]) for one in outcomes])
-    places = [one.places for one in outcomes if isinstance(one, Outcome)]
+    places = [one.places for one in outcomes if isinstance(one, Dependence)]
     if len(places) < len(outcomes) or not places:
         return {}
     found = {}

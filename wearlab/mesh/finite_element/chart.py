@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.mesh.finite_element.flank import Flank, Lengths, lengths
+from wearlab.mesh.finite_element.flank import Lengths, LoadedFlank, lengths
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class Chart:
     deep : radius below which the body knows nothing of the teeth [m]
     """
 
-    flank: Flank
+    flank: LoadedFlank
     measured: Lengths
     foot: float
     crown: tuple[float, float]
@@ -88,7 +88,7 @@ class Chart:
         return radius * ray + rise * (self._root(u) - self.deep * ray)
 
 
-def chart(flank: Flank) -> Chart:
+def chart(flank: LoadedFlank) -> Chart:
     """Lay the sector of a flank out."""
     gear, measured = flank.gear, lengths(flank)
     steep = np.flatnonzero(measured.slope > STEEPEST)

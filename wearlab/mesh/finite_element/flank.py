@@ -32,7 +32,7 @@ class Wear:
 
 
 @dataclass(frozen=True)
-class Flank:
+class LoadedFlank:
     """The loaded flank of a gear's tooth.
 
     Parameters
@@ -108,7 +108,7 @@ class Lengths:
         return np.interp(np.asarray(length, dtype=float), self.length, self.parameter)
 
 
-def lengths(flank: Flank) -> Lengths:
+def lengths(flank: LoadedFlank) -> Lengths:
     """Measure a flank."""
     q = np.linspace(0.0, 2.0, TABLE)
     points = flank.point(q)

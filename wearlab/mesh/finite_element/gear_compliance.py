@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wearlab.gears.gear import Gear
-from wearlab.mesh.finite_element.flank import Flank, Wear
+from wearlab.mesh.finite_element.flank import LoadedFlank, Wear
 from wearlab.mesh.finite_element.half_plane import half_plane_compliance
 from wearlab.mesh.finite_element.options import Options
 
@@ -62,7 +62,7 @@ def solve_gear(gear: Gear, options: Options, wear: Wear | None = None) -> GearCo
     from wearlab.mesh.finite_element.sector import sector
     from wearlab.mesh.finite_element.wheel import flank_loads, wheel_compliance
 
-    flank, half_width = Flank(gear, wear), options.patch * gear.module
+    flank, half_width = LoadedFlank(gear, wear), options.patch * gear.module
     shape = chart(flank)
     last = float(shape.measured.at(shape.measured.length[-1] - half_width))
     q = 1.0 + 0.5 * (last - 1.0) * (1.0 - np.cos(np.linspace(0.0, np.pi, options.samples)))

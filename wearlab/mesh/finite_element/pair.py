@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from wearlab.gears.pair import DRIVING, GearPair
 from wearlab.mesh.finite_element.cache import gear_compliance
-from wearlab.mesh.finite_element.flank import Flank
+from wearlab.mesh.finite_element.flank import LoadedFlank
 from wearlab.mesh.finite_element.gear_compliance import GearCompliance
 from wearlab.mesh.finite_element.options import Options
 from wearlab.mesh.pair_stiffness import PairStiffness
@@ -109,7 +109,7 @@ def pair_compliance(
     found = solved or tuple(gear_compliance(gear, options) for gear in pair.gears)
     own, shared = np.zeros(len(s)), np.zeros((pairs - 1, len(s)))
     for index, (gear, one) in enumerate(zip(pair.gears, found, strict=True)):
-        flank = Flank(gear)
+        flank = LoadedFlank(gear)
         here = one.weights(flank.parameter(pair.radius(index, s)))
         own += here @ one.own / gear.face_width
         for apart in range(1, pairs):
