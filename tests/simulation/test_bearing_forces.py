@@ -76,20 +76,19 @@ def test_every_member_of_a_planetary_set_is_in_equilibrium(case: str) -> None:
     """Mesh forces by load and geometry alone, the centrifugal force and the bearing: zero in the mean."""
     scene, data = of_set(case)
     built = build(scene).gears
-    assert built.planetary is not None
     force = data.static_mesh_force.values * data.mesh_load_factor.values[0]
-    angles = np.asarray(built.planetary.planet_angles)
-    n, sun_drives = len(angles), built.planetary.sun_drives
+    angles = built.sense * np.asarray(built.angles)
+    n, sun_drives = len(angles), built.sense > 0.0
     sense = 1.0 if sun_drives else -1.0  # in which the sun pushes its planets
     sun, ring = (kind.pair.working_pressure_angle for kind in built.kinds)
-    radius = float(built.planetary.carrier.pin_circle_radius or 0.0)
+    radius = built.bodies["carrier"].radius
     train_speed = float(scene.operation.speed)
     carrier = train_speed * (1.0 if not sun_drives else 20.0 / 99.0)
     outwards = np.stack([np.cos(angles), np.sin(angles)])
     onwards = np.stack([-np.sin(angles), np.cos(angles)])
     by_sun = force[:n] * (sense * np.cos(sun) * onwards + np.sin(sun) * outwards)
     by_ring = force[n:] * (sense * np.cos(ring) * onwards - np.sin(ring) * outwards)
-    flung = built.planetary.planet.mass * carrier**2 * radius * outwards
+    flung = built.bodies["planet"].mass * carrier**2 * radius * outwards
     held = mean_bearing_force(data).transpose("axis", "member")
     planets = [f"planet-{k + 1}" for k in range(n)]
     size = np.hypot(*(by_sun + by_ring)).max()
