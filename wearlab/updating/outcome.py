@@ -232,7 +232,7 @@ def _notes(
         notes.append("the limit is never reached: the run does not wear there any more")
     if stats["beyond_the_runs"] > 1e-6:
         notes.append(
-            f"{100 * stats['beyond_the_runs']:.2g} % of the posterior lies beyond the stored runs, where "
+            f"{100 * stats['beyond_the_runs']:.3g} % of the posterior lies beyond the stored runs, where "
             "wear goes on at its last rate; let them end later (wear.until)"
         )
     if stats["end_passed"] > 0.5:

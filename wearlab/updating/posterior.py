@@ -91,7 +91,8 @@ def posterior(
     proposal = np.zeros(len(runs)) if log_proposal is None else log_proposal
     axes = axes_of(runs, some, prior)
     for _ in range(ROUNDS):
-        table = np.stack([_table(run, some, prior, axes) for run in runs])
+        known = np.zeros(1) if axes.factor is None else prior.log_density(axes.factor.points)
+        table = np.stack([_table(run, some, known, axes) for run in runs])
         wider = None if axes.factor is None else wider_than(axes.factor, table, prior)
         if wider is None:
             break
@@ -103,10 +104,10 @@ def posterior(
     return Posterior(runs, some, prior, axes.factor, axes.spreads, table, evidence, weight, proposal)
 
 
-def _table(run: History, blocks: Sequence[Block], prior: Prior, axes: Axes) -> Array:
+def _table(run: History, blocks: Sequence[Block], known: Array, axes: Axes) -> Array:
     """Return log p(ln factor, y | run) over the grid."""
     points = np.log([run.factor]) if axes.factor is None else axes.factor.points
-    total = np.zeros(len(points)) if axes.factor is None else prior.log_density(points)
+    total = known
     for number, (block, (sd, drift)) in enumerate(zip(blocks, axes.spreads, strict=True)):
         if len(block.rows):
             each = conditional(run, block, number, points, sd, drift)
