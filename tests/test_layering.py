@@ -37,6 +37,7 @@ ROAD = (
         "life",
         "scene",
         "simulation",
+        "gradients",
     ),
     *("query", "campaign", "store", "runner", "comparison", "updating", "figures", "accuracy", "report"),
     *("api", "cli"),

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from wearlab.comparison import sobol_indices as sobol_indices
     from wearlab.figures import FigureError as FigureError
     from wearlab.figures import figure as figure
+    from wearlab.gradients import GradientError as GradientError
+    from wearlab.gradients import gradient as gradient
     from wearlab.query import QueryError as QueryError
     from wearlab.runner import run as run
     from wearlab.scene import Scene as Scene
@@ -31,6 +33,7 @@ HOMES = {
     "Campaign": "wearlab.campaign",
     "CampaignError": "wearlab.campaign",
     "FigureError": "wearlab.figures",
+    "GradientError": "wearlab.gradients",
     "QueryError": "wearlab.query",
     "Scene": "wearlab.scene",
     "SceneError": "wearlab.scene",
@@ -38,6 +41,7 @@ HOMES = {
     "StoreError": "wearlab.store",
     "compare": "wearlab.comparison",
     "figure": "wearlab.figures",
+    "gradient": "wearlab.gradients",
     "load": "wearlab.campaign",
     "open": "wearlab.store:open_store",
     "run": "wearlab.runner",
@@ -46,8 +50,9 @@ HOMES = {
     "update": "wearlab.updating",
 }
 __all__ = [
-    *("Campaign", "CampaignError", "FigureError", "QueryError", "Scene", "SceneError", "Store", "StoreError"),
-    *("compare", "figure", "load", "open", "run", "simulate", "sobol_indices", "update"),
+    *("Campaign", "CampaignError", "FigureError", "GradientError", "QueryError", "Scene", "SceneError"),
+    *("Store", "StoreError"),
+    *("compare", "figure", "gradient", "load", "open", "run", "simulate", "sobol_indices", "update"),
 ]
 
 

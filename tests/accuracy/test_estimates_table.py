@@ -8,13 +8,15 @@ import pytest
 import xarray as xr
 
 from wearlab.accuracy import estimates, scores_table
-from wearlab.accuracy.drawn import KINDS, Score, draw_any, small_scenes, summary
+from wearlab.accuracy.drawn import KINDS, draw_any, small_scenes
+from wearlab.accuracy.score import Score, summary
 from wearlab.campaign import CampaignError, load, load_drawing
 from wearlab.cli.app import status_of
 
 
 def row(scene, outcome=estimates.SCORED, kind="external-pair", **cells):
-    return {"seed": 5, "scene": scene, "kind": kind, "outcome": outcome, "seconds": 1.0, **cells}
+    said = {"seed": 5, "scene": scene, "kind": kind, "motion": "torsional", "friction": "no"}
+    return {**said, "outcome": outcome, "quality": "trusted", "seconds": 1.0, "run_seconds": 0.5, **cells}
 
 
 SCORES = [
@@ -53,36 +55,56 @@ def test_scenes_without_a_score_are_told_apart_with_what_it_means():
     ]
     assert all(meaning for _, _, meaning in told)
     assert scores_table.costs(rows) == (0.1, 0.1)
-    assert ("all", "life", "1", "100.0%", "4.0") in scores_table.score_rows(rows)
+    # The reference that took too long counts as an error above its estimate.
+    assert ("all", "life", "2", "50.0%", "4.0") in scores_table.score_rows(rows)
     assert not any(kind == "planetary" for kind, *_ in scores_table.score_rows(rows))
+
+
+def test_doubtful_runs_are_counted_apart_and_time_is_a_miss():
+    doubtful = {"quality": "doubtful"}
+    rows = [
+        *ROWS[:1],
+        *(row(number, text) for number, text in enumerate(("run too long", "failed: x", "unfinished: y"), 1)),
+        row(4, "reference too long", **doubtful),
+        row(5, **estimates._cells(SCORES[1]), **doubtful),
+    ]
+    found = {(group, name): (count, share) for group, name, count, share, _ in scores_table.score_rows(rows)}
+    assert found["all", "wear depth"] == ("4", "25.0%")
+    assert found["doubtful", "wear depth"] == ("1", "100.0%") and found["doubtful", "life"] == ("1", "0.0%")
+    told = {reason: words for reason, _, words in scores_table.apart_rows(rows)}
+    assert told["doubtful, reference too long"].startswith("apart")
+    assert all(told[one].startswith("missed") for one in ("run too long", "failed", "unfinished"))
 
 
 def test_what_is_promised_and_not_kept_is_said():
     def told(error, estimate, cost=0.1):
         return " ".join(scores_table.missed([row(0, cost=cost, life_error=error, life_estimate=estimate)]))
 
-    assert told(1.0, 9.0) == ""
+    assert told(1.0, 7.0) == ""
     assert "below its estimate in 0.0%" in told(1.0, 0.9)
     assert "median of estimate over error is 11.0" in told(1.0, 11.0)
-    assert "up to 60%" in told(1.0, 9.0, cost=0.6)
+    assert "up to 60%" in told(1.0, 7.0, cost=0.6)
     assert scores_table.missed([row(0, "aperiodic")]) == []
+    assert "refused" in scores_table.missed([row(0, "refused: x")])[0]
+    assert "60 s" in scores_table.missed([row(7, "aperiodic", run_seconds=61.0)])[0]
 
 
-def test_one_scene_in_ten_is_internal_and_one_is_planetary():
-    kinds = [draw_any(77, number).gears.kind for number in range(20)]
-    assert [kinds.count(kind) for kind in KINDS] == [16, 2, 2]
-    assert draw_any(77, 9).id == draw_any(77, 9).id != draw_any(78, 9).id != draw_any(77, 19).id
+def test_a_quarter_is_internal_and_a_quarter_planetary_in_motion():
+    kinds = [draw_any(77, number).gears.kind for number in range(25)]
+    assert [kinds.count(kind) for kind in KINDS] == [13, 6, 6]
+    assert draw_any(77, 9).id == draw_any(77, 9).id != draw_any(78, 9).id != draw_any(77, 34).id
     small = small_scenes()
-    assert {one.gears.kind for one in small} == {"internal-pair", "planetary"}
-    models = [None if one.dynamics is None else one.dynamics.model for one in small]
-    assert len(set(models)) == 5 and all(models.count(one) == 2 for one in set(models))
+    assert {one.gears.kind for one in small} == set(KINDS)
+    assert {None if one.dynamics is None else one.dynamics.model for one in small} == {
+        None, "torsional", "spur-3dof", "planetary", "planetary-torsional"
+    }  # fmt: skip
 
 
 def test_the_file_is_scored_kept_and_completed(tmp_path, monkeypatch, capsys):
     asked = []
 
     class Fake(estimates.Worker):
-        def scored(self, seed, number, longest):
+        def scored(self, seed, number, longest, reference):
             asked.append((seed, number, longest))
             return ROWS[number % 2] | {"seed": seed, "scene": number}
 
@@ -115,7 +137,7 @@ def test_the_file_is_scored_kept_and_completed(tmp_path, monkeypatch, capsys):
 
 def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch):
     class Fake(estimates.Worker):
-        def scored(self, seed, number, longest):
+        def scored(self, seed, number, longest, reference):
             if number == 1:
                 raise KeyboardInterrupt
             return ROWS[0] | {"scene": number}
@@ -160,7 +182,7 @@ def test_everything_else_refuses_such_a_file_and_says_what_it_is_for(tmp_path, w
 
 def _never(line):
     line.recv()
-    line.send(estimates.REFERENCE)
+    line.send(("doubtful", 0.5))
     estimates.limit_work(0.0)
     while True:
         pass
@@ -178,6 +200,6 @@ def test_a_scene_that_takes_too_long_or_ends_its_process_costs_no_other(work, to
     monkeypatch.setattr(estimates, "_work", work)
     monkeypatch.setattr(estimates, "CONTEXT", multiprocessing.get_context("fork"))
     worker = estimates.Worker()
-    found = worker.scored(1, 9, 20.0)
+    found = worker.scored(1, 11, 20.0, 20.0)
     assert (found["outcome"], found["kind"]) == (told, "planetary")
     assert worker.process is None

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wearlab.accuracy import drawn
-from wearlab.accuracy.drawn import draw, score, summary
+from wearlab.accuracy import score as scoring
+from wearlab.accuracy.drawn import draw_any
+from wearlab.accuracy.score import score, summary
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.simulation import simulate, twins
@@ -13,11 +14,26 @@ from wearlab.simulation.end_of_life import above_nodes, end_of
 from wearlab.simulation.twins import carried, rough_parts
 
 SCENES = (0, 4, 6, 7, 8)
-"""Those that take a second or two; 1 and 3 have long references."""
+"""Those that take a second or two."""
+SMALL = Scene.from_mapping({
+    "gears": {
+        "kind": "external-pair", "module": "3 mm", "face_width": "20 mm",
+        "pinion": {"teeth": 28}, "gear": {"teeth": 41},
+    },
+    "operation": {"torque": "70 N*m", "speed": "1900 rpm"},
+    "mesh": {"damping_ratio": 0.08, "stiffness": {"model": "potential-energy", "coupling": "shared"}},
+    "dynamics": {"model": "torsional"},
+    "wear": {
+        "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+        "until": {"depth": "3 um", "flank": "pinion"},
+        "snapshots": {"depth": ["1 um"], "flank": "pinion"},
+    },
+})  # fmt: skip
+ASKED = SMALL.replace("wear.snapshots.depth", ["0.4 um"])
 
 
 def test_values_carried_between_grids_keep_their_shape() -> None:
-    scene = draw(5, 0)
+    scene = SMALL
     parts = build(scene)
     rough = rough_parts(scene, parts)
     assert rough is not None
@@ -50,7 +66,7 @@ def test_the_end_of_a_life_is_told_by_the_flank_that_ends_it() -> None:
 
 
 def test_estimates_bound_the_errors_and_do_not_exaggerate() -> None:
-    scores = [score(draw(7, number)) for number in SCENES]
+    scores = [score(draw_any(7, number)) for number in SCENES]
     found = summary(scores)
     for name, count in (("wear_depth", 5), ("life", 5), ("mesh_force", 4), ("mesh_force_max", 4)):
         scenes, share, ratio = found[name]
@@ -62,13 +78,13 @@ def test_the_cost_is_that_of_a_quiet_run(monkeypatch: pytest.MonkeyPatch) -> Non
         return xr.Dataset({"run_time_estimates": estimates, "run_time_total": total})
 
     later = iter([told(0.02, 0.12), told(0.01, 0.16), told(0.03, 0.15)])
-    monkeypatch.setattr(drawn, "_simulated", lambda scene: next(later))
-    assert drawn._cost(draw(7, 0), told(0.2, 0.4)) == pytest.approx(0.01 / 0.1)
-    assert drawn._cost(draw(7, 0), told(0.2, 1.2)) == pytest.approx(0.2)  # long enough
+    monkeypatch.setattr(scoring, "_simulated", lambda scene: next(later))
+    assert scoring._cost(SMALL, told(0.2, 0.4)) == pytest.approx(0.01 / 0.1)
+    assert scoring._cost(SMALL, told(0.2, 1.2)) == pytest.approx(0.2)  # long enough
 
 
 def test_less_rough_twins_serve_where_the_rough_ones_fail(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene, known = draw(7, 0), twins.rough_parts
+    scene, known = SMALL, twins.rough_parts
     usual = simulate(scene)
     names = [name for name in usual.data_vars if str(name).startswith("error_estimate_")]
     assert len(names) >= 2 and float(usual.run_time_estimates) > 0.0
@@ -84,3 +100,13 @@ def test_less_rough_twins_serve_where_the_rough_ones_fail(monkeypatch: pytest.Mo
     none = simulate(scene)
     for name in names:
         assert np.isnan(none[name].values.flat[-1]), name
+
+
+@pytest.mark.parametrize("snapshots", [{"depth": ["1 um", "2 um"], "flank": "pinion"}, None])
+def test_asking_for_states_changes_no_estimate(snapshots: dict[str, object] | None) -> None:
+    scene = ASKED.replace("wear.snapshots", {"depth": ["0.4 um"], "flank": "pinion"})
+    found, other = simulate(scene), simulate(ASKED.replace("wear.snapshots", snapshots))
+    for name in ("wear_depth", "life", "mesh_force"):
+        one, two = (each[f"error_estimate_{name}"].values.flat[-1] for each in (found, other))
+        assert one == two > 0.0, name
+    assert found.estimate_quality.item() == other.estimate_quality.item()

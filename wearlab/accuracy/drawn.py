@@ -1,30 +1,53 @@
-"""Are the error estimates honest? Varied scenes, each against a tight reference."""
+"""Scenes of all kinds, drawn over decades: what the error estimates of runs are scored on.
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+Three decades of load, mesh frequencies from far below a resonance to twice above it, damping ratios of 0.005
+to 0.2, backlash of none, 0 and 1 nm to 1 mm, every load that wears, reliefs, errors of the meshes and of the
+members, friction.
+"""
+
+from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from wearlab.accuracy.drawn_sets import PAIR_MOTION, SET_MOTION, internal_pair, planetary_set
-from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene
-from wearlab.scene.build import build
-from wearlab.simulation import Refused, simulate
-from wearlab.simulation.twins import carried
 
-TIGHTER = 0.01
-SHORT, REPEATS = 0.5, 4
-"""A run that takes less [s] is timed so often: a busy machine may stretch either part of it."""
+Table = dict[str, Any]
 KINDS = ("external-pair", "internal-pair", "planetary")
+ROUND = 25
+"""Scenes of a round: what each is, is drawn from its own number alone."""
+INTERNAL = (1, 5, 9, 13, 17, 21)
+PLANETARY = (3, 7, 11, 15, 19, 23)
+"""Which of a round are internal pairs and planetary sets; the others are external pairs."""
+
+PAIR_MOTION = ("none", "torsional", "spur-3dof")
+SET_MOTION = ("planetary-torsional", "planetary")
+GROUNDED = ("ring", "carrier")
+LOADS = ("instant", "equivalent", "static")
+TOLERANCES = (3e-3, 1e-3, 3e-4)
+
+LOAD = (1e5, 1e8)
+"""Force of a mesh over its module and face width, three decades [Pa]."""
+SPEED_RATIO = (0.05, 2.2)
+"""Mesh frequency over the natural frequency of a mesh on its own."""
+DAMPING = (0.005, 0.2)
+BACKLASH = (1e-9, 1e-3)
+DEPTH = (0.5, 20.0)
+"""Wear at the end of the life [µm]."""
+RELIEF, ERROR = (1.0, 15.0), (0.2, 5.0)
+"""Amounts of tip relief and amplitudes of prescribed errors [µm]."""
+FRICTION = (0.01, 0.2)
+MESH_STIFFNESS, DENSITY = 1.4e10, 7830.0
+"""Of a unit of face width [Pa], and of steel: roughly where the resonance lies."""
+RIM = 8.5
+"""Outer diameter of a ring over its module, less its teeth."""
 
 
 def draw_any(seed: int, number: int) -> Scene:
-    """Return scene ``number`` of a seed: of ten, one is an internal pair and one a planetary set."""
-    kinds = {4: internal_pair, 9: planetary_set}
-    if number % 10 not in kinds:
-        return draw(seed, number)
-    return Scene.from_mapping(kinds[number % 10](np.random.default_rng([seed, number])))
+    """Return scene ``number`` of a seed; of 25, six are internal pairs and six planetary sets in motion."""
+    place = number % ROUND
+    kinds = dict.fromkeys(INTERNAL, internal_pair) | dict.fromkeys(PLANETARY, planetary_set)
+    table = kinds.get(place, external_pair)(np.random.default_rng([seed, number]))
+    return Scene.from_mapping(table)
 
 
 def small_scenes() -> list[Scene]:
@@ -32,199 +55,206 @@ def small_scenes() -> list[Scene]:
 
     Under a hundredth of the load teeth part, and the orbit is found another way.
     """
-    tables = [internal_pair(np.random.default_rng(1), motion) for motion in PAIR_MOTION]
-    tables += [planetary_set(np.random.default_rng(1), motion) for motion in SET_MOTION]
-    loaded = [Scene.from_mapping(table).replace("wear.snapshots", None) for table in tables]
-    light = [
-        one.replace("wear.until", None).replace("operation.torque", f"{0.01 * one.operation.torque} N*m")
-        for one in loaded
-        if one.dynamics is not None
+    tables = [
+        kind(np.random.default_rng(1), one) for kind in (external_pair, internal_pair) for one in PAIR_MOTION
     ]
-    return [one.replace("wear.until.depth", "0.3 um") for one in loaded] + light
+    tables += [planetary_set(np.random.default_rng(1), motion) for motion in SET_MOTION]
+    found = []
+    for table in tables:
+        for friction in (False, True):
+            for share in (1.0, 0.01):
+                if table.get("dynamics") is None and (friction or share < 1.0):
+                    continue
+                found.append(Scene.from_mapping(_small(table, friction, share)))
+    return found
 
 
-def draw(seed: int, number: int) -> Scene:
-    """Return an external pair: teeth, module, load, speed, damping, errors and tolerance vary."""
-    rng = np.random.default_rng([seed, number])
-    module = float(rng.choice([2.0, 3.0, 4.0, 6.0]))
-    teeth = rng.integers(20, 61, size=2)
-    width = float(rng.uniform(5.0, 10.0)) * module
-    torque = float(rng.uniform(20.0, 90.0)) * 1e-3 * module**2 * width * teeth[0] / 2.0
-    dynamics = rng.choice(["none", "torsional", "spur-3dof"], p=[0.2, 0.3, 0.5])
-    speed = float(np.exp(rng.uniform(np.log(300.0), np.log(4000.0)))) * 150.0 / (module * teeth[0])
-    depth = float(np.exp(rng.uniform(np.log(1.0), np.log(40.0))))
-    table: dict[str, Any] = {
-        "gears": {
-            "kind": "external-pair",
-            "module": f"{module} mm",
-            "face_width": f"{width} mm",
-            "pinion": {"teeth": int(teeth[0])},
-            "gear": {"teeth": int(teeth[1])},
-        },
-        "operation": {"torque": f"{torque} N*m", "speed": f"{speed} rpm"},
-        "mesh": {"damping_ratio": float(rng.uniform(0.04, 0.12)), "normal_backlash": "100 um"},
-        "wear": {
-            "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
-            "until": {"depth": f"{depth} um", "flank": "pinion"},
-            "snapshots": {"depth": [f"{depth / 3.0} um"], "flank": "pinion"},
-        },
-        "numerics": {"tolerance": float(rng.choice([3e-3, 1e-3, 3e-4]))},
+def _small(table: Table, friction: bool, share: float) -> Table:
+    """Return a scene of a drawn one that takes a moment, with some of its load."""
+    torque = share * float(table["operation"]["torque"].split()[0])
+    small = table | {"operation": table["operation"] | {"torque": f"{torque} N*m"}}
+    small["wear"] = {"coefficient": table["wear"]["coefficient"]}
+    if share == 1.0:
+        small["wear"]["until"] = {"depth": "0.3 um"}
+    if "dynamics" in table:
+        small["dynamics"] = {key: value for key, value in table["dynamics"].items() if key != "friction"}
+        small["dynamics"] |= {"friction": {"coefficient": 0.1}} if friction else {}
+    return small
+
+
+def external_pair(rng: np.random.Generator, motion: str | None = None) -> Table:
+    """Draw a pinion and a gear; ``motion`` is drawn unless it is given."""
+    module = float(rng.choice([1.0, 2.0, 3.0, 4.0, 6.0, 8.0]))
+    teeth = [int(count) for count in rng.integers(20, 61, size=2)]
+    width = _width(rng, module)
+    gears = {
+        "kind": "external-pair",
+        "module": f"{module} mm",
+        "face_width": f"{width} mm",
+        "pinion": {"teeth": teeth[0]},
+        "gear": {"teeth": teeth[1]},
     }
-    if rng.random() < 0.3:
-        for member in ("pinion", "gear"):
-            table["gears"][member]["tip_relief"] = {
-                "amount": f"{float(rng.uniform(3.0, 15.0))} um",
-                "length": f"{0.8 * module} mm",
+    _relieve(rng, gears, ("pinion", "gear"), module)
+    masses = [_mass(module, width, count) for count in teeth]
+    speed = _mesh_frequency(rng, width, masses) / teeth[0]
+    table = _loaded(rng, gears, _force(rng, module, width) * 0.5e-3 * module * teeth[0], speed, "pinion")
+    drawn = str(rng.choice(PAIR_MOTION, p=[0.15, 0.35, 0.5]))
+    return _moving(rng, table, motion or drawn, ("pinion", "gear"), 0.1)
+
+
+def internal_pair(rng: np.random.Generator, motion: str | None = None) -> Table:
+    """Draw a pinion in a ring; ``motion`` is drawn unless it is given."""
+    module, pinion = _module(rng), int(rng.integers(24, 41))
+    ring = pinion + int(rng.integers(30, 81))
+    width = _width(rng, module)
+    gears = {
+        "kind": "internal-pair",
+        "module": f"{module} mm",
+        "face_width": f"{width} mm",
+        "pinion": {"teeth": pinion},
+        "ring": _ring(module, ring),
+    }
+    _relieve(rng, gears, ("pinion",), module)
+    speed = _mesh_frequency(rng, width, [_mass(module, width, pinion)]) / pinion
+    table = _loaded(rng, gears, _force(rng, module, width) * 0.5e-3 * module * pinion, speed, "pinion")
+    drawn = str(rng.choice(PAIR_MOTION, p=[0.15, 0.35, 0.5]))
+    return _moving(rng, table, motion or drawn, ("pinion", "ring"), 0.1)
+
+
+def planetary_set(rng: np.random.Generator, motion: str | None = None) -> Table:
+    """Draw a planetary set in motion, with three planets or four; ``motion`` is drawn unless it is given."""
+    module, planets = _module(rng), int(rng.choice([3, 4], p=[0.75, 0.25]))
+    sun, planet = (int(count) for count in rng.integers(18, 31 if planets == 3 else 25, size=2))
+    planet += -(sun + planet) % planets  # an even spacing has a multiple of them on 2 (sun + planet)
+    ring, width = sun + 2 * planet, _width(rng, module)
+    gears = {
+        "kind": "planetary",
+        "module": f"{module} mm",
+        "face_width": f"{width} mm",
+        "planets": planets,
+        "sun": {"teeth": sun},
+        "planet": {"teeth": planet},
+        "ring": _ring(module, ring),
+        "carrier": {
+            "mass": f"{2.0 * (module / 3.0) ** 3} kg",
+            "inertia": f"{0.01 * (module / 3.0) ** 5} kg*m^2",
+        },
+    }
+    _relieve(rng, gears, ("sun", "planet"), module)
+    masses = [_mass(module, width, sun) / planets, _mass(module, width, planet)]
+    speed = _mesh_frequency(rng, width, masses) * (sun + ring) / (sun * ring)
+    torque = planets * _force(rng, module, width) * 0.5e-3 * module * sun
+    table = _loaded(rng, gears, torque, speed, "sun")
+    return _moving(
+        rng, table, motion or str(rng.choice(SET_MOTION)), ("sun", "planet", "ring", "carrier"), 0.4
+    )
+
+
+def _decades(rng: np.random.Generator, low: float, high: float) -> float:
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def _module(rng: np.random.Generator) -> float:
+    return float(rng.choice([2.0, 3.0, 4.0]))
+
+
+def _width(rng: np.random.Generator, module: float) -> float:
+    return float(rng.uniform(5.0, 10.0)) * module
+
+
+def _force(rng: np.random.Generator, module: float, width: float) -> float:
+    """Return the force of a mesh [N], of lengths in mm."""
+    return _decades(rng, *LOAD) * 1e-6 * module * width
+
+
+def _mass(module: float, width: float, teeth: int) -> float:
+    """Return the inertia of a disc over the square of its radius [kg], of lengths in mm."""
+    return 0.5 * np.pi * DENSITY * 1e-3 * width * (0.5e-3 * module * teeth) ** 2
+
+
+def _mesh_frequency(rng: np.random.Generator, width: float, masses: list[float]) -> float:
+    """Return a mesh frequency below, in or above the resonance of a mesh [Hz], width in mm."""
+    effective = 1.0 / sum(1.0 / mass for mass in masses)
+    natural = float(np.sqrt(MESH_STIFFNESS * 1e-3 * width / effective)) / (2.0 * np.pi)
+    return _decades(rng, *SPEED_RATIO) * natural
+
+
+def _ring(module: float, teeth: int) -> Table:
+    """Return a ring whose tips are short enough for every pinion, with a rim of three modules."""
+    return {"teeth": teeth, "tip_alteration": "wang-2023", "rim_diameter": f"{module * (teeth + RIM)} mm"}
+
+
+def _relieve(rng: np.random.Generator, gears: Table, members: tuple[str, ...], module: float) -> None:
+    """Give two in five sets tip reliefs."""
+    if rng.random() < 0.4:
+        for member in members:
+            gears[member]["tip_relief"] = {
+                "amount": f"{_decades(rng, *RELIEF)} um",
+                "length": f"{float(rng.uniform(0.4, 0.8)) * module} mm",
                 "shape": str(rng.choice(["linear", "parabolic"])),
             }
-    if rng.random() < 0.3:
-        table["mesh"]["stiffness"] = {"model": "potential-energy", "coupling": "shared"}
-    if dynamics != "none":
-        table["dynamics"] = {"model": str(dynamics)}
-        if dynamics == "spur-3dof":
-            support = {"radial_stiffness": f"{float(rng.uniform(300, 1500))} N/um", "damping_ratio": 0.06}
-            table["dynamics"]["supports"] = {"pinion": support, "gear": support}
-        if rng.random() < 0.4:
-            table["errors"] = {
-                "harmonic": [
-                    {"mesh": "pinion-gear", "order": 1, "amplitude": f"{float(rng.uniform(1.0, 5.0))} um"}
-                ]
-            }
-    return Scene.from_mapping(table)
 
 
-def reference(scene: Scene, cycles: Sequence[float]) -> Scene:
-    """Return the scene with a hundredth of its tolerance, to the same cycles whatever the depth."""
-    tight = scene.replace("numerics.tolerance", TIGHTER * scene.numerics.tolerance)
-    tight = tight.replace("wear.snapshots", None).replace("wear.until.cycles", cycles[-1])
-    tight = tight.replace("wear.until.flank", None).replace("wear.until.depth", None)
-    return tight.replace("wear.snapshots", {"cycles": list(cycles[1:-1])}) if cycles[1:-1] else tight
+def _loaded(rng: np.random.Generator, gears: Table, torque: float, speed: float, flank: str) -> Table:
+    """Return a scene under a torque [N m] and a speed [Hz] that wears its flanks."""
+    depth = _decades(rng, *DEPTH)
+    table: Table = {
+        "gears": gears,
+        "operation": {"torque": f"{torque} N*m", "speed": f"{60.0 * speed} rpm"},
+        "mesh": {"damping_ratio": _decades(rng, *DAMPING), **_backlash(rng), **_stiffness(rng)},
+        "wear": {
+            "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+            "until": {"depth": f"{depth} um", "flank": flank},
+            "load": str(rng.choice(LOADS, p=[0.6, 0.2, 0.2])),
+        },
+        "numerics": {"tolerance": float(rng.choice(TOLERANCES, p=[0.2, 0.6, 0.2]))},
+    }
+    if table["wear"]["load"] == "equivalent":
+        table["wear"]["wohler_slope"] = float(rng.uniform(3.0, 10.0))
+    if rng.random() < 0.5:
+        table["wear"]["snapshots"] = {"depth": [f"{depth / 3.0} um"], "flank": flank}
+    return table
 
 
-class Score(NamedTuple):
-    """True and estimated errors of one scene, at the end of its life.
-
-    Parameters
-    ----------
-    wear_depth, life, mesh_force, mesh_force_max : (true error, estimate) [m], [1], [N]; None: not comparable
-    cost : time spent on the estimates over the time of everything else in the run [1]
-    """
-
-    wear_depth: tuple[float, float] | None
-    life: tuple[float, float] | None
-    mesh_force: tuple[float, float] | None
-    cost: float
-    mesh_force_max: tuple[float, float] | None = None
+def _backlash(rng: np.random.Generator) -> Table:
+    drawn = rng.random()
+    if drawn < 0.15:
+        return {}
+    return {"normal_backlash": "0 um" if drawn < 0.25 else f"{_decades(rng, *BACKLASH)} m"}
 
 
-QUANTITIES = ("wear_depth", "life", "mesh_force", "mesh_force_max")
+def _stiffness(rng: np.random.Generator) -> Table:
+    drawn = rng.random()
+    if drawn < 0.6:
+        return {}  # that of the finite elements, which is the default
+    return {"stiffness": {"model": "potential-energy", "coupling": "shared" if drawn < 0.8 else "none"}}
 
 
-class Apart(Exception):
-    """Why a scene has no score: it is aperiodic, its life is not reached, or it is refused."""
-
-
-def score(scene: Scene, told: Callable[[str], None] = lambda stage: None) -> Score:
-    """Compare the estimates of a scene with its errors against a tight reference.
-
-    Parameters
-    ----------
-    scene : the scene
-    told : told "reference" when its own run is done and the reference begins
-
-    Raises
-    ------
-    Apart
-        When there is nothing to compare, with the reason.
-    """
-    data = _simulated(scene)
-    if _aperiodic(data):
-        raise Apart("aperiodic")
-    if str(data.end_reason.values) != "depth":
-        raise Apart(f"life not reached: {data.end_reason.item()}")
-    told("reference")
-    cycles = [float(cycle) for cycle in data.cycle.values]
-    tight = reference(scene, cycles)
-    truth = _simulated(tight)
-    if _aperiodic(truth):
-        raise Apart("aperiodic reference")
-    if truth.sizes["update"] != data.sizes["update"]:
-        raise Apart("reference ends early")
-    worn, truly = data.wear_depth.values[-1], truth.wear_depth.values[-1]
-    missed = max(
-        float(
-            np.abs(
-                carried(fine, truly[rows, : len(fine.position)], own) - worn[rows, : len(own.position)]
-            ).max()
-        )
-        for rows, fine, own in zip(_pairs(len(worn)), _grids(tight), _grids(scene), strict=True)
-    )
-    at = int(np.nanargmax(truly[0]))
-    speed = float(truth.wear_rate.values[-1, 0, at])
-    limit = float(np.asarray(data.max_wear_depth.values)[-1, 0])
-    life = None  # where the deepest place wears no more, no rate says what its depth is worth in cycles
-    if speed > 0.0:
-        life = (abs(limit - float(truly[0, at])) / speed, float(data.error_estimate_life))
-    force = largest = None
-    if "dynamic_mesh_force" in data and (data.response_period.values == truth.response_period.values).all():
-        difference = np.abs(data.dynamic_mesh_force.values[-1] - truth.dynamic_mesh_force.values[-1])
-        force = (float(np.nanmax(difference)), float(data.error_estimate_mesh_force[-1]))
-        off = np.abs(data.mesh_force_max.values[-1] - truth.mesh_force_max.values[-1])
-        largest = (float(off.max()), float(data.error_estimate_mesh_force_max[-1]))
-    return Score(
-        (missed, float(data.error_estimate_wear_depth[-1])),
-        life,
-        force,
-        _cost(scene, data),
-        largest,
-    )
-
-
-def _cost(scene: Scene, data: xr.Dataset) -> float:
-    """Return the time of the estimates over that of the rest, each the shortest of several short runs."""
-    times = [_times(data)]
-    if sum(times[0]) < SHORT:
-        times += [_times(_simulated(scene)) for _ in range(REPEATS - 1)]
-    spent, rest = (min(each) for each in zip(*times, strict=True))
-    return spent / rest
-
-
-def _times(data: xr.Dataset) -> tuple[float, float]:
-    spent = float(data.run_time_estimates)
-    return spent, float(data.run_time_total) - spent
-
-
-def _simulated(scene: Scene) -> xr.Dataset:
-    try:
-        return simulate(scene)
-    except Refused as refusal:
-        raise Apart(f"refused: {refusal}") from refusal
-
-
-def _grids(scene: Scene) -> list[ProfileGrid]:
-    return [kind.analysis.grid for kind in build(scene).kinds]
-
-
-def _pairs(flanks: int) -> list[slice]:
-    """Return which flanks belong to each kind of mesh."""
-    return [slice(first, first + 2) for first in range(0, flanks, 2)]
-
-
-def _aperiodic(data: xr.Dataset) -> bool:
-    return "response_period" in data and bool((data.response_period == 0).any())
-
-
-def summary(scores: Sequence[Score]) -> dict[str, tuple[int, float, float]]:
-    """Return for each quantity: scenes, share with error below estimate, median of estimate over error.
-
-    An estimate that is missing (NaN) counts as one that the error exceeds.
-    """
-    found = {}
-    for name in QUANTITIES:
-        values = np.array([getattr(one, name) for one in scores if getattr(one, name) is not None])
-        if len(values):
-            true, estimate = values.T
-            known = np.isfinite(estimate)
-            ratio = np.median(estimate[known] / np.maximum(true[known], 1e-300)) if known.any() else np.nan
-            found[name] = (len(values), float(np.mean(true <= estimate)), float(ratio))
-    return found
+def _moving(
+    rng: np.random.Generator, table: Table, motion: str, members: tuple[str, ...], frictional: float
+) -> Table:
+    """Return a scene with its motion, errors and friction; without motion the static force wears."""
+    if motion == "none":
+        table["wear"]["load"] = "static"
+        return table
+    table["dynamics"] = {"model": motion}
+    if motion in ("spur-3dof", "planetary"):
+        bearing = {
+            "radial_stiffness": f"{_decades(rng, 200.0, 2000.0)} N/um",
+            "damping_ratio": _decades(rng, 0.02, 0.2),
+        }
+        held = bearing | {"tangential_stiffness": "50 N/um"}
+        grounded = GROUNDED if motion == "planetary" else ()
+        table["dynamics"]["supports"] = {one: held if one in grounded else bearing for one in members}
+    if rng.random() < frictional:
+        table["dynamics"]["friction"] = {"coefficient": _decades(rng, *FRICTION)}
+    drawn, order, amplitude = rng.random(), int(rng.integers(1, 4)), _decades(rng, *ERROR)
+    if drawn < 0.4:
+        table["errors"] = {"harmonic": [{"order": order, "amplitude": f"{amplitude} um"}]}
+        if len(members) > 2:
+            table["errors"]["harmonic"][0]["mesh"] = "sun-planet"
+        else:
+            table["errors"]["harmonic"][0]["mesh"] = "-".join(members)
+    elif drawn < 0.45 and len(members) == 2:
+        table["errors"] = {members[0]: {"total_composite": f"{amplitude} um"}}
+    return table

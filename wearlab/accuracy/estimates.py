@@ -19,32 +19,55 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-from wearlab.accuracy.drawn import QUANTITIES, Apart, Score, draw_any, score, small_scenes
+from wearlab.accuracy.drawn import draw_any, small_scenes
+from wearlab.accuracy.score import QUANTITIES, Apart, Score, score
 from wearlab.campaign.estimates import Estimates
 
 COLUMNS = (
-    "source", "seed", "scene", "kind", "outcome", "seconds", "cost",
+    "source", "seed", "scene", "kind", "motion", "friction", "outcome", "quality",
+    "seconds", "run_seconds", "cost",
     *(f"{name}_{what}" for name in QUANTITIES for what in ("error", "estimate")),
 )  # fmt: skip
 SCORED = "scored"
 RUN, REFERENCE = "run", "reference"
 TOO_LONG = "too long"
+TRUSTED, DOUBTFUL = "trusted", "doubtful"
 CONTEXT: Any = get_context("spawn")
 Row = dict[str, Any]
 Report = Callable[[str], None]
 
 
-def scored(seed: int, number: int, told: Report) -> Row:
-    """Return the row of one scene, with the time of the processor that it took [s]."""
+def scored(seed: int, number: int, told: Callable[[str, float], None]) -> Row:
+    """Return the row of one scene, with the time of the processor that it took, and its run alone [s]."""
     begun, scene = time.process_time(), draw_any(seed, number)
+    run: Row = {}
+
+    def reference_begins(trusted: bool) -> None:
+        run["run_seconds"] = round(time.process_time() - begun, 3)
+        run["quality"] = TRUSTED if trusted else DOUBTFUL
+        told(run["quality"], run["run_seconds"])
+
     try:
-        cells = {"outcome": SCORED, **_cells(score(scene, told))}
+        cells = {"outcome": SCORED, **_cells(score(scene, reference_begins))}
     except Apart as apart:
         cells = {"outcome": str(apart)}
     except Exception as error:  # a defect of one scene does not cost the others
         cells = {"outcome": f"failed: {error!r}"}
     seconds = round(time.process_time() - begun, 3)
-    return {"seed": seed, "scene": number, "kind": scene.gears.kind, **cells, "seconds": seconds}
+    return {**_names(seed, number), **run, **cells, "seconds": seconds}
+
+
+def _names(seed: int, number: int) -> Row:
+    """Return what a scene is."""
+    scene = draw_any(seed, number)
+    motion = scene.dynamics
+    return {
+        "seed": seed,
+        "scene": number,
+        "kind": scene.gears.kind,
+        "motion": "still" if motion is None else motion.model,
+        "friction": "no" if motion is None or motion.friction is None else "yes",
+    }
 
 
 def _work(line: Connection) -> None:
@@ -54,9 +77,14 @@ def _work(line: Connection) -> None:
     for scene in small_scenes():  # compiled before any clock runs
         simulate(scene)
     while True:
-        seed, number, longest = line.recv()
+        seed, number, longest, reference = line.recv()
         limit_work(longest)
-        line.send(scored(seed, number, line.send))
+
+        def told(quality: str, seconds: float, more: float = reference) -> None:
+            limit_work(more)
+            line.send((quality, seconds))
+
+        line.send(scored(seed, number, told))
 
 
 def limit_work(longest: float) -> None:
@@ -72,18 +100,19 @@ class Worker:
     def __init__(self) -> None:
         self.process: BaseProcess | None = None
 
-    def scored(self, seed: int, number: int, longest: float) -> Row:
-        """Return the row of one scene, within a time of the processor [s]."""
+    def scored(self, seed: int, number: int, longest: float, reference: float) -> Row:
+        """Return the row of one scene, within a time of the processor for its run and its reference [s]."""
         if self.process is None:
             self.line, theirs = Pipe()
             self.process = CONTEXT.Process(target=_work, args=(theirs,), daemon=True)
             self.process.start()
             theirs.close()
-        self.line.send((seed, number, longest))
-        stage = RUN
+        self.line.send((seed, number, longest, reference))
+        stage, run, seconds = RUN, {}, longest
         try:
-            while isinstance(told := self.line.recv(), str):
-                stage = told
+            while isinstance(told := self.line.recv(), tuple):
+                stage, run = REFERENCE, {"quality": told[0], "run_seconds": told[1]}
+                seconds = told[1] + reference
             found: Row = told
             return found
         except (EOFError, ConnectionError):
@@ -91,8 +120,7 @@ class Worker:
             late = self.process.exitcode == -signal.SIGXCPU
             outcome = f"{stage} {TOO_LONG}" if late else "failed: its process ended"
         self.close()
-        kind = draw_any(seed, number).gears.kind
-        return {"seed": seed, "scene": number, "kind": kind, "outcome": outcome, "seconds": longest}
+        return {**_names(seed, number), **run, "outcome": outcome, "seconds": seconds}
 
     def close(self) -> None:
         """End the process."""
@@ -124,7 +152,7 @@ def read(file: Path) -> list[Row]:
 
 
 def _value(key: str, text: str) -> Any:
-    if key in ("source", "kind", "outcome"):
+    if key in ("source", "kind", "motion", "friction", "outcome", "quality"):
         return text
     return int(text) if key in ("seed", "scene") else float(text)
 
@@ -137,7 +165,7 @@ def of_row(row: Row) -> Score | None:
         name: (row[f"{name}_error"], row[f"{name}_estimate"]) if f"{name}_error" in row else None
         for name in QUANTITIES
     }
-    return Score(**pairs, cost=row["cost"])
+    return Score(**pairs, cost=row["cost"], trusted=row["quality"] == TRUSTED)
 
 
 def run(asked: Estimates, source: str, file: Path, workers: int | None, report: Report) -> list[Row]:
@@ -151,12 +179,7 @@ def run(asked: Estimates, source: str, file: Path, workers: int | None, report: 
     workers : processes; None: the cores
     report : told of every scene that is done
     """
-    wanted = range(asked.scenes)
-    known = {
-        row["scene"]: row
-        for row in read(file)
-        if row["source"] == source and row["seed"] == asked.seed and row["scene"] in wanted
-    }
+    wanted, known = range(asked.scenes), {row["scene"]: row for row in done(asked, source, file)}
     for number in known:
         report(f"scene {number}")
     missing = [number for number in wanted if number not in known]
@@ -174,6 +197,16 @@ def run(asked: Estimates, source: str, file: Path, workers: int | None, report: 
     return [known[number] for number in wanted]
 
 
+def done(asked: Estimates, source: str, file: Path) -> list[Row]:
+    """Return the rows that the table has of the scenes asked for, by these sources."""
+    known = {
+        row["scene"]: row
+        for row in read(file)
+        if row["source"] == source and row["seed"] == asked.seed and row["scene"] < asked.scenes
+    }
+    return [known[number] for number in sorted(known)]
+
+
 def _rows(asked: Estimates, missing: list[int], count: int) -> Iterator[Row]:
     """Yield the rows of scenes as they are done; nothing goes on when nobody waits for them any more."""
     idle: SimpleQueue[Worker] = SimpleQueue()
@@ -184,7 +217,7 @@ def _rows(asked: Estimates, missing: list[int], count: int) -> Iterator[Row]:
     def one(number: int) -> Row:
         worker = idle.get()
         try:
-            return worker.scored(asked.seed, number, asked.longest)
+            return worker.scored(asked.seed, number, asked.longest, asked.longest_reference)
         finally:
             idle.put(worker)
 

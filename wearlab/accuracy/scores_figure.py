@@ -8,7 +8,7 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from wearlab.accuracy.drawn import Score
+from wearlab.accuracy.score import Score
 
 DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
 TENFOLD = 10.0

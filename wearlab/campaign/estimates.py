@@ -26,7 +26,10 @@ class Estimates(BaseModel):
 
     scenes: Count = option(..., f"how many scenes are drawn, 1 to {MOST_SCENES}")
     seed: Count = option(..., "seed; the same seed draws the same scenes, more of them begin with the same")
-    longest: Time = option(60.0, "processor time after which a scene is given up, its reference included")
+    longest: Time = option(60.0, "processor time after which a run is given up: it counts as missed")
+    longest_reference: Time = option(
+        120.0, "processor time after which the reference of a run is given up: it counts as missed"
+    )
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,14 @@ def score_estimates(drawing: "Drawing", out: Path, workers: int | None, as_json:
     with refusing(OSError):
         out.mkdir(parents=True, exist_ok=True)
     made_by = provenance(draw_any(asked.seed, 0), begun)
-    with bar(asked.scenes, as_json) as tell:
-        rows = estimates.run(asked, made_by["source_hash"], out / TABLE, workers, tell)
+    try:
+        with bar(asked.scenes, as_json) as tell:
+            rows = estimates.run(asked, made_by["source_hash"], out / TABLE, workers, tell)
+    except KeyboardInterrupt:
+        rows = estimates.done(asked, made_by["source_hash"], out / TABLE)
+        complain(f"cut off after {len(rows)} of {asked.scenes} scenes: the same command goes on from there")
+        if not rows:
+            raise
     kept = ("model_version", "source", "source_hash", "packages", "machine", "commit", "dirty")
     made = scores_table.dataset(
         drawing.title, asked.seed, rows, {key: made_by[key] for key in kept if key in made_by}, begun
@@ -42,7 +48,8 @@ def score_estimates(drawing: "Drawing", out: Path, workers: int | None, as_json:
         if apart := scores_table.apart_rows(rows):
             say()
             show_table(scores_table.APART_HEADS, apart, title=f"Scenes without a score, of {len(rows)}")
-        say(f"\nestimates add {_share(rows)} to the time of a run; a scene may take {asked.longest:g} s\n")
+        say(f"\nestimates add {_share(rows)} to the time of a run")
+        say(f"a run may take {asked.longest:g} s, its reference {asked.longest_reference:g} s\n")
         for path in (out / TABLE, *files):
             say(str(path))
     for line in missed:

@@ -35,7 +35,7 @@ from wearlab.life.jump import Jump, crosses_jump, locate
 from wearlab.life.sawtooth import saws
 from wearlab.life.schedule import affordable, behind
 from wearlab.life.spectrum import Spectrum, growth_rate, random_direction, spectrum
-from wearlab.life.step import Node, Step, growth
+from wearlab.life.step import EMBEDDED, Node, Step, growth
 
 Array = NDArray[np.float64]
 
@@ -101,6 +101,7 @@ class _Try:
     """A step tried: end, estimated local error (n,) [m], that over the allowed one, size, order of method.
 
     ``share`` is 2/3 of a step that was given up there; its end is what a straight line makes of the rest.
+    ``by``: the method, as `wearlab.life.step.Step` tells it.
     """
 
     end: Node
@@ -108,6 +109,7 @@ class _Try:
     ratio: float
     size: float
     order: int
+    by: rkc.Scheme | str
     share: float = 1.0
 
     def follows(self, start: Node) -> bool:
@@ -307,24 +309,26 @@ class AdaptiveStepper:
         begun = embedded.begin(self.rate, node.depth, node.rate, size)
         self._saw(begun.seen)
         end = Node(node.cycle + size, node.depth + size * begun.third, begun.third)
-        foreseen = self._tried(node, end, begun.foreseen(size, self.radius), size, 4)
+        foreseen = self._tried(node, end, begun.foreseen(size, self.radius), size, 4, EMBEDDED)
         if foreseen.ratio > HOPELESS and not self._is_rough():
             return replace(foreseen, share=2.0 / 3.0)
         depth, rate, difference, seen = embedded.complete(self.rate, node.depth, node.rate, size, begun)
         self._saw(seen)
         error = embedded.reported(difference, size * self.radius)
-        return self._tried(node, Node(node.cycle + size, depth, rate), error, size, 4)
+        return self._tried(node, Node(node.cycle + size, depth, rate), error, size, 4, EMBEDDED)
 
     def _try_stiff(self, node: Node, size: float) -> _Try:
         coefficients = rkc.stages_for(size * self.radius, self.damping)
         depth = rkc.step(self.rate, node.depth, node.rate, size, coefficients)
         rate = self.rate(depth)
         error = rkc.local_error(node.depth, depth, node.rate, rate, size)
-        return self._tried(node, Node(node.cycle + size, depth, rate), error, size, 2)
+        return self._tried(node, Node(node.cycle + size, depth, rate), error, size, 2, coefficients)
 
-    def _tried(self, node: Node, end: Node, error: Array, size: float, order: int) -> _Try:
+    def _tried(
+        self, node: Node, end: Node, error: Array, size: float, order: int, by: rkc.Scheme | str
+    ) -> _Try:
         largest = float(np.abs(error).max(initial=0.0))
-        return _Try(end, error, largest / self._allowed(node, end), size, order)
+        return _Try(end, error, largest / self._allowed(node, end), size, order, by)
 
     def _saw(self, radius: float) -> None:
         """Take what the stages of a step tell of the spectral radius, where nothing better is known."""
@@ -348,11 +352,11 @@ class AdaptiveStepper:
         self.last_ratio, self.last_order, self.age, self.most = ratio, tried.order, self.age + 1, np.inf
 
     def _step(self, node: Node, tried: _Try) -> Step:
-        rates = node.rate, tried.end.rate
+        rates, by = (node.rate, tried.end.rate), tried.by if tried.share == 1.0 else None
         if tried.ratio <= 1.0 or tried.follows(node):
-            return Step(node, tried.end, rates, tried.error, growth(node, tried.end))
+            return Step(node, tried.end, rates, tried.error, growth(node, tried.end), by)
         # Rates at the ends of a step that is lost on the way do not tell how errors grow, nor their signs.
-        return Step(node, tried.end, rates, np.abs(tried.error), 1.0)
+        return Step(node, tried.end, rates, np.abs(tried.error), 1.0, by)
 
     def _look(self, node: Node, direction: Array, memory: Any = None) -> None:
         """Estimate the spectrum at a state; a noisy rate hides it, and the last estimate stays."""

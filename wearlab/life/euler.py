@@ -13,7 +13,7 @@ from wearlab.life.counted import CountedRate
 from wearlab.life.jump import Jump
 from wearlab.life.sawtooth import grows_saw, swings
 from wearlab.life.spectrum import random_direction, spectrum
-from wearlab.life.step import Node, Step, growth
+from wearlab.life.step import EULER, Node, Step, growth
 
 Array = NDArray[np.float64]
 
@@ -117,7 +117,7 @@ class EulerStepper:
         self._inspect(node, end)
         self.last_rate = node.rate
         error = 0.5 * size * (end.rate - node.rate)
-        return [Step(node, end, (node.rate, node.rate), error, growth(node, end))], None
+        return [Step(node, end, (node.rate, node.rate), error, growth(node, end), EULER)], None
 
     def shorten(self, size: float) -> None:
         """Take no step longer than ``size`` next: the last one led where the gears cannot run."""

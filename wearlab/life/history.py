@@ -20,7 +20,17 @@ MOST_EVALUATIONS = 5_000
 """Bound on the rates of one life at a tolerance of 1e-3; an ordinary life takes about a hundred."""
 
 
+MOST_SAMPLES = 5
+"""Accepted states on which the estimates of a life's errors rest."""
+
 Memory = tuple[Responses, float]
+
+
+class Sampled(NamedTuple):
+    """Some of the accepted states, whichever states are kept: cycles (k,) [1], the states in full."""
+
+    cycle: Array
+    state: tuple[WearState, ...]
 
 
 class History(NamedTuple):
@@ -32,12 +42,27 @@ class History(NamedTuple):
     state : the states, each in full
     life : the march that led through them, None when nothing wears on
     worn_first : the marches that made the initial wear
+    sampled : on what the estimates of errors rest, None: on the kept states
     """
 
     cycle: Array
     state: tuple[WearState, ...]
     life: Life | None
     worn_first: tuple[Life, ...] = ()
+    sampled: Sampled | None = None
+
+    @property
+    def samples(self) -> Sampled:
+        """The states on which estimates of errors rest: asking for more snapshots changes none of them."""
+        if self.sampled is not None:
+            return self.sampled
+        chosen = spread_over(len(self.state))
+        return Sampled(self.cycle[chosen], tuple(self.state[k] for k in chosen))
+
+
+def spread_over(count: int) -> list[int]:
+    """Return which of so many states are sampled: the first, the last, some between."""
+    return sorted({round(at) for at in np.linspace(0, count - 1, min(count, MOST_SAMPLES))})
 
 
 class SetRate:
@@ -153,13 +178,22 @@ def history(
         most_evaluations=int(MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5)),
         most_work=most_work,
     )
-    cycles, depths = life.updates(only_snapshots=snapshots.asked)
-    states = [
-        _in_full(coupling, coupling.split(depth), _orbits_before(anchors, cycle))
-        for cycle, depth in zip(cycles, depths, strict=True)
-    ]
-    kept = [i for i, state in enumerate(states) if state is not None]
-    return History(cycles[kept], tuple(state for state in states if state is not None), life)
+    wanted = life.updates(only_snapshots=snapshots.asked)
+    chosen = spread_over(len(life.cycle))
+    both = [wanted, (life.cycle[chosen], life.depth[chosen])]
+    depth_at = {cycle: depth for each in both for cycle, depth in zip(*each, strict=True)}
+    found = {
+        cycle: _in_full(coupling, coupling.split(depth), _orbits_before(anchors, cycle))
+        for cycle, depth in depth_at.items()
+    }
+    kept, sampled = (_known(found, cycles) for cycles in (wanted[0], life.cycle[chosen]))
+    return History(*kept, life, sampled=sampled)
+
+
+def _known(found: dict[float, WearState | None], cycles: Array) -> Sampled:
+    """Return the states at some cycles, those that can run."""
+    known = {cycle: state for cycle in cycles if (state := found[cycle]) is not None}
+    return Sampled(np.array(list(known)), tuple(known.values()))
 
 
 def _orbits_before(anchors: list[tuple[float, Responses]], cycle: float) -> Responses:

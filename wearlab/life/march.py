@@ -68,6 +68,7 @@ class Life:
     wave_growth : fastest growth of a wave of wear, where it is too fast to foresee its end; else 0 [1/cycle]
     hurried : whether steps were as long as the work left paid for, and not as their errors ask
     count_rate_evaluations, count_rejected : work done
+    steps : the accepted steps, whole where the limit is met inside the last
     """
 
     cycle: Array
@@ -84,6 +85,7 @@ class Life:
     hurried: bool
     count_rate_evaluations: int
     count_rejected: int
+    steps: tuple[Step, ...] = ()
 
     @property
     def error_estimate_depth(self) -> float:
@@ -351,6 +353,7 @@ class _March:
             hurried=self.hurried,
             count_rate_evaluations=self.rate.count,
             count_rejected=self.rejected,
+            steps=tuple(self.curves),
         )
 
     def _snapshots(self, wanted: Snapshots) -> list[tuple[float, Array]]:

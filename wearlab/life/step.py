@@ -6,8 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.life.limits import Index
+from wearlab.life.rkc import Scheme
 
 Array = NDArray[np.float64]
+
+EMBEDDED, EULER = "fourth order", "Euler"
+"""Methods of a step beside those of `wearlab.life.rkc`."""
 
 
 class Node(NamedTuple):
@@ -34,6 +38,7 @@ class Step(NamedTuple):
     slopes : (n,), (n,) dh/dN at the ends of the curve between them [m per cycle]
     error : (n,) estimated local error, signed [m]
     growth : factor by which the step multiplies errors made before it, ≥ 1 [1]
+    by : the method that took it, with which it can be taken again; None: none can
     """
 
     start: Node
@@ -41,6 +46,7 @@ class Step(NamedTuple):
     slopes: tuple[Array, Array]
     error: Array
     growth: float
+    by: Scheme | str | None = None
 
     @property
     def size(self) -> float:

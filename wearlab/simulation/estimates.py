@@ -20,7 +20,6 @@ from wearlab.simulation.twins import (
     flank_of_nodes,
     in_block,
     is_periodic,
-    samples,
     together,
     twins_of,
 )
@@ -93,7 +92,8 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
 
 def _doubts(lived: History, found: list[Rougher | None]) -> tuple[str, ...]:
     """Return what speaks against the estimates of a life whose states have these rougher twins."""
-    responses = [one for state in lived.state for each in (state.block or (state,)) for one in each.responses]
+    states = (*lived.samples.state, *lived.state)
+    responses = [one for state in states for each in (state.block or (state,)) for one in each.responses]
     missing = sum(twin is None for twin in found)
     jumps = 0 if lived.life is None else len(lived.life.jumps)
     hurried = lived.life is not None and lived.life.hurried
@@ -114,8 +114,9 @@ def _stepping(lived: History) -> Array:
     if lived.life is None:
         return np.zeros(len(lived.cycle))
     stepping = np.interp(lived.cycle, lived.life.cycle, lived.life.accumulated_error)
-    noise = np.array([state.noise for state in lived.state])
-    return np.asarray(stepping + _integral(lived.cycle, noise))
+    samples = lived.samples
+    noise = _integral(samples.cycle, np.array([state.noise for state in samples.state]))
+    return np.asarray(stepping + np.interp(lived.cycle, samples.cycle, noise))
 
 
 def _depth(lived: History, found: list[Rougher]) -> Array | None:
@@ -124,7 +125,7 @@ def _depth(lived: History, found: list[Rougher]) -> Array | None:
     total = _stepping(lived)
     known = [(twin.cycle, twin.rate) for twin in found if twin.rate is not None]
     if not known:
-        return np.full(len(total), np.nan) if any(map(is_periodic, lived.state)) else total
+        return np.full(len(total), np.nan) if any(map(is_periodic, lived.samples.state)) else total
     cycle = np.array([at for at, _ in known])
     change = np.stack([rate for _, rate in known])
     carried_on = np.abs(_integral(cycle, change)).max(axis=1)
@@ -151,11 +152,12 @@ def _forces(
     found : the twins of all conditions together
     inherited : error of the wear that the run starts from [m]
     """
-    off, stepping = WearOff(RATE_SHARE), inherited + _stepping(lived)
+    samples = lived.samples
+    off, stepping = WearOff(RATE_SHARE), inherited + np.interp(samples.cycle, lived.cycle, _stepping(lived))
     known = []
-    for at, twin, joint in zip(samples(lived), twins, found, strict=True):
+    for at, (twin, joint) in enumerate(zip(twins, found, strict=True)):
         if twin is not None and joint is not None:
-            errors = off.errors(parts, lived.state[at], twin, joint.rate, stepping[at])
+            errors = off.errors(parts, samples.state[at], twin, joint.rate, stepping[at])
             known += [(twin.cycle, *errors)] if np.isfinite(errors.mesh) else []
     if not known:
         return Forces(*np.full((3, len(lived.state)), np.nan))
@@ -181,7 +183,7 @@ def _deepest_change(lived: History, found: list[Rougher], end: End) -> float:
     """Return the integral of the change of rate where the flanks that end the life are worn most [m]."""
     known = [(twin.cycle, twin.rate) for twin in found if twin.rate is not None]
     if not known:
-        return np.nan if any(map(is_periodic, lived.state)) else 0.0
+        return np.nan if any(map(is_periodic, lived.samples.state)) else 0.0
     last = next(twin for twin in reversed(found) if twin.rate is not None)
     cycle = np.array([at for at, _ in known])
     change = np.stack([rate for _, rate in known])

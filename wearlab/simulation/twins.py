@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.gears.errors import GearError
-from wearlab.life.history import History
+from wearlab.life.history import History, Sampled
 from wearlab.life.limits import StopWear
 from wearlab.life.state import Wear, WearState
 from wearlab.mesh.profile import ProfileGrid, interpolate, lookup
@@ -16,8 +16,6 @@ from wearlab.scene.build.mesh import profile_points
 
 Array = NDArray[np.float64]
 
-MOST_SAMPLES = 5
-"""States that are evaluated once more."""
 COARSENED = 0.5
 LESS_COARSENED = 0.75
 """Share of the nodes and steps that a twin keeps, and where those respond otherwise all along."""
@@ -99,12 +97,6 @@ def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
     )
 
 
-def samples(lived: History) -> list[int]:
-    """Return which of the kept states are evaluated once more: the first, the last, some between."""
-    count = len(lived.state)
-    return sorted({round(at) for at in np.linspace(0, count - 1, min(count, MOST_SAMPLES))})
-
-
 def flank_of_nodes(parts: Parts) -> NDArray[np.int64]:
     """Return which flank each entry of the flat wear is on."""
     sizes = [len(one.analysis.grid.position) for one in parts.kinds for _ in (0, 1)]
@@ -112,10 +104,10 @@ def flank_of_nodes(parts: Parts) -> NDArray[np.int64]:
 
 
 def twins_of(scene: Scene, parts: Parts, block: int, lived: History) -> list[Rougher | None]:
-    """Return the rougher twins of some kept states in one condition."""
-    own = in_block(lived, block)
+    """Return the rougher twins of the sampled states in one condition."""
+    own = in_block(lived, block).samples
     twins = _of_share(scene, parts, own, COARSENED)
-    if any(twins) or not any(is_periodic(own.state[k]) for k in samples(own)):
+    if any(twins) or not any(map(is_periodic, own.state)):
         return twins
     return [
         twin._replace(rate=None if twin.rate is None else SCALED * twin.rate, weight=SCALED)
@@ -125,11 +117,13 @@ def twins_of(scene: Scene, parts: Parts, block: int, lived: History) -> list[Rou
     ]
 
 
-def _of_share(scene: Scene, parts: Parts, own: History, share: float) -> list[Rougher | None]:
-    rough, chosen = rough_parts(scene, parts, share), samples(own)
+def _of_share(scene: Scene, parts: Parts, own: Sampled, share: float) -> list[Rougher | None]:
+    rough = rough_parts(scene, parts, share)
     if rough is None:
-        return [None] * len(chosen)
-    return [rougher(parts, rough, float(own.cycle[k]), own.state[k]) for k in chosen]
+        return [None] * len(own.state)
+    return [
+        rougher(parts, rough, float(cycle), state) for cycle, state in zip(own.cycle, own.state, strict=True)
+    ]
 
 
 def is_periodic(state: WearState) -> bool:
@@ -139,7 +133,12 @@ def is_periodic(state: WearState) -> bool:
 
 def in_block(lived: History, block: int) -> History:
     """Return a life as one of the conditions that take turns saw it."""
-    return lived._replace(state=tuple(state.block[block] if state.block else state for state in lived.state))
+
+    def own(states: tuple[WearState, ...]) -> tuple[WearState, ...]:
+        return tuple(state.block[block] if state.block else state for state in states)
+
+    sampled = lived.sampled and lived.sampled._replace(state=own(lived.sampled.state))
+    return lived._replace(state=own(lived.state), sampled=sampled)
 
 
 def together(twins: list[Rougher | None], weight: Array) -> Rougher | None:

@@ -106,6 +106,24 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
     return values
 
 
+def phase_forces(parts: Parts, state: WearState, response: Response) -> Array:
+    """Return the elastic force of every mesh at the stored phases, (n_periods, n_mesh, n_phases) [N]."""
+    vibration = parts.vibration
+    assert vibration is not None
+    deflection, _ = vibration.deflection(response, vibration.look(parts.phase))
+    touching = parts.coupling.touching(state)
+    each = [
+        [
+            mesh_force(
+                touching[one.kind], parts.look(mesh, parts.phase), row, vibration.backlash_of(mesh)
+            ).elastic
+            for row in deflection[:, mesh]
+        ]
+        for mesh, one in enumerate(parts.meshes)
+    ]
+    return np.array(each).transpose(1, 0, 2)
+
+
 def _mesh_response(
     parts: Parts, vibration: Vibration, touching: list[Touching], mesh: int, deflection: Array, rate: Array
 ) -> dict[str, Array]:

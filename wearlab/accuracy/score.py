@@ -1,0 +1,236 @@
+"""Is the error estimate of a run honest? The run beside a reference to a tolerance of 1e-5."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from wearlab.dynamics.extremes import extremes
+from wearlab.gears.errors import GearError
+from wearlab.life.state import Wear
+from wearlab.mesh.profile import ProfileGrid
+from wearlab.scene import Scene
+from wearlab.scene.build import Parts
+from wearlab.simulation import Refused, simulate
+from wearlab.simulation.living import live
+from wearlab.simulation.operating import stages_of
+from wearlab.simulation.trust import ENDS_OF_WORK, TRUSTED
+from wearlab.simulation.twins import carried
+from wearlab.simulation.vibration import phase_forces
+
+Array = NDArray[np.float64]
+
+TIGHT = 1e-5
+"""Tolerance of the reference."""
+SHORT, REPEATS = 0.5, 3
+"""A run that takes less [s] is timed so often: a busy machine may stretch either part of it."""
+QUANTITIES = ("wear_depth", "life", "mesh_force", "mesh_force_max")
+Pair = tuple[float, float]
+
+
+class Score(NamedTuple):
+    """True and estimated errors of one scene, at the end of its life.
+
+    Parameters
+    ----------
+    wear_depth, life, mesh_force, mesh_force_max : (true error, estimate) [m], [1], [N]; None: the run has no
+        such thing. An error is infinite where the reference responds otherwise.
+    cost : time spent on the estimates over the time of everything else in the run [1]
+    trusted : whether the run says that its estimates are as usual
+    """
+
+    wear_depth: Pair | None
+    life: Pair | None
+    mesh_force: Pair | None
+    cost: float
+    trusted: bool = True
+    mesh_force_max: Pair | None = None
+
+
+class Apart(Exception):
+    """Why a scene has no score: it is aperiodic, unfinished, or refused."""
+
+
+class Truth(NamedTuple):
+    """The end of a life to a tolerance of 1e-5.
+
+    Parameters
+    ----------
+    cycle : where it ends [1]
+    end_reason : why
+    wear, rate : of every kind of mesh, each (2, n) [m], [m per cycle]
+    grids : nodes of every kind of mesh
+    force : at every error angle, (n_mesh, n_periods, n_phases) [N]
+    largest : at every error angle, (n_mesh,) [N]
+    period : of the response at every error angle, 0 where it does not repeat
+    """
+
+    cycle: float
+    end_reason: str
+    wear: Wear
+    rate: Wear
+    grids: list[ProfileGrid]
+    force: list[Array]
+    largest: Array
+    period: list[int]
+
+
+def reference(scene: Scene, cycle: float) -> Truth:
+    """Return the life of a scene to a tolerance of 1e-5, to the same cycle whatever the depth."""
+    tight = scene.replace("numerics.tolerance", TIGHT).replace("wear.until.cycles", cycle)
+    for key in ("wear.until.flank", "wear.until.depth"):
+        tight = tight.replace(key, None)
+    tight = tight.replace("wear.snapshots", None) if scene.wear and scene.wear.snapshots else tight
+    tight = tight.replace("wear.snapshots", {"cycles": [cycle]})  # no others are worked out in full
+    try:
+        (stage,) = stages_of(tight)
+        lived = live(tight, stage.first)
+    except GearError as refusal:
+        raise Apart(f"reference refused: {refusal}") from refusal
+    assert lived.life is not None
+    last = lived.state[-1]
+    return Truth(
+        float(lived.cycle[-1]),
+        lived.life.end_reason,
+        last.wear,
+        last.rate,
+        _grids(stage.first),
+        [phase_forces(stage.first, last, one).transpose(1, 0, 2) for one in last.responses],
+        np.array([extremes(one).largest for one in last.responses]),
+        [one.period for one in last.responses],
+    )
+
+
+def score(scene: Scene, told: Callable[[bool], None] = lambda trusted: None) -> Score:
+    """Compare the estimates of a scene with its errors against a tight reference.
+
+    Parameters
+    ----------
+    scene : the scene
+    told : told whether the run trusts its estimates, when it is done and the reference begins
+
+    Raises
+    ------
+    Apart
+        When there is nothing to compare, with the reason.
+    """
+    data = _simulated(scene)
+    if _aperiodic(data):
+        raise Apart("aperiodic")
+    end = str(data.end_reason.values)
+    if end in ENDS_OF_WORK:
+        raise Apart(f"unfinished: {end}")
+    trusted = str(data.estimate_quality.values) == TRUSTED
+    told(trusted)
+    truth = reference(scene, float(data.cycle.values[-1]))
+    if truth.cycle < (1.0 - 1e-9) * float(data.cycle[-1]):
+        raise Apart(f"reference ends early: {truth.end_reason}")
+    (stage,) = stages_of(scene)
+    worn = data.wear_depth.values[-1]
+    missed = max(
+        float(np.abs(carried(fine, truly, own) - worn[rows, : len(own.position)]).max())
+        for rows, truly, fine, own in zip(
+            _pairs(len(worn)), truth.wear, truth.grids, _grids(stage.first), strict=True
+        )
+    )
+    return Score(
+        (missed, float(data.error_estimate_wear_depth[-1])),
+        _life(data, truth) if end == "depth" else None,
+        _force(data, truth) if "dynamic_mesh_force" in data else None,
+        _cost(scene, data),
+        trusted,
+        _largest(data, truth) if "mesh_force_max" in data else None,
+    )
+
+
+def _life(data: xr.Dataset, truth: Truth) -> Pair | None:
+    """Return what the first flank's deepest place is missed by in cycles; None where it wears no more."""
+    truly, rate = truth.wear[0][0], truth.rate[0][0]
+    at = int(np.argmax(truly))
+    limit = float(np.asarray(data.max_wear_depth.values)[-1, 0])
+    if rate[at] <= 0.0:
+        return None
+    return abs(limit - float(truly[at])) / float(rate[at]), float(data.error_estimate_life)
+
+
+def _force(data: xr.Dataset, truth: Truth) -> Pair:
+    """Return the largest difference of the mesh forces; infinite where periods are not the same."""
+    estimate, last = float(data.error_estimate_mesh_force[-1]), data.isel(update=-1)
+    if not np.array_equal(np.atleast_1d(last.response_period.values), truth.period):
+        return float("inf"), estimate
+    found = last.dynamic_mesh_force
+    angles = range(len(truth.force)) if "error_angle" in found.dims else [0]
+    each = [found.isel(error_angle=k, missing_dims="ignore") for k in angles]
+    return max(_differ(one, true) for one, true in zip(each, truth.force, strict=True)), estimate
+
+
+def _largest(data: xr.Dataset, truth: Truth) -> Pair:
+    """Return the largest difference of the largest mesh forces."""
+    last = data.mesh_force_max.isel(update=-1)
+    found = last.values.T if "error_angle" in last.dims and last.dims[0] == "mesh" else last.values
+    missed = float(np.abs(np.atleast_2d(found) - truth.largest).max())
+    return missed, float(data.error_estimate_mesh_force_max[-1])
+
+
+def _differ(found: xr.DataArray, true: Array) -> float:
+    """Return the largest difference of forces (mesh, mesh_period, phase) that begin in any period [N]."""
+    one = found.transpose("mesh", "mesh_period", "phase").values[:, : true.shape[1]]
+    return min(float(np.abs(np.roll(one, turn, axis=1) - true).max()) for turn in range(one.shape[1]))
+
+
+def _cost(scene: Scene, data: xr.Dataset) -> float:
+    """Return the time of the estimates over that of the rest, each the shortest of several short runs."""
+    times = [_times(data)]
+    if sum(times[0]) < SHORT:
+        times += [_times(_simulated(scene)) for _ in range(REPEATS - 1)]
+    spent, rest = (min(each) for each in zip(*times, strict=True))
+    return spent / rest
+
+
+def _times(data: xr.Dataset) -> tuple[float, float]:
+    spent = float(data.run_time_estimates)
+    return spent, float(data.run_time_total) - spent
+
+
+def _simulated(scene: Scene) -> xr.Dataset:
+    try:
+        return simulate(scene)
+    except Refused as refusal:
+        raise Apart(f"refused: {refusal}") from refusal
+
+
+def _grids(parts: Parts) -> list[ProfileGrid]:
+    return [kind.analysis.grid for kind in parts.kinds]
+
+
+def _pairs(flanks: int) -> list[slice]:
+    """Return which flanks belong to each kind of mesh."""
+    return [slice(first, first + 2) for first in range(0, flanks, 2)]
+
+
+def _aperiodic(data: xr.Dataset) -> bool:
+    return "response_period" in data and bool((data.response_period == 0).any())
+
+
+def summary(scores: Sequence[Score], missed: int = 0) -> dict[str, tuple[int, float, float]]:
+    """Return for each quantity: scenes, share with error below estimate, median of estimate over error.
+
+    An estimate that is missing (NaN) counts as one that the error exceeds.
+
+    Parameters
+    ----------
+    scores : of scenes
+    missed : further scenes whose errors took too long to find: each counts as above its estimate
+    """
+    found = {}
+    for name in QUANTITIES:
+        values = np.array([getattr(one, name) for one in scores if getattr(one, name) is not None])
+        if len(values):
+            true, estimate = values.T
+            known = np.isfinite(estimate) & np.isfinite(true)
+            ratio = np.median(estimate[known] / np.maximum(true[known], 1e-300)) if known.any() else np.nan
+            count = len(values) + missed
+            found[name] = (count, float(np.sum(true <= estimate)) / count, float(ratio))
+    return found

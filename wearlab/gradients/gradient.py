@@ -1,0 +1,93 @@
+"""Derivatives of steady state, wear and life with respect to the numbers of a scene."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearlab.gradients.errors import GradientError
+from wearlab.gradients.lived import Ends, Lived
+from wearlab.gradients.numbers import number
+from wearlab.gradients.values import Value, read, wanted
+from wearlab.scene import Scene
+
+
+def gradient(
+    scene: Scene | Mapping[str, Any], of: str | Sequence[str], wrt: str | Sequence[str]
+) -> xr.Dataset:
+    """Return derivatives of what a run says with respect to numbers of its scene.
+
+    The scene runs once. Then for every number its accepted steps over cycles are taken again, on the same
+    nodes and stages, with the number moved by a millionth. Each response starts from the orbit x* at the same
+    place, so that ``∂x* = (I − M)⁻¹ ∂P`` is Newton's first step: exact where contact does not change. Steps
+    are neither chosen nor rejected anew, so what is differentiated is smooth wherever the physics is.
+
+    Parameters
+    ----------
+    scene : in one condition of operation; or a table as a campaign file writes it
+    of : one name or several: life, dynamic_factor, mesh_force_max, mesh_force_min, dynamic_mesh_force,
+        mesh_deflection, wear_depth, wear_rate, max_wear_rate, max_wear_depth
+    wrt : dotted keys, such as ``"gears.pinion.tip_relief.amount"``
+
+    Returns
+    -------
+    For each name its values and, as ``d_NAME`` along ``parameter``, its derivatives, all in SI; along
+    ``update`` those of the first and the last state, the latter at the cycle where the life of the scene
+    ends. Depths and rates are those of nodes, which move with the shape of the gears.
+
+    Raises
+    ------
+    GradientError
+        When there is no such number or value, or where no derivative exists: at a jump of the response,
+        without a response that repeats.
+    """
+    given = scene if isinstance(scene, Scene) else Scene.from_mapping(scene)
+    keys, names = _names(wrt, "wrt"), _names(of, "of")
+    if given.operation.stages or given.operation.blocks:
+        raise GradientError("operation: derivatives are of scenes in one condition, without duty or stages")
+    numbers = [number(given, key) for key in keys]
+    lived = Lived(given)
+    values = wanted(names, lived)
+    here = {name: read(one, lived, lived.ends) for name, one in values.items()}
+    rows: dict[str, list[Any]] = {name: [] for name in values}
+    for one in numbers:
+        scene_there, step = one.moved(given)
+        ends = lived.moved(scene_there)
+        for name, value in values.items():
+            rows[name].append((read(value, lived, ends) - here[name]) / step)
+    found: dict[str, Any] = {}
+    for name, value in values.items():
+        dims = () if value.read is None else ("update", *value.dims)
+        found[name] = (dims, here[name], {"units": value.unit})
+        said = {"units": value.unit, "long_name": f"derivative of {name} by the parameter, in SI"}
+        found[f"d_{name}"] = (("parameter", *dims), np.stack(rows[name]), said)
+    coordinates: dict[str, Any] = {
+        "parameter": list(keys),
+        "parameter_value": ("parameter", [one.value for one in numbers]),
+        "parameter_unit": ("parameter", [one.unit for one in numbers]),
+    }
+    return xr.Dataset(found, coordinates | _labels(lived, lived.ends, values))
+
+
+def _names(given: str | Sequence[str], what: str) -> tuple[str, ...]:
+    names = (given,) if isinstance(given, str) else tuple(given)
+    if not names:
+        raise GradientError(f"{what}: name at least one")
+    if len(set(names)) < len(names):
+        raise GradientError(f"{what}: names one twice")
+    return names
+
+
+def _labels(lived: Lived, ends: Ends, values: dict[str, Value]) -> dict[str, Any]:
+    """Return the coordinates of the dimensions that values have."""
+    dims = {dim for one in values.values() for dim in one.dims}
+    found: dict[str, Any] = {"cycle": ("update", [0.0, lived.cycle][: len(ends.states)])}
+    if all(one.read is None for one in values.values()):
+        return {}
+    known = {
+        "mesh": list(ends.parts.gears.mesh_names),
+        "phase": ends.parts.phase,
+        "flank": list(ends.parts.gears.flanks),
+    }
+    return found | {dim: labels for dim, labels in known.items() if dim in dims}

@@ -1,0 +1,183 @@
+"""A life whose accepted steps can be taken again for a scene a little different."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.gears.errors import GearError
+from wearlab.gradients.errors import GradientError
+from wearlab.life.again import again
+from wearlab.life.history import History
+from wearlab.life.limits import Index, StopWear
+from wearlab.life.state import Coupled, WearState
+from wearlab.life.step import Node, Step, depth_at
+from wearlab.life.vibration import Responses
+from wearlab.scene import Scene
+from wearlab.scene.build import Parts, build
+from wearlab.scene.build.mesh import profile_points
+from wearlab.scene.build.wear import build_limits
+from wearlab.simulation.living import initial_wear, live
+
+Array = NDArray[np.float64]
+
+
+class Frozen(NamedTuple):
+    """What the numerics of a scene came to: kept while its numbers move.
+
+    Parameters
+    ----------
+    profile_points : nodes asked for on the path
+    steps_per_period : of the dynamics, None without
+    """
+
+    profile_points: int
+    steps_per_period: int | None
+
+    def build(self, scene: Scene) -> tuple[Scene, Parts]:
+        """Return a scene with these numerics, and its physics.
+
+        Raises
+        ------
+        GradientError
+            When no such gears can exist or run.
+        """
+        numerics = scene.numerics.model_copy(update=self._asdict())
+        held = scene.model_copy(update={"numerics": numerics})
+        try:
+            return held, build(held)
+        except GearError as error:
+            raise GradientError(f"no such gears: {error}") from error
+
+
+def frozen(scene: Scene) -> Frozen:
+    """Return what the numerics of a scene come to."""
+    steps = scene.numerics.steps_per_period
+    if scene.dynamics is not None and steps is None:
+        vibration = build(scene).vibration
+        steps = None if vibration is None else len(vibration.stages.grid.width)
+    return Frozen(profile_points(scene), steps)
+
+
+class Ends(NamedTuple):
+    """The first and the last state of a life, and what led from one to the other.
+
+    Parameters
+    ----------
+    parts : the physics
+    states : in full, two of them, or one where nothing wears on
+    steps : the steps between them
+    memory : responses at every state that was evaluated, in that order
+    """
+
+    parts: Parts
+    states: tuple[WearState, ...]
+    steps: tuple[Step, ...]
+    memory: list[Responses]
+
+
+class Lived:
+    """A life and its accepted steps.
+
+    Parameters
+    ----------
+    scene : in one condition of operation
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.frozen = frozen(scene)
+        self.scene, parts = self.frozen.build(scene)
+        try:
+            self.history: History = live(self.scene, parts)
+        except (GearError, StopWear) as error:
+            raise GradientError(f"the gears cannot run: {error}") from error
+        life = self.history.life
+        if life is not None and life.jumps:
+            raise GradientError(
+                "the wear rate jumps to another branch on the way: no derivative leads across"
+            )
+        self.steps = () if life is None else life.steps
+        self.cycle = 0.0 if life is None else float(life.cycle[-1])
+        self.reached = life is not None and life.end_reason == "depth"
+        self.ends = self._ends(parts, None)
+
+    @property
+    def counts(self) -> Index:
+        """Which entries of the flat wear a depth limit looks at."""
+        coupling = self.ends.parts.coupling
+        return build_limits(self.scene, self.ends.parts.gears, coupling).flank
+
+    def moved(self, scene: Scene) -> Ends:
+        """Return the ends of the same steps for a scene that differs a little."""
+        _, parts = self.frozen.build(scene)
+        own = self.ends.parts
+        same = all(
+            len(one.analysis.grid.position) == len(other.analysis.grid.position)
+            and np.array_equal(one.analysis.grid.intervals, other.analysis.grid.intervals)
+            for one, other in zip(own.kinds, parts.kinds, strict=True)
+        )
+        if own.vibration is not None and parts.vibration is not None:
+            one, other = (each.vibration.stages.grid.segment for each in (own, parts))  # type: ignore[union-attr]
+            same = same and np.array_equal(one, other)
+        if not same:
+            raise GradientError("nodes or steps come and go as this number moves: give another value of it")
+        return self._ends(parts, self.ends.memory)
+
+    def _ends(self, parts: Parts, known: list[Responses] | None) -> Ends:
+        coupling, memory = parts.coupling, []
+        wearing: Coupled = coupling.wearing()
+
+        def evaluate(of: Coupled, wear: Array) -> WearState:
+            """Start from the response of the same state for the scene itself, else from the last."""
+            near = memory[-1] if known is None and memory else None
+            start = known[len(memory)] if known is not None else near
+            state = of.evaluate(of.split(wear), start or None)
+            memory.append(state.responses or (near or ()))
+            if any(one.period == 0 for one in state.responses):
+                raise GradientError("the response does not repeat on the way: it has no derivative")
+            if known is not None and _periods(state.responses) != _periods(known[len(memory) - 1]):
+                raise GradientError("the response changes its period as this number moves")
+            return state
+
+        def rate(wear: Array) -> Array:
+            return wearing.flat(evaluate(wearing, wear).rate)
+
+        wear, _ = initial_wear(self.scene, parts)
+        first = evaluate(coupling, coupling.flat(wear))
+        if not self.steps:
+            return Ends(parts, (first,), (), memory)
+        steps = tuple(self._taken(coupling.flat(wear), coupling.flat(first.rate), rate))
+        last = evaluate(coupling, depth_at(steps[-1], self.cycle))
+        return Ends(parts, (first, last), steps, memory)
+
+    def _taken(self, wear: Array, rate_there: Array, rate: Callable[[Array], Array]) -> list[Step]:
+        node, found = Node(0.0, wear, rate_there), []
+        for step in self.steps:
+            try:
+                found.append(again(step, rate, node))
+            except StopWear as stop:
+                raise GradientError(f"the worn gears can no longer run: {stop.reason}") from stop
+            node = found[-1].end
+        return found
+
+    def life_of(self, ends: Ends) -> float:
+        """Return the cycle at which the depth limit is met, where it is within or next to the last step [1].
+
+        By the slope of the last step's own curve at the end of the life of the scene itself.
+        """
+        steps, counts = self.ends.steps, self.counts
+        here = depth_at(steps[-1], self.cycle)[counts]
+        deepest = int(np.argmax(here))
+        change = depth_at(ends.steps[-1], self.cycle)[counts][deepest] - here[deepest]
+        return self.cycle - float(change / self._slope(steps[-1], counts, deepest))
+
+    def _slope(self, step: Step, counts: Index, node: int) -> float:
+        half = 1e-4 * step.size
+        before, after = max(step.start.cycle, self.cycle - half), min(step.end.cycle, self.cycle + half)
+        low, high = (depth_at(step, cycle)[counts][node] for cycle in (before, after))
+        return float((high - low) / (after - before))
+
+
+def _periods(responses: Responses) -> list[int]:
+    return [one.period for one in responses]

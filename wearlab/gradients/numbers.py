@@ -1,0 +1,97 @@
+"""The numbers of a scene that derivatives are taken with respect to."""
+
+from typing import Any, NamedTuple
+
+from wearlab.gradients.errors import GradientError
+from wearlab.options import Part, Unit
+from wearlab.scene import Scene, SceneError
+from wearlab.units import KINDS
+
+STEP = 1e-6
+"""Change of a number over its size: its square is lost in the first order, its share of round-off is 1e-9."""
+SIZES = {"": 0.1, "length": 1e-3, "depth": 1e-6, "angle": 0.1}
+"""Least size of a number, by its kind: of one that is 0 or next to it."""
+
+
+class Number(NamedTuple):
+    """A number of a scene.
+
+    Parameters
+    ----------
+    key : dotted key
+    value : in SI
+    kind : of its unit, "" for a plain number
+    """
+
+    key: str
+    value: float
+    kind: str
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        return KINDS[self.kind].unit if self.kind else "1"
+
+    def moved(self, scene: Scene) -> tuple[Scene, float]:
+        """Return the scene with this number moved a little, and by how much it moved.
+
+        Raises
+        ------
+        GradientError
+            When no such scene is valid.
+        """
+        step = STEP * max(abs(self.value), SIZES.get(self.kind, 0.0))
+        if step == 0.0:
+            raise GradientError(f"{self.key}: is 0, and no size of a step is known: give it a small value")
+        value = self.value + step
+        try:
+            found = scene.replace(self.key, f"{value!r} {self.unit}" if self.kind else value)
+        except SceneError as error:
+            raise GradientError("\n".join(error.problems)) from None
+        moved = number(found, self.key).value - self.value
+        if not moved > 0.0:
+            raise GradientError(f"{self.key}: {self.value:g} cannot be moved: it is no continuous number")
+        return found, moved
+
+
+def number(scene: Scene, key: str) -> Number:
+    """Return a number of a scene.
+
+    Raises
+    ------
+    GradientError
+        When there is no number at the key.
+    """
+    part: Any = scene
+    *path, last = key.split(".")
+    for word in path:
+        part = _within(part, word, key)
+    value = _within(part, last, key)
+    if isinstance(value, bool) or not isinstance(value, float):
+        said = "a count" if isinstance(value, int) and not isinstance(value, bool) else "no number"
+        raise GradientError(f"{key}: {value!r} is {said}: derivatives are with respect to numbers")
+    return Number(key, value, _kind(part, last))
+
+
+def _within(part: Any, word: str, key: str) -> Any:
+    if not isinstance(part, Part | Scene) or word not in type(part).model_fields:
+        raise GradientError(
+            f"{key}: this scene has no such number (`wearlab schema` lists keys; items of lists have none)"
+        )
+    return getattr(part, word)
+
+
+def _kind(part: Part | Scene, name: str) -> str:
+    """Return the kind of unit of an option, "" of a plain number."""
+    field = type(part).model_fields[name]
+    marks = [*field.metadata, *_marks(field.annotation)]
+    return next((mark.kind for mark in marks if isinstance(mark, Unit)), "")
+
+
+def _marks(annotation: Any) -> list[Any]:
+    """Return the marks of an annotation, of all its alternatives."""
+    found = list(getattr(annotation, "__metadata__", ()))
+    for inner in getattr(annotation, "__args__", ()):
+        found += _marks(inner)
+    origin = getattr(annotation, "__origin__", None)
+    return found + (_marks(origin) if hasattr(annotation, "__metadata__") else [])

@@ -1,0 +1,115 @@
+"""What can be differentiated: read off the first and the last state of a life."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.extremes import Extremes, extremes
+from wearlab.gradients.errors import GradientError
+from wearlab.gradients.lived import Ends, Lived
+from wearlab.life.state import WearState
+from wearlab.scene.build import Parts
+from wearlab.simulation.static import by_flank
+from wearlab.simulation.vibration import phase_forces
+
+Array = NDArray[np.float64]
+Reading = Callable[[Parts, WearState], Array]
+
+
+class Value(NamedTuple):
+    """Something a run says.
+
+    Parameters
+    ----------
+    dims : its dimensions in each state
+    unit : SI
+    read : from a state; None: of the life as a whole
+    moves : whether it needs dynamics
+    wears : whether it needs a wear law
+    """
+
+    dims: tuple[str, ...]
+    unit: str
+    read: Reading | None
+    moves: bool = False
+    wears: bool = False
+
+
+def _extremes(parts: Parts, state: WearState) -> Extremes:
+    assert state.response is not None
+    return extremes(state.response)
+
+
+def _static(parts: Parts) -> Array:
+    return np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
+
+
+def _dynamic_factor(parts: Parts, state: WearState) -> Array:
+    return np.asarray(_extremes(parts, state).largest / _static(parts))
+
+
+def _force(parts: Parts, state: WearState) -> Array:
+    assert state.response is not None
+    return phase_forces(parts, state, state.response).transpose(1, 0, 2)
+
+
+def _deflection(parts: Parts, state: WearState) -> Array:
+    assert parts.vibration is not None and state.response is not None
+    found, _ = parts.vibration.deflection(state.response, parts.vibration.look(parts.phase))
+    return found.transpose(1, 0, 2)
+
+
+def _depth(parts: Parts, state: WearState) -> Array:
+    return by_flank(parts, list(state.wear))
+
+
+def _rate(parts: Parts, state: WearState) -> Array:
+    return by_flank(parts, list(state.rate))
+
+
+PHASES = ("mesh", "mesh_period", "phase")
+NODES = ("flank", "profile")
+VALUES = {
+    "life": Value((), "1", None, wears=True),
+    "dynamic_factor": Value(("mesh",), "1", _dynamic_factor, moves=True),
+    "mesh_force_max": Value(("mesh",), "N", lambda p, s: _extremes(p, s).largest, moves=True),
+    "mesh_force_min": Value(("mesh",), "N", lambda p, s: _extremes(p, s).least, moves=True),
+    "dynamic_mesh_force": Value(PHASES, "N", _force, moves=True),
+    "mesh_deflection": Value(PHASES, "m", _deflection, moves=True),
+    "wear_depth": Value(NODES, "m", _depth, wears=True),
+    "wear_rate": Value(NODES, "m", _rate, wears=True),
+    "max_wear_rate": Value(("flank",), "m", lambda p, s: np.nanmax(_rate(p, s), axis=-1), wears=True),
+    "max_wear_depth": Value(("flank",), "m", lambda p, s: np.nanmax(_depth(p, s), axis=-1), wears=True),
+}
+
+
+def wanted(names: tuple[str, ...], lived: Lived) -> dict[str, Value]:
+    """Return the values of some names that a life has.
+
+    Raises
+    ------
+    GradientError
+        For a name that is not known, or nothing the scene has.
+    """
+    for name in names:
+        if name not in VALUES:
+            raise GradientError(f"of: {name!r} has no derivative here; there are {', '.join(VALUES)}")
+        one, state = VALUES[name], lived.ends.states[0]
+        if one.moves and not state.responses:
+            raise GradientError(f"of: {name} needs [dynamics]")
+        if one.moves and len(state.responses) > 1:
+            raise GradientError(f"of: {name} has a value at every error angle; freeze the slow errors")
+        if one.wears and not state.wears:
+            raise GradientError(f"of: {name} needs a wear law")
+        if name == "life" and not lived.reached:
+            raise GradientError("of: life needs wear.until.depth, and a life that reaches it")
+    return {name: VALUES[name] for name in names}
+
+
+def read(one: Value, lived: Lived, ends: Ends) -> Array:
+    """Return a value in every state, (n_states, …), of the ends of a life; the life itself is one number."""
+    if one.read is None:
+        return np.asarray(lived.life_of(ends))
+    return np.stack([one.read(ends.parts, state) for state in ends.states])

@@ -1,0 +1,44 @@
+"""An accepted step taken once more, with another rate or from another depth."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.life import embedded, rkc
+from wearlab.life.step import EULER, Node, Step
+
+Array = NDArray[np.float64]
+Rate = Callable[[Array], Array]
+
+
+def again(step: Step, rate: Rate, start: Node) -> Step:
+    """Return a step of the same method and size from another state.
+
+    Parameters
+    ----------
+    step : an accepted step
+    rate : r(h) [m per cycle]
+    start : the other state, at the same cycle
+
+    Raises
+    ------
+    ValueError
+        When the step located a jump of the rate: no method took it.
+    """
+    if step.by is None:
+        raise ValueError("the wear rate jumps in this step: it cannot be taken again")
+    if step.by == EULER:
+        depth = start.depth + step.size * start.rate
+        found, slopes = rate(depth), (start.rate, start.rate)
+        end = Node(step.end.cycle, depth, found)
+    elif isinstance(step.by, rkc.Scheme):
+        depth = rkc.step(rate, start.depth, start.rate, step.size, step.by)
+        end = Node(step.end.cycle, depth, rate(depth))
+        slopes = (start.rate, end.rate)
+    else:
+        begun = embedded.begin(rate, start.depth, start.rate, step.size)
+        depth, found, *_ = embedded.complete(rate, start.depth, start.rate, step.size, begun)
+        end = Node(step.end.cycle, depth, found)
+        slopes = (start.rate, found)
+    return Step(start, end, slopes, np.zeros_like(depth), 1.0, step.by)
