@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from wearlab.accuracy.drawn import Score
+from wearlab.accuracy.score import Score
 from wearlab.accuracy.scores_figure import scores_png
 
 

@@ -65,7 +65,7 @@ def _names(seed: int, number: int) -> Row:
         "seed": seed,
         "scene": number,
         "kind": scene.gears.kind,
-        "motion": "still" if motion is None else motion.model,
+        "motion": "still" if motion is None else str(getattr(motion, "model", "")),
         "friction": "no" if motion is None or motion.friction is None else "yes",
     }
 

@@ -35,6 +35,7 @@ APART = {
 }
 UNITS = {"wear_depth": "m", "life": "1", "mesh_force": "N", "mesh_force_max": "N"}
 DISPLAY = UNITS | {"wear_depth": "um"}
+TIME = "run_seconds"
 ALL, FRICTION = "all", "with friction"
 GROUPS = (ALL, *KINDS, FRICTION, DOUBTFUL)
 """What is scored together; runs that say their estimates are doubtful count in the last alone."""
@@ -117,7 +118,7 @@ def missed(rows: Sequence[Row]) -> list[str]:
     refused = reasons(rows).get("refused", 0)
     if refused > MOST_REFUSED * len(rows):
         told.append(f"{refused} of {len(rows)} scenes are refused, more than {MOST_REFUSED:.0%}")
-    slow = [row["scene"] for row in rows if row.get("run_seconds", row["seconds"]) >= LONGEST_RUN]
+    slow = [row["scene"] for row in rows if row[TIME if TIME in row else "seconds"] >= LONGEST_RUN]
     if slow:
         told.append(f"runs of {LONGEST_RUN:.0f} s of the processor and more: {', '.join(map(str, slow))}")
     return told

@@ -125,7 +125,7 @@ class Lived:
         return self._ends(parts, self.ends.memory)
 
     def _ends(self, parts: Parts, known: list[Responses] | None) -> Ends:
-        coupling, memory = parts.coupling, []
+        coupling, memory = parts.coupling, list[Responses]()
         wearing: Coupled = coupling.wearing()
 
         def evaluate(of: Coupled, wear: Array) -> WearState:

@@ -1,0 +1,141 @@
+"""Derivatives of runs: against differences of runs, closed forms, and what shooting says of an orbit."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import wearlab as wl
+from wearlab.dynamics.shooting import Shooting
+from wearlab.gradients.numbers import number
+from wearlab.gradients.values import VALUES
+from wearlab.scene import Scene
+from wearlab.scene.build import build
+from wearlab.simulation import simulate
+
+WORN = Scene.from_mapping({
+    "gears": {
+        "kind": "external-pair", "module": "3 mm", "face_width": "20 mm",
+        "pinion": {"teeth": 28, "tip_relief": {"amount": "8 um", "length": "1.8 mm", "shape": "parabolic"}},
+        "gear": {"teeth": 41},
+    },
+    "operation": {"torque": "150 N*m", "speed": "1900 rpm"},
+    "mesh": {"damping_ratio": 0.08, "stiffness": {"model": "potential-energy", "coupling": "shared"}},
+    "dynamics": {"model": "torsional"},
+    "wear": {
+        "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+        "until": {"depth": "2 um", "flank": "pinion"},
+    },
+    "numerics": {"tolerance": 1e-7, "profile_points": 81, "steps_per_period": 128},
+})  # fmt: skip
+UNWORN = WORN.replace("wear", None)
+KEYS = (
+    "gears.pinion.tip_relief.amount",
+    "gears.pinion.profile_shift_coefficient",
+    "mesh.stiffness.scale",
+    "mesh.damping_ratio",
+    "wear.coefficient.value",
+)
+
+
+def at(scene: Scene, key: str, share: float) -> Any:
+    """Return the run of a scene with a number moved by a share of its size."""
+    one = number(scene, key)
+    moved = one.value + share * (abs(one.value) or 0.1)
+    return simulate(scene.replace(key, f"{moved!r} {one.unit}" if one.kind else moved))
+
+
+@pytest.fixture(scope="module")
+def found() -> Any:
+    return wl.gradient(WORN, ["life", "dynamic_factor", "max_wear_rate"], KEYS)
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_derivatives_of_a_life_are_differences_of_lives(found: Any, key: str) -> None:
+    size = abs(number(WORN, key).value) or 0.1
+    high, low = at(WORN, key, 1e-4), at(WORN, key, -1e-4)
+    expected = float(high.life - low.life) / (2e-4 * size)
+    assert float(found.d_life.sel(parameter=key)) == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("key", KEYS[:4])
+def test_derivatives_of_a_dynamic_factor_are_differences(found: Any, key: str) -> None:
+    size = abs(number(WORN, key).value) or 0.1
+    high, low = (at(UNWORN, key, share).dynamic_factor.values.item() for share in (1e-4, -1e-4))
+    own = found.d_dynamic_factor.sel(parameter=key).values[0, 0]
+    assert own == pytest.approx((high - low) / (2e-4 * size), rel=1e-5)
+
+
+def test_a_life_is_inverse_to_the_wear_coefficient(found: Any) -> None:
+    own = found.sel(parameter="wear.coefficient.value")
+    assert float(own.d_life * own.parameter_value / own.life) == pytest.approx(-1.0, rel=1e-6)
+    np.testing.assert_allclose(own.d_dynamic_factor[0], 0.0, atol=1e-6 / 1e-18)  # unworn
+    np.testing.assert_allclose(
+        own.d_max_wear_rate[0] * own.parameter_value / own.max_wear_rate[0], 1.0, rtol=1e-8
+    )
+
+
+def test_derivatives_of_an_orbit_are_those_that_shooting_gives() -> None:
+    key, step = "mesh.damping_ratio", 1e-6
+    parts, moved = build(UNWORN), build(UNWORN.replace(key, 0.08 + step))
+    start = parts.coupling.evaluate(parts.coupling.unworn()).responses[0]
+    there = moved.coupling.evaluate(moved.coupling.unworn()).responses[0]
+    ends = []
+    for system, tables in ((start.system, start.tables), (there.system, there.tables)):
+        shooting = Shooting(system, tables, start.mesh_period)
+        ends.append(shooting.period_map(start.state[0, 0].copy()))
+    (here, matrix), (beside, _) = ends
+    derivative = np.linalg.solve(np.eye(len(here)) - matrix, (beside - here) / step)
+    expected = derivative[: len(here) // 2] @ start.system.direction[0]
+    own = wl.gradient(UNWORN, "mesh_deflection", key).d_mesh_deflection.values[0, 0, 0, 0, 0]
+    assert own == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_planetary_set_and_several_values_at_once() -> None:
+    scene = Scene.from_mapping({
+        "gears": {
+            "kind": "planetary", "module": "3 mm", "face_width": "20 mm", "planets": 3,
+            "sun": {"teeth": 21}, "planet": {"teeth": 21},
+            "ring": {"teeth": 63, "rim_diameter": "215 mm", "tip_alteration": "wang-2023"},
+            "carrier": {"mass": "2 kg", "inertia": "0.01 kg*m^2"},
+        },
+        "operation": {"torque": "200 N*m", "speed": "900 rpm"},
+        "mesh": {"damping_ratio": 0.07, "stiffness": "potential-energy"},
+        "dynamics": {"model": "planetary-torsional"},
+        "numerics": {"profile_points": 41},
+    })  # fmt: skip
+    own = wl.gradient(
+        scene, ["dynamic_factor", "dynamic_mesh_force"], ["mesh.damping_ratio", "operation.torque"]
+    )
+    assert own.d_dynamic_mesh_force.dims == ("parameter", "update", "mesh", "mesh_period", "phase")
+    mean = own.d_dynamic_mesh_force.mean("phase").sel(parameter="operation.torque").values[0, :, 0]
+    force = own.dynamic_mesh_force.mean("phase").values[0, :, 0]
+    np.testing.assert_allclose(mean, force / 200.0, rtol=0.02)  # the mean force is that of the load
+    high, low = (at(scene, "mesh.damping_ratio", share).dynamic_factor.values[0] for share in (1e-3, -1e-3))
+    np.testing.assert_allclose(own.d_dynamic_factor.values[0, 0], (high - low) / (2e-3 * 0.07), rtol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("of", "wrt", "told"),
+    [
+        ("lif", KEYS[0], "of: 'lif' has no derivative here"),
+        ("life", "gears.pinion.teeth", "teeth: 28 is a count"),
+        ("life", "gears.pinion.tip_relieve.amount", "no such number"),
+        ("life", "mesh.damping", "None is no number"),
+        ("life", [], "wrt: name at least one"),
+        ("life", [KEYS[0]] * 2, "wrt: names one twice"),
+    ],
+)
+def test_wrong_questions_are_refused(of: str, wrt: Any, told: str) -> None:
+    with pytest.raises(wl.GradientError, match=told):
+        wl.gradient(WORN.replace("numerics.tolerance", 1e-2), of, wrt)
+
+
+def test_what_has_no_derivative_says_why() -> None:
+    with pytest.raises(wl.GradientError, match="needs a wear law"):
+        wl.gradient(UNWORN, "life", "mesh.damping_ratio")
+    with pytest.raises(wl.GradientError, match=r"needs wear\.until\.depth"):
+        wl.gradient(WORN.replace("wear.until", {"cycles": 1e5}), "life", "mesh.damping_ratio")
+    with pytest.raises(wl.GradientError, match=r"needs \[dynamics\]"):
+        wl.gradient(UNWORN.replace("dynamics", None), "dynamic_factor", "operation.torque")
+    assert all(one.unit for one in VALUES.values())
