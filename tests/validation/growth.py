@@ -1,0 +1,169 @@
+"""How the time of runs grows with their size: exponents, and a figure.
+
+``python tests/validation/growth.py [FOLDER]`` times one thing after the other in this process, each the least of
+several repeats of processor time: a spur run over stored phases, a wear state over profile points, a cold steady
+state over coordinates (3 to 33, as many as a set of eight planets has) and over planets, a life over its cycles, a
+campaign over its runs. The exponent is the slope of the last half of the points, log over log.
+"""
+
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import matplotlib
+import numpy as np
+
+import wearlab as wl
+from wearlab.scene import Scene
+from wearlab.scene.build import build
+from wearlab.simulation import simulate
+
+matplotlib.use("Agg")
+REPEATS = 4
+SPUR = {
+    "gears": {
+        "kind": "external-pair",
+        "module": "3 mm",
+        "face_width": "20 mm",
+        "pinion": {"teeth": 28},
+        "gear": {"teeth": 41},
+    },
+    "operation": {"torque": "150 N*m", "speed": "1900 rpm"},
+    "mesh": {"damping_ratio": 0.08},
+    "dynamics": {"model": "torsional"},
+}
+WEAR = {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}}
+BEARING = {"radial_stiffness": "800 N/um", "damping_ratio": 0.06}
+
+
+class Growth(NamedTuple):
+    """What grows: name, its sizes, and the processor time at each [s]."""
+
+    name: str
+    sizes: list[float]
+    seconds: list[float]
+
+    @property
+    def exponent(self) -> float:
+        """Slope of the time over the size, log over log, of the last half of the points."""
+        half = len(self.sizes) // 2
+        return float(np.polyfit(np.log(self.sizes[half:]), np.log(self.seconds[half:]), 1)[0])
+
+
+def least(work: Callable[[], object]) -> float:
+    """Return the least processor time of several repeats, after one that warms up [s]."""
+    work()
+    times = []
+    for _ in range(REPEATS):
+        begun = time.process_time()
+        work()
+        times.append(time.process_time() - begun)
+    return min(times)
+
+
+def spur(**more: Any) -> Scene:
+    """Return the spur pair with further sections."""
+    return Scene.from_mapping({**SPUR, **more})
+
+
+def planetary(planets: int, model: str) -> Scene:
+    """Return a set with 24 + 24 teeth, which 2, 3, 4, 6 or 8 planets fit evenly but not all without touching."""
+    sun, planet = (24, 24) if planets < 6 else (72, 24)
+    ring = sun + 2 * planet
+    gears = {
+        "kind": "planetary",
+        "module": "3 mm",
+        "face_width": "20 mm",
+        "planets": planets,
+        "sun": {"teeth": sun},
+        "planet": {"teeth": planet},
+        "ring": {"teeth": ring, "rim_diameter": f"{3.0 * (ring + 8.5)} mm", "tip_alteration": "wang-2023"},
+        "carrier": {"mass": "2 kg", "inertia": "0.01 kg*m^2"},
+    }
+    held = {**BEARING, "tangential_stiffness": "50 N/um"}
+    supports = {"sun": BEARING, "planet": BEARING, "ring": held, "carrier": held}
+    return Scene.from_mapping({
+        "gears": gears,
+        "operation": {"torque": f"{60.0 * planets} N*m", "speed": "900 rpm"},
+        "mesh": {"damping_ratio": 0.08},
+        "dynamics": {"model": model, **({"supports": supports} if model == "planetary" else {})},
+    })  # fmt: skip
+
+
+def steady(scene: Scene) -> tuple[int, float]:
+    """Return the coordinates of a scene and the time of its wear state with a cold steady response [s]."""
+    coupling = build(scene).coupling
+    unworn = coupling.unworn()
+    return len(coupling.systems[0].load), least(lambda: coupling.evaluate(unworn))
+
+
+def grown(name: str, sizes: Sequence[float], of: Callable[[Any], float]) -> Growth:
+    """Return the times of all sizes."""
+    return Growth(name, list(sizes), [of(size) for size in sizes])
+
+
+def campaign_of(runs: int) -> float:
+    """Return the time of a campaign of so many runs in one process, into a fresh store [s]."""
+    still = {key: value for key, value in SPUR.items() if key != "dynamics"}
+    scenes = [
+        Scene.from_mapping({**still, "operation": {"torque": f"{100.0 + k} N*m", "speed": "1900 rpm"}})
+        for k in range(runs)
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        begun = time.process_time()
+        wl.run(scenes, Path(folder) / "store", workers=0)
+        return time.process_time() - begun
+
+
+def measured() -> list[Growth]:
+    """Return how everything grows."""
+    cases = [spur(dynamics={"model": "spur-3dof", "supports": {"pinion": BEARING, "gear": BEARING}})]
+    cases += [planetary(planets, "planetary") for planets in (2, 3, 4, 6, 8)]
+    coordinates, seconds = zip(*map(steady, cases), strict=True)
+    lives = spur(wear={**WEAR, "until": {"cycles": 1e5}})
+    static = spur(wear={**WEAR})
+    return [
+        grown("stored phases", [128, 512, 2048, 8192],
+              lambda n: least(lambda: simulate(spur(numerics={"phase_points": n})))),
+        grown("profile points", [101, 201, 401, 801, 1601],
+              lambda n: steady(static.replace("numerics.profile_points", n))[1]),
+        Growth("coordinates", list(map(float, coordinates)), list(seconds)),
+        grown("planets", [2, 3, 4, 6, 8], lambda n: steady(planetary(n, "planetary-torsional"))[1]),
+        grown("cycles", [1e6, 1e7, 3e7, 1e8],
+              lambda n: least(lambda: simulate(lives.replace("wear.until.cycles", n)))),
+        grown("runs", [4, 8, 16, 32, 64], campaign_of),
+    ]  # fmt: skip
+
+
+def figure(found: Sequence[Growth], file: Path) -> None:
+    """Draw time over size, one panel each, with the slope of the last half."""
+    from matplotlib.figure import Figure
+
+    drawn = Figure((9.0, 5.2), layout="constrained")
+    for axes, one in zip(drawn.subplots(2, 3).flat, found, strict=True):
+        half = len(one.sizes) // 2
+        axes.loglog(one.sizes, one.seconds, "o-", color="#0072B2", ms=4)
+        slope = np.array(one.sizes[half:])
+        last = one.seconds[-1] * (slope / slope[-1]) ** one.exponent
+        axes.loglog(slope, last, "--", color="black", lw=0.8)
+        axes.set_title(f"{one.name}: exponent {one.exponent:.2f}", size=9)
+        axes.set_ylabel("processor time in s", size=8)
+        axes.tick_params(labelsize=7, which="both")
+        axes.set_ylim(0.5 * min(one.seconds), 2.0 * max(one.seconds))
+    drawn.savefig(file, dpi=150)
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+    folder.mkdir(parents=True, exist_ok=True)
+    found = measured()
+    for one in found:
+        told = ", ".join(
+            f"{size:g}: {1e3 * second:.3g}" for size, second in zip(one.sizes, one.seconds, strict=True)
+        )
+        print(f"{one.name:16s} exponent {one.exponent:5.2f}   ms at {told}")
+    figure(found, folder / "growth.png")
+    print(folder / "growth.png")
