@@ -1,9 +1,9 @@
 """How the time of runs grows with their size: exponents, and a figure.
 
-``python tests/validation/growth.py [FOLDER]`` times one thing after the other in this process, each the least of
-several repeats of processor time: a spur run over stored phases, a wear state over profile points, a cold steady
-state over coordinates (3 to 33, as many as a set of eight planets has) and over planets, a life over its cycles, a
-campaign over its runs. The exponent is the slope of the last half of the points, log over log.
+``python tests/validation/growth.py [FOLDER]`` times one thing after the other in this process, each the
+least of several repeats of processor time: a spur run over stored phases, a wear state over profile points,
+a cold steady state over coordinates (3 to 33, as many as a set of eight planets has) and over planets, a
+life over its cycles, a campaign over its runs. The exponent is the slope of the last half of the points.
 """
 
 import sys
@@ -70,7 +70,7 @@ def spur(**more: Any) -> Scene:
 
 
 def planetary(planets: int, model: str) -> Scene:
-    """Return a set with 24 + 24 teeth, which 2, 3, 4, 6 or 8 planets fit evenly but not all without touching."""
+    """Return a set of so many planets, each 24 teeth, on a sun with room for them."""
     sun, planet = (24, 24) if planets < 6 else (72, 24)
     ring = sun + 2 * planet
     gears = {

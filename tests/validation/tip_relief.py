@@ -1,7 +1,7 @@
 """Optimal tip relief: the largest life of a spur pair whose dynamic factor is bounded, by derivatives.
 
-``python tests/validation/tip_relief.py [BOUND]`` prints every step of the search. Pinion and gear have reliefs
-of their own; SciPy's SLSQP is given life and dynamic factor with their derivatives from `wearlab.gradient`.
+``python tests/validation/tip_relief.py [BOUND]`` prints every step of the search. Pinion and gear have
+reliefs of their own; SciPy's SLSQP is given life and dynamic factor with their derivatives.
 """
 
 import sys
