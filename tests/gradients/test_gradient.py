@@ -25,8 +25,9 @@ WORN = Scene.from_mapping({
     "wear": {
         "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
         "until": {"depth": "2 um", "flank": "pinion"},
+        "step": {"method": "fixed", "size": 2e6},
     },
-    "numerics": {"tolerance": 1e-7, "profile_points": 81, "steps_per_period": 128},
+    "numerics": {"tolerance": 1e-3, "profile_points": 81, "steps_per_period": 128},
 })  # fmt: skip
 UNWORN = WORN.replace("wear", None)
 KEYS = (
@@ -63,12 +64,15 @@ def test_derivatives_of_a_dynamic_factor_are_differences(found: Any, key: str) -
     size = abs(number(WORN, key).value) or 0.1
     high, low = (at(UNWORN, key, share).dynamic_factor.values.item() for share in (1e-4, -1e-4))
     own = found.d_dynamic_factor.sel(parameter=key).values[0, 0]
-    assert own == pytest.approx((high - low) / (2e-4 * size), rel=1e-5)
+    # The damping hardly moves it: then a share of the factor itself is asked for.
+    assert own == pytest.approx((high - low) / (2e-4 * size), rel=1e-5, abs=1e-7 / size)
 
 
-def test_a_life_is_inverse_to_the_wear_coefficient(found: Any) -> None:
-    own = found.sel(parameter="wear.coefficient.value")
-    assert float(own.d_life * own.parameter_value / own.life) == pytest.approx(-1.0, rel=1e-6)
+def test_a_life_is_inverse_to_the_wear_coefficient() -> None:
+    scene = WORN.replace("wear.step", None).replace("numerics.tolerance", 1e-5)
+    found = wl.gradient(scene, ["life", "dynamic_factor", "max_wear_rate"], "wear.coefficient.value")
+    own = found.isel(parameter=0)
+    assert float(own.d_life * own.parameter_value / own.life) == pytest.approx(-1.0, rel=1e-4)
     np.testing.assert_allclose(own.d_dynamic_factor[0], 0.0, atol=1e-6 / 1e-18)  # unworn
     np.testing.assert_allclose(
         own.d_max_wear_rate[0] * own.parameter_value / own.max_wear_rate[0], 1.0, rtol=1e-8

@@ -15,12 +15,16 @@ import wearlab as wl
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "spur_tip_relief.toml"
 KEYS = ("gears.pinion.tip_relief.amount", "gears.gear.tip_relief.amount")
 MICROMETRE = 1e-6
-LEAST, MOST = 1.0, 40.0
-BOUND = 1.15
+LEAST, MOST = 2.0, 30.0
+BOUND = 1.1
 
 
 def optimum(bound: float) -> tuple[np.ndarray, list[tuple[float, ...]]]:
-    """Return the reliefs of pinion and gear [µm], and (reliefs [µm], life, dynamic factor) of every step."""
+    """Return the best reliefs of pinion and gear met within the bound [µm], and every step of the search.
+
+    A step: both reliefs [µm], life, dynamic factor. The place of the largest force may change:
+    there the bound has a corner, on which the search may go astray. So the best step counts, not the last.
+    """
     scene, known, steps = wl.load(CAMPAIGN).cases[0].scene, {}, []
 
     def at(amounts: np.ndarray):  # type: ignore[no-untyped-def]
@@ -35,7 +39,7 @@ def optimum(bound: float) -> tuple[np.ndarray, list[tuple[float, ...]]]:
         return known[key]
 
     size = float(at(np.full(2, 8.0)).life)
-    found = minimize(
+    minimize(
         lambda x: -float(at(x).life) / size,
         np.full(2, 8.0),
         jac=lambda x: -at(x).d_life.values * MICROMETRE / size,
@@ -46,9 +50,10 @@ def optimum(bound: float) -> tuple[np.ndarray, list[tuple[float, ...]]]:
             "jac": lambda x: -at(x).d_dynamic_factor.values[:, 0, 0] * MICROMETRE,
         },
         method="SLSQP",
-        options={"ftol": 1e-6, "maxiter": 30},
+        options={"ftol": 1e-6, "maxiter": 10},
     )
-    return found.x, steps
+    best = max((one for one in steps if one[3] <= bound * (1.0 + 1e-6)), key=lambda one: one[2])
+    return np.array(best[:2]), steps
 
 
 if __name__ == "__main__":

@@ -19,7 +19,8 @@ def gradient(
     """Return derivatives of what a run says with respect to numbers of its scene.
 
     The scene runs once. Then for every number its accepted steps over cycles are taken again, on the same
-    nodes and stages, with the number moved by a millionth. Each response starts from the orbit x* at the same
+    nodes and stages, with the number moved by 1e-7 of itself.
+    Each response starts from the orbit x* at the same
     place, so that ``∂x* = (I − M)⁻¹ ∂P`` is Newton's first step: exact where contact does not change. Steps
     are neither chosen nor rejected anew, so what is differentiated is smooth wherever the physics is.
 

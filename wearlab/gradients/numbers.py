@@ -7,9 +7,9 @@ from wearlab.options import Part, Unit
 from wearlab.scene import Scene, SceneError
 from wearlab.units import KINDS
 
-STEP = 1e-6
-"""Change of a number over its size: its square is lost in the first order, its share of round-off is 1e-9."""
-SIZES = {"": 0.1, "length": 1e-3, "depth": 1e-6, "angle": 0.1}
+STEP = 1e-7
+"""Change of a number over its size: the second order is lost, and round-off is still a millionth of it."""
+SIZES = {"": 1.0, "length": 1e-3, "depth": 1e-6, "angle": 0.1}
 """Least size of a number, by its kind: of one that is 0 or next to it."""
 
 

@@ -109,20 +109,20 @@ def _doubts(lived: History, found: list[Rougher | None]) -> tuple[str, ...]:
     return tuple(words for words, holds in said.items() if holds)
 
 
-def _stepping(lived: History) -> Array:
-    """Return what the steps over cycles accumulate of error, and what averages leave, (n_updates,) [m]."""
+def _stepping(lived: History, cycle: Array) -> Array:
+    """Return what steps over cycles accumulate of error up to cycles (k,), and what averages leave [m]."""
     if lived.life is None:
-        return np.zeros(len(lived.cycle))
-    stepping = np.interp(lived.cycle, lived.life.cycle, lived.life.accumulated_error)
+        return np.zeros(len(cycle))
+    stepping = np.interp(cycle, lived.life.cycle, lived.life.accumulated_error)
     samples = lived.samples
     noise = _integral(samples.cycle, np.array([state.noise for state in samples.state]))
-    return np.asarray(stepping + np.interp(lived.cycle, samples.cycle, noise))
+    return np.asarray(stepping + np.interp(cycle, samples.cycle, noise))
 
 
 def _depth(lived: History, found: list[Rougher]) -> Array | None:
     if lived.life is None:
         return None
-    total = _stepping(lived)
+    total = _stepping(lived, lived.cycle)
     known = [(twin.cycle, twin.rate) for twin in found if twin.rate is not None]
     if not known:
         return np.full(len(total), np.nan) if any(map(is_periodic, lived.samples.state)) else total
@@ -153,7 +153,7 @@ def _forces(
     inherited : error of the wear that the run starts from [m]
     """
     samples = lived.samples
-    off, stepping = WearOff(RATE_SHARE), inherited + np.interp(samples.cycle, lived.cycle, _stepping(lived))
+    off, stepping = WearOff(RATE_SHARE), inherited + _stepping(lived, samples.cycle)
     known = []
     for at, (twin, joint) in enumerate(zip(twins, found, strict=True)):
         if twin is not None and joint is not None:
