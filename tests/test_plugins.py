@@ -187,10 +187,10 @@ def test_plans_and_pages_of_stored_runs_need_no_code(tmp_path, capsys, monkeypat
     assert planned.returncode == 0 and "nothing to do" in planned.stdout
     assert command("ls").returncode == 0
     assert command("verify").returncode == 0
-    refused = command("run", file)
-    assert refused.returncode == 2 and "add --plugins" in refused.stderr
-    again = command("run", file, "--plugins")
+    again = command("run", file)
     assert again.returncode == 0 and "0 computed" in again.stdout
+    refused = command("run", file, "--recompute", "all")
+    assert refused.returncode == 2 and "add --plugins" in refused.stderr
 
 
 def test_a_law_of_ones_own_runs_in(tmp_path):

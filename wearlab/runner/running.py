@@ -80,7 +80,7 @@ def run(
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
     tasks = with_parents(tasks, store)
     refuse_unreachable(None if store.catalogue.exists() else scheduler, dashboard)
-    used = plugins_of(task.scene for task in tasks.values())
+    used = plugins_of(task.scene for task in _wanting(tasks, store, again))
     notes = _opened(store)
     declare(used, store.path)
     key = _record(campaign, store)
@@ -106,6 +106,17 @@ def run(
             raise
         _tidy(store, presence.token, work)
     return _report(campaign, store, key, work.finished, time.perf_counter() - clock, tuple(notes))
+
+
+def _wanting(tasks: "dict[str, Task]", store: "Store", again: Callable[[Head], bool]) -> list[Task]:
+    """Return the tasks that are not finished, as far as can be told before: only these need plug-ins run."""
+    known = store.heads(tasks) if store.catalogue.exists() else {}
+    finished = {
+        i
+        for i, head in known.items()
+        if head.state != "running" and not again(head) and not store.is_lost(head)
+    }
+    return [task for i, task in tasks.items() if i not in finished]
 
 
 def _store(given: "Store | str | PathLike[str] | None") -> "Store":
