@@ -17,6 +17,7 @@ from wearlab.cli.output import (
 )
 
 if TYPE_CHECKING:
+    from wearlab.campaign import Campaign
     from wearlab.store import Store
 
 SHORT_ID = 10
@@ -40,14 +41,17 @@ def _counting(what: str, total: int, silent: bool) -> Iterator[Callable[[str], N
 
 
 def export_campaign(file: str, store: "Store", out: Path, as_json: bool) -> Status:
-    """Write a campaign's runs as one file."""
+    """Write a campaign's runs as one file, or as a crate with its figures where the name ends in .zip."""
     from wearlab.store.export import export
 
     campaign = load_campaign(file)
     with refusing(*REFUSALS):
         total = len({case.id for case in campaign.cases})
         with _counting("runs", total, as_json) as tell:
-            export(campaign, store, out, tell)
+            if out.suffix == ".zip":
+                _export_crate(campaign, store, out, tell)
+            else:
+                export(campaign, store, out, tell)
         entries = store.entries(case.id for case in campaign.cases)
     done = sum(entry.state == "done" for entry in entries.values())
     if as_json:
@@ -57,6 +61,22 @@ def export_campaign(file: str, store: "Store", out: Path, as_json: bool) -> Stat
         if done < total:
             complain(f"{total - done} of {total} runs have no data; the attribute 'missing' names them")
     return Status.WELL if done == total else Status.TROUBLE
+
+
+def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callable[[str], None]) -> None:
+    """Write a crate with every figure that can be drawn."""
+    from tempfile import TemporaryDirectory
+
+    from wearlab.figures import FigureError, draw
+    from wearlab.store.crate import export_crate
+
+    with TemporaryDirectory(prefix="wearlab-") as folder:
+        try:
+            drawn = tuple(draw(campaign, store, Path(folder)))
+        except FigureError as error:
+            complain(str(error))
+            drawn = error.drawn
+        export_crate(campaign, store, out, drawn, tell)
 
 
 def merge_stores(other: "Store", store: "Store", as_json: bool) -> Status:

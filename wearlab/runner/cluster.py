@@ -20,6 +20,7 @@ from wearlab.store.outcome import Outcome
 BATCH_SECONDS = 0.4  # a batch of short cases lasts about so long: dask costs 1.7 ms a task
 LARGEST_BATCH = 64
 CONNECT_SECONDS = 10
+RESTAFFED_SECONDS = 60  # after which a cluster whose workers all died is given up
 AHEAD = 2  # batches per worker under way; the rest stays unclaimed, for another process to take
 Settle = Callable[[list[Outcome], Sequence[Task]], list[Task]]
 
@@ -50,7 +51,9 @@ class Cluster:
 
         Each is asked for by name, and may be replaced: what waits for a worker that died would wait for ever.
         """
-        first, *others = ([name] for name in self.workers())
+        while not (present := self.workers()):  # each was killed; others are on their way
+            self.client.wait_for_workers(1, timeout=RESTAFFED_SECONDS)
+        first, *others = ([name] for name in present)
         free: dict[str, Any] = {"allow_other_workers": True, "pure": False}
         compiling = self.client.submit(warm_up, scenes, self.simulate, workers=first, **free)
         importing = [self.client.submit(prepare, self.simulate, workers=one, **free) for one in others]

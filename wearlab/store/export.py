@@ -48,7 +48,7 @@ def export(
     """
     entries = store.entries(case.id for case in campaign.cases)
     grid = store.open(campaign)
-    attributes = _attributes(campaign, entries, grid)
+    attributes = export_attributes(campaign, store)
     part = part_of(out)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -67,10 +67,11 @@ def export(
     return out
 
 
-def _attributes(campaign: "Campaign", entries: "Mapping[str, Entry]", grid: xr.Dataset) -> dict[str, str]:
+def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
     """Return CF and ACDD attributes; the same store gives the same ones, whenever it is exported."""
     from wearlab.campaign.source import fingerprint, source_text
 
+    entries, grid = store.entries(case.id for case in campaign.cases), store.open(campaign)
     text = source_text(campaign.path)
     dates = sorted(entry.started for entry in entries.values() if entry.started)
     code = sorted({(e.wearlab_version or "", e.source_hash or "") for e in entries.values()} - {("", "")})

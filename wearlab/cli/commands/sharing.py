@@ -15,12 +15,15 @@ from wearlab.store import Store
 def export(
     file: File,
     out: Annotated[
-        Path, typer.Argument(metavar="OUT", help="out.nc, or out.zarr (a folder).", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="OUT", help="out.nc, out.zarr (a folder), or out.zip (a crate).", show_default=False
+        ),
     ],
     store: StoreFolder = STORE,
     json: Json = False,
 ) -> Status:
-    """Write all runs of FILE as one file that needs no wearlab to be read."""
+    """Write all runs of FILE as one file that needs no wearlab to be read; a crate holds its figures too."""
     from wearlab.cli.sharing import export_campaign
 
     return export_campaign(file, Store(store), out, json)
