@@ -9,7 +9,10 @@ import threading
 import time
 from pathlib import Path
 
+import dask
 import fake_campaign
+import fake_life
+import numpy as np
 import pytest
 from fake_campaign import SIMULATE, sweep
 
@@ -18,7 +21,7 @@ from wearlab.runner import RunnerError
 from wearlab.sources import PACKAGE, source_hash
 from wearlab.store import Store
 
-PATIENCE = 60.0
+PATIENCE = 120.0
 
 pytestmark = [
     pytest.mark.slow,
@@ -29,10 +32,10 @@ pytestmark = [
 class Cluster:
     """Starts ``dask scheduler`` and ``dask worker``, and ends them."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, *words):
         self.folder, self.children = folder, []
         self.file = folder / "scheduler.json"
-        self.start("scheduler", "--port", "0", "--host", "127.0.0.1", "--scheduler-file", self.file)
+        self.start("scheduler", "--port", "0", "--host", "127.0.0.1", "--scheduler-file", self.file, *words)
         until(self.file.exists)
 
     def start(self, role, *words, path=()):
@@ -194,3 +197,78 @@ def test_a_killed_scheduler_is_one_message(there, tmp_path):
     assert child.returncode == 2 and "scheduler" in said.splitlines()[-1], said
     assert "Traceback" not in complaints and len(complaints) < 300, complaints
     assert Store(tmp_path / "store").verify() == []
+
+
+def test_a_life_goes_on_elsewhere_when_its_worker_dies(there, tmp_path):
+    """The scheduler gives it to the other worker by itself, which begins where the first one was."""
+    there.worker(), there.worker()
+    until(lambda: two_workers(there))
+    rates = {}
+    for act in ("finish", "die"):
+        log, store = tmp_path / act, Store(tmp_path / f"{act}-store")
+        campaign = sweep(2, act=act, gate=str(tmp_path / "gate"), log=str(log))
+        report = wearlab.run(
+            campaign, store, scheduler=there.address, simulate=fake_life.SIMULATE, progress=False
+        )
+        assert report.done == 2
+        rates[act] = [int(line.split()[1]) for line in log.read_text().splitlines()]
+        if act == "finish":
+            whole = [store.run(case.id).wear_depth.values for case in campaign.cases]
+        else:
+            for case, values in zip(campaign.cases, whole, strict=True):
+                np.testing.assert_array_equal(store.run(case.id).wear_depth, values)
+        store.close()
+    assert min(rates["die"]) < min(rates["finish"])
+
+
+def test_two_parents_share_a_scheduler_and_a_store(there, tmp_path):
+    """Each run is computed once, whoever asks for it."""
+    there.worker(), there.worker()
+    log, reports = tmp_path / "log", []
+    parents = [
+        threading.Thread(
+            target=lambda: reports.append(
+                run(sweep(30, log=str(log), act="slow"), Store(tmp_path / "store"), there)
+            )
+        )
+        for _ in range(2)
+    ]
+    for parent in parents:
+        parent.start()
+    for parent in parents:
+        parent.join(PATIENCE)
+    assert [report.done for report in reports] == [30, 30]
+    assert sum(report.computed for report in reports) == 30 == len(begun(log))
+    assert Store(tmp_path / "store").verify() == []
+
+
+@pytest.fixture
+def secured(tmp_path):
+    """Return files of a certificate and its key, which is its own authority."""
+    key, certificate = tmp_path / "key.pem", tmp_path / "cert.pem"
+    words = ["req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=127.0.0.1"]
+    try:
+        subprocess.run(
+            ["openssl", *words, "-keyout", key, "-out", certificate], check=True, capture_output=True
+        )
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("no openssl here")
+    files = {"ca-file": certificate}
+    for role in ("scheduler", "worker", "client"):
+        files |= {f"{role}.cert": certificate, f"{role}.key": key}
+    return {f"distributed.comm.tls.{name}": str(file) for name, file in files.items()}
+
+
+def test_work_goes_through_tls(secured, tmp_path, monkeypatch):
+    """As dask's documentation has it: the same configuration everywhere, a tls:// address."""
+    secured["distributed.comm.require-encryption"] = "True"
+    for name, value in secured.items():
+        monkeypatch.setenv(f"DASK_{name.upper().replace('.', '__').replace('-', '_')}", value)
+    cluster = Cluster(tmp_path, "--protocol", "tls")
+    try:
+        cluster.worker()
+        with dask.config.set(secured):
+            assert cluster.address.startswith("tls://")
+            assert run(sweep(3), Store(tmp_path / "store"), cluster).done == 3
+    finally:
+        cluster.close()

@@ -130,6 +130,8 @@ def _refuse_other_code(client: Any) -> None:
             continue  # it has just died, and will be replaced
         code, place = told if isinstance(told, tuple) else (None, told)
         if code != source_hash():
+            if place == code_and_place()[1]:
+                raise RunnerError("the sources of wearlab were changed just now; run again")
             raise RunnerError(
                 f"the worker processes import another wearlab than this process ({place} there, "
                 f"{code_and_place()[1]} here): run from another folder, or mend PYTHONPATH"

@@ -7,6 +7,7 @@ from contextvars import ContextVar
 from typing import Any, NamedTuple
 
 TOPIC = "wearlab-under-way"
+KEPT = "wearlab-kept"
 EVERY = 5.0
 """Seconds between two tellings of one run: what is told changes no result."""
 Send = Callable[[dict[str, Any]], None]
@@ -76,6 +77,41 @@ def from_worker() -> Send | None:
     except ValueError:
         return None
     return lambda message: worker.log_event(TOPIC, message)
+
+
+class HandedOn:
+    """The last states of lives, with the scheduler: a worker that takes over from a dead one goes on there.
+
+    A scheduler of somebody else gives a dead worker's work to the next one by itself: what the parent has
+    heard since would come too late.
+    """
+
+    def __init__(self) -> None:
+        from dask.distributed import get_client
+
+        self._client, self._told = get_client(), set[str]()
+
+    def beside(self, send: Send) -> Send:
+        """Return how a message is sent and its state kept."""
+
+        def both(message: dict[str, Any]) -> None:
+            send(message)
+            self._told.add(message["id"])
+            self._client.set_metadata([KEPT, message["id"]], message["image"])
+
+        return both
+
+    def last(self, run_id: str) -> bytes | None:
+        """Return the last state of a run that somebody began."""
+        found: bytes | None = self._client.get_metadata([KEPT, run_id], default=None)
+        if found is not None:
+            self._told.add(run_id)
+        return found
+
+    def forget(self, run_id: str) -> None:
+        """Let go of the state of a finished run."""
+        if run_id in self._told:
+            self._client.set_metadata([KEPT, run_id], None)
 
 
 def in_words(message: dict[str, Any]) -> str:

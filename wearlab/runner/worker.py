@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.runner.crew import OtherCode
-from wearlab.runner.under_way import from_worker, heard_by, under_way
+from wearlab.runner.under_way import HandedOn, from_worker, heard_by, under_way
 from wearlab.sources import source_hash
 from wearlab.store.outcome import Outcome, State
 from wearlab.version import __version__
@@ -45,8 +45,18 @@ def execute_all(tasks: Sequence[Task], simulate: str, code: str | None = None) -
         from dask.distributed import get_worker
 
         raise OtherCode(get_worker().address, source_hash())
-    with heard_by(from_worker()):
-        return [execute(task, simulate) for task in tasks]
+    send, kept = from_worker(), None if code is None else HandedOn()
+    with heard_by(send if kept is None or send is None else kept.beside(send)):
+        return [_executed(task, simulate, kept) for task in tasks]
+
+
+def _executed(task: Task, simulate: str, kept: HandedOn | None) -> Outcome:
+    """Compute a case, from the last state of a worker that died over it, if there is one."""
+    if kept is None:
+        return execute(task, simulate)
+    outcome = execute(task._replace(resumed=kept.last(task.id) or task.resumed), simulate)
+    kept.forget(task.id)
+    return outcome
 
 
 def execute(task: Task, simulate: str = SIMULATE) -> Outcome:

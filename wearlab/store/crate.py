@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from wearlab import __version__
 from wearlab.store.errors import StoreError
@@ -142,7 +143,11 @@ def _person(name: str, said: Mapping[str, str]) -> Entity:
     """Return an author; the address given belongs to the one of a single author."""
     name = name.strip()
     address = said.get("creator_url", "") if ";" not in said["creator_name"] else ""
-    person: Entity = {"@id": address if "://" in address else f"#{name}", "@type": "Person", "name": name}
+    person: Entity = {
+        "@id": address if "://" in address else f"#{quote(name)}",
+        "@type": "Person",
+        "name": name,
+    }
     return person | ({"affiliation": said["institution"]} if "institution" in said else {})
 
 
