@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 from wearlab.campaign.distributions import Distribution
 from wearlab.campaign.update import PREVIOUS, Data, udunits
 from wearlab.units import convert
+from wearlab.updating.asking import Asked
 from wearlab.updating.censoring import with_common_offset
+from wearlab.updating.condensing import SIZE, condensed, squares
 from wearlab.updating.filtering import LOG_TWO_PI, Filtered, Inspection, filtered
 from wearlab.updating.history import History
 from wearlab.updating.observations import Observed
@@ -146,6 +148,11 @@ def log_likelihood(
     steps : whether each inspection's surprise is kept
     """
     rate = drift**2 / PER
+    if not steps and _condenses(block, history.asked[number], sd, rate):
+        total = _condensed(block, history, number, factor, sd)
+        total = np.broadcast_to(total, np.broadcast_shapes(total.shape, rate.shape))
+        zero = np.zeros_like(total)
+        return Filtered(total, zero, zero, float(history.asked[number].cycle[block.rows].max()))
     model = modelled(block, history, number, factor)
     variance = _variance(block, model, sd)
     start = history.start
@@ -171,6 +178,29 @@ def log_likelihood(
         zero = np.zeros_like(total)
         return Filtered(total, zero, zero, times[-1].cycle)
     return filtered(residual, variance, times, block.data.error.offset_sd**2, rate, start, steps=steps)
+
+
+def _condenses(block: Block, asked: Asked, sd: Array, rate: Array) -> bool:
+    """Whether the values are very many, with errors that are independent and know nothing of the model."""
+    error, seen = block.data.error, block.seen
+    if len(block.rows) <= MANY or SIZE * asked.curve.value.shape[-1] > len(block.rows):
+        return False
+    if block.data.since is not None or np.any(rate > 0.0):
+        return False
+    if error.offset_sd or error.relative or block.numerical or seen.censored[block.rows].any():
+        return False
+    return sd.size == 1 or not seen.sd[block.rows].any()
+
+
+def _condensed(block: Block, history: History, number: int, factor: Array, sd: Array) -> Array:
+    """Return the log likelihood by what is sufficient of the values, see `condensing`."""
+    asked, rows, own = history.asked[number], block.rows, block.seen.sd[block.rows]
+    variance = np.ones(len(rows)) if not own.any() else own**2 + float(sd.ravel()[0]) ** 2
+    told = condensed(asked.cycle[rows], asked.column[rows], block.seen.value[rows], 1.0 / variance)
+    square = squares(told, history, asked, factor)
+    if own.any():
+        return np.asarray(-0.5 * (square + np.sum(np.log(variance)) + len(rows) * LOG_TWO_PI))
+    return np.asarray(-0.5 * (square / sd**2 + len(rows) * (np.log(sd**2) + LOG_TWO_PI)))
 
 
 def _variance(block: Block, model: Array, sd: Array) -> Array:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from wearlab.updating.answer import Answer
 from wearlab.updating.draws import Draws
+from wearlab.updating.filtering import Filtered
 from wearlab.updating.likelihood import PER, log_likelihood
 from wearlab.updating.passage import present_state
 
@@ -42,8 +43,9 @@ def virtual_inspection(one: "Outcome", rng: np.random.Generator) -> xr.Dataset |
     looks = np.linspace(answer.now, end, LOOKS + 1)[1:]
     width = np.empty((len(INSTRUMENTS), len(looks)))
     present = float(np.ptp(answer.remaining(np.array(ENDS))))
+    known = _known(answer, one.draws, number)
     for k, look in enumerate(looks):
-        value, life, sd = _states(answer, one.draws, number, float(look), rng)
+        value, life, sd = _states(answer, one.draws, number, known, float(look), rng)
         for j, instrument in enumerate(INSTRUMENTS):
             width[j, k] = expected_width(value, life - look, instrument * sd, rng) / present
     return xr.Dataset(
@@ -65,23 +67,34 @@ def virtual_inspection(one: "Outcome", rng: np.random.Generator) -> xr.Dataset |
     )
 
 
+def _known(answer: Answer, draws: Draws, number: int) -> list[tuple[int, NDArray[np.intp], Filtered]]:
+    """Return for some draws what is known of the drift at the last inspection: run, which draws, drift."""
+    post, some, found = answer.posterior, np.arange(min(len(draws), MOST)), []
+    for i in map(int, np.unique(draws.run[some])):
+        mine = some[draws.run[some] == i]
+        sd, drift = draws.sd[number][mine], draws.drift[number][mine]
+        last = log_likelihood(post.blocks[number], post.histories[i], number, draws.factor[mine], sd, drift)
+        found.append((i, mine, last))
+    return found
+
+
 def _states(
-    answer: Answer, draws: Draws, number: int, look: float, rng: np.random.Generator
+    answer: Answer,
+    draws: Draws,
+    number: int,
+    known: list[tuple[int, NDArray[np.intp], Filtered]],
+    look: float,
+    rng: np.random.Generator,
 ) -> tuple[Array, Array, Array]:
     """Return for some draws the quantity at a later cycle, the life as it then is, and a value's error."""
-    post, some = answer.posterior, np.arange(min(len(draws), MOST))
-    value, life, sd = np.empty(len(some)), np.empty(len(some)), np.empty(len(some))
+    post, n = answer.posterior, min(len(draws), MOST)
+    value, life, sd = np.empty(n), np.empty(n), np.empty(n)
     block = post.blocks[number]
-    for i in np.unique(draws.run[some]):
-        mine = some[draws.run[some] == i]
-        run, factor = post.histories[int(i)], draws.factor[mine]
+    for i, mine, last in known:
+        run, factor = post.histories[i], draws.factor[mine]
         mean = run.asked[number].curve.at(run.own_cycle(np.array(look), factor))
-        drift = draws.drift[number][mine]
-        known = log_likelihood(block, run, number, factor, draws.sd[number][mine], drift)
-        rate = drift**2 / PER
-        w = known.mean + np.sqrt(known.variance + rate * (look - known.cycle)) * rng.standard_normal(
-            len(mine)
-        )
+        rate = draws.drift[number][mine] ** 2 / PER
+        w = last.mean + np.sqrt(last.variance + rate * (look - last.cycle)) * rng.standard_normal(len(mine))
         value[mine] = mean + w
         relative = np.hypot(block.data.error.relative, block.numerical)
         sd[mine] = np.hypot(draws.sd[number][mine], relative * np.abs(mean))

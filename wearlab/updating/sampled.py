@@ -66,19 +66,15 @@ def _some(one: Outcome, values: int) -> Draws:
 
 
 def replicas(one: Outcome, number: int, rng: np.random.Generator) -> xr.Dataset:
-    """Return measurements of a block as they could have come out, of every draw."""
+    """Return measurements of a block as they could have come out, of every draw; of fewer for very many."""
     block, name = one.posterior.blocks[number], name_of(one, number)
-    draws = _some(one, len(block.rows))
+    draws = _some(one, max(len(each.rows) for each in one.posterior.blocks))
     values = replicated(one.posterior, draws, number, rng)
     about = "measurements as they could have come out"
-    kept = np.full(
-        (len(one.draws), values.shape[1]), np.nan, np.float32 if len(draws) < len(one.draws) else float
-    )
-    kept[: len(draws)] = values
     data = variable(
-        kept, block.data.si, about, (*CHAIN, f"observation_{name}"), display_units=display_of(block)
+        values, block.data.si, about, (*CHAIN, f"observation_{name}"), display_units=display_of(block)
     )
-    return xr.Dataset({name: data}, draws_of(len(one.draws)))
+    return xr.Dataset({name: data}, draws_of(len(draws)))
 
 
 def pointwise(one: Outcome, number: int) -> xr.Dataset:

@@ -1,0 +1,80 @@
+"""Very many values, condensed, are as probable as they are one by one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made import ErrorModel, blocks, history, observed, study
+
+from wearlab.campaign.distributions import read_distribution
+from wearlab.updating import likelihood
+from wearlab.updating.asking import Asked
+from wearlab.updating.curve import Curve
+from wearlab.updating.outcome import answered
+
+KNOTS = np.array([0.0, 1e5, 1.3e5, 4e5, 4.001e5, 9e5, 1.2e6])
+PLACES = 3
+N = 900
+
+
+@pytest.fixture(autouse=True)
+def few_are_many(monkeypatch):
+    monkeypatch.setattr(likelihood, "MANY", 600)
+
+
+def run_and(error, own=0.0, seed=0):
+    """Return a run whose wear bends at uneven cycles, and values at three places, some of them repeated."""
+    rng = np.random.default_rng(seed)
+    value = np.cumsum(rng.uniform(0.5, 2.0, (len(KNOTS), PLACES)), axis=0) * 1e-3
+    curve = Curve(KNOTS, value, rng.uniform(0.5, 2.0, value.shape) * 1e-8)
+    cycle = rng.uniform(0.0, 1.1e6, N)
+    cycle[:150], cycle[150:180] = 7e5, 0.0
+    column = rng.integers(0, PLACES, N)
+    seen = observed(cycle, curve.at(1.3 * cycle, column) + 4e-4 * rng.standard_normal(N), error)
+    seen = replace(seen, sd=own * rng.uniform(0.5, 2.0, N))
+    run = replace(history((seen,)), asked=(Asked(curve, column.astype(np.intp), cycle),))
+    return run, seen
+
+
+def both(monkeypatch, found):
+    """Return what is found by what is sufficient, and value by value."""
+    short = found()
+    monkeypatch.setattr(likelihood, "_condenses", lambda *_: False)
+    return short, found()
+
+
+@pytest.mark.parametrize("own", [0.0, 2e-4])
+def test_the_sum_of_squares_is_that_of_all_values(monkeypatch, own):
+    run, seen = run_and(ErrorModel(4e-4), own)
+    (block,) = blocks((seen,))
+    factor = np.geomspace(0.2, 8.0, 57)[:, None, None]
+
+    def found():
+        return likelihood.log_likelihood(block, run, 0, factor, np.array([[[4e-4]]]), np.zeros(1))
+
+    short, whole = both(monkeypatch, found)
+    assert short.log_likelihood.shape == whole.log_likelihood.shape and short.cycle == whole.cycle
+    assert short.log_likelihood == pytest.approx(whole.log_likelihood, rel=1e-12, abs=1e-7)
+
+
+def test_rows_that_do_not_count_do_not():
+    run, seen = run_and(ErrorModel(4e-4))
+    (block,) = blocks((seen,))
+    some = replace(block, rows=np.arange(0, N - 250))
+    one, zero = np.array([1.3]), np.zeros(1)
+    less = likelihood.log_likelihood(some, run, 0, one, np.array([4e-4]), zero).log_likelihood
+    rest = replace(block, rows=np.arange(N - 250, N))
+    rest_of = likelihood.log_likelihood(rest, run, 0, one, np.array([4e-4]), zero).log_likelihood
+    all_of = likelihood.log_likelihood(block, run, 0, one, np.array([4e-4]), zero).log_likelihood
+    assert less + rest_of == pytest.approx(all_of, rel=1e-12)
+
+
+def test_the_answer_is_the_same(monkeypatch):
+    unknown = read_distribution({"loguniform": ["0.01 g", "5 g"]}, "sd")
+    run, seen = run_and(ErrorModel(unknown))
+    asked = study({"lognormal": {"median": 1.0, "cov": 3.0}}, (seen,))
+    short, whole = both(monkeypatch, lambda: answered(asked, [run], blocks((seen,))))
+    p = np.array([0.05, 0.5, 0.95])
+    assert short.factor(p) == pytest.approx(whole.factor(p), rel=1e-10)
+    assert short.posterior.evidence == pytest.approx(whole.posterior.evidence, abs=1e-7)
+    assert short.posterior.spreads[0][0].points == pytest.approx(whole.posterior.spreads[0][0].points)
