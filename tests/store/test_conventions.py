@@ -1,12 +1,10 @@
 """Conventions hold under a checker that is not ours: IOOS's, for CF 1.11 and ACDD 1.3."""
 
-import contextlib
-import io
-import json
 from pathlib import Path
 
 import made_up
 import pytest
+from conventions import check, complaints
 
 import wearlab as wl
 from wearlab.runner.worker import Task, execute
@@ -14,31 +12,6 @@ from wearlab.store.image import to_image
 
 pytest.importorskip("compliance_checker")
 BASE = Path(__file__).parents[2] / "campaigns" / "base"
-HIGHLY = {"title", "summary", "keywords", "Conventions"}
-
-
-def complaints(path, suite):
-    """Return what the checker says against a file, by priority."""
-    from compliance_checker.runner import CheckSuite, ComplianceChecker
-
-    CheckSuite.load_all_available_checkers()
-    out = path.with_suffix(".json")
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        ComplianceChecker.run_checker(
-            str(path), [suite], 0, "lenient", output_filename=str(out), output_format="json"
-        )
-    report = json.loads(out.read_text())[suite]
-    return {
-        level: [text for one in report[f"{level}_priorities"] for text in one["msgs"]]
-        for level in ("high", "medium", "low")
-    }
-
-
-def check(path):
-    cf = complaints(path, "cf:1.11")
-    assert cf["high"] == [] and not any("_FillValue" in text for text in cf["medium"]), cf
-    acdd = complaints(path, "acdd:1.3")["high"]
-    assert not [text for text in acdd if text.split(" ")[0] in HIGHLY], acdd
 
 
 @pytest.mark.filterwarnings("ignore")

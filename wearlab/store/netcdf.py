@@ -19,23 +19,35 @@ SMALL = 65_536  # bytes up to which a variable is not deflated: that takes longe
 ONE_CHUNK = 4_194_304  # bytes up to which a variable is one chunk
 
 
-def encoded(dataset: xr.Dataset) -> bytes:
-    """Return the netCDF-4 file of a dataset, coordinates named as CF asks, large variables deflated."""
-    variables, attributes = encode_dataset_coordinates(dataset)
+def encoded(data: xr.Dataset | xr.DataTree) -> bytes:
+    """Return the netCDF-4 file of a dataset, or of a tree of them with a group for each.
+
+    Coordinates are named as CF asks, large variables are deflated.
+    """
     with TemporaryDirectory(prefix="wearlab-") as folder:
         path = Path(folder) / "run.nc"
         with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
             file.set_fill_off()
-            for dim, size in dataset.sizes.items():
-                file.createDimension(str(dim), size)
-            file.setncatts({str(name): value for name, value in attributes.items()})
-            defined = [
-                _defined(file, str(name), variable, name in dataset.coords)
-                for name, variable in variables.items()
-            ]
-            for target, values in defined:
-                target[...] = values
+            if isinstance(data, xr.Dataset):
+                _write(file, data)
+            else:
+                for node in data.subtree:
+                    group = file if node is data else file.createGroup(node.path)
+                    _write(group, node.to_dataset(inherit=False))
         return path.read_bytes()
+
+
+def _write(group: netCDF4.Dataset, dataset: xr.Dataset) -> None:
+    """Write a dataset into a group: first all definitions, then the values."""
+    variables, attributes = encode_dataset_coordinates(dataset)
+    for dim, size in dataset.sizes.items():
+        group.createDimension(str(dim), size)
+    group.setncatts({str(name): value for name, value in attributes.items()})
+    defined = [
+        _defined(group, str(name), variable, name in dataset.coords) for name, variable in variables.items()
+    ]
+    for target, values in defined:
+        target[...] = values
 
 
 def _defined(

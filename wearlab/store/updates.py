@@ -92,16 +92,13 @@ def keep_update(
 
 
 def _image(tree: "xr.DataTree", folder: Path) -> bytes:
-    """Return the file of a tree; netCDF writes groups to paths only."""
-    import tempfile
+    """Return the file of a tree, as those of runs are written."""
+    from wearlab.store.netcdf import encoded
 
-    with tempfile.TemporaryDirectory(prefix=".update-", dir=folder) as place:
-        path = Path(place) / "tree.nc"
-        try:
-            tree.to_netcdf(path, engine="netcdf4")
-            return path.read_bytes()
-        except OSError as error:
-            raise StoreError(f"{folder}: cannot be written ({error.strerror or error})") from error
+    try:
+        return encoded(tree)
+    except OSError as error:
+        raise StoreError(f"{folder}: cannot be written ({error.strerror or error})") from error
 
 
 def _record(store: KeptRuns, row: tuple[Any, ...]) -> None:

@@ -67,7 +67,7 @@ def calibrated(study: "Study", post: Posterior, n: int, *, told: Sequence[Block]
                 found[f"{name}_coverage_{100 * width:.0f}"] = xr.Variable(
                     (), float(inside.mean()), {"units": "1", "long_name": "share of intervals with the truth"}
                 )
-    return xr.Dataset(found, {"twin": np.arange(n)})
+    return xr.Dataset(found, {"twin": ("twin", np.arange(n), {"units": "1", "long_name": "twin"})})
 
 
 def twin(

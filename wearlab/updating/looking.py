@@ -58,10 +58,14 @@ def virtual_inspection(one: "Outcome", rng: np.random.Generator) -> xr.Dataset |
                     "long_name": "expected width of the 90 % interval over that now",
                 },
             ),
-            "present_width": ((), present, {"units": "1"}),
+            "present_width": ((), present, {"units": "1", "long_name": "width of the 90 % interval now"}),
         },
         {
-            "instrument": ("instrument", list(INSTRUMENTS), {"long_name": "times the error of a value"}),
+            "instrument": (
+                "instrument",
+                list(INSTRUMENTS),
+                {"units": "1", "long_name": "times the error of a value"},
+            ),
             "look": ("look", looks, {"units": "1", "long_name": "cycle of the next inspection"}),
         },
     )

@@ -93,7 +93,7 @@ def replayed(study: "Study", post: Posterior) -> xr.Dataset:
         {name: (*one, {"units": "1", "long_name": ABOUT[name]}) for name, one in values.items()},
         {
             "inspection": ("inspection", cycles, {"units": "1", "long_name": ABOUT["inspection"]}),
-            "quantile": p,
+            "quantile": ("quantile", p, {"units": "1", "long_name": "probability of less"}),
         },
     )
 

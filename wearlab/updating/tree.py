@@ -34,7 +34,7 @@ def tree_of(campaign: Campaign, outcomes: Sequence[Outcome], *, replay: bool, ch
     if len(each) == 1:
         joined = each[0]
     else:
-        labels = xr.Variable("case", [one.study.label for one in outcomes])
+        labels = xr.Variable("case", [one.study.label for one in outcomes], {"long_name": "case"})
         joined = {
             name: xr.concat(
                 [groups.get(name, xr.Dataset()) for groups in each],
@@ -93,10 +93,10 @@ def _groups(one: Outcome, replay: bool, check: int) -> dict[str, xr.Dataset]:
     told = [n for n, block in enumerate(post.blocks) if len(block.rows)]
     if told:
         found["posterior_predictive"] = xr.merge(
-            [replicas(one, n, rng) for n in told], compat="override", combine_attrs="drop"
+            [replicas(one, n, rng) for n in told], compat="override", combine_attrs="override"
         )
         found["log_likelihood"] = xr.merge(
-            [pointwise(one, n) for n in told], compat="override", combine_attrs="drop"
+            [pointwise(one, n) for n in told], compat="override", combine_attrs="override"
         )
     ahead = virtual_inspection(one, rng)
     if ahead is not None:
