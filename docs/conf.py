@@ -27,6 +27,7 @@ napoleon_use_rtype = False
 napoleon_preprocess_types = False
 suppress_warnings = ["myst.header", "misc.highlighting_failure"]
 html_theme = "furo"
+html_show_copyright = False
 html_title = f"wearlab {version}"
 html_static_path = ["_static"]
 html_css_files = ["narrow.css"]

@@ -32,8 +32,10 @@ def _cell(value: Any) -> str:
 
 
 def _table(heads: tuple[str, ...], rows: list[tuple[Any, ...]]) -> str:
+    """Return a table whose class names its heads, so that a telephone can stack and label its cells."""
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
-    return "\n".join([*lines, *("| " + " | ".join(map(_cell, row)) + " |" for row in rows)])
+    lines += ["| " + " | ".join(map(_cell, row)) + " |" for row in rows]
+    return "\n".join(["```{table}", f":class: stacked heads-{heads[1].replace(' ', '-')}", "", *lines, "```"])
 
 
 def options() -> str:
@@ -94,6 +96,8 @@ def _kind(option: dict[str, Any]) -> str:
         return " or ".join(
             f'`"{one}"`' if isinstance(one, str) else f"`{one}`" for one in option["examples"][:2]
         )
+    if "const" in option:
+        return f"`{option['const']}`"
     choices = list(dict.fromkeys(_choices(option)))
     if 0 < len(choices) <= LARGEST_CHOICE:
         return ", ".join(f"`{one}`" for one in choices)
