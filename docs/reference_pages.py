@@ -202,7 +202,7 @@ def figures() -> str:
         "# Every kind of figure",
         "A `[[figure]]` block names its `kind`; `select`, `x`, `y`, `hue`, `rows`, `cols`, `units`, `title`, `note` "
         "and `published` change what the kind would do. In Python: `wl.figure(grid_or_run, kind, **options)`. "
-        "The file named first made the thumbnail, by `python docs/gallery.py`.",
+        "A thumbnail was made from one of the files below it, by `python docs/gallery.py`.",
     ]
     for kind in KINDS.values():
         thumbnail = TOP / "docs" / "images" / "kinds" / f"{kind.name}.png"
