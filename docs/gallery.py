@@ -1,7 +1,8 @@
 """Draw the thumbnails of the gallery: ``python docs/gallery.py [STORE]`` writes ``docs/images/kinds/*.png``.
 
-Campaigns of ``campaigns/gallery`` are run first where the store has not got them; kinds that show an update are
-drawn where ``wearlab update campaigns/update_planetary_rig.toml --replay --check 40`` has been kept in the store.
+Campaigns of ``campaigns/gallery`` are run first where the store has not got them; kinds that show an
+update are drawn where one is kept in the store: ``wearlab update campaigns/update_spur_twin.toml``, and
+``update_vibration_twin.toml``; ``update_planetary_rig.toml --replay --check 40`` for those that look back.
 """
 
 import sys
