@@ -13,6 +13,7 @@ from wearlab.runner.crew import Crew, OtherCode
 from wearlab.runner.local import local_client, quiet_logs
 from wearlab.runner.report import RunnerError
 from wearlab.runner.under_way import TOPIC, Keeping
+from wearlab.runner.waiting import wait_for_living, wait_looking
 from wearlab.runner.worker import Task, execute_all, prepare, warm_up
 from wearlab.sources import source_hash
 from wearlab.store.outcome import Outcome
@@ -20,7 +21,6 @@ from wearlab.store.outcome import Outcome
 BATCH_SECONDS = 0.4  # a batch of short cases lasts about so long: dask costs 1.7 ms a task
 LARGEST_BATCH = 64
 CONNECT_SECONDS = 10
-RESTAFFED_SECONDS = 60  # after which a cluster whose workers all died is given up
 AHEAD = 2  # batches per worker under way; the rest stays unclaimed, for another process to take
 Settle = Callable[[list[Outcome], Sequence[Task]], list[Task]]
 
@@ -49,15 +49,13 @@ class Cluster:
     def warm_up(self, scenes: Sequence[Any]) -> None:
         """Compile on one worker while the others import; then all find the compiled code on disk.
 
-        Each is asked for by name, and may be replaced: what waits for a worker that died would wait for ever.
+        Each is asked for by name, and nobody instead of it: what was asked of one that died is called off.
         """
-        while not (present := self.workers()):  # each was killed; others are on their way
-            self.client.wait_for_workers(1, timeout=RESTAFFED_SECONDS)
-        first, *others = ([name] for name in present)
-        free: dict[str, Any] = {"allow_other_workers": True, "pure": False}
-        compiling = self.client.submit(warm_up, scenes, self.simulate, workers=first, **free)
-        importing = [self.client.submit(prepare, self.simulate, workers=one, **free) for one in others]
-        self.client.gather([compiling, *importing], errors="skip")
+        names = self.workers()
+        asked = {}
+        for name, words in zip(names, [(warm_up, scenes), *[(prepare,)] * (len(names) - 1)], strict=False):
+            asked[self.client.submit(*words, self.simulate, workers=[name], pure=False)] = name
+        wait_for_living(asked, self.workers)
 
     def compute(self, tasks: Sequence[Task], settle: Settle, keeping: Keeping | None = None) -> None:
         """Compute those tasks that are granted.
@@ -104,24 +102,30 @@ class Cluster:
     def _send(self, flight: "_Flight", batch: list[Task], fit: list[str]) -> None:
         if batch:
             choice = {} if self.crew is None else self.crew.choice(fit)
+            named: list[str] = choice.get("workers", [])
             sent = [task if self.keeping is None else self.keeping.resumed(task) for task in batch]
             future = self.client.submit(execute_all, sent, self.simulate, self.code, pure=False, **choice)
             flight.under_way[future.key] = batch
+            flight.named[future] = named
             flight.flow.add(future)
 
     def _returned(self, flight: "_Flight") -> list[Outcome]:
         """Wait for batches and return the outcomes of all that came back."""
         finished: list[Outcome] = []
         alone = len(flight.under_way) == 1 and flight.on_trial
+        wait_looking(flight.flow, flight.named, self.workers, bounded=self.crew is None)
         for future, result in flight.flow.next_batch():
             batch = flight.under_way.pop(future.key)
+            flight.named.pop(future)
             if future.status == "finished":
                 finished += result
                 continue
             error = result[1] if isinstance(result, tuple) else result
             if self.client.status != "running":
                 raise RunnerError(f"the scheduler went away ({error})") from error
-            if isinstance(error, OtherCode) and self.crew is not None:
+            if future.cancelled():  # asked of workers that have all gone
+                flight.returned.append(batch)
+            elif isinstance(error, OtherCode) and self.crew is not None:
                 self.crew.learn(*error.args)
                 flight.returned.append(batch)
             elif alone:
@@ -138,6 +142,7 @@ class _Flight:
     def __init__(self, waiting: deque[Task], flow: Any) -> None:
         self.waiting, self.flow, self.pace = waiting, flow, Pace()
         self.under_way: dict[str, list[Task]] = {}
+        self.named: dict[Any, list[str]] = {}  # the workers that each was asked of; none: of anybody
         self.returned: list[list[Task]] = []  # by a worker that was refused
         self.suspects: deque[Task] = deque()
         self.on_trial = False
