@@ -1,6 +1,7 @@
 """Workers that die while they are asked by name, and what is asked of them then."""
 
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
 from typing import Any
@@ -9,7 +10,7 @@ import pytest
 from fake_campaign import SIMULATE, sweep
 
 from wearlab.runner import RunnerError, waiting
-from wearlab.runner.cluster import Cluster
+from wearlab.runner.cluster import Cluster, _Flight
 from wearlab.runner.worker import Task
 from wearlab.store.outcome import Outcome
 
@@ -83,3 +84,22 @@ def test_workers_that_nobody_can_start_are_given_up(bereft: Any, monkeypatch: py
     tasks = [Task(case.id, case.scene) for case in sweep(2).cases]
     with pytest.raises(RunnerError, match=r"none could be started for 0\.6 s.*run again"):
         Cluster(bereft, SIMULATE).compute(tasks, lambda outcomes, wanted: list(wanted))
+
+
+@pytest.mark.parametrize(("raised", "waits", "suspects"), [(OSError("died"), 0, 1), (TimeoutError(), 1, 0)])
+def test_results_that_went_with_their_worker(raised: Exception, waits: int, suspects: int) -> None:
+    """A batch that had finished, and then was lost with its worker: tried alone, or waited for once more."""
+
+    def result(timeout: float) -> None:
+        raise raised
+
+    words = {"key": "a", "result": staticmethod(result), "cancelled": lambda self: False}
+    future = type("Future", (), words)()
+    added: list[Any] = []
+    flow = SimpleNamespace(next_batch=lambda: [future], has_ready=lambda: True, add=added.append)
+    flight = _Flight(deque(), flow)
+    task = Task(sweep(1).cases[0].id, sweep(1).cases[0].scene)
+    flight.under_way, flight.named = {"a": [task]}, {future: []}
+    client = SimpleNamespace(status="running", scheduler_info=dict)
+    assert Cluster(client, SIMULATE)._returned(flight) == []
+    assert (len(added), len(flight.under_way), len(flight.suspects)) == (waits, waits, suspects)

@@ -13,7 +13,7 @@ from wearlab.runner.crew import Crew, OtherCode
 from wearlab.runner.local import local_client, quiet_logs
 from wearlab.runner.report import RunnerError
 from wearlab.runner.under_way import TOPIC, Keeping
-from wearlab.runner.waiting import wait_for_living, wait_looking
+from wearlab.runner.waiting import result_of, wait_for_living, wait_looking
 from wearlab.runner.worker import Task, execute_all, prepare, warm_up
 from wearlab.sources import source_hash
 from wearlab.store.outcome import Outcome
@@ -80,7 +80,7 @@ class Cluster:
     def _compute(self, tasks: Sequence[Task], settle: Settle) -> None:
         from dask.distributed import as_completed
 
-        flight = _Flight(deque(tasks), as_completed(with_results=True, raise_errors=False))
+        flight = _Flight(deque(tasks), as_completed())
         finished: list[Outcome] = []
         while True:
             fit = self.workers()
@@ -114,13 +114,17 @@ class Cluster:
         finished: list[Outcome] = []
         alone = len(flight.under_way) == 1 and flight.on_trial
         wait_looking(flight.flow, flight.named, self.workers, bounded=self.crew is None)
-        for future, result in flight.flow.next_batch():
+        for future in flight.flow.next_batch():
+            result = result_of(future)
+            if isinstance(result, TimeoutError):  # it went with its worker, and is computed again
+                flight.flow.add(future)
+                continue
             batch = flight.under_way.pop(future.key)
             flight.named.pop(future)
-            if future.status == "finished":
+            if not isinstance(result, BaseException):
                 finished += result
                 continue
-            error = result[1] if isinstance(result, tuple) else result
+            error = result
             if self.client.status != "running":
                 raise RunnerError(f"the scheduler went away ({error})") from error
             if future.cancelled():  # asked of workers that have all gone

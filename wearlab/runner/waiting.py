@@ -1,7 +1,9 @@
 """Waiting for workers that may die: with a look, now and then, whether those that were asked are still there.
 
 Dask leaves a task for ever that was asked of a worker by name when, just then, no worker was there at all: it
-asks workers that come later only whether they are the one named, even where others were to be allowed.
+asks workers that come later only whether they are the one named, even where others were to be allowed. And
+its ``as_completed`` with results never tells of a future whose worker died between finishing and being asked
+for the result, where computing it again fails.
 """
 
 import time
@@ -12,6 +14,7 @@ from typing import Any
 from wearlab.runner.report import RunnerError
 
 LOOK_SECONDS = 0.5  # between looks
+FETCH_SECONDS = 60.0  # for one result to come here
 ABSENT_SECONDS = 150.0  # without any worker of this machine, after which its work is given up
 Present = Callable[[], Sequence[str]]
 
@@ -70,3 +73,14 @@ def wait_looking(flow: Any, named: Mapping[Any, Sequence[str]], present: Present
         for future, names in named.items():
             if names and here.isdisjoint(names) and not future.done():
                 future.cancel()
+
+
+def result_of(future: Any) -> Any:
+    """Return the result of a future that is done, or what was raised.
+
+    Its worker may have died since: then a `TimeoutError` says that it is under way again.
+    """
+    try:
+        return future.result(timeout=FETCH_SECONDS)
+    except Exception as error:
+        return error
