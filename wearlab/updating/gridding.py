@@ -55,11 +55,11 @@ def _margins(
     """Return log densities along ln factor (the runs' envelope) and along ln of every unknown spread."""
     along_factor = []
     sums: list[list[list[Array]]] = [[[], []] for _ in blocks]
+    weights = np.zeros(1) if axes.factor is None else np.log(axes.factor.weights)
+    own = np.zeros(1) if axes.factor is None else prior.log_density(axes.factor.points)
     for i in pilots:
         run = runs[i]
         points = np.log([run.factor]) if axes.factor is None else axes.factor.points
-        weights = np.zeros(1) if axes.factor is None else np.log(axes.factor.weights)
-        own = np.zeros(len(points)) if axes.factor is None else prior.log_density(points)
         parts = {}
         for n, block in enumerate(blocks):
             if len(block.rows):

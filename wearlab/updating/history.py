@@ -86,7 +86,7 @@ def history_of(
     cycle = np.asarray(run["cycle"].values, float)
     keep = np.concatenate([[True], np.diff(cycle) > TINY * max(cycle[-1], 1.0)])
     ended = curve_of(run, limit.quantity, limit.where, {}, keep, "update.limit")
-    factor = _factor(scene)
+    factor, limit_cycle = _factor(scene), float(ended.first_above(np.array(limit.value)))
     return History(
         id=run_id,
         factor=factor,
@@ -97,9 +97,9 @@ def history_of(
         asked=tuple(asked_of(run, one, keep) for one in seen),
         limit=ended,
         level=limit.value,
-        limit_cycle=float(ended.first_above(np.array(limit.value))),
+        limit_cycle=limit_cycle,
         beside=_beside(run, limit, keep),
-        numerical=_numerical(run, float(ended.first_above(np.array(limit.value)))),
+        numerical=_numerical(run, limit_cycle),
     )
 
 
