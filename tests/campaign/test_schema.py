@@ -113,6 +113,7 @@ def test_every_dimensional_option_is_known_to_this_test():
         "value",
         "mean",
         "carrier_phase",
+        "longest_reference",
         "fm_phase",
         "installation",
         "from",
@@ -139,10 +140,10 @@ def test_sources_are_explained():
 
 
 def test_choices_may_be_written_as_a_word():
-    stiffness = SCHEMA["$defs"]["Mesh"]["properties"]["stiffness"]
+    stiffness = SCHEMA["$defs"]["MeshSection"]["properties"]["stiffness"]
     assert stiffness["anyOf"][0] == {"enum": ["finite-element", "potential-energy"]}
     assert stiffness["default"] == "finite-element"
-    assert SCHEMA["$defs"]["Wear"]["properties"]["step"]["default"] == "adaptive"
+    assert SCHEMA["$defs"]["WearSection"]["properties"]["step"]["default"] == "adaptive"
     assert SCHEMA["$defs"]["DisplacementContact"]["properties"]["threshold"]["default"] == "0.0001 rad"
     assert SCHEMA["$defs"]["ExternalPair"]["properties"]["pressure_angle"]["default"] == "20 deg"
     assert SCHEMA["$defs"]["Numerics"]["properties"]["tolerance"]["exclusiveMinimum"] == 0
@@ -151,7 +152,7 @@ def test_choices_may_be_written_as_a_word():
 def test_flanks_are_named_as_in_files():
     flanks = {"pinion", "gear", "sun", "planet-sun", "planet-ring", "ring"}
     assert set(SCHEMA["$defs"]["InitialWears"]["properties"]) == flanks
-    assert {"sun_planet", "planet_ring"} < set(SCHEMA["$defs"]["Mesh"]["properties"])
+    assert {"sun_planet", "planet_ring"} < set(SCHEMA["$defs"]["MeshSection"]["properties"])
 
 
 def allows(node, value):

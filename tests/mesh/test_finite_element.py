@@ -22,6 +22,7 @@ from wearlab.mesh.finite_element import (
 from wearlab.mesh.finite_element import pair_compliance as compliance
 from wearlab.mesh.finite_element.flank import LoadedFlank
 from wearlab.mesh.hertz import weber_compliance
+from wearlab.mesh.stiffness import ConstantContact
 
 QUICK = Options(refinement=2, samples=11)
 HEIGHTS = np.linspace(1.1, 1.9, 9)
@@ -183,8 +184,8 @@ def test_wear_of_micrometres_hardly_matters(pair):
 def test_the_model_adds_up(pair):
     s = np.linspace(pair.path.A, pair.path.E, 5)
     total, shared = compliance(pair, s, 2, QUICK)
-    one = FiniteElement(total, shared, 2e-9)
-    twice = FiniteElement(total, shared, 2e-9, scale=2.0)
+    one = FiniteElement(total, shared, ConstantContact(2e-9))
+    twice = FiniteElement(total, shared, ConstantContact(2e-9), scale=2.0)
     wear = np.full((2, 5), 1e-6)
     assert not one.load_dependent
     assert np.array_equal(one.body(wear), total) and one.contact(None) == 2e-9

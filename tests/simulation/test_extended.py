@@ -7,6 +7,7 @@ import numpy as np
 
 from wearlab.campaign import load
 from wearlab.simulation import simulate
+from wearlab.wear.patches.none import NoPatch
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "extended_contact.toml"
 COARSE = {"profile_points": 81, "phase_points": 128}
@@ -15,7 +16,7 @@ COARSE = {"profile_points": 81, "phase_points": 128}
 @cache
 def unworn(label):
     scene = next(case.scene for case in load(CAMPAIGN).cases if case.label == label)
-    wear = scene.wear.model_copy(update={"until": None, "snapshots": None, "contact_patch": "none"})
+    wear = scene.wear.model_copy(update={"until": None, "snapshots": None, "contact_patch": NoPatch()})
     numerics = scene.numerics.model_copy(update=COARSE)
     return simulate(scene.model_copy(update={"wear": wear, "numerics": numerics}))
 

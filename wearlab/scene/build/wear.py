@@ -140,7 +140,7 @@ def build_limits(
     speed: float | None = None,
     passed: tuple[float, float] = (0.0, 0.0),
 ) -> Limits:
-    """Return where the life ends, in cycles of the reference gear and depth.
+    """Return where the life ends, in cycles of the reference gear and depth; nowhere if nothing is said.
 
     Parameters
     ----------
@@ -149,6 +149,8 @@ def build_limits(
     passed : cycles and operating time [s] that lie behind
     """
     until: Any = scene.wear.until if scene.wear else None
+    if until is None:
+        return Limits(None, None, slice(None))
     turned = (gears.speed if speed is None else speed) / (2 * np.pi)
     cycles = [
         None if until.cycles is None else until.cycles - passed[0],
