@@ -24,7 +24,7 @@ ENDS_AS_ASKED = ("cycles", "depth")
 TRUSTED = "as usual"
 BARELY = "not attracting within the margin"
 BEYOND = 1e-6
-"""Distance from 1 from which the largest multiplier says that motions come back, however slowly."""
+"""Distance from 1 beyond which the largest multiplier says that motions leave: an undamped set keeps them at 1."""
 INSTEAD = (
     'go on from this run with [start], let the static force wear (wear.load = "static"), or ask for '
     "less with numerics.tolerance"
@@ -136,7 +136,7 @@ def verdict(lived: History, searches: Sequence[Search] = ()) -> str:
             return word
     largest = [abs(one.multipliers[0]) for one in responses if one.verdict.attracting is False]
     if largest:
-        return "unstable" if max(largest) >= 1.0 - BEYOND else BARELY
+        return "unstable" if max(largest) > 1.0 + BEYOND else BARELY
     return "coexisting" if any(one.rival is not None for one in searches) else "completed"
 
 
