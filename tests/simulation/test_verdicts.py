@@ -58,7 +58,8 @@ def test_the_march_is_as_long_as_the_damping_asks_for() -> None:
 
 
 @pytest.mark.parametrize(
-    ("damping", "verdict"), [(1e-4, "not attracting within the margin"), (0.0, "unstable")]
+    ("damping", "verdict"),
+    [(1e-4, "not attracting within the margin"), (0.0, "not attracting within the margin")],
 )
 def test_an_orbit_that_attracts_slowly_is_not_called_unstable(damping: float, verdict: str) -> None:
     mesh = {k: v for k, v in LIGHT["mesh"].items() if k != "normal_backlash"}

@@ -24,7 +24,7 @@ ENDS_AS_ASKED = ("cycles", "depth")
 TRUSTED = "as usual"
 BARELY = "not attracting within the margin"
 BEYOND = 1e-6
-"""Distance from 1 beyond which the largest multiplier says that motions leave: an undamped set keeps them at 1."""
+"""Distance beyond 1 at which the largest multiplier says that motions leave; without damping it is 1."""
 INSTEAD = (
     'go on from this run with [start], let the static force wear (wear.load = "static"), or ask for '
     "less with numerics.tolerance"
