@@ -19,12 +19,13 @@ from wearlab.mesh.excitation import Touching, mesh_force, stages
 from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
-from wearlab.scene.build.vibration import build_friction, fluctuation
+from wearlab.scene.build.vibration import build_friction, corners_of, fluctuation
 from wearlab.simulation.run import initial_wear
 from wearlab.wear.initials.quadratic import quadratic
 
 Array = NDArray[np.float64]
 
+FEWEST = 32
 NEIGHBOUR = 1e-7
 """How much deeper the flanks of the neighbouring wear state are worn [m]."""
 
@@ -77,15 +78,32 @@ class Steady:
             method=chosen,
             stages=stages(grids, parts.meshes, parts.edges, grid, friction),
             fluctuation=fluctuation(self.scene, grid.phase),
+            slow=None,
+            touching=None,
         )
+
+    def with_few_steps(self, steps: int) -> Vibration:
+        """Return the dynamics with about ``steps`` steps a mesh period for flanks that touch throughout.
+
+        Where flanks part a small system falls back to as many Runge–Kutta steps, for which `FEWEST` are too
+        few; a large one has no other steps.
+        """
+        if self.vibration.touching is None:
+            return self.with_steps(steps, Periodic())
+        parts, marched = self.parts, self.with_steps(max(FEWEST, steps), Periodic())
+        corners = [corners_of(self.kinds[mesh.kind].analysis, mesh.lag) for mesh in parts.meshes]
+        grid = stage_grid(parts.edges[:-1], steps, SIZES[0], np.concatenate(corners))
+        grids, friction = [one.analysis.grid for one in self.kinds], build_friction(self.scene, parts.gears)
+        few = stages(grids, parts.meshes, parts.edges, grid, friction)
+        return replace(marched, touching=few)
 
     def solve(self, vibration: Vibration, start: Response | None = None) -> Response:
         """Return the response, tables included; slow errors are left out."""
-        return replace(vibration, slow=None).solve(self.kinds, None if start is None else (start,))[0]
+        return turning_nowhere(vibration).solve(self.kinds, None if start is None else (start,))[0]
 
     def solve_near(self, vibration: Vibration, start: Response | None = None) -> Response:
         """Return the response of the neighbouring wear state."""
-        return replace(vibration, slow=None).solve(self.near, None if start is None else (start,))[0]
+        return turning_nowhere(vibration).solve(self.near, None if start is None else (start,))[0]
 
     def force_of(self, vibration: Vibration, response: Response, phase: Array | None = None) -> Array:
         """Return the elastic forces of all meshes, (n_periods, n_mesh · n_phases) [N]."""
@@ -119,6 +137,11 @@ class Steady:
         meshes = self.parts.meshes
         error = np.stack([mesh.error.value(self.phase - mesh.lag) for mesh in meshes], axis=-1)
         return self.force(np.moveaxis(position - error, 2, 1), self.phase)
+
+
+def turning_nowhere(vibration: Vibration) -> Vibration:
+    """Return the dynamics without slow errors."""
+    return vibration if vibration.slow is None else replace(vibration, slow=None)
 
 
 def steady(scene: Scene) -> Steady:

@@ -16,14 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.balance import Balance
-from wearlab.dynamics.collocation_inputs import inputs_of
-from wearlab.dynamics.collocation_kernel import over_groups, part_at_jumps, path_over_groups, starts_of_groups
+from wearlab.dynamics.collocation_kernel import part_at_jumps
 from wearlab.dynamics.frozen import Frozen
 from wearlab.dynamics.propagator import (
     effects,
     input_vectors,
     largest_rate,
-    mean_stiffness,
     powers_of,
     series,
 )
@@ -70,94 +68,36 @@ class Cut(NamedTuple):
     size: Index
     slot: Index
 
-    def path(self, starts: Array, inputs: Array) -> Array:
-        """Return the states at the ends of all steps, (n_steps + 1, 2n).
 
-        Parameters
-        ----------
-        starts : (n_groups + 1, 2n) states at the starts of the groups
-        inputs : (n_groups, most inputs) inputs at their stages
-        """
-        last = int(self.first[-1]) + SIZES[int(self.size[-1])]
-        states = np.empty((last + 1, starts.shape[1]))
-        path_over_groups(*self, starts, inputs, states)
-        return states
-
-
-class AffineMap(NamedTuple):
-    """The period map ``y → P y + b + Σ size p`` of meshes that touch throughout.
-
-    Parameters
-    ----------
-    whole : (2n, 2n + 1 + n_balance) P, b and p side by side
-    cut : the groups
-    maps : (n_groups, 2n, 2n + 1 + n_balance) the same over each group
-    stages : (n_groups, most inputs, 2n + 1 + n_balance) the inputs at the stages by the state at the start
-    """
-
-    whole: Array
-    cut: Cut
-    maps: Array
-    stages: Array
-
-    def path(self, given: Array) -> Array:
-        """Return the states at the ends of all steps, (n_steps + 1, 2n).
-
-        Parameters
-        ----------
-        given : (2n + 1 + n_balance,) the start, 1, and the sizes of loads
-        """
-        starts = np.empty((len(self.maps) + 1, len(self.whole)))
-        inputs = np.empty(self.stages.shape[:2])
-        starts_of_groups(self.maps, self.stages, given.copy(), starts, inputs)
-        return self.cut.path(starts, inputs)
-
-
-def affine_map(
-    system: System, balance: Balance | None, tables: StageTables, period: float
-) -> AffineMap | None:
-    """Return the period map of meshes that touch throughout; None: the steps are too long for the series.
-
-    Parameters
-    ----------
-    system, tables, period : what moves
-    balance : loads of unknown size, None without
-    """
-    mean = mean_stiffness(tables)
-    basis, shares = basis_of(system, balance)
-    cut = cut_of(system, tables, period, mean, basis)
-    if cut is None:
-        return None
-    inputs = inputs_of(system, balance, tables, period, mean, shares)
-    columns = len(basis.T) * 2 + inputs.load.shape[3]
-    stages = np.empty((len(cut.first), (2 * SIZES[0] + 1) * len(basis), columns))
-    maps = np.empty((len(cut.first), 2 * len(system.load), columns))
-    whole = np.empty(maps.shape[1:])
-    over_groups(*cut, np.ascontiguousarray(system.direction), inputs, stages, maps, whole)
-    return AffineMap(whole, cut, maps, stages)
-
-
-def cut_of(system: System, tables: StageTables, period: float, mean: Array, basis: Array) -> Cut | None:
+def cut_of(
+    system: System, width: Array, period: float, mean: Array, basis: Array, joined: NDArray[np.bool_]
+) -> Cut | None:
     """Return the groups of a period's steps; None: the steps are too long for the series.
 
     Parameters
     ----------
-    system, tables, period : what moves
+    system, period : what moves
+    width : (n_steps,) lengths of the steps in phase [1]
     mean : (n_mesh,) stiffness that the linear part holds [N/m]
     basis : (n_in, n) input vectors
+    joined : (n_steps − 1,) where steps are equally long and no table jumps between them
     """
-    lengths, slot = np.unique(tables.width * period, return_inverse=True)
+    lengths, slot = np.unique(width * period, return_inverse=True)
     given = (system.mass, system.total_stiffness, system.total_damping, system.direction)
     frozen = [Frozen(x) for x in (*given, system.mesh_damping, mean, basis, lengths)]
     if not _turn(*frozen[:6]) * lengths.max() * SIZES[0] <= LARGEST_TURN:
         return None
-    first, size = _cut(tables)
+    first, size = _cut(joined)
     return Cut(_groups(*frozen), first, size, slot[first])
 
 
-def basis_of(system: System, balance: Balance | None) -> tuple[Array, Array]:
-    """Return input vectors (n_in, n), forces of size one, and the share of each channel and load in them."""
-    vectors = np.vstack(input_vectors(system, balance))
+def basis_of(system: System, balance: Balance | None, *, shifted: bool = False) -> tuple[Array, Array]:
+    """Return input vectors (n_in, n), forces of size one, and the share of each channel and load in them.
+
+    ``shifted``: the constant load, which stands first among the loads, is no input.
+    """
+    channels, loads = input_vectors(system, balance)
+    vectors = np.vstack([channels, loads[1:] if shifted else loads])
     if len(vectors) <= len(system.load):
         return vectors, np.eye(len(vectors))
     return system.mass.T, np.asarray(np.linalg.solve(system.mass, vectors.T), np.float64)
@@ -172,9 +112,9 @@ def joined_steps(tables: StageTables) -> NDArray[np.bool_]:
     return joined
 
 
-def _cut(tables: StageTables) -> tuple[Index, Index]:
+def _cut(joined: NDArray[np.bool_]) -> tuple[Index, Index]:
     """Return first step and size, as an index of `SIZES`, of groups of equal steps with no jump inside."""
-    ends = np.flatnonzero(np.r_[~joined_steps(tables), True]) + 1
+    ends = np.flatnonzero(np.r_[~joined, True]) + 1
     size = [part for steps in np.diff(np.r_[0, ends]) for part in _parts(int(steps))]
     taken = np.array(SIZES)[size]
     return np.cumsum(taken) - taken, np.array(size)

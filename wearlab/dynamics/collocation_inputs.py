@@ -47,23 +47,34 @@ def inputs_of(
     shares : (n_in, n_vectors) share of the channels and loads in the inputs
     """
     steps, stages, meshes = tables.error.shape
-    count = 0 if balance is None else len(balance.held)
     channels = meshes if system.friction_constant is None else 3 * meshes
     law, push = np.empty((2, steps, stages, channels))
-    load = shares[:, channels : channels + 1]
-    if system.fluctuation_direction is not None and tables.fluctuation is not None:
-        load = load + tables.fluctuation[..., None, None] * shares[:, channels + 1 : channels + 2]
-    load = load.reshape(-1, load.shape[-3] if load.ndim > 2 else 1, *load.shape[-2:])
-    if count:
-        sizes = np.broadcast_to(shares[:, -count:], (*load.shape[:3], count))
-        load = np.concatenate([load, sizes], axis=3)
+    load = load_of(system, balance, tables, shares)
     friction = None if system.friction_constant is None else (tables.sliding, tables.moment)
     tabulate(
         tables.stiffness, tables.gap, tables.error, tables.error_rate, friction, mean,
         system.mesh_damping / period, law, push,
     )  # fmt: skip
     to, of = np.nonzero(shares[:, :channels])
-    return Inputs(shares[to, of], to, of, law, push, np.ascontiguousarray(load))
+    return Inputs(shares[to, of], to, of, law, push, load)
+
+
+def load_of(
+    system: System, balance: Balance | None, tables: StageTables, shares: Array, *, shifted: bool = False
+) -> Array:
+    """Return the inputs by given loads and by loads of size one, see `Inputs` and `basis_of`."""
+    count = 0 if balance is None else len(balance.held)
+    channels = len(system.direction) if system.friction_constant is None else 3 * len(system.direction)
+    constant = 0 if shifted else 1
+    load = shares[:, channels : channels + 1] if constant else np.zeros((len(shares), 1))
+    if system.fluctuation_direction is not None and tables.fluctuation is not None:
+        at = channels + constant
+        load = load + tables.fluctuation[..., None, None] * shares[:, at : at + 1]
+    load = load.reshape(-1, load.shape[-3] if load.ndim > 2 else 1, *load.shape[-2:])
+    if count:
+        sizes = np.broadcast_to(shares[:, -count:], (*load.shape[:3], count))
+        load = np.concatenate([load, sizes], axis=3)
+    return np.ascontiguousarray(load)
 
 
 @jit
@@ -99,9 +110,13 @@ def tabulate(
 @jit_inner
 def at_stage(inputs: Any, step: int, stage: int, law: Any, push: Any) -> None:
     """Fill the inputs of a stage, ``push (1, sizes) − law d·q``: (n_in, n_mesh) and (n_in, 1 + n_balance)."""
-    load = inputs.load
-    push[:, :] = load[step if len(load) > 1 else 0, stage if load.shape[1] > 1 else 0]
-    law[:, :] = 0.0
+    load, count = inputs.load, len(push)
+    row, column = step if len(load) > 1 else 0, stage if load.shape[1] > 1 else 0
+    for a in range(count):  # not by slices: they take as long as all the rest
+        for x in range(push.shape[1]):
+            push[a, x] = load[row, column, a, x]
+        for m in range(law.shape[1]):
+            law[a, m] = 0.0
     for x in range(len(inputs.share)):
         a, channel, share = inputs.to[x], inputs.of[x], inputs.share[x]
         law[a, channel % law.shape[1]] += share * inputs.law[step, stage, channel]

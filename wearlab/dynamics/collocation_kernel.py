@@ -19,6 +19,41 @@ def part_at_jumps(table: Any, limit: float, joined: Any) -> None:
                     joined[step] = False
 
 
+SMALL = 4000
+"""Multiplications up to which a product is written out: a call of the library takes as long."""
+
+
+@jit_inner
+def product(a: Any, b: Any, out: Any) -> None:
+    """Write ``a @ b`` into ``out``, all of two axes."""
+    rows, inner = a.shape
+    columns = b.shape[1]
+    if rows * inner * columns > SMALL:
+        np.dot(a, b, out)
+        return
+    for row in range(rows):
+        for col in range(columns):
+            out[row, col] = 0.0
+        for at in range(inner):
+            factor = a[row, at]
+            for col in range(np.uint64(0), np.uint64(columns)):
+                out[row, col] += factor * b[at, col]
+
+
+@jit_inner
+def applied(a: Any, x: Any, out: Any) -> None:
+    """Write ``a @ x`` into ``out`` (rows,)."""
+    rows, inner = a.shape
+    if rows * inner > SMALL:
+        np.dot(a, x, out)
+        return
+    for row in range(rows):
+        total = 0.0
+        for at in range(inner):
+            total += a[row, at] * x[at]
+        out[row] = total
+
+
 @jit_inner
 def padded(rows: int) -> int:
     """Return the unknowns of a group, filled up to a multiple of `WIDTH`."""
@@ -32,16 +67,17 @@ def place(first: int, stage: int, stages: int) -> tuple[int, int]:
 
 
 @jit_inner
-def fill(sense: Any, feed: Any, direction: Any, inputs: Any, first: int, matrix: Any) -> None:
+def fill(
+    sense: Any, feed: Any, direction: Any, inputs: Any, first: int, law: Any, push: Any, matrix: Any
+) -> None:
     """Write ``(1 + feed law) X = (sense − feed_0 law_0 d, feed push)`` of one group into ``matrix``.
 
     Columns lie one after another, (columns, padded rows), as in ``sense`` (2n, rows) and ``feed``
-    (stages n_in, rows).
+    (stages n_in, rows). ``law``, ``push``: scratch, see `at_stage`.
     """
     states, rows = sense.shape
     (meshes, n), count = direction.shape, inputs.load.shape[2]
     stages, begin = rows // meshes, matrix.shape[1]
-    law, push = np.empty((count, meshes)), np.empty(inputs.load.shape[2:])
     matrix[:, :] = 0.0
     for row in range(begin):
         matrix[row, row] = 1.0
@@ -71,13 +107,15 @@ def add(out: Any, given: Any, factor: float) -> None:
 
 
 @jit_inner
-def inputs_at_stages(direction: Any, inputs: Any, first: int, found: Any, rows: int, out: Any) -> None:
+def inputs_at_stages(
+    direction: Any, inputs: Any, first: int, law: Any, push: Any, found: Any, rows: int, out: Any
+) -> None:
     """Write the inputs at all stages of a group by its start, (stages n_in, columns).
 
     ``found``: (columns, padded rows) d·q at all stages but the first, ``rows`` of them.
     """
     (meshes, n), count, columns = direction.shape, inputs.load.shape[2], len(found)
-    law, push, stages = np.empty((count, meshes)), np.empty(inputs.load.shape[2:]), rows // meshes
+    stages = rows // meshes
     for stage in range(stages + 1):
         step, at = place(first, stage, stages)
         at_stage(inputs, step, at, law, push)
@@ -90,9 +128,9 @@ def inputs_at_stages(direction: Any, inputs: Any, first: int, found: Any, rows: 
                 value = law[a, m]
                 if value != 0.0:
                     if stage > 0:
-                        felt = found[:, (stage - 1) * meshes + m]
+                        felt = (stage - 1) * meshes + m
                         for col in range(columns):
-                            row[col] -= value * felt[col]
+                            row[col] -= value * found[col, felt]
                     else:
                         for col in range(n):
                             row[col] -= value * direction[m, col]
@@ -107,13 +145,92 @@ def over_group(
     states, rows = sense.shape
     unknowns, columns = padded(rows), one.shape[1]
     matrix = work[: unknowns * (unknowns + columns)].reshape((unknowns + columns, unknowns))
-    fill(sense, feed, direction, inputs, first, matrix)
+    law, push = np.empty((inputs.load.shape[2], len(direction))), np.empty(inputs.load.shape[2:])
+    fill(sense, feed, direction, inputs, first, law, push, matrix)
     eliminate(matrix)
     by_start = stages[: effect.shape[1]]
-    inputs_at_stages(direction, inputs, first, matrix[unknowns:], rows, by_start)
+    inputs_at_stages(direction, inputs, first, law, push, matrix[unknowns:], rows, by_start)
     last = len(effect) - states
-    np.dot(effect[last:], by_start, one)
-    one[:, :states] += transition[last:]
+    product(effect[last:], by_start, one)
+    for row in range(states):
+        for col in range(states):
+            one[row, col] += transition[last + row, col]
+
+
+@jit_inner_apart
+def over_group_of_one(
+    transition: Any, effect: Any, sense: Any, feed: Any, direction: Any, inputs: Any, first: int, work: Any,
+    law: Any, push: Any, stages: Any, one: Any,
+) -> None:  # fmt: skip
+    """Find the map over one group of a single mesh, as `over_group` does: rows lie one after another.
+
+    ``law``, ``push``: scratch, (stages, n_in, 1) and (stages, n_in, 1 + n_balance).
+    """
+    states, rows = sense.shape
+    columns, count, loads = one.shape[1], inputs.load.shape[2], inputs.load.shape[3]
+    n, total = direction.shape[1], rows + columns
+    for stage in range(rows + 1):
+        step, at = place(first, stage, rows)
+        at_stage(inputs, step, at, law[stage], push[stage])
+    matrix = work[: rows * total].reshape((rows, total))
+    for row in range(rows):
+        for col in range(total):
+            matrix[row, col] = 0.0
+        for col in range(states):
+            matrix[row, rows + col] = sense[col, row]
+        for a in range(count):
+            fed = feed[a, row] * law[0, a, 0]
+            for col in range(n):
+                matrix[row, rows + col] -= fed * direction[0, col]
+            for stage in range(rows):
+                matrix[row, stage] += feed[(stage + 1) * count + a, row] * law[stage + 1, a, 0]
+            for stage in range(rows + 1):
+                for x in range(loads):
+                    matrix[row, rows + states + x] += feed[stage * count + a, row] * push[stage, a, x]
+        matrix[row, row] += 1.0
+    for k in range(rows):
+        pivot = k
+        for row in range(k + 1, rows):
+            if abs(matrix[row, k]) > abs(matrix[pivot, k]):
+                pivot = row
+        if pivot != k:
+            for col in range(k, total):
+                matrix[k, col], matrix[pivot, col] = matrix[pivot, col], matrix[k, col]
+        inverse = 1.0 / matrix[k, k]
+        for col in range(np.uint64(k + 1), np.uint64(total)):
+            matrix[k, col] *= inverse
+        for row in range(k + 1, rows):
+            factor = matrix[row, k]
+            for col in range(np.uint64(k + 1), np.uint64(total)):
+                matrix[row, col] -= factor * matrix[k, col]
+    for k in range(rows - 1, 0, -1):
+        for row in range(k):
+            factor = matrix[row, k]
+            for col in range(np.uint64(rows), np.uint64(total)):
+                matrix[row, col] -= factor * matrix[k, col]
+    for stage in range(rows + 1):
+        for a in range(count):
+            line, value = stage * count + a, -law[stage, a, 0]
+            for col in range(columns):
+                stages[line, col] = 0.0
+            if stage == 0:
+                for col in range(n):
+                    stages[line, col] = value * direction[0, col]
+            else:
+                for col in range(np.uint64(0), np.uint64(columns)):
+                    stages[line, col] = value * matrix[stage - 1, np.uint64(rows) + col]
+            for x in range(loads):
+                stages[line, states + x] += push[stage, a, x]
+    last, lines = len(effect) - states, effect.shape[1]
+    for row in range(states):
+        for col in range(states):
+            one[row, col] = transition[last + row, col]
+        for col in range(states, columns):
+            one[row, col] = 0.0
+        for line in range(lines):
+            factor = effect[last + row, line]
+            for col in range(np.uint64(0), np.uint64(columns)):
+                one[row, col] += factor * stages[line, col]
 
 
 @jit
@@ -133,19 +250,32 @@ def over_groups(
     states, columns = whole.shape
     unknowns = padded(four.sense.shape[2])
     work = np.empty(unknowns * (unknowns + columns))
+    law = np.empty((four.sense.shape[2] + 1, inputs.load.shape[2], 1))
+    push = np.empty((len(law), inputs.load.shape[2], inputs.load.shape[3]))
+    by_state, carried = np.empty((states, states)), np.empty((states, columns))
     whole[:, :] = 0.0
     for row in range(states):
         whole[row, row] = 1.0
     for at in range(len(first)):
         x, step = slot[at], maps[at]
         group = four if size[at] == 0 else (two if size[at] == 1 else one)
-        over_group(
-            group.transition[x], group.effect[x], group.sense[x], group.feed[x], direction, inputs, first[at],
-            work, stages[at], step,
-        )  # fmt: skip
-        carried = np.dot(np.ascontiguousarray(step[:, :states]), whole)
-        carried[:, states:] += step[:, states:]
-        whole[:, :] = carried
+        if len(direction) == 1:
+            over_group_of_one(
+                group.transition[x], group.effect[x], group.sense[x], group.feed[x], direction, inputs,
+                first[at], work, law, push, stages[at], step,
+            )  # fmt: skip
+        else:
+            over_group(
+                group.transition[x], group.effect[x], group.sense[x], group.feed[x], direction, inputs,
+                first[at], work, stages[at], step,
+            )  # fmt: skip
+        for row in range(states):
+            for col in range(states):
+                by_state[row, col] = step[row, col]
+        product(by_state, whole, carried)
+        for row in range(states):
+            for col in range(columns):
+                whole[row, col] = carried[row, col] + (step[row, col] if col >= states else 0.0)
 
 
 @jit
@@ -162,8 +292,8 @@ def starts_of_groups(maps: Any, stages: Any, given: Any, starts: Any, inputs: An
     rows = starts.shape[1]
     starts[0] = given[:rows]
     for at in range(len(maps)):
-        np.dot(stages[at], given, inputs[at])
-        np.dot(maps[at], given, starts[at + 1])
+        applied(stages[at], given, inputs[at])
+        applied(maps[at], given, starts[at + 1])
         given[:rows] = starts[at + 1]
 
 
@@ -175,6 +305,20 @@ def path_over_groups(
     four, two, one = groups
     rows, begin = states.shape[1], 0
     states[0] = starts[0]
+    if len(four.effect[0]) * four.effect.shape[2] <= SMALL:
+        for at in range(len(first)):
+            x = slot[at]
+            group = four if size[at] == 0 else (two if size[at] == 1 else one)
+            transition, effect = group.transition[x], group.effect[x]
+            for step in range(len(effect) // rows):
+                for row in range(rows):
+                    total, line = 0.0, step * rows + row
+                    for col in range(rows):
+                        total += transition[line, col] * starts[at, col]
+                    for col in range(effect.shape[1]):
+                        total += effect[line, col] * inputs[at, col]
+                    states[first[at] + 1 + step, row] = total
+        return
     while begin < len(first):
         end = begin + 1
         while end < len(first) and slot[end] == slot[begin] and size[end] == size[begin]:

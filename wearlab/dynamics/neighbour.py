@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgetrs
 
 from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.collocation import joined_steps
@@ -36,28 +35,6 @@ CLOSED = 1e-6
 """Distance between groups, over the size of the path, beyond which the corrections are not believed."""
 CLEAR = 0.02
 """Distance of multipliers from 1, and bound of their change, within which a neighbour speaks for them."""
-
-
-class Closing(NamedTuple):
-    """What starts and load sizes close a period.
-
-    Parameters
-    ----------
-    factors : of ``I − P``, scaled, where loads take the columns of held coordinates
-    scale : (2n,) sizes of the states
-    held : (n_balance,) these coordinates
-    """
-
-    factors: tuple[Array, NDArray[np.int32]]
-    scale: Array
-    held: Index
-
-    def of(self, end: Array) -> Array:
-        """Return (2n + 1 + n_balance,) start, 0 and sizes of the orbit that ``end`` (2n,) is added to."""
-        start = self.scale * dgetrs(*self.factors, end / self.scale)[0]
-        sizes = start[self.held]
-        start[self.held] = 0.0
-        return np.concatenate([start, [0.0], sizes])
 
 
 class Found(NamedTuple):
@@ -89,7 +66,8 @@ class Neighbour:
     start : (2n + 1 + n_balance,) state at phase 0, 1, sizes of loads
     whole : (2n, 2n) derivative of the period map
     derivative : the same where loads take the columns of held coordinates
-    closing : how its period closes
+    held : (n_balance,) coordinates whose place the sizes of loads take
+    scale : (2n,) sizes of the states
     multipliers : its multipliers, largest first
     """
 
@@ -100,7 +78,8 @@ class Neighbour:
     start: Array
     whole: Array
     derivative: Array
-    closing: Closing
+    held: Index
+    scale: Array
     multipliers: NDArray[np.complex128]
 
     def __getstate__(self) -> dict[str, object]:
@@ -120,8 +99,10 @@ class Neighbour:
     @cached_property
     def inverse(self) -> Array:
         """(2n, 2n) of ``I − P``, where loads take the columns of held coordinates."""
-        scale = self.closing.scale
-        return np.ascontiguousarray(dgetrs(*self.closing.factors, np.diag(1.0 / scale))[0] * scale[:, None])
+        matrix = np.eye(len(self.scale))
+        matrix[self.held, self.held] = 0.0
+        scaled = (matrix - self.derivative) * self.scale / self.scale[:, None]
+        return np.ascontiguousarray(np.linalg.inv(scaled) / self.scale * self.scale[:, None])
 
     @cached_property
     def joined(self) -> NDArray[np.bool_]:
@@ -171,14 +152,14 @@ def corrected(near: Neighbour, system: System, tables: StageTables, period: floa
     starts, felt, sizes = known.starts.copy(), known.felt.copy(), near.start[len(near.whole) + 1 :].copy()
     count = correct(
         inputs, known.inputs, known.cut.first, known.stages, known.direction, known.by_state, known.by_input,
-        near.inverse, near.closing.held, (MOST, SHRINKS, LEFT), law, starts, felt, sizes,
+        near.inverse, near.held, (MOST, SHRINKS, LEFT), law, starts, felt, sizes,
     )  # fmt: skip
     multipliers = near.multipliers_after(law) if count else None
     if multipliers is None:
         return None
     path = np.empty((len(tables.width) + 1, starts.shape[1]))
     path_of(known.cut, inputs, known.stages, starts, felt, sizes, path)
-    scale = near.closing.scale
+    scale = near.scale
     apart = (path[known.cut.first + known.stages // 2] - starts[1:]) / scale
     closure = float(np.abs(apart).max() / np.abs(starts / scale).max())
     return Found(path, sizes, multipliers, closure, count) if closure <= CLOSED else None

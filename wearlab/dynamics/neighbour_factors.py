@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eig
 
 from wearlab.dynamics.balance import Balance
-from wearlab.dynamics.collocation import SIZES, Cut, basis_of, cut_of
+from wearlab.dynamics.collocation import SIZES, Cut, basis_of, cut_of, joined_steps
 from wearlab.dynamics.collocation_inputs import Inputs, inputs_of
 from wearlab.dynamics.neighbour_kernel import answers_of_groups, over_period
 from wearlab.dynamics.propagator import mean_stiffness
@@ -60,7 +60,7 @@ def factors_of(
     """
     mean, direction = mean_stiffness(tables), np.ascontiguousarray(system.direction)
     basis, shares = basis_of(system, balance)
-    cut = cut_of(system, tables, period, mean, basis)
+    cut = cut_of(system, tables.width, period, mean, basis, joined_steps(tables))
     assert cut is not None
     inputs = inputs_of(system, balance, tables, period, mean, shares)
     moving = inputs.law.shape[2] if len(shares) == len(shares.T) else len(basis)

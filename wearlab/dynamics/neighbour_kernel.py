@@ -20,13 +20,14 @@ def answers_of_group(
     unknowns, stages = padded(rows), rows // len(direction) + 1
     columns = given + stages * moving
     matrix = work[: unknowns * (unknowns + columns)].reshape((unknowns + columns, unknowns))
-    fill(sense, feed, direction, inputs, first, matrix)
+    law, push = np.empty((inputs.load.shape[2], len(direction))), np.empty(inputs.load.shape[2:])
+    fill(sense, feed, direction, inputs, first, law, push, matrix)
     for stage in range(stages):
         for a in range(moving):
             matrix[unknowns + given + stage * moving + a, :rows] = feed[stage * count + a]
     eliminate(matrix)
     entering = np.empty((stages * count, columns))
-    inputs_at_stages(direction, inputs, first, matrix[unknowns:], rows, entering)
+    inputs_at_stages(direction, inputs, first, law, push, matrix[unknowns:], rows, entering)
     for stage in range(stages):
         for a in range(moving):
             entering[stage * count + a, given + stage * moving + a] += 1.0

@@ -52,12 +52,14 @@ class Periodic:
     transient : mesh periods to march before a period is looked for
     longest : the longest period tried [mesh periods]
     averaged : mesh periods kept of an aperiodic response
+    resolved : part of the mesh forces that steps for touching flanks may leave unresolved [1]
     """
 
     margin: float = 1e-3
     transient: int = 500
     longest: int = 24
     averaged: int = 200
+    resolved: float = np.inf
 
     def solve(
         self, system: System, tables: StageTables, period: float, start: Response | None = None
@@ -73,13 +75,25 @@ class Periodic:
         """
         if in_registers(system):
             return self._shoot(system, tables, period, start)
-        if start is None or start.counts.newton_iterations == 1:
-            found = touching_orbit(system, tables, period, self.margin, start.near if start else None)
-            if found is not None:
-                return found
+        found = self.touching(system, tables, period, start)
+        if found is not None:
+            return found
         # Where flanks part, steps go in twos and not in fours: half as long they are as accurate.
         found = self._shoot(system, halved(tables), period, start)
         return replace(found, state=np.ascontiguousarray(found.state[:, ::2]), tables=tables)
+
+    def touching(
+        self, system: System, tables: StageTables, period: float, start: Response | None = None
+    ) -> Response | None:
+        """Return the response on which no flank parts, on steps for collocation, see `touching_orbit`.
+
+        None where there is none, where it is not resolved, or where the neighbour is on another branch: its
+        flanks part. Parameters as in `solve`.
+        """
+        if start is not None and start.counts.newton_iterations != 1:
+            return None
+        near = None if start is None else start.near
+        return touching_orbit(system, tables, period, self.margin, near, self.resolved)
 
     def _shoot(self, system: System, tables: StageTables, period: float, start: Response | None) -> Response:
         shooting = Shooting(system, tables, period)
@@ -93,7 +107,8 @@ class Periodic:
     def _simple_orbit(self, shooting: Shooting, start: Response | None) -> Orbit | None:
         """Shoot from the neighbour, then from the loaded mesh, then from a marched state."""
         if start is not None and start.period > 0 and start.state.shape[2] == shooting.rows:
-            if start.verdict.unique and abs(start.multipliers[0]) < 1.0 - CLEAR:
+            large = not in_registers(shooting.system)
+            if large and start.verdict.unique and abs(start.multipliers[0]) < 1.0 - CLEAR:
                 found = shooting.chord(start)
                 if found is not None:
                     return found

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.balance import balance_of
+from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.path import Path, path
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables
@@ -61,7 +63,7 @@ class Response:
     ----------
     period : m, the response repeats after m mesh periods; 0: aperiodic
     state : (n_kept, n_steps + 1, 2n) q and q̇ at the ends of the steps [m], [m/s]
-    multipliers : Floquet multipliers over m periods, largest first; empty when not computed or aperiodic
+    found_multipliers : see `multipliers`; None: they are computed from the derivative when asked for
     verdict : what can be said of it
     counts : work done
     residual : closure of the orbit relative to its size; aperiodic: spread of the strobed states
@@ -73,7 +75,7 @@ class Response:
 
     period: int
     state: Array
-    multipliers: NDArray[np.complex128]
+    found_multipliers: NDArray[np.complex128] | None
     verdict: Verdict
     counts: Counts
     residual: float
@@ -82,6 +84,14 @@ class Response:
     mesh_period: float
     derivative: Array | None = None
     near: "Neighbour | None" = None
+
+    @cached_property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Floquet multipliers over m periods, largest first; empty when not computed or aperiodic."""
+        if self.found_multipliers is not None:
+            return self.found_multipliers
+        assert self.derivative is not None
+        return multipliers_of(self.system, balance_of(self.system, self.mesh_period), self.derivative)
 
     @property
     def end(self) -> Array:

@@ -8,6 +8,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from wearlab.dynamics.balance import found_load
 from wearlab.dynamics.family import nearest_orbit
+from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.newton import CONVERGED, SINGULAR, STALLED, exchange, set_start, shoot
 from wearlab.dynamics.period_map import LOCATED, MIDDLE, over_period
 from wearlab.dynamics.response import Counts, Response, Verdict, split_periods
@@ -15,7 +16,6 @@ from wearlab.dynamics.runge_kutta4 import TableMarcher
 from wearlab.dynamics.steady import under_one_load
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import multipliers_of
 from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]

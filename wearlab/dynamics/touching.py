@@ -1,27 +1,137 @@
 """The orbit of meshes that never lose contact: their period map is affine, and one linear solve finds it."""
 
-from typing import Any
+from collections import OrderedDict
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgecon, dgeev, dgetrf
 
-from wearlab.compiled import jit
-from wearlab.dynamics.balance import Balance, balance_of, found_load, true_derivative
-from wearlab.dynamics.collocation import affine_map
-from wearlab.dynamics.neighbour import Closing, Found, Neighbour, corrected
+from wearlab.dynamics.balance import balance_of, found_load
+from wearlab.dynamics.collocation import basis_of, cut_of
+from wearlab.dynamics.collocation_inputs import load_of
+from wearlab.dynamics.multipliers import multipliers_of
+from wearlab.dynamics.neighbour import Found, Neighbour, corrected
+from wearlab.dynamics.propagator import GRID
 from wearlab.dynamics.response import Counts, Response, Verdict
+from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
+from wearlab.dynamics.touching_kernel import (
+    ANOTHER_PLAN,
+    FOUND,
+    Plan,
+    describe,
+    orbit_of,
+    parts,
+)
 from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
-REGULAR = 1e-13
-"""Reciprocal condition of I − P above which its orbit is alone."""
 RHS_PER_STEP = 2
+KEPT_PLANS = 16
+ROUNDED = 1e-12
+"""Share of the load by which a static state may miss it."""
+ATTRACTING = Verdict(True, True, True, True)
+
+
+class Known:
+    """What is known of a system on its steps: loads that balance it, and a plan for each kind of tables.
+
+    Parameters
+    ----------
+    system, width, period : the case; kept, so that nothing else takes their place in memory
+    fluctuation : factor on its fluctuating load, or None
+    """
+
+    def __init__(self, system: System, tables: StageTables, period: float) -> None:
+        self.system, self.width, self.period = system, tables.width, period
+        self.fluctuation = tables.fluctuation
+        self.balance = balance_of(system, period)
+        self.loaded, self.small = bool(system.load.any()), in_registers(system)
+        self.plan: Plan | None = None
+        self._plans: OrderedDict[tuple[bytes, bytes], Plan | None] = OrderedDict()
+
+    def serves(self, system: System, tables: StageTables, period: float) -> bool:
+        """Whether this is about the same system on the same steps."""
+        return (
+            system is self.system
+            and tables.width is self.width
+            and tables.fluctuation is self.fluctuation
+            and period == self.period
+        )
+
+    def plan_for(self, tables: StageTables) -> Plan | None:
+        """Return the plan that tables ask for; None: the steps are too long."""
+        meshes = tables.error.shape[2]
+        joined, power = np.empty(len(tables.width) - 1, np.bool_), np.empty(meshes, np.int64)
+        describe(tables.width, tables.stiffness, tables.gap, tables.sliding, joined, power)
+        key = joined.tobytes(), power.tobytes()
+        if key not in self._plans:
+            while len(self._plans) >= KEPT_PLANS:
+                self._plans.popitem(last=False)
+            self._plans[key] = self._made(tables, joined, power)
+        self.plan = self._plans[key]
+        return self.plan
+
+    def _made(self, tables: StageTables, joined: NDArray[np.bool_], power: NDArray[np.int64]) -> Plan | None:
+        system, mean = self.system, np.exp(GRID * power)
+        static = static_shift(system, mean) if self.small else None
+        shifted = static is not None
+        basis, shares = basis_of(system, self.balance, shifted=shifted)
+        cut = cut_of(system, tables.width, self.period, mean, basis, joined)
+        if cut is None:
+            return None
+        channels = len(mean) if system.friction_constant is None else 3 * len(mean)
+        to, of = np.nonzero(shares[:, :channels])
+        rate = 2.0 * np.pi * len(tables.width) / (16.0 * self.period)
+        return Plan(
+            *cut,
+            joined,
+            power,
+            mean,
+            np.ascontiguousarray(system.direction),
+            system.mesh_damping / self.period,
+            shares[to, of],
+            to,
+            of,
+            load_of(system, self.balance, tables, shares, shifted=shifted),
+            np.empty(0, np.int64) if self.balance is None else self.balance.held,
+            np.repeat([1.0, rate], len(system.load)),
+            np.zeros(len(system.load)) if static is None else static,
+        )
+
+
+def static_shift(system: System, mean: Array) -> Array | None:
+    """Return where the load would hold the system at mean mesh stiffnesses, (n,) [m]; None: nowhere.
+
+    Counted from there the load is gone: an input less at every stage.
+    """
+    stiffness = system.total_stiffness + system.direction.T @ (mean[:, None] * system.direction)
+    found = np.linalg.lstsq(stiffness, system.load, rcond=ROUNDED)[0]
+    missing = np.abs(stiffness @ found - system.load).max()
+    return np.asarray(found) if missing <= ROUNDED * np.abs(system.load).max() else None
+
+
+_known: list[Known] = []
+
+
+def known_of(system: System, tables: StageTables, period: float) -> Known:
+    """Return what is known of a system on its steps, found out when it is first asked for."""
+    for at, one in enumerate(_known):
+        if one.serves(system, tables, period):
+            if at:
+                _known.insert(0, _known.pop(at))
+            return one
+    _known.insert(0, Known(system, tables, period))
+    del _known[KEPT_PLANS:]
+    return _known[0]
 
 
 def touching_orbit(
-    system: System, tables: StageTables, period: float, margin: float, near: Neighbour | None = None
+    system: System,
+    tables: StageTables,
+    period: float,
+    margin: float,
+    near: Neighbour | None = None,
+    resolved: float = np.inf,
 ) -> Response | None:
     """Return the response if no flank parts in it, None where one does or where orbits are not alone.
 
@@ -30,15 +140,74 @@ def touching_orbit(
     system, tables, period : as for `wearlab.dynamics.periodic.Periodic.solve`
     margin : an orbit attracts when max |μ| < 1 − margin
     near : a case solved before, from which the orbit is looked for first
+    resolved : None is returned as well where the steps leave more of the inputs unresolved, over their size
     """
-    found = None if near is None else corrected(near, system, tables, period)
-    if near is None or found is None:
-        near, found = solved(system, balance_of(system, period), tables, period) or (None, None)
-    if near is None or found is None or not touches(system, tables, period, found.path):
+    if near is not None:
+        found = corrected(near, system, tables, period)
+        if found is not None:
+            return _of_neighbour(near, found, system, tables, period, margin)
+    known = known_of(system, tables, period)
+    plan = known.plan or known.plan_for(tables)
+    if plan is None or not known.loaded:
+        return None
+    rows, count = len(plan.scale), len(plan.held)
+    given, path = np.empty(rows + 1 + count), np.empty((len(tables.width) + 1, rows))
+    whole, derivative = np.empty((rows, rows + 1 + count)), np.empty((rows, rows))
+    friction = None if tables.sliding is None else (tables.sliding, tables.moment)
+    for _ in range(2):
+        code, closure, left, attracting = orbit_of(
+            plan, tables, friction, period, 1.0 - margin, given, path, whole, derivative
+        )
+        if code != ANOTHER_PLAN:
+            break
+        plan = known.plan_for(tables)
+        if plan is None:
+            return None
+    if code != FOUND or not left <= resolved:
+        return None
+    balance, near, multipliers = known.balance, None, None
+    if not known.small or not attracting:
+        multipliers = multipliers_of(system, balance, derivative)
+        largest = abs(multipliers[0])
+        if not largest <= 1.0 + margin:
+            return None
+        attracting = bool(largest < 1.0 - margin)
+    if balance is not None:
+        balance = balance._replace(size=given[rows + 1 :])
+    if not known.small and multipliers is not None:
+        near = Neighbour(
+            system,
+            known.balance,
+            tables,
+            period,
+            given,
+            whole[:, :rows],
+            derivative,
+            plan.held,
+            plan.scale,
+            multipliers,
+        )
+    return Response(
+        1,
+        path[None],
+        multipliers,
+        ATTRACTING if attracting else Verdict(True, False, True, True),
+        Counts(1, len(tables.width) * RHS_PER_STEP, 1),
+        closure,
+        found_load(system, balance),
+        tables,
+        period,
+        derivative,
+        near,
+    )
+
+
+def _of_neighbour(
+    near: Neighbour, found: Found, system: System, tables: StageTables, period: float, margin: float
+) -> Response | None:
+    if parts(found.path, np.ascontiguousarray(system.direction), period, tables):
         return None
     largest = abs(found.multipliers[0])
-    if not largest <= 1.0 + margin:
-        return None
     verdict = Verdict(True, bool(largest < 1.0 - margin), True, True)
     counts = Counts(found.corrections, found.corrections * len(tables.width) * RHS_PER_STEP, 1)
     balance = None if near.balance is None else near.balance._replace(size=found.sizes)
@@ -46,80 +215,6 @@ def touching_orbit(
         1, found.path[None], found.multipliers, verdict, counts, found.closure, found_load(system, balance),
         tables, period, near.derivative, near,
     )  # fmt: skip
-
-
-def solved(
-    system: System, balance: Balance | None, tables: StageTables, period: float
-) -> tuple[Neighbour, Found] | None:
-    """Return the orbit and what neighbours need of it; None where orbits are not alone.
-
-    Parameters
-    ----------
-    system, balance, tables, period : the case, balance None where nothing is free
-    """
-    known = affine_map(system, balance, tables, period) if system.load.any() else None
-    if known is None:
-        return None
-    rows = len(known.whole)
-    derivative, held = known.whole[:, :rows].copy(), np.empty(0, np.int64)
-    matrix = np.eye(rows)
-    if balance is not None:
-        # The size of a load stands for the coordinate it balances, which is held at 0.
-        held = balance.held
-        derivative[:, held] = known.whole[:, rows + 1 :]
-        matrix[held, held] = 0.0
-    rate = 2.0 * np.pi * len(tables.width) / (16.0 * period)
-    scale = np.repeat([1.0, rate], rows // 2)
-    matrix = (matrix - derivative) * scale / scale[:, None]
-    factors, pivots, failed = dgetrf(matrix)
-    if failed or dgecon(factors, np.abs(matrix).sum(axis=0).max())[0] < REGULAR:
-        return None
-    closing = Closing((factors, pivots), scale, held)
-    given = closing.of(known.whole[:, rows])
-    given[rows] = 1.0
-    path = known.path(given)
-    multipliers = multipliers_of(system, balance, derivative)
-    closure = float((np.abs(path[-1] - path[0]) / scale).max() / (np.abs(path / scale).max() or 1.0))
-    near = Neighbour(
-        system, balance, tables, period, given, known.whole[:, :rows], derivative, closing, multipliers
-    )
-    return near, Found(path, given[rows + 1 :], multipliers, closure, 1)
-
-
-def touches(system: System, tables: StageTables, period: float, path: Array) -> bool:
-    """Whether every pair in the path touches at the ends and in the middle of all steps.
-
-    Parameters
-    ----------
-    path : (n_steps + 1, 2n) states at the ends of the steps
-    """
-    n, d = len(system.load), system.direction.T
-    return bool(all_touch(path[:, :n] @ d, path[:, n:] @ d, period, *tables[:4]))
-
-
-@jit
-def all_touch(q: Any, v: Any, period: float, width: Any, stiffness: Any, gap: Any, error: Any) -> bool:
-    """Whether no pair in the path parts; ``q``, ``v``: d·q and its rate at the ends of the steps."""
-    for step in range(len(width)):
-        for m in range(q.shape[1]):
-            bend = 0.125 * width[step] * period * (v[step, m] - v[step + 1, m])
-            middle = 0.5 * (q[step, m] + q[step + 1, m]) + bend
-            for stage, at in enumerate((q[step, m], middle, q[step + 1, m])):
-                for p in range(stiffness.shape[3]):
-                    apart = not at - error[step, stage, m] - gap[step, stage, m, p] >= 0.0
-                    if apart and stiffness[step, stage, m, p] > 0.0:
-                        return False
-    return True
-
-
-def multipliers_of(system: System, balance: Balance | None, derivative: Array) -> NDArray[np.complex128]:
-    """Return the multipliers, largest first; position and speed of a free rotation are left out."""
-    matrix = derivative if balance is None else true_derivative(system, balance, derivative)
-    real, imaginary, *_ = dgeev(matrix, compute_vl=0, compute_vr=0)
-    found = real + 1j * imaginary
-    if balance is not None:
-        found = found[abs(found - 1.0).argsort()[2 * len(balance.held) :]]
-    return np.asarray(found[abs(found).argsort()[::-1]], np.complex128)
 
 
 def halved(tables: StageTables) -> StageTables:

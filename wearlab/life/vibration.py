@@ -33,6 +33,7 @@ class Vibration:
     slow : (n_angles, n_mesh) once-per-revolution errors at equally weighted angles of the members, each held
         over a mesh period [m]; None: nothing answers to them
     nominal : (n,) speeds of the coordinates as the set turns on the whole [m/s], None where x alone moves
+    touching : stages for responses whose flanks never part, which are looked for first; None: on ``stages``
     """
 
     system: System
@@ -44,6 +45,7 @@ class Vibration:
     hunting: int = 1
     slow: Array | None = None
     nominal: Array | None = None
+    touching: Stages | None = None
 
     @property
     def backlash(self) -> float | None:
@@ -56,20 +58,44 @@ class Vibration:
 
     def solve(self, kinds: Sequence[Touching], start: Responses | None) -> Responses:
         """Return the steady responses of one wear state, each from its own of a neighbouring state."""
-        tables = stage_tables(kinds, self.stages, self.fluctuation)
-        if self.hunting > 1:
-            tables = over_hunting_period(tables, self.stages, self.hunting)
+        few = None if self.touching is None else stage_tables(kinds, self.touching, None)
         if self.slow is None:
-            return (self._solved(tables, None if start is None else start[0]),)
+            near = None if start is None else start[0]
+            response = None if few is None else self.method.touching(self.system, few, self.period, near)
+            return (response or self._solved(self.tables(kinds), near),)
         found: list[Response] = []
+        tables = None
         for angle, slow in enumerate(self.slow):
             near = start[angle] if start is not None else (found[-1] if found else None)
-            found.append(self._solved(tables._replace(error=tables.error + slow), near))
+            response = None
+            if few is not None:
+                own = few._replace(error=few.error + slow)
+                response = self.method.touching(self.system, own, self.period, near)
+            if response is None:
+                tables = tables or self.tables(kinds)
+                response = self._solved(tables._replace(error=tables.error + slow), near)
+            found.append(response)
         return tuple(found)
+
+    def tables(self, kinds: Sequence[Touching]) -> StageTables:
+        """Return the meshes at all stages."""
+        tables = stage_tables(kinds, self.stages, self.fluctuation)
+        return tables if self.hunting == 1 else over_hunting_period(tables, self.stages, self.hunting)
 
     def _solved(self, tables: StageTables, start: Response | None) -> Response:
         response: Response = self.method.solve(self.system, tables, self.period, start)
         return response
+
+    def grid_of(self, response: Response) -> StageGrid:
+        """Return the steps of one mesh period that a response was found on."""
+        few = self.touching
+        return self.stages.grid if few is None or not _of(few.grid, response) else few.grid
+
+    def on_all_stages(self, response: Response, kinds: Sequence[Touching]) -> Response:
+        """Return a response on the stages from which flanks may part: found anew if it was on fewer."""
+        if self.touching is None or not _of(self.touching.grid, response):
+            return response
+        return self._solved(self.tables(kinds), response)
 
     def look(self, phase: Array) -> Instants:
         """Return phases of the clock (n,) as instants."""
@@ -77,19 +103,19 @@ class Vibration:
 
     def deflection(self, response: Response, when: Instants) -> tuple[Array, Array]:
         """Return δ and its rate, (n_periods, n_mesh, n_instants) [m], [m/s]."""
-        found = deflection_at(response, *self._over_periods(when))
+        found = deflection_at(response, *self._over_periods(response, when))
         delta, rate = (self._by_period(values, len(when.phase)) for values in found)
         return delta, rate
 
     def coordinates(self, response: Response, when: Instants) -> tuple[Array, Array]:
         """Return q and q̇, (n_periods, n, n_instants) [m], [m/s]."""
-        found = coordinates_at(response, *self._over_periods(when))
+        found = coordinates_at(response, *self._over_periods(response, when))
         position, velocity = (self._by_period(values, len(when.phase)) for values in found)
         return position, velocity
 
-    def _over_periods(self, when: Instants) -> tuple[StageGrid, Array, NDArray[np.int64]]:
+    def _over_periods(self, response: Response, when: Instants) -> tuple[StageGrid, Array, NDArray[np.int64]]:
         if self.hunting == 1:
-            return self.stages.grid, when.phase, when.segment
+            return self.grid_of(response), when.phase, when.segment
         segments = int(self.stages.grid.segment[-1]) + 1
         turns = np.repeat(np.arange(self.hunting), len(when.phase))
         return (
@@ -103,6 +129,12 @@ class Vibration:
         kept, rows = values.shape[:2]
         apart = values.reshape(kept, rows, self.hunting, instants).transpose(0, 2, 1, 3)
         return np.ascontiguousarray(apart).reshape(-1, rows, instants)
+
+
+def _of(grid: StageGrid, response: Response) -> bool:
+    """Whether a response was found on a grid."""
+    width = response.tables.width
+    return width is grid.width or np.array_equal(width, grid.width)
 
 
 def hunting_grid(grid: StageGrid, periods: int) -> StageGrid:

@@ -21,6 +21,7 @@ from wearlab.mesh.modulation import Modulation, fit
 from wearlab.mesh.profile import Lookup, ProfileGrid, interpolate
 from wearlab.mesh.sharing import equivalent_springs, share
 from wearlab.mesh.stages import StageGrid, StageTables
+from wearlab.mesh.stiffness import GivenStiffness
 
 Array = NDArray[np.float64]
 Combination = Literal["min", "max", "mean"]
@@ -240,6 +241,14 @@ def stage_tables(kinds: Sequence[Touching], stages: Stages, fluctuation: Array |
     fluctuation : (n_steps, 3) factor on the fluctuating load [1], or None
     """
     steps, count = len(stages.grid.width), len(stages.meshes)
+    if len(kinds) == 1 and stages.rubbing is None and uncoupled(kinds[0]):
+        one, where = kinds[0], stages.where[0]
+        stiffness, gap = np.empty((2, steps, 3, count, one.analysis.grid.n_pairs))
+        springs_at_stages(
+            one.analysis.grid.first, where.segment, where.offset, where.weight, one.nodes.compliance,
+            one.nodes.gap, stiffness, gap,
+        )  # fmt: skip
+        return StageTables(stages.grid.width, stiffness, gap, *stages.errors, fluctuation)
     springs = [_stage_springs(one, where) for one, where in zip(kinds, stages.where, strict=True)]
     pairs = max(stiffness.shape[-1] for stiffness, _ in springs)
     stiffness, gap = np.zeros((2, steps, 3, count, pairs))
@@ -262,6 +271,38 @@ def stage_tables(kinds: Sequence[Touching], stages: Stages, fluctuation: Array |
         if len(one.nodes.cross):
             _hand_on(one, where, of_kind(stages.meshes, kind), (sliding, moment))
     return tables._replace(sliding=sliding, moment=moment)
+
+
+def uncoupled(one: Touching) -> bool:
+    """Whether a mesh is a number of springs on their own, one a pair, tabulated at the nodes."""
+    analysis = one.analysis
+    tabulated = not isinstance(analysis.stiffness, GivenStiffness) and analysis.engagement_gap == np.inf
+    return one.series is None and len(one.nodes.cross) == 0 and tabulated
+
+
+@jit
+def springs_at_stages(
+    first: Any, segment: Any, offset: Any, weight: Any, compliance: Any, gap: Any, stiffness_out: Any,
+    gap_out: Any,
+) -> None:  # fmt: skip
+    """Fill stiffness and gap of uncoupled pairs, (n_steps, 3, n_mesh, n_pairs), see `interpolate`."""
+    steps, stages, meshes, pairs = stiffness_out.shape
+    for mesh in range(meshes):
+        for step in range(steps):
+            for stage in range(stages):
+                i = (mesh * steps + step) * stages + stage
+                for p in range(pairs):
+                    node = first[segment[i], p]
+                    soft, apart = np.inf, np.inf
+                    if node >= 0:
+                        node += offset[i]
+                        soft, apart = 0.0, 0.0
+                        for q in range(4):
+                            soft += weight[i, q] * compliance[node + q]
+                            apart += weight[i, q] * gap[node + q]
+                    present = soft < np.inf and apart < np.inf
+                    stiffness_out[step, stage, mesh, p] = 1.0 / soft if present else 0.0
+                    gap_out[step, stage, mesh, p] = apart if present else 0.0
 
 
 def _hand_on(one: Touching, where: Lookup, meshes: NDArray[np.int64], of_pairs: tuple[Array, Array]) -> None:

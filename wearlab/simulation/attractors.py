@@ -36,7 +36,10 @@ def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Search]:
     left, steps = MOST_STEPS, len(vibration.stages.grid.width)
     for number, state in enumerate(states):
         share = max(left // (len(states) - number), 0)
-        one = Search() if state.response is None else coexisting(state.response, vibration.method, share)
+        one = Search()
+        if state.response is not None:
+            whole = vibration.on_all_stages(state.response, parts.coupling.touching(state))
+            one = coexisting(whole, vibration.method, share)
         left -= one.periods * steps
         found.append(one)
     account.seconds["dynamics"] += time.perf_counter() - clock

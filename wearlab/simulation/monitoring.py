@@ -68,7 +68,7 @@ def _periods(vibration: Vibration, response: Response) -> int:
 def _of_response(
     parts: Parts, vibration: Vibration, response: Response, names: Iterable[str], lines: Array
 ) -> Values:
-    phase, segment, weight = _nodes(vibration, lines)
+    phase, segment, weight = _nodes(vibration, response, lines)
     values: Values = {}
     acceleration = _signal(vibration, response, phase, segment, mesh_acceleration_at)
     spectra = [name for name in names if name.endswith("_orders")]
@@ -89,9 +89,9 @@ def _of_response(
     return values
 
 
-def _nodes(vibration: Vibration, lines: Array) -> tuple[Array, NDArray[np.int64], Array]:
+def _nodes(vibration: Vibration, response: Response, lines: Array) -> tuple[Array, NDArray[np.int64], Array]:
     """Return phases, segments and weights of a mean, as many within a step as the highest line asks for."""
-    grid = vibration.stages.grid
+    grid = vibration.grid_of(response)
     turn = 2.0 * np.pi * float(lines[-1]) * float(grid.width.max())
     return within_steps(grid, 2 * NODES + math.ceil(0.5 * turn))
 
@@ -109,7 +109,7 @@ def carried_order(vibration: Vibration, response: Response, lines: Array) -> flo
     """
     if response.period == 0:
         return math.inf
-    phase, segment, weight = _nodes(vibration, lines)
+    phase, segment, weight = _nodes(vibration, response, lines)
     spectra = [
         order_lines(_signal(vibration, response, phase, segment, read), phase, weight, lines)
         for read in (mesh_acceleration_at, _approach_at)
@@ -155,7 +155,7 @@ def _signal(
     vibration: Vibration, response: Response, phase: Array, segment: NDArray[np.int64], read: Read
 ) -> Array:
     """Return what a response does at phases of every mesh period, (n_periods, n_mesh, n)."""
-    turns, grid = vibration.hunting, vibration.stages.grid
+    turns, grid = vibration.hunting, vibration.grid_of(response)
     segments = int(grid.segment[-1]) + 1
     over = np.repeat(np.arange(turns), len(phase))
     found = read(

@@ -121,7 +121,7 @@ def _of_condition(
     if parts.vibration is not None:
         values |= vibrating.dynamic_values(parts, states)
         values |= vibrating.mode_values(build_modes(parts))
-        values["count_steps_per_period"] = len(parts.vibration.stages.grid.width)
+        values["count_steps_per_period"] = len(parts.vibration.grid_of(states[0].responses[0]).width)
     if estimates.force is not None:
         mesh, largest, bearing = (error[-len(states) :] for error in estimates.force[block])
         values |= {"error_estimate_mesh_force": mesh, "error_estimate_mesh_force_max": largest}

@@ -224,7 +224,7 @@ def mean_moments(
     parts: Parts, vibration: Vibration, touching: list[Touching], kind: int, response: Response
 ) -> Array:
     """Return the mean moments of each mesh of a kind over base radius, (n_mesh, (driving, driven)) [N]."""
-    mine, grid = touching[kind], vibration.stages.grid
+    mine, grid = touching[kind], vibration.grid_of(response)
     phase, segment, weight = within_steps(grid)
     when, middle = Instants(phase, segment), grid.start + 0.5 * grid.width
     found = []

@@ -59,6 +59,7 @@ class SpeedResponse:
             ),
             period=period,
             fluctuation=fluctuation(scene, grid.phase),
+            touching=None,
         )
 
     def mesh_at(self, speed: float) -> tuple[System, StageTables, float]:

@@ -16,6 +16,7 @@ from wearlab.dynamics.steps import (
     STABLE,
     exact_steps_per_period,
     fastest_rate,
+    runge_kutta_error,
     steps_per_period,
 )
 from wearlab.dynamics.structure import in_registers
@@ -27,6 +28,7 @@ from wearlab.mesh.contact import ContactAnalysis, Quasistatic
 from wearlab.mesh.excitation import Friction, stages
 from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.stages import StageGrid, stage_grid
+from wearlab.mesh.stiffness import GivenStiffness
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
 from wearlab.scene.build.system import build_system
@@ -44,6 +46,10 @@ AFFORDED = 4_000
 AFFORDED_DENSE = 250
 """The same for systems too large for registers, whose steps take some twenty times as long."""
 TAKEN_UP = 1e-9
+COARSEST = 0.1
+"""Error that steps for touching flanks may have, however few Runge–Kutta steps were asked for [1]."""
+DENSER = 3.0
+"""Ratio of spacings of a table from which the denser part is one that bends."""
 MOST_FOR_MESH = 2000
 """Steps beyond which a finer mesh table is no reason for more."""
 
@@ -64,12 +70,15 @@ def build_vibration(
     system = build_system(scene, gears, np.array([mean[mesh.kind] for mesh in meshes]))
     _check_definite(system, np.array([mean[mesh.kind] for mesh in meshes]))
     grid = steps_grid(scene, analyses, meshes, edges, system, stiffest, gears.period)
+    few = touching_grid(scene, gears, analyses, meshes, edges, system, stiffest, grid)
     slow = slow_errors(scene, gears, meshes, system)
+    grids, friction = [one.grid for one in analyses], build_friction(scene, gears)
     return Vibration(
         system=system,
         method=patient(METHODS[scene.dynamics.method](scene), system, len(grid.width)),
         excitation=build_excitation(scene, gears),
-        stages=stages([one.grid for one in analyses], meshes, edges, grid, build_friction(scene, gears)),
+        stages=stages(grids, meshes, edges, grid, friction),
+        touching=None if few is None else stages(grids, meshes, edges, few, friction),
         period=gears.period,
         fluctuation=fluctuation(scene, grid.phase),
         hunting=hunting_period(scene, gears, meshes),
@@ -108,6 +117,49 @@ def steps_grid(
         steps = int(np.ceil(RISE * steps))
         grid = stage_grid(breaks, steps, multiple)
     return grid
+
+
+def touching_grid(
+    scene: Scene,
+    gears: GearSet,
+    analyses: Sequence[ContactAnalysis],
+    meshes: tuple[Mesh, ...],
+    edges: Array,
+    system: System,
+    stiffness: Array,
+    marched: StageGrid,
+) -> StageGrid | None:
+    """Return the steps for orbits on which no flank parts, as accurate as the Runge–Kutta steps given.
+
+    None where large systems have them anyway, where another method than `Periodic` follows the motion, or
+    where loads or errors turn. They land on the corners of tables, too.
+    """
+    assert scene.dynamics is not None
+    if scene.dynamics.method != "periodic" or not in_registers(system):
+        return None
+    if scene.operation.torque_fluctuation is not None or hunting_period(scene, gears, meshes) > 1:
+        return None
+    steps, tolerance, period = len(marched.width), scene.numerics.tolerance, gears.period
+    if scene.numerics.steps_per_period is not None:
+        tolerance = min(COARSEST, runge_kutta_error(system, stiffness, period, steps))
+    wanted = exact_steps_per_period(system, stiffness, period, tolerance, len(edges) - 1)
+    corners = np.concatenate([corners_of(analyses[mesh.kind], mesh.lag) for mesh in meshes])
+    return stage_grid(edges[:-1], wanted, SIZES[0], corners)
+
+
+def corners_of(analysis: ContactAnalysis, lag: float) -> Array:
+    """Return the phases of the clock at which a stiffness from a table bends abruptly, (n,) [1].
+
+    A table is dense where it bends: its corners are where it becomes so.
+    """
+    given = analysis.stiffness
+    if not isinstance(given, GivenStiffness) or len(given.curve.x) < 3:
+        return np.empty(0)
+    x, space = given.curve.x[1:-1], np.diff(given.curve.x)
+    abrupt = (np.maximum(space[1:], space[:-1]) > DENSER * np.minimum(space[1:], space[:-1])) & (
+        np.minimum(space[1:], space[:-1]) > 0.0
+    )
+    return np.asarray((x[abrupt] + lag) % 1.0)
 
 
 def _check_definite(system: System, stiffness: Array) -> None:
@@ -247,7 +299,7 @@ def fluctuation(scene: Scene, phase: Array) -> Array | None:
 
 
 METHODS: dict[str, Callable[[Scene], Method]] = {
-    "periodic": lambda scene: Periodic(),
+    "periodic": lambda scene: Periodic(resolved=scene.numerics.tolerance),
     "rk4": lambda scene: RungeKutta4(tolerance=1e-3 * scene.numerics.tolerance),
     "rk45": lambda scene: RungeKutta45(tolerance=1e-2 * scene.numerics.tolerance),
     "newmark": lambda scene: Newmark(tolerance=1e-3 * scene.numerics.tolerance),

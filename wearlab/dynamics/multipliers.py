@@ -1,0 +1,26 @@
+"""Floquet multipliers of a period map."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dgeev
+
+from wearlab.dynamics.balance import Balance, true_derivative
+from wearlab.dynamics.system import System
+
+Array = NDArray[np.float64]
+
+
+def multipliers_of(system: System, balance: Balance | None, derivative: Array) -> NDArray[np.complex128]:
+    """Return the multipliers, largest first; position and speed of a free rotation are left out.
+
+    Parameters
+    ----------
+    system, balance : what moves, and its loads of unknown size
+    derivative : (2n, 2n) of the period map, these loads in the columns of the coordinates held
+    """
+    matrix = derivative if balance is None else true_derivative(system, balance, derivative)
+    real, imaginary, *_ = dgeev(matrix, compute_vl=0, compute_vr=0)
+    found = real + 1j * imaginary
+    if balance is not None:
+        found = found[abs(found - 1.0).argsort()[2 * len(balance.held) :]]
+    return np.asarray(found[abs(found).argsort()[::-1]], np.complex128)

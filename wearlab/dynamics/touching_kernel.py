@@ -1,0 +1,289 @@
+"""The orbit of touching meshes in one compiled call: map, closing of the period, path, and its worth."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.compiled import jit, jit_inner
+from wearlab.dynamics.collocation import SIZES, SMOOTH, Group
+from wearlab.dynamics.collocation_inputs import Inputs, tabulate
+from wearlab.dynamics.collocation_kernel import (
+    over_groups,
+    part_at_jumps,
+    path_over_groups,
+    starts_of_groups,
+)
+from wearlab.dynamics.newton import solve_linear
+from wearlab.dynamics.propagator import GRID
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+FOUND, PARTED, SINGULAR, ANOTHER_PLAN = 0, 1, 2, 3
+"""The orbit is there; a flank parts on it; orbits are not alone; the tables ask for another plan."""
+REGULAR = 1e-13
+"""Least pivot of I − P, over its largest entry, above which its orbit is alone."""
+SQUARINGS = 9
+"""Powers of two to which the derivative of the map is raised to see it contract."""
+
+
+class Plan(NamedTuple):
+    """What all wear states of a system on the same steps share.
+
+    Parameters
+    ----------
+    groups, first, size, slot : groups of steps, see `wearlab.dynamics.collocation.Cut`
+    joined : (n_steps − 1,) where no table jumps from step to step
+    power : (n_mesh,) mean mesh stiffnesses in powers, see `wearlab.dynamics.collocation.mean_powers`
+    mean : (n_mesh,) stiffness that the linear part holds [N/m]
+    direction : (n_mesh, n) d
+    damping : (n_mesh,) mesh damping over the mesh period [N]
+    share, to, of, load : see `wearlab.dynamics.collocation_inputs.Inputs`
+    held : (n_balance,) coordinates whose place a load of unknown size takes
+    scale : (2n,) sizes of the states
+    static : (n,) state from which coordinates are counted, so that the constant load is no input; or 0 [m]
+    """
+
+    groups: tuple[Group, ...]
+    first: Index
+    size: Index
+    slot: Index
+    joined: NDArray[np.bool_]
+    power: Index
+    mean: Array
+    direction: Array
+    damping: Array
+    share: Array
+    to: Index
+    of: Index
+    load: Array
+    held: Index
+    scale: Array
+    static: Array
+
+
+@jit_inner
+def powers_into(width: Any, stiffness: Any, power: Any) -> None:
+    """Fill the powers of ``1 + GRID`` that mean mesh stiffnesses are nearest to, (n_mesh,)."""
+    for m in range(len(power)):
+        total = 0.0
+        for step in range(len(width)):
+            for p in range(stiffness.shape[3]):
+                k = stiffness[step, 0, m, p] + 4.0 * stiffness[step, 1, m, p] + stiffness[step, 2, m, p]
+                total += width[step] * k
+        power[m] = np.int64(np.round(np.log(max(total / 6.0, 1e-300)) / GRID))
+
+
+@jit
+def describe(width: Any, stiffness: Any, gap: Any, sliding: Any, joined: Any, power: Any) -> None:
+    """Fill what the plan of tables depends on: where steps join, and the mean stiffnesses."""
+    for step in range(len(joined)):
+        joined[step] = width[step] == width[step + 1]
+    part_at_jumps(stiffness, SMOOTH * largest(stiffness), joined)
+    part_at_jumps(gap, SMOOTH * largest(gap), joined)
+    if sliding is not None:
+        part_at_jumps(sliding, SMOOTH * largest(sliding), joined)
+    powers_into(width, stiffness, power)
+
+
+@jit_inner
+def largest(table: Any) -> float:
+    """Return the largest modulus in a table (n_steps, 3, n_mesh, n_pairs)."""
+    found, values = 0.0, table.reshape(table.size)
+    for x in range(np.uint64(0), np.uint64(len(values))):
+        found = max(found, abs(values[x]))
+    return found
+
+
+@jit_inner
+def closed_by(whole: Any, held: Any, scale: Any, given: Any, derivative: Any) -> float:
+    """Fill start, 1 and sizes of loads of the orbit; return the least pivot over the largest entry.
+
+    ``derivative`` (2n, 2n) becomes that of the map where loads take the columns of held coordinates.
+    """
+    rows = len(scale)
+    matrix = np.empty((rows, rows))
+    right = np.empty(rows)
+    for row in range(rows):
+        for col in range(rows):
+            derivative[row, col] = whole[row, col]
+        for b in range(len(held)):
+            derivative[row, held[b]] = whole[row, rows + 1 + b]
+    for row in range(rows):
+        right[row] = whole[row, rows] / scale[row]
+        for col in range(rows):
+            matrix[row, col] = -derivative[row, col] * scale[col] / scale[row]
+        matrix[row, row] += 1.0
+    for b in range(len(held)):
+        matrix[held[b], held[b]] -= 1.0
+    pivot = solve_linear(matrix, right)
+    for row in range(rows):
+        given[row] = right[row] * scale[row]
+    given[rows] = 1.0
+    for b in range(len(held)):
+        given[rows + 1 + b] = given[held[b]]
+        given[held[b]] = 0.0
+    return pivot
+
+
+@jit_inner
+def contracts(derivative: Any, scale: Any, bound: float) -> bool:
+    """Whether all multipliers are seen to be less than ``bound``: a power of the map is, in the norm.
+
+    ``|μ|^m ≤ ‖P^m‖``, m = 2, 4, 8 …; False says nothing.
+    """
+    rows, limit = len(scale), bound
+    power, square = np.empty((rows, rows)), np.empty((rows, rows))
+    for row in range(rows):
+        for col in range(rows):
+            power[row, col] = derivative[row, col] * scale[col] / scale[row]
+    for _ in range(SQUARINGS):
+        norm = 0.0
+        for row in range(rows):
+            total = 0.0
+            for col in range(rows):
+                total += abs(power[row, col])
+            norm = max(norm, total)
+        if norm < limit:
+            return True
+        if not norm < 1e100:
+            return False
+        for row in range(rows):
+            for col in range(rows):
+                square[row, col] = 0.0
+            for inner in range(rows):
+                factor = power[row, inner]
+                for col in range(rows):
+                    square[row, col] += factor * power[inner, col]
+        power, square = square, power
+        limit *= limit
+    return False
+
+
+@jit_inner
+def shift(static: Any, direction: Any, law: Any, push: Any) -> None:
+    """Count the coordinates from ``static``: ``push − law d·static``."""
+    meshes, n = direction.shape
+    for channel in range(law.shape[2]):
+        felt = 0.0
+        for row in range(n):
+            felt += direction[channel % meshes, row] * static[row]
+        for step in range(len(law)):
+            for stage in range(3):
+                push[step, stage, channel] -= law[step, stage, channel] * felt
+
+
+@jit_inner
+def unresolved(entering: Any, size: Any, count: int) -> float:
+    """Return the part of the inputs that alternates from stage to stage, over their size: the largest.
+
+    A polynomial through 2J + 1 stages is as good as its highest differences are small.
+    """
+    worst = 0.0
+    for a in range(count):
+        scale, found = 0.0, 0.0
+        for group in range(len(size)):
+            last = 2 * SIZES[size[group]]
+            factor, total, weights = 1.0, 0.0, 0.0
+            for stage in range(last + 1):
+                value = entering[group, stage * count + a]
+                scale = max(scale, abs(value))
+                total += factor * value
+                weights += abs(factor)
+                factor *= -(last - stage) / (stage + 1.0)
+            found = max(found, abs(total) / weights)
+        if scale > 0.0:
+            worst = max(worst, found / scale)
+    return worst
+
+
+@jit
+def parts(path: Any, direction: Any, period: float, tables: Any) -> bool:
+    """Whether some pair in the path parts at an end or in the middle of a step.
+
+    The middle is that of the cubic Hermite polynomial between both ends.
+    """
+    meshes, n = direction.shape
+    for m in range(meshes):
+        before, rate_before = 0.0, 0.0
+        for step in range(len(path)):
+            at, rate = 0.0, 0.0
+            for row in range(n):
+                at += direction[m, row] * path[step, row]
+                rate += direction[m, row] * path[step, n + row]
+            if step > 0:
+                last = step - 1
+                middle = 0.5 * (before + at) + 0.125 * tables.width[last] * period * (rate_before - rate)
+                for stage, value in enumerate((before, middle, at)):
+                    delta = value - tables.error[last, stage, m]
+                    for p in range(tables.stiffness.shape[3]):
+                        if not delta >= tables.gap[last, stage, m, p]:
+                            if tables.stiffness[last, stage, m, p] > 0.0:
+                                return True
+            before, rate_before = at, rate
+    return False
+
+
+@jit
+def orbit_of(
+    plan: Any, tables: Any, friction: Any, period: float, bound: float, given: Any, path: Any, whole: Any,
+    derivative: Any,
+) -> tuple[int, float, float, bool]:  # fmt: skip
+    """Find the orbit on which every pair in the path touches.
+
+    Parameters
+    ----------
+    plan : what wear states share
+    tables, friction : the mesh at the stages; Λμ and Λμ s of all pairs, or None
+    period : duration of a mesh period [s]
+    bound : of the multipliers
+    given : (2n + 1 + n_balance,) filled with start, 1 and sizes of loads
+    path : (n_steps + 1, 2n) filled with the states at the ends of the steps
+    whole : (2n, 2n + 1 + n_balance) filled with the map over the period
+    derivative : (2n, 2n) filled with its derivative, loads in the columns of held coordinates
+
+    Returns
+    -------
+    what was found; distance between the ends over the size of the path; the part of the inputs that the steps
+    do not resolve, over their size; whether all multipliers are seen to be less than the bound
+    """
+    joined, power = np.empty(len(plan.joined), np.bool_), np.empty(len(plan.power), np.int64)
+    describe(tables.width, tables.stiffness, tables.gap, tables.sliding, joined, power)
+    for m in range(len(power)):
+        if power[m] != plan.power[m]:
+            return ANOTHER_PLAN, 0.0, 0.0, False
+    for step in range(len(joined)):
+        if joined[step] != plan.joined[step]:
+            return ANOTHER_PLAN, 0.0, 0.0, False
+    steps, columns, rows = len(tables.width), len(given), len(plan.scale)
+    channels = len(plan.direction) if friction is None else 3 * len(plan.direction)
+    law, push = np.empty((steps, 3, channels)), np.empty((steps, 3, channels))
+    tabulate(
+        tables.stiffness, tables.gap, tables.error, tables.error_rate, friction, plan.mean, plan.damping, law,
+        push,
+    )  # fmt: skip
+    shift(plan.static, plan.direction, law, push)
+    inputs = Inputs(plan.share, plan.to, plan.of, law, push, plan.load)
+    count, groups = plan.load.shape[2], len(plan.first)
+    stages = np.empty((groups, (2 * SIZES[0] + 1) * count, columns))
+    maps = np.empty((groups, rows, columns))
+    over_groups(plan.groups, plan.first, plan.size, plan.slot, plan.direction, inputs, stages, maps, whole)
+    if not closed_by(whole, plan.held, plan.scale, given, derivative) > REGULAR:
+        return SINGULAR, 0.0, 0.0, False
+    starts, entering = np.empty((groups + 1, rows)), np.zeros((groups, stages.shape[1]))
+    starts_of_groups(maps, stages, given.copy(), starts, entering)
+    path_over_groups(plan.groups, plan.first, plan.size, plan.slot, starts, entering, path)
+    for row in range(rows // 2):
+        given[row] += plan.static[row]
+        for step in range(steps + 1):
+            path[step, row] += plan.static[row]
+    if parts(path, plan.direction, period, tables):
+        return PARTED, 0.0, 0.0, False
+    apart, size = 0.0, 0.0
+    for row in range(rows):
+        apart = max(apart, abs(path[steps, row] - path[0, row]) / plan.scale[row])
+        for step in range(steps + 1):
+            size = max(size, abs(path[step, row]) / plan.scale[row])
+    left = unresolved(entering, plan.size, count)
+    return FOUND, apart / max(size, 1e-300), left, contracts(derivative, plan.scale, bound)
