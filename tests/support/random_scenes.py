@@ -13,6 +13,7 @@ MAY_BE_ABSENT = (
     "floquet_multiplier",  # of an aperiodic response
     *("error_estimate_mesh_force", "error_estimate_mesh_force_max"),  # likewise
     "error_estimate_bearing_force",
+    "preset_depth",  # of states that nobody asked for by depth
     "error_estimate_wear_depth",  # where every rougher twin responds otherwise
     *("life", "remaining_useful_life", "service_life", "error_estimate_life"),  # not reached
     *("coexisting_multiplier", "coexisting_period", "coexisting_force_min", "coexisting_force_max"),

@@ -19,7 +19,7 @@ from wearlab.mesh.excitation import Touching, mesh_force, stages
 from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
-from wearlab.scene.build.vibration import build_friction, corners_of, fluctuation
+from wearlab.scene.build.vibration import build_friction, fluctuation
 from wearlab.simulation.run import initial_wear
 from wearlab.wear.initials.quadratic import quadratic
 
@@ -91,8 +91,7 @@ class Steady:
         if self.vibration.touching is None:
             return self.with_steps(steps, Periodic())
         parts, marched = self.parts, self.with_steps(max(FEWEST, steps), Periodic())
-        corners = [corners_of(self.kinds[mesh.kind].analysis, mesh.lag) for mesh in parts.meshes]
-        grid = stage_grid(parts.edges[:-1], steps, SIZES[0], np.concatenate(corners))
+        grid = stage_grid(parts.edges[:-1], steps, SIZES[0])
         grids, friction = [one.analysis.grid for one in self.kinds], build_friction(self.scene, parts.gears)
         few = stages(grids, parts.meshes, parts.edges, grid, friction)
         return replace(marched, touching=few)

@@ -4,7 +4,7 @@ Every choice answers the same three questions at the profile nodes: the complian
 given wear, the compliance of the contact itself, and what neighbouring pairs share.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar, Literal, Protocol
 
 import numpy as np
@@ -17,9 +17,6 @@ from wearlab.mesh.profile import Lookup, ProfileGrid, lookup
 from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
 
 Array = NDArray[np.float64]
-
-KNOWN = 8
-"""Sets of phases at which a given stiffness is remembered."""
 
 
 class SectionVanished(ValueError):
@@ -178,7 +175,6 @@ class GivenStiffness(PairStiffness):
     curve: Curve
     of: Literal["pair", "mesh"]
     grid: ProfileGrid
-    _known: list[tuple[Array, Array]] = field(default_factory=list, init=False, repr=False, compare=False)
 
     @property
     def bends(self) -> Array:
@@ -187,15 +183,6 @@ class GivenStiffness(PairStiffness):
 
     def at_phases(self, where: Lookup) -> Array:
         """Return the pair stiffness at phases, 0 when out of the path, (n, n_pairs) [N/m]."""
-        for looked, values in self._known:
-            if looked is where.phase:
-                return values
-        values = self._at(where)
-        self._known[KNOWN - 1 :] = []
-        self._known.insert(0, (where.phase, values))
-        return values
-
-    def _at(self, where: Lookup) -> Array:
         present = self.grid.first[where.segment] >= 0
         if self.of == "mesh":
             middle = 0.5 * (self.grid.breaks[where.segment] + self.grid.breaks[where.segment + 1])

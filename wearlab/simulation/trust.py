@@ -23,8 +23,8 @@ Values = dict[str, Any]
 ENDS_AS_ASKED = ("cycles", "depth")
 TRUSTED = "as usual"
 BARELY = "not attracting within the margin"
-BEYOND = 1e-6
-"""Distance beyond 1 at which the largest multiplier says that motions leave; without damping it is 1."""
+BEYOND = 1e-3
+"""Distance beyond 1 at which motions leave: the margin of attraction, on the other side of 1."""
 INSTEAD = (
     'go on from this run with [start], let the static force wear (wear.load = "static"), or ask for '
     "less with numerics.tolerance"

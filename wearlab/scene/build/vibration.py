@@ -48,8 +48,6 @@ AFFORDED_DENSE = 250
 TAKEN_UP = 1e-9
 COARSEST = 0.1
 """Error that steps for touching flanks may have, however few Runge–Kutta steps were asked for [1]."""
-DENSER = 3.0
-"""Ratio of spacings of a table from which the denser part is one that bends."""
 MOST_FOR_MESH = 2000
 """Steps beyond which a finer mesh table is no reason for more."""
 
@@ -131,11 +129,13 @@ def touching_grid(
 ) -> StageGrid | None:
     """Return the steps for orbits on which no flank parts, as accurate as the Runge–Kutta steps given.
 
-    None where large systems have them anyway, where another method than `Periodic` follows the motion, or
-    where loads or errors turn. They land on the corners of tables, too.
+    None where large systems have them anyway, where another method than `Periodic` follows the motion, where
+    loads or errors turn, or where a stiffness is given by a table: few steps do not resolve its corners.
     """
     assert scene.dynamics is not None
     if scene.dynamics.method != "periodic" or not in_registers(system):
+        return None
+    if any(isinstance(one.stiffness, GivenStiffness) for one in analyses):
         return None
     if scene.operation.torque_fluctuation is not None or hunting_period(scene, gears, meshes) > 1:
         return None
@@ -143,23 +143,7 @@ def touching_grid(
     if scene.numerics.steps_per_period is not None:
         tolerance = min(COARSEST, runge_kutta_error(system, stiffness, period, steps))
     wanted = exact_steps_per_period(system, stiffness, period, tolerance, len(edges) - 1)
-    corners = np.concatenate([corners_of(analyses[mesh.kind], mesh.lag) for mesh in meshes])
-    return stage_grid(edges[:-1], wanted, SIZES[0], corners)
-
-
-def corners_of(analysis: ContactAnalysis, lag: float) -> Array:
-    """Return the phases of the clock at which a stiffness from a table bends abruptly, (n,) [1].
-
-    A table is dense where it bends: its corners are where it becomes so.
-    """
-    given = analysis.stiffness
-    if not isinstance(given, GivenStiffness) or len(given.curve.x) < 3:
-        return np.empty(0)
-    x, space = given.curve.x[1:-1], np.diff(given.curve.x)
-    abrupt = (np.maximum(space[1:], space[:-1]) > DENSER * np.minimum(space[1:], space[:-1])) & (
-        np.minimum(space[1:], space[:-1]) > 0.0
-    )
-    return np.asarray((x[abrupt] + lag) % 1.0)
+    return stage_grid(edges[:-1], wanted, SIZES[0])
 
 
 def _check_definite(system: System, stiffness: Array) -> None:
