@@ -1,7 +1,7 @@
 """``[[figure]]``: what a figure shows; how it is drawn is not known here."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 
@@ -24,6 +24,9 @@ class FigureSpec(BaseModel):
     cols: str | None = option(None, "dimension told apart by columns of panels", derived="the kind's")
     units: str | dict[str, str] | None = option(
         None, "unit of y as a text, or a table of variable = unit", derived="each variable's display unit"
+    )
+    y_as: Literal["logarithm", "difference"] | None = option(
+        None, "y on a logarithmic axis, or less the first curve of its panel", derived="its value"
     )
     title: str | None = option(None, "title of the figure", derived="the kind's")
     note: str | None = option(

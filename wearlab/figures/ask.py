@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from wearlab.figures.errors import FigureError
 
@@ -27,6 +27,7 @@ class Ask:
     x, hue, rows, cols : names of dimensions or coordinates
     y : names of variables
     units : variable → unit
+    y_as : "logarithm": on such an axis; "difference": less the first curve of its panel
     title, note : texts
     published : CSV of points from a paper: where it is, or what it says
     """
@@ -40,6 +41,7 @@ class Ask:
     rows: str | None = None
     cols: str | None = None
     units: Mapping[str, str] = field(default_factory=dict)
+    y_as: Literal["logarithm", "difference"] | None = None
     title: str | None = None
     note: str | None = None
     published: Path | Points | None = None
@@ -50,7 +52,7 @@ def read(spec: Any, number: int, folder: Path | None) -> Ask:
 
     Parameters
     ----------
-    spec : the campaign's figure (kind, select, x, y, hue, rows, cols, units, title, note, published)
+    spec : the campaign's figure (kind, select, x, y, hue, rows, cols, units, y_as, title, note, published)
     number : its place in the file, from 1
     folder : directory of the campaign file, where a relative ``published`` is looked up
     """
@@ -63,7 +65,7 @@ def read(spec: Any, number: int, folder: Path | None) -> Ask:
         y=(y,) if isinstance(y, str) else tuple(y or ()),
         units=_units(getattr(spec, "units", None), name),
         published=_path(getattr(spec, "published", None), folder),
-        **{key: getattr(spec, key, None) or None for key in ("x", "hue", "rows", "cols", "title", "note")},
+        **{key: getattr(spec, key, None) or None for key in ("x", "hue", "rows", "cols", "y_as", "title", "note")},
     )
 
 

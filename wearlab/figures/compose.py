@@ -6,6 +6,7 @@ from itertools import groupby
 
 from wearlab.figures.ask import Ask
 from wearlab.figures.kind import Kind
+from wearlab.figures.ordinates import from_first, require_positive
 from wearlab.figures.palette import BESIDE, INK, bar_of, beside_bar, pens
 from wearlab.figures.plot import Curve, LegendEntry, Panel, Pen, Plot, Series
 from wearlab.figures.roles import laid_out
@@ -32,6 +33,12 @@ def compose(
     series, varied, roles = layout.series, layout.varied, layout.roles
     rows, columns, hues = (layout.labels(role) for role in ("rows", "cols", "hue"))
     hue = roles.get("hue")
+    said = list(layout.notes)
+    if ask.y_as == "difference":
+        series, told = from_first(series, roles, ask)
+        said += told
+    elif ask.y_as == "logarithm":
+        require_positive(series, ask)
     pen = pens([label for label in hues if label], hue)
     turned = (
         len(columns) > MOST_COLUMNS >= len(rows) > 1
@@ -56,9 +63,10 @@ def compose(
         columns=shape[1],
         share_y="all" if len(ups) == 1 else "row" if roles.get("rows") == "variable" else "none",
         legend=_legend(series, hues if bar is None else beside_bar(hues), pen, hue),
-        notes=(*notes, *layout.notes),
+        notes=(*notes, *said),
         shape=kind.shape,
         ranks=kind.ranks,
+        logarithmic=ask.y_as == "logarithm",
         bar=bar,
     )
 

@@ -153,6 +153,7 @@ class Plot:
     notes : lines below the axes
     shape : width over height of a panel, wide or square
     ranks : whether ordinates are ranks, the first on top
+    logarithmic : whether ordinates go by the logarithm
     bar : what colours mean where a legend would be too long
     small : whether it is for a small screen
     """
@@ -166,5 +167,6 @@ class Plot:
     notes: tuple[str, ...] = field(default=())
     shape: Literal["wide", "square"] = "wide"
     ranks: bool = False
+    logarithmic: bool = False
     bar: Bar | None = None
     small: bool = False

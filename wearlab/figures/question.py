@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 QUESTION = "question"
 FORMAT = 1
-KEYS = ("kind", "select", "x", "y", "hue", "rows", "cols", "units", "title", "note")
+KEYS = ("kind", "select", "x", "y", "hue", "rows", "cols", "units", "y_as", "title", "note")
 
 
 @dataclass(frozen=True)

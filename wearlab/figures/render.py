@@ -15,7 +15,7 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogFormatter, LogLocator, MaxNLocator, NullLocator
 from PIL.PngImagePlugin import PngInfo
 
 from wearlab.figures import style
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 LEAST_SPAN = 0.02  # of the values
 LETTER = 0.02  # of the width of a figure, that two letters of marks need
+BREAK, SLASH = (0.025, 0.055), ((-1.0, -0.5), (1.0, 0.5))  # heights and form of the strokes of a cut axis
 AREA_ALPHA, AREA_WIDTH = 0.25, 6.0
 SHORT_TEXT, LONG_TEXT = (
     1_000,
@@ -242,8 +243,14 @@ def _panels(figure: Figure, plot: Plot) -> None:
         ax.tick_params(labelbottom=lowest and bool(places[row, column].x_label), labelleft=leftmost)
         ax.set_xlabel(places[row, column].x_label if row == bottom or not one_x else "")
         ax.set_ylabel(textwrap.fill(places[row, column].y_label, room) if leftmost else "")
-        _limits(ax, plot)
+        if plot.logarithmic:
+            _by_logarithm(ax)
+        else:
+            _limits(ax, plot)
         _hours_on_top(ax, places[row, column], first=(row - 1, column) not in axes)
+    if not plot.logarithmic:
+        for ax in axes.values():  # last: panels that share an axis share its limits
+            _mark_truncated(ax)
     figure.align_ylabels(list(axes.values()))
 
 
@@ -312,3 +319,26 @@ def _limits(ax: "Axes", plot: Plot) -> None:
         ax.yaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
     elif (values >= 0.0).all() and 0.0 != low < 0.25 * high:
         ax.set_ylim(0.0, high)
+
+
+def _by_logarithm(ax: "Axes") -> None:
+    ax.set_yscale("log")
+    ax.margins(y=0.1)
+    ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.yaxis.set_major_formatter(LogFormatter(labelOnlyBase=False, minor_thresholds=(np.inf, np.inf)))
+    ax.yaxis.set_minor_locator(NullLocator())
+
+
+def _mark_truncated(ax: "Axes") -> None:
+    """Draw two strokes through the y axis at the end beyond which zero lies, if it is not on the axis."""
+    low, high = ax.get_ylim()
+    if min(low, high) <= 0.0 <= max(low, high):
+        return
+    heights = BREAK if abs(low) < abs(high) else tuple(1.0 - height for height in BREAK)
+    for height in heights:
+        ax.add_artist(
+            Line2D(
+                [0.0], [height], marker=SLASH, ms=7.0, mec="#444444", mew=0.9, ls="", clip_on=False,  # type: ignore[arg-type]
+                transform=ax.transAxes, zorder=6,
+            )
+        )  # fmt: skip
