@@ -65,7 +65,10 @@ def read(spec: Any, number: int, folder: Path | None) -> Ask:
         y=(y,) if isinstance(y, str) else tuple(y or ()),
         units=_units(getattr(spec, "units", None), name),
         published=_path(getattr(spec, "published", None), folder),
-        **{key: getattr(spec, key, None) or None for key in ("x", "hue", "rows", "cols", "y_as", "title", "note")},
+        **{
+            key: getattr(spec, key, None) or None
+            for key in ("x", "hue", "rows", "cols", "y_as", "title", "note")
+        },
     )
 
 

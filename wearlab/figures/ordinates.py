@@ -58,7 +58,8 @@ def _within(words: str) -> str:
 def _said(first: Sequence[Series], hue: str) -> str:
     low, high = min(np.nanmin(one.y) for one in first), max(np.nanmax(one.y) for one in first)
     named = ", ".join(dict.fromkeys(one.key[hue].text for one in first))
-    return f"Drawn is the change from {named}, whose values run from {low:.4g} to {high:.4g}{joined(first[0].up.units)}."
+    values = f"{low:.4g} to {high:.4g}{joined(first[0].up.units)}"
+    return f"Drawn is the change from {named}, whose values run from {values}."
 
 
 def require_positive(series: Sequence[Series], ask: Ask) -> None:

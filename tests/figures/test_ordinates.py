@@ -1,0 +1,56 @@
+"""y_as: curves less the first one, values on a logarithmic axis; axes without zero are marked."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from wearlab.figures import FigureError
+from wearlab.figures.ask import Ask
+from wearlab.figures.ordinates import from_first, require_positive
+from wearlab.figures.plot import Scale, Series
+from wearlab.figures.render import _mark_truncated
+from wearlab.figures.wording import Label
+
+
+def series(hue: str, y: list[float]) -> Series:
+    across, up = Scale("Phase", ""), Scale("Mesh stiffness", "N/µm")
+    return Series({"speed": Label(hue, hue)}, np.linspace(0.0, 1.0, len(y)), np.array(y), across, up)
+
+
+def test_the_first_curve_is_taken_from_all_even_on_other_abscissae() -> None:
+    found, notes = from_first(
+        [series("1 rpm", [1.0, 2.0, 3.0]), series("2 rpm", [1.5, 2.0, 2.5, 3.0, 3.5])],
+        {"hue": "speed"},
+        Ask("tvms", "01"),
+    )
+    np.testing.assert_allclose(found[0].y, 0.0)
+    np.testing.assert_allclose(found[1].y, 0.5)
+    assert found[1].up.words == "change of mesh stiffness" and found[1].up.units == "N/µm"
+    assert "1 rpm" in notes[0] and "from 1 to 3" in notes[0]
+
+
+def test_what_cannot_be_drawn_so_is_refused_with_the_reason() -> None:
+    with pytest.raises(FigureError, match="needs a second curve"):
+        from_first([series("1 rpm", [1.0, 2.0])], {}, Ask("tvms", "01"))
+    with pytest.raises(FigureError, match="must be above 0"):
+        require_positive([series("1 rpm", [1.0, 0.0])], Ask("tvms", "01"))
+
+
+def test_either_way_of_drawing_is_another_picture(drawn) -> None:
+    plain, less, logarithm = drawn(
+        *(
+            {"kind": "tvms", "select": {"update": 0}} | extra
+            for extra in ({}, {"y_as": "difference"}, {"y_as": "logarithm"})
+        )
+    )
+    assert len({path.read_bytes() for path in (plain, less, logarithm)}) == 3
+
+
+@pytest.mark.parametrize(
+    ("limits", "strokes"), [((0.0, 2.0), 0), ((-1.0, 1.0), 0), ((1.0, 2.0), 2), ((-2.0, -1.0), 2)]
+)
+def test_an_axis_without_zero_is_marked(limits: tuple[float, float], strokes: int) -> None:
+    ax = Figure().subplots()
+    ax.set_ylim(*limits)
+    _mark_truncated(ax)
+    assert len(ax.artists) + len(ax.lines) == strokes
