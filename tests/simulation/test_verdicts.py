@@ -57,14 +57,11 @@ def test_the_march_is_as_long_as_the_damping_asks_for() -> None:
     assert sum(marched) == pytest.approx(wanted, rel=0.01) and wanted > 5 * 2000
 
 
-@pytest.mark.parametrize(
-    ("damping", "verdict"),
-    [(1e-4, "not attracting within the margin"), (0.0, "not attracting within the margin")],
-)
-def test_an_orbit_that_attracts_slowly_is_not_called_unstable(damping: float, verdict: str) -> None:
+@pytest.mark.parametrize("damping", [1e-4, 0.0])
+def test_an_orbit_that_attracts_slowly_or_not_is_not_called_unstable(damping: float) -> None:
     mesh = {k: v for k, v in LIGHT["mesh"].items() if k != "normal_backlash"}
     data = simulate(Scene.from_mapping({**LIGHT, "mesh": {**mesh, "damping_ratio": damping}}))
-    assert str(data.verdict.values) == verdict
+    assert str(data.verdict.values) == "not attracting within the margin"
     assert str(data.estimate_quality.values).startswith("doubtful: an orbit is not alone or hardly attracts")
 
 

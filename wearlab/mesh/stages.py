@@ -14,11 +14,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-NO_CORNERS: Array = np.empty(0)
-APART = 1e-6
-"""Distance from a break within which a corner is one with it [1]."""
-
-
 class StageGrid(NamedTuple):
     """Steps of one mesh period.
 
@@ -71,26 +66,22 @@ class StageTables(NamedTuple):
     moment: Array | None = None
 
 
-def stage_grid(breaks: Array, steps: int, multiple: int = 2, corners: Array = NO_CORNERS) -> StageGrid:
+def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:
     """Cut one mesh period into about ``steps`` steps that land on every break.
 
     Parameters
     ----------
     breaks : (n,) ascending phases in [0, 1) at which something jumps or kinks; 0 is added when missing [1]
     steps : the number of steps wanted; every segment gets its share, in proportion to its length
-    multiple : the steps of a segment, and of every part of it, are a multiple of it
-    corners : (n,) phases in [0, 1) at which something bends inside a segment [1]
+    multiple : the steps of a segment are a multiple of it
 
     Returns
     -------
     StageGrid with at least ``steps`` steps.
     """
     edges = np.unique(np.concatenate([[0.0], np.asarray(breaks, float), [1.0]]))
-    near = np.abs(np.asarray(corners, float)[:, None] - edges).min(axis=1, initial=1.0)
-    ends = np.unique(np.concatenate([edges, np.asarray(corners, float)[near > APART]]))
     starts, widths, segments = [], [], []
-    for low, high in pairwise(ends):
-        index = int(np.searchsorted(edges, low, side="right")) - 1
+    for index, (low, high) in enumerate(pairwise(edges)):
         count = multiple * max(1, int(np.ceil(steps * (high - low) / multiple - 1e-9)))
         width = (high - low) / count
         starts.append(low + width * np.arange(count))

@@ -130,7 +130,8 @@ def touching_grid(
     """Return the steps for orbits on which no flank parts, as accurate as the Runge–Kutta steps given.
 
     None where large systems have them anyway, where another method than `Periodic` follows the motion, where
-    loads or errors turn, or where a stiffness is given by a table: few steps do not resolve its corners.
+    loads or errors turn, or where a stiffness is given by a table: `forces_within` reads it by a parabola a
+    step, which few steps make too coarse for its ramps.
     """
     assert scene.dynamics is not None
     if scene.dynamics.method != "periodic" or not in_registers(system):
