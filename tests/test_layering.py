@@ -17,6 +17,7 @@ ROAD = (
     *(
         "version",
         "sources",
+        "cache",
         "regular",
         "linking",
         "compiled",

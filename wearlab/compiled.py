@@ -14,6 +14,7 @@ from typing import Any
 import numba
 from numba.extending import overload
 
+from wearlab.cache import cache_folder
 from wearlab.linking import Apart, Joined, Within
 from wearlab.sources import PACKAGE, hash_of
 
@@ -23,14 +24,14 @@ __all__ = ["jit", "jit_apart", "jit_inner", "jit_inner_apart", "jit_within", "ov
 
 def _cache_folder() -> Path:
     """Return this build's folder of compiled code, and drop the folders of builds long gone."""
-    root = Path(os.environ.get("WEARLAB_CACHE") or Path.home() / ".cache" / "wearlab")
+    root = cache_folder()
     parts = (b"wearlab.compiled import", b"class KernelLibrary")
     kernels = [f for f in sorted(PACKAGE.rglob("*.py")) if any(part in f.read_bytes() for part in parts)]
     folder = root / f"{hash_of(kernels)}-numba{numba.__version__}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
-        for old in sorted(root.iterdir(), key=lambda f: f.stat().st_mtime)[:-KEPT_FOLDERS]:
+        for old in sorted(root.glob("*-numba*"), key=lambda f: f.stat().st_mtime)[:-KEPT_FOLDERS]:
             shutil.rmtree(old, ignore_errors=True)
     except OSError:
         pass  # an unwritable home: numba falls back to its own choice

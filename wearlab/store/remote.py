@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
+from wearlab.cache import cache_folder
 from wearlab.store.database import Database
 from wearlab.store.errors import StoreError
 from wearlab.store.files import write_whole
@@ -47,8 +48,7 @@ def address_of(path: str | os.PathLike[str]) -> str | None:
 
 def copies() -> Path:
     """Return the folder that holds the copies of stores elsewhere."""
-    root = os.environ.get("WEARLAB_CACHE") or Path.home() / ".cache" / "wearlab"
-    return Path(root).absolute() / "stores"
+    return cache_folder() / "stores"
 
 
 def copy_of(address: str) -> Path:

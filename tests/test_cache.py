@@ -1,0 +1,24 @@
+"""The folder of what can be made again: compiled code of builds long gone is dropped, nothing else."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from wearlab.compiled import KEPT_FOLDERS, _cache_folder
+
+
+def test_old_builds_are_dropped_and_copies_of_stores_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("WEARLAB_CACHE", str(tmp_path))
+    builds = [tmp_path / f"{number:016x}-numba0.0" for number in range(KEPT_FOLDERS + 2)]
+    for age, folder in enumerate([tmp_path / "stores", *builds]):
+        folder.mkdir()
+        os.utime(folder, (age, age))
+    own = _cache_folder()
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "stores",
+        own.name,
+        *(path.name for path in builds[3:]),
+    }
