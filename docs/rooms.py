@@ -22,6 +22,7 @@ MEANING = {
     "life": "loop over cycles",
     "scene": "tables to variants",
     "simulation": "labelled datasets",
+    "gradients": "derivatives",
     "query": "questions",
     "campaign": "grid of cases",
     "store": "files, catalogue",

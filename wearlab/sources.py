@@ -13,8 +13,8 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent
 AFTER = frozenset(
     (
-        *("query", "campaign", "store", "runner", "comparison", "updating", "figures", "report"),
-        *("accuracy", "cli", "origins.py", "__init__.py"),
+        *("gradients", "query", "campaign", "store", "runner", "comparison", "updating"),
+        *("figures", "report", "accuracy", "cli", "origins.py", "__init__.py"),
     )
 )
 """Rooms that no run's numbers come from."""
