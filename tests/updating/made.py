@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.campaign.update import Columns, Data, ErrorModel, Limit, UpdateSpec
+from wearlab.campaign.measured import Data, ErrorModel, Limit, UpdateSpec
+from wearlab.campaign.update_options import Columns
 from wearlab.updating.asking import Asked
 from wearlab.updating.curve import Curve
 from wearlab.updating.history import History

@@ -9,9 +9,9 @@ from wearlab.campaign.axes import Axis
 from wearlab.campaign.case import Case
 from wearlab.campaign.exclusion import Excluded
 from wearlab.campaign.figure import FigureSpec
+from wearlab.campaign.measured import UpdateSpec
 from wearlab.campaign.report import ReportSpec
 from wearlab.campaign.telling import campaign_html
-from wearlab.campaign.update import UpdateSpec
 from wearlab.options import option
 from wearlab.plugins import Plugin
 

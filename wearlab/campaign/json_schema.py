@@ -16,7 +16,7 @@ from wearlab.campaign.expect import VERDICTS
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.report import ReportSpec
 from wearlab.campaign.sampling import METHODS
-from wearlab.campaign.update import UpdateBlock
+from wearlab.campaign.update_options import UpdateBlock
 from wearlab.options import option
 from wearlab.scene import Scene
 from wearlab.slots import when_changed

@@ -13,12 +13,12 @@ from wearlab.campaign.estimates import BESIDE, ELSEWHERE, MOST_SCENES, SECTION, 
 from wearlab.campaign.exclusion import read_conditions, without_excluded
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.inheritance import PLUGINS, Inherited, inherit, inherit_table
+from wearlab.campaign.measured import SECTION as UPDATE
 from wearlab.campaign.modelled import modelled
 from wearlab.campaign.plain import plain_table
 from wearlab.campaign.report import SECTION as REPORT
 from wearlab.campaign.report import read_report
 from wearlab.campaign.undone import undone
-from wearlab.campaign.update import SECTION as UPDATE
 from wearlab.campaign.update import read_update, refuse_strange_unknowns
 from wearlab.plugins import Plugin, PluginError, use
 from wearlab.scene import Scene

@@ -1,207 +1,46 @@
-"""``[update]``: what was measured, what is unknown, and which wear ends the life.
+"""``[update]`` read: what was measured, what is unknown, and which wear ends the life.
 
-No part of any run's identity: the same stored runs serve every measurement. Files are read by
-`wearlab.updating`, not here.
+No part of any run's identity: the same stored runs serve every measurement.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from difflib import get_close_matches
-from pathlib import Path
-from typing import Annotated, Any, Literal
-
-from pydantic import BaseModel, ConfigDict
+from typing import Any
 
 from wearlab.campaign.axes import flat
 from wearlab.campaign.distributions import Distribution, is_distribution, read_distribution
 from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.measured import (
+    PREVIOUS,
+    SECTION,
+    THICKNESS,
+    WHEN,
+    WHERE,
+    Data,
+    Days,
+    ErrorModel,
+    Limit,
+    UpdateSpec,
+    udunits,
+    unit_of,
+)
 from wearlab.campaign.modelled import modelled
 from wearlab.campaign.sampling import written
-from wearlab.options import POSITIVE, Depth, Mass, option
+from wearlab.campaign.update_options import (
+    CalendarBlock,
+    Columns,
+    DataBlock,
+    ErrorBlock,
+    LimitBlock,
+    UpdateBlock,
+)
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.problems import not_a_choice, shown
 from wearlab.schema import VARIABLES
 from wearlab.units import UnitError, convert, is_quantity, split
 
-SECTION = "update"
-THICKNESS = "tooth_thickness"
-DISCREPANCIES = ("none", "accumulating")
-WHEN = ("cycle", "hours", "mesh_cycles")
-WHERE = ("diameter", "roll_angle", "path_position")
-PREVIOUS = "previous"
 MOST_DRAWS = 100_000
-Strict = ConfigDict(frozen=True, extra="forbid")
-
-
-class Columns(BaseModel):
-    """Which column of a file says what."""
-
-    model_config = Strict
-
-    cycle: str | None = option(None, "cycles of the reference gear", derived="hours or mesh_cycles")
-    hours: str | None = option(None, "operating hours", derived="cycle or mesh_cycles")
-    mesh_cycles: str | None = option(None, "mesh cycles", derived="cycle or hours")
-    value: str | None = option(None, "what was measured", derived="the quantity's name")
-    sd: str | None = option(None, "standard error of each value, added to the error's", derived="none")
-    below: str | None = option(
-        None, "a limit of detection: where the value is empty, it was below this", derived="none is"
-    )
-    diameter: str | None = option(None, "diameter at which a profile was measured", derived="none")
-    roll_angle: str | None = option(None, "roll angle at which a profile was measured", derived="none")
-    path_position: str | None = option(None, "path position at which a profile was measured", derived="none")
-
-
-class ErrorBlock(BaseModel):
-    """How far measurements are off."""
-
-    model_config = Strict
-
-    sd: str | float | dict[str, Any] | None = option(
-        None,
-        "standard error of a single value, with its unit; a distribution where it is unknown",
-        derived="none",
-    )
-    relative: float | None = option(None, "standard error over the value", derived="none")
-    offset_sd: str | float | None = option(
-        None, "standard error that all values of one inspection share", derived="none"
-    )
-    drift: str | float | dict[str, Any] | None = option(
-        None,
-        "discrepancy = accumulating: how far the wear itself strays from the model's within a million "
-        "cycles, growing with the root of the cycles (Wiener); a distribution where it is unknown",
-        derived="none",
-    )
-
-
-class DataBlock(BaseModel):
-    """Measurements of one quantity."""
-
-    model_config = Strict
-
-    file: Path = option(..., "CSV file; comments begin with #")
-    quantity: str = option(
-        ..., "worn_mass, max_wear_depth, wear_depth, tooth_thickness, or a stored variable along update"
-    )
-    member: str | None = option(None, "gear that was weighed", derived="required where there are several")
-    flank: str | None = option(None, "flank that was measured", derived="required where there are several")
-    case: str | tuple[str, ...] | None = option(
-        None, "the case or cases these belong to", derived="all cases are compared with them"
-    )
-    columns: Columns = option(Columns(), "names of the columns")
-    units: dict[str, str] = option({}, "unit of each column that has one", derived="plain numbers")
-    error: ErrorBlock = option(ErrorBlock(), "how far the values are off; required, or columns.sd")
-    select: dict[str, Any] = option({}, "dimension = label, such as harmonic, order, mesh", derived="none")
-    since: float | str | None = option(
-        None, 'values count from this cycle, or from the "previous" inspection', derived="from cycle 0"
-    )
-
-
-class LimitBlock(BaseModel):
-    """The wear that ends the life."""
-
-    model_config = Strict
-
-    depth: Annotated[Depth, POSITIVE] | None = option(
-        None, "largest wear depth", derived="worn_mass, or wear.until.depth"
-    )
-    worn_mass: Annotated[Mass, POSITIVE] | None = option(None, "worn mass", derived="depth")
-    flank: str | None = option(None, "flank whose depth counts", derived="whichever is deepest")
-    member: str | None = option(None, "member whose mass counts", derived="required with worn_mass")
-
-
-class UpdateBlock(BaseModel):
-    """What was measured, what is unknown, and which wear ends the life."""
-
-    model_config = Strict
-
-    limit: LimitBlock | None = option(None, "the wear that ends the life", derived="wear.until")
-    discrepancy: Literal[DISCREPANCIES] = option(  # type: ignore[valid-type]
-        "none", "what is wrong with the model itself: nothing, or noise that accumulates (error.drift)"
-    )
-    draws: int = option(4000, "draws from the posterior, and runs for unknowns besides wear's factor")
-    seed: int = option(0, "seed of all draws")
-    unknown: dict[str, Any] = option(..., "dotted key = distribution: what is not known")
-    data: tuple[DataBlock, ...] = option((), "what was measured")
-
-
-@dataclass(frozen=True)
-class Limit:
-    """The wear that ends the life [SI]; ``where`` is its flank or member, None where it is not said."""
-
-    quantity: Literal["max_wear_depth", "worn_mass"]
-    value: float
-    where: str | None = None
-
-
-@dataclass(frozen=True)
-class ErrorModel:
-    """Errors of one block [SI of the quantity]; a distribution is in the unit that it says."""
-
-    sd: float | Distribution | None = None
-    relative: float = 0.0
-    offset_sd: float = 0.0
-    drift: float | Distribution | None = None
-
-
-@dataclass(frozen=True)
-class Data:
-    """One ``[[update.data]]`` block.
-
-    Parameters
-    ----------
-    number : its place in the file, from 1
-    file, quantity, where, select, since : as written; ``where`` is the member or flank
-    cases : the cases it belongs to, none: all
-    columns : what each column that is named says
-    units : unit of each column that has one
-    error : how far the values are off
-    """
-
-    number: int
-    file: Path
-    quantity: str
-    where: str | None
-    cases: tuple[str, ...]
-    columns: Columns
-    units: dict[str, str]
-    error: ErrorModel
-    select: dict[str, Any] = field(default_factory=dict)
-    since: float | str | None = None
-
-    @property
-    def place(self) -> str:
-        """How messages call it."""
-        return f"{SECTION}.data[{self.number - 1}]"
-
-    @property
-    def label(self) -> str:
-        """The quantity, where it was measured, and what of it was selected."""
-        selected = [f"{dim}_{value}" for dim, value in self.select.items()]
-        return "_".join([self.quantity, *([self.where] if self.where else []), *selected])
-
-    @property
-    def si(self) -> str:
-        """The SI unit of the quantity."""
-        return unit_of(self.quantity)
-
-
-@dataclass(frozen=True)
-class UpdateSpec:
-    """A whole ``[update]``."""
-
-    limit: Limit | None
-    discrepancy: str
-    draws: int
-    seed: int
-    unknown: dict[str, Distribution]
-    data: tuple[Data, ...]
-
-
-def unit_of(quantity: str) -> str:
-    """Return the SI unit of a quantity that may be measured, "1" for a plain number."""
-    if quantity == THICKNESS:
-        return "m"
-    return VARIABLES[quantity].units
+HOURS_A_YEAR = 8784.0  # of the longest
 
 
 def read_update(given: Any) -> UpdateSpec:
@@ -218,10 +57,11 @@ def read_update(given: Any) -> UpdateSpec:
     if not isinstance(blocks, list):
         problems.append(f"{SECTION}.data: {shown(blocks)} is no list of tables: write [[{SECTION}.data]]")
         blocks = []
-    head = {key: value for key, value in given.items() if key not in ("data", "limit")}
+    head = {key: value for key, value in given.items() if key not in ("data", "limit", "calendar")}
     spec = _tried(problems, modelled, UpdateBlock, head, SECTION)
     unknown = _tried(problems, _unknown, given.get("unknown"))
     limit = _tried(problems, _limit, given.get("limit"))
+    days = _tried(problems, _days, given.get("calendar"))
     data = [_tried(problems, _data, block, number) for number, block in enumerate(blocks, 1)]
     if spec is not None:
         for key, value, least in (("draws", spec.draws, 1), ("seed", spec.seed, 0)):
@@ -234,7 +74,7 @@ def read_update(given: Any) -> UpdateSpec:
             )
     if problems:
         raise CampaignError(problems)
-    return UpdateSpec(limit, spec.discrepancy, spec.draws, spec.seed, unknown, tuple(data))
+    return UpdateSpec(limit, spec.discrepancy, spec.draws, spec.seed, unknown, tuple(data), days)
 
 
 def refuse_strange_unknowns(spec: UpdateSpec, scenes: Sequence[Scene], labels: Sequence[str]) -> None:
@@ -296,6 +136,20 @@ def _limit(given: Any) -> Limit | None:
     if block.flank is not None:
         raise CampaignError([f"{where}.flank: belongs to a depth; a worn mass has a member"])
     return Limit("worn_mass", block.worn_mass, block.member)
+
+
+def _days(given: Any) -> Days | None:
+    if given is None:
+        return None
+    where = f"{SECTION}.calendar"
+    block = modelled(CalendarBlock, given, where)
+    if not 0.0 < block.hours_per_year <= HOURS_A_YEAR:
+        raise CampaignError(
+            [f"{where}.hours_per_year: {block.hours_per_year:g} is not between 0 and {HOURS_A_YEAR:g}"]
+        )
+    if block.hours is not None and not 0.0 <= block.hours < float("inf"):
+        raise CampaignError([f"{where}.hours: {block.hours:g} is before the first hour, or endless"])
+    return Days(block.date, block.hours, block.hours_per_year)
 
 
 def _data(given: Any, number: int) -> Data:
@@ -391,8 +245,3 @@ def _positive(given: Any, unit: str, where: str) -> float:
     if not value > 0.0:
         raise CampaignError([f"{where}: {shown(given)} must be greater than 0"])
     return value
-
-
-def udunits(unit: str) -> str:
-    """Return a unit in UDUNITS form, ``m2 N-1``, as a text that can be converted to: ``m2*N-1``."""
-    return unit.replace(" ", "*")

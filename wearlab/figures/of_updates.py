@@ -14,7 +14,7 @@ from wearlab.figures.wording import typeset
 from wearlab.units import convert
 
 CYCLES = Scale("cycles", "1")
-REST = Scale("remaining life", "1")
+REST = Scale("remaining life in cycles", "1")
 DENSITY = Scale("density over its largest", "1")
 PLACES = 300
 NOT_DRAWN = ("remaining_useful_life", "wear_coefficient")
@@ -24,14 +24,16 @@ def line(
     one: Updated, x: Array, y: Array, across: Scale, up: Scale, look: str = "line", text: str = ""
 ) -> Series:
     """Return a curve of one case."""
-    return Series(one.key, np.asarray(x, float), np.asarray(y, float), across, up, look, text)  # type: ignore[arg-type]
+    hours = one.hours_per_cycle if across in (CYCLES, REST) else None
+    return Series(one.key, np.asarray(x, float), np.asarray(y, float), across, up, look, text, (), hours)  # type: ignore[arg-type]
 
 
 def area(one: Updated, x: Array, low: Array, high: Array, across: Scale, up: Scale) -> Series:
     """Return the area between two curves of one case."""
     held = np.isfinite(low) & np.isfinite(high)
     outline = np.concatenate([x[held], x[held][::-1]]), np.concatenate([low[held], high[held][::-1]])
-    return Series(one.key, *outline, across, up, "area")
+    hours = one.hours_per_cycle if across in (CYCLES, REST) else None
+    return Series(one.key, *outline, across, up, "area", hours=hours)
 
 
 def density(values: Array) -> tuple[Array, Array]:

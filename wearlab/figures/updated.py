@@ -32,6 +32,12 @@ class Updated:
     def __getitem__(self, name: str) -> xr.Dataset:
         return self.groups.get(name, xr.Dataset())
 
+    @property
+    def hours_per_cycle(self) -> float | None:
+        """Operating hours of a cycle, None where the update does not say."""
+        cycle = self["predictions"].get("seconds_per_cycle")
+        return None if cycle is None else float(cycle) / 3600.0
+
 
 def updated_cases(title: str, store: "Store", ask: Ask, kind: Kind) -> list[Updated]:
     """Return the cases of the latest update of a campaign that has what a kind needs.

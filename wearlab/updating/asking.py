@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.campaign.update import THICKNESS
+from wearlab.campaign.measured import THICKNESS
 from wearlab.updating.curve import Curve
 from wearlab.updating.errors import UpdateError
 from wearlab.updating.observations import Observed

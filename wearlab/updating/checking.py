@@ -21,7 +21,7 @@ class Check:
 
     Parameters
     ----------
-    block, cycle, count : which block, when, how many values
+    block, cycle, count : which block, when, how many values above a limit of detection
     p : probability of values at least as far from what was expected (posterior predictive)
     surprise : difference of their mean from it, over the standard deviation expected
     """
@@ -81,9 +81,12 @@ def checks(post: Posterior, draws: Draws, most: int = 2000) -> list[Check]:
         if not len(block.rows):
             continue
         times = inspections_of(block, post.histories[0], number)
-        if len(times) > most or block.seen.censored.any():
+        if len(times) > most:
             continue
         for one, step in zip(times, surprises(post, draws, number), strict=True):
-            p = float(np.mean(gammaincc(0.5 * step.count, 0.5 * step.chi_square)))
+            if step.count:
+                p = float(np.mean(gammaincc(0.5 * step.count, 0.5 * step.chi_square)))
+            else:  # nothing but values below their limits
+                p = float(np.mean(np.exp(step.log_likelihood)))
             found.append(Check(number, one.cycle, step.count, p, float(np.median(step.surprise))))
     return found

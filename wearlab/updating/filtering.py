@@ -7,12 +7,15 @@ sees it with one offset of its own and one independent error a value,
 
 Values of one inspection are replaced by their weighted mean, which is sufficient for W; what they scatter
 about it is accounted for apart, so that an inspection costs the same with one value or with a thousand.
+Values below a limit of detection come after the others of their inspection, see `censoring`.
 """
 
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+
+from wearlab.updating.censoring import Hidden, below
 
 Array = NDArray[np.float64]
 LOG_TWO_PI = float(np.log(2.0 * np.pi))
@@ -51,9 +54,9 @@ class Step:
 
     Parameters
     ----------
-    count : of its values
-    count : of its values
-    surprise : difference of its mean from what was expected, over the standard deviation expected
+    count : of its values, without those below a limit of detection
+    surprise : difference of its mean from what was expected, over the standard deviation expected; of values
+        below their limits the difference that they make to what is expected
     chi_square : sum of all squared standard differences of its values
     log_likelihood : of its values, given those before
     before, before_variance : mean and variance of W just before it
@@ -78,6 +81,7 @@ def filtered(
     rate: Array,
     start: float,
     *,
+    hidden: Hidden | None = None,
     steps: bool = False,
 ) -> Filtered:
     """Return the likelihood of residuals and what is known of W.
@@ -90,6 +94,7 @@ def filtered(
     offset_variance : of the error that an inspection's values share
     rate : (…) variance of W per cycle
     start : cycle at which W is 0
+    hidden : values of which only a limit is known
     steps : whether each inspection's surprise is kept
     """
     lanes = np.broadcast_shapes(residual.shape[:-1], variance.shape[:-1], np.shape(rate))
@@ -97,31 +102,62 @@ def filtered(
     kept: list[Step] = []
     last = start
     for one in inspections:
-        r = residual[..., one.values]
-        v = variance if variance.shape[-1] == 1 else variance[..., one.values]
-        n = len(one.values)
-        precision = np.sum(1.0 / v, axis=-1) * (n if v.shape[-1] == 1 else 1)
-        own = 1.0 / precision
-        average = np.sum(r / v, axis=-1) * own
-        logs = np.sum(np.log(v), axis=-1) * (n if v.shape[-1] == 1 else 1)
         before, before_spread = mean, spread + rate * (one.cycle - last)
-        expected = before_spread + own + offset_variance
-        off = average - before
-        constant = logs - np.log(own) + np.log(expected) + n * LOG_TWO_PI
-        chi = off * off / expected
-        if n > 1:
-            chi = chi + np.sum(r * r / v, axis=-1) - average * average * precision
-        gained = -0.5 * (chi + constant)
-        gain = before_spread / expected
-        total = total + gained
-        mean, spread = before + gain * off, before_spread * (1.0 - gain)
         last = one.cycle
+        under = one.values[:0] if hidden is None else hidden.among(one.values)
+        told = one.values if not len(under) else np.setdiff1d(one.values, under)
+        shared, shared_spread = before, before_spread + offset_variance  # of W and the offset together
+        off, expected, chi, gained = (np.zeros(()) for _ in range(4))
+        if len(told):
+            off, expected, chi, gained = _gained(residual, variance, told, shared, shared_spread)
+            gain = shared_spread / expected
+            shared, shared_spread = shared + gain * off, shared_spread * (1.0 - gain)
+            off = off / np.sqrt(expected)
+        if hidden is not None and len(under):
+            wide = [np.broadcast_to(part, lanes) for part in (shared, shared_spread)]
+            log_below, shared, shared_spread = below(hidden.room, variance, under, wide[0], np.sqrt(wide[1]))
+            gained = gained + log_below
+            if not len(told):
+                own = variance[..., 0 if variance.shape[-1] == 1 else under[0]]
+                off = (shared - before) / np.sqrt(wide[1] + own)
+        whole = before_spread + offset_variance
+        with np.errstate(invalid="ignore"):
+            gain = np.where(whole > 0.0, before_spread / whole, 0.0)
+        total = total + gained
+        mean = before + gain * (shared - before)
+        spread = before_spread * (1.0 - gain) + gain**2 * shared_spread
         if steps:
-            each = (off / np.sqrt(expected), chi, gained, before, before_spread, mean, spread)
-            whole = [np.broadcast_to(np.asarray(part, float), lanes) for part in each]
-            kept.append(Step(n, *whole))
+            each = (off, chi, gained, before, before_spread, mean, spread)
+            kept.append(Step(len(told), *[np.broadcast_to(np.asarray(part, float), lanes) for part in each]))
     total = np.broadcast_to(total, lanes)
     return Filtered(total, np.broadcast_to(mean, lanes), np.broadcast_to(spread, lanes), last, kept)
+
+
+def _gained(
+    residual: Array, variance: Array, values: NDArray[np.intp], before: Array, spread: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Return how far an inspection's mean is off, its variance expected, chi square and log likelihood.
+
+    Parameters
+    ----------
+    residual, variance : as in `filtered`
+    values : of the inspection
+    before, spread : mean and variance of what all of them share
+    """
+    r = residual[..., values]
+    v = variance if variance.shape[-1] == 1 else variance[..., values]
+    n = len(values)
+    precision = np.sum(1.0 / v, axis=-1) * (n if v.shape[-1] == 1 else 1)
+    own = 1.0 / precision
+    average = np.sum(r / v, axis=-1) * own
+    logs = np.sum(np.log(v), axis=-1) * (n if v.shape[-1] == 1 else 1)
+    expected = spread + own
+    off = average - before
+    constant = logs - np.log(own) + np.log(expected) + n * LOG_TWO_PI
+    chi = off * off / expected
+    if n > 1:
+        chi = chi + np.sum(r * r / v, axis=-1) - average * average * precision
+    return off, expected, chi, -0.5 * (chi + constant)
 
 
 def smoothed_paths(steps: list[Step], cycles: list[float], rate: Array, rng: np.random.Generator) -> Array:

@@ -5,6 +5,7 @@ import xarray as xr
 
 from wearlab.schema import VARIABLES
 from wearlab.updating.answer import QUANTILES
+from wearlab.updating.calendar import days_of
 from wearlab.updating.layout import variable
 from wearlab.updating.outcome import Outcome
 from wearlab.updating.predicting import over_cycles
@@ -49,6 +50,11 @@ def predictions(one: Outcome, rng: np.random.Generator) -> xr.Dataset:
             },
         ),
     }
+    days = one.study.spec.days
+    if days is not None:
+        about = f"day on which the limit is reached, at {days.hours_per_year:g} operating hours a year"
+        ends = days_of(days, answer.remaining(P), answer.now, hours)
+        found["end_of_life_quantile"] = xr.Variable("quantile", ends, {"long_name": about})
     quantity = one.study.limit.quantity
     for name in run.beside:
         drifting = answer.drifting if name == quantity else None

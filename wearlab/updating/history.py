@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.campaign.update import Limit
+from wearlab.campaign.measured import Limit
 from wearlab.updating.asking import TINY, Asked, asked_of, curve_of, per_cycle
 from wearlab.updating.curve import Curve
 from wearlab.updating.errors import UpdateError

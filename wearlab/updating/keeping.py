@@ -31,6 +31,7 @@ def identity(wanted: Sequence[Study], *, replay: bool, check: int) -> str:
             spec.draws,
             spec.seed,
             sorted((k, repr(v)) for k, v in spec.unknown.items()),
+            repr(spec.days),
         ]
         for seen in study.seen:
             data = seen.data

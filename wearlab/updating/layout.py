@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab.campaign.update import THICKNESS
+from wearlab.campaign.measured import THICKNESS
 from wearlab.schema import VARIABLES
 from wearlab.units import KINDS, convert
 from wearlab.updating.likelihood import Block

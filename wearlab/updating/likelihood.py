@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.campaign.distributions import Distribution
-from wearlab.campaign.update import PREVIOUS, Data, udunits
+from wearlab.campaign.measured import PREVIOUS, Data, udunits
 from wearlab.units import convert
 from wearlab.updating.asking import Asked
-from wearlab.updating.censoring import with_common_offset
+from wearlab.updating.censoring import Hidden
 from wearlab.updating.condensing import SIZE, condensed, squares
 from wearlab.updating.filtering import LOG_TWO_PI, Filtered, Inspection, filtered
 from wearlab.updating.history import History
@@ -170,14 +170,12 @@ def log_likelihood(
         total = _independent(residual, variance, model, censored, block.seen.below[block.rows])
         zero = np.zeros_like(total)
         return Filtered(total, zero, zero, times[-1].cycle if times else start)
+    hidden = None
     if censored.any():
-        known = np.where(censored, 0.0, residual)
-        room = block.seen.below[block.rows] - model
-        own = block.data.error.offset_sd**2
-        total = with_common_offset(known, variance, room, censored, times, own)
-        zero = np.zeros_like(total)
-        return Filtered(total, zero, zero, times[-1].cycle)
-    return filtered(residual, variance, times, block.data.error.offset_sd**2, rate, start, steps=steps)
+        residual = np.where(censored, 0.0, residual)
+        hidden = Hidden(censored, np.where(censored, block.seen.below[block.rows], 0.0) - model)
+    own = block.data.error.offset_sd**2
+    return filtered(residual, variance, times, own, rate, start, hidden=hidden, steps=steps)
 
 
 def _condenses(block: Block, asked: Asked, sd: Array, rate: Array) -> bool:

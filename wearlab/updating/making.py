@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.campaign.update import PREVIOUS
+from wearlab.campaign.measured import PREVIOUS
 from wearlab.updating.history import History
 from wearlab.updating.likelihood import PER, Block, inspections_of, modelled
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.campaign.update import WHEN, WHERE, Data, udunits
+from wearlab.campaign.measured import WHEN, WHERE, Data, udunits
 from wearlab.units import UnitError, convert
 from wearlab.updating.errors import UpdateError
 
@@ -186,10 +186,5 @@ def _refuse_impossible(seen: Observed, names: dict[str, str | None]) -> None:
     error = seen.data.error
     if error.sd is None and not error.relative:
         refuse(seen.sd <= 0.0, "sd", seen.sd, "is required: the block's error has no other")
-    if seen.censored.any() and error.drift is not None:
-        raise UpdateError(
-            f"{seen.data.place}: values below a limit of detection do not go with error.drift, whose course "
-            "through them has no closed form; leave out one of them"
-        )
     if isinstance(seen.data.since, float):
         refuse(seen.time < seen.data.since, "time", seen.time, f"is before since = {seen.data.since:g}")

@@ -83,7 +83,7 @@ def pointwise(one: Outcome, number: int) -> xr.Dataset:
     block = post.blocks[number]
     times = inspections_of(block, post.histories[0], number)
     coords = draws_of(len(one.draws))
-    if len(times) > 500 or block.seen.censored.any():
+    if len(times) > 500:
         values = np.empty(len(one.draws))
         for i in np.unique(one.draws.run):
             mine = one.draws.of_run(int(i))

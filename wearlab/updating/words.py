@@ -50,6 +50,8 @@ def _case(tree: xr.DataTree, label: str | None) -> Iterator[str]:
     rest = _last(predictions["remaining_useful_life_quantile"])
     yield _line("life", life, "cycles", hours)
     yield _line(f"remaining life at {now:.6g} cycles", rest, "cycles", hours)
+    if "end_of_life_quantile" in predictions:
+        yield _day(predictions["end_of_life_quantile"])
     if "inspection" in predictions.dims:
         yield from _replay(predictions, hours)
     if "replay_inspections" in stats and np.isfinite(stats["replay_inspections"]):
@@ -93,6 +95,12 @@ def _line(name: str, q: np.ndarray, unit: str, hours: float = float("nan")) -> s
 
     also = f"\n    = {text(hours, 'h')}" if np.isfinite(hours) else ""
     return f"{name}: {text(1.0, unit)}{also}"
+
+
+def _day(ends: xr.DataArray) -> str:
+    low, quarter, middle, three, high = map(str, ends.values)
+    rate = str(ends.attrs["long_name"]).rpartition(", ")[2]
+    return f"reached on {middle} (50 %: {quarter} to {three}; 90 %: {low} to {high}), {rate}"
 
 
 def _moved(predictions: xr.Dataset) -> str:

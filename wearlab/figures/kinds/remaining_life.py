@@ -1,12 +1,13 @@
 """The remaining life after the last inspection."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from wearlab.figures.ask import Ask
 from wearlab.figures.of_updates import DENSITY, REST, area, density, line, update_kind
-from wearlab.figures.plot import Series
+from wearlab.figures.plot import Mark, Series
 from wearlab.figures.updated import Updated, finite
 
 
@@ -19,9 +20,13 @@ def _remaining(one: Updated, ask: Ask) -> Iterator[Series]:
     yield area(one, x, np.zeros_like(y), y, REST, DENSITY)
     yield line(one, x, y, REST, DENSITY)
     last = latest(one["predictions"]["remaining_useful_life_quantile"])
-    for p, at in zip(last["quantile"].values, last.values, strict=True):
+    days = one["predictions"].get("end_of_life_quantile")
+    for n, (p, at) in enumerate(zip(last["quantile"].values, last.values, strict=True)):
         if p in (0.05, 0.5, 0.95) and np.isfinite(at):
-            yield line(one, np.full(2, at), np.array([0.0, 1.05]), REST, DENSITY, "level", "5, 50 and 95 %")
+            text = "5, 50 and 95 %"
+            level = line(one, np.full(2, at), np.array([0.0, 1.05]), REST, DENSITY, "level", text)
+            marks = () if days is None else (Mark(float(at), str(days.values[n])),)
+            yield replace(level, marks=marks)
 
 
 REMAINING_LIFE = update_kind(

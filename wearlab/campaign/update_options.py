@@ -1,0 +1,116 @@
+"""The options of ``[update]``, as the JSON Schema tells them and files are checked against."""
+
+from datetime import date as date_
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from wearlab.options import POSITIVE, Depth, Mass, option
+
+DISCREPANCIES = ("none", "accumulating")
+Strict = ConfigDict(frozen=True, extra="forbid")
+
+
+class Columns(BaseModel):
+    """Which column of a file says what."""
+
+    model_config = Strict
+
+    cycle: str | None = option(None, "cycles of the reference gear", derived="hours or mesh_cycles")
+    hours: str | None = option(None, "operating hours", derived="cycle or mesh_cycles")
+    mesh_cycles: str | None = option(None, "mesh cycles", derived="cycle or hours")
+    value: str | None = option(None, "what was measured", derived="the quantity's name")
+    sd: str | None = option(None, "standard error of each value, added to the error's", derived="none")
+    below: str | None = option(
+        None, "a limit of detection: where the value is empty, it was below this", derived="none is"
+    )
+    diameter: str | None = option(None, "diameter at which a profile was measured", derived="none")
+    roll_angle: str | None = option(None, "roll angle at which a profile was measured", derived="none")
+    path_position: str | None = option(None, "path position at which a profile was measured", derived="none")
+
+
+class ErrorBlock(BaseModel):
+    """How far measurements are off."""
+
+    model_config = Strict
+
+    sd: str | float | dict[str, Any] | None = option(
+        None,
+        "standard error of a single value, with its unit; a distribution where it is unknown",
+        derived="none",
+    )
+    relative: float | None = option(None, "standard error over the value", derived="none")
+    offset_sd: str | float | None = option(
+        None, "standard error that all values of one inspection share", derived="none"
+    )
+    drift: str | float | dict[str, Any] | None = option(
+        None,
+        "discrepancy = accumulating: how far the wear itself strays from the model's within a million "
+        "cycles, growing with the root of the cycles (Wiener); a distribution where it is unknown",
+        derived="none",
+    )
+
+
+class DataBlock(BaseModel):
+    """Measurements of one quantity."""
+
+    model_config = Strict
+
+    file: Path = option(..., "CSV file; comments begin with #")
+    quantity: str = option(
+        ..., "worn_mass, max_wear_depth, wear_depth, tooth_thickness, or a stored variable along update"
+    )
+    member: str | None = option(None, "gear that was weighed", derived="required where there are several")
+    flank: str | None = option(None, "flank that was measured", derived="required where there are several")
+    case: str | tuple[str, ...] | None = option(
+        None, "the case or cases these belong to", derived="all cases are compared with them"
+    )
+    columns: Columns = option(Columns(), "names of the columns")
+    units: dict[str, str] = option({}, "unit of each column that has one", derived="plain numbers")
+    error: ErrorBlock = option(ErrorBlock(), "how far the values are off; required, or columns.sd")
+    select: dict[str, Any] = option({}, "dimension = label, such as harmonic, order, mesh", derived="none")
+    since: float | str | None = option(
+        None, 'values count from this cycle, or from the "previous" inspection', derived="from cycle 0"
+    )
+
+
+class LimitBlock(BaseModel):
+    """The wear that ends the life."""
+
+    model_config = Strict
+
+    depth: Annotated[Depth, POSITIVE] | None = option(
+        None, "largest wear depth", derived="worn_mass, or wear.until.depth"
+    )
+    worn_mass: Annotated[Mass, POSITIVE] | None = option(None, "worn mass", derived="depth")
+    flank: str | None = option(None, "flank whose depth counts", derived="whichever is deepest")
+    member: str | None = option(None, "member whose mass counts", derived="required with worn_mass")
+
+
+class CalendarBlock(BaseModel):
+    """Which day it was after how many operating hours, and how the hours go on."""
+
+    model_config = Strict
+
+    date: date_ = option(..., "a day, such as 2026-03-01")
+    hours: float | None = option(None, "operating hours on that day", derived="those of the last inspection")
+    hours_per_year: float = option(..., "operating hours in a year from then on; 8766 without a stop")
+
+
+class UpdateBlock(BaseModel):
+    """What was measured, what is unknown, and which wear ends the life."""
+
+    model_config = Strict
+
+    limit: LimitBlock | None = option(None, "the wear that ends the life", derived="wear.until")
+    discrepancy: Literal[DISCREPANCIES] = option(  # type: ignore[valid-type]
+        "none", "what is wrong with the model itself: nothing, or noise that accumulates (error.drift)"
+    )
+    draws: int = option(4000, "draws from the posterior, and runs for unknowns besides wear's factor")
+    seed: int = option(0, "seed of all draws")
+    calendar: CalendarBlock | None = option(
+        None, "so that the life ends on a day", derived="cycles and hours only"
+    )
+    unknown: dict[str, Any] = option(..., "dotted key = distribution: what is not known")
+    data: tuple[DataBlock, ...] = option((), "what was measured")
