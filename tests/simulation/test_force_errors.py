@@ -1,6 +1,7 @@
 """The estimated error of the largest mesh force against orbits that SciPy's DOP853 closes."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,10 @@ import pytest
 
 from wearlab.accuracy.reference import second_method
 from wearlab.accuracy.steady import steady
+from wearlab.campaign import load
 from wearlab.dynamics.periodic import Periodic
 from wearlab.scene import Scene
+from wearlab.scene.build import build
 from wearlab.simulation import simulate
 from wearlab.simulation.force_errors import LARGEST_SHARE, NEAR, error_of_largest
 
@@ -58,3 +61,35 @@ def test_the_largest_is_off_by_no_more_than_the_error_where_it_may_lie() -> None
     assert error_of_largest(values, 20.0 * far) == pytest.approx(20.0 * LARGEST_SHARE)
     by_chance = np.abs(x - x[values.argmax()])
     assert error_of_largest(values, by_chance) == pytest.approx(LARGEST_SHARE * 0.1 * NEAR * 5.0, rel=0.05)
+
+
+BASE = Path(__file__).parents[2] / "campaigns" / "base"
+
+
+@pytest.fixture(scope="module")
+def table() -> tuple[Scene, float]:
+    """The benchmark pair far above resonance, and its largest force by DOP853 at 6,000 places."""
+    pair = load(BASE / "benchmark_pair.toml").cases[0].scene
+    scene = pair.replace("operation.speed", "30000 rpm").replace("numerics.profile_points", 61)
+    problem = steady(scene)
+    phase = (np.arange(6000) + 0.5) / 6000
+    problem = replace(problem, parts=replace(problem.parts, phase=phase))
+    response = problem.solve(problem.with_steps(600, Periodic()))
+    return scene, float(second_method(problem, problem.motion(response.system), response).max())
+
+
+def test_the_largest_force_over_a_table_is_what_dop853_finds(table: tuple[Scene, float]) -> None:
+    scene, truth = table
+    run = simulate(scene)
+    assert int(run.count_steps_per_period) == len(build(scene).vibration.touching.grid.width)
+    missed = abs(float(run.mesh_force_max[-1, 0]) - truth)
+    assert missed < 1e-5 * truth and missed <= float(run.error_estimate_mesh_force_max[-1])
+
+
+def test_a_misread_table_is_seen(table: tuple[Scene, float], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parabolas over few steps miss the ramp of the table, and the twin's more so."""
+    scene, truth = table
+    monkeypatch.setattr("wearlab.life.vibration.Between", lambda *given: None)
+    run = simulate(scene)
+    missed = abs(float(run.mesh_force_max[-1, 0]) - truth)
+    assert 1e-5 * truth < missed <= float(run.error_estimate_mesh_force_max[-1])

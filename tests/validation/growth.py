@@ -95,9 +95,10 @@ def planetary(planets: int, model: str) -> Scene:
 
 def steady(scene: Scene) -> tuple[int, float]:
     """Return the coordinates of a scene and the time of its wear state with a cold steady response [s]."""
-    coupling = build(scene).coupling
-    unworn = coupling.unworn()
-    return len(coupling.systems[0].load), least(lambda: coupling.evaluate(unworn))
+    parts = build(scene)
+    coupling, unworn = parts.coupling, parts.coupling.unworn()
+    assert parts.vibration is not None
+    return len(parts.vibration.system.load), least(lambda: coupling.evaluate(unworn))
 
 
 def grown(name: str, sizes: Sequence[float], of: Callable[[Any], float]) -> Growth:

@@ -19,13 +19,15 @@ from wearlab.mesh.excitation import Touching, mesh_force, stages
 from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
-from wearlab.scene.build.vibration import build_friction, fluctuation
+from wearlab.scene.build.vibration import MOST_STEPS, build_friction, few_steps, fluctuation
 from wearlab.simulation.run import initial_wear
 from wearlab.wear.initials.quadratic import quadratic
 
 Array = NDArray[np.float64]
 
 FEWEST = 32
+TABLE_MISSED = 2e-6
+"""What steps for touching flanks may miss of a stiffness from a table, however few are asked for [1]."""
 NEIGHBOUR = 1e-7
 """How much deeper the flanks of the neighbouring wear state are worn [m]."""
 
@@ -91,8 +93,10 @@ class Steady:
         if self.vibration.touching is None:
             return self.with_steps(steps, Periodic())
         parts, marched = self.parts, self.with_steps(max(FEWEST, steps), Periodic())
-        grid = stage_grid(parts.edges[:-1], steps, SIZES[0])
-        grids, friction = [one.analysis.grid for one in self.kinds], build_friction(self.scene, parts.gears)
+        analyses = [one.analysis for one in self.kinds]
+        grid = few_steps(analyses, parts.meshes, parts.edges, steps, TABLE_MISSED, MOST_STEPS)
+        assert grid is not None
+        grids, friction = [one.grid for one in analyses], build_friction(self.scene, parts.gears)
         few = stages(grids, parts.meshes, parts.edges, grid, friction)
         return replace(marched, touching=few)
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.polynomial import Legendre
 from numpy.typing import NDArray
 
+from wearlab.dynamics.between import errors_within, parabola, springs_within
 from wearlab.dynamics.response import Response, accelerations, coordinates_at, step_of
 from wearlab.mesh.stages import StageGrid
 
@@ -33,14 +34,17 @@ def mesh_acceleration_at(
     """
     step = step_of(grid, phase, segment)
     x = (phase - grid.start[step]) / grid.width[step]
-    y = 1.0 - x
-    factors = np.array([y * (y - x), 4.0 * x * y, x * (x - y)])
     state = np.concatenate(coordinates_at(response, grid, phase, segment), axis=1).transpose(0, 2, 1)
-    at_points = {
-        name: np.repeat(np.einsum("in,ni...->n...", factors, table[step])[:, None], 3, axis=1)
-        for name, table in response.tables._asdict().items()
-        if name != "width" and table is not None
+    tables = response.tables
+    error, error_rate = errors_within(tables, response.between, step, x)
+    stiffness, gap = springs_within(tables, response.between, step, x)
+    known = {"stiffness": stiffness, "gap": gap, "error": error, "error_rate": error_rate}
+    known |= {
+        name: parabola(table, step, x)
+        for name in ("fluctuation", "sliding", "moment")
+        if (table := getattr(tables, name)) is not None
     }
+    at_points = {name: np.repeat(values[:, None], 3, axis=1) for name, values in known.items()}
     points = replace(
         response,
         state=np.concatenate([state, state[:, -1:]], axis=1),

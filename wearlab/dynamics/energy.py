@@ -15,12 +15,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.between import errors_within, parabola, springs_within
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.system import System
-from wearlab.dynamics.within import parabola
 
 Array = NDArray[np.float64]
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+NEARBY = 1e-3
+"""Fraction of a step over which the rates of stiffness and gap are taken, to both sides [1]."""
 
 
 class EnergyBalance(NamedTuple):
@@ -84,8 +86,8 @@ def nominal_speeds(system: System, given: Mapping[str, float]) -> Array:
 def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
     """Return the mean powers over the period, or over the kept periods, of a response.
 
-    The motion within the steps is the response's `Path`, the mesh the parabola of its stages; both are
-    integrated by Gauss's rule. A step in which contact changes is integrated with less accuracy.
+    The motion within the steps is the response's `Path`; it and the mesh are integrated by Gauss's rule. A
+    step in which contact changes is integrated with less accuracy.
 
     Parameters
     ----------
@@ -106,7 +108,7 @@ def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
     whole = v + nominal
     loads = (system.load * whole).reshape(*whole.shape)
     if system.fluctuation_direction is not None and tables.fluctuation is not None:
-        loads = loads + (parabola(tables.fluctuation, x)[..., None] * system.fluctuation_direction) * whole
+        loads = loads + (_parabolas(tables.fluctuation, x)[..., None] * system.fluctuation_direction) * whole
     work = np.array([mean(loads[..., row]) for row in range(loads.shape[-1])])
     held = v @ system.damping.T + q @ system.total_stiffness.T
     flanks = _flank_powers(system, mesh, delta)
@@ -148,25 +150,34 @@ class _Flanks(NamedTuple):
     moving: Array
 
 
-def _slope(table: Array, x: Array, length: Array) -> Array:
-    factors = np.array([4.0 * x - 3.0, 4.0 - 8.0 * x, 4.0 * x - 1.0])
-    slope = np.einsum("ix,si...->xs...", factors, table)
-    return slope / length.reshape(1, -1, *[1] * (slope.ndim - 2))
-
-
 def _mesh_at(response: Response, x: Array) -> _Mesh:
-    tables, period = response.tables, response.mesh_period
-    length = tables.width * period
-    return _Mesh(
-        parabola(tables.stiffness, x),
-        _slope(tables.stiffness, x, length),
-        parabola(tables.gap, x),
-        _slope(tables.gap, x, length),
-        parabola(tables.error, x),
-        parabola(tables.error_rate, x) / period,
-        None if tables.sliding is None else parabola(tables.sliding, x),
-        None if tables.moment is None else parabola(tables.moment, x),
+    tables, period, steps = response.tables, response.mesh_period, len(response.tables.width)
+    step, fraction = np.tile(np.arange(steps), len(x)), np.repeat(x, steps)
+    shape, between = (len(x), steps, tables.error.shape[2]), response.between
+    before, here, after = (
+        [one.reshape(*shape, -1) for one in springs_within(tables, between, step, fraction + moved)]
+        for moved in (-NEARBY, 0.0, NEARBY)
     )
+    duration = 2.0 * NEARBY * period * tables.width[:, None, None]
+    rates = [(late - early) / duration for early, late in zip(before, after, strict=True)]
+    error, error_rate = (one.reshape(shape) for one in errors_within(tables, between, step, fraction))
+    return _Mesh(
+        here[0],
+        rates[0],
+        here[1],
+        rates[1],
+        error,
+        error_rate / period,
+        None if tables.sliding is None else _parabolas(tables.sliding, x),
+        None if tables.moment is None else _parabolas(tables.moment, x),
+    )
+
+
+def _parabolas(table: Array, x: Array) -> Array:
+    """Return stage values at fractions x of all steps, (n_fractions, n_steps, …)."""
+    steps = len(table)
+    found = parabola(table, np.tile(np.arange(steps), len(x)), np.repeat(x, steps))
+    return found.reshape(len(x), *table.shape[:1], *table.shape[2:])
 
 
 def _flank_powers(system: System, mesh: _Mesh, delta: Array) -> _Flanks:

@@ -7,6 +7,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.between import Between
 from wearlab.dynamics.period_map import MIDDLE, TOUCHING, TOUCHING_FIRST
 from wearlab.dynamics.response import Response, Verdict
 from wearlab.dynamics.shooting import Orbit, Shooting
@@ -83,17 +84,22 @@ class Periodic:
         return replace(found, state=np.ascontiguousarray(found.state[:, ::2]), tables=tables)
 
     def touching(
-        self, system: System, tables: StageTables, period: float, start: Response | None = None
+        self,
+        system: System,
+        tables: StageTables,
+        period: float,
+        start: Response | None = None,
+        between: Between | None = None,
     ) -> Response | None:
         """Return the response on which no flank parts, on steps for collocation, see `touching_orbit`.
 
         None where there is none, where it is not resolved, or where the neighbour is on another branch: its
-        flanks part. Parameters as in `solve`.
+        flanks part. Parameters as in `solve`, and what the tables were taken of.
         """
         if start is not None and start.counts.newton_iterations != 1:
             return None
         near = None if start is None else start.near
-        return touching_orbit(system, tables, period, self.margin, near, self.resolved)
+        return touching_orbit(system, tables, period, self.margin, near, self.resolved, between)
 
     def _shoot(self, system: System, tables: StageTables, period: float, start: Response | None) -> Response:
         shooting = Shooting(system, tables, period)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.balance import balance_of
+from wearlab.dynamics.between import Between, errors_within
 from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.path import Path, path
 from wearlab.dynamics.system import System
@@ -71,6 +72,7 @@ class Response:
         mesh period [s]
     derivative : (2n, 2n) of the map over m periods at its start, kept where a neighbour can use it, or None
     near : what neighbouring cases are found from where no flank parts, or None
+    between : what the tables were taken of, for values between their stages; None: parabolas through them
     """
 
     period: int
@@ -84,6 +86,7 @@ class Response:
     mesh_period: float
     derivative: Array | None = None
     near: "Neighbour | None" = None
+    between: Between | None = None
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -153,7 +156,7 @@ def deflection_at(
 ) -> tuple[Array, Array]:
     """Return mesh deflection δ and its rate at any phases, (n_kept, n_mesh, n_phases) [m], [m/s].
 
-    ``δ = d·q − e``, by the polynomials of d·q on each two steps (`Path`) and the quadratic one of e.
+    ``δ = d·q − e``, by the polynomials of d·q on each two steps (`Path`).
 
     Parameters
     ----------
@@ -165,10 +168,7 @@ def deflection_at(
     step = step_of(grid, phase, segment, side)
     x = (phase - grid.start[step]) / grid.width[step]
     position, velocity = response.approach.at(step, x)
-    y = 1.0 - x
-    factors = np.array([y * (y - x), 4.0 * x * y, x * (x - y)])
-    tables = response.tables
-    error, slope = (np.einsum("in,nim->nm", factors, one[step]) for one in (tables.error, tables.error_rate))
+    error, slope = errors_within(response.tables, response.between, step, x)
     delta, rate = position - error, velocity - slope / response.mesh_period
     return np.ascontiguousarray(delta.transpose(0, 2, 1)), np.ascontiguousarray(rate.transpose(0, 2, 1))
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.balance import balance_of, found_load
+from wearlab.dynamics.between import Between
 from wearlab.dynamics.collocation import basis_of, cut_of
 from wearlab.dynamics.collocation_inputs import load_of
 from wearlab.dynamics.multipliers import multipliers_of
@@ -132,6 +133,7 @@ def touching_orbit(
     margin: float,
     near: Neighbour | None = None,
     resolved: float = np.inf,
+    between: Between | None = None,
 ) -> Response | None:
     """Return the response if no flank parts in it, None where one does or where orbits are not alone.
 
@@ -141,11 +143,12 @@ def touching_orbit(
     margin : an orbit attracts when max |μ| < 1 − margin
     near : a case solved before, from which the orbit is looked for first
     resolved : None is returned as well where the steps leave more of the inputs unresolved, over their size
+    between : see `wearlab.dynamics.response.Response`
     """
     if near is not None:
         found = corrected(near, system, tables, period)
         if found is not None:
-            return _of_neighbour(near, found, system, tables, period, margin)
+            return _of_neighbour(near, found, system, tables, period, margin, between)
     known = known_of(system, tables, period)
     plan = known.plan or known.plan_for(tables)
     if plan is None or not known.loaded:
@@ -199,12 +202,14 @@ def touching_orbit(
         period,
         derivative,
         near,
+        between,
     )
 
 
 def _of_neighbour(
-    near: Neighbour, found: Found, system: System, tables: StageTables, period: float, margin: float
-) -> Response | None:
+    near: Neighbour, found: Found, system: System, tables: StageTables, period: float, margin: float,
+    between: Between | None,
+) -> Response | None:  # fmt: skip
     if parts(found.path, np.ascontiguousarray(system.direction), period, tables):
         return None
     largest = abs(found.multipliers[0])
@@ -213,7 +218,7 @@ def _of_neighbour(
     balance = None if near.balance is None else near.balance._replace(size=found.sizes)
     return Response(
         1, found.path[None], found.multipliers, verdict, counts, found.closure, found_load(system, balance),
-        tables, period, near.derivative, near,
+        tables, period, near.derivative, near, between,
     )  # fmt: skip
 
 

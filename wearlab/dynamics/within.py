@@ -1,10 +1,11 @@
-"""Mesh forces anywhere within the steps of a response, by the tables that the solver itself has used."""
+"""Mesh forces anywhere within the steps of a response, from what the solver's own tables were taken of."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.between import errors_within, springs_within
 from wearlab.dynamics.response import Response
 
 Array = NDArray[np.float64]
@@ -30,19 +31,13 @@ class ForcesWithin(NamedTuple):
     clearance: Array
 
 
-def parabola(table: Array, x: Array) -> Array:
-    """Return three stage values (n_steps, 3, …) at fractions of the steps, (n_fractions, n_steps, …)."""
-    y = 1.0 - x
-    return np.einsum("ix,si...->xs...", np.array([y * (y - x), 4.0 * x * y, x * (x - y)]), table)
-
-
 def forces_within(
     response: Response, x: Array, kept: slice = slice(None), steps: NDArray[np.int64] | None = None
 ) -> ForcesWithin:
     """Return the forces of all meshes at fractions of steps.
 
     ``W = Σ_p k_p max(0, δ − g_p) − Σ_p k_p max(0, −j_bn − δ)``, damping ``c δ̇``: the path's polynomials
-    give d·q, and the stages' parabolas k, g and e.
+    give d·q, and what the tables were taken of k, g and e.
 
     Parameters
     ----------
@@ -54,14 +49,18 @@ def forces_within(
     system, tables = response.system, response.tables
     steps = np.arange(len(tables.width)) if steps is None else steps
     shape = (len(x), len(steps), len(system.direction))
+    at, fraction = np.tile(steps, len(x)), np.repeat(x, len(steps))
     path = response.approach
     path = path._replace(coefficient=path.coefficient[:, kept])
-    position, velocity = path.at(np.tile(steps, len(x)), np.repeat(x, len(steps)))
-    delta = position.reshape(-1, *shape) - parabola(tables.error[steps], x)
-    rate = velocity.reshape(-1, *shape) - parabola(tables.error_rate[steps], x) / response.mesh_period
-    stiffness = parabola(tables.stiffness[steps], x)
+    position, velocity = path.at(at, fraction)
+    error, error_rate = errors_within(tables, response.between, at, fraction)
+    delta = (position - error).reshape(-1, *shape)
+    rate = (velocity - error_rate / response.mesh_period).reshape(-1, *shape)
+    stiffness, gap = (
+        one.reshape(*shape, -1) for one in springs_within(tables, response.between, at, fraction)
+    )
     present = stiffness > 0.0
-    apart = np.where(present, parabola(tables.gap[steps], x) - delta[..., None], FAR)
+    apart = np.where(present, gap - delta[..., None], FAR)
     elastic = (stiffness * np.where(present, np.maximum(-apart, 0.0), 0.0)).sum(axis=-1)
     clearance = apart.min(axis=-1)
     touching = clearance < 0.0

@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.system import System
 from wearlab.life.state import Account, Coupled, Coupling, Wear, WearState
 from wearlab.life.vibration import Responses
 
@@ -85,9 +84,9 @@ class DutyCoupling(Coupled):
         return tuple(account for block in self.blocks for account in block.accounts)
 
     @property
-    def systems(self) -> tuple[System, ...]:
-        """The moving systems, block after block."""
-        return tuple(system for block in self.blocks for system in block.systems)
+    def shared(self) -> tuple[Any, ...]:
+        """What responses belong to, block after block."""
+        return tuple(one for block in self.blocks for one in block.shared)
 
     def wearing(self) -> "DutyCoupling":
         """Return what the wear rate needs of it: no responses where the static force wears."""

@@ -1,12 +1,11 @@
 """A life of a gear set: march the wear, then evaluate in full every state that is kept."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.system import System
 from wearlab.life.limits import Limits, Snapshots, StopWear
 from wearlab.life.march import Life, Method, evolve
 from wearlab.life.state import Coupled, Wear, WearState
@@ -92,9 +91,9 @@ class SetRate:
         return float(self.coupling.work)
 
     @property
-    def shared(self) -> tuple[System, ...]:
-        """The systems that responses belong to, told apart by identity."""
-        return self.coupling.systems
+    def shared(self) -> tuple[Any, ...]:
+        """What responses belong to, told apart by identity."""
+        return self.coupling.shared
 
     def accounted(self) -> list[dict[str, int]]:
         """Return the work counted so far, of every block of a duty."""

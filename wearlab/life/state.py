@@ -5,13 +5,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.response import Response
-from wearlab.dynamics.system import System
 from wearlab.life.averaging import averaged_rate, scatter
 from wearlab.life.limits import StopWear
 from wearlab.life.load import Forces, Load, still
@@ -173,8 +172,8 @@ class Coupled(ABC):
 
     @property
     @abstractmethod
-    def systems(self) -> tuple[System, ...]:
-        """The moving systems, of every block of a duty."""
+    def shared(self) -> tuple[Any, ...]:
+        """What responses belong to and is told apart by identity, of every block of a duty."""
 
     def wearing(self) -> "Coupled":
         """Return what the wear rate needs of it: no response where the static force wears."""
@@ -264,9 +263,12 @@ class Coupling(Coupled):
         return (self.account,)
 
     @property
-    def systems(self) -> tuple[System, ...]:
-        """The moving system."""
-        return () if self.vibration is None else (self.vibration.system,)
+    def shared(self) -> tuple[Any, ...]:
+        """The moving system, its stages, and the contact analyses."""
+        moves = self.vibration
+        if moves is None:
+            return ()
+        return moves.system, moves.stages, moves.touching or moves.stages, *(k.analysis for k in self.kinds)
 
     def wearing(self) -> "Coupling":
         """Return what the wear rate needs of it: no response where the static force wears."""

@@ -1,7 +1,7 @@
 """The steady responses of one wear state: one, or one for every angle at which slow errors are averaged."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.response import Response, coordinates_at, deflection_at
 from wearlab.dynamics.system import System
+from wearlab.mesh.between import Between
 from wearlab.mesh.clock import Instants, instants
 from wearlab.mesh.excitation import Excitation, Stages, Touching, stage_tables
 from wearlab.mesh.stages import StageGrid, StageTables
@@ -58,22 +59,26 @@ class Vibration:
 
     def solve(self, kinds: Sequence[Touching], start: Responses | None) -> Responses:
         """Return the steady responses of one wear state, each from its own of a neighbouring state."""
-        few = None if self.touching is None else stage_tables(kinds, self.touching, None)
+        sparse = self.touching
+        few = None if sparse is None else stage_tables(kinds, sparse, None)
         if self.slow is None:
             near = None if start is None else start[0]
-            response = None if few is None else self.method.touching(self.system, few, self.period, near)
-            return (response or self._solved(self.tables(kinds), near),)
+            response = None
+            if few is not None and sparse is not None:
+                response = self._touched(few, near, Between(kinds, sparse))
+            return (response or self._solved(self.tables(kinds), near, self._between(kinds)),)
         found: list[Response] = []
         tables = None
         for angle, slow in enumerate(self.slow):
             near = start[angle] if start is not None else (found[-1] if found else None)
             response = None
-            if few is not None:
+            if few is not None and sparse is not None:
                 own = few._replace(error=few.error + slow)
-                response = self.method.touching(self.system, own, self.period, near)
+                response = self._touched(own, near, Between(kinds, sparse, slow))
             if response is None:
                 tables = tables or self.tables(kinds)
-                response = self._solved(tables._replace(error=tables.error + slow), near)
+                own = tables._replace(error=tables.error + slow)
+                response = self._solved(own, near, self._between(kinds, slow))
             found.append(response)
         return tuple(found)
 
@@ -82,9 +87,16 @@ class Vibration:
         tables = stage_tables(kinds, self.stages, self.fluctuation)
         return tables if self.hunting == 1 else over_hunting_period(tables, self.stages, self.hunting)
 
-    def _solved(self, tables: StageTables, start: Response | None) -> Response:
-        response: Response = self.method.solve(self.system, tables, self.period, start)
-        return response
+    def _touched(self, tables: StageTables, start: Response | None, between: Between) -> Response | None:
+        found: Response | None = self.method.touching(self.system, tables, self.period, start, between)
+        return found
+
+    def _solved(self, tables: StageTables, start: Response | None, between: Between | None) -> Response:
+        return replace(self.method.solve(self.system, tables, self.period, start), between=between)
+
+    def _between(self, kinds: Sequence[Touching], slow: Array | None = None) -> Between | None:
+        """Return what the tables of all stages are taken of, None where slow errors turn in them."""
+        return Between(kinds, self.stages, slow) if self.hunting == 1 else None
 
     def grid_of(self, response: Response) -> StageGrid:
         """Return the steps of one mesh period that a response was found on."""
@@ -95,7 +107,7 @@ class Vibration:
         """Return a response on the stages from which flanks may part: found anew if it was on fewer."""
         if self.touching is None or not _of(self.touching.grid, response):
             return response
-        return self._solved(self.tables(kinds), response)
+        return self._solved(self.tables(kinds), response, self._between(kinds))
 
     def look(self, phase: Array) -> Instants:
         """Return phases of the clock (n,) as instants."""

@@ -6,7 +6,7 @@ their force is handed to the pairs by the quasi-static share.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
@@ -21,7 +21,7 @@ from wearlab.mesh.modulation import Modulation, fit
 from wearlab.mesh.profile import Lookup, ProfileGrid, interpolate
 from wearlab.mesh.sharing import equivalent_springs, share
 from wearlab.mesh.stages import StageGrid, StageTables
-from wearlab.mesh.stiffness import GivenStiffness
+from wearlab.mesh.stiffness import PairStiffness
 
 Array = NDArray[np.float64]
 Combination = Literal["min", "max", "mean"]
@@ -59,6 +59,16 @@ class Stages:
     meshes: tuple[Mesh, ...]
     where: tuple[Lookup, ...]
     rubbing: "Rubbing | None" = None
+    _given: dict[int, tuple[PairStiffness, Array]] = field(default_factory=dict, repr=False, compare=False)
+
+    def given(self, kind: int, stiffness: PairStiffness) -> Array:
+        """Return the pair stiffnesses of a kind that wear does not change, (n_looked, n_pairs), or (0, 0)."""
+        known = self._given.get(kind)
+        if known is None or known[0] is not stiffness:
+            found = stiffness.at_phases(self.where[kind])
+            known = stiffness, np.empty((0, 0)) if found is None else found
+            self._given[kind] = known
+        return known[1]
 
     @cached_property
     def errors(self) -> tuple[Array, Array]:
@@ -246,10 +256,10 @@ def stage_tables(kinds: Sequence[Touching], stages: Stages, fluctuation: Array |
         stiffness, gap = np.empty((2, steps, 3, count, one.analysis.grid.n_pairs))
         springs_at_stages(
             one.analysis.grid.first, where.segment, where.offset, where.weight, one.nodes.compliance,
-            one.nodes.gap, stiffness, gap,
+            one.nodes.gap, stages.given(0, one.analysis.stiffness), stiffness, gap,
         )  # fmt: skip
         return StageTables(stages.grid.width, stiffness, gap, *stages.errors, fluctuation)
-    springs = [_stage_springs(one, where) for one, where in zip(kinds, stages.where, strict=True)]
+    springs = [stage_springs(one, where) for one, where in zip(kinds, stages.where, strict=True)]
     pairs = max(stiffness.shape[-1] for stiffness, _ in springs)
     stiffness, gap = np.zeros((2, steps, 3, count, pairs))
     for kind, of_kind_springs in enumerate(springs):
@@ -274,18 +284,19 @@ def stage_tables(kinds: Sequence[Touching], stages: Stages, fluctuation: Array |
 
 
 def uncoupled(one: Touching) -> bool:
-    """Whether a mesh is a number of springs on their own, one a pair, tabulated at the nodes."""
-    analysis = one.analysis
-    tabulated = not isinstance(analysis.stiffness, GivenStiffness) and analysis.engagement_gap == np.inf
-    return one.series is None and len(one.nodes.cross) == 0 and tabulated
+    """Whether a mesh is a number of springs on their own, one a pair."""
+    return one.series is None and len(one.nodes.cross) == 0 and one.analysis.engagement_gap == np.inf
 
 
 @jit
 def springs_at_stages(
-    first: Any, segment: Any, offset: Any, weight: Any, compliance: Any, gap: Any, stiffness_out: Any,
-    gap_out: Any,
+    first: Any, segment: Any, offset: Any, weight: Any, compliance: Any, gap: Any, given: Any,
+    stiffness_out: Any, gap_out: Any,
 ) -> None:  # fmt: skip
-    """Fill stiffness and gap of uncoupled pairs, (n_steps, 3, n_mesh, n_pairs), see `interpolate`."""
+    """Fill stiffness and gap of uncoupled pairs, (n_steps, 3, n_mesh, n_pairs), see `interpolate`.
+
+    ``given``: (n_looked, n_pairs) stiffnesses; (0, 0): they are read off the nodes.
+    """
     steps, stages, meshes, pairs = stiffness_out.shape
     for mesh in range(meshes):
         for step in range(steps):
@@ -301,7 +312,8 @@ def springs_at_stages(
                             soft += weight[i, q] * compliance[node + q]
                             apart += weight[i, q] * gap[node + q]
                     present = soft < np.inf and apart < np.inf
-                    stiffness_out[step, stage, mesh, p] = 1.0 / soft if present else 0.0
+                    hard = given[i, p] if len(given) > 0 else 1.0 / soft
+                    stiffness_out[step, stage, mesh, p] = hard if present else 0.0
                     gap_out[step, stage, mesh, p] = apart if present else 0.0
 
 
@@ -318,7 +330,7 @@ def _hand_on(one: Touching, where: Lookup, meshes: NDArray[np.int64], of_pairs: 
         values[:, :, meshes, :pairs] = np.einsum("mskij,skmj->skmi", weight, values[:, :, meshes, :pairs])
 
 
-def _stage_springs(one: Touching, where: Lookup) -> tuple[Array, Array]:
+def stage_springs(one: Touching, where: Lookup) -> tuple[Array, Array]:
     """Return stiffness and gap of the pairs of each mesh of a kind, (n_meshes · n_steps · 3, n_pairs)."""
     if one.series is None:
         stiffness, gap = _springs(one.analysis, one.nodes, where)[:2]

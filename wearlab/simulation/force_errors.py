@@ -1,7 +1,8 @@
 """Errors of mesh and bearing forces: what half the steps and nodes, and errors of the wear, change of them.
 
 A rougher twin shows the one; the twin worn by as much more as the depth may be off shows the other. Both are
-taken at every instant, and a largest force can be off by no more than the error where it may lie.
+taken at every instant, and a largest force can be off by no more than the error where it may lie, or by what
+reading it off the steps of the twin changes of it.
 """
 
 from typing import NamedTuple
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.acceleration import within_steps
+from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.life.state import WearState
@@ -95,7 +97,10 @@ def _of_responses(
         for pair in ((twin, Forces(*(_turned(one, -turn) for one in own))), (worse, twin))
     )
     both = Forces(*(weight * one + two for one, two in zip(by_steps, by_wear, strict=True)))
-    return _largest(own, both), _largest(own, by_wear)
+    found = _largest(own, both)
+    read = extremes(states[0].responses[at]).largest - extremes(states[1].responses[at]).largest
+    largest = max(found.largest, weight * float(np.abs(read).max()))
+    return found._replace(largest=largest), _largest(own, by_wear)
 
 
 def _largest(own: Forces, error: Forces) -> ForceErrors:

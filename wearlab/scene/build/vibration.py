@@ -27,6 +27,7 @@ from wearlab.mesh.clock import Mesh, look_within
 from wearlab.mesh.contact import ContactAnalysis, Quasistatic
 from wearlab.mesh.excitation import Friction, stages
 from wearlab.mesh.gear_set import GearSet
+from wearlab.mesh.landing import landing_grid
 from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.mesh.stiffness import GivenStiffness
 from wearlab.scene import Scene
@@ -129,14 +130,11 @@ def touching_grid(
 ) -> StageGrid | None:
     """Return the steps for orbits on which no flank parts, as accurate as the Runge–Kutta steps given.
 
-    None where large systems have them anyway, where another method than `Periodic` follows the motion, where
-    loads or errors turn, or where a stiffness is given by a table: `forces_within` reads it by a parabola a
-    step, which few steps make too coarse for its ramps.
+    None where large systems have them anyway, where another method than `Periodic` follows the motion, or
+    where loads or errors turn. They land where a stiffness from a table bends.
     """
     assert scene.dynamics is not None
     if scene.dynamics.method != "periodic" or not in_registers(system):
-        return None
-    if any(isinstance(one.stiffness, GivenStiffness) for one in analyses):
         return None
     if scene.operation.torque_fluctuation is not None or hunting_period(scene, gears, meshes) > 1:
         return None
@@ -144,7 +142,43 @@ def touching_grid(
     if scene.numerics.steps_per_period is not None:
         tolerance = min(COARSEST, runge_kutta_error(system, stiffness, period, steps))
     wanted = exact_steps_per_period(system, stiffness, period, tolerance, len(edges) - 1)
-    return stage_grid(edges[:-1], wanted, SIZES[0])
+    return few_steps(analyses, meshes, edges, wanted, RESOLVED * tolerance, steps)
+
+
+def few_steps(
+    analyses: Sequence[ContactAnalysis],
+    meshes: Sequence[Mesh],
+    edges: Array,
+    steps: int,
+    missing: float,
+    most: int,
+) -> StageGrid | None:
+    """Return about so many steps for collocation, more where stiffnesses from tables bend.
+
+    Parameters
+    ----------
+    analyses, meshes, edges : the meshes, and the breaks of the clock
+    steps : the number of steps that the motion asks for
+    missing : what the polynomials over groups of steps may miss of a table in the mean [1]
+    most : steps beyond which tables have none
+    """
+    tables = [(mesh, one) for mesh in meshes if given_by_table(one := analyses[mesh.kind])]
+    if not tables:
+        return stage_grid(edges[:-1], steps, SIZES[0])
+    points = np.concatenate([(one.stiffness.bends + mesh.lag) % 1.0 for mesh, one in tables])
+
+    def stiffness(phase: Array, middle: float) -> Array:
+        inside = np.array([middle])
+        where = [look_within(one.grid, [mesh.lag], phase[None], inside) for mesh, one in tables]
+        found = [one.stiffness.at_phases(at) for (_, one), at in zip(tables, where, strict=True)]
+        return np.array([one.sum(axis=1) for one in found if one is not None])
+
+    return landing_grid(edges[:-1], steps, SIZES[0], points, stiffness, missing, most)
+
+
+def given_by_table(analysis: ContactAnalysis) -> bool:
+    """Whether the stiffness of a mesh is given, whatever the wear."""
+    return isinstance(analysis.stiffness, GivenStiffness)
 
 
 def _check_definite(system: System, stiffness: Array) -> None:

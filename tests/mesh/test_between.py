@@ -1,0 +1,47 @@
+"""Meshes between the stages of their tables: at the stages what these say, smooth between them."""
+
+import numpy as np
+import pytest
+
+from wearlab.accuracy.steady import steady
+from wearlab.dynamics.between import parabola
+from wearlab.mesh.between import Between
+from wearlab.mesh.excitation import stage_tables
+from wearlab.scene import Scene
+
+PAIR = {
+    "gears": {
+        "kind": "external-pair",
+        "module": "3 mm",
+        "face_width": "20 mm",
+        "pinion": {"teeth": 23},
+        "gear": {"teeth": 37},
+    },
+    "operation": {"torque": "150 N*m", "speed": "2900 rpm"},
+    "mesh": {"damping_ratio": 0.05},
+    "errors": {"harmonic": [{"order": 3, "amplitude": "2 um"}]},
+    "dynamics": {"model": "torsional"},
+}
+SERIES = {"model": "fourier", "stiffness_harmonics": 5, "error_harmonics": 5}
+
+
+@pytest.mark.parametrize("excitation", [None, SERIES], ids=["pairs", "series"])
+def test_it_is_the_table_at_the_stages_and_smooth_between(excitation) -> None:
+    mesh = PAIR["mesh"] | ({"excitation": excitation} if excitation else {})
+    problem = steady(Scene.from_mapping(PAIR | {"mesh": mesh}))
+    stages = problem.vibration.stages
+    tables, slow = stage_tables(problem.kinds, stages, None), np.array([3e-6])
+    between = Between(problem.kinds, stages, slow)
+    steps = len(tables.width)
+    for stage, x in enumerate((0.0, 0.5, 1.0)):
+        at = np.arange(steps), np.full(steps, x)
+        for found, known in zip(between.springs(*at), (tables.stiffness, tables.gap), strict=True):
+            np.testing.assert_allclose(found, known[:, stage], rtol=1e-9, atol=1e-15)
+        error, rate = between.errors(*at)
+        np.testing.assert_allclose(error - slow, tables.error[:, stage], atol=1e-18)
+        np.testing.assert_allclose(rate, tables.error_rate[:, stage], atol=1e-16)
+    step, x = np.arange(steps), np.linspace(0.1, 0.9, steps)
+    error, _ = between.errors(step, x)
+    for found, table in ((between.springs(step, x)[0], tables.stiffness), (error - slow, tables.error)):
+        apart = np.abs(found - parabola(table, step, x)).max() / np.abs(table).max()
+        assert 0.0 < apart < 2e-2

@@ -1,0 +1,62 @@
+"""The mesh between the stages of its tables, from what the tables were taken of.
+
+Three stages of a step say as much as a parabola through them: enough for steps that are short beside every
+ramp of a stiffness and every wave of an error, too little for the few long ones of a high-order method.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.mesh.clock import look_within, of_kind
+from wearlab.mesh.excitation import Stages, Touching, stage_springs
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Between:
+    """The meshes of one wear state anywhere within the steps of an integration.
+
+    Parameters
+    ----------
+    kinds : the flanks of each kind of mesh
+    stages : the steps
+    slow : (n_mesh,) errors held over the mesh period, beside the periodic ones [m]; None: none
+    """
+
+    kinds: Sequence[Touching]
+    stages: Stages
+    slow: Array | None = None
+
+    def errors(self, step: Index, fraction: Array) -> tuple[Array, Array]:
+        """Return prescribed errors and their rates by phase at fractions of steps, both (n, n_mesh) [m]."""
+        phase, meshes = self._phase(step, fraction), self.stages.meshes
+        error, rate = np.zeros((2, len(phase), len(meshes)))
+        for at, mesh in enumerate(meshes):
+            own, series = phase - mesh.lag, self.kinds[mesh.kind].series
+            for part in (mesh.error,) if series is None else (mesh.error, series.error):
+                error[:, at] += part.value(own)
+                rate[:, at] += part.rate(own)
+        return (error if self.slow is None else error + self.slow), rate
+
+    def springs(self, step: Index, fraction: Array) -> tuple[Array, Array]:
+        """Return stiffness [N/m] and gap [m] of all pairs at fractions of steps, (n, n_mesh, n_pairs)."""
+        grid, meshes = self.stages.grid, self.stages.meshes
+        phase, middle = self._phase(step, fraction), grid.start[step] + 0.5 * grid.width[step]
+        pairs = max(one.analysis.grid.n_pairs if one.series is None else 1 for one in self.kinds)
+        stiffness, gap = np.zeros((2, len(phase), len(meshes), pairs))
+        for kind, one in enumerate(self.kinds):
+            own = of_kind(meshes, kind)
+            where = look_within(one.analysis.grid, [meshes[m].lag for m in own], phase[:, None], middle)
+            for values, table in zip(stage_springs(one, where), (stiffness, gap), strict=True):
+                shaped = values.reshape(len(own), len(phase), -1).transpose(1, 0, 2)
+                table[:, own, : shaped.shape[2]] = shaped
+        return stiffness, gap
+
+    def _phase(self, step: Index, fraction: Array) -> Array:
+        grid = self.stages.grid
+        return np.asarray(grid.start[step] + fraction * grid.width[step])
