@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from wearlab.cli.listing import show_run
+from wearlab.cli.showing import show_run
 from wearlab.store import Store
 from wearlab.store.cite import bibtex, citation, facts_of
 from wearlab.store.image import describe, to_image

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from wearlab.figures.alike import drawn_once
 from wearlab.figures.ask import Ask
 from wearlab.figures.bands import ended_of, of_samples, sampled_axes, states_in_common, states_of_most
 from wearlab.figures.compose import compose, hue_of
@@ -181,6 +182,8 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
         raise FigureError(f"{ask.name}: no selected run has {' or '.join(ask.y or kind.also or kind.needs)}")
     dims = [str(dim) for dim in grid.run_id.dims]
     notes = [*_left_out(runs, series), *_cases_left_out(grid, ask, kind)]
+    series, alike = drawn_once(series, ask)
+    notes += [*alike, *dict.fromkeys(one.said for one in series if one.said)]
     if ask.kind == "line" and ask.x in along_axes(grid):
         series = joined(states_in_common(series, dims), str(grid[ask.x].dims[0]))
     if kind.joined is not None:

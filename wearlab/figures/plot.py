@@ -52,6 +52,7 @@ class Series:
     text : legend text of what belongs to no hue, such as a reference line
     marks : named places on the x axis
     hours : operating hours of one unit of x, None where x tells no time
+    said : what a reader must know of it, such as what is left out
     """
 
     key: Mapping[str, Label]
@@ -63,6 +64,7 @@ class Series:
     text: str = ""
     marks: tuple[Mark, ...] = ()
     hours: float | None = None
+    said: str = ""
 
 
 @dataclass(frozen=True)

@@ -46,10 +46,13 @@ def ls(
 def show(
     run: Run,
     store: StoreFolder = STORE,
+    variables: Annotated[
+        bool, typer.Option("--variables", help="Describe every stored variable: dimensions, unit, meaning.")
+    ] = False,
     json: Json = False,
 ) -> Status:
-    """Show one run: scene, variables with units, verdict, times."""
-    from wearlab.cli.listing import show_run
+    """Show one run: results, what they are worth, its scene, what is stored."""
+    from wearlab.cli.showing import show_run
 
     with refusing(*REFUSALS):
-        return show_run(Store(store), run, json)
+        return show_run(Store(store), run, json, variables=variables)

@@ -80,10 +80,13 @@ def _waterfall(run: Run, ask: Ask) -> Iterator[Series]:
         gap = float(speed[every] - speed[0]) if len(speed) > every else 1.0
         most = float(np.nanmax(piece.values[:, seen])) or 1.0
         words = f"{SPEED}; highest peak {most:.3g} {piece.scale.units.replace('um', 'µm')}"
-        for row in range(0, len(speed), every):
+        drawn = range(0, len(speed), every)
+        said = f"{len(drawn)} of {len(speed)} speeds are drawn; select.response_speed names others."
+        for row in drawn:
             y = speed[row] + PEAK * gap * piece.values[row, seen] / most
             across = Scale("order of the mesh", "1")
-            yield Series(piece.key, order[seen], y, across, Scale(words, up.units), "hairline")
+            line = Series(piece.key, order[seen], y, across, Scale(words, up.units), "hairline")
+            yield line if every == 1 else replace(line, said=said)
 
 
 ROLES = (("hue", "direction"), ("cols", "*"), ("rows", "*"), ("hue", "*"))
