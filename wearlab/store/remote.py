@@ -10,7 +10,7 @@ import os
 import re
 import time
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from wearlab.cache import cache_folder
 from wearlab.store.database import Database
@@ -102,6 +102,16 @@ def _read(address: str) -> bytes:
         raise StoreError(f"{address}: cannot be read ({error or type(error).__name__})") from error
 
 
+def _is_begun(files: Any, journal: str) -> bool:
+    """Say whether a journal holds a change; one that is emptied or goes while it is looked at may."""
+    try:
+        return bool(files.cat_file(journal, start=0, end=HEAD)[:8].strip(b"\0"))
+    except FileNotFoundError:
+        return False
+    except Exception:  # a range of what has no bytes just now: HTTP 416
+        return True
+
+
 def _state(address: str) -> State:
     """Return the state of a catalogue as its machine has it now."""
     try:
@@ -109,8 +119,7 @@ def _state(address: str) -> State:
 
         files, root = fsspec.core.url_to_fs(f"{address}/catalogue.sqlite")
         told = files.cat_file(root, start=0, end=HEAD)[:HEAD]
-        journal = f"{root}-journal"
-        begun = files.exists(journal) and files.cat_file(journal, start=0, end=HEAD)[:8].strip(b"\0")
+        begun = files.exists(f"{root}-journal") and _is_begun(files, f"{root}-journal")
     except FileNotFoundError as error:
         raise StoreError(f"{address}: there is no store here") from error
     except ImportError as error:
