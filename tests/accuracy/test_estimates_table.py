@@ -3,13 +3,18 @@
 import json
 import math
 import multiprocessing
+import resource
+import signal
+import time
 
 import pytest
 import xarray as xr
 
 from wearlab.accuracy import estimates, scores_table
+from wearlab.accuracy import score as scoring
 from wearlab.accuracy.drawn import KINDS, draw_any, small_scenes
-from wearlab.accuracy.score import Score, summary
+from wearlab.accuracy.processor_time import OutOfTime, bounded
+from wearlab.accuracy.score import LESS_TIGHT, TIGHT, Apart, Score, reference_within, summary
 from wearlab.campaign import CampaignError, load, load_drawing
 from wearlab.cli.app import status_of
 
@@ -147,6 +152,33 @@ def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         estimates.run(drawing.estimates, "here", tmp_path / "t.csv", 1, lambda text: None)
     assert estimates.read(tmp_path / "t.csv")[0]["scene"] == 0
+
+
+def test_time_is_that_of_the_processor_and_work_goes_on_after_it():
+    for _ in range(2):
+        with pytest.raises(OutOfTime), bounded(0.0):
+            time.sleep(0.01)  # takes none
+            while True:
+                pass
+    used, _ = resource.getrlimit(resource.RLIMIT_CPU)
+    assert used == resource.RLIM_INFINITY and signal.getsignal(signal.SIGXCPU) == signal.SIG_DFL
+
+
+def test_a_less_tight_reference_serves_where_the_tightest_takes_too_long(monkeypatch):
+    asked, late = [], {TIGHT}
+
+    def reference(scene, cycle, tolerance=TIGHT):
+        asked.append(tolerance)
+        if tolerance in late:
+            raise OutOfTime
+        return tolerance
+
+    monkeypatch.setattr(scoring, "reference", reference)
+    scene = small_scenes()[0]
+    assert reference_within(scene, 1e6, 60.0) == LESS_TIGHT and asked == [TIGHT, LESS_TIGHT]
+    late.add(LESS_TIGHT)
+    with pytest.raises(Apart, match="reference too long"):
+        reference_within(scene, 1e6, 60.0)
 
 
 @pytest.mark.parametrize(

@@ -108,3 +108,47 @@ def test_asking_for_states_changes_no_estimate(snapshots: dict[str, object] | No
         one, two = (each[f"error_estimate_{name}"].values.flat[-1] for each in (found, other))
         assert one == two > 0.0, name
     assert found.estimate_quality.item() == other.estimate_quality.item()
+
+
+def test_a_reference_that_is_hardly_better_judges_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
+    monkeypatch.setattr(scoring, "TIGHT", scoring.LESS_TIGHT / 10.0)
+
+    def rough(scene: Scene, cycle: float, longest: float) -> scoring.Truth:
+        return scoring.reference(scene, cycle, tolerance)
+
+    monkeypatch.setattr(scoring, "reference_within", rough)
+    tolerance = scoring.LESS_TIGHT
+    found = score(still)
+    assert found.reference == tolerance and found.wear_depth is not None
+    assert found.wear_depth[0] < found.wear_depth[1]
+    tolerance = still.numerics.tolerance
+    with pytest.raises(scoring.Apart, match="reference too rough"):
+        score(still)
+
+
+def test_teeth_that_strike_hard_make_the_estimates_doubtful() -> None:
+    """A light load, a large third harmonic: the depth was 2 % off, beyond its estimate."""
+    scene = Scene.from_mapping({
+        "gears": {
+            "kind": "external-pair", "module": "8 mm", "face_width": "40 mm",
+            "pinion": {"teeth": 59}, "gear": {"teeth": 49},
+        },
+        "operation": {"torque": "60 N*m", "speed": "157 rpm"},
+        "mesh": {"damping_ratio": 0.07, "normal_backlash": "1 nm"},
+        "dynamics": {"model": "torsional"},
+        "errors": {"harmonic": [{"order": 3, "amplitude": "4 um", "mesh": "pinion-gear"}]},
+        "wear": {
+            "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+            "until": {"depth": "3 um", "flank": "pinion"},
+        },
+    })  # fmt: skip
+    struck = simulate(scene)
+    assert "teeth strike with" in struck.estimate_quality.item()
+    loaded = scene.replace("errors", None).replace("operation.torque", "3000 N*m")
+    quiet = simulate(loaded.replace("wear.until.depth", "0.3 um"))
+    assert quiet.estimate_quality.item() == "as usual"
+    asked = simulate(scene.replace("wear.snapshots", {"depth": ["1 um"], "flank": "pinion"}))
+    for name in ("wear_depth", "life", "mesh_force", "mesh_force_max"):
+        one, two = (each[f"error_estimate_{name}"].values.flat[-1] for each in (struck, asked))
+        assert one == two > 0.0, name

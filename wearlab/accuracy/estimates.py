@@ -5,13 +5,12 @@ so that an interruption loses no more than what is under way; rows that other so
 """
 
 import csv
-import math
 import os
-import resource
 import signal
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from math import inf
 from multiprocessing import Pipe, get_context
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -20,25 +19,32 @@ from queue import SimpleQueue
 from typing import Any
 
 from wearlab.accuracy.drawn import draw_any, small_scenes
-from wearlab.accuracy.score import QUANTITIES, Apart, Score, score
+from wearlab.accuracy.processor_time import limit_work
+from wearlab.accuracy.score import QUANTITIES, TIGHT, TOO_LONG, Apart, Score, score
 from wearlab.campaign.estimates import Estimates
 
 COLUMNS = (
     "source", "seed", "scene", "kind", "motion", "friction", "outcome", "quality",
-    "seconds", "run_seconds", "cost",
+    "seconds", "run_seconds", "cost", "reference",
     *(f"{name}_{what}" for name in QUANTITIES for what in ("error", "estimate")),
 )  # fmt: skip
 SCORED = "scored"
 RUN, REFERENCE = "run", "reference"
-TOO_LONG = "too long"
 TRUSTED, DOUBTFUL = "trusted", "doubtful"
 CONTEXT: Any = get_context("spawn")
 Row = dict[str, Any]
 Report = Callable[[str], None]
 
 
-def scored(seed: int, number: int, told: Callable[[str, float], None]) -> Row:
-    """Return the row of one scene, with the time of the processor that it took, and its run alone [s]."""
+def scored(seed: int, number: int, told: Callable[[str, float], None], longest: float) -> Row:
+    """Return the row of one scene, with the time of the processor that it took, and its run alone [s].
+
+    Parameters
+    ----------
+    seed, number : which scene
+    told : told, when the reference begins, whether the run trusts its estimates, and its time [s]
+    longest : what a reference may take of the processor [s]
+    """
     begun, scene = time.process_time(), draw_any(seed, number)
     run: Row = {}
 
@@ -48,7 +54,7 @@ def scored(seed: int, number: int, told: Callable[[str, float], None]) -> Row:
         told(run["quality"], run["run_seconds"])
 
     try:
-        cells = {"outcome": SCORED, **_cells(score(scene, reference_begins))}
+        cells = {"outcome": SCORED, **_cells(score(scene, reference_begins, longest))}
     except Apart as apart:
         cells = {"outcome": str(apart)}
     except Exception as error:  # a defect of one scene does not cost the others
@@ -71,7 +77,7 @@ def _names(seed: int, number: int) -> Row:
 
 
 def _work(line: Connection) -> None:
-    """Score scenes as they are asked for, in a process of its own that ends when a scene takes too long."""
+    """Score scenes as they are asked for, in a process of its own that ends when a run takes too long."""
     from wearlab.simulation import simulate
 
     for scene in small_scenes():  # compiled before any clock runs
@@ -80,18 +86,11 @@ def _work(line: Connection) -> None:
         seed, number, longest, reference = line.recv()
         limit_work(longest)
 
-        def told(quality: str, seconds: float, more: float = reference) -> None:
-            limit_work(more)
+        def told(quality: str, seconds: float) -> None:
+            limit_work(inf)
             line.send((quality, seconds))
 
-        line.send(scored(seed, number, told))
-
-
-def limit_work(longest: float) -> None:
-    """End this process once it has used the processor for so long from now on [s], whatever else runs."""
-    used = resource.getrusage(resource.RUSAGE_SELF)
-    _, most = resource.getrlimit(resource.RLIMIT_CPU)
-    resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(used.ru_utime + used.ru_stime + longest), most))
+        line.send(scored(seed, number, told, reference))
 
 
 class Worker:
@@ -132,7 +131,7 @@ class Worker:
 
 
 def _cells(found: Score) -> Row:
-    cells: Row = {"cost": found.cost}
+    cells: Row = {"cost": found.cost, "reference": found.reference}
     for name in QUANTITIES:
         pair = getattr(found, name)
         if pair is not None:
@@ -165,7 +164,8 @@ def of_row(row: Row) -> Score | None:
         name: (row[f"{name}_error"], row[f"{name}_estimate"]) if f"{name}_error" in row else None
         for name in QUANTITIES
     }
-    return Score(**pairs, cost=row["cost"], trusted=row["quality"] == TRUSTED)
+    tolerance = row.get("reference", TIGHT)
+    return Score(**pairs, cost=row["cost"], trusted=row["quality"] == TRUSTED, reference=tolerance)
 
 
 def run(asked: Estimates, source: str, file: Path, workers: int | None, report: Report) -> list[Row]:

@@ -22,7 +22,8 @@ SCORE_HEADS = ("gears", "quantity", "scenes", "error below estimate", "median of
 APART_HEADS = ("without a score", "scenes", "what it means")
 MISSES = {
     "run too long": "missed: the run takes longer than it may",
-    "reference too long": "missed: the run is done; its reference, to 1e-5, takes longer than it may",
+    "reference too long": "missed: references to 1e-5 and to 1e-4 take longer than they may",
+    "reference too rough": "missed: only a reference to 1e-4 ends in time, hardly better than the run",
     "unfinished": "missed: the work of a run is used up before its life ends",
     "failed": "missed: a defect",
 }
@@ -157,6 +158,11 @@ def dataset(title: str, seed: int, rows: Sequence[Row], made_by: dict[str, str],
             ),
         ),
     }
+    found["reference_tolerance"] = (
+        "scene",
+        [row.get("reference", np.nan) for row in rows],
+        _said("tolerance of the reference", "1"),
+    )
     for name in QUANTITIES:
         for what, words in (("error", "true error"), ("estimate", "estimated error")):
             values = [row.get(f"{name}_{what}", np.nan) for row in rows]

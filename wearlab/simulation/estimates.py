@@ -10,7 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.extremes import extremes
 from wearlab.life.history import History
+from wearlab.life.state import WearState
 from wearlab.scene.build import Parts
 from wearlab.scene.build.wear import build_limits
 from wearlab.simulation.end_of_life import DEEPEST, End, end_of
@@ -27,8 +29,10 @@ from wearlab.simulation.wear_off import WearOff
 
 Array = NDArray[np.float64]
 
-RATE_SHARE = 1.2
-"""Weight of the rougher twin, set on seed 1 of `wearlab.accuracy.drawn`."""
+DEPTH_SHARE, LIFE_SHARE, FORCE_SHARE = 1.75, 1.0, 1.2
+"""Weights of the rougher twin's change of rate, set on seed 1 of `wearlab.accuracy.drawn`."""
+HARD = 10.0
+"""Largest mesh force over the static one from which teeth strike as no tolerance foresees [1]."""
 
 
 class Forces(NamedTuple):
@@ -87,16 +91,18 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
             for block, (parts, twins) in enumerate(zip(stage.parts, each, strict=True))
         )
         stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
-    return Estimates(depth, force, _life(stage, lived, known), _doubts(lived, found))
+    return Estimates(depth, force, _life(stage, lived, known), _doubts(stage, lived, found))
 
 
-def _doubts(lived: History, found: list[Rougher | None]) -> tuple[str, ...]:
+def _doubts(stage: Stage, lived: History, found: list[Rougher | None]) -> tuple[str, ...]:
     """Return what speaks against the estimates of a life whose states have these rougher twins."""
     states = (*lived.samples.state, *lived.state)
     responses = [one for state in states for each in (state.block or (state,)) for one in each.responses]
     missing = sum(twin is None for twin in found)
     jumps = 0 if lived.life is None else len(lived.life.jumps)
     hurried = lived.life is not None and lived.life.hurried
+    waves = lived.life is not None and lived.life.wave_growth > 0.0
+    hardest = max((_hardest(stage, state) for state in lived.samples.state), default=0.0)
     said = {
         "a response does not repeat": any(one.period == 0 for one in responses),
         "an orbit is not alone or hardly attracts": any(
@@ -104,9 +110,22 @@ def _doubts(lived: History, found: list[Rougher | None]) -> tuple[str, ...]:
         ),
         f"{missing} of {len(found)} states respond otherwise with half the steps and nodes": missing,
         f"the wear rate jumps at {jumps} places": jumps,
+        "waves of wear grow from any error": waves,
+        f"teeth strike with {hardest:.0f} times their static force": hardest > HARD,
         "steps over cycles are as long as the work allowed pays for, not as their errors ask": hurried,
     }
     return tuple(words for words, holds in said.items() if holds)
+
+
+def _hardest(stage: Stage, state: WearState) -> float:
+    """Return the largest mesh force of a state over the static one, of all conditions and meshes [1]."""
+    found = [0.0]
+    for parts, one in zip(stage.parts, state.block or (state,), strict=True):
+        static = np.array([parts.gears.kinds[mesh.kind].load for mesh in parts.meshes])
+        for response in one.responses:
+            loaded = static > 0.0
+            found += list(extremes(response).largest[loaded] / static[loaded])
+    return float(max(found))
 
 
 def _stepping(lived: History, cycle: Array) -> Array:
@@ -131,7 +150,7 @@ def _depth(lived: History, found: list[Rougher]) -> Array | None:
     carried_on = np.abs(_integral(cycle, change)).max(axis=1)
     if len(cycle) == 1:
         carried_on, cycle = np.abs(change).max() * lived.cycle, lived.cycle
-    return np.asarray(total + RATE_SHARE * np.interp(lived.cycle, cycle, carried_on))
+    return np.asarray(total + DEPTH_SHARE * np.interp(lived.cycle, cycle, carried_on))
 
 
 def _integral(cycle: Array, values: Array) -> Array:
@@ -153,7 +172,7 @@ def _forces(
     inherited : error of the wear that the run starts from [m]
     """
     samples = lived.samples
-    off, stepping = WearOff(RATE_SHARE), inherited + _stepping(lived, samples.cycle)
+    off, stepping = WearOff(FORCE_SHARE), inherited + _stepping(lived, samples.cycle)
     known = []
     for at, (twin, joint) in enumerate(zip(twins, found, strict=True)):
         if twin is not None and joint is not None:
@@ -175,7 +194,7 @@ def _life(stage: Stage, lived: History, found: list[Rougher]) -> float | None:
     end = end_of(life.depth[-1], life.rate[-1], flank_of_nodes(stage.first), counts)
     if end.rate <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth
         return float("nan") if lived.cycle[-1] > 0.0 else 0.0
-    error = float(life.accumulated_error[-1]) + end.between + RATE_SHARE * _deepest_change(lived, found, end)
+    error = float(life.accumulated_error[-1]) + end.between + LIFE_SHARE * _deepest_change(lived, found, end)
     return error / end.rate
 
 

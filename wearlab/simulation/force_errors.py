@@ -21,10 +21,10 @@ from wearlab.scene.build import Parts
 
 Array = NDArray[np.float64]
 
-FORCE_SHARE = 1.2
+FORCE_SHARE = 2.0
 """Weight of the change by half the steps and nodes, set on seed 1 of `wearlab.accuracy.drawn`."""
-LARGEST_SHARE = 1.5
-"""Weight of the error where the largest force may lie: one place is less sure than all of them."""
+LARGEST_SHARE = 0.5
+"""Weight of the error where the largest force may lie: errors are largest beside jumps, not there."""
 NEAR = 0.05
 """How far below the largest, over the range of a force, counts as near it at least."""
 NODES = 3

@@ -1,0 +1,39 @@
+"""Work that may use the processor for so long and no longer, whatever else runs on the machine."""
+
+import math
+import resource
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+
+class OutOfTime(BaseException):
+    """The processor was used for as long as allowed: like an interruption, nothing on the way catches it."""
+
+
+def limit_work(longest: float) -> None:
+    """Let this process use the processor for so long from now on, before the system tells it to end [s]."""
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    _, most = resource.getrlimit(resource.RLIMIT_CPU)
+    soft = math.ceil(used.ru_utime + used.ru_stime + longest) if math.isfinite(longest) else most
+    resource.setrlimit(resource.RLIMIT_CPU, (soft, most))
+
+
+@contextmanager
+def bounded(longest: float) -> Iterator[None]:
+    """Raise `OutOfTime` inside once it has used the processor for so long [s]; in the main thread alone."""
+    if not math.isfinite(longest):
+        yield
+        return
+
+    def late(number: int, frame: FrameType | None) -> None:
+        raise OutOfTime
+
+    before = signal.signal(signal.SIGXCPU, late)
+    try:
+        limit_work(longest)
+        yield
+    finally:
+        limit_work(math.inf)
+        signal.signal(signal.SIGXCPU, before)
