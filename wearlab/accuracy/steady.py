@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from wearlab.accuracy.cells import Motion, motion
 from wearlab.dynamics.collocation import SIZES
+from wearlab.dynamics.mesh_loads import elastic_force
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.structure import in_registers
@@ -15,7 +16,7 @@ from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import look
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.excitation import Touching, mesh_force, stages
+from wearlab.mesh.excitation import Touching, stages
 from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
@@ -129,9 +130,8 @@ class Steady:
         for m, mesh in enumerate(self.parts.meshes):
             one = self.kinds[mesh.kind]
             where = look(one.analysis.grid, [mesh.lag], phase)
-            backlash = self.vibration.backlash_of(m)
-            found.append([mesh_force(one, where, delta, backlash).elastic for delta in deflection[:, m]])
-        return np.concatenate(np.array(found), axis=1)
+            found.append(elastic_force(self.vibration.system, m, one, where, deflection[:, m]))
+        return np.concatenate(found, axis=1)
 
     def force_of_states(self, states: Array) -> Array:
         """Return the elastic mesh forces for states (n_periods, n_phases, 2n), as `force` does [N]."""

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.mesh_loads import backlash_of
 from wearlab.dynamics.response import Response
 from wearlab.life.averaging import averaged_rate, scatter
 from wearlab.life.limits import StopWear
@@ -332,7 +333,7 @@ class Coupling(Coupled):
             rows += [row for found in each for row in found]
             counts.append(periods)
             weights += [1.0 / (len(responses) * periods * len(each))] * (periods * len(each))
-        backlash = vibration.backlash_of(int(kind.meshes[0]))
+        backlash = backlash_of(vibration.system, int(kind.meshes[0]))
         found = mesh_force(one, repeated(where, len(rows)), np.concatenate(rows), backlash)
         shape = (len(rows), len(where.phase))
         return Forces(

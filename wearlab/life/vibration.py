@@ -48,15 +48,6 @@ class Vibration:
     nominal: Array | None = None
     touching: Stages | None = None
 
-    @property
-    def backlash(self) -> float | None:
-        """Normal backlash of the first mesh, None without back flank [m]."""
-        return self.backlash_of(0)
-
-    def backlash_of(self, mesh: int) -> float | None:
-        """Return the normal backlash of a mesh, None without back flank [m]."""
-        return None if self.system.backlash is None else float(self.system.backlash[mesh])
-
     def solve(self, kinds: Sequence[Touching], start: Responses | None) -> Responses:
         """Return the steady responses of one wear state, each from its own of a neighbouring state."""
         sparse = self.touching

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.acceleration import within_steps
 from wearlab.dynamics.extremes import extremes
+from wearlab.dynamics.mesh_loads import elastic_force
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.life.state import WearState
 from wearlab.mesh.clock import Instants, look_within
-from wearlab.mesh.excitation import Touching, mesh_force
+from wearlab.mesh.excitation import Touching
 from wearlab.scene.build import Parts
 
 Array = NDArray[np.float64]
@@ -157,9 +158,4 @@ def _mesh_force(
     assert vibration is not None
     inside = when.phase.reshape(-1, NODES)
     where = look_within(touching[one.kind].analysis.grid, [one.lag], inside, inside.mean(axis=1))
-    return np.stack(
-        [
-            mesh_force(touching[one.kind], where, row, vibration.backlash_of(mesh)).elastic
-            for row in deflection
-        ]
-    )
+    return elastic_force(vibration.system, mesh, touching[one.kind], where, deflection)

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.continuation import JumpOfResponse, Point
 from wearlab.dynamics.extremes import extremes
+from wearlab.dynamics.mesh_loads import elastic_force
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration
-from wearlab.mesh.excitation import mesh_force
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.scene.build.response import SpeedResponse, build_response
@@ -76,7 +76,7 @@ def _described(wanted: SpeedResponse, point: Point) -> Values:
     deflection = vibration.deflection(response, when)[0][:, 0]
     position, _ = vibration.coordinates(response, when)
     touching = parts.coupling.touching(wanted.state)
-    force = np.stack([mesh_force(touching[0], where, row, vibration.backlash).elastic for row in deflection])
+    force = elastic_force(vibration.system, 0, touching[0], where, deflection)
     transmission = transmission_error(vibration, position)
     if transmission is None:
         transmission = deflection

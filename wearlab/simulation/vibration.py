@@ -8,6 +8,14 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.acceleration import within_steps
 from wearlab.dynamics.extremes import extremes
+from wearlab.dynamics.mesh_loads import (
+    elastic_force,
+    friction_force,
+    load_factors,
+    mean_force_residual,
+    mesh_loads,
+    moments,
+)
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.life.history import History
@@ -15,12 +23,11 @@ from wearlab.life.load import equivalent_force
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Instants, look_within
-from wearlab.mesh.excitation import Touching, mesh_force
+from wearlab.mesh.excitation import Touching
 from wearlab.mesh.harmonics import Harmonics, harmonics
-from wearlab.mesh.profile import Lookup
 from wearlab.scene.build import Parts
 from wearlab.scene.build.modes import SceneModes
-from wearlab.simulation.energy import energy_values, friction_force, moments
+from wearlab.simulation.energy import energy_values
 from wearlab.simulation.label import padded
 from wearlab.simulation.monitoring import monitoring_values
 from wearlab.simulation.static import pair_slots
@@ -84,12 +91,15 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
         values["dte_rms"] = [series.rms]
     means = [mean_moments(parts, vibration, touching, kind, response) for kind in range(len(touching))]
     if parts.gears.shares:
-        values["mesh_load_factor"] = np.concatenate([load_factors(parts, k, m) for k, m in enumerate(means)])
+        of_kinds = zip(parts.gears.kinds, means, strict=True)
+        values["mesh_load_factor"] = np.concatenate([load_factors(*one) for one in of_kinds])
     values |= {
         **extreme_values(parts, response),
         "response_period": response.period * vibration.hunting,
         "floquet_multiplier": _as_parts(response, 2 * len(vibration.system.coordinates)),
-        "residual_mean_force": mean_force_residual(parts, [mine.analysis.load for mine in touching], means),
+        "residual_mean_force": mean_force_residual(
+            parts.gears.kinds, [mine.analysis.load for mine in touching], means, parts.friction is not None
+        ),
         "residual_orbit": response.residual,
         **energy_values(parts, vibration, response),
     }
@@ -113,15 +123,12 @@ def phase_forces(parts: Parts, state: WearState, response: Response) -> Array:
     deflection, _ = vibration.deflection(response, vibration.look(parts.phase))
     touching = parts.coupling.touching(state)
     each = [
-        [
-            mesh_force(
-                touching[one.kind], parts.look(mesh, parts.phase), row, vibration.backlash_of(mesh)
-            ).elastic
-            for row in deflection[:, mesh]
-        ]
+        elastic_force(
+            vibration.system, mesh, touching[one.kind], parts.look(mesh, parts.phase), deflection[:, mesh]
+        )
         for mesh, one in enumerate(parts.meshes)
     ]
-    return np.array(each).transpose(1, 0, 2)
+    return np.stack(each, axis=1)
 
 
 def _mesh_response(
@@ -130,21 +137,18 @@ def _mesh_response(
     """Return what one mesh does at the stored phases, the mesh periods first (the pairs before them)."""
     one, where = parts.meshes[mesh], parts.look(mesh, parts.phase)
     mine = touching[one.kind]
-    forces = [mesh_force(mine, where, row, vibration.backlash_of(mesh)) for row in deflection]
-    elastic = np.stack([force.elastic for force in forces])
+    loads = mesh_loads(vibration.system, mesh, mine, where, deflection, rate)
     values = {
-        "dynamic_mesh_force": elastic,
-        "mesh_damping_force": damping_force(vibration, mine, mesh, where, deflection, rate),
+        "dynamic_mesh_force": loads.elastic,
+        "mesh_damping_force": loads.damping,
         "mesh_deflection": deflection,
         "mesh_deflection_rate": rate,
-        "pair_force": np.stack([pair_slots(force.pair, mine.analysis.grid) for force in forces], axis=1),
+        "pair_force": np.stack([pair_slots(row, mine.analysis.grid) for row in loads.pair], axis=1),
         "poincare_deflection": deflection[:, 0],
         "poincare_rate": rate[:, 0],
     }
     if parts.friction is not None:
-        values["friction_force"] = np.stack(
-            [friction_force(parts, mesh, mine, where, force.pair) for force in forces]
-        )
+        values["friction_force"] = friction_force(loads, mine, where, parts.friction)
     if mine.series is not None:
         own = where.phase
         values["excitation_stiffness"] = mine.series.stiffness.value(own)
@@ -166,82 +170,22 @@ def extreme_values(parts: Parts, response: Response) -> Values:
     }
 
 
-def damping_force(
-    vibration: Vibration, mine: Touching, mesh: int, where: Lookup, deflection: Array, rate: Array
-) -> Array:
-    """Return c δ̇, 0 in separation unless the damping acts always, (n_periods, n_phases) [N]."""
-    force = vibration.system.mesh_damping[mesh] * rate
-    if vibration.system.damping_always:
-        return force
-    return np.where(flanks_touch(mine, where, deflection, vibration.backlash_of(mesh)), force, 0.0)
-
-
-def flanks_touch(
-    mine: Touching, where: Lookup, deflection: Array, backlash: float | None
-) -> NDArray[np.bool_]:
-    """Return whether any flank, drive or back, is in contact, (n_periods, n_phases)."""
-    if mine.series is not None:
-        contact = np.asarray(deflection > 0.0)
-    else:
-        contact = deflection > mine.analysis.at(mine.nodes, where)[1].min(axis=1)
-    return contact if backlash is None else contact | (deflection < -backlash)
-
-
-def mean_force_residual(parts: Parts, loads: list[float], moments_of: list[Array]) -> float:
-    """Return mean(elastic + damping) over the static force, minus one: the largest of the kinds of mesh.
-
-    Meshes of one kind share the load among them, so their mean is what the load decides. With friction the
-    moments on the gear whose torque is given count, and on a planet those of its two meshes.
-    """
-    means = [each.mean(axis=0) for each in moments_of]
-    if parts.friction is None:
-        found = [_relative(float(mean.mean()), load) for mean, load in zip(means, loads, strict=True)]
-    else:
-        loaded = _loaded_gear(parts)
-        found = [_relative(means[0][loaded], loads[0])]
-        found += (
-            [_relative(means[1][1 - _loaded_gear(parts, 1)], means[0][1 - loaded])] if len(means) > 1 else []
-        )
-    return max(found, key=abs)
-
-
-def _loaded_gear(parts: Parts, kind: int = 0) -> int:
-    """Return which gear of a mesh (0 driving, 1 driven) is not the planet; of a pair the driving one."""
-    return parts.gears.kinds[kind].loaded
-
-
-def _relative(mean: float, load: float) -> float:
-    return mean / load - 1.0 if load > 0.0 else mean
-
-
-def load_factors(parts: Parts, kind: int, means: Array) -> Array:
-    """Return how much of its share of the load each mesh of a kind carries in the mean, (n_mesh,) [1]."""
-    own = means[:, _loaded_gear(parts, kind)]
-    return own / own.mean() if own.any() else np.full(len(own), np.nan)
-
-
 def mean_moments(
     parts: Parts, vibration: Vibration, touching: list[Touching], kind: int, response: Response
 ) -> Array:
     """Return the mean moments of each mesh of a kind over base radius, (n_mesh, (driving, driven)) [N]."""
     mine, grid = touching[kind], vibration.grid_of(response)
     phase, segment, weight = within_steps(grid)
-    when, middle = Instants(phase, segment), grid.start + 0.5 * grid.width
+    middle = grid.start + 0.5 * grid.width
+    deflection, rate = vibration.deflection(response, Instants(phase, segment))
     found = []
     for mesh in parts.coupling.kinds[kind].meshes:
-        lag = parts.meshes[mesh].lag
-        where = look_within(mine.analysis.grid, [lag], phase.reshape(len(middle), -1), middle)
-        deflection, rate = (values[:, mesh] for values in vibration.deflection(response, when))
-        forces = [mesh_force(mine, where, row, vibration.backlash_of(mesh)) for row in deflection]
-        damping = damping_force(vibration, mine, mesh, where, deflection, rate)
-        pair = np.stack([force.pair for force in forces])
-        back = np.stack([force.elastic for force in forces]) - pair.sum(axis=-1)
-        found.append(
-            [
-                (moments(parts, kind, gear, mine, where, pair, back + damping) @ weight).mean()
-                for gear in (0, 1)
-            ]
+        where = look_within(
+            mine.analysis.grid, [parts.meshes[mesh].lag], phase.reshape(len(middle), -1), middle
         )
+        loads = mesh_loads(vibration.system, mesh, mine, where, deflection[:, mesh], rate[:, mesh])
+        each = moments(loads, mine, parts.kinds[kind].pair, where, parts.friction)
+        found.append((each @ weight).mean(axis=1))
     return np.array(found)
 
 

@@ -1,0 +1,160 @@
+"""What the meshes exert at any instants: forces, moments about the gears' axes, and their means.
+
+Forces come from the contact itself, by the deflections that a response has there, and not from the tables
+that its solver used: their means against the load that was given tell how well it closes.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.system import System
+from wearlab.gears.pair import GearPair
+from wearlab.mesh.excitation import Touching, mesh_force
+from wearlab.mesh.gear_set import PairOfSet
+from wearlab.mesh.profile import Lookup, interpolate
+
+Array = NDArray[np.float64]
+
+
+class MeshLoads(NamedTuple):
+    """Forces of one mesh at the same instants of every mesh period.
+
+    Parameters
+    ----------
+    elastic : (n_periods, n) drive minus back flank force [N]
+    damping : (n_periods, n) of the mesh, 0 in separation unless it always acts [N]
+    pair : (n_periods, n, n_pairs) on each pair's drive flank [N]
+    """
+
+    elastic: Array
+    damping: Array
+    pair: Array
+
+
+def mesh_loads(
+    system: System, mesh: int, flanks: Touching, where: Lookup, deflection: Array, rate: Array
+) -> MeshLoads:
+    """Return the forces of a mesh.
+
+    Parameters
+    ----------
+    system : the one form
+    mesh, flanks : the mesh and its flanks
+    where : the (n,) instants as phases of the mesh
+    deflection, rate : (n_periods, n) δ [m] and its rate [m/s]
+    """
+    backlash = backlash_of(system, mesh)
+    forces = [mesh_force(flanks, where, row, backlash) for row in deflection]
+    damping = system.mesh_damping[mesh] * rate
+    if not system.damping_always:
+        damping = np.where(flanks_touch(flanks, where, deflection, backlash), damping, 0.0)
+    return MeshLoads(
+        np.stack([force.elastic for force in forces]), damping, np.stack([force.pair for force in forces])
+    )
+
+
+def elastic_force(system: System, mesh: int, flanks: Touching, where: Lookup, deflection: Array) -> Array:
+    """Return the elastic force alone, (n_periods, n) [N]; see `mesh_loads`."""
+    backlash = backlash_of(system, mesh)
+    return np.stack([mesh_force(flanks, where, row, backlash).elastic for row in deflection])
+
+
+def backlash_of(system: System, mesh: int) -> float | None:
+    """Return the normal backlash of a mesh, None without back flank [m]."""
+    return None if system.backlash is None else float(system.backlash[mesh])
+
+
+def flanks_touch(
+    flanks: Touching, where: Lookup, deflection: Array, backlash: float | None
+) -> NDArray[np.bool_]:
+    """Return whether any flank, drive or back, is in contact, (n_periods, n)."""
+    if flanks.series is not None:
+        contact = np.asarray(deflection > 0.0)
+    else:
+        contact = deflection > flanks.analysis.at(flanks.nodes, where)[1].min(axis=1)
+    return contact if backlash is None else contact | (deflection < -backlash)
+
+
+def friction_force(loads: MeshLoads, flanks: Touching, where: Lookup, coefficient: float) -> Array:
+    """Return ``Σ_j Λμ F_j`` on the driving flank, positive in recess, (n_periods, n) [N].
+
+    Parameters
+    ----------
+    loads, flanks, where : the mesh's forces, its flanks, the instants
+    coefficient : μ [1]
+    """
+    sense = flanks.analysis.grid.sliding_sense[where.segment]
+    return np.asarray(coefficient * (sense * loads.pair).sum(axis=-1))
+
+
+def moments(
+    loads: MeshLoads, flanks: Touching, pair: GearPair, where: Lookup, coefficient: float | None
+) -> Array:
+    """Return the moments on both gears over their base radii, (driving, driven) (2, n_periods, n) [N].
+
+    ``Σ_j F_j (1 + Λμ ρ_j/r_b)``, with damping and back flank: friction adds to the moment of a driving gear
+    in recess, where its arm is ρ = r_b tan α_w + s.
+
+    Parameters
+    ----------
+    loads, flanks, where : the mesh's forces, its flanks, the instants
+    pair : the gears
+    coefficient : μ, None without friction [1]
+    """
+    plain = loads.elastic + loads.damping
+    if coefficient is None:
+        return np.stack([plain, plain])
+    grid = flanks.analysis.grid
+    s = np.zeros(loads.pair.shape[1:])
+    interpolate(grid.first, where, grid.touching, 0.0, s)
+    rubs = coefficient * grid.sliding_sense[where.segment]
+    found = []
+    for arm, gear in zip(pair.curvature(s.ravel()), pair.gears, strict=True):
+        share = rubs * arm.reshape(s.shape) / gear.base_radius
+        found.append(plain + (loads.pair * share).sum(axis=-1))
+    return np.stack(found)
+
+
+def load_factors(kind: PairOfSet, means: Array) -> Array:
+    """Return how much of its share of the load each mesh of a kind carries in the mean, (n_mesh,) [1].
+
+    Parameters
+    ----------
+    kind : the kind of mesh
+    means : (n_mesh, (driving, driven)) mean moments of its meshes over base radius [N]
+    """
+    own = means[:, kind.loaded]
+    return own / own.mean() if own.any() else np.full(len(own), np.nan)
+
+
+def mean_force_residual(
+    kinds: Sequence[PairOfSet], loads: Sequence[float], means: Sequence[Array], rubs: bool
+) -> float:
+    """Return mean(elastic + damping) over the static force, minus one: the largest of the kinds of mesh [1].
+
+    Meshes of one kind share the load among them, so their mean is what the load decides. With friction the
+    moments on the gear whose torque is given count, and on a planet those of its two meshes.
+
+    Parameters
+    ----------
+    kinds : the kinds of mesh
+    loads : static force of one mesh of each [N]
+    means : of each, (n_mesh, (driving, driven)) mean moments over base radius [N]
+    rubs : whether there is friction
+    """
+    of_kind = [each.mean(axis=0) for each in means]
+    if not rubs:
+        found = [_relative(float(mean.mean()), load) for mean, load in zip(of_kind, loads, strict=True)]
+        return max(found, key=abs)
+    loaded = kinds[0].loaded
+    found = [_relative(of_kind[0][loaded], loads[0])]
+    if len(kinds) > 1:
+        found.append(_relative(of_kind[1][1 - kinds[1].loaded], of_kind[0][1 - loaded]))
+    return max(found, key=abs)
+
+
+def _relative(mean: float, load: float) -> float:
+    return mean / load - 1.0 if load > 0.0 else mean
