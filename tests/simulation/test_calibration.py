@@ -1,12 +1,10 @@
 """The calibrated coefficient: exact scaling, one life for many scenes, said in the run."""
 
-from concurrent.futures import ThreadPoolExecutor
-from threading import Event
-
 import numpy as np
 import pytest
 
-from wearlab.simulation import Refused, calibration, kept_lives, simulate
+from wearlab.scene.calibrating import calibrating
+from wearlab.simulation import Refused, calibration, simulate
 
 
 @pytest.fixture
@@ -58,10 +56,9 @@ def test_one_realisation_of_errors_does_not_calibrate(scene):
     if given.errors is None:
         pytest.skip("the campaign has no errors")
     frozen = given.replace("errors.slow", "frozen").replace("wear.coefficient", on(1e7, film=False))
-    coefficient = frozen.wear.coefficient
-    assert calibration.calibrating(frozen, coefficient).errors is None
+    assert calibrating(frozen).errors is None
     averaged = frozen.replace("errors.slow", "averaged")
-    assert calibration.calibrating(averaged, coefficient).errors is not None
+    assert calibrating(averaged).errors is not None
 
 
 def test_what_cannot_be_reached_is_refused(limited):
@@ -74,52 +71,3 @@ def test_the_constant_is_what_the_law_uses(limited):
     data = simulate(limited.replace("wear.coefficient", on(1e7, film=False, factor=3.0)))
     used = data.effective_wear_coefficient.values
     np.testing.assert_allclose(used, 3.0 * float(data.calibrated_wear_coefficient), rtol=1e-12)
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.setattr(kept_lives, "FOLDER", tmp_path / "lives")
-    return tmp_path / "lives"
-
-
-def test_a_life_is_lived_once_on_a_machine(limited, folder, monkeypatch):
-    given = limited.replace("wear.coefficient", on(1e7))
-    calibration._LIVES.clear()
-    first = float(simulate(given).calibrated_wear_coefficient)
-    calibration._LIVES.clear()  # another process
-    monkeypatch.setattr(calibration, "live_through", None)
-    assert calibration.calibrated(given)[1].value == first
-    (kept,) = (path for path in folder.iterdir() if path.suffix == "")
-    kept.write_text("0x1.8p+1")  # half of one
-    calibration._LIVES.clear()
-    with pytest.raises(TypeError):
-        calibration.calibrated(given)
-
-
-def test_processes_wait_for_the_one_that_lives(folder, monkeypatch):
-    begun, looked, all_looked = [], [], Event()
-    read = kept_lives._read
-
-    def counted(path):
-        looked.append(path)
-        if len(looked) > 4:  # the first inside the lock, and three outside it
-            all_looked.set()
-        return read(path)
-
-    def live():
-        begun.append(True)
-        assert all_looked.wait(10.0)
-        return 1.0 / 3.0, 1e-7
-
-    monkeypatch.setattr(kept_lives, "_read", counted)
-    with ThreadPoolExecutor(4) as threads:
-        found = list(threads.map(lambda _: kept_lives.once("scene", live), range(4)))
-    assert len(begun) == 1 and set(found) == {(1.0 / 3.0, 1e-7)}
-    assert kept_lives.once("other scene", live) == found[0] and len(begun) == 2
-
-
-def test_where_nothing_can_be_kept_each_lives_it(tmp_path, monkeypatch):
-    (tmp_path / "file").write_text("")
-    monkeypatch.setattr(kept_lives, "FOLDER", tmp_path / "file" / "lives")
-    assert kept_lives.once("scene", lambda: (2.0, 0.0)) == (2.0, 0.0)
-    assert kept_lives.once("scene", lambda: (3.0, 0.0)) == (3.0, 0.0)

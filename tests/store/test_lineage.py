@@ -6,6 +6,7 @@ import pytest
 
 from wearlab.cli.showing import show_run
 from wearlab.store import Store
+from wearlab.store.audit import verify
 from wearlab.store.cite import bibtex, citation, facts_of
 from wearlab.store.image import describe, to_image
 from wearlab.store.lineage import children, lineage
@@ -14,13 +15,16 @@ from wearlab.store.prune import prunable
 
 FIRST, SECOND, THIRD = ("a" * 20, "b" * 20, "c" * 20)
 GONE = "d" * 20
+FOURTH = "f" * 20
 
 
 def outcome(run_id, start, **attributes):
     import xarray as xr
 
     scene = json.dumps({"operation": {"torque": 7.0}} | ({"start": start} if start else {}))
-    data = xr.Dataset({"life": 1.0}, attrs={"id": run_id, "scene": scene, **attributes})
+    data = xr.Dataset(
+        {"life": 1.0}, {"cycle": ("update", [0.0, 5e3])}, attrs={"id": run_id, "scene": scene, **attributes}
+    )
     return Outcome(run_id, "done", "2026-01-01", 1.0, scene, *to_image(data), **describe(data)._asdict())
 
 
@@ -80,3 +84,17 @@ def test_what_a_kept_run_goes_on_from_stays(store):
         store.save([outcome("e" * 20, None)], presence.token)
     store.catalogue.record_campaign("More torque", None, None, [])
     assert [run.id for run in prunable(store)] == ["e" * 20]
+
+
+def calibrated_on(store, cycles):
+    with store.presence() as presence:
+        found = [outcome(FOURTH, None), outcome("e" * 20, None, calibration=FOURTH, calibration_life=cycles)]
+        store.save(found, presence.token)
+
+
+@pytest.mark.parametrize(("cycles", "problems"), [("5000.0", 0), ("5001.0", 1)])
+def test_a_calibration_that_became_another_is_told(store, cycles, problems):
+    calibrated_on(store, cycles)
+    found = list(verify(store))
+    assert len(found) == problems
+    assert all("e" * 20 in str(one.path) and f"calibrated by run {FOURTH}" in one.message for one in found)

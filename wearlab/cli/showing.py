@@ -166,7 +166,7 @@ def _is_long(value: Any) -> bool:
 
 
 def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
-    from wearlab.store.lineage import children, lineage
+    from wearlab.store.lineage import calibrated_by, calibration_of, children, lineage
 
     members = store.catalogue.members([entry.id])
     metadata = members[0].metadata if members else {}
@@ -178,6 +178,8 @@ def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
         "campaigns": list(dict.fromkeys(f"{m.campaign} ({m.label})" for m in members)),
         "goes on from": [str(step) for step in lineage(store, entry)],
         "continued by": children(store, entry.id),
+        "calibrated by": calibration_of(entry) or None,
+        "calibrates": calibrated_by(store, entry.id),
         **{key: metadata[key] for key in WHO if key in metadata},
         "file": str(store.files.path(entry.id)) if entry.state == "done" else None,
         "bytes": entry.size,

@@ -15,7 +15,7 @@ from wearlab.scene import parts_left_out, parts_present
 from wearlab.scene.build.sheet import Sheet, sheet
 from wearlab.store.errors import StoreError
 from wearlab.store.headline import headlines
-from wearlab.store.lineage import lineage
+from wearlab.store.lineage import calibration_of, lineage
 from wearlab.store.outcome import Comparison
 from wearlab.store.place import place, value_text
 
@@ -267,10 +267,13 @@ def _failures(campaign: "Campaign", rows: Sequence[Row], entries: "Mapping[str, 
 def _lineage(
     campaign: "Campaign", store: "Store", entries: "Mapping[str, Entry]"
 ) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the cases that go on from other runs, and which runs those are; equal ones together."""
+    """Yield the cases that rest on other runs, and which runs those are; equal ones together."""
     found: dict[tuple[str, ...], list[str]] = {}
     for case in campaign.cases:
-        steps = tuple(map(str, lineage(store, entries[case.id]))) if case.id in entries else ()
+        if (entry := entries.get(case.id)) is None:
+            continue
+        by = calibration_of(entry)
+        steps = (*map(str, lineage(store, entry)), *([f"run {by}, which calibrated it"] if by else []))
         if steps:
             name = ", ".join([case.label, *place(campaign, case).values()])
             found.setdefault(steps, []).append(name)

@@ -10,8 +10,11 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.query.flat import flat
+from wearlab.runner.calibrating import calibrations
 from wearlab.runner.local import available_cores
+from wearlab.runner.worker import Task
 from wearlab.sources import is_other_code
+from wearlab.store.lineage import CALIBRATION
 from wearlab.store.place import place
 
 if TYPE_CHECKING:
@@ -119,6 +122,10 @@ def plan(campaign: "Campaign", store: "Store", *, workers: int | None = None, re
     if exists:
         runs |= _changed(campaign, store, [run for run in runs.values() if run.state == "new"], scenes)
     again = ("new", "lost", "failed", "refused") if retry else ("new", "lost")
+    for task in calibrations(Task(i, scenes[i]) for i, run in runs.items() if run.state in again).values():
+        state = _state(store, store.heads([task.id]).get(task.id)) if exists else "new"
+        if state in again:
+            scenes[task.id], runs[task.id] = task.scene, PlannedRun(task.id, CALIBRATION, {}, state)
     to_do = [scenes[run.id] for run in runs.values() if run.state in again]
     seconds, size, basis = _estimate(store, to_do) if exists else (None, None, "")
     free = _free(store.path)

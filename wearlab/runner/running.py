@@ -8,6 +8,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from wearlab.runner.again import chosen, restore
+from wearlab.runner.calibrating import calibrations, with_calibrations
 from wearlab.runner.cluster import Cluster, connect, refuse_unreachable
 from wearlab.runner.continuing import with_parents
 from wearlab.runner.crew import Crew
@@ -80,7 +81,9 @@ def run(
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
     tasks = with_parents(tasks, store)
     refuse_unreachable(None if store.catalogue.exists() else scheduler, dashboard)
-    used = plugins_of(task.scene for task in _wanting(tasks, store, again))
+    wanting = _wanting(tasks, store, again)
+    used = plugins_of(task.scene for task in wanting)
+    needed = calibrations(wanting)
     notes = _opened(store)
     declare(used, store.path)
     key = _record(campaign, store)
@@ -96,7 +99,10 @@ def run(
 
         try:
             with ExitStack() as stack:
-                work.complete(list(tasks.values()), cluster)
+                alone = [task for task in tasks.values() if task.id not in needed]
+                work.complete([*{task.id: task for task in needed.values()}.values(), *alone], cluster)
+                calibrated = [tasks[run_id] for run_id in needed]
+                work.complete(with_calibrations(calibrated, needed, store), cluster)
         except KeyboardInterrupt:
             _tidy(store, presence.token, work)
             raise Interrupted(_interruption(tasks, store)) from None
@@ -174,12 +180,13 @@ class _Work:
 
     def _begin(self, tasks: Sequence[Task], cluster: Callable[[], Cluster]) -> None:
         scenes = [task.scene for task in tasks]
-        if len(tasks) == 1:
+        if len(tasks) == 1 and self.cluster is None:
             self.bar.step("compiling")
             warm_up(scenes, self.simulate)
             return
-        self.bar.step("starting workers")
-        self.cluster = cluster()
+        if self.cluster is None:
+            self.bar.step("starting workers")
+            self.cluster = cluster()
         self.bar.step("compiling")
         self.cluster.warm_up(scenes)
 
@@ -289,4 +296,14 @@ def _report(
         for case, one in zip(campaign.cases, compared, strict=True)
         if one is not None
     )
-    return Report(len(labels), len(computed), *counts, seconds, troubled, expected, notes, campaign, store)
+    return Report(
+        len(labels),
+        len(computed & labels.keys()),
+        *counts,
+        seconds,
+        troubled,
+        expected,
+        notes,
+        campaign,
+        store,
+    )

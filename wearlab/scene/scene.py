@@ -24,6 +24,7 @@ from wearlab.scene.start import StartWear
 from wearlab.scene.telling import html, one_line
 from wearlab.scene.wear import InitialWears, WearSection
 from wearlab.slots import Slot, Variant, when_changed
+from wearlab.wear.coefficients.calibrated import CalibrationLife
 
 
 class Scene(Sections):
@@ -36,6 +37,7 @@ class Scene(Sections):
     _mapping: dict[str, Any] = PrivateAttr(default_factory=dict)
     _base: Path | None = PrivateAttr(default=None)
     _start_wear: StartWear | None = PrivateAttr(default=None)
+    _calibration: CalibrationLife | None = PrivateAttr(default=None)
 
     @model_validator(mode="before")
     @classmethod
@@ -118,6 +120,17 @@ class Scene(Sections):
         """Return the same scene with the wear of the run that it continues at hand."""
         scene = self.model_copy()
         scene._start_wear = wear
+        return scene
+
+    @property
+    def calibration(self) -> CalibrationLife | None:
+        """The life that calibrates the wear coefficient, once it was read from the run that lived it."""
+        return self._calibration
+
+    def with_calibration(self, life: CalibrationLife) -> "Scene":
+        """Return the same scene with the life that calibrates its wear coefficient at hand."""
+        scene = self.model_copy()
+        scene._calibration = life
         return scene
 
     def canonical(self) -> str:

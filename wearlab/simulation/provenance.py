@@ -11,23 +11,25 @@ from wearlab.scene import Scene
 from wearlab.scene.identity import MODEL_VERSION
 from wearlab.sources import used_hash
 from wearlab.version import __version__
+from wearlab.wear.coefficients.calibrated import CalibrationLife
 
 UNKNOWN = {"commit": "unknown", "dirty": "unknown"}
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
 
 
-def provenance(scene: Scene, begun: float) -> dict[str, str]:
+def provenance(scene: Scene, begun: float, calibration: CalibrationLife | None = None) -> dict[str, str]:
     """Return the attributes that tell how a run was made.
 
     Parameters
     ----------
     scene : the scene
     begun : start of the run, seconds since the epoch [s]
+    calibration : the life that calibrated its wear coefficient, None where none did
     """
     return {
         "scene": scene.canonical(),
         "id": scene.id,
-        **_lineage(scene),
+        **_lineage(scene, calibration),
         "model_version": str(MODEL_VERSION),
         "source": f"wearlab {__version__}",
         "wearlab_version": __version__,
@@ -47,11 +49,14 @@ def _circumstances() -> dict[str, str]:
     }
 
 
-def _lineage(scene: Scene) -> dict[str, str]:
-    """Return the run that this one continues, from which cycle, and what is known of it."""
+def _lineage(scene: Scene, calibration: CalibrationLife | None) -> dict[str, str]:
+    """Return the runs that calibrate and precede this one, from which cycle, and what is known of it."""
+    by: dict[str, str] = {}
+    if calibration is not None:
+        by = {"calibration": calibration.run, "calibration_life": repr(calibration.cycles)}
     if scene.start is None:
-        return {"parents": ""}
-    told = {"parents": scene.start.run or "", "replaced_members": ", ".join(scene.start.replace)}
+        return {"parents": "", **by}
+    told = by | {"parents": scene.start.run or "", "replaced_members": ", ".join(scene.start.replace)}
     if scene.start_wear is not None:
         told["parent_cycle"] = repr(scene.start_wear.cycle)
         told["parent_interpolation_error"] = f"{scene.start_wear.error:.3g} m"

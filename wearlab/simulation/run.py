@@ -66,7 +66,8 @@ def simulate(scene: Scene) -> xr.Dataset:
         reason = FIRST_STATE.get(stop.reason, stop.reason)
         raise Refused(f"the gears cannot run in their first state: {reason}") from stop
     dataset = _dataset(settled, stages, lived, calibration, clock)
-    dataset.attrs = {"Conventions": CONVENTIONS, **discovery(scene, begun), **provenance(scene, begun)}
+    dataset.attrs = {"Conventions": CONVENTIONS, **discovery(scene, begun)}
+    dataset.attrs |= provenance(scene, begun, None if calibration is None else calibration.life)
     return dataset
 
 

@@ -1,6 +1,7 @@
 """Is every run what it was when it was written? Hashes answer; and the catalogue made anew from the files."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from wearlab.store.adopt import ForeignRun, outcome_of
@@ -8,9 +9,12 @@ from wearlab.store.bounds import refuse_links
 from wearlab.store.catalogue import Entry
 from wearlab.store.errors import StoreError
 from wearlab.store.kept_runs import KeptRuns
+from wearlab.store.lineage import CALIBRATION_LIFE, calibration_of
 from wearlab.store.outcome import Outcome
 from wearlab.store.problem import Problem
 from wearlab.store.runs import RunFiles, hash_of
+
+SAME = 1e-9  # of two lives of one scene on two machines
 
 
 def verify(store: KeptRuns) -> Iterator[Problem]:
@@ -32,6 +36,7 @@ def verify(store: KeptRuns) -> Iterator[Problem]:
     for path, entry in done.items():
         if problem := check_file(path, entry):
             yield problem
+    yield from _uncalibrated(done, entries)
     begun = [e for e in entries.values() if e.state == "running"]
     parts = {store.files.part(e.id, e.owner or "") for e in begun if store.files.is_writer(e.owner or "")}
     unrecorded = {store.files.path(e.id) for e in begun}
@@ -45,6 +50,18 @@ def verify(store: KeptRuns) -> Iterator[Problem]:
     from wearlab.store.updates import verify_updates
 
     yield from verify_updates(store)
+
+
+def _uncalibrated(done: Mapping[Path, Entry], entries: Mapping[str, Entry]) -> Iterator[Problem]:
+    """Yield the runs whose wear coefficient was calibrated by a life that has become another."""
+    for path, entry in done.items():
+        by = entries.get(calibration_of(entry))
+        used, lived = entry.summary.get(CALIBRATION_LIFE), None if by is None else by.summary.get("cycle")
+        if by is None or used is None or lived is None:
+            continue
+        if not math.isclose(used, lived, rel_tol=SAME):
+            said = f"was calibrated by run {by.id}, whose life has become another: run it again"
+            yield Problem(path, "altered", said)
 
 
 def check_file(path: Path, entry: Entry) -> Problem | None:

@@ -3,7 +3,7 @@
 import re
 from typing import TYPE_CHECKING
 
-from wearlab.store.lineage import lineage
+from wearlab.store.lineage import calibration_of, lineage
 from wearlab.store.seal import SEAL
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ def facts_of(store: "Store", prefix: str) -> dict[str, str]:
         "wearlab_version": entry.wearlab_version or "",
         "source_hash": entry.source_hash or "",
         "lineage": "; ".join(map(str, lineage(store, entry))),
+        "calibration": calibration_of(entry),
         **{name: str(attributes[name]) for name in CODE if attributes.get(name)},
     }
     if member is not None:
@@ -115,6 +116,11 @@ def citation(facts: dict[str, str]) -> str:
     year = f"({facts['date'][:4]}). " if "date" in facts else ""
     end = f" After {facts['reference']}." if "reference" in facts else ""
     onward = f" It goes on from {facts['lineage']}." if "lineage" in facts else ""
+    onward += (
+        f" Its wear coefficient was calibrated by run {facts['calibration']}."
+        if "calibration" in facts
+        else ""
+    )
     licence = f" Licence: {facts['licence']}." if "licence" in facts else ""
     code = f"wearlab {facts.get('wearlab_version', '?')}, sources {facts.get('source_hash', '?')}"
     commit = f", commit {facts['commit']}" if facts.get("commit", "unknown") != "unknown" else ""
@@ -138,6 +144,7 @@ def bibtex(facts: dict[str, str]) -> str:
         "note": f"{facts.get('kind', 'Run').lower()} {facts['id']}, SHA-256 {facts.get('sha256', '')}"
         + (f", after {facts['reference']}" if "reference" in facts else "")
         + (f", goes on from {facts['lineage']}" if "lineage" in facts else "")
+        + (f", calibrated by run {facts['calibration']}" if "calibration" in facts else "")
         + (f", licence {facts['licence']}" if "licence" in facts else ""),
     }
     lines = [f"  {key} = {{{_escaped(value)}}}," for key, value in fields.items() if value]

@@ -18,6 +18,7 @@ import xarray as xr
 
 from wearlab.store.errors import StoreError
 from wearlab.store.files import part_of
+from wearlab.store.lineage import calibration_of
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
@@ -89,6 +90,8 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
         "campaign_hash": fingerprint(text),
         "missing": "; ".join(np.atleast_1d(grid.attrs.get("missing", [])).tolist()),
     }
+    if calibrations := sorted({one for entry in entries.values() if (one := calibration_of(entry))}):
+        found["calibration"] = "; ".join(calibrations)
     found |= {ACDD[key]: str(value) for key, value in metadata.items() if key in ACDD}
     return {key: value for key, value in found.items() if value}
 

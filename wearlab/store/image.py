@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from wearlab.store.lineage import CALIBRATION, CALIBRATION_LIFE
 from wearlab.store.netcdf import encoded
 from wearlab.store.seal import sealed
 
@@ -72,9 +73,12 @@ def _digest(values: xr.DataArray) -> str:
 
 def _results(dataset: xr.Dataset) -> tuple[dict[str, Any], dict[str, bytes]]:
     """Return summary and histories."""
-    summary: dict[str, Any] = {name: str(dataset.attrs[name]) for name in CODE if name in dataset.attrs}
-    with suppress(KeyError, ValueError, TypeError):
-        summary[PARENT_CYCLE] = plain(float(dataset.attrs[PARENT_CYCLE]))
+    summary: dict[str, Any] = {
+        name: str(dataset.attrs[name]) for name in (*CODE, CALIBRATION) if name in dataset.attrs
+    }
+    for name in (PARENT_CYCLE, CALIBRATION_LIFE):
+        with suppress(KeyError, ValueError, TypeError):
+            summary[name] = plain(float(dataset.attrs[name]))
     histories: dict[str, bytes] = {}
     for name, variable in dataset.variables.items():
         if variable.ndim == 0:

@@ -1,4 +1,4 @@
-"""From which runs a run goes on, and which go on from it."""
+"""From which runs a run goes on, by which it was calibrated, and which rest on it."""
 
 import json
 from collections.abc import Iterator
@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from wearlab.store.store import Store
 
 LONGEST = 100  # runs of a chain
+CALIBRATION, CALIBRATION_LIFE = "calibration", "calibration_life"
+"""Attributes of a run: the id of the run by which its wear coefficient was calibrated, and its life."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,25 @@ def children(store: "Store", run_id: str) -> list[str]:
     if "start.run" not in store.names():
         return []
     return [row["id"] for row in store.query(f"start.run = '{run_id}'", columns=(), sort="started")]
+
+
+def calibration_of(entry: "Entry") -> str:
+    """Return the id of the run that a run's wear coefficient was calibrated by, "" where none did."""
+    return str(entry.summary.get(CALIBRATION) or "")
+
+
+def calibrated_by(store: "Store", run_id: str) -> list[str]:
+    """Return the ids of the runs whose wear coefficient a run calibrated."""
+    if CALIBRATION not in store.names():
+        return []
+    return [row["id"] for row in store.query(f"{CALIBRATION} = '{run_id}'", columns=(), sort="started")]
+
+
+def rests_on(store: "Store", entry: "Entry") -> set[str]:
+    """Return the ids of all runs that a run needs to be made again: those before it, those that calibrate."""
+    before = {step.run for step in lineage(store, entry)}
+    known = store.entries(before)
+    return before | {one for each in (entry, *known.values()) if (one := calibration_of(each))}
 
 
 def name_of(store: "Store", run_id: str) -> str:

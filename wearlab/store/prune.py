@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from wearlab.store.database import CHUNK, batched
-from wearlab.store.lineage import lineage
+from wearlab.store.lineage import rests_on
 
 if TYPE_CHECKING:
     from wearlab.store.store import Store
@@ -26,7 +26,8 @@ def prunable(store: "Store", kept: Iterable[str] = ()) -> list[Prunable]:
     """Return the runs that no campaign refers to.
 
     A campaign file refers to what it asked for when it was last run; what earlier versions of the same file
-    asked for besides, it has let go. Runs that a kept run continues are kept, and those being computed.
+    asked for besides, it has let go. Runs that a kept run continues or was calibrated by are kept, and those
+    being computed.
 
     Parameters
     ----------
@@ -40,7 +41,7 @@ def prunable(store: "Store", kept: Iterable[str] = ()) -> list[Prunable]:
     entries = store.entries()
     wanted = referred(store) | set(kept)
     for run_id in [one for one in wanted if one in entries]:
-        wanted |= {step.run for step in lineage(store, entries[run_id])}
+        wanted |= rests_on(store, entries[run_id])
     known = {member.run for member in store.catalogue.members()}
     return [
         Prunable(

@@ -1,6 +1,6 @@
 """The constant with which these gears have one given life; found by a run of that life alone."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 from wearlab.options import POSITIVE, Depth, Number, Speed, Torque, option
 from wearlab.wear.coefficients import CoefficientModel
@@ -9,6 +9,23 @@ from wearlab.wear.setting import PowerOfLoad, Setting
 
 UNCALIBRATED = 1e-16
 """Stands in for a wear coefficient that is still to be calibrated: lives tell its scale [m²/N]."""
+
+
+class CalibrationLife(NamedTuple):
+    """The life of the run that a coefficient is calibrated by.
+
+    Parameters
+    ----------
+    run : its identity
+    cycles : its life with the coefficient `UNCALIBRATED`
+    error : estimated error of it, in cycles
+    end_reason : what ended it
+    """
+
+    run: str
+    cycles: float
+    error: float
+    end_reason: str
 
 
 class CalibratedCoefficient(CoefficientModel):
