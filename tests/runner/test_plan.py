@@ -173,11 +173,11 @@ def test_only_the_model_has_changed(store):
 
 
 def test_the_time_of_a_coupled_life_is_not_foretold_from_other_runs(store):
-    coupled = load("campaigns/base/planetary_ngw11_coupled.toml")
+    coupled = load("campaigns/base/planetary_ngw11_coupled.toml")  # with the life that calibrates it
     found = plan(coupled, store)
     assert found.seconds is None and found.bytes is not None
     assert found.basis.endswith(
-        "the time of coupled lives (1) cannot be foretold, none with the same parts is recorded"
+        "the time of coupled lives (2) cannot be foretold, none with the same parts is recorded"
     )
     static = load({"extends": str(coupled.path), "wear": {"load": "static"}})
     assert plan(static, store).seconds is not None
