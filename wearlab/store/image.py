@@ -76,9 +76,9 @@ def _results(dataset: xr.Dataset) -> tuple[dict[str, Any], dict[str, bytes]]:
     summary: dict[str, Any] = {
         name: str(dataset.attrs[name]) for name in (*CODE, CALIBRATION) if name in dataset.attrs
     }
-    for name in (PARENT_CYCLE, CALIBRATION_LIFE):
+    for key in (PARENT_CYCLE, CALIBRATION_LIFE):
         with suppress(KeyError, ValueError, TypeError):
-            summary[name] = plain(float(dataset.attrs[name]))
+            summary[key] = plain(float(dataset.attrs[key]))
     histories: dict[str, bytes] = {}
     for name, variable in dataset.variables.items():
         if variable.ndim == 0:
