@@ -166,7 +166,8 @@ def _is_long(value: Any) -> bool:
 
 
 def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
-    from wearlab.store.lineage import calibrated_by, calibration_of, children, lineage
+    from wearlab.store.calibration import calibration_of
+    from wearlab.store.lineage import calibrated_by, children, lineage
 
     members = store.catalogue.members([entry.id])
     metadata = members[0].metadata if members else {}

@@ -13,9 +13,10 @@ from wearlab.report.drawn import Drawn, drawn
 from wearlab.report.remarks import departures, remarks
 from wearlab.scene import parts_left_out, parts_present
 from wearlab.scene.build.sheet import Sheet, sheet
+from wearlab.store.calibration import calibration_of
 from wearlab.store.errors import StoreError
 from wearlab.store.headline import headlines
-from wearlab.store.lineage import calibration_of, lineage
+from wearlab.store.lineage import lineage
 from wearlab.store.outcome import Comparison
 from wearlab.store.place import place, value_text
 

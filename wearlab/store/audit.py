@@ -6,10 +6,10 @@ from pathlib import Path
 
 from wearlab.store.adopt import ForeignRun, outcome_of
 from wearlab.store.bounds import refuse_links
+from wearlab.store.calibration import CALIBRATION_LIFE, calibration_of
 from wearlab.store.catalogue import Entry
 from wearlab.store.errors import StoreError
 from wearlab.store.kept_runs import KeptRuns
-from wearlab.store.lineage import CALIBRATION_LIFE, calibration_of
 from wearlab.store.outcome import Outcome
 from wearlab.store.problem import Problem
 from wearlab.store.runs import RunFiles, hash_of

@@ -3,7 +3,8 @@
 import re
 from typing import TYPE_CHECKING
 
-from wearlab.store.lineage import calibration_of, lineage
+from wearlab.store.calibration import calibration_of
+from wearlab.store.lineage import lineage
 from wearlab.store.seal import SEAL
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from wearlab.store.lineage import CALIBRATION, CALIBRATION_LIFE
+from wearlab.store.calibration import CALIBRATION, CALIBRATION_LIFE
 from wearlab.store.netcdf import encoded
 from wearlab.store.seal import sealed
 

@@ -5,13 +5,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from wearlab.store.calibration import CALIBRATION, calibration_of
+
 if TYPE_CHECKING:
     from wearlab.store.catalogue import Entry
     from wearlab.store.store import Store
 
 LONGEST = 100  # runs of a chain
-CALIBRATION, CALIBRATION_LIFE = "calibration", "calibration_life"
-"""Attributes of a run: the id of the run by which its wear coefficient was calibrated, and its life."""
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,6 @@ def children(store: "Store", run_id: str) -> list[str]:
     if "start.run" not in store.names():
         return []
     return [row["id"] for row in store.query(f"start.run = '{run_id}'", columns=(), sort="started")]
-
-
-def calibration_of(entry: "Entry") -> str:
-    """Return the id of the run that a run's wear coefficient was calibrated by, "" where none did."""
-    return str(entry.summary.get(CALIBRATION) or "")
 
 
 def calibrated_by(store: "Store", run_id: str) -> list[str]:
