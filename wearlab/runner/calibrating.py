@@ -4,8 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from wearlab.runner.worker import Task
-from wearlab.scene.calibrating import calibrating
-from wearlab.wear.coefficients.calibrated import CalibrationLife
+from wearlab.scene.calibrating import CalibrationLife, calibrating
 
 if TYPE_CHECKING:
     from wearlab.store import Store

@@ -11,7 +11,9 @@ class Summarised(Protocol):
     """What has scalar results by name."""
 
     @property
-    def summary(self) -> Mapping[str, Any]: ...
+    def summary(self) -> Mapping[str, Any]:
+        """Results by name."""
+        ...
 
 
 def calibration_of(entry: Summarised) -> str:
