@@ -20,7 +20,7 @@ from wearlab.simulation.operating import Stage
 
 Array = NDArray[np.float64]
 
-MOST_WORK = 2e9
+MOST_WORK = 1.5e9
 """Bound on the work of a march over cycles, units of 10 to 20 ns: with kept states, estimates and the search
 for other attractors, which come on top, a run takes under a minute."""
 USUAL = 1e-4
