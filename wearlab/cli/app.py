@@ -11,6 +11,7 @@ from pathlib import Path
 from wearlab.cli import commands
 from wearlab.cli.output import ASKED, STORE, Status, Stop, complain
 from wearlab.cli.registry import app
+from wearlab.cli.streams import FULL, fill_closed, nowhere
 from wearlab.store.errors import StoreError
 
 FIRST = (
@@ -56,10 +57,21 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
         complain(f"wearlab: {error}")
         return Status.REFUSED
     except BrokenPipeError:  # whoever read our output has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        nowhere(sys.stdout)
         return Status.TROUBLE
+    except OSError as error:
+        return _unwritten(error)
     except Exception as error:
         return _misuse(error)
+
+
+def _unwritten(error: OSError) -> int:
+    """Tell in one message what is full; a file that has a name, or another error, is a fault of ours."""
+    if error.filename is not None or error.errno not in FULL:
+        raise error
+    nowhere(sys.stdout)
+    complain(f"wearlab: cannot write to standard output or to the disk: {error.strerror}")
+    return Status.TROUBLE
 
 
 def _trust_first(words: list[str]) -> list[str]:
@@ -86,4 +98,5 @@ def _misuse(error: Exception) -> int:
 
 def main() -> None:
     """Run the command line and leave with its exit status."""
+    fill_closed()
     sys.exit(status_of())

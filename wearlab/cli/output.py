@@ -10,6 +10,7 @@ from enum import IntEnum, StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from wearlab.cli.streams import nowhere
 from wearlab.store.errors import StoreError
 
 if TYPE_CHECKING:
@@ -118,8 +119,11 @@ def say(text: str = "") -> None:
 
 
 def complain(text: str) -> None:
-    """Write a message on standard error."""
-    print(text, file=sys.stderr)
+    """Write a message on standard error, if anybody is there to read it."""
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except OSError:
+        nowhere(sys.stderr)
 
 
 def split_columns(text: str | None) -> tuple[str, ...] | None:

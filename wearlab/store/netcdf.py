@@ -1,19 +1,20 @@
 """A dataset as the bytes of a netCDF-4 file, written by the netCDF library itself.
 
 xarray's writer takes three times as long: it writes each variable before it defines the next, and HDF5 then
-brings its whole header up to date each time. Here everything is defined first. Conventions are xarray's.
+brings its whole header up to date each time. Here everything is defined first, in memory: no temporary folder is
+needed, which may be full. Conventions are xarray's.
 """
 
-from pathlib import Path
-from tempfile import TemporaryDirectory
+import struct
+from collections.abc import Mapping
 from typing import Any
 
 import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from xarray.conventions import encode_dataset_coordinates
 
+BEGUN = 1_024  # bytes of a file in memory, which grows
 TINY = 4_096  # bytes below which a variable has no checksum of its own: HDF5 needs 2 kB to keep a chunk
 SMALL = 65_536  # bytes up to which a variable is not deflated: that takes longer than to write what it saves
 ONE_CHUNK = 4_194_304  # bytes up to which a variable is one chunk
@@ -24,37 +25,73 @@ def encoded(data: xr.Dataset | xr.DataTree) -> bytes:
 
     Coordinates are named as CF asks, large variables are deflated.
     """
-    with TemporaryDirectory(prefix="wearlab-") as folder:
-        path = Path(folder) / "run.nc"
-        with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
-            file.set_fill_off()
-            if isinstance(data, xr.Dataset):
-                _write(file, data)
-            else:
-                for node in data.subtree:
-                    group = file if node is data else file.createGroup(node.path)
-                    _write(group, node.to_dataset(inherit=False))
-        return path.read_bytes()
+    file = netCDF4.Dataset("run.nc", "w", memory=BEGUN, format="NETCDF4")
+    try:
+        file.set_fill_off()
+        if isinstance(data, xr.Dataset):
+            _write(file, data)
+        else:
+            for node in data.subtree:
+                group = file if node is data else file.createGroup(node.path)
+                _write(group, node.to_dataset(inherit=False))
+    except BaseException:
+        file.close()
+        raise
+    return _without_reserve(file.close())
+
+
+def _without_reserve(image: memoryview) -> bytes:
+    """Return a file without the room that HDF5 had taken for more: its superblock says where it ends."""
+    version, width = image[8], image[9]
+    if version not in (2, 3) or width != 8:
+        return bytes(image)
+    (end,) = struct.unpack_from("<Q", image, 28)
+    return bytes(image[:end])
 
 
 def _write(group: netCDF4.Dataset, dataset: xr.Dataset) -> None:
     """Write a dataset into a group: first all definitions, then the values."""
-    variables, attributes = encode_dataset_coordinates(dataset)
     for dim, size in dataset.sizes.items():
         group.createDimension(str(dim), size)
-    group.setncatts({str(name): value for name, value in attributes.items()})
+    beside, alone = _named_coordinates(dataset)
+    group.setncatts({str(name): value for name, value in dataset.attrs.items()} | alone)
     defined = [
-        _defined(group, str(name), variable, name in dataset.coords) for name, variable in variables.items()
+        _defined(group, str(name), variable, beside.get(str(name), {}), name in dataset.coords)
+        for name, variable in dataset.variables.items()
     ]
     for target, values in defined:
         target[...] = values
 
 
+def _named_coordinates(dataset: xr.Dataset) -> tuple[Mapping[str, dict[str, str]], dict[str, str]]:
+    """Return the attribute ``coordinates`` of each variable, as CF has it, and that of the whole dataset.
+
+    A variable names the coordinates along its dims that are not dims themselves; what no variable names, the
+    dataset does, as xarray has it.
+    """
+    along = {
+        str(name): frozenset(values.dims)
+        for name, values in sorted(dataset.coords.items(), key=lambda item: str(item[0]))
+        if name not in dataset.dims
+    }
+    named: dict[str, dict[str, str]] = {}
+    left = set(along)
+    for name, variable in dataset.variables.items():
+        if name in along or name in variable.dims:
+            continue
+        dims = frozenset(variable.dims)
+        found = [one for one, its in along.items() if its <= dims]
+        if found:
+            named[str(name)] = {"coordinates": " ".join(found)}
+            left.difference_update(found)
+    return named, {"coordinates": " ".join(sorted(left))} if left else {}
+
+
 def _defined(
-    file: netCDF4.Dataset, name: str, variable: xr.Variable, coordinate: bool
+    file: netCDF4.Dataset, name: str, variable: xr.Variable, more: Mapping[str, str], coordinate: bool
 ) -> tuple[netCDF4.Variable, Any]:
     """Define a variable and return it with the values to be written; CF lets no coordinate have a filling."""
-    values, attributes = _plain(np.asarray(variable.values), dict(variable.attrs))
+    values, attributes = _plain(np.asarray(variable.values), {**variable.attrs, **more})
     kind: Any = str if values.dtype == object else values.dtype
     filled = np.nan if values.dtype.kind == "f" and not coordinate else None
     dims = tuple(map(str, variable.dims))
