@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from wearlab.cache import writable
 from wearlab.compiled import KEPT_FOLDERS, _cache_folder
 
 
@@ -22,3 +23,16 @@ def test_old_builds_are_dropped_and_copies_of_stores_stay(
         own.name,
         *(path.name for path in builds[3:]),
     }
+
+
+def test_where_the_cache_cannot_be_written_this_process_has_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setenv("WEARLAB_CACHE", "set back when the test ends")
+    assert writable(tmp_path) == tmp_path
+    (tmp_path / "file").touch()
+    own = writable(tmp_path / "file" / "build")
+    assert own.is_dir()
+    assert os.environ["WEARLAB_CACHE"] == str(own)
+    assert own.stat().st_mode & 0o077 == 0
+    assert "cannot be written (Not a directory)" in caplog.text

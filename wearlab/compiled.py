@@ -14,7 +14,7 @@ from typing import Any
 import numba
 from numba.extending import overload
 
-from wearlab.cache import cache_folder
+from wearlab.cache import cache_folder, writable
 from wearlab.linking import Apart, Joined, Within
 from wearlab.sources import PACKAGE, hash_of
 
@@ -34,11 +34,11 @@ def _cache_folder() -> Path:
         for old in sorted(root.glob("*-numba*"), key=lambda f: f.stat().st_mtime)[:-KEPT_FOLDERS]:
             shutil.rmtree(old, ignore_errors=True)
     except OSError:
-        pass  # an unwritable home: numba falls back to its own choice
+        pass  # an unwritable home: said below
     return folder
 
 
-numba.config.CACHE_DIR = str(_cache_folder())  # type: ignore[attr-defined]
+numba.config.CACHE_DIR = str(writable(_cache_folder()))  # type: ignore[attr-defined]
 
 
 KERNEL: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}

@@ -8,7 +8,7 @@ import os
 import sqlite3
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
@@ -44,8 +44,16 @@ class Database:
         self._connection: sqlite3.Connection | None = None
 
     def exists(self) -> bool:
-        """Say whether there is a catalogue, without making one."""
-        return self.path.is_file()
+        """Say whether there is a catalogue, without making one.
+
+        Raises
+        ------
+        StoreError : its folder may not be looked into
+        """
+        try:
+            return self.path.is_file()
+        except OSError as error:
+            raise StoreError(f"{self.path}: cannot be looked at ({error.strerror or error})") from error
 
     def close(self) -> None:
         """Let go of the file."""
@@ -110,6 +118,8 @@ class Database:
         if self._connection is None:
             if not create and not self.exists():
                 raise StoreError(self._absent())
+            if create:
+                touch_shared(self.path)
             uri = f"{self.path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
             try:
                 connection = sqlite3.connect(
@@ -191,6 +201,12 @@ class Database:
         if damaged or isinstance(error, UnicodeDecodeError):
             return StoreError(f"{reason}; 'wearlab reindex' makes it anew from the run files")
         return StoreError(reason)
+
+
+def touch_shared(path: Path) -> None:
+    """Make an empty file as open to others as the umask says: SQLite would let nobody else write it."""
+    with suppress(OSError):  # SQLite then says what is wrong
+        os.close(os.open(path, os.O_CREAT | os.O_RDWR, 0o666))
 
 
 def _tables(connection: sqlite3.Connection) -> int:

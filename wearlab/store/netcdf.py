@@ -1,8 +1,8 @@
 """A dataset as the bytes of a netCDF-4 file, written by the netCDF library itself.
 
 xarray's writer takes three times as long: it writes each variable before it defines the next, and HDF5 then
-brings its whole header up to date each time. Here everything is defined first, in memory: no temporary folder is
-needed, which may be full. Conventions are xarray's.
+brings its whole header up to date each time. Here everything is defined first, in memory: no temporary folder
+is needed, which may be full. Conventions are xarray's.
 """
 
 import struct

@@ -35,6 +35,8 @@ class Presence:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             _tidy(folder)
+            os.close(os.open(self._file, os.O_CREAT | os.O_RDWR, 0o644))
+            os.chmod(self._file, 0o644)  # whatever the umask: who cannot look at it never knows that we died
             self._connection = sqlite3.connect(self._file, isolation_level=None, check_same_thread=False)
             self._connection.execute("BEGIN EXCLUSIVE")
         except (OSError, sqlite3.Error) as error:
