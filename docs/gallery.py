@@ -2,7 +2,8 @@
 
 Campaigns of ``campaigns/gallery`` are run first where the store has not got them; kinds that show an
 update are drawn where one is kept in the store: ``wearlab update campaigns/update_spur_twin.toml``, and
-``update_vibration_twin.toml``; ``update_planetary_rig.toml --replay``; ``update_planetary_life.toml --check 40`` for the rank histogram.
+``update_vibration_twin.toml``; ``update_planetary_rig.toml --replay``; ``update_gearbox.toml --check 200`` for the rank
+histogram.
 """
 
 import sys

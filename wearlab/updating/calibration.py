@@ -91,9 +91,7 @@ def twin(
         value, w, last = made_up(block, run, number, float(factor[0]), sd, drift, rng)
         values = block.seen.value.copy()
         values[block.rows] = value
-        below = block.seen.below.copy()
-        hidden = np.isfinite(below) & (values < below)
-        made.append(replace(block, seen=replace(block.seen, value=np.where(hidden, np.nan, values))))
+        made.append(replace(block, seen=replace(block.seen, value=values)))
         if number == before.drifting and drift > 0.0:
             now = float(
                 max(run.asked[n].cycle[b.rows].max() for n, b in enumerate(post.blocks) if len(b.rows))

@@ -21,6 +21,8 @@ def made_up(
 ) -> tuple[Array, float, float]:
     """Return values in place of those that count, how far the wear had strayed at the last, and when.
 
+    A value below its limit of detection is NaN.
+
     Parameters
     ----------
     block, run, number : what is measured, the run that is the truth, the block's place
@@ -40,4 +42,5 @@ def made_up(
         strayed = step if block.data.since == PREVIOUS else strayed + step
         value[one.values] += strayed + error.offset_sd * rng.standard_normal()
         last = one.cycle
-    return value, float(strayed), last
+    hidden = value < block.seen.below[rows]  # of which a file says no more than the limit of detection
+    return np.where(hidden, np.nan, value), float(strayed), last

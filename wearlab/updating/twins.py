@@ -82,7 +82,7 @@ def _with(text: str, seen: Observed, value: np.ndarray) -> str:
     at = next(csv.reader([lines[head]])).index(column)
     for row, number in zip(seen.row, shown, strict=True):
         cells = next(csv.reader([lines[row - 1]]))
-        cells[at] = f"{number:.{DIGITS}g}"
+        cells[at] = "" if np.isnan(number) else f"{number:.{DIGITS}g}"
         written = io.StringIO()
         csv.writer(written, lineterminator="").writerow(cells)
         lines[row - 1] = written.getvalue()
