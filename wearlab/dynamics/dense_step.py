@@ -38,6 +38,9 @@ def dense_step(
     The columns to advance are gathered first: they may be one of many.
     """
     n, used = len(structure.load), np.int64(columns)
+    if used == 1:
+        _step_of_one(structure, channels, w, source, i, target, j, mesh, push, h)
+        return
     size = n * used
     work = structure.work[: MATRICES * size].reshape((MATRICES, n, used))
     q0, v0, q, v, product, acceleration = work[0], work[1], work[2], work[3], work[4], work[5:9]
@@ -97,3 +100,56 @@ def _dense_acceleration(
             if response[row] != 0.0:
                 for col in range(np.uint64(0), np.uint64(used)):
                     a[row, col] -= response[row] * force[col]
+
+
+@jit_inner_apart
+def _step_of_one(
+    structure: Any, channels: int, w: int, source: Any, i: Any, target: Any, j: Any, mesh: Any, push: Any,
+    h: float,
+) -> None:  # fmt: skip
+    """Advance a trajectory alone: the same step, a fifth of its time where matrices meet single columns."""
+    n = len(structure.load)
+    work = structure.work[: MATRICES * n].reshape((MATRICES, n))
+    q0, v0, q, v = work[0], work[1], work[2], work[3]
+    first, second, third, fourth = work[4], work[5], work[6], work[7]
+    for row in range(n):
+        q0[row], v0[row] = source[i + np.uint64(row * w)], source[i + np.uint64((n + row) * w)]
+    half, quarter = 0.5 * h, 0.25 * h * h
+    _acceleration_of_one(structure, channels, mesh, push, 0, q0, v0, first, w)
+    for row in range(n):
+        q[row], v[row] = q0[row] + half * v0[row], v0[row] + half * first[row]
+    _acceleration_of_one(structure, channels, mesh, push, 1, q, v, second, w)
+    for row in range(n):
+        q[row], v[row] = q0[row] + half * v0[row] + quarter * first[row], v0[row] + half * second[row]
+    _acceleration_of_one(structure, channels, mesh, push, 1, q, v, third, w)
+    for row in range(n):
+        q[row] = q0[row] + h * v0[row] + 2.0 * quarter * second[row]
+        v[row] = v0[row] + h * third[row]
+    _acceleration_of_one(structure, channels, mesh, push, 2, q, v, fourth, w)
+    for row in range(n):
+        middles = second[row] + third[row]
+        target[j + np.uint64(row * w)] = q0[row] + h * v0[row] + h * h / 6.0 * (first[row] + middles)
+        target[j + np.uint64((n + row) * w)] = v0[row] + h / 6.0 * (first[row] + 2.0 * middles + fourth[row])
+
+
+@jit_inner
+def _acceleration_of_one(
+    structure: Any, channels: int, mesh: Any, push: Any, time: int, q: Any, v: Any, a: Any, w: int
+) -> None:
+    """Write the acceleration at stage time 0, 1 or 2 into ``a`` (n,), column after column of the matrices."""
+    n = len(structure.load)
+    across = structure.across
+    for row in range(n):
+        a[row] = push[np.uint64((time * n + row) * w)]
+    for col in range(n):
+        x, y, ks, cs = q[col], v[col], across[0, col], across[1, col]
+        for row in range(n):
+            a[row] -= ks[row] * x + cs[row] * y
+    for c in range(channels):
+        deflection, rate = 0.0, 0.0
+        for row in range(c * n, (c + 1) * n):
+            deflection += structure.direction[row] * q[row - c * n]
+            rate += structure.direction[row] * v[row - c * n]
+        force = mesh[time * channels + c] * deflection + mesh[3 * channels + c] * rate
+        for row in range(n):
+            a[row] -= structure.response[c * n + row] * force

@@ -245,4 +245,4 @@ def accelerations(response: Response) -> Array:
     if system.fluctuation_direction is not None and response.tables.fluctuation is not None:
         load = load + response.tables.fluctuation[:, ends, None] * system.fluctuation_direction
     load = load - state[..., :n] @ system.total_stiffness.T - state[..., n:] @ system.total_damping.T
-    return np.asarray(np.linalg.solve(system.mass, load[..., None])[..., 0], np.float64)
+    return np.ascontiguousarray(np.linalg.solve(system.mass, load.reshape(-1, n).T).T).reshape(load.shape)

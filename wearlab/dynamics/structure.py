@@ -46,10 +46,19 @@ class Diagonal(NamedTuple):
 
 
 class Dense(NamedTuple):
-    """A structure with full matrices; ``work`` (9 n · width) is the step's scratch."""
+    """A structure with full matrices, as in `Diagonal`.
+
+    Parameters
+    ----------
+    stiffness, damping : (n, n) M⁻¹ K [1/s²], M⁻¹ C [1/s]
+    across : (2, n, n) both transposed, whose rows are the columns that a single state meets
+    direction, response, load : as in `Diagonal`
+    work : (9 n · width) scratch of the step
+    """
 
     stiffness: Array
     damping: Array
+    across: Array
     direction: Array
     response: Array
     load: Array
@@ -177,9 +186,11 @@ def kernel_of(
             balance,
         )
     n = len(system.load)
+    stiffness, damping = inverse @ system.total_stiffness, inverse @ system.total_damping
     dense = Dense(
-        np.ascontiguousarray(inverse @ system.total_stiffness),
-        np.ascontiguousarray(inverse @ system.total_damping),
+        np.ascontiguousarray(stiffness),
+        np.ascontiguousarray(damping),
+        np.ascontiguousarray(np.stack([stiffness.T, damping.T])),
         np.ascontiguousarray(direction).ravel(),
         np.ascontiguousarray(response).ravel(),
         inverse @ system.load,
