@@ -79,3 +79,26 @@ def test_branches_back_and_forth_stay_bounded():
     )
     assert len(life.jumps) == 4
     assert life.count_rate_evaluations < 300
+
+
+LATE = 2e-7
+"""By how much the first depth has to be ahead of the second one for the rate to triple [m]."""
+
+
+def grazing(h):
+    """A jump that a life meets at a small angle: an error of one depth by 1 shifts it by some 100."""
+    slow = SLOW / (1.0 + h / np.array([1e-5, 0.99e-5]))
+    return (3.0 if h[0] - h[1] > LATE else 1.0) * slow
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 3e-3, 3e-4])
+def test_the_estimate_carries_where_a_grazed_jump_lies(tolerance):
+    """Without, the steps alone account for a tenth to two thirds of the error."""
+
+    def until(t):
+        return evolve(grazing, np.zeros(2), limits=Limits(cycles=2e8), tolerance=t)
+
+    true, life = until(1e-7), until(tolerance)
+    assert len(true.jumps) == len(life.jumps) == 1
+    error = float(np.abs(life.depth[-1] - true.depth[-1]).max())
+    assert error <= life.error_estimate_depth <= 50.0 * error

@@ -1,7 +1,7 @@
 """Published, static and coupled lives of W23's Figs. 9–12, from the stored runs of their campaigns.
 
-``python tests/validation/coupled_table.py STORE`` writes the tables into docs/coupled_lives.md, between the lines
-that name this file. Every row names the wear coefficient, the contact patch, how a pair enters and the
+``python tests/validation/coupled_table.py STORE`` writes the tables into docs/coupled_lives.md, between the
+lines that name this file. Every row names the wear coefficient, the contact patch, how a pair enters and the
 harmonics of its runs, as their scenes have them.
 """
 

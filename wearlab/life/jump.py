@@ -15,6 +15,8 @@ CONTINUOUS = 0.2
 """Distance of a rate from both sides, over theirs from each other, that belongs to neither side."""
 REMAINING = 0.7
 """Share of the change of rate that a jump still has when it is located."""
+MOST_DOUBLINGS = 7
+"""Doublings of the way, from what an error is worth in cycles, on which a shifted jump is looked for."""
 
 
 class Jump(NamedTuple):
@@ -105,3 +107,42 @@ def _landed(rate: CountedRate, before: Node, gap: float, far: Array, memory: Any
             break
         gap *= 2.0
     return Node(before.cycle + gap, depth, landed)
+
+
+def shift_by(rate: CountedRate, across: Step, error: Array, memory: Any) -> float:
+    """Return by how many cycles a jump moves when the depth before it is off by ±``error`` [1].
+
+    The jump is a surface in the space of depths, and how steeply a life meets it no rate tells. So it is
+    looked for beside the life, where depths are off by so much, at twice the distance each time: back where
+    the rate has jumped already, ahead where it has not. What is returned is at most twice too large.
+
+    Parameters
+    ----------
+    rate : the wear rate
+    across : the step across the jump, from a state on its near side
+    error : (n,) estimated error of the depth there [m]
+    memory : of the rate on the near side
+    """
+    before, far = across.start, across.end.rate
+    fastest = float(np.abs(before.rate).max(initial=0.0))
+    if fastest == 0.0 or not error.any():
+        return 0.0
+    unit = float(np.abs(error).max()) / fastest
+    farthest = 0.0
+    for sign in (1.0, -1.0):
+        beside = before.depth + sign * error
+        has_jumped = _is_beyond(rate, beside, before.rate, far, memory)
+        x, way = 0.0, -1.0 if has_jumped else 1.0
+        for doubling in range(MOST_DOUBLINGS):
+            x = way * unit * 2.0**doubling
+            if _is_beyond(rate, beside + x * before.rate, before.rate, far, memory) != has_jumped:
+                break
+        farthest = max(farthest, abs(x))
+    return farthest
+
+
+def _is_beyond(rate: CountedRate, depth: Array, near: Array, far: Array, memory: Any) -> bool:
+    """Whether the rate at a depth is nearer to that beyond a jump."""
+    rate.recall(memory)
+    found = rate(np.maximum(depth, 0.0))
+    return bool(np.linalg.norm(found - far) < np.linalg.norm(found - near))

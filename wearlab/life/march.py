@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from wearlab.life.adaptive import Adaptive, AdaptiveStepper
 from wearlab.life.counted import CountedRate, Rate
 from wearlab.life.euler import Euler, Fixed, SawTooth
-from wearlab.life.jump import Jump
+from wearlab.life.jump import Jump, shift_by
 from wearlab.life.keeping import Place, Told, place
 from wearlab.life.limits import Limits, OutOfEvaluations, Snapshots, StopWear
 from wearlab.life.step import Node, Step, crossing, depth_at
@@ -58,7 +58,8 @@ class Life:
     cycle : (m,) cycles of the accepted states, 0 first, the end last [1]
     depth, rate : (m, n) wear depth [m] and wear rate [m per cycle] there
     error : (m,) estimated local error of the step that led there, largest over the nodes [m]
-    accumulated_error : (m,) largest over the nodes of their signed sum, amplified where wear accelerates [m]
+    accumulated_error : (m,) largest over the nodes of their signed sum, amplified where wear accelerates, and
+        by as far as it may have shifted a jump [m]
     snapshot_cycle : (k,) cycles of the snapshots reached, in order [1]
     snapshot_depth : (k, n) depths there [m]
     end_reason : "cycles", "depth", "no wear", "saw-tooth", "evaluation limit", "work limit", or why the
@@ -263,9 +264,27 @@ class _March:
             return
         for step in steps:
             if not self.reason:
+                doubt = self._doubt_of(step, memory) if jump is not None and step is steps[-1] else None
                 self._keep(step)
+                if doubt is not None:
+                    self._add(doubt)
         if jump is not None and jump.cycle <= self.node.cycle:
             self.jumps.append(jump)
+
+    def _doubt_of(self, across: Step, memory: Any) -> Array:
+        """Return what the error of the depth before a jump is worth by shifting it, (n,) ≥ 0 [m]."""
+        beyond = self.rate.remember()
+        try:
+            shift = shift_by(self.rate, across, self.total, memory)
+        except (StopWear, OutOfEvaluations):
+            shift = across.size
+        self.rate.recall(beyond)
+        return np.asarray(shift * np.abs(across.end.rate - across.start.rate))
+
+    def _add(self, doubt: Array) -> None:
+        """Count a doubt of either sign into the error accumulated so far."""
+        self.total = self.total + np.copysign(doubt, self.total)
+        self.accumulated[-1] = float(np.abs(self.total).max(initial=0.0))
 
     def _largest(self) -> float:
         """Cycles that the next step may take: to the cycle limit, or just past the depth limit."""
