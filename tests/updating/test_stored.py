@@ -9,6 +9,8 @@ import xarray as xr
 import wearlab as wl
 from wearlab.store.updates import kept_updates, seal_of, update_files, verify_updates
 from wearlab.updating import UpdateError, update
+from wearlab.updating.history import history_of
+from wearlab.updating.study import studies
 from wearlab.updating.words import told
 
 BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
@@ -88,3 +90,16 @@ def test_a_damaged_update_is_found_and_a_lost_index_made_anew(campaign, store, t
 def test_a_campaign_without_measurements_is_refused(store):
     with pytest.raises(UpdateError, match="nothing was measured"):
         update(wl.load(BASE), store, progress=False)
+
+
+def test_masses_and_largest_depths_are_as_far_off_as_the_life_says(campaign, store, tree):
+    """A run with a hundredth of the tolerance: masses differ by less than the error of the life."""
+    scene = campaign.cases[0].scene
+    run, better = store.run(scene.id), wl.simulate(scene.replace("numerics.tolerance", 1e-5))
+    seen = studies(campaign)[0].seen
+    history = history_of(run, scene.id, scene.model_dump(), seen, studies(campaign)[0].limit)
+    for name, dim in (("worn_mass", "member"), ("max_wear_depth", "flank")):
+        assert history.numerical_of(name) == float(run.error_estimate_life / run.life)
+        mine, theirs = (one[name].isel({dim: 0}).values for one in (run, better))
+        there = np.interp(run.cycle.values[-1], better.cycle.values, theirs)
+        assert abs(mine[-1] / there - 1.0) < history.numerical_of(name)

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+WHOLE = ("max_wear_depth", "worn_mass")  # quantities that are one number of a gear
+
 
 @dataclass(frozen=True)
 class History:
@@ -38,7 +40,8 @@ class History:
     level : of it at which it does [SI]
     limit_cycle : cycle of this run at which it does, ∞ never
     beside : what else is predicted over the cycles: max_wear_depth, worn_mass
-    numerical : relative error of the run's wear, as it estimates itself
+    numerical : relative error of the depth anywhere along the flanks, as the run estimates it
+    numerical_whole : of the largest depth and of masses, where the run tells the error of its life
     """
 
     id: str
@@ -53,6 +56,11 @@ class History:
     limit_cycle: float
     beside: Mapping[str, Curve]
     numerical: float
+    numerical_whole: float
+
+    def numerical_of(self, quantity: str) -> float:
+        """Return the relative numerical error of a quantity: of one number, or of any place of a profile."""
+        return self.numerical_whole if quantity in WHOLE else self.numerical
 
     def own_cycle(self, cycle: Array, factor: Array) -> Array:
         """Return the cycle of this run at which wear is as after ``cycle`` with another factor."""
@@ -100,6 +108,7 @@ def history_of(
         limit_cycle=limit_cycle,
         beside=_beside(run, limit, keep),
         numerical=_numerical(run, limit_cycle),
+        numerical_whole=_numerical_whole(run, limit_cycle),
     )
 
 
@@ -143,3 +152,11 @@ def _numerical(run: "xr.Dataset", limit_cycle: float) -> float:
     late = before & (depth > 0.05 * depth[before][-1])
     ratio = error[late] / depth[late]
     return float(np.nanmax(ratio)) if np.isfinite(ratio).any() else 0.0
+
+
+def _numerical_whole(run: "xr.Dataset", limit_cycle: float) -> float:
+    """Return the relative error of the run's life, which is that of the depth that ends it and of masses."""
+    if "life" not in run or "error_estimate_life" not in run:
+        return _numerical(run, limit_cycle)
+    ratio = float(run["error_estimate_life"]) / float(run["life"])
+    return ratio if np.isfinite(ratio) else _numerical(run, limit_cycle)

@@ -96,7 +96,7 @@ def numerical_share(block: Block, history: History) -> float:
     value = np.nanmax(np.abs(np.where(seen.censored, seen.below, seen.value)), initial=0.0)
     least = block.sd.known if block.sd.prior is None else block.sd.prior.at(0.05) * block.sd.scale
     own = float(np.min(np.hypot(seen.sd, np.hypot(least, error.relative * value)), initial=math.inf))
-    return float(history.numerical * value / own) if own > 0.0 else 0.0
+    return float(history.numerical_of(block.data.quantity) * value / own) if own > 0.0 else 0.0
 
 
 def inspections_of(block: Block, history: History, number: int) -> list[Inspection]:

@@ -70,7 +70,7 @@ def blocks_of(study: "Study", runs: Sequence[History]) -> tuple[Block, ...]:
     for seen in study.seen:
         block = block_of(seen, accumulating=study.spec.discrepancy == ACCUMULATING)
         counts = len(seen) > 0 and numerical_share(block, runs[0]) > MATTERS
-        found.append(replace(block, numerical=runs[0].numerical if counts else 0.0))
+        found.append(replace(block, numerical=runs[0].numerical_of(seen.data.quantity) if counts else 0.0))
     return tuple(found)
 
 
@@ -149,7 +149,9 @@ def _stats(
         "runs": float(len(post.histories)),
         "beyond_the_runs": answer.beyond,
         "end_passed": answer.passed,
-        "numerical_error": post.histories[0].numerical,
+        "numerical_error": max(
+            (post.histories[0].numerical_of(b.data.quantity) for b in blocks if len(b.seen)), default=0.0
+        ),
         "numerical_share": max(
             (numerical_share(b, post.histories[0]) for b in blocks if len(b.seen)), default=0.0
         ),
