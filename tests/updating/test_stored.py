@@ -11,7 +11,7 @@ from wearlab.store.updates import kept_updates, seal_of, update_files, verify_up
 from wearlab.updating import UpdateError, update
 from wearlab.updating.history import history_of
 from wearlab.updating.study import studies
-from wearlab.updating.words import told
+from wearlab.updating.words import answers, told
 
 BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
 
@@ -44,6 +44,10 @@ def test_an_update_has_the_groups_of_arviz_and_names_of_the_contract(tree):
     draws = np.quantile(posterior["life"], [0.25, 0.5, 0.75])
     assert draws == pytest.approx(predictions["life_quantile"].values[1:4], rel=0.01)
     assert any(line.startswith("  remaining life at 1.5e+08 cycles") for line in told(tree))
+    (sentence,) = answers(tree)
+    hours = float(predictions["remaining_useful_life_quantile"][2]) * float(predictions["seconds_per_cycle"])
+    assert sentence.startswith(f"20 µm of wear on the pinion is reached {hours / 3600.0:,.3g}"[:44])
+    assert "after the last inspection (90 %: " in sentence
 
 
 def test_it_is_kept_sealed_and_read_back(campaign, store, tree):

@@ -100,6 +100,7 @@ class Content:
     answer: Reply | None
     gears: tuple[Geared, ...]
     measured: tuple[str, ...] = ()
+    updated: tuple[str, ...] = ()
 
 
 def content(campaign: "Campaign", store: "Store") -> Content:
@@ -114,6 +115,7 @@ def content(campaign: "Campaign", store: "Store") -> Content:
     rows = [_row(campaign, case, entries.get(case.id), store, compared) for case in campaign.cases]
     states = Counter({case.id: row.state for case, row in zip(campaign.cases, rows, strict=True)}.values())
     text = source_text(campaign.path)
+    measured, updated = _measured(campaign, store)
     report = getattr(campaign, "report", None) or ReportSpec()
     return Content(
         title=campaign.title,
@@ -138,20 +140,21 @@ def content(campaign: "Campaign", store: "Store") -> Content:
         departures=departures(entries),
         code=tuple(_code(store, entries)),
         lineage=tuple(_lineage(campaign, store, entries)),
-        measured=_measured(campaign, store),
+        measured=measured,
+        updated=updated,
         text=text,
         hash=fingerprint(text),
     )
 
 
-def _measured(campaign: "Campaign", store: "Store") -> tuple[str, ...]:
-    """Return what the campaign's latest update says, in lines."""
+def _measured(campaign: "Campaign", store: "Store") -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return what the campaign's latest update says, in lines, and its answers in sentences."""
     from wearlab.store.updates import kept_updates, read_update
-    from wearlab.updating.words import told
+    from wearlab.updating.words import answers, told
 
     own = [one.id for one in kept_updates(store).values() if one.title == campaign.title]
     tree = read_update(store, own[-1]) if own else None
-    return () if tree is None else tuple(told(tree)[1:])
+    return ((), ()) if tree is None else (tuple(told(tree)[1:]), tuple(answers(tree)))
 
 
 def _values(values: Sequence[Any], units: str | None) -> str:

@@ -5,6 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from wearlab.store.headline import hours_text
+from wearlab.units import convert
+
 HOUR = 3600.0
 EVIDENCE = ((1.0, "cannot tell"), (3.0, "leans towards"), (5.0, "clearly prefers"))
 
@@ -20,6 +23,35 @@ def told(tree: xr.DataTree) -> list[str]:
     if len(labels) > 1 and tree.attrs.get("same_measurements"):
         lines += ["", *_between(tree, [label for label in labels if label is not None])]
     return lines
+
+
+def answers(tree: xr.DataTree) -> list[str]:
+    """Return a sentence a case: when the limit is reached, as far as the measurements tell."""
+    labels = _labels(tree)
+    found = []
+    for label in labels:
+        predictions = group(tree, "predictions", label)
+        limit = predictions["limit"]
+        unit = "µm" if str(limit.attrs["units"]) == "m" else "g"
+        wear = (
+            f"{convert(float(limit), str(limit.attrs['units']), unit.replace('µ', 'u')):.4g} {unit} of wear"
+        )
+        where = f" on the {limit.attrs['where']}" if limit.attrs["where"] else ""
+        second = float(predictions["seconds_per_cycle"])
+        rest = _last(predictions["remaining_useful_life_quantile"])
+        low, _, middle, _, high = (_time(second * float(one)) for one in rest)
+        day = ""
+        if "end_of_life_quantile" in predictions:
+            first, _, likely, _, latest_day = map(str, predictions["end_of_life_quantile"].values)
+            day = f" on {likely}, with 90 % between {first} and {latest_day}:"
+        of = f"{label}: " if label is not None else ""
+        text = f"{wear}{where} is reached{day} {middle} after the last inspection (90 %: {low} to {high})."
+        found.append(of + text if of else text[0].upper() + text[1:])
+    return found
+
+
+def _time(seconds: float) -> str:
+    return (hours_text(seconds) or "0 h") if np.isfinite(seconds) else "never"
 
 
 def _labels(tree: xr.DataTree) -> list[str | None]:
