@@ -13,10 +13,12 @@ Source: Cameron & Griffin, J. Appl. Mech. 56 (1989) 149–154; for gears Kahrama
 J. Appl. Mech. 64 (1997) 217–226.
 """
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import lu_factor, lu_solve
 
 from wearlab.accuracy.cells import GATED, RUBS, Motion, Tables, tables_of
 
@@ -27,7 +29,7 @@ OVERSAMPLING = 8
 """Samples of a period for each harmonic, so that what is truncated hardly folds back."""
 MOST_TURNS = 40
 SETTLED = 1e-9
-"""Relative change of the deflection at which Newton's method ends [1]."""
+"""What is missing of the balance, over the deflection, at which Newton's method ends [1]."""
 
 
 class MeshSamples(NamedTuple):
@@ -91,20 +93,27 @@ class HarmonicBalance:
         ----------
         start : (n_mesh, H + 1) first guess; the linear response where left out
         """
-        free, receptance = self.linear()
+        free, receptance, real = self._parts
         delta = free.T if start is None else start
-        real = _real_matrix(receptance)
+        factors, known = None, np.empty(0)
         for _ in range(MOST_TURNS):
             force, tangent = self._remainder(delta)
             missing = free.T - np.einsum("hmk,kh->mh", receptance, self._harmonics(force)) - delta
-            jacobian = real @ _toeplitz(self._harmonics(tangent, 2 * self.harmonics))
-            jacobian[np.diag_indices(len(jacobian))] += 1.0
-            step = np.asarray(np.linalg.solve(jacobian, _stacked(missing)), np.float64)
-            change = _unstacked(step, self.given.meshes)
-            delta = delta + change
-            if np.abs(change).max() <= SETTLED * np.abs(delta).max():
+            if np.abs(missing).max() <= SETTLED * np.abs(delta).max():
                 return delta
+            if factors is None or not np.array_equal(tangent, known):  # while flanks touch it never changes
+                jacobian = real @ _toeplitz(self._harmonics(tangent, 2 * self.harmonics))
+                jacobian[np.diag_indices(len(jacobian))] += 1.0
+                factors, known = lu_factor(jacobian, overwrite_a=True, check_finite=False), tangent
+            step = np.asarray(lu_solve(factors, _stacked(missing), check_finite=False), np.float64)
+            delta = delta + _unstacked(step, self.given.meshes)
         return None
+
+    @cached_property
+    def _parts(self) -> tuple[Harmonics, Harmonics, Array]:
+        """What wear and Newton's steps leave as it is: `linear`, and its matrix on stacked harmonics."""
+        free, receptance = self.linear()
+        return free, receptance, _real_matrix(receptance)
 
     def deflection(self, delta: Harmonics, phase: Array) -> Array:
         """Return the mesh deflections (n_periods, n_mesh, n_phases) [m] at phases in [0, 1)."""
