@@ -42,11 +42,9 @@ def scenes() -> Iterator[tuple[str, Scene]]:
         for case in load(FOLDER / f"{file}.toml").cases:
             scene = case.scene
             if scene.dynamics is not None and not (scene.wear is not None and scene.wear.until is not None):
-                speed = scene.operation.speed or 0.0
-                yield (
-                    f"{file.removesuffix('_steady')} {NAMES.get(case.label, case.label)}, {30.0 * speed / np.pi:.0f} rpm",
-                    scene,
-                )
+                name, speed = NAMES.get(case.label, case.label), scene.operation.speed or 0.0
+                kind = file.removesuffix("_steady").replace("_", " ")
+                yield f"{kind} {name}, {30.0 * speed / np.pi:.0f} rpm", scene
 
 
 def row(case: str, target: float, entries: list[Entry]) -> tuple[str, ...]:
@@ -59,8 +57,8 @@ def row(case: str, target: float, entries: list[Entry]) -> tuple[str, ...]:
     closer = min(closers, key=lambda one: float(np.median(one.seconds)), default=None)
     marcher, warm = by_role.get(LANDING), by_role[WARM]
     return (
-        case, f"{target:.0e}", told(mine), told(marcher), ratio(marcher, mine), told(closer), ratio(closer, mine),
-        told(warm), ratio(mine, warm),
+        case, f"{target:.0e}", told(mine), told(marcher), ratio(marcher, mine), told(closer),
+        ratio(closer, mine), told(warm), ratio(mine, warm),
     )  # fmt: skip
 
 
@@ -70,7 +68,8 @@ def told(one: Entry | None) -> str:
         return "not reached"
     median, spread = float(np.median(one.seconds)), float(np.ptp(one.seconds) / np.median(one.seconds))
     part = "" if one.contestant.share == 1.0 else f", {100.0 * one.contestant.share:.0f} % timed"
-    return f"{1e6 * median:.4g} µs ±{50 * spread:.0f} % ({one.contestant.name}, {one.contestant.error:.0e}{part})"
+    how = f"{one.contestant.name}, {one.contestant.error:.0e}{part}"
+    return f"{1e6 * median:.4g} µs ±{50 * spread:.0f} % ({how})"
 
 
 def ratio(one: Entry | None, other: Entry) -> str:
