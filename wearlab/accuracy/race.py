@@ -118,7 +118,7 @@ def seconds_of(action: Action, times: int = 1) -> float:
 
 
 def ours(given: Course, targets: tuple[float, ...]) -> dict[float, list[Contestant]]:
-    """Return our default method, cold and from a neighbouring wear state, by the fewest steps for each error."""
+    """Return our default method, cold and from a neighbouring state, by the fewest steps for each error."""
     problem, force = given.problem, given.known.force
     found: dict[float, list[Contestant]] = {target: [] for target in targets}
     for steps in STEPS:
