@@ -1,11 +1,13 @@
 """How the time of runs grows with their size: exponents, and a figure.
 
-``python tests/validation/growth.py [FOLDER]`` times one thing after the other in this process, each the
-least of several repeats of processor time: a spur run over stored phases, a wear state over profile points,
-a cold steady state over coordinates (3 to 33, as many as a set of eight planets has) and over planets, a
-life over its cycles, a campaign over its runs. The exponent is the slope of the last half of the points.
+``python tests/validation/growth.py [FOLDER [PART…]]`` times one thing after the other in this process, each
+the least of several repeats of processor time: a spur run over stored phases, a wear state over profile
+points, a cold steady state over coordinates (up to 60: sets of up to 17 planets, every member with three) and
+over planets, a life over its cycles, a campaign over its runs. The exponent is the slope of the last half of
+the points. Times are kept in FOLDER/growth.json, so that parts may be timed one by one; the figure shows all.
 """
 
+import json
 import sys
 import tempfile
 import time
@@ -71,7 +73,8 @@ def spur(**more: Any) -> Scene:
 
 def planetary(planets: int, model: str) -> Scene:
     """Return a set of so many planets, each 24 teeth, on a sun with room for them."""
-    sun, planet = (24, 24) if planets < 6 else (72, 24)
+    planet = 24
+    sun = 24 if planets < 6 else 10 * planets - planet  # even spacing, planets well apart
     ring = sun + 2 * planet
     gears = {
         "kind": "planetary",
@@ -119,24 +122,46 @@ def campaign_of(runs: int) -> float:
         return time.process_time() - begun
 
 
-def measured() -> list[Growth]:
-    """Return how everything grows."""
-    cases = [spur(dynamics={"model": "spur-3dof", "supports": {"pinion": BEARING, "gear": BEARING}})]
-    cases += [planetary(planets, "planetary") for planets in (2, 3, 4, 6, 8)]
+def over_coordinates() -> Growth:
+    """Return the time of a cold steady state over the coordinates of pairs and planetary sets."""
+    cases = [spur(dynamics={"model": "torsional"})]
+    cases += [spur(dynamics={"model": "spur-3dof", "supports": {"pinion": BEARING, "gear": BEARING}})]
+    cases += [planetary(planets, "planetary") for planets in (2, 3, 5, 8, 12, 17)]
     coordinates, seconds = zip(*map(steady, cases), strict=True)
+    return Growth("coordinates", list(map(float, coordinates)), list(seconds))
+
+
+def over_cycles() -> Growth:
+    """Return the time of a life over its cycles."""
     lives = spur(wear={**WEAR, "until": {"cycles": 1e5}})
-    static = spur(wear={**WEAR})
-    return [
-        grown("stored phases", [128, 512, 2048, 8192],
-              lambda n: least(lambda: simulate(spur(numerics={"phase_points": n})))),
-        grown("profile points", [101, 201, 401, 801, 1601],
-              lambda n: steady(static.replace("numerics.profile_points", n))[1]),
-        Growth("coordinates", list(map(float, coordinates)), list(seconds)),
-        grown("planets", [2, 3, 4, 6, 8], lambda n: steady(planetary(n, "planetary-torsional"))[1]),
-        grown("cycles", [1e6, 1e7, 3e7, 1e8],
-              lambda n: least(lambda: simulate(lives.replace("wear.until.cycles", n)))),
-        grown("runs", [4, 8, 16, 32, 64], campaign_of),
-    ]  # fmt: skip
+
+    def of(cycles: float) -> float:
+        return least(lambda: simulate(lives.replace("wear.until.cycles", cycles)))
+
+    return grown("cycles", [1e6, 1e7, 3e7, 1e8], of)
+
+
+PARTS: dict[str, Callable[[], Growth]] = {
+    "phases": lambda: grown("stored phases", [128, 512, 2048, 8192],
+                            lambda n: least(lambda: simulate(spur(numerics={"phase_points": n})))),
+    "points": lambda: grown("profile points", [101, 201, 401, 801, 1601],
+                            lambda n: steady(spur(wear=WEAR).replace("numerics.profile_points", n))[1]),
+    "coordinates": over_coordinates,
+    "planets": lambda: grown("planets", [2, 3, 4, 6, 8],
+                             lambda n: steady(planetary(n, "planetary-torsional"))[1]),
+    "cycles": over_cycles,
+    "runs": lambda: grown("runs", [4, 8, 16, 32, 64], campaign_of),
+}  # fmt: skip
+
+
+def kept(folder: Path, parts: Sequence[str]) -> list[Growth]:
+    """Time these parts anew, keep them beside those timed before, and return all in order."""
+    file = folder / "growth.json"
+    known = json.loads(file.read_text()) if file.exists() else {}
+    for part in parts:
+        known[part] = PARTS[part]()._asdict()
+        file.write_text(json.dumps(known, indent=1))
+    return [Growth(**known[part]) for part in PARTS if part in known]
 
 
 def figure(found: Sequence[Growth], file: Path) -> None:
@@ -144,7 +169,7 @@ def figure(found: Sequence[Growth], file: Path) -> None:
     from matplotlib.figure import Figure
 
     drawn = Figure((9.0, 5.2), layout="constrained")
-    for axes, one in zip(drawn.subplots(2, 3).flat, found, strict=True):
+    for axes, one in zip(drawn.subplots(2, 3).flat, found, strict=False):
         half = len(one.sizes) // 2
         axes.loglog(one.sizes, one.seconds, "o-", color="#0072B2", ms=4)
         slope = np.array(one.sizes[half:])
@@ -160,7 +185,7 @@ def figure(found: Sequence[Growth], file: Path) -> None:
 if __name__ == "__main__":
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
     folder.mkdir(parents=True, exist_ok=True)
-    found = measured()
+    found = kept(folder, sys.argv[2:] or list(PARTS))
     for one in found:
         told = ", ".join(
             f"{size:g}: {1e3 * second:.3g}" for size, second in zip(one.sizes, one.seconds, strict=True)
