@@ -4,23 +4,34 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from wearlab.life.history import History
+from wearlab.life.history import History, Sampled
 from wearlab.life.limits import Limits
 from wearlab.life.march import evolve
+from wearlab.simulation.estimates import _doubts
 from wearlab.simulation.trust import scene_validity
 
 STILL = SimpleNamespace(kinds=(), vibration=None, meshes=())
 
 
-def validity(growth):
-    """The flags of a life in which two nodes swing against each other and grow."""
+def swinging(growth):
+    """A life in which two nodes swing against each other and grow."""
     J = growth * np.array([[1.0, -2.0], [2.0, 1.0]])
     life = evolve(lambda h: 1e-10 + np.clip(J @ (h - 1.0001 * h.mean()), -5e-11, 5e-11), np.zeros(2),
                   limits=Limits(depth=100e-6))  # fmt: skip
-    return scene_validity(STILL, History(life.cycle, (), life))
+    return History(life.cycle, (), life, sampled=Sampled(life.cycle[:0], ()))
+
+
+def validity(growth):
+    return scene_validity(STILL, swinging(growth))
 
 
 def test_flanks_that_corrugate_are_called_so():
     (flag,) = validity(2e-5)
     assert flag.startswith("the flanks corrugate: waves of wear grow e-fold every 5 um of wear")
     assert validity(-2e-5) == ()
+
+
+def test_no_estimate_is_sure_where_any_error_grows():
+    stage = SimpleNamespace(parts=())
+    assert _doubts(stage, swinging(2e-5), []) == ("waves of wear grow from any error",)
+    assert _doubts(stage, swinging(-2e-5), []) == ()
