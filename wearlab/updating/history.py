@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,7 @@ from wearlab.updating.curve import Curve
 from wearlab.updating.errors import UpdateError
 from wearlab.updating.observations import Observed
 from wearlab.updating.scaling import refuse_what_does_not_scale
-
-if TYPE_CHECKING:
-    import xarray as xr
+from wearlab.updating.stored import StoredRun
 
 Array = NDArray[np.float64]
 
@@ -73,7 +71,7 @@ class History:
 
 
 def history_of(
-    run: "xr.Dataset", run_id: str, scene: Mapping[str, Any], seen: tuple[Observed, ...], limit: Limit
+    run: StoredRun, run_id: str, scene: Mapping[str, Any], seen: tuple[Observed, ...], limit: Limit
 ) -> History:
     """Return what a stored run says over the cycles.
 
@@ -89,7 +87,7 @@ def history_of(
     UpdateError : the run lacks a quantity, or what happens in it does not scale with k
     """
     refuse_what_does_not_scale(scene)
-    if run.sizes.get("update", 1) < 2:
+    if "cycle" not in run or len(run["cycle"].values) < 2:
         raise UpdateError("the stored run has one wear state: wear.until is required, and k > 0")
     cycle = np.asarray(run["cycle"].values, float)
     keep = np.concatenate([[True], np.diff(cycle) > TINY * max(cycle[-1], 1.0)])
@@ -112,13 +110,13 @@ def history_of(
     )
 
 
-def _beside(run: "xr.Dataset", limit: Limit, keep: NDArray[np.bool_]) -> dict[str, Curve]:
+def _beside(run: StoredRun, limit: Limit, keep: NDArray[np.bool_]) -> dict[str, Curve]:
     """Return depth and mass of the gear that ends the life, where the run has them."""
     found = {}
     member = None if limit.where is None else limit.where.split("-")[0]
     flank = limit.where if limit.quantity == "max_wear_depth" else member
     for name, dim, where in (("max_wear_depth", "flank", flank), ("worn_mass", "member", member)):
-        if name in run and (where is None or where in run[dim].values):
+        if name in run and (where is None or where in run[name].labels.get(dim, ())):
             with suppress(UpdateError):
                 found[name] = curve_of(run, name, where, {}, keep, "")
     return found
@@ -129,23 +127,23 @@ def _factor(scene: Mapping[str, Any]) -> float:
     return float(coefficient.get("factor", 1.0)) if isinstance(coefficient, dict) else 1.0
 
 
-def _coefficient(run: "xr.Dataset", where: str | None) -> float:
+def _coefficient(run: StoredRun, where: str | None) -> float:
     """Return the largest wear coefficient along the flank at the first state [m²/N]."""
     name = "effective_wear_coefficient"
     if name not in run:
         return math.nan
-    values = run[name].isel(update=0)
-    labels = [str(one) for one in run["flank"].values]
-    mine = [label for label in labels if where is not None and label.split("-")[0] == where.split("-")[0]]
-    values = values.sel(flank=mine) if mine else values
+    values = run[name].at("update", 0)
+    member = None if where is None else where.split("-")[0]
+    mine = [i for i, label in enumerate(values.known("flank")) if str(label).split("-")[0] == member]
+    values = values.at("flank", mine) if mine else values
     return float(np.nanmax(values.values))
 
 
-def _numerical(run: "xr.Dataset", limit_cycle: float) -> float:
+def _numerical(run: StoredRun, limit_cycle: float) -> float:
     """Return the largest relative error of the wear depth that the run tells of, late before the limit."""
     if "error_estimate_wear_depth" not in run or "max_wear_depth" not in run:
         return 0.0
-    depth = run["max_wear_depth"].max("flank").values
+    depth = run["max_wear_depth"].largest("flank").values
     error = run["error_estimate_wear_depth"].values
     cycle = run["cycle"].values
     before = cycle <= max(limit_cycle, cycle[1]) * (1.0 + 1e-9)

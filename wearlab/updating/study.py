@@ -19,10 +19,9 @@ from wearlab.updating.history import History, history_of
 from wearlab.updating.observations import Observed, read_observations
 from wearlab.updating.prior import Prior
 from wearlab.updating.scaling import refuse_what_does_not_scale
+from wearlab.updating.stored import read_runs
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from wearlab.store import Store
 
 Array = NDArray[np.float64]
@@ -186,10 +185,7 @@ def histories(study: Study, store: "Store") -> tuple[tuple[History, ...], NDArra
                 f"{study.label}: its run {'is not there' if entry is None else entry.state} "
                 f"{why.strip().rpartition(chr(10))[2]}".strip()
             )
-        run = store.run(scenes[0].id)
-        one = history_of(run, scenes[0].id, scenes[0].model_dump(), study.seen, study.limit)
-        return (one,), np.zeros(1, np.intp)
-    return _many(study, scenes, store)
+    return _read(study, scenes, store)
 
 
 def plain(value: float | str) -> float:
@@ -197,33 +193,20 @@ def plain(value: float | str) -> float:
     return float(split(value)[0]) if is_quantity(value) else float(value)
 
 
-def _many(
+def _read(
     study: Study, scenes: tuple[Scene, ...], store: "Store"
 ) -> tuple[tuple[History, ...], NDArray[np.intp]]:
-    """Return the histories of all draws that have data, read a variable at a time."""
-    grid = store.open(study.campaign("update"))
-    wanted = needed(study.seen, study.limit) | {
-        "cycle",
-        "operating_hours",
-        "mesh_cycles",
-        "n_updates",
-        "status",
-    }
-    wanted |= {
-        "effective_wear_coefficient",
-        *(s.place_kind for s in study.seen if s.place_kind),
-        "roll_angle",
-    }
-    kept = [name for name in wanted if name in grid.variables]
-    loaded = grid[kept].load()
+    """Return the histories of all draws that have data."""
+    wanted = needed(study.seen, study.limit) | {"cycle", "operating_hours", "mesh_cycles", "roll_angle"}
+    wanted |= {one.place_kind for one in study.seen if one.place_kind}
+    ids = [scene.id for scene in scenes]
+    runs = read_runs(store, dict.fromkeys(ids), wanted)
     found, which = [], []
-    for i, scene in enumerate(scenes):
-        one = loaded.isel({DRAW: i}) if DRAW in loaded.dims else loaded
-        if str(one["status"].values) != "done":
+    for i, (run_id, scene) in enumerate(zip(ids, scenes, strict=True)):
+        if run_id not in runs:
             continue
-        run = _trimmed(one)
         try:
-            found.append(history_of(run, scene.id, scene.model_dump(), study.seen, study.limit))
+            found.append(history_of(runs[run_id], run_id, scene.model_dump(), study.seen, study.limit))
             which.append(i)
         except UpdateError:
             if i == 0:
@@ -231,8 +214,3 @@ def _many(
     if not found:
         raise UpdateError(f"{study.label}: none of its {len(scenes)} runs has data")
     return tuple(found), np.array(which, np.intp)
-
-
-def _trimmed(run: "xr.Dataset") -> "xr.Dataset":
-    states = int(run["n_updates"])
-    return run.isel(update=slice(0, states)) if "update" in run.dims else run

@@ -20,6 +20,7 @@ from wearlab.updating.history import history_of
 from wearlab.updating.likelihood import block_of
 from wearlab.updating.making import made_up
 from wearlab.updating.observations import Observed
+from wearlab.updating.stored import StoredRun
 from wearlab.updating.study import Study, studies
 
 MADE = "# Made by: "
@@ -47,7 +48,7 @@ def twin_files(
     scene = study.scene
     for key, true in truth.items():
         scene = scene.replace(key, true)
-    run = history_of(simulate(scene), "twin", scene.model_dump(), study.seen, study.limit)
+    run = history_of(StoredRun.of(simulate(scene)), "twin", scene.model_dump(), study.seen, study.limit)
     rng = np.random.default_rng(seed)
     texts: dict[Path, str] = {}
     for number, seen in enumerate(study.seen):
