@@ -1,8 +1,8 @@
 """How a store grows: ``python tests/faults/growth.py [FIGURE.png] 100 1000 10000 100000``.
 
 Runs with the scene, results and histories of a spur pair that wears under its static load are recorded
-through the store's own writer, each with a file (a small part of the run's, not waited for until the disk has
-it, which takes the disk's time). Prints processor time, bytes and memory, and how costs grow between the first
+through the store's own writer, each with a file (a small part of the run's, not waited for until the disk
+has it). Prints processor time, bytes and memory, and how costs grow between the first
 and the last count: cost ~ runs^power.
 """
 

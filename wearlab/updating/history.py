@@ -152,9 +152,9 @@ def _numerical(run: StoredRun, limit_cycle: float) -> float:
     return float(np.nanmax(ratio)) if np.isfinite(ratio).any() else 0.0
 
 
-def _numerical_whole(run: "xr.Dataset", limit_cycle: float) -> float:
+def _numerical_whole(run: StoredRun, limit_cycle: float) -> float:
     """Return the relative error of the run's life, which is that of the depth that ends it and of masses."""
     if "life" not in run or "error_estimate_life" not in run:
         return _numerical(run, limit_cycle)
-    ratio = float(run["error_estimate_life"]) / float(run["life"])
+    ratio = float(run["error_estimate_life"].values) / float(run["life"].values)
     return ratio if np.isfinite(ratio) else _numerical(run, limit_cycle)

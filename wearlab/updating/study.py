@@ -199,6 +199,7 @@ def _read(
     """Return the histories of all draws that have data."""
     wanted = needed(study.seen, study.limit) | {"cycle", "operating_hours", "mesh_cycles", "roll_angle"}
     wanted |= {one.place_kind for one in study.seen if one.place_kind}
+    wanted -= {"verdict", "end_reason"}  # for people
     ids = [scene.id for scene in scenes]
     runs = read_runs(store, dict.fromkeys(ids), wanted)
     found, which = [], []
