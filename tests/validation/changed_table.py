@@ -46,12 +46,15 @@ SCENES = {
     **speeds("L16", "spur_50_50.toml", (800, 1100, 1860, 2200, 3720)),
     **speeds(
         "Y23", "internal_40_100.toml", (1000,),
-        **{"dynamics": {"model": "torsional"}, "mesh.damping_ratio": 0.07},
+        **{"mesh.damping_ratio": 0.07, "dynamics": {"model": "torsional"}},
     ),
     **speeds("W23", "planetary_ngw11_vibration.toml", (300, 1500), **{"mesh.damping_ratio": 0.07}),
     **speeds(
         "B23", "planetary_friction.toml", (100, 400),
-        **{"mesh.damping_ratio": 0.07},
+        **{
+            "mesh.damping_ratio": 0.07,
+            "dynamics": {"model": "planetary-torsional", "friction": {"coefficient": 0.1}},
+        },
     ),
 }  # fmt: skip
 

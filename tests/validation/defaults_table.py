@@ -9,7 +9,7 @@ judges the six meshes of the four papers and some drawn ones,
 
 sets the papers' scenes by the defaults of model version 3 beside them by today's (:mod:`.changed_table`),
 keeps what it has found of each mesh in FOLDER, stops after so many seconds and goes on when asked again. It
-prints the tables once they are whole, or writes them as a page of the documentation.
+prints the tables as far as they are known, or writes them as a page of the documentation.
 """
 
 import argparse
@@ -56,11 +56,10 @@ def judged(folder: Path, all_pieces: list[Piece], seconds: float) -> int:
     """Judge what the folder does not hold yet, for so many seconds; return how many pieces are left."""
     folder.mkdir(parents=True, exist_ok=True)
     begun = time.monotonic()
-    for left, piece in zip(range(len(all_pieces), 0, -1), all_pieces, strict=True):
-        if kept(folder, piece).exists():
-            continue
+    missing = [piece for piece in all_pieces if not kept(folder, piece).exists()]
+    for done, piece in enumerate(missing):
         if time.monotonic() - begun > seconds:
-            return left
+            return len(missing) - done
         found = [one._asdict() for one in piece.judge()]
         kept(folder, piece).write_text(json.dumps({"label": piece.label, "rows": found}, indent=1))
         print(f"{piece.part}: {piece.label}", flush=True)
@@ -177,7 +176,7 @@ meshes of the four [papers](bibliography.md) and {drawn} drawn ones that helped 
 teeth (rings 70 to 120), modules m of 1 to 10 mm, faces b of 4 to 16 modules, loads of 30 to 150 N/mm per
 millimetre of module. How the judges are made, and how far they can be trusted, stands in
 [How far the models are off](model_error.md).
-
+{missing}
 ## Stiffness
 
 Largest error of the secant mesh stiffness against an element solution of its own (refinement 4, on the worn
@@ -213,11 +212,20 @@ the natural one, the damping ratio 0.07.
 """
 
 
+NOT_YET = """
+Not judged yet: {}.
+"""
+
+
 def page(folder: Path, all_pieces: list[Piece]) -> str:
     """Return the page of what a folder holds."""
     found: dict[str, dict[str, list[Row]]] = {}
+    missing = [piece for piece in all_pieces if not kept(folder, piece).exists()]
     for piece in all_pieces:
-        found.setdefault(piece.part, {})[piece.label] = json.loads(kept(folder, piece).read_text())["rows"]
+        if piece not in missing:
+            found.setdefault(piece.part, {})[piece.label] = json.loads(kept(folder, piece).read_text())[
+                "rows"
+            ]
     drawn = sum(label[0].isdigit() for label in found["stiffness"])
     written = {
         "stiffness": stiffness_lines,
@@ -227,6 +235,7 @@ def page(folder: Path, all_pieces: list[Piece]) -> str:
     }
     return PAGE.format(
         drawn=drawn,
+        missing=NOT_YET.format(", ".join(f"{one.label} ({one.part})" for one in missing)) if missing else "",
         depth=changed_table.DEPTH.replace("um", "µm"),
         **{part: "\n".join(lines(found[part])) for part, lines in written.items()},
     )
@@ -244,7 +253,6 @@ def main() -> None:
     left = judged(words.folder, all_pieces, words.seconds)
     if left:
         print(f"{len(all_pieces) - left} of {len(all_pieces)} pieces judged; ask again for the rest")
-        return
     text = page(words.folder, all_pieces)
     if words.page is None:
         print(text)

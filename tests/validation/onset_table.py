@@ -85,10 +85,10 @@ class Mover(NamedTuple):
     period: float
 
 
-def mover(stiffness: float) -> Mover:
-    """Return a unit mass on the mean stiffness, excited at `TUNED` of its natural frequency."""
+def mover(stiffness: float, tuned: float = TUNED) -> Mover:
+    """Return a unit mass on the mean stiffness, excited at a share of its natural frequency."""
     natural = np.sqrt(stiffness)
-    return Mover(1.0, 2.0 * DAMPED * natural, 2.0 * np.pi / (TUNED * natural))
+    return Mover(1.0, 2.0 * DAMPED * natural, 2.0 * np.pi / (tuned * natural))
 
 
 def judged_moving(judge: Judged, load: float, stiffness: float, moved: Mover) -> Moving:
@@ -139,15 +139,16 @@ def shares(analysis: ContactAnalysis, phase: Array) -> Array:
     return found
 
 
-def moving(analysis: ContactAnalysis, stiffness: float) -> Moving:
-    """Return the steady response of one degree of freedom of unit mass by the package."""
-    grid, moved = analysis.grid, mover(stiffness)
+def moving(analysis: ContactAnalysis, moved: Mover) -> Moving:
+    """Return the steady response of one degree of freedom by the package."""
+    grid, mass = analysis.grid, np.array([moved.mass])
     touching = Touching(analysis, analysis.nodes(np.zeros((2, len(grid.position)))), None)
     mesh, steps = Mesh(0, 0.0, MeshError(*np.zeros((6, 0)))), stage_grid(grid.breaks[:-1], STEPS)
     tables = stage_tables([touching], stages([grid], (mesh,), grid.breaks, steps), None)
     none, one = np.zeros((1, 1)), np.eye(1)
     damping = np.array([moved.damping])
-    system = System(("mesh.x",), one, none, none, one, np.array([analysis.load]), damping, False, np.ones(1))
+    load = np.array([analysis.load])
+    system = System(("mesh.x",), mass[:, None], none, none, one, load, damping, False, mass)
     response = Periodic().solve(system, tables, moved.period, None)
     delta = deflection_at(response, steps, np.zeros(1))[0][0, 0]
     where = look_within(grid, [0.0], np.zeros((1, 1)), np.array([1e-6]))
@@ -195,7 +196,7 @@ def of_mesh(scene: Scene, one: PairOfSet) -> Iterator[Onset]:
             analysis.quasistatic(analysis.nodes(unworn), analysis.at_nodes)
         cost = (time.process_time() - begun) / 5
         static = float(np.abs(shares(analysis, judge.phase[:-1]) - judge.share[:-1]).max())
-        own = moving(analysis, stiffness)
+        own = moving(analysis, mover(stiffness))
         yield Onset(
             name, static, own.largest / truth.largest - 1.0, own.entering / truth.entering - 1.0, cost
         )

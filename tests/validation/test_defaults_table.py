@@ -51,9 +51,12 @@ def test_it_goes_on_where_it_stopped_and_writes_the_page(tmp_path) -> None:
     made = pieces(asked)
     assert defaults_table.judged(tmp_path, made, -1.0) == 4 and not asked
     assert defaults_table.judged(tmp_path, made[:1], 60.0) == 0
+    assert defaults_table.judged(tmp_path, made[:3], 60.0) == 0
+    assert defaults_table.judged(tmp_path, made, -1.0) == 1
     assert defaults_table.judged(tmp_path, made, 60.0) == 0
     assert asked == ["slow", "changed", "stiffness", "onset"]
     page = defaults_table.page(tmp_path, made)
+    assert "Not judged yet" not in page
     assert "| 1: a mesh | 0.1 % | 0.2 % |" in page and "| 1: a mesh | 1.0010 | 1.0010 |" in page
     assert "| 1: a mesh | 1.200 | 1.200 | 2.00 | 2.00 | 3e+07 | 3e+07 |" in page
     assert "1.0 %; -2.0 %; 3.0 %; 1.00 ms" in page

@@ -11,22 +11,22 @@ from wearlab.scene.build import Parts
 from wearlab.scene.mesh import OneMesh
 
 TABLE = "tests/validation/defaults_table.py"
-STIFFNESS_OFF, SHARE_OFF, ERROR_OFF, FORCE_OFF = 0.022, 0.02, 0.003, 0.04
+STIFFNESS_OFF, SHARE_OFF, ERROR_OFF, FORCE_OFF = 0.026, 0.027, 0.003, 0.06
 """Largest departures of the defaults from elements: of the stiffness, of the share of a pair, of the mean
 static transmission error, of the largest vibrating mesh force [1]."""
 STIFFNESS = {
     "finite-element, weber": f"within {100 * STIFFNESS_OFF:.2g} % of converged plane elements, worn by up to "
     f"50 um, at 0.1 to 3 times the load ({TABLE})",
-    "finite-element, yang-sun": "9 to 85 % too stiff: a constant contact is about three times stiffer than a "
+    "finite-element, yang-sun": "9 to 51 % too stiff: a constant contact is about three times stiffer than a "
     f"loaded one ({TABLE})",
-    "potential-energy, shared": f"1 to 49 % off plane elements, most under light loads ({TABLE})",
-    "potential-energy, none": f"8 to 67 % off plane elements: two pairs count their bodies twice ({TABLE})",
+    "potential-energy, shared": f"up to 26 % off plane elements, most under light loads ({TABLE})",
+    "potential-energy, none": f"8 to 43 % off plane elements: two pairs count their bodies twice ({TABLE})",
 }
 GIVEN = "stiffness: as prescribed; nothing here tells how far it is off"
 EXTENDED = (
     f"onset of contact: pairs carry within {100 * SHARE_OFF:.2g} % of the load of what elements alone give "
     f"them, the mean transmission error is within {100 * ERROR_OFF:.2g} %, the largest vibrating mesh force "
-    f"within {100 * FORCE_OFF:.2g} % ({TABLE}, 18 meshes)"
+    f"within {100 * FORCE_OFF:.2g} % ({TABLE}, fresh_pairs.py)"
 )
 JUMP = (
     "onset of contact: a jump at A, which overstates forces and wear at A of vibrating pairs 1.2 to 2.8 "
