@@ -10,14 +10,9 @@ from wearlab.runner import running
 from wearlab.store import Store
 
 FILES = sorted((Path(__file__).parents[1] / "campaigns" / "extremes").glob("*.toml"))
-MINUTES = ("lives",)
-"""Files whose cases take up to a minute each."""
 
 
-@pytest.mark.parametrize(
-    "file",
-    [pytest.param(file, marks=[pytest.mark.slow] * (file.stem in MINUTES), id=file.stem) for file in FILES],
-)
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_every_extreme_case_ends_as_its_file_expects(file, tmp_path, monkeypatch):
     monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)  # in this process
     campaign = load(file)
