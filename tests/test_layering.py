@@ -20,7 +20,6 @@ ROAD = (
         "sources",
         "cache",
         "regular",
-        "linking",
         "compiled",
         "usual_units",
         "shop",

@@ -12,20 +12,18 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.extending import overload
 
 from wearlab.cache import cache_folder, writable
-from wearlab.linking import Apart, Joined, Within
 from wearlab.sources import PACKAGE, hash_of
 
 KEPT_FOLDERS = 6
-__all__ = ["jit", "jit_apart", "jit_inner", "jit_inner_apart", "jit_within", "overload_inner"]
+__all__ = ["INNER", "jit", "jit_inner"]
 
 
 def _cache_folder() -> Path:
     """Return this build's folder of compiled code, and drop the folders of builds long gone."""
     root = cache_folder()
-    parts = (b"wearlab.compiled import", b"class KernelLibrary")
+    parts = (b"wearlab.compiled import",)
     kernels = [f for f in sorted(PACKAGE.rglob("*.py")) if any(part in f.read_bytes() for part in parts)]
     folder = root / f"{hash_of(kernels)}-numba{numba.__version__}"
     try:
@@ -41,55 +39,28 @@ def _cache_folder() -> Path:
 numba.config.CACHE_DIR = str(writable(_cache_folder()))  # type: ignore[attr-defined]
 
 
-KERNEL: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
+KERNEL: Any = {"error_model": "numpy", "no_cfunc_wrapper": True}
 """IEEE arithmetic; no code by which C would call it."""
-INNER: dict[str, Any] = {**KERNEL, "no_cpython_wrapper": True}
+INNER: Any = {**KERNEL, "no_cpython_wrapper": True}
 """Nor code by which Python would call it: with large arguments that alone takes seconds."""
 
 
 def jit(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a kernel without the interpreter, IEEE arithmetic kept, cached on disk."""
-    compiled: Callable[..., Any] = numba.njit(cache=True, pipeline_class=Joined, **KERNEL)(function)
+    compiled: Callable[..., Any] = numba.njit(cache=True, **KERNEL)(function)
     return compiled
 
 
-def jit_apart(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a kernel as `jit` does, but never into its callers: for large bodies.
+def jit_inner(function: Callable[..., Any] | None = None, *, forceinline: bool = False) -> Callable[..., Any]:
+    """Compile a kernel that is called from kernels alone: a part of theirs, on disk with them.
 
-    A body copied into every caller, and these into theirs, is optimised again each time: compilation of the
-    located contact changes alone took minutes.
+    Parameters
+    ----------
+    forceinline : become part of every caller, however large. For small kernels that are handed tuples: a call
+        hands these over by value and indexes them in memory, which takes four times as long
     """
-    compiled: Callable[..., Any] = numba.njit(cache=True, pipeline_class=Apart, **KERNEL)(function)
+    compiled: Callable[..., Any] = numba.njit(function, forceinline=forceinline, **INNER)
     return compiled
-
-
-def jit_inner(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a kernel that is called from kernels alone: a part of theirs, on disk with them."""
-    compiled: Callable[..., Any] = numba.njit(pipeline_class=Joined, **INNER)(function)
-    return compiled
-
-
-def jit_within(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a small kernel that is called from kernels alone, always into them.
-
-    A call hands tuples over by value and indexes them in memory: looking at a step's contact that way takes
-    four times as long, and the optimiser alone decides by the size of the caller.
-    """
-    compiled: Callable[..., Any] = numba.njit(pipeline_class=Within, **INNER)(function)
-    return compiled
-
-
-def jit_inner_apart(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a kernel that is called from kernels alone, and never into them."""
-    compiled: Callable[..., Any] = numba.njit(pipeline_class=Apart, **INNER)(function)
-    return compiled
-
-
-def overload_inner(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Choose by type what kernels do where they call ``function``: as `numba.extending.overload` does."""
-    options: Any = {**INNER, "pipeline_class": Joined}
-    chosen: Callable[..., Any] = overload(function, jit_options=options)
-    return chosen
 
 
 class SlowFunction(UserWarning):

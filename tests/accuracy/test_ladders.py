@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wearlab.accuracy import life_ladders, lives, peer_ladders, steady_ladders
-from wearlab.accuracy.ladder import Curve, Rung, Timing, interpolated, timing
+from wearlab.accuracy.ladder import Rung, Timing, WorkPrecision, interpolated, timing
 from wearlab.accuracy.peer_ladders import peer_curves
 from wearlab.accuracy.peers import peers
 from wearlab.accuracy.reference import reference
@@ -118,10 +118,10 @@ def test_settings_that_physics_refuses_are_left_out(problem, known, wears, monke
     def refused(wearing, method, tolerance):
         if len(wearing.wear) < 100:
             raise GearError("too few nodes")
-        return lives.Lived(1e6, np.ones(4), np.zeros(4), 1, 1.0, False)
+        return lives.TimedLife(1e6, np.ones(4), np.zeros(4), 1, 1.0, False)
 
     monkeypatch.setattr(life_ladders, "lived", refused)
-    truth = lives.Lived(2e6, np.ones(4), np.zeros(4), 1, 1.0, False)
+    truth = lives.TimedLife(2e6, np.ones(4), np.zeros(4), 1, 1.0, False)
     (curve,) = life_ladders._knob(wears, "numerics.profile_points", (41, 61), {}, truth)
     assert [rung.setting for rung in curve.rungs] == [61.0]
 
@@ -140,7 +140,7 @@ def test_euler_over_cycles_is_of_first_order_and_lives_agree(wears):
 
 def ladder(errors, seconds=(1.0, 2.0, 4.0), settings=(10.0, 20.0, 40.0)):
     rungs = tuple(Rung(*values, work=1.0) for values in zip(settings, errors, seconds, strict=True))
-    return Curve("ours", "steps_per_period", "mesh_force", "wearlab", rungs)
+    return WorkPrecision("ours", "steps_per_period", "mesh_force", "wearlab", rungs)
 
 
 def test_cheapest_is_the_fastest_rung_from_which_all_finer_ones_are_good():
@@ -166,7 +166,7 @@ def test_order_leaves_out_what_the_reference_cannot_tell():
 
 def test_a_time_is_extrapolated_where_a_rung_beside_it_is():
     whole, part = Rung(1e-3, 1e-2, 1.0, 1.0), Rung(1e-5, 1e-4, 2.0, 1.0, timed=0.1)
-    curve = Curve("SciPy", "relative", "mesh_force", "peer", (whole, part))
+    curve = WorkPrecision("SciPy", "relative", "mesh_force", "peer", (whole, part))
     assert curve.extrapolated_to(1e-3) and not curve.extrapolated_to(1e-2)
 
 

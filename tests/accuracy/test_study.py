@@ -9,7 +9,7 @@ import xarray as xr
 from wearlab.accuracy import table
 from wearlab.accuracy.dataset import dataset, netcdf
 from wearlab.accuracy.figure import png
-from wearlab.accuracy.ladder import PEERS, Curve, Rung
+from wearlab.accuracy.ladder import PEERS, Rung, WorkPrecision
 from wearlab.accuracy.pages import pages
 from wearlab.accuracy.study import Study, cheapest_setting, comparison, knob_settings
 from wearlab.cli.measuring import _content
@@ -21,7 +21,7 @@ def curve(name, knob, role, power, speed, quantity="mesh_force", settings=(50, 1
         Rung(s, 1.3e7 * s**-power if role not in PEERS else 10.0 * s, speed * s, 10.0 * s, 0.5 * speed * s)
         for s in settings
     )
-    return Curve(name, knob, quantity, role, rungs)
+    return WorkPrecision(name, knob, quantity, role, rungs)
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def found(loaded):
         curve("periodic", "steps_per_period", "wearlab", 5.0, 1e-6),
         curve("newmark", "steps_per_period", "as published", 4.0, 1e-5),
         curve("CyRK VERN7", "relative", "peer", 0.0, 2e-1, settings=(1e-2, 1e-3)),
-        Curve(
+        WorkPrecision(
             "SciPy RK45", "relative", "mesh_force", "peer",
             (
                 Rung(1e-3, 1e-2, 1e-2, 1.0, 1e-2),
@@ -38,7 +38,7 @@ def found(loaded):
                 Rung(1e-7, 1e-7, 9e-2, 1.0, 9e-2),
             ),
         ),
-        Curve(
+        WorkPrecision(
             "harmonic balance", "harmonics", "mesh_force", "closing peer",
             (Rung(40, 9e-4, 3e-3, np.nan, 2e-3, 1.0, 0.1),),
         ),
@@ -98,11 +98,11 @@ def test_figures_are_the_same_bytes_twice(found):
 
 
 def test_pages_of_a_life_tell_slope_default_and_how_well_the_reference_is_known(loaded):
-    adaptive = Curve(
+    adaptive = WorkPrecision(
         "adaptive", "cycle_tolerance", "life", "wearlab",
         tuple(Rung(s, 8e-2 * n**-4.0, n * 1e-2, n) for s, n in ((1e-1, 2), (1e-2, 4), (1e-3, 8), (1e-4, 16))),
     )  # fmt: skip
-    euler = Curve(
+    euler = WorkPrecision(
         "Euler", "threshold", "life", "as published",
         tuple(Rung(1e-6 / n, 9e-2 / n, n * 1e-2, n) for n in (5, 10, 20, 40)),
     )  # fmt: skip

@@ -9,7 +9,7 @@ from wearlab.figures.kinds.distribution import (
     HISTOGRAM,
     PROBABILITY,
     QUANTILE_BANDS,
-    Sampled,
+    OfRun,
     histogram,
     quantile,
 )
@@ -89,7 +89,7 @@ def test_bands_of_runs_that_end_at_a_limit(ended):
     rates = np.arange(1.0, 100.0)
     depth = Scale("depth", "um")
     ends = np.array([0.0, 1.0])
-    runs = [Sampled({}, np.array([0.0, 1.0 / v]), ends, LIFE, depth, ended=ended) for v in rates]
+    runs = [OfRun({}, np.array([0.0, 1.0 / v]), ends, LIFE, depth, ended=ended) for v in rates]
     wide, narrow, median = QUANTILE_BANDS.joined(runs)
     np.testing.assert_allclose(median.y, np.minimum(1.0, 50.0 * median.x), atol=1e-12)
     half = len(wide.x) // 2

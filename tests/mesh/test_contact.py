@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from wearlab.mesh.annulus import body_coupling
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.curve import Curve, constant
+from wearlab.mesh.curve import PiecewiseCurve, constant
 from wearlab.mesh.hertz import weber_compliance, yang_sun
 from wearlab.mesh.profile import lookup, profile_grid
 from wearlab.mesh.stiffness import (
@@ -194,7 +194,7 @@ def test_a_shared_body_softens_double_contact_only(pair, grid):
 
 
 def test_mesh_stiffness_from_a_table_keeps_its_jump(pair):
-    curve = Curve(np.array([0.0, 0.4, 0.4, 1.0]), np.array([3e8, 3e8, 2e8, 2e8]))
+    curve = PiecewiseCurve(np.array([0.0, 0.4, 0.4, 1.0]), np.array([3e8, 3e8, 2e8, 2e8]))
     grid = profile_grid(pair, 101, jumps=curve.jumps)
     analysis = given(grid, curve, of="mesh")
     nodes = analysis.nodes(np.zeros((2, len(grid.position))))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from wearlab.mesh.curve import Curve, constant
+from wearlab.mesh.curve import PiecewiseCurve, constant
 from wearlab.mesh.errors import MemberError, mesh_error
 from wearlab.mesh.harmonics import harmonics
 from wearlab.mesh.modulation import Modulation, fit
@@ -59,13 +59,13 @@ def test_constant_curve_fits_without_modulation():
 
 
 def test_table_jumps_where_an_abscissa_stands_twice():
-    curve = Curve(np.array([0.0, 0.5, 0.5, 1.0]), np.array([1.0, 1.0, 4.0, 4.0]))
+    curve = PiecewiseCurve(np.array([0.0, 0.5, 0.5, 1.0]), np.array([1.0, 1.0, 4.0, 4.0]))
     assert curve.jumps == (0.5,)
     at = np.array([0.5, 0.5])
     np.testing.assert_array_equal(curve.value(at, np.array([0.4, 0.6])), [1.0, 4.0])
     assert constant(3.0).value(np.array([0.2]), np.array([0.2]))[0] == 3.0
     with pytest.raises(ValueError, match="descend"):
-        Curve(np.array([0.0, 1.0, 0.5]), np.zeros(3))
+        PiecewiseCurve(np.array([0.0, 1.0, 0.5]), np.zeros(3))
 
 
 def test_prescribed_error_and_its_rate():

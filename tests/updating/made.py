@@ -9,11 +9,11 @@ from wearlab.campaign.distributions import read_distribution
 from wearlab.campaign.measured import Data, ErrorModel, Limit, UpdateSpec
 from wearlab.campaign.update_options import Columns
 from wearlab.updating.asking import Asked
-from wearlab.updating.curve import Curve
-from wearlab.updating.history import History
+from wearlab.updating.curve import RunCurve
+from wearlab.updating.history import RunHistory
 from wearlab.updating.likelihood import block_of
 from wearlab.updating.observations import Observed
-from wearlab.updating.study import FACTOR, Study
+from wearlab.updating.study import FACTOR, MeasuredCase
 
 RATE = 2e-8  # kg a cycle at factor 1
 LIMIT = Limit("worn_mass", 0.03, "sun")
@@ -42,14 +42,14 @@ def observed(cycle, value, error, **more):
 
 def line(end=2e6, rate=RATE):
     cycle = np.array([0.0, 0.5 * end, end])
-    return Curve(cycle, rate * cycle[:, None], np.full((3, 1), rate))
+    return RunCurve(cycle, rate * cycle[:, None], np.full((3, 1), rate))
 
 
 def history(seen, *, end=2e6, rate=RATE, factor=1.0, run="made"):
     curve = line(end, rate)
     asked = tuple(Asked(curve, np.zeros(len(one), np.intp), one.time) for one in seen)
     crossing = float(curve.first_above(np.array(LIMIT.value)))
-    return History(
+    return RunHistory(
         run, factor, 1e-15, 0.0, end, 3.6, asked, curve, LIMIT.value, crossing, {"worn_mass": curve}, 0.0, 0.0
     )
 
@@ -60,7 +60,7 @@ def spec(prior, discrepancy="none", **more):
 
 
 def study(prior, seen, discrepancy="none", **more):
-    return Study("base", None, spec(prior, discrepancy, **more), LIMIT, tuple(seen), {})
+    return MeasuredCase("base", None, spec(prior, discrepancy, **more), LIMIT, tuple(seen), {})
 
 
 def blocks(seen, *, accumulating=False):

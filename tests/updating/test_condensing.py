@@ -9,7 +9,7 @@ from made import ErrorModel, blocks, history, observed, study
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating import likelihood
 from wearlab.updating.asking import Asked
-from wearlab.updating.curve import Curve
+from wearlab.updating.curve import RunCurve
 from wearlab.updating.outcome import answered
 
 KNOTS = np.array([0.0, 1e5, 1.3e5, 4e5, 4.001e5, 9e5, 1.2e6])
@@ -26,7 +26,7 @@ def run_and(error, own=0.0, seed=0):
     """Return a run whose wear bends at uneven cycles, and values at three places, some of them repeated."""
     rng = np.random.default_rng(seed)
     value = np.cumsum(rng.uniform(0.5, 2.0, (len(KNOTS), PLACES)), axis=0) * 1e-3
-    curve = Curve(KNOTS, value, rng.uniform(0.5, 2.0, value.shape) * 1e-8)
+    curve = RunCurve(KNOTS, value, rng.uniform(0.5, 2.0, value.shape) * 1e-8)
     cycle = rng.uniform(0.0, 1.1e6, N)
     cycle[:150], cycle[150:180] = 7e5, 0.0
     column = rng.integers(0, PLACES, N)

@@ -22,7 +22,7 @@ NOISE = 5.0
 """Relative tolerances to within which a mesh period comes back, for it repeats no better than that [1]."""
 
 
-class Marcher:
+class CyRKMarcher:
     """CyRK on the equation of motion of one wear state.
 
     Parameters

@@ -21,7 +21,7 @@ from typing import Any
 from wearlab.accuracy.drawn import draw_any, small_scenes
 from wearlab.accuracy.processor_time import limit_work
 from wearlab.accuracy.score import QUANTITIES, TIGHT, TOO_LONG, Apart, Score, score
-from wearlab.campaign.estimates import Estimates
+from wearlab.campaign.estimates import DrawnScenes
 
 COLUMNS = (
     "source", "seed", "scene", "kind", "motion", "friction", "outcome", "quality",
@@ -168,7 +168,7 @@ def of_row(row: Row) -> Score | None:
     return Score(**pairs, cost=row["cost"], trusted=row["quality"] == TRUSTED, reference=tolerance)
 
 
-def run(asked: Estimates, source: str, file: Path, workers: int | None, report: Report) -> list[Row]:
+def run(asked: DrawnScenes, source: str, file: Path, workers: int | None, report: Report) -> list[Row]:
     """Score the scenes that the table lacks, on several processes, and add each to the table when done.
 
     Parameters
@@ -197,7 +197,7 @@ def run(asked: Estimates, source: str, file: Path, workers: int | None, report: 
     return [known[number] for number in wanted]
 
 
-def done(asked: Estimates, source: str, file: Path) -> list[Row]:
+def done(asked: DrawnScenes, source: str, file: Path) -> list[Row]:
     """Return the rows that the table has of the scenes asked for, by these sources."""
     known = {
         row["scene"]: row
@@ -207,7 +207,7 @@ def done(asked: Estimates, source: str, file: Path) -> list[Row]:
     return [known[number] for number in sorted(known)]
 
 
-def _rows(asked: Estimates, missing: list[int], count: int) -> Iterator[Row]:
+def _rows(asked: DrawnScenes, missing: list[int], count: int) -> Iterator[Row]:
     """Yield the rows of scenes as they are done; nothing goes on when nobody waits for them any more."""
     idle: SimpleQueue[Worker] = SimpleQueue()
     workers = [Worker() for _ in range(min(count, len(missing)))]

@@ -68,7 +68,7 @@ def told(rung: Rung, uncertainty: float) -> bool:
 
 
 @dataclass(frozen=True)
-class Curve:
+class WorkPrecision:
     """A work–precision curve.
 
     Parameters

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 
-from wearlab.accuracy.ladder import ENOUGH, Curve, Rung
+from wearlab.accuracy.ladder import ENOUGH, Rung, WorkPrecision
 from wearlab.accuracy.lives import (
-    Lived,
+    TimedLife,
     Wearing,
     errors,
     lived,
@@ -36,7 +36,7 @@ FINEST_STEPS, FINEST_EXACT_STEPS = 2048, 768
 Report = Callable[[str], None]
 
 
-def life_study(scene: Scene, report: Report) -> tuple[tuple[Curve, ...], float]:
+def life_study(scene: Scene, report: Report) -> tuple[tuple[WorkPrecision, ...], float]:
     """Return the curves of a scene's life, and how far a second method is from their reference [1]."""
     report("life, reference")
     problem = wearing(scene)
@@ -45,7 +45,7 @@ def life_study(scene: Scene, report: Report) -> tuple[tuple[Curve, ...], float]:
     return tuple(life_curves(scene, problem, known, report)), max(errors(other, known))
 
 
-def life_curves(scene: Scene, problem: Wearing, known: Lived, report: Report) -> Iterator[Curve]:
+def life_curves(scene: Scene, problem: Wearing, known: TimedLife, report: Report) -> Iterator[WorkPrecision]:
     """Yield the curves, each for the life and for the wear depth at its end."""
     report("life, cycle_tolerance")
     ours = [(tolerance, lived(problem, Adaptive(), tolerance)) for tolerance in CYCLE_TOLERANCES]
@@ -77,8 +77,8 @@ def finest_settings(problem: Wearing) -> dict[str, int]:
 
 
 def _knob(
-    scene: Scene, key: str, values: tuple[float, ...], finest: dict[str, int], truth: Lived
-) -> Iterator[Curve]:
+    scene: Scene, key: str, values: tuple[float, ...], finest: dict[str, int], truth: TimedLife
+) -> Iterator[WorkPrecision]:
     """Yield the curve of a knob that changes the rate of wear itself, all others at their finest.
 
     The tolerance moves all the others, as it does in a run. What ends the life is exact, the other counts.
@@ -106,13 +106,13 @@ def _both(
     name: str,
     knob: str,
     role: str,
-    found: list[tuple[float, Lived]],
-    known: Lived,
+    found: list[tuple[float, TimedLife]],
+    known: TimedLife,
     fixed: str = "",
-) -> Iterator[Curve]:
+) -> Iterator[WorkPrecision]:
     for index, quantity in enumerate(("life", "wear_depth")):
         rungs = tuple(
             Rung(setting, errors(one, known)[index], one.seconds, one.analyses) for setting, one in found
         )
         if any(rung.error > ROUND_OFF for rung in rungs):
-            yield Curve(name, knob, quantity, role, rungs, fixed)  # type: ignore[arg-type]
+            yield WorkPrecision(name, knob, quantity, role, rungs, fixed)  # type: ignore[arg-type]

@@ -43,7 +43,7 @@ class Wearing(NamedTuple):
     limits: Limits
 
 
-class Lived(NamedTuple):
+class TimedLife(NamedTuple):
     """One life.
 
     Parameters
@@ -76,14 +76,14 @@ def has_life(scene: Scene) -> bool:
     return scene.wear is not None and scene.wear.until is not None and scene.wear.coefficient is not None
 
 
-def lived(problem: Wearing, method: Method, tolerance: float) -> Lived:
+def lived(problem: Wearing, method: Method, tolerance: float) -> TimedLife:
     """Return the life by a method of stepping over cycles, timed a few times where it is short."""
     begun = time.perf_counter()
     life = _evolved(problem, method, tolerance)
     seconds = time.perf_counter() - begun
     if seconds < SHORT:
         seconds = timing(lambda: _evolved(problem, method, tolerance)).seconds
-    return Lived(
+    return TimedLife(
         float(life.cycle[-1]),
         life.depth[-1],
         flank_of_nodes(problem.parts),
@@ -104,12 +104,12 @@ def _evolved(problem: Wearing, method: Method, tolerance: float) -> Life:
     )
 
 
-def tight_life(problem: Wearing) -> Lived:
+def tight_life(problem: Wearing) -> TimedLife:
     """Return the life to about ``TIGHT``, by the default method."""
     return lived(problem, Adaptive(), TIGHT)
 
 
-def second_life(problem: Wearing, end: float) -> Lived:
+def second_life(problem: Wearing, end: float) -> TimedLife:
     """Return the life by SciPy's DOP853, which shares no step with ours.
 
     Parameters
@@ -131,7 +131,7 @@ def second_life(problem: Wearing, end: float) -> Lived:
         method="DOP853", rtol=SECOND_METHOD, atol=SECOND_METHOD * scale, first_step=1e-4 * end,
         events=reaches_depth if problem.limits.depth is not None else None,
     )  # fmt: skip
-    return Lived(
+    return TimedLife(
         float(solution.t[-1]),
         solution.y[:, -1],
         flank_of_nodes(problem.parts),
@@ -141,7 +141,7 @@ def second_life(problem: Wearing, end: float) -> Lived:
     )
 
 
-def errors(one: Lived, reference: Lived) -> tuple[float, float]:
+def errors(one: TimedLife, reference: TimedLife) -> tuple[float, float]:
     """Return the relative errors of the life and of the wear depth at its end [1].
 
     On other nodes only the deepest point of each flank is compared.
@@ -153,6 +153,6 @@ def errors(one: Lived, reference: Lived) -> tuple[float, float]:
     return abs(one.cycle / reference.cycle - 1.0), float(depth)
 
 
-def _deepest(one: Lived) -> Array:
+def _deepest(one: TimedLife) -> Array:
     """Return the largest wear depth of every flank [m]."""
     return np.array([one.depth[one.flank == flank].max() for flank in np.unique(one.flank)])

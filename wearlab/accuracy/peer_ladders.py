@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from wearlab.accuracy.cells import RUBS, Motion, starting_state
 from wearlab.accuracy.harmonic_balance import HarmonicBalance
-from wearlab.accuracy.ladder import SHARE, Curve, Role, Rung, Timing, timing, told
+from wearlab.accuracy.ladder import SHARE, Role, Rung, Timing, WorkPrecision, timing, told
 from wearlab.accuracy.peers import Bound, Peer, peers
 from wearlab.accuracy.reference import Reference
 from wearlab.accuracy.steady import Steady, relative_error
@@ -101,7 +101,7 @@ def course(problem: Steady, known: Reference) -> Course:
     )
 
 
-def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]) -> Iterator[Curve]:
+def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]) -> Iterator[WorkPrecision]:
     """Yield the curves of the peers.
 
     Parameters
@@ -118,7 +118,7 @@ def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]
         yield balance_curve(given)
 
 
-def peer_curve(given: Course, peer: Peer) -> Curve:
+def peer_curve(given: Course, peer: Peer) -> WorkPrecision:
     """Return the curve of an integrator over its relative tolerance."""
     bound = peer.bind(given.motion)
     one = closed_rung if peer.closes else rung
@@ -130,7 +130,7 @@ def peer_curve(given: Course, peer: Peer) -> Curve:
         rungs.append(one(given, bound, tolerance))
         if time.perf_counter() - begun > LONGEST or told(rungs[-1], given.known.disagreement):
             break
-    return Curve(peer.name, "relative", "mesh_force", role, tuple(rungs))
+    return WorkPrecision(peer.name, "relative", "mesh_force", role, tuple(rungs))
 
 
 def rung(given: Course, bound: Bound, tolerance: float) -> Rung:
@@ -168,7 +168,7 @@ def closed_rung(given: Course, bound: Bound, tolerance: float) -> Rung:
     return Rung(tolerance, error, cold.seconds, marched, warm.seconds, 1.0, cold.spread)
 
 
-def balance_curve(given: Course) -> Curve:
+def balance_curve(given: Course) -> WorkPrecision:
     """Return the curve of harmonic balance over the harmonics of a mesh period."""
     rungs: list[Rung] = []
     for harmonics in HARMONICS:
@@ -176,7 +176,7 @@ def balance_curve(given: Course) -> Curve:
         rungs.append(balance_rung(given, harmonics))
         if time.perf_counter() - begun > LONGEST or told(rungs[-1], given.known.disagreement):
             break
-    return Curve(BALANCE, "harmonics", "mesh_force", "closing peer", tuple(rungs))
+    return WorkPrecision(BALANCE, "harmonics", "mesh_force", "closing peer", tuple(rungs))
 
 
 def balance_rung(given: Course, harmonics: int) -> Rung:

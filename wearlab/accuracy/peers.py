@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from wearlab.accuracy.cells import Motion
-from wearlab.accuracy.cyrk import Marcher
+from wearlab.accuracy.cyrk import CyRKMarcher
 from wearlab.accuracy.motion import motion_of
 
 Array = NDArray[np.float64]
@@ -69,7 +69,7 @@ def peers() -> Iterator[Peer]:
         for words, landing, closes in WAYS:
             yield Peer(
                 f"CyRK {method}{words}",
-                lambda given, m=method, landing=landing: Marcher(given, m, landing=landing),  # type: ignore[misc]
+                lambda given, m=method, landing=landing: CyRKMarcher(given, m, landing=landing),  # type: ignore[misc]
                 halves,
                 closes,
             )

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.accuracy.ladder import LONG, SHARE, Curve, Rung, fine_enough, timing
+from wearlab.accuracy.ladder import LONG, SHARE, Rung, WorkPrecision, fine_enough, timing
 from wearlab.accuracy.peer_ladders import peer_curves
 from wearlab.accuracy.reference import (
     Reference,
@@ -47,7 +47,7 @@ SETTLED = 1e-10
 Report = Callable[[str], None]
 
 
-def steady_curves(problem: Steady, known: Reference, report: Report) -> Iterator[Curve]:
+def steady_curves(problem: Steady, known: Reference, report: Report) -> Iterator[WorkPrecision]:
     """Yield the curves of a steady state.
 
     Parameters
@@ -71,7 +71,7 @@ def steady_curves(problem: Steady, known: Reference, report: Report) -> Iterator
     yield phase_points_curve(problem, known)
 
 
-def steps_curve(problem: Steady, known: Reference, ladder: tuple[int, ...] = STEPS) -> Curve:
+def steps_curve(problem: Steady, known: Reference, ladder: tuple[int, ...] = STEPS) -> WorkPrecision:
     """Return our default method over its steps: cold, tables included, and warm from a neighbour.
 
     What a scene prepares once for all its wear states (the look-up of the stages here, the polynomials of the
@@ -82,7 +82,7 @@ def steps_curve(problem: Steady, known: Reference, ladder: tuple[int, ...] = STE
     for steps in ladder:
         with suppress(GearError):  # so few steps are refused
             rungs.append(_steps_rung(problem, known, problem.with_few_steps(steps)))
-    return Curve("periodic", "steps_per_period", "mesh_force", "wearlab", tuple(rungs))
+    return WorkPrecision("periodic", "steps_per_period", "mesh_force", "wearlab", tuple(rungs))
 
 
 def _steps_rung(problem: Steady, known: Reference, vibration: Vibration) -> Rung:
@@ -107,7 +107,7 @@ def marched_curve(
     name: str,
     ladder: tuple[int, ...],
     method: Callable[[float], Any],
-) -> Curve:
+) -> WorkPrecision:
     """Return a fixed-step method over its steps, marched until its transient is less than its error."""
     rungs: list[Rung] = []
     for steps in ladder:
@@ -117,10 +117,12 @@ def marched_curve(
         error = _error(problem, known, settled)
         vibration = problem.with_steps(steps, method(max(SETTLED, min(1e-2, SHARE * error))))
         rungs.append(_rung(problem, known, vibration, len(vibration.stages.grid.width)))
-    return Curve(name, "steps_per_period", "mesh_force", "as published", tuple(rungs), f'method = "{name}"')
+    return WorkPrecision(
+        name, "steps_per_period", "mesh_force", "as published", tuple(rungs), f'method = "{name}"'
+    )
 
 
-def adaptive_curve(problem: Steady, known: Reference) -> Curve:
+def adaptive_curve(problem: Steady, known: Reference) -> WorkPrecision:
     """Return the adaptive Runge–Kutta pair over its tolerance, on tables as fine as that needs."""
     rungs: list[Rung] = []
     for relative in RELATIVE:
@@ -129,7 +131,7 @@ def adaptive_curve(problem: Steady, known: Reference) -> Curve:
         method = RungeKutta45(relative=relative, tolerance=max(SETTLED, SHARE * relative))
         vibration = problem.with_steps(marching_steps(problem, relative), method)
         rungs.append(_rung(problem, known, vibration, relative))
-    return Curve("rk45", "relative", "mesh_force", "as published", tuple(rungs), 'method = "rk45"')
+    return WorkPrecision("rk45", "relative", "mesh_force", "as published", tuple(rungs), 'method = "rk45"')
 
 
 def _error(problem: Steady, known: Reference, vibration: Any) -> float:
@@ -146,7 +148,7 @@ def _rung(problem: Steady, known: Reference, vibration: Any, setting: float) -> 
     return Rung(setting, error, seconds, response.counts.right_hand_sides)
 
 
-def knob_curves(problem: Steady, report: Report) -> Iterator[Curve]:
+def knob_curves(problem: Steady, report: Report) -> Iterator[WorkPrecision]:
     """Yield the curves of knobs that change the model: the answer of their finest rung is the truth."""
     report("profile_points")
     scene = problem.scene
@@ -160,11 +162,13 @@ def knob_curves(problem: Steady, report: Report) -> Iterator[Curve]:
         yield harmonics_curve(fine)
 
 
-def harmonics_curve(scene: Scene) -> Curve:
+def harmonics_curve(scene: Scene) -> WorkPrecision:
     """Return the curve over the harmonics of stiffness and error together, against very many."""
     truth = _solved(with_harmonics(scene, MOST_HARMONICS))[1]
     rungs = tuple(_knob_rung(with_harmonics(scene, count), count, truth) for count in HARMONICS)
-    return Curve("harmonics", "stiffness_harmonics", "mesh_force", "wearlab", rungs, "error_harmonics alike")
+    return WorkPrecision(
+        "harmonics", "stiffness_harmonics", "mesh_force", "wearlab", rungs, "error_harmonics alike"
+    )
 
 
 def with_harmonics(scene: Scene, count: int) -> Scene:
@@ -174,10 +178,10 @@ def with_harmonics(scene: Scene, count: int) -> Scene:
     return scene.replace("mesh", dict.fromkeys(own, wanted) if own else wanted)
 
 
-def _knob(scene: Scene, key: str, values: tuple[float, ...], truth: Array) -> Curve:
+def _knob(scene: Scene, key: str, values: tuple[float, ...], truth: Array) -> WorkPrecision:
     rungs = tuple(_knob_rung(scene.replace(key, value), value, truth) for value in values)
     name = key.rpartition(".")[2]
-    return Curve(name, name, "mesh_force", "wearlab", rungs)
+    return WorkPrecision(name, name, "mesh_force", "wearlab", rungs)
 
 
 def _knob_rung(scene: Scene, setting: float, truth: Array) -> Rung:
@@ -196,7 +200,7 @@ def _solved(scene: Scene) -> tuple[Steady, Array, Response]:
     return problem, force, response
 
 
-def phase_points_curve(problem: Steady, known: Reference) -> Curve:
+def phase_points_curve(problem: Steady, known: Reference) -> WorkPrecision:
     """Return the error of the dynamic factor over the number of stored phases."""
     response = known.response
     vibration = problem.with_steps(tight_steps(problem), Periodic())
@@ -209,10 +213,10 @@ def phase_points_curve(problem: Steady, known: Reference) -> Curve:
         Rung(n, abs(largest(n) / truth - 1.0), timing(lambda n=n: largest(n)).seconds, n)  # type: ignore[misc]
         for n in PHASE_POINTS
     )
-    return Curve("phase_points", "phase_points", "dynamic_factor", "wearlab", rungs)
+    return WorkPrecision("phase_points", "phase_points", "dynamic_factor", "wearlab", rungs)
 
 
-def steady_study(scene: Scene, report: Report) -> tuple[tuple[Curve, ...], float, float]:
+def steady_study(scene: Scene, report: Report) -> tuple[tuple[WorkPrecision, ...], float, float]:
     """Return the curves of a scene's steady state, the disagreement of its reference, its multiplier.
 
     Raises

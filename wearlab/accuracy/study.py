@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wearlab.accuracy.ladder import PEERS, Curve, Role, Rung
+from wearlab.accuracy.ladder import PEERS, Role, Rung, WorkPrecision
 from wearlab.accuracy.life_ladders import life_study
 from wearlab.accuracy.lives import has_life
 from wearlab.accuracy.peers import peers
@@ -33,12 +33,12 @@ class Study:
 
     label: str
     scene: Scene
-    curves: tuple[Curve, ...]
+    curves: tuple[WorkPrecision, ...]
     disagreement: dict[str, float]
     multiplier: float
     notes: tuple[str, ...]
 
-    def of(self, role: str, quantity: str) -> tuple[Curve, ...]:
+    def of(self, role: str, quantity: str) -> tuple[WorkPrecision, ...]:
         """Return the curves of a role and a quantity."""
         return tuple(c for c in self.curves if c.role == role and c.quantity == quantity)
 
@@ -56,7 +56,7 @@ def study(label: str, scene: Scene, report: Callable[[str], None]) -> Study:
     scene : the scene; both may be absent, then there is nothing to tell
     report : told what comes next
     """
-    curves: tuple[Curve, ...] = ()
+    curves: tuple[WorkPrecision, ...] = ()
     disagreement: dict[str, float] = {}
     multiplier, notes = float("nan"), []
     if has_life(scene):
@@ -78,7 +78,7 @@ def expected_reports(scene: Scene) -> int:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class AgainstPeer:
     """Our default method against the fastest peer of its sort, in one run.
 
     Parameters
@@ -113,7 +113,7 @@ class Comparison:
         return self.peer_warm / self.warm
 
 
-def comparison(found: Study, error: float, role: Role = "peer") -> Comparison | None:
+def comparison(found: Study, error: float, role: Role = "peer") -> AgainstPeer | None:
     """Return ours against the fastest peer of a role at one error; None without peers or out of reach."""
     ours = next((c for c in found.of("wearlab", "mesh_force") if c.knob == "steps_per_period"), None)
     rivals = found.of(role, "mesh_force")
@@ -123,7 +123,7 @@ def comparison(found: Study, error: float, role: Role = "peer") -> Comparison | 
         return None
     fastest = min(reached, key=reached.__getitem__)
     best = next(c for c in rivals if c.name == fastest)
-    return Comparison(
+    return AgainstPeer(
         error,
         role,
         ours.seconds_to(error),
@@ -136,7 +136,7 @@ def comparison(found: Study, error: float, role: Role = "peer") -> Comparison | 
     )
 
 
-def cheapest_setting(found: Study, quantity: str, error: float) -> tuple[Curve, Rung] | None:
+def cheapest_setting(found: Study, quantity: str, error: float) -> tuple[WorkPrecision, Rung] | None:
     """Return the fastest of our own settings whose error of a quantity is small enough, None: there is none.
 
     The numerical knobs of the same scene are compared, not those that change what the answer converges to.

@@ -4,7 +4,7 @@ from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.campaign import Campaign, Metadata
 from wearlab.campaign.case import BASE, Case
 from wearlab.campaign.errors import CampaignError
-from wearlab.campaign.estimates import Drawing, Estimates
+from wearlab.campaign.estimates import Drawing, DrawnScenes
 from wearlab.campaign.exclusion import Excluded
 from wearlab.campaign.expect import Expectation, Wanted
 from wearlab.campaign.figure import FigureSpec
@@ -19,7 +19,7 @@ __all__ = [
     "Case",
     "Coordinate",
     "Drawing",
-    "Estimates",
+    "DrawnScenes",
     "Excluded",
     "Expectation",
     "FigureSpec",

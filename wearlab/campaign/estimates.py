@@ -19,7 +19,7 @@ ELSEWHERE = (
 MOST_SCENES = 10_000
 
 
-class Estimates(BaseModel):
+class DrawnScenes(BaseModel):
     """Scenes that are drawn, to score the error estimates of their runs; such a file writes no scene."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -43,4 +43,4 @@ class Drawing:
     """
 
     title: str
-    estimates: Estimates
+    estimates: DrawnScenes

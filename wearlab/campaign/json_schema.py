@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
 from wearlab.campaign.campaign import Metadata
-from wearlab.campaign.estimates import SECTION, Estimates
+from wearlab.campaign.estimates import SECTION, DrawnScenes
 from wearlab.campaign.expect import VERDICTS
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.report import ReportSpec
@@ -194,7 +194,7 @@ class CampaignFile(Scene):
         "what was measured and what is unknown, for `wearlab update`; no part of any run's identity",
         derived="none",
     )
-    estimates: Estimates | None = option(
+    estimates: DrawnScenes | None = option(
         None,
         "scenes that are drawn for `wearlab accuracy`, instead of any that the file writes",
         derived="none",

@@ -9,7 +9,7 @@ from wearlab.campaign.axes import flat, overlap, read_axes
 from wearlab.campaign.campaign import Campaign, Metadata
 from wearlab.campaign.cases import EXPECT, expand, read_differences
 from wearlab.campaign.errors import CampaignError
-from wearlab.campaign.estimates import BESIDE, ELSEWHERE, MOST_SCENES, SECTION, Drawing, Estimates
+from wearlab.campaign.estimates import BESIDE, ELSEWHERE, MOST_SCENES, SECTION, Drawing, DrawnScenes
 from wearlab.campaign.exclusion import read_conditions, without_excluded
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.inheritance import PLUGINS, Inherited, inherit, inherit_table
@@ -95,7 +95,7 @@ def _read_drawing(inherited: Inherited, file: Path) -> Drawing:
         f"{key}: does not go with [{SECTION}], whose scenes are drawn" for key in table if key not in BESIDE
     ]
     tried: Callable[..., Any] = lambda read, *args: _tried(problems, read, *args)  # noqa: E731
-    asked = tried(modelled, Estimates, table[SECTION], SECTION)
+    asked = tried(modelled, DrawnScenes, table[SECTION], SECTION)
     title = tried(_text, table, "title")
     if asked is not None and not 1 <= asked.scenes <= MOST_SCENES:
         problems.append(f"{SECTION}.scenes: {asked.scenes} is not within 1 and {MOST_SCENES}")

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-class Between(Protocol):
+class TablesWithin(Protocol):
     """What tables were taken of; (n,) steps and fractions of them, values (n, n_mesh[, n_pairs])."""
 
     def errors(self, step: Index, fraction: Array) -> tuple[Array, Array]:
@@ -30,7 +30,7 @@ def parabola(table: Array, step: Index, fraction: Array) -> Array:
 
 
 def errors_within(
-    tables: StageTables, between: Between | None, step: Index, fraction: Array
+    tables: StageTables, between: TablesWithin | None, step: Index, fraction: Array
 ) -> tuple[Array, Array]:
     """Return prescribed errors and their rates by phase at fractions of steps, (n, n_mesh) each [m]."""
     if between is not None:
@@ -39,7 +39,7 @@ def errors_within(
 
 
 def springs_within(
-    tables: StageTables, between: Between | None, step: Index, fraction: Array
+    tables: StageTables, between: TablesWithin | None, step: Index, fraction: Array
 ) -> tuple[Array, Array]:
     """Return stiffness [N/m] and gap [m] of all pairs at fractions of steps, (n, n_mesh, n_pairs) each."""
     if between is not None:

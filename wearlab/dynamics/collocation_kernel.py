@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.compiled import jit, jit_inner, jit_inner_apart
+from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.collocation_inputs import at_stage
 from wearlab.dynamics.elimination import WIDTH, eliminate
 
@@ -136,7 +136,7 @@ def inputs_at_stages(
                             row[col] -= value * direction[m, col]
 
 
-@jit_inner_apart
+@jit_inner
 def over_group(
     transition: Any, effect: Any, sense: Any, feed: Any, direction: Any, inputs: Any, first: int, work: Any,
     stages: Any, one: Any,
@@ -157,7 +157,7 @@ def over_group(
             one[row, col] += transition[last + row, col]
 
 
-@jit_inner_apart
+@jit_inner
 def over_group_of_one(
     transition: Any, effect: Any, sense: Any, feed: Any, direction: Any, inputs: Any, first: int, work: Any,
     law: Any, push: Any, stages: Any, one: Any,

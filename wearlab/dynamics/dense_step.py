@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.compiled import jit_inner, jit_inner_apart
+from wearlab.compiled import jit_inner
 
 MATRICES = 9
 """Matrices as large as the coordinates in all columns that a step takes as scratch."""
@@ -19,7 +19,7 @@ def times(matrix: Any, x: Any, out: Any) -> None:
         np.dot(matrix, x, out)
 
 
-@jit_inner_apart
+@jit_inner
 def dense_step(
     structure: Any,
     channels: int,

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.compiled import jit_inner, jit_inner_apart
+from wearlab.compiled import jit_inner
 from wearlab.dynamics.flanks import behind, in_path, part_law, row_product, slope_within, within
 from wearlab.dynamics.registers import copy
 from wearlab.dynamics.rk4_step import rk4_step
@@ -58,7 +58,7 @@ def scratch(n: int, meshes: int, channels: int, pairs: int, width: int) -> Scrat
     )
 
 
-@jit_inner_apart
+@jit_inner
 def part_step(
     kernel: Any,
     tables: Any,
@@ -129,7 +129,7 @@ def first_guess(start: float, end: float, start_rate: float, end_rate: float, ch
     return x
 
 
-@jit_inner_apart
+@jit_inner
 def crossing(
     kernel: Any,
     tables: Any,
@@ -188,7 +188,7 @@ def crossing(
     return x
 
 
-@jit_inner_apart
+@jit_inner
 def first_change(
     kernel: Any, tables: Any, step: int, a: float, mesh: int, flank: int, period: float, width: Any, s: Any
 ) -> tuple[float, int, int]:
@@ -222,7 +222,7 @@ def first_change(
     return found, found_mesh, found_flank
 
 
-@jit_inner_apart
+@jit_inner
 def nudge(
     kernel: Any, tables: Any, step: int, a: float, b: float, period: float, width: Any, s: Any, from_a: bool
 ) -> None:
@@ -252,7 +252,7 @@ def shift(s: Any, to: Any, width: Any, factor: Any) -> None:
             s.part[to + row + col] += s.part[three + row] * factor[col]
 
 
-@jit_inner_apart
+@jit_inner
 def step_with_changes(
     kernel: Any,
     tables: Any,

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.compiled import jit_inner, jit_inner_apart
+from wearlab.compiled import jit_inner
 from wearlab.dynamics.dense_step import dense_step, times
 from wearlab.dynamics.registers import copy
 
@@ -25,7 +25,7 @@ def slot_of(length: Any, h: float) -> int:
     return -1
 
 
-@jit_inner_apart
+@jit_inner
 def exact_step(
     structure: Any,
     columns: Any,
@@ -72,7 +72,7 @@ def exact_step(
     advance(tables.one.transition[slot], tables.one.inputs[slot], old, force, structure.moved, new)
 
 
-@jit_inner_apart
+@jit_inner
 def exact_pair(
     structure: Any, w: int, states: Any, i: Any, j: Any, k: Any, mesh: Any, push: Any, h: float
 ) -> bool:
@@ -183,7 +183,7 @@ def set_scaled(out: Any, factor: float, x: Any, y: Any) -> None:
         out[col] = factor * (x[col] + y[col])
 
 
-@jit_inner_apart
+@jit_inner
 def part_step(
     structure: Any,
     columns: Any,

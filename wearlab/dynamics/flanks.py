@@ -13,8 +13,9 @@ to the channels of f0 and f1.
 from typing import Any
 
 import numpy as np
+from numba.extending import overload
 
-from wearlab.compiled import jit_inner, jit_inner_apart, jit_within, overload_inner
+from wearlab.compiled import INNER, jit_inner
 from wearlab.dynamics.structure import Propagated
 
 
@@ -31,14 +32,14 @@ def slope_within(table: Any, x: float) -> float:
     return table[0] * (4.0 * x - 3.0) + 4.0 * table[1] * (1.0 - 2.0 * x) + table[2] * (4.0 * x - 1.0)
 
 
-@jit_within
+@jit_inner(forceinline=True)
 def in_path(tables: Any, step: int, m: int, p: int) -> bool:
     """Whether pair ``p`` of mesh ``m`` is in the path of contact at any time of the step."""
     k = tables.stiffness
     return k[step, 1, m, p] > 0.0 or k[step, 0, m, p] > 0.0 or k[step, 2, m, p] > 0.0
 
 
-@jit_within
+@jit_inner(forceinline=True)
 def row_product(direction: Any, m: int, n: int, state: Any, offset: Any, stride: Any) -> float:
     """Return ``d_m · q`` of the rows that start at ``state[offset]``."""
     total = 0.0
@@ -47,7 +48,7 @@ def row_product(direction: Any, m: int, n: int, state: Any, offset: Any, stride:
     return total
 
 
-@jit_within
+@jit_inner(forceinline=True)
 def behind(backlash: Any, m: int, deflection: float) -> float:
     """Return the approach of the back flanks, ``−j_bn − δ``; never in contact where none are modelled."""
     if backlash is None:
@@ -55,7 +56,7 @@ def behind(backlash: Any, m: int, deflection: float) -> float:
     return -backlash[m] - deflection
 
 
-@jit_within
+@jit_inner(forceinline=True)
 def see_contact(
     kernel: Any, tables: Any, step: int, deflection: float, m: int, stage: int, contact: Any
 ) -> None:
@@ -66,7 +67,7 @@ def see_contact(
     contact[m, pairs] = behind(kernel.backlash, m, deflection) > 0.0
 
 
-@jit_within
+@jit_inner(forceinline=True)
 def contact_differs(
     kernel: Any, tables: Any, step: int, deflection: float, m: int, stage: int, contact: Any
 ) -> bool:
@@ -79,7 +80,7 @@ def contact_differs(
     return contact_behind_differs(kernel.backlash, m, deflection, contact[m, pairs])
 
 
-@jit_within
+@jit_inner(forceinline=True)
 def contact_behind_differs(backlash: Any, m: int, deflection: float, contact: bool) -> bool:
     """Whether ``deflection`` contradicts the contact of the back flank; False where there is none."""
     if backlash is None:
@@ -111,7 +112,7 @@ def begin_push(structure: Any, stage: Any, w: Any, push: Any) -> None:
     raise NotImplementedError("compiled code only")
 
 
-@overload_inner(begin_push)
+@overload(begin_push, jit_options=INNER)
 def _choose_begin(structure: Any, stage: Any, w: Any, push: Any) -> Any:
     return _begin_inputs if structure.instance_class is Propagated else _begin_acceleration
 
@@ -134,7 +135,7 @@ def push_channel(structure: Any, channel: Any, stage: Any, total: Any, w: Any, p
     raise NotImplementedError("compiled code only")
 
 
-@overload_inner(push_channel)
+@overload(push_channel, jit_options=INNER)
 def _choose_push(structure: Any, channel: Any, stage: Any, total: Any, w: Any, push: Any) -> Any:
     return _push_input if structure.instance_class is Propagated else _push_acceleration
 
@@ -156,7 +157,7 @@ def push_load(
     raise NotImplementedError("compiled code only")
 
 
-@overload_inner(push_load)
+@overload(push_load, jit_options=INNER)
 def _choose_load(
     structure: Any, vector: Any, index: Any, stage: Any, column: Any, size: Any, w: Any, push: Any
 ) -> Any:
@@ -291,7 +292,7 @@ def mesh_law(
             )
 
 
-@jit_inner_apart
+@jit_inner
 def part_law(
     kernel: Any,
     tables: Any,

@@ -2,7 +2,9 @@
 
 from typing import Any
 
-from wearlab.compiled import jit_inner, overload_inner
+from numba.extending import overload
+
+from wearlab.compiled import INNER, jit_inner
 from wearlab.dynamics.flanks import behind, within
 from wearlab.dynamics.structure import Dense, Diagonal
 
@@ -12,7 +14,7 @@ def unmeshed(structure: Any, state: Any, out: Any) -> None:
     raise NotImplementedError("compiled code only")
 
 
-@overload_inner(unmeshed)
+@overload(unmeshed, jit_options=INNER)
 def _choose_unmeshed(structure: Any, state: Any, out: Any) -> Any:
     return {Diagonal: _unmeshed_diagonal, Dense: _unmeshed_dense}[structure.instance_class]
 

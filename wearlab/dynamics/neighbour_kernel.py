@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.compiled import jit, jit_inner_apart
+from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.collocation_kernel import fill, inputs_at_stages, padded, path_over_groups, place
 from wearlab.dynamics.elimination import eliminate
 
 
-@jit_inner_apart
+@jit_inner
 def answers_of_group(
     transition: Any, effect: Any, sense: Any, feed: Any, direction: Any, inputs: Any, first: int, moving: int,
     work: Any, by_state: Any, by_input: Any,

@@ -3,8 +3,9 @@
 from typing import Any
 
 import numpy as np
+from numba.extending import overload
 
-from wearlab.compiled import jit_apart, jit_within, overload_inner
+from wearlab.compiled import INNER, jit, jit_inner
 from wearlab.dynamics.events import step_with_changes
 from wearlab.dynamics.exact_step import exact_pair
 from wearlab.dynamics.flanks import contact_differs, mesh_law, row_product, see_contact
@@ -16,7 +17,7 @@ LOCATED, TOUCHING, MIDDLE, TOUCHING_FIRST = 0, 1, 2, 3
 the step, which is redone once (large systems; any other locates); the second once and then the third."""
 
 
-@jit_within
+@jit_inner(forceinline=True)
 def deflection_at_start(
     kernel: Any, tables: Any, step: int, m: int, width: Any, states: Any, i: Any
 ) -> float:
@@ -25,7 +26,7 @@ def deflection_at_start(
     return row_product(kernel.structure.direction, m, n, states, i, w) - tables.error[step, 0, m]
 
 
-@jit_within
+@jit_inner(forceinline=True)
 def contact_holds(
     kernel: Any, tables: Any, step: int, period: float, width: Any, states: Any, i: Any, j: Any, contact: Any
 ) -> bool:
@@ -48,7 +49,7 @@ def contact_holds(
     return True
 
 
-@jit_within
+@jit_inner(forceinline=True)
 def touch_all(kernel: Any, tables: Any, step: int, contact: Any) -> None:
     """Let every pair in the path touch and no back flank: the contact of a loaded mesh."""
     pairs = len(kernel.pairs)
@@ -66,7 +67,7 @@ def by_pair(
     raise NotImplementedError("compiled code only")
 
 
-@overload_inner(by_pair)
+@overload(by_pair, jit_options=INNER)
 def _choose_pair(
     structure: Any, kernel: Any, tables: Any, step: int, period: Any, width: Any, states: Any, i: Any, s: Any,
     touch: Any,
@@ -107,7 +108,7 @@ def redone(
     raise NotImplementedError("compiled code only")
 
 
-@overload_inner(redone)
+@overload(redone, jit_options=INNER)
 def _choose_redone(
     structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
     i: Any, j: Any, s: Any,
@@ -139,7 +140,7 @@ def _redone(
     return True
 
 
-@jit_apart
+@jit
 def over_period(
     kernel: Any,
     tables: Any,

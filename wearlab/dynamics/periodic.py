@@ -7,7 +7,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.between import Between
+from wearlab.dynamics.between import TablesWithin
 from wearlab.dynamics.period_map import MIDDLE, TOUCHING, TOUCHING_FIRST
 from wearlab.dynamics.response import Response, Verdict
 from wearlab.dynamics.shooting import Orbit, Shooting
@@ -89,7 +89,7 @@ class Periodic:
         tables: StageTables,
         period: float,
         start: Response | None = None,
-        between: Between | None = None,
+        between: TablesWithin | None = None,
     ) -> Response | None:
         """Return the response on which no flank parts, on steps for collocation, see `touching_orbit`.
 

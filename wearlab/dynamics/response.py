@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.balance import balance_of
-from wearlab.dynamics.between import Between, errors_within
+from wearlab.dynamics.between import TablesWithin, errors_within
 from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.path import Path, path
 from wearlab.dynamics.system import System
@@ -86,7 +86,7 @@ class Response:
     mesh_period: float
     derivative: Array | None = None
     near: "Neighbour | None" = None
-    between: Between | None = None
+    between: TablesWithin | None = None
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:

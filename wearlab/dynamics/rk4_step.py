@@ -13,8 +13,9 @@ passed as a value, because a short loop of known length is not vectorised either
 from typing import Any
 
 import numpy as np
+from numba.extending import overload
 
-from wearlab.compiled import jit_inner, overload_inner
+from wearlab.compiled import INNER, jit_inner
 from wearlab.dynamics.dense_step import dense_step
 from wearlab.dynamics.exact_step import exact_step
 from wearlab.dynamics.registers import add, put, take
@@ -50,7 +51,7 @@ def rk4_step(
     raise NotImplementedError("compiled code only")
 
 
-@overload_inner(rk4_step)
+@overload(rk4_step, jit_options=INNER)
 def _choose_step(
     structure: Any,
     meshes: Any,

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.balance import balance_of, found_load
-from wearlab.dynamics.between import Between
+from wearlab.dynamics.between import TablesWithin
 from wearlab.dynamics.collocation import basis_of, cut_of
 from wearlab.dynamics.collocation_inputs import load_of
 from wearlab.dynamics.multipliers import multipliers_of
@@ -18,7 +18,7 @@ from wearlab.dynamics.system import System
 from wearlab.dynamics.touching_kernel import (
     ANOTHER_PLAN,
     FOUND,
-    Plan,
+    TouchingPlan,
     describe,
     orbit_of,
     parts,
@@ -47,8 +47,8 @@ class Known:
         self.fluctuation = tables.fluctuation
         self.balance = balance_of(system, period)
         self.loaded, self.small = bool(system.load.any()), in_registers(system)
-        self.plan: Plan | None = None
-        self._plans: OrderedDict[tuple[bytes, bytes], Plan | None] = OrderedDict()
+        self.plan: TouchingPlan | None = None
+        self._plans: OrderedDict[tuple[bytes, bytes], TouchingPlan | None] = OrderedDict()
 
     def serves(self, system: System, tables: StageTables, period: float) -> bool:
         """Whether this is about the same system on the same steps."""
@@ -59,7 +59,7 @@ class Known:
             and period == self.period
         )
 
-    def plan_for(self, tables: StageTables) -> Plan | None:
+    def plan_for(self, tables: StageTables) -> TouchingPlan | None:
         """Return the plan that tables ask for; None: the steps are too long."""
         meshes = tables.error.shape[2]
         joined, power = np.empty(len(tables.width) - 1, np.bool_), np.empty(meshes, np.int64)
@@ -72,7 +72,9 @@ class Known:
         self.plan = self._plans[key]
         return self.plan
 
-    def _made(self, tables: StageTables, joined: NDArray[np.bool_], power: NDArray[np.int64]) -> Plan | None:
+    def _made(
+        self, tables: StageTables, joined: NDArray[np.bool_], power: NDArray[np.int64]
+    ) -> TouchingPlan | None:
         system, mean = self.system, np.exp(GRID * power)
         static = static_shift(system, mean) if self.small else None
         shifted = static is not None
@@ -83,7 +85,7 @@ class Known:
         channels = len(mean) if system.friction_constant is None else 3 * len(mean)
         to, of = np.nonzero(shares[:, :channels])
         rate = 2.0 * np.pi * len(tables.width) / (16.0 * self.period)
-        return Plan(
+        return TouchingPlan(
             *cut,
             joined,
             power,
@@ -133,7 +135,7 @@ def touching_orbit(
     margin: float,
     near: Neighbour | None = None,
     resolved: float = np.inf,
-    between: Between | None = None,
+    between: TablesWithin | None = None,
 ) -> Response | None:
     """Return the response if no flank parts in it, None where one does or where orbits are not alone.
 
@@ -208,7 +210,7 @@ def touching_orbit(
 
 def _of_neighbour(
     near: Neighbour, found: Found, system: System, tables: StageTables, period: float, margin: float,
-    between: Between | None,
+    between: TablesWithin | None,
 ) -> Response | None:  # fmt: skip
     if parts(found.path, np.ascontiguousarray(system.direction), period, tables):
         return None

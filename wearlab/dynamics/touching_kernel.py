@@ -28,7 +28,7 @@ SQUARINGS = 9
 """Powers of two to which the derivative of the map is raised to see it contract."""
 
 
-class Plan(NamedTuple):
+class TouchingPlan(NamedTuple):
     """What all wear states of a system on the same steps share.
 
     Parameters

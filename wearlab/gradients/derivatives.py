@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.gradients.errors import GradientError
-from wearlab.gradients.lived import Ends, Lived
+from wearlab.gradients.lived import Ends, LivedSteps
 from wearlab.gradients.numbers import number
 from wearlab.gradients.values import Value, read, wanted
 from wearlab.scene import Scene
@@ -48,7 +48,7 @@ def gradient(
     if given.operation.stages or given.operation.blocks:
         raise GradientError("operation: derivatives are of scenes in one condition, without duty or stages")
     numbers = [number(given, key) for key in keys]
-    lived = Lived(given)
+    lived = LivedSteps(given)
     values = wanted(names, lived)
     here = {name: read(one, lived, lived.ends) for name, one in values.items()}
     rows: dict[str, list[Any]] = {name: [] for name in values}
@@ -80,7 +80,7 @@ def _names(given: str | Sequence[str], what: str) -> tuple[str, ...]:
     return names
 
 
-def _labels(lived: Lived, ends: Ends, values: dict[str, Value]) -> dict[str, Any]:
+def _labels(lived: LivedSteps, ends: Ends, values: dict[str, Value]) -> dict[str, Any]:
     """Return the coordinates of the dimensions that values have."""
     dims = {dim for one in values.values() for dim in one.dims}
     found: dict[str, Any] = {"cycle": ("update", [0.0, lived.cycle][: len(ends.states)])}

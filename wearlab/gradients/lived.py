@@ -23,7 +23,7 @@ from wearlab.simulation.living import initial_wear, live
 Array = NDArray[np.float64]
 
 
-class Frozen(NamedTuple):
+class HeldNumerics(NamedTuple):
     """What the numerics of a scene came to: kept while its numbers move.
 
     Parameters
@@ -51,13 +51,13 @@ class Frozen(NamedTuple):
             raise GradientError(f"no such gears: {error}") from error
 
 
-def frozen(scene: Scene) -> Frozen:
+def frozen(scene: Scene) -> HeldNumerics:
     """Return what the numerics of a scene come to."""
     steps = scene.numerics.steps_per_period
     if scene.dynamics is not None and steps is None:
         vibration = build(scene).vibration
         steps = None if vibration is None else len(vibration.stages.grid.width)
-    return Frozen(profile_points(scene), steps)
+    return HeldNumerics(profile_points(scene), steps)
 
 
 class Ends(NamedTuple):
@@ -77,7 +77,7 @@ class Ends(NamedTuple):
     memory: list[Responses]
 
 
-class Lived:
+class LivedSteps:
     """A life and its accepted steps.
 
     Parameters

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.extremes import Extremes, extremes
 from wearlab.gradients.errors import GradientError
-from wearlab.gradients.lived import Ends, Lived
+from wearlab.gradients.lived import Ends, LivedSteps
 from wearlab.life.state import WearState
 from wearlab.scene.build import Parts
 from wearlab.simulation.static import by_flank
@@ -85,7 +85,7 @@ VALUES = {
 }
 
 
-def wanted(names: tuple[str, ...], lived: Lived) -> dict[str, Value]:
+def wanted(names: tuple[str, ...], lived: LivedSteps) -> dict[str, Value]:
     """Return the values of some names that a life has.
 
     Raises
@@ -108,7 +108,7 @@ def wanted(names: tuple[str, ...], lived: Lived) -> dict[str, Value]:
     return {name: VALUES[name] for name in names}
 
 
-def read(one: Value, lived: Lived, ends: Ends) -> Array:
+def read(one: Value, lived: LivedSteps, ends: Ends) -> Array:
     """Return a value in every state, (n_states, …), of the ends of a life; the life itself is one number."""
     if one.read is None:
         return np.asarray(lived.life_of(ends))

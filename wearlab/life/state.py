@@ -18,7 +18,7 @@ from wearlab.life.load import Forces, Load, still
 from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh.clock import Instants, Mesh, instants_of, of_kind, repeated
 from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
-from wearlab.mesh.excitation import Series, Touching, mesh_force
+from wearlab.mesh.excitation import AlongPhase, Touching, mesh_force
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import Patch
@@ -48,7 +48,7 @@ class KindState(NamedTuple):
     wear: Array
     nodes: Nodes
     static: Quasistatic
-    fitted: Series | None
+    fitted: AlongPhase | None
     weight: Array
     elastic: Array
     tooth_force: Array

@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Curve:
+class PiecewiseCurve:
     """A piecewise smooth function through given points.
 
     Between jumps the shape-preserving cubic of Fritsch and Carlson (1980) is used: it never overshoots.
@@ -65,6 +65,6 @@ class _Constant:
         return np.full(np.shape(x), self.value)
 
 
-def constant(value: float) -> Curve:
+def constant(value: float) -> PiecewiseCurve:
     """Return the curve that has one value everywhere."""
-    return Curve(np.array([0.0]), np.array([value]))
+    return PiecewiseCurve(np.array([0.0]), np.array([value]))

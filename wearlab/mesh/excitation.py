@@ -144,7 +144,7 @@ def _rubbing(
     return Rubbing(sliding, moment)
 
 
-class Series(NamedTuple):
+class AlongPhase(NamedTuple):
     """Mesh stiffness [N/m] and transmission error [m] as functions of phase."""
 
     stiffness: Harmonics | Modulation
@@ -175,12 +175,12 @@ class Fourier:
     combination: Combination = "min"
     error: LoadedOrNot = "unloaded"
 
-    def prepare(self, analysis: ContactAnalysis, nodes: Nodes) -> Series:
+    def prepare(self, analysis: ContactAnalysis, nodes: Nodes) -> AlongPhase:
         """Expand the contact analysis of this wear state."""
         state = analysis.quasistatic(nodes, analysis.at_nodes)
         phase, weight = analysis.grid.phase_nodes
         error = combined_error(state, self.combination, self.error)
-        return Series(
+        return AlongPhase(
             harmonics(phase, weight, state.tangent, self.stiffness_harmonics),
             harmonics(phase, weight, error, self.error_harmonics),
         )
@@ -201,12 +201,12 @@ class Modulated:
     stiffness_given: Modulation | None = None
     error_given: Modulation | None = None
 
-    def prepare(self, analysis: ContactAnalysis, nodes: Nodes) -> Series:
+    def prepare(self, analysis: ContactAnalysis, nodes: Nodes) -> AlongPhase:
         """Fit the modulations to the contact analysis of this wear state."""
         state = analysis.quasistatic(nodes, analysis.at_nodes)
         phase, weight = analysis.grid.phase_nodes
         error = combined_error(state, self.combination, self.error)
-        return Series(
+        return AlongPhase(
             self.stiffness_given or fit(phase, weight, state.tangent),
             self.error_given or fit(phase, weight, error),
         )
@@ -238,7 +238,7 @@ class Touching(NamedTuple):
 
     analysis: ContactAnalysis
     nodes: Nodes
-    series: Series | None
+    series: AlongPhase | None
 
 
 def stage_tables(kinds: Sequence[Touching], stages: Stages, fluctuation: Array | None) -> StageTables:

@@ -10,7 +10,7 @@ from typing import ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.mesh.curve import Curve
+from wearlab.mesh.curve import PiecewiseCurve
 from wearlab.mesh.hertz import weber_compliances
 from wearlab.mesh.pair_stiffness import PairStiffness
 from wearlab.mesh.profile import Lookup, ProfileGrid, lookup
@@ -172,7 +172,7 @@ class GivenStiffness(PairStiffness):
     grid : the nodes
     """
 
-    curve: Curve
+    curve: PiecewiseCurve
     of: Literal["pair", "mesh"]
     grid: ProfileGrid
 

@@ -35,7 +35,7 @@ HARD = 10.0
 """Largest mesh force over the static one from which teeth strike as no tolerance foresees [1]."""
 
 
-class Forces(NamedTuple):
+class ForcesOfStates(NamedTuple):
     """Estimated errors of the forces of the kept states, (n_updates,) each [N]; see `ForceErrors`."""
 
     mesh: Array
@@ -55,7 +55,7 @@ class Estimates(NamedTuple):
     """
 
     wear_depth: Array | None
-    force: tuple[Forces, ...] | None
+    force: tuple[ForcesOfStates, ...] | None
     life: float | None
     doubts: tuple[str, ...] = ()
 
@@ -162,7 +162,7 @@ def _integral(cycle: Array, values: Array) -> Array:
 
 def _forces(
     parts: Parts, lived: History, twins: list[Rougher | None], found: list[Rougher | None], inherited: float
-) -> Forces:
+) -> ForcesOfStates:
     """Return the errors of the forces of all kept states, from those of the states that have twins.
 
     Parameters
@@ -179,10 +179,10 @@ def _forces(
             errors = off.errors(parts, samples.state[at], twin, joint.rate, stepping[at])
             known += [(twin.cycle, *errors)] if np.isfinite(errors.mesh) else []
     if not known:
-        return Forces(*np.full((3, len(lived.state)), np.nan))
+        return ForcesOfStates(*np.full((3, len(lived.state)), np.nan))
     cycle, *each = np.array(known).T
     aperiodic = [any(one.period == 0 for one in state.responses) for state in lived.state]
-    return Forces(*(np.where(aperiodic, np.nan, np.interp(lived.cycle, cycle, one)) for one in each))
+    return ForcesOfStates(*(np.where(aperiodic, np.nan, np.interp(lived.cycle, cycle, one)) for one in each))
 
 
 def _life(stage: Stage, lived: History, found: list[Rougher]) -> float | None:

@@ -50,7 +50,7 @@ class ForceErrors(NamedTuple):
 UNKNOWN = ForceErrors(np.nan, np.nan, np.nan)
 
 
-class Forces(NamedTuple):
+class ForcesAtInstants(NamedTuple):
     """Forces of a response at the same instants of every mesh period, both sides of every jump.
 
     Parameters
@@ -94,17 +94,17 @@ def _of_responses(
     )
     turn = min(range(len(own.mesh)), key=lambda turn: np.abs(_turned(twin.mesh, turn) - own.mesh).max())
     by_steps, by_wear = (
-        Forces(*(np.abs(_turned(one - two, turn)) for one, two in zip(*pair, strict=True)))
-        for pair in ((twin, Forces(*(_turned(one, -turn) for one in own))), (worse, twin))
+        ForcesAtInstants(*(np.abs(_turned(one - two, turn)) for one, two in zip(*pair, strict=True)))
+        for pair in ((twin, ForcesAtInstants(*(_turned(one, -turn) for one in own))), (worse, twin))
     )
-    both = Forces(*(weight * one + two for one, two in zip(by_steps, by_wear, strict=True)))
+    both = ForcesAtInstants(*(weight * one + two for one, two in zip(by_steps, by_wear, strict=True)))
     found = _largest(own, both)
     read = extremes(states[0].responses[at]).largest - extremes(states[1].responses[at]).largest
     largest = max(found.largest, weight * float(np.abs(read).max()))
     return found._replace(largest=largest), _largest(own, by_wear)
 
 
-def _largest(own: Forces, error: Forces) -> ForceErrors:
+def _largest(own: ForcesAtInstants, error: ForcesAtInstants) -> ForceErrors:
     at_largest = max(
         error_of_largest(own.mesh[:, one].ravel(), error.mesh[:, one].ravel())
         for one in range(own.mesh.shape[1])
@@ -132,7 +132,7 @@ def error_of_largest(values: Array, error: Array) -> float:
         there, largest = narrower, float(error[narrower].max())
 
 
-def forces_of(parts: Parts, state: WearState, response: Response, when: Instants) -> Forces:
+def forces_of(parts: Parts, state: WearState, response: Response, when: Instants) -> ForcesAtInstants:
     """Return mesh and bearing forces of a response at instants that lie in steps of equal length."""
     vibration = parts.vibration
     assert vibration is not None
@@ -144,10 +144,10 @@ def forces_of(parts: Parts, state: WearState, response: Response, when: Instants
     )
     supports = [one for one in vibration.system.supports if one.axis in ("x", "y")]
     if not supports:
-        return Forces(mesh, np.empty((len(mesh), 0, len(when.phase))))
+        return ForcesAtInstants(mesh, np.empty((len(mesh), 0, len(when.phase))))
     position, velocity = vibration.coordinates(response, when)
     bearing = bearing_forces(supports, parts.gears.members, position, velocity)
-    return Forces(mesh, bearing.reshape(-1, *bearing.shape[2:]).transpose(1, 0, 2))
+    return ForcesAtInstants(mesh, bearing.reshape(-1, *bearing.shape[2:]).transpose(1, 0, 2))
 
 
 def _mesh_force(

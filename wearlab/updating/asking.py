@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.campaign.measured import THICKNESS
-from wearlab.updating.curve import Curve
+from wearlab.updating.curve import RunCurve
 from wearlab.updating.errors import UpdateError
 from wearlab.updating.observations import Observed
 from wearlab.updating.stored import Stored, StoredRun
@@ -29,7 +29,7 @@ class Asked:
     cycle : (n,) when, in cycles
     """
 
-    curve: Curve
+    curve: RunCurve
     column: NDArray[np.intp]
     cycle: Array
 
@@ -63,7 +63,7 @@ def curve_of(
     select: Mapping[str, Any],
     keep: NDArray[np.bool_],
     place: str,
-) -> Curve:
+) -> RunCurve:
     """Return a scalar over the cycles."""
     if name not in run:
         raise UpdateError(f"{place}: the stored run has no {name}: ask for it in store.variables")
@@ -80,7 +80,7 @@ def curve_of(
     slope = _slopes(cycle, y)
     if name == "max_wear_depth" and "wear_rate" in run and "wear_depth" in run:
         slope = _limited(_rate_at_the_deepest(run, where)[keep], cycle, y)
-    return Curve(cycle, y[:, None], slope[:, None])
+    return RunCurve(cycle, y[:, None], slope[:, None])
 
 
 def _selected(values: Stored, labels: Mapping[str, Any], place: str, name: str) -> Stored:
@@ -157,7 +157,7 @@ def _profile(run: StoredRun, seen: Observed, places: Array, keep: NDArray[np.boo
         h, r = h * np.hypot(1.0, roll), r * np.hypot(1.0, roll)
     value = np.stack([np.interp(places, x, one) for one in h])
     slope = np.stack([np.interp(places, x, one) for one in r])
-    return Curve(np.asarray(run["cycle"].values, float)[keep], value, slope)
+    return RunCurve(np.asarray(run["cycle"].values, float)[keep], value, slope)
 
 
 def _on_flank(values: Stored, where: str | None, place: str) -> Stored:

@@ -22,13 +22,15 @@ from wearlab.updating.passage import present_state
 from wearlab.updating.posterior import Posterior
 
 if TYPE_CHECKING:
-    from wearlab.updating.study import Study
+    from wearlab.updating.study import MeasuredCase
 
 Array = NDArray[np.float64]
 WIDTHS = (0.5, 0.9)
 
 
-def calibrated(study: "Study", post: Posterior, n: int, *, told: Sequence[Block] | None = None) -> xr.Dataset:
+def calibrated(
+    study: "MeasuredCase", post: Posterior, n: int, *, told: Sequence[Block] | None = None
+) -> xr.Dataset:
     """Return the ranks of the truths of synthetic twins, and how often intervals hold them.
 
     Parameters

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.special import gammaincc
 
 from wearlab.updating.draws import Draws
-from wearlab.updating.filtering import Step
+from wearlab.updating.filtering import Inspected
 from wearlab.updating.likelihood import inspections_of, log_likelihood
 from wearlab.updating.posterior import Posterior
 
@@ -43,10 +43,10 @@ class Check:
         return f"{'much ' if self.p < FLAGGED else ''}{side} than expected"
 
 
-def surprises(post: Posterior, draws: Draws, number: int) -> list[Step]:
+def surprises(post: Posterior, draws: Draws, number: int) -> list[Inspected]:
     """Return the surprise of each inspection of a block for every draw, lanes in the order of the draws."""
     block = post.blocks[number]
-    steps: list[Step] = []
+    steps: list[Inspected] = []
     for i in np.unique(draws.run):
         mine = draws.of_run(int(i))
         found = log_likelihood(
@@ -59,7 +59,7 @@ def surprises(post: Posterior, draws: Draws, number: int) -> list[Step]:
             steps=True,
         ).steps
         if not steps:
-            steps = [Step(one.count, *(np.empty(len(draws)) for _ in range(7))) for one in found]
+            steps = [Inspected(one.count, *(np.empty(len(draws)) for _ in range(7))) for one in found]
         for whole, part in zip(steps, found, strict=True):
             for name in part.__dataclass_fields__:
                 if name != "count":

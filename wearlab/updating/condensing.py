@@ -17,7 +17,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from wearlab.updating.asking import Asked
-from wearlab.updating.history import History
+from wearlab.updating.history import RunHistory
 
 Array = NDArray[np.float64]
 SIZE = 128  # values of a bin
@@ -89,7 +89,7 @@ def condensed(cycle: Array, column: NDArray[np.intp], value: Array, weight: Arra
     )
 
 
-def squares(told: Condensed, history: History, asked: Asked, factor: Array) -> Array:
+def squares(told: Condensed, history: RunHistory, asked: Asked, factor: Array) -> Array:
     """Return Σ w (y − m)² for factors on the coefficient, in their shape.
 
     Parameters
@@ -104,7 +104,7 @@ def squares(told: Condensed, history: History, asked: Asked, factor: Array) -> A
     return np.concatenate(found).reshape(np.shape(factor))
 
 
-def _squares(told: Condensed, history: History, asked: Asked, factor: Array) -> Array:
+def _squares(told: Condensed, history: RunHistory, asked: Asked, factor: Array) -> Array:
     """Return the sums of squares for a few factors, (factors,)."""
     curve, f = asked.curve, factor[:, None, None]
     model = curve.at(history.own_cycle(told.node, f), told.column[:, None])

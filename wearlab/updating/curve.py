@@ -12,7 +12,7 @@ TABLE = 20_000  # places of a table of crossings
 
 
 @dataclass(frozen=True)
-class Curve:
+class RunCurve:
     """Quantities over the cycles of a stored run, cubic between its states, straight beyond them.
 
     Parameters

@@ -10,7 +10,7 @@ from wearlab.updating.integrals import conditional, log_prior, values
 from wearlab.updating.likelihood import PER, log_likelihood
 from wearlab.updating.passage import present_state
 from wearlab.updating.posterior import Posterior
-from wearlab.updating.quadrature import Grid
+from wearlab.updating.quadrature import Quadrature
 
 Array = NDArray[np.float64]
 PIECE = 400  # draws whose errors are drawn at once
@@ -114,7 +114,7 @@ def _prior_table(post: Posterior, number: int, count: int) -> Array:
     return np.broadcast_to(table, (count, *table.shape))
 
 
-def _along(grid: Grid, weight: Array, rng: np.random.Generator) -> Array:
+def _along(grid: Quadrature, weight: Array, rng: np.random.Generator) -> Array:
     """Return a place on a grid for every row of weights of its points, by the inverse of its integral."""
     places, below = grid.below(weight / grid.weights)
     rising = np.maximum.accumulate(below, axis=1)

@@ -45,11 +45,11 @@ class Filtered:
     mean: Array
     variance: Array
     cycle: float
-    steps: list["Step"] = field(default_factory=list)
+    steps: list["Inspected"] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
-class Step:
+class Inspected:
     """One inspection, seen from those before it.
 
     Parameters
@@ -99,7 +99,7 @@ def filtered(
     """
     lanes = np.broadcast_shapes(residual.shape[:-1], variance.shape[:-1], np.shape(rate))
     total, mean, spread = (np.zeros(()) for _ in range(3))  # each grows to the lanes that it depends on
-    kept: list[Step] = []
+    kept: list[Inspected] = []
     last = start
     for one in inspections:
         before, before_spread = mean, spread + rate * (one.cycle - last)
@@ -128,7 +128,9 @@ def filtered(
         spread = before_spread * (1.0 - gain) + gain**2 * shared_spread
         if steps:
             each = (off, chi, gained, before, before_spread, mean, spread)
-            kept.append(Step(len(told), *[np.broadcast_to(np.asarray(part, float), lanes) for part in each]))
+            kept.append(
+                Inspected(len(told), *[np.broadcast_to(np.asarray(part, float), lanes) for part in each])
+            )
     total = np.broadcast_to(total, lanes)
     return Filtered(total, np.broadcast_to(mean, lanes), np.broadcast_to(spread, lanes), last, kept)
 
@@ -160,7 +162,9 @@ def _gained(
     return off, expected, chi, -0.5 * (chi + constant)
 
 
-def smoothed_paths(steps: list[Step], cycles: list[float], rate: Array, rng: np.random.Generator) -> Array:
+def smoothed_paths(
+    steps: list[Inspected], cycles: list[float], rate: Array, rng: np.random.Generator
+) -> Array:
     """Return draws of W at the inspections given all of them, (inspections, …): drawn backwards.
 
     Parameters

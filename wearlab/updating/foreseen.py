@@ -7,7 +7,7 @@ from wearlab.schema import VARIABLES
 from wearlab.updating.answer import QUANTILES
 from wearlab.updating.calendar import days_of
 from wearlab.updating.layout import variable
-from wearlab.updating.outcome import Outcome
+from wearlab.updating.outcome import UpdateOutcome
 from wearlab.updating.predicting import over_cycles
 
 PLACES = 121  # cycles at which the wear is predicted
@@ -15,7 +15,7 @@ AHEAD = 1.25  # times the 95 % quantile of the life up to which it is
 P = np.array(QUANTILES)
 
 
-def predictions(one: Outcome, rng: np.random.Generator) -> xr.Dataset:
+def predictions(one: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset:
     """Return exact quantiles of life and remaining life, and those of draws of depth and mass over cycles."""
     post, answer = one.posterior, one.answer
     life = answer.life(P)

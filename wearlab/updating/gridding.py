@@ -12,14 +12,14 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from wearlab.updating.history import History
+from wearlab.updating.history import RunHistory
 from wearlab.updating.integrals import conditional, log_sum
 from wearlab.updating.likelihood import Block, Spread
 from wearlab.updating.prior import Prior
-from wearlab.updating.quadrature import POINTS, Grid, at_edges
+from wearlab.updating.quadrature import POINTS, Quadrature, at_edges
 
 Array = NDArray[np.float64]
-SpreadGrids = tuple[Grid | None, Grid | None]
+SpreadGrids = tuple[Quadrature | None, Quadrature | None]
 COARSE = 61  # points of the factor while its range is narrowed
 SPREAD_PANELS = 3
 DEPTH = 32.0  # of the log density below its top that the grid reaches down to
@@ -35,11 +35,11 @@ EDGE = 1e-6  # share of the largest density that may stand at an end of the grid
 class Axes:
     """The grids: over ln factor, and for each block over ln sd and ln drift."""
 
-    factor: Grid | None
+    factor: Quadrature | None
     spreads: tuple[SpreadGrids, ...]
 
 
-def axes_of(runs: Sequence[History], blocks: Sequence[Block], prior: Prior) -> Axes:
+def axes_of(runs: Sequence[RunHistory], blocks: Sequence[Block], prior: Prior) -> Axes:
     """Return grids that are where the posterior is, and fine enough for it."""
     pilots = _pilots(len(runs))
     return _refined(runs, blocks, prior, _narrowed(runs, blocks, prior, pilots), pilots)
@@ -50,7 +50,7 @@ def _pilots(count: int) -> NDArray[np.intp]:
 
 
 def _margins(
-    runs: Sequence[History], blocks: Sequence[Block], prior: Prior, axes: Axes, pilots: NDArray[np.intp]
+    runs: Sequence[RunHistory], blocks: Sequence[Block], prior: Prior, axes: Axes, pilots: NDArray[np.intp]
 ) -> tuple[Array, list[list[Array | None]]]:
     """Return log densities along ln factor (the runs' envelope) and along ln of every unknown spread."""
     along_factor = []
@@ -91,7 +91,7 @@ def _margins(
 
 
 def _narrowed(
-    runs: Sequence[History], blocks: Sequence[Block], prior: Prior, pilots: NDArray[np.intp]
+    runs: Sequence[RunHistory], blocks: Sequence[Block], prior: Prior, pilots: NDArray[np.intp]
 ) -> Axes:
     """Return grids that reach from the prior's range of the factor only where the posterior is."""
     spreads = tuple((_whole(block.sd), _whole(block.drift)) for block in blocks)
@@ -108,7 +108,7 @@ def _narrowed(
     return Axes(at_edges(np.linspace(*factor, PANELS + 1)), spreads)
 
 
-def _whole(spread: Spread | None) -> Grid | None:
+def _whole(spread: Spread | None) -> Quadrature | None:
     """Return a first grid over the whole prior of a spread."""
     ends = _ends(spread)
     return None if ends is None else at_edges(np.linspace(*ends, SPREAD_PANELS + 1))
@@ -121,10 +121,10 @@ def _ends(spread: Spread | None) -> tuple[float, float] | None:
     return float(np.log(low)), float(np.log(high))
 
 
-def _points(low: float, high: float, count: int) -> Grid:
+def _points(low: float, high: float, count: int) -> Quadrature:
     """Return equally spaced points, ends included, that look like a grid."""
     points = np.linspace(low, high, count)
-    return Grid(points, points, np.full(count, (high - low) / count))
+    return Quadrature(points, points, np.full(count, (high - low) / count))
 
 
 def _shrunk(now: tuple[float, float], points: Array, margin: Array) -> tuple[tuple[float, float], bool]:
@@ -136,7 +136,7 @@ def _shrunk(now: tuple[float, float], points: Array, margin: Array) -> tuple[tup
 
 
 def _refined(
-    runs: Sequence[History], blocks: Sequence[Block], prior: Prior, axes: Axes, pilots: NDArray[np.intp]
+    runs: Sequence[RunHistory], blocks: Sequence[Block], prior: Prior, axes: Axes, pilots: NDArray[np.intp]
 ) -> Axes:
     """Return the grids with panels halved until each has decayed.
 
@@ -156,7 +156,7 @@ def _refined(
 
 
 def _factor_refined(
-    runs: Sequence[History], blocks: Sequence[Block], prior: Prior, axes: Axes, pilots: NDArray[np.intp]
+    runs: Sequence[RunHistory], blocks: Sequence[Block], prior: Prior, axes: Axes, pilots: NDArray[np.intp]
 ) -> Axes:
     for _ in range(ROUNDS):
         if axes.factor is None:
@@ -172,12 +172,12 @@ def _factor_refined(
 def _each_spread(
     spreads: tuple[SpreadGrids, ...],
     margins: list[list[Array | None]],
-    change: Callable[[Grid, Array], tuple[Grid, bool]],
+    change: Callable[[Quadrature, Array], tuple[Quadrature, bool]],
 ) -> tuple[tuple[SpreadGrids, ...], bool]:
     """Return the grids of the spreads, each changed by its margin, and whether any was."""
     found, changed = [], False
     for pair, each in zip(spreads, margins, strict=True):
-        new: list[Grid | None] = []
+        new: list[Quadrature | None] = []
         for axis, margin in zip(pair, each, strict=True):
             if axis is not None and margin is not None:
                 axis, less = change(axis, margin)
@@ -187,7 +187,7 @@ def _each_spread(
     return tuple(found), changed
 
 
-def _spread_shrunk(axis: Grid, margin: Array) -> tuple[Grid, bool]:
+def _spread_shrunk(axis: Quadrature, margin: Array) -> tuple[Quadrature, bool]:
     """Return a grid over the range that holds all of a margin, and whether it is a shorter one."""
     ends = (float(axis.edges[0]), float(axis.edges[-1]))
     places = np.concatenate([ends[:1], axis.points, ends[1:]])
@@ -196,7 +196,7 @@ def _spread_shrunk(axis: Grid, margin: Array) -> tuple[Grid, bool]:
     return (at_edges(np.linspace(*low_high, SPREAD_PANELS + 1)) if less else axis), less
 
 
-def _halved(along: Grid, margin: Array, kind: str) -> tuple[Grid, bool]:
+def _halved(along: Quadrature, margin: Array, kind: str) -> tuple[Quadrature, bool]:
     """Return a grid with the panels halved whose series have not decayed, and whether there were any."""
     density = np.exp(margin - margin.max()).reshape(-1, POINTS)
     half = 0.5 * np.diff(along.edges)
@@ -218,7 +218,7 @@ def _last_terms() -> Array:
     return np.asarray((2 * orders[:, None] + 1) / 2 * (basis * weights[:, None]).T)
 
 
-def wider_than(along: Grid, table: Array, prior: Prior) -> Grid | None:
+def wider_than(along: Quadrature, table: Array, prior: Prior) -> Quadrature | None:
     """Return a grid a quarter longer where a run's density is not small at its end; None where all are.
 
     A density may well be high where the prior itself ends.

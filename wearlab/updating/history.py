@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from wearlab.campaign.measured import Limit
 from wearlab.updating.asking import TINY, Asked, asked_of, curve_of, per_cycle
-from wearlab.updating.curve import Curve
+from wearlab.updating.curve import RunCurve
 from wearlab.updating.errors import UpdateError
 from wearlab.updating.observations import Observed
 from wearlab.updating.scaling import refuse_what_does_not_scale
@@ -23,7 +23,7 @@ WHOLE = ("max_wear_depth", "worn_mass")  # quantities that are one number of a g
 
 
 @dataclass(frozen=True)
-class History:
+class RunHistory:
     """A stored run as an update needs it.
 
     Parameters
@@ -49,10 +49,10 @@ class History:
     end: float
     seconds_per_cycle: float
     asked: tuple[Asked, ...]
-    limit: Curve
+    limit: RunCurve
     level: float
     limit_cycle: float
-    beside: Mapping[str, Curve]
+    beside: Mapping[str, RunCurve]
     numerical: float
     numerical_whole: float
 
@@ -93,7 +93,7 @@ def history_of(
     keep = np.concatenate([[True], np.diff(cycle) > TINY * max(cycle[-1], 1.0)])
     ended = curve_of(run, limit.quantity, limit.where, {}, keep, "update.limit")
     factor, limit_cycle = _factor(scene), float(ended.first_above(np.array(limit.value)))
-    return History(
+    return RunHistory(
         id=run_id,
         factor=factor,
         coefficient=_coefficient(run, limit.where) / factor,

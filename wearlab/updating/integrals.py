@@ -4,15 +4,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.updating.filtering import Filtered
-from wearlab.updating.history import History
+from wearlab.updating.history import RunHistory
 from wearlab.updating.likelihood import Block, Spread, log_likelihood
-from wearlab.updating.quadrature import Grid
+from wearlab.updating.quadrature import Quadrature
 
 Array = NDArray[np.float64]
 
 
 def conditional(
-    history: History, block: Block, number: int, log_factor: Array, sd: Grid | None, drift: Grid | None
+    history: RunHistory,
+    block: Block,
+    number: int,
+    log_factor: Array,
+    sd: Quadrature | None,
+    drift: Quadrature | None,
 ) -> Array:
     """Return log p(y_b, ln sd, ln drift | factor) with the weights of the grids, (factors, sds, drifts)."""
     found = on_grids(history, block, number, log_factor, sd, drift).log_likelihood
@@ -20,7 +25,12 @@ def conditional(
 
 
 def on_grids(
-    history: History, block: Block, number: int, log_factor: Array, sd: Grid | None, drift: Grid | None
+    history: RunHistory,
+    block: Block,
+    number: int,
+    log_factor: Array,
+    sd: Quadrature | None,
+    drift: Quadrature | None,
 ) -> Filtered:
     """Return the likelihood of a block and its drift at every point of the grids, (factors, sds, drifts)."""
     return log_likelihood(
@@ -33,14 +43,14 @@ def on_grids(
     )
 
 
-def values(spread: Spread | None, along: Grid | None) -> Array:
+def values(spread: Spread | None, along: Quadrature | None) -> Array:
     """Return the values of a spread on its grid; the known one without it, 0 where there is none."""
     if spread is None:
         return np.zeros(1)
     return np.array([spread.known]) if along is None else np.exp(along.points)
 
 
-def log_prior(spread: Spread | None, along: Grid | None) -> Array:
+def log_prior(spread: Spread | None, along: Quadrature | None) -> Array:
     """Return the logs of a spread's prior times the weights of its grid."""
     if spread is None or along is None:
         return np.zeros(1)

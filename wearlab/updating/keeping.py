@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 from wearlab.campaign import Campaign
 from wearlab.sources import hash_of
-from wearlab.updating.study import Study
+from wearlab.updating.study import MeasuredCase
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from wearlab.store import Store
-    from wearlab.updating.outcome import Outcome
+    from wearlab.updating.outcome import UpdateOutcome
 
 FORMAT = 1
 
 
-def identity(wanted: Sequence[Study], *, replay: bool, check: int) -> str:
+def identity(wanted: Sequence[MeasuredCase], *, replay: bool, check: int) -> str:
     """Return the identity of an update: its runs, the files' contents, its words, this room's code."""
     parts: list[Any] = [FORMAT, code(), replay, check]
     for study in wanted:
@@ -48,7 +48,7 @@ def code() -> str:
 
 
 def kept(
-    campaign: Campaign, wanted: Sequence[Study], store: "Store", *, replay: bool, check: int
+    campaign: Campaign, wanted: Sequence[MeasuredCase], store: "Store", *, replay: bool, check: int
 ) -> "xr.DataTree | None":
     """Return the update when it was made before, None otherwise."""
     from wearlab.store.updates import read_update
@@ -58,8 +58,8 @@ def kept(
 
 def keep(
     campaign: Campaign,
-    wanted: Sequence[Study],
-    outcomes: "Sequence[Outcome]",
+    wanted: Sequence[MeasuredCase],
+    outcomes: "Sequence[UpdateOutcome]",
     tree: "xr.DataTree",
     store: "Store",
     *,
@@ -79,7 +79,7 @@ def keep(
     return tree
 
 
-def _summary(one: "Outcome") -> dict[str, float]:
+def _summary(one: "UpdateOutcome") -> dict[str, float]:
     import numpy as np
 
     low, middle, high = one.answer.remaining(np.array([0.05, 0.5, 0.95]))

@@ -10,7 +10,7 @@ from wearlab.campaign.measured import THICKNESS
 from wearlab.schema import VARIABLES
 from wearlab.units import KINDS, convert
 from wearlab.updating.likelihood import Block
-from wearlab.updating.outcome import Outcome
+from wearlab.updating.outcome import UpdateOutcome
 
 CHAIN = ("chain", "draw")
 INSPECTED = {"units": "1", "long_name": "cycle of the inspection"}
@@ -57,7 +57,7 @@ def display_of(block: Block) -> str:
     return "um" if name == THICKNESS else VARIABLES[name].display_units
 
 
-def name_of(one: Outcome, number: int) -> str:
+def name_of(one: UpdateOutcome, number: int) -> str:
     """Return what the values of a block are called: quantity and place, and its number where two share it."""
     names = [block.name.replace("-", "_") for block in one.posterior.blocks]
     return names[number] if names.count(names[number]) == 1 else f"{names[number]}_{number + 1}"

@@ -13,7 +13,7 @@ from wearlab.updating.asking import Asked
 from wearlab.updating.censoring import Hidden
 from wearlab.updating.condensing import SIZE, condensed, squares
 from wearlab.updating.filtering import LOG_TWO_PI, Filtered, Inspection, filtered
-from wearlab.updating.history import History
+from wearlab.updating.history import RunHistory
 from wearlab.updating.observations import Observed
 
 Array = NDArray[np.float64]
@@ -90,7 +90,7 @@ def _spread(name: str, given: float | Distribution, data: Data) -> Spread:
     return Spread(label, given.at(0.5) * scale, given, scale)
 
 
-def numerical_share(block: Block, history: History) -> float:
+def numerical_share(block: Block, history: RunHistory) -> float:
     """Return the largest numerical error of the run over the smallest error of a value."""
     error, seen = block.data.error, block.seen
     value = np.nanmax(np.abs(np.where(seen.censored, seen.below, seen.value)), initial=0.0)
@@ -99,7 +99,7 @@ def numerical_share(block: Block, history: History) -> float:
     return float(history.numerical_of(block.data.quantity) * value / own) if own > 0.0 else 0.0
 
 
-def inspections_of(block: Block, history: History, number: int) -> list[Inspection]:
+def inspections_of(block: Block, history: RunHistory, number: int) -> list[Inspection]:
     """Return the times of a block's values that count, each with the places of its values among those."""
     cycle = history.asked[number].cycle[block.rows]
     if not len(cycle):
@@ -110,7 +110,7 @@ def inspections_of(block: Block, history: History, number: int) -> list[Inspecti
     return [Inspection(float(t), part.astype(np.intp)) for t, part in zip(times, parts, strict=True)]
 
 
-def modelled(block: Block, history: History, number: int, factor: Array) -> Array:
+def modelled(block: Block, history: RunHistory, number: int, factor: Array) -> Array:
     """Return what the model says of each value that counts, (…, n), for factors on the coefficient (…)."""
     asked = history.asked[number]
     cycle, column = asked.cycle[block.rows], asked.column[block.rows]
@@ -131,7 +131,7 @@ def _previous(cycle: Array, start: float) -> Array:
 
 def log_likelihood(
     block: Block,
-    history: History,
+    history: RunHistory,
     number: int,
     factor: Array,
     sd: Array,
@@ -190,7 +190,7 @@ def _condenses(block: Block, asked: Asked, sd: Array, rate: Array) -> bool:
     return sd.size == 1 or not seen.sd[block.rows].any()
 
 
-def _condensed(block: Block, history: History, number: int, factor: Array, sd: Array) -> Array:
+def _condensed(block: Block, history: RunHistory, number: int, factor: Array, sd: Array) -> Array:
     """Return the log likelihood by what is sufficient of the values, see `condensing`."""
     asked, rows, own = history.asked[number], block.rows, block.seen.sd[block.rows]
     variance = np.ones(len(rows)) if not own.any() else own**2 + float(sd.ravel()[0]) ** 2

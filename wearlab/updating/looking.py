@@ -17,7 +17,7 @@ from wearlab.updating.likelihood import PER, log_likelihood
 from wearlab.updating.passage import present_state
 
 if TYPE_CHECKING:
-    from wearlab.updating.outcome import Outcome
+    from wearlab.updating.outcome import UpdateOutcome
 
 Array = NDArray[np.float64]
 LOOKS = 9
@@ -27,7 +27,7 @@ MOST = 2000
 ENDS = (0.05, 0.95)
 
 
-def virtual_inspection(one: "Outcome", rng: np.random.Generator) -> xr.Dataset | None:
+def virtual_inspection(one: "UpdateOutcome", rng: np.random.Generator) -> xr.Dataset | None:
     """Return the expected width of the remaining life's 90 % interval over the time of one more inspection.
 
     The inspection is one of the first block that has no places on the flank. None where there is no such

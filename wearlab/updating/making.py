@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.campaign.measured import PREVIOUS
-from wearlab.updating.history import History
+from wearlab.updating.history import RunHistory
 from wearlab.updating.likelihood import PER, Block, inspections_of, modelled
 
 Array = NDArray[np.float64]
@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 def made_up(
     block: Block,
-    run: History,
+    run: RunHistory,
     number: int,
     factor: float,
     sd: float,

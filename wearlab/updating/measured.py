@@ -7,7 +7,7 @@ import xarray as xr
 
 from wearlab.schema import attributes
 from wearlab.updating.layout import INSPECTED, display_of, name_of
-from wearlab.updating.outcome import Outcome
+from wearlab.updating.outcome import UpdateOutcome
 
 STATISTICS = {
     "log_evidence": "log of the probability of all measurements",
@@ -23,7 +23,7 @@ STATISTICS = {
 }
 
 
-def observed_data(one: Outcome) -> xr.Dataset:
+def observed_data(one: UpdateOutcome) -> xr.Dataset:
     """Return what was measured, with its errors as the posterior has them."""
     found: dict[str, xr.Variable] = {}
     coords: dict[str, xr.Variable] = {}
@@ -54,7 +54,7 @@ def observed_data(one: Outcome) -> xr.Dataset:
     return xr.Dataset(found, coords)
 
 
-def observed_life(one: Outcome) -> float:
+def observed_life(one: UpdateOutcome) -> float:
     """Return the cycle at which measurements of the limit's own quantity reach it, NaN where they do not."""
     limit, run = one.study.limit, one.posterior.histories[0]
     for number, block in enumerate(one.posterior.blocks):
@@ -74,7 +74,7 @@ def observed_life(one: Outcome) -> float:
     return float("nan")
 
 
-def statistics_of(one: Outcome) -> xr.Dataset:
+def statistics_of(one: UpdateOutcome) -> xr.Dataset:
     """Return what is known about the update itself: evidence, checks of the inspections, notes."""
     found: dict[str, Any] = {
         name: xr.Variable((), value, {"units": "1", "long_name": STATISTICS[name]})

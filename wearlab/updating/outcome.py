@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from wearlab.updating.answer import Answer, drifting_block
 from wearlab.updating.checking import Check, checks
 from wearlab.updating.draws import Draws, drawn
-from wearlab.updating.history import History
+from wearlab.updating.history import RunHistory
 from wearlab.updating.likelihood import (
     MATTERS,
     PER,
@@ -23,7 +23,7 @@ from wearlab.updating.likelihood import (
 from wearlab.updating.posterior import Posterior, posterior
 
 if TYPE_CHECKING:
-    from wearlab.updating.study import Study
+    from wearlab.updating.study import MeasuredCase
 
 Array = NDArray[np.float64]
 ACCUMULATING = "accumulating"
@@ -34,7 +34,7 @@ HARDLY = 0.01  # prior predictive probability below which the prior excludes the
 
 
 @dataclass(frozen=True)
-class Outcome:
+class UpdateOutcome:
     """What an update comes to.
 
     Parameters
@@ -48,7 +48,7 @@ class Outcome:
     stats : numbers about the update itself
     """
 
-    study: "Study"
+    study: "MeasuredCase"
     answer: Answer
     draws: Draws
     prior: Answer
@@ -64,7 +64,7 @@ class Outcome:
         return self.answer.posterior
 
 
-def blocks_of(study: "Study", runs: Sequence[History]) -> tuple[Block, ...]:
+def blocks_of(study: "MeasuredCase", runs: Sequence[RunHistory]) -> tuple[Block, ...]:
     """Return the observations of a study with their errors; the runs' own error where it counts."""
     found = []
     for seen in study.seen:
@@ -75,20 +75,23 @@ def blocks_of(study: "Study", runs: Sequence[History]) -> tuple[Block, ...]:
 
 
 def answered(
-    study: "Study", runs: Sequence[History], blocks: Sequence[Block], log_proposal: Array | None = None
+    study: "MeasuredCase",
+    runs: Sequence[RunHistory],
+    blocks: Sequence[Block],
+    log_proposal: Array | None = None,
 ) -> Answer:
     """Return what is known after the observations that count in these blocks."""
     post = posterior(runs, blocks, study.prior, log_proposal)
     return Answer(post, now_of(runs[0], blocks), drifting_of(study, blocks))
 
 
-def now_of(run: History, blocks: Sequence[Block]) -> float:
+def now_of(run: RunHistory, blocks: Sequence[Block]) -> float:
     """Return the cycle of the last inspection, the first cycle without one."""
     last = [run.asked[n].cycle[b.rows].max() for n, b in enumerate(blocks) if len(b.rows)]
     return float(max(last, default=run.start))
 
 
-def drifting_of(study: "Study", blocks: Sequence[Block]) -> int | None:
+def drifting_of(study: "MeasuredCase", blocks: Sequence[Block]) -> int | None:
     """Return the block whose drift goes on to the limit."""
     return drifting_block(tuple(blocks), study.limit.quantity, study.limit.where)
 
@@ -99,11 +102,11 @@ def unseen(blocks: Sequence[Block]) -> tuple[Block, ...]:
 
 
 def outcome(
-    study: "Study",
-    runs: tuple[History, ...],
+    study: "MeasuredCase",
+    runs: tuple[RunHistory, ...],
     which: NDArray[np.intp],
     log_proposal: Array | None = None,
-) -> Outcome:
+) -> UpdateOutcome:
     """Update one case.
 
     Parameters
@@ -120,7 +123,7 @@ def outcome(
     prior_draws = drawn(before, study.spec.draws, rng)
     checked = tuple(checks(answer.posterior, draws))
     stats = _stats(study, answer, before, prior_draws, blocks, log_proposal, rng)
-    return Outcome(
+    return UpdateOutcome(
         study,
         answer,
         draws,
@@ -134,7 +137,7 @@ def outcome(
 
 
 def _stats(
-    study: "Study",
+    study: "MeasuredCase",
     answer: Answer,
     before: Answer,
     prior_draws: Draws,
@@ -192,7 +195,7 @@ def prior_p(before: Answer, draws: Draws, blocks: Sequence[Block], rng: np.rando
 
 
 def contradiction(
-    study: "Study", runs: tuple[History, ...], blocks: tuple[Block, ...], log_proposal: Array | None
+    study: "MeasuredCase", runs: tuple[RunHistory, ...], blocks: tuple[Block, ...], log_proposal: Array | None
 ) -> float:
     """Return by how many standard deviations of ln k the two files most at odds differ, 0 for one file."""
     told = [n for n, block in enumerate(blocks) if len(block.rows)]
@@ -210,8 +213,8 @@ def contradiction(
 
 
 def _notes(
-    study: "Study",
-    runs: tuple[History, ...],
+    study: "MeasuredCase",
+    runs: tuple[RunHistory, ...],
     answer: Answer,
     blocks: tuple[Block, ...],
     stats: dict[str, float],
@@ -259,7 +262,7 @@ def _notes(
     return notes
 
 
-def _oddities(number: int, block: Block, run: History) -> list[str]:
+def _oddities(number: int, block: Block, run: RunHistory) -> list[str]:
     """Return what is odd about the values of a block: below nothing, or falling."""
     seen, notes = block.seen, []
     if not len(seen):

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtr
 
-from wearlab.updating.history import History
+from wearlab.updating.history import RunHistory
 from wearlab.updating.integrals import log_prior, log_sum, on_grids, values
 from wearlab.updating.likelihood import PER
 from wearlab.updating.posterior import Posterior
@@ -135,7 +135,7 @@ def _cubic(t: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def present_state(
-    run: History, factor: Array, mean: Array, now: float, which: NDArray[np.intp] | None = None
+    run: RunHistory, factor: Array, mean: Array, now: float, which: NDArray[np.intp] | None = None
 ) -> tuple[Array, Array]:
     """Return how far the limit is and in how many cycles the mean course gets there.
 

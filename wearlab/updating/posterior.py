@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.updating.gridding import ROUNDS, Axes, SpreadGrids, axes_of, wider_than
-from wearlab.updating.history import History
+from wearlab.updating.history import RunHistory
 from wearlab.updating.integrals import conditional, log_sum
 from wearlab.updating.likelihood import Block
 from wearlab.updating.prior import Prior
-from wearlab.updating.quadrature import Grid
+from wearlab.updating.quadrature import Quadrature
 
 Array = NDArray[np.float64]
 
@@ -38,10 +38,10 @@ class Posterior:
     log_proposal : (runs,) log of how much more often a run was drawn than its prior has it
     """
 
-    histories: tuple[History, ...]
+    histories: tuple[RunHistory, ...]
     blocks: tuple[Block, ...]
     prior: Prior
-    grid: Grid | None
+    grid: Quadrature | None
     spreads: tuple[SpreadGrids, ...]
     log_density: Array
     log_evidence: Array
@@ -73,7 +73,7 @@ class Posterior:
 
 
 def posterior(
-    histories: Sequence[History],
+    histories: Sequence[RunHistory],
     blocks: Sequence[Block],
     prior: Prior,
     log_proposal: Array | None = None,
@@ -104,7 +104,7 @@ def posterior(
     return Posterior(runs, some, prior, axes.factor, axes.spreads, table, evidence, weight, proposal)
 
 
-def _table(run: History, blocks: Sequence[Block], known: Array, axes: Axes) -> Array:
+def _table(run: RunHistory, blocks: Sequence[Block], known: Array, axes: Axes) -> Array:
     """Return log p(ln factor, y | run) over the grid."""
     points = np.log([run.factor]) if axes.factor is None else axes.factor.points
     total = known

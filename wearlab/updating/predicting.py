@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.updating.checking import surprises
-from wearlab.updating.curve import Curve
+from wearlab.updating.curve import RunCurve
 from wearlab.updating.draws import Draws
 from wearlab.updating.filtering import smoothed_paths
-from wearlab.updating.history import History
+from wearlab.updating.history import RunHistory
 from wearlab.updating.likelihood import PER, inspections_of, modelled
 from wearlab.updating.posterior import Posterior
 
@@ -37,7 +37,7 @@ def over_cycles(
     return found
 
 
-def _curve(run: History, name: str) -> Curve:
+def _curve(run: RunHistory, name: str) -> RunCurve:
     return run.limit if name == "limit" else run.beside[name]
 
 

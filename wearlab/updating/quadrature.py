@@ -16,7 +16,7 @@ POINTS = 12  # of a panel
 
 
 @dataclass(frozen=True)
-class Grid:
+class Quadrature:
     """Points of a coordinate with their weights.
 
     Parameters
@@ -58,17 +58,17 @@ class Grid:
         )
 
 
-def grid(low: float, high: float, panels: int) -> Grid:
+def grid(low: float, high: float, panels: int) -> Quadrature:
     """Return equal panels from ``low`` to ``high``."""
     return at_edges(np.linspace(low, high, panels + 1))
 
 
-def at_edges(edges: Array) -> Grid:
+def at_edges(edges: Array) -> Quadrature:
     """Return the panels between edges, rising."""
     nodes, weights = _rule()
     half = 0.5 * np.diff(edges)[:, None]
     middle = 0.5 * (edges[1:] + edges[:-1])[:, None]
-    return Grid(edges, (middle + half * nodes).ravel(), (half * weights).ravel())
+    return Quadrature(edges, (middle + half * nodes).ravel(), (half * weights).ravel())
 
 
 def quantile(places: Array, below: Array, density: Array, p: Array) -> Array:

@@ -15,7 +15,7 @@ from wearlab.updating.outcome import answered, unseen
 from wearlab.updating.posterior import Posterior
 
 if TYPE_CHECKING:
-    from wearlab.updating.study import Study
+    from wearlab.updating.study import MeasuredCase
 
 Array = NDArray[np.float64]
 ABOUT = {
@@ -53,7 +53,7 @@ def up_to(post: Posterior, cycle: float) -> tuple[Block, ...]:
     )
 
 
-def answer_at(study: "Study", post: Posterior, cycle: float) -> Answer:
+def answer_at(study: "MeasuredCase", post: Posterior, cycle: float) -> Answer:
     """Return the answer with what had been measured by a cycle."""
     return answered(study, post.histories, up_to(post, cycle), _proposal(post))
 
@@ -62,7 +62,7 @@ def _proposal(post: Posterior) -> Array | None:
     return post.log_proposal if len(post.histories) > 1 else None
 
 
-def replayed(study: "Study", post: Posterior) -> xr.Dataset:
+def replayed(study: "MeasuredCase", post: Posterior) -> xr.Dataset:
     """Return quantiles of factor, life and remaining life after each inspection, and its check.
 
     ``check_p_forward`` is the probability of an inspection as far off, by what was known before it.

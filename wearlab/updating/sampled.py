@@ -16,7 +16,7 @@ from wearlab.updating.layout import (
     variable,
 )
 from wearlab.updating.likelihood import inspections_of, log_likelihood
-from wearlab.updating.outcome import Outcome
+from wearlab.updating.outcome import UpdateOutcome
 from wearlab.updating.posterior import Posterior
 from wearlab.updating.predicting import replicated
 from wearlab.updating.study import FACTOR, plain
@@ -24,7 +24,7 @@ from wearlab.updating.study import FACTOR, plain
 MOST_VALUES = 2_000_000  # of a variable with a value for each draw and observation
 
 
-def sample(one: Outcome, post: Posterior, draws: Draws, life_from: float) -> xr.Dataset:
+def sample(one: UpdateOutcome, post: Posterior, draws: Draws, life_from: float) -> xr.Dataset:
     """Return equally probable draws of everything unknown, and of the life counted from a cycle."""
     names = names_of(list(one.study.spec.unknown))
     found: dict[str, xr.Variable] = {}
@@ -52,7 +52,7 @@ def sample(one: Outcome, post: Posterior, draws: Draws, life_from: float) -> xr.
     return xr.Dataset(found, draws_of(len(draws)))
 
 
-def _some(one: Outcome, values: int) -> Draws:
+def _some(one: UpdateOutcome, values: int) -> Draws:
     """Return as many draws as can be kept with so many values each."""
     count = max(min(len(one.draws), MOST_VALUES // max(values, 1)), 1)
     d = one.draws
@@ -65,7 +65,7 @@ def _some(one: Outcome, values: int) -> Draws:
     )
 
 
-def replicas(one: Outcome, number: int, rng: np.random.Generator) -> xr.Dataset:
+def replicas(one: UpdateOutcome, number: int, rng: np.random.Generator) -> xr.Dataset:
     """Return measurements of a block as they could have come out, of every draw; of fewer for very many."""
     block, name = one.posterior.blocks[number], name_of(one, number)
     draws = _some(one, max(len(each.rows) for each in one.posterior.blocks))
@@ -77,7 +77,7 @@ def replicas(one: Outcome, number: int, rng: np.random.Generator) -> xr.Dataset:
     return xr.Dataset({name: data}, draws_of(len(draws)))
 
 
-def pointwise(one: Outcome, number: int) -> xr.Dataset:
+def pointwise(one: UpdateOutcome, number: int) -> xr.Dataset:
     """Return the log likelihood of each inspection given those before it; their sum is that of the block."""
     post, name = one.posterior, name_of(one, number)
     block = post.blocks[number]

@@ -15,7 +15,7 @@ from wearlab.scene import Scene
 from wearlab.store.place import place
 from wearlab.units import is_quantity, split
 from wearlab.updating.errors import UpdateError
-from wearlab.updating.history import History, history_of
+from wearlab.updating.history import RunHistory, history_of
 from wearlab.updating.observations import Observed, read_observations
 from wearlab.updating.prior import Prior
 from wearlab.updating.scaling import refuse_what_does_not_scale
@@ -31,7 +31,7 @@ ALWAYS = ("life", "verdict", "end_reason", "error_estimate_life", "error_estimat
 
 
 @dataclass(frozen=True)
-class Study:
+class MeasuredCase:
     """One case with what was measured of it.
 
     Parameters
@@ -85,7 +85,7 @@ class Study:
         return Campaign(f"{title}: {self.label}", None, {}, cases, (Axis(DRAW, tuple(range(len(scenes)))),))
 
 
-def studies(campaign: Campaign) -> tuple[Study, ...]:
+def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
     """Return what a campaign's [update] asks for, case by case.
 
     Raises
@@ -112,12 +112,12 @@ def studies(campaign: Campaign) -> tuple[Study, ...]:
                 f"{about}update.unknown.{FACTOR}: the members have coefficients of their own: name one, such "
                 'as "wear.coefficient.sun.factor"; it costs runs, as the other flanks go on as they are'
             )
-        study = Study(label, case.scene, spec, _limit(case.scene, spec, about), own, {})
+        study = MeasuredCase(label, case.scene, spec, _limit(case.scene, spec, about), own, {})
         found.append(replace(study, drawn=drawn_values(study, spec.draws)))
     return tuple(found)
 
 
-def drawn_values(study: Study, n: int) -> dict[str, tuple[Any, ...]]:
+def drawn_values(study: MeasuredCase, n: int) -> dict[str, tuple[Any, ...]]:
     """Return draws from the priors of the unknowns that cost runs, Sobol points."""
     if not study.costly:
         return {}
@@ -155,7 +155,7 @@ def _lengthened(scene: Scene, times: float) -> Scene:
     return found
 
 
-def _lean(scene: Scene, study: Study) -> Scene:
+def _lean(scene: Scene, study: MeasuredCase) -> Scene:
     """Return a scene that keeps no more than an update reads: draws are many."""
     return scene.replace("store.variables", sorted(needed(study.seen, study.limit)))
 
@@ -169,7 +169,7 @@ def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
     return names
 
 
-def histories(study: Study, store: "Store") -> tuple[tuple[History, ...], NDArray[np.intp]]:
+def histories(study: MeasuredCase, store: "Store") -> tuple[tuple[RunHistory, ...], NDArray[np.intp]]:
     """Return what the stored runs of a study say, and which draw each is.
 
     Raises

@@ -13,13 +13,15 @@ from wearlab.updating.calibration import calibrated
 from wearlab.updating.foreseen import predictions
 from wearlab.updating.looking import virtual_inspection
 from wearlab.updating.measured import observed_data, statistics_of
-from wearlab.updating.outcome import Outcome
+from wearlab.updating.outcome import UpdateOutcome
 from wearlab.updating.replay import replayed, scored
 from wearlab.updating.sampled import pointwise, replicas, sample
 from wearlab.version import __version__
 
 
-def tree_of(campaign: Campaign, outcomes: Sequence[Outcome], *, replay: bool, check: int) -> xr.DataTree:
+def tree_of(
+    campaign: Campaign, outcomes: Sequence[UpdateOutcome], *, replay: bool, check: int
+) -> xr.DataTree:
     """Return the tree of an update; several cases stand along the dimension ``case``.
 
     Parameters
@@ -51,7 +53,7 @@ def tree_of(campaign: Campaign, outcomes: Sequence[Outcome], *, replay: bool, ch
     return xr.DataTree.from_dict({"/": root, **{f"/{name}": one for name, one in joined.items()}})
 
 
-def _attributes(campaign: Campaign, outcomes: Sequence[Outcome]) -> dict[str, Any]:
+def _attributes(campaign: Campaign, outcomes: Sequence[UpdateOutcome]) -> dict[str, Any]:
     spec = outcomes[0].study.spec
     now = datetime.now(UTC).isoformat(timespec="seconds")
     measured = dict.fromkeys(data.quantity.replace("_", " ") for data in spec.data)
@@ -76,11 +78,11 @@ def _attributes(campaign: Campaign, outcomes: Sequence[Outcome]) -> dict[str, An
     }
 
 
-def _measurements(one: Outcome) -> tuple[tuple[str, str], ...]:
+def _measurements(one: UpdateOutcome) -> tuple[tuple[str, str], ...]:
     return tuple((seen.data.label, seen.fingerprint) for seen in one.study.seen)
 
 
-def _groups(one: Outcome, replay: bool, check: int) -> dict[str, xr.Dataset]:
+def _groups(one: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Dataset]:
     rng = np.random.default_rng([one.study.spec.seed, 1])
     post = one.posterior
     found = {

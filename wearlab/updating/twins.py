@@ -62,14 +62,14 @@ def twin_files(
     return texts, float(run.limit_cycle)
 
 
-def _whole(found: Sequence[Study]) -> Study:
+def _whole(found: Sequence[MeasuredCase]) -> MeasuredCase:
     """Return a study with the data of all cases, each block once."""
     seen: dict[tuple[object, ...], Observed] = {}
     for study in found:
         for one in study.seen:
             seen.setdefault((one.data.file, one.data.columns.value, one.data.label), one)
     first = found[0]
-    return Study(first.label, first.scene, first.spec, first.limit, tuple(seen.values()), {})
+    return MeasuredCase(first.label, first.scene, first.spec, first.limit, tuple(seen.values()), {})
 
 
 def _with(text: str, seen: Observed, value: np.ndarray) -> str:

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from wearlab.campaign import Campaign
 from wearlab.scene import SceneError
 from wearlab.updating.errors import UpdateError
-from wearlab.updating.history import History
-from wearlab.updating.outcome import Outcome, answered, blocks_of, outcome
-from wearlab.updating.study import Study, histories, plain, studies
+from wearlab.updating.history import RunHistory
+from wearlab.updating.outcome import UpdateOutcome, answered, blocks_of, outcome
+from wearlab.updating.study import MeasuredCase, histories, plain, studies
 from wearlab.updating.weighting import FEWEST, fitted, log_mixture, proposed, scores
 
 if TYPE_CHECKING:
@@ -69,8 +69,8 @@ def update(
 
 
 def updated(
-    title: str, study: Study, store: "Store", progress: bool = True, workers: int | None = None
-) -> Outcome:
+    title: str, study: MeasuredCase, store: "Store", progress: bool = True, workers: int | None = None
+) -> UpdateOutcome:
     """Update one case: run what is missing, make runs longer, draw once more where few carry the weight."""
     runs, which = _run(title, study, store, progress, workers)
     while True:
@@ -94,8 +94,8 @@ def updated(
 
 
 def _run(
-    title: str, study: Study, store: "Store", progress: bool, workers: int | None
-) -> tuple[tuple[History, ...], NDArray[np.intp]]:
+    title: str, study: MeasuredCase, store: "Store", progress: bool, workers: int | None
+) -> tuple[tuple[RunHistory, ...], NDArray[np.intp]]:
     from wearlab.runner import run
 
     run(study.campaign(title), store, progress=progress, workers=workers)
@@ -104,13 +104,13 @@ def _run(
 
 def _again(
     title: str,
-    study: Study,
+    study: MeasuredCase,
     weight: Array,
     which: NDArray[np.intp],
     store: "Store",
     progress: bool,
     workers: int | None,
-) -> tuple[Study, tuple[History, ...], NDArray[np.intp], Array]:
+) -> tuple[MeasuredCase, tuple[RunHistory, ...], NDArray[np.intp], Array]:
     """Return the study with a second round of draws, its runs, and how they were drawn."""
     first = len(next(iter(study.drawn.values())))
     z = scores_of(study)[which]
@@ -122,7 +122,7 @@ def _again(
     return both, runs, which, proposal
 
 
-def scores_of(study: Study) -> Array:
+def scores_of(study: MeasuredCase) -> Array:
     """Return the standard scores of a study's draws, (draws, keys)."""
     columns = [
         scores(np.array([plain(one) for one in values]), study.costly[key])

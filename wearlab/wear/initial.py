@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from wearlab.gears.errors import GearError
 from wearlab.gears.pair import GearPair
-from wearlab.mesh.curve import Curve
+from wearlab.mesh.curve import PiecewiseCurve
 
 Array = NDArray[np.float64]
 Along = Literal["diameter", "roll_angle", "roll_length", "path_position"]
@@ -180,7 +180,7 @@ def _at_nodes(where: Array, depth: Array, position: Array, window: float | None)
     """Interpolate without overshoot, keeping steps, or take local parabolas."""
     if window is not None:
         return np.array([_local_parabola(where, depth, s, window) for s in position])
-    return Curve(where, depth).value(position, _own_side(position))
+    return PiecewiseCurve(where, depth).value(position, _own_side(position))
 
 
 def _own_side(position: Array) -> Array:

@@ -41,7 +41,7 @@ class Quantile(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Sampled(Series):
+class OfRun(Series):
     """What one run adds to a sample; ``x`` and ``y`` hold its values.
 
     Parameters
@@ -89,7 +89,7 @@ def _one_number(run: Run, ask: Ask) -> Iterator[Series]:
             f"{ask.name}: {name} is not one number per run; choose one place along each of its dimensions "
             "in select"
         )
-    yield Sampled(_kept(run.place, ask), values.reshape(1), np.zeros(1), scale, COUNT)
+    yield OfRun(_kept(run.place, ask), values.reshape(1), np.zeros(1), scale, COUNT)
 
 
 def _kept(key: Mapping[str, Label], ask: Ask) -> dict[str, Label]:
@@ -190,9 +190,7 @@ def _over_life(run: Run, ask: Ask) -> Iterator[Series]:
         held = np.isfinite(x) & np.isfinite(piece.values)
         key = _kept(piece.key, ask)
         hours = hours_a_cycle(run) if (ask.x or "cycle") == "cycle" else None
-        yield Sampled(
-            key, x[held], piece.values[held], across, piece.scale, hours=hours, ended=ended_of(name)
-        )
+        yield OfRun(key, x[held], piece.values[held], across, piece.scale, hours=hours, ended=ended_of(name))
 
 
 def _bands(series: list[Series]) -> list[Series]:

@@ -11,7 +11,7 @@ from wearlab.tables import read_stiffness
 
 if TYPE_CHECKING:
     from wearlab.gears.pair import GearPair
-    from wearlab.mesh.curve import Curve
+    from wearlab.mesh.curve import PiecewiseCurve
     from wearlab.mesh.pair_stiffness import PairStiffness
     from wearlab.mesh.profile import ProfileGrid
 
@@ -55,16 +55,16 @@ class TabulatedStiffness(StiffnessModel):
             return given
         return read_stiffness(given, (info.context or {}).get("base_directory"))
 
-    def curve(self, pair: "GearPair") -> "Curve":
+    def curve(self, pair: "GearPair") -> "PiecewiseCurve":
         """Return the stiffness over phase, or over ``(s − s_A)/p_b`` [N/m]."""
         import numpy as np
 
-        from wearlab.mesh.curve import Curve
+        from wearlab.mesh.curve import PiecewiseCurve
 
         x = np.asarray(self.abscissa, float)
         if self.along == "path_position":
             x = (x - pair.path.A) / pair.base_pitch
-        return Curve(x, np.asarray(self.stiffness, float))
+        return PiecewiseCurve(x, np.asarray(self.stiffness, float))
 
     def jumps(self, pair: "GearPair") -> tuple[float, ...]:
         """Return the phases at which the table has two values."""
