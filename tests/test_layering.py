@@ -29,6 +29,8 @@ ROAD = (
         "plugins",
         "machine_table",
         "tables",
+        "variable",
+        "results",
         "schema",
         "origins",
         "gears",

@@ -5,24 +5,8 @@ Nothing else in wearlab spells a unit or a long name; labelling, figures, tables
 
 from typing import NamedTuple
 
-
-class Variable(NamedTuple):
-    """How one variable of the dataset is declared.
-
-    Parameters
-    ----------
-    dims : names of its dimensions, in order
-    units : unit of the stored values, UDUNITS form
-    display_units : unit that figures, tables and CSV use
-    long_name : what it is, in words
-    comment : what a reader must know besides, or ""
-    """
-
-    dims: tuple[str, ...]
-    units: str
-    display_units: str
-    long_name: str
-    comment: str = ""
+from wearlab.results import RESULTS
+from wearlab.variable import Variable as Variable
 
 
 class Dimension(NamedTuple):
@@ -121,7 +105,6 @@ VARIABLES: dict[str, Variable] = {
         "flank deviation",
         "−(modifications + wear), as a measuring machine prints",
     ),
-    "max_wear_depth": Variable(("update", "flank"), "m", "um", "largest wear depth"),
     "worn_mass": Variable(("update", "member"), "kg", "g", "mass worn off, all teeth"),
     # along the path
     "tooth_force": Variable(_WEAR, "N", "N", "normal force on the tooth at each point of its flank"),
@@ -475,6 +458,8 @@ VARIABLES: dict[str, Variable] = {
     "count_rejected_steps": Variable((), "1", "1", "rejected steps over cycles"),
     "count_steps_per_period": Variable((), "1", "1", "integration steps in one mesh period"),
     "steps_cycle": Variable(("step",), "1", "1", "cycle at the end of each accepted step"),
+    # each in a file of its own
+    **{one.name: one.variable for one in RESULTS},
 }
 
 ON_REQUEST = (

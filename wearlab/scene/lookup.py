@@ -77,11 +77,6 @@ def keys_at(path: Path) -> tuple[str, ...]:
     return tuple(dict.fromkeys([key for part in parts for key in part.model_fields] + list(members)))
 
 
-def is_known(path: Path) -> bool:
-    """Return whether a scene may have a value at this path."""
-    return bool(path) and (field_at(path) is not None or bool(parts_at(path)))
-
-
 @cache
 def nearest_place(key: str) -> Path | None:
     """Return the path nearest to the root of a scene at which a key stands, None if it stands nowhere."""

@@ -22,6 +22,7 @@ from wearlab.simulation.discovery import discovery
 from wearlab.simulation.errors import Refused
 from wearlab.simulation.estimates import Estimates, estimated
 from wearlab.simulation.exact import exact_values
+from wearlab.simulation.following import with_results
 from wearlab.simulation.label import CONVENTIONS, joined, labelled
 from wearlab.simulation.living import Lived, initial_wear, live, live_through
 from wearlab.simulation.operating import Stage, stages_of
@@ -106,7 +107,7 @@ def _dataset(
         coordinates["mode"] = np.arange(1, dataset.sizes["mode"] + 1)
     values["run_time_total"] = time.perf_counter() - clock
     common = labelled(values, coordinates, None)
-    dataset = joined(dataset, common)
+    dataset = with_results(joined(dataset, common))
     return dataset.drop_vars([name for name in dataset.data_vars if not scene.store.keeps(str(name))])
 
 

@@ -241,7 +241,6 @@ def wear_values(parts: Parts, cycle: Array, seconds: Array, states: tuple[WearSt
     values: Values = {
         "wear_depth": depth,
         "flank_deviation": -(depth + modification),
-        "max_wear_depth": np.nanmax(depth, axis=2),
         "worn_mass": _worn_mass(parts, states),
         "mesh_cycles": cycle * gears.reference_teeth,
         "load_cycles": cycle[:, None] * passes,

@@ -1,0 +1,14 @@
+"""Results that follow from others of the same run, one a file; the files of this folder are found."""
+
+from importlib import import_module
+from pkgutil import iter_modules
+
+from wearlab.variable import Result
+
+
+def _found() -> tuple[Result, ...]:
+    modules = [import_module(f"{__name__}.{one.name}") for one in iter_modules(__path__)]
+    return tuple(value for module in modules for value in vars(module).values() if isinstance(value, Result))
+
+
+RESULTS: tuple[Result, ...] = _found()

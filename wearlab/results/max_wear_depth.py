@@ -1,0 +1,21 @@
+"""The largest wear depth of a flank, ``max_s h(s)``."""
+
+from typing import TYPE_CHECKING
+
+from wearlab.variable import Result, Variable
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def max_wear_depth(run: "xr.Dataset") -> "xr.DataArray":
+    """Return the largest wear depth over the path, (update, flank) [m]."""
+    return run["wear_depth"].max("profile")
+
+
+RESULT = Result(
+    "max_wear_depth",
+    Variable(("update", "flank"), "m", "um", "largest wear depth"),
+    max_wear_depth,
+    needs=("wear_depth",),
+)
