@@ -102,7 +102,7 @@ def _dense_acceleration(
                     a[row, col] -= response[row] * force[col]
 
 
-@jit_inner_apart
+@jit_inner
 def _step_of_one(
     structure: Any, channels: int, w: int, source: Any, i: Any, target: Any, j: Any, mesh: Any, push: Any,
     h: float,
