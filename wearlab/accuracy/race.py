@@ -143,10 +143,10 @@ def ours(given: Course, targets: tuple[float, ...]) -> dict[float, list[Contesta
 def peers(given: Course, targets: tuple[float, ...]) -> Iterator[dict[float, list[Contestant]]]:
     """Yield what every peer that is installed reaches each error with."""
     if find_spec("CyRK") is not None:
-        from wearlab.accuracy.cyrk import Marcher
+        from wearlab.accuracy.cyrk import CyRKMarcher
         from wearlab.accuracy.peers import METHODS
 
-        first = Marcher(given.motion, METHODS[0], landing=True)
+        first = CyRKMarcher(given.motion, METHODS[0], landing=True)
         for method in METHODS:
             bound = copy.copy(first)
             bound.method = method
