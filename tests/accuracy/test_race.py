@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wearlab.accuracy import race as races
-from wearlab.accuracy.race import BALANCE, CLOSING, LANDING, OURS, WARM, Contestant, Entry, race, timed
+from wearlab.accuracy.race import BALANCE, CLOSING, LANDING, OURS, WARM, Contestant, Ranked, race, timed
 
 
 def test_every_contestant_reaches_the_error(problem, monkeypatch) -> None:
@@ -28,4 +28,4 @@ def test_a_part_of_a_march_is_scaled_to_all_of_it(monkeypatch) -> None:
     whole, part = timed([Contestant(OURS, "", 0.0, int), Contestant(LANDING, "", 0.0, int, 0.25)], 3)
     np.testing.assert_array_equal(whole.seconds, np.full(3, 2.0))
     np.testing.assert_array_equal(part.over(whole), np.full(3, 4.0))
-    assert isinstance(whole, Entry)
+    assert isinstance(whole, Ranked)

@@ -60,7 +60,7 @@ class Contestant(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Entry:
+class Ranked:
     """A contestant and its times.
 
     Parameters
@@ -72,12 +72,12 @@ class Entry:
     contestant: Contestant
     seconds: Array
 
-    def over(self, other: "Entry") -> Array:
+    def over(self, other: "Ranked") -> Array:
         """Return how many times the other's time this takes, in every round."""
         return np.asarray(self.seconds / other.seconds)
 
 
-def race(problem: Steady, targets: tuple[float, ...], rounds: int = ROUNDS) -> dict[float, list[Entry]]:
+def race(problem: Steady, targets: tuple[float, ...], rounds: int = ROUNDS) -> dict[float, list[Ranked]]:
     """Return who ran to each error, and the times; of each role the fastest, ours cold and warm."""
     given = course(problem, reference(problem, checked=False))
     finders = [ours(given, targets), *peers(given, targets)]
@@ -94,14 +94,14 @@ def _fastest(found: list[list[Contestant]]) -> Iterator[Contestant]:
             yield min(mine, key=lambda one: seconds_of(one.action, 3) / one.share)
 
 
-def timed(contestants: list[Contestant], rounds: int) -> list[Entry]:
+def timed(contestants: list[Contestant], rounds: int) -> list[Ranked]:
     """Return the times of contestants that run in turns."""
     repeats = [max(1, int(BATCH / max(1e-7, seconds_of(one.action)))) for one in contestants]
     taken = np.empty((rounds, len(contestants)))
     for turn in range(rounds):
         for at, (one, count) in enumerate(zip(contestants, repeats, strict=True)):
             taken[turn, at] = _batch(one.action, count) / one.share
-    return [Entry(one, taken[:, at]) for at, one in enumerate(contestants)]
+    return [Ranked(one, taken[:, at]) for at, one in enumerate(contestants)]
 
 
 def _batch(action: Action, count: int) -> float:

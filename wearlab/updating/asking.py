@@ -134,7 +134,7 @@ def _rate_at_the_deepest(run: StoredRun, where: str | None) -> Array:
     return np.asarray(fast[np.arange(len(at)), at])
 
 
-def _profile(run: StoredRun, seen: Observed, places: Array, keep: NDArray[np.bool_]) -> Curve:
+def _profile(run: StoredRun, seen: Observed, places: Array, keep: NDArray[np.bool_]) -> RunCurve:
     """Return the wear at places on a flank over the cycles; of a thickness, what the arc has lost."""
     data = seen.data
     depth = _on_flank(run["wear_depth"], data.where, data.place)

@@ -72,7 +72,7 @@ class RunHistory:
 
 def history_of(
     run: StoredRun, run_id: str, scene: Mapping[str, Any], seen: tuple[Observed, ...], limit: Limit
-) -> History:
+) -> RunHistory:
     """Return what a stored run says over the cycles.
 
     Parameters
@@ -110,7 +110,7 @@ def history_of(
     )
 
 
-def _beside(run: StoredRun, limit: Limit, keep: NDArray[np.bool_]) -> dict[str, Curve]:
+def _beside(run: StoredRun, limit: Limit, keep: NDArray[np.bool_]) -> dict[str, RunCurve]:
     """Return depth and mass of the gear that ends the life, where the run has them."""
     found = {}
     member = None if limit.where is None else limit.where.split("-")[0]

@@ -194,8 +194,8 @@ def plain(value: float | str) -> float:
 
 
 def _read(
-    study: Study, scenes: tuple[Scene, ...], store: "Store"
-) -> tuple[tuple[History, ...], NDArray[np.intp]]:
+    study: MeasuredCase, scenes: tuple[Scene, ...], store: "Store"
+) -> tuple[tuple[RunHistory, ...], NDArray[np.intp]]:
     """Return the histories of all draws that have data."""
     wanted = needed(study.seen, study.limit) | {"cycle", "operating_hours", "mesh_cycles", "roll_angle"}
     wanted |= {one.place_kind for one in study.seen if one.place_kind}

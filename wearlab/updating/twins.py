@@ -21,7 +21,7 @@ from wearlab.updating.likelihood import block_of
 from wearlab.updating.making import made_up
 from wearlab.updating.observations import Observed
 from wearlab.updating.stored import StoredRun
-from wearlab.updating.study import Study, studies
+from wearlab.updating.study import MeasuredCase, studies
 
 MADE = "# Made by: "
 DIGITS = 5
