@@ -1,4 +1,6 @@
-"""Kill parents at 30 moments of saving and workers at 30: ``python tests/faults/kills.py [FOLDER]``.
+"""Kill parents at 30 moments of saving, workers at 30: ``python tests/faults/kills.py [PHASE …] [workers]``.
+
+Without words all phases of `PHASES`, then workers.
 
 Prints the phase that each kill of a parent hit, and ends with status 0 only when afterwards nothing done was
 lost, ``verify`` was clean, the campaign completed, and every dataset had the seal of an undisturbed one.
@@ -19,10 +21,10 @@ CASES = 40
 AT = (3, 6, 9)  # the first transactions make the store and enter the campaign
 
 
-def parents(folder: Path) -> None:
+def parents(folder: Path, phases: list[str]) -> None:
     whole = reference(folder / "undisturbed", CASES)
     hits: Counter[str] = Counter()
-    for phase in PHASES:
+    for phase in phases:
         for at in AT:
             store = folder / f"{phase}-{at}"
             hit, kept = kill_parent(store, CASES, phase, at)
@@ -46,6 +48,9 @@ def workers(folder: Path) -> None:
 
 if __name__ == "__main__":
     storm.PATIENCE = 600.0
-    with tempfile.TemporaryDirectory(dir=sys.argv[1] if len(sys.argv) > 1 else None) as folder:
-        parents(Path(folder))
-        workers(Path(folder))
+    words = sys.argv[1:] or [*PHASES, "workers"]
+    with tempfile.TemporaryDirectory() as folder:
+        if phases := [word for word in words if word in PHASES]:
+            parents(Path(folder), phases)
+        if "workers" in words:
+            workers(Path(folder))

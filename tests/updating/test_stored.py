@@ -10,6 +10,7 @@ import wearlab as wl
 from wearlab.store.updates import kept_updates, seal_of, update_files, verify_updates
 from wearlab.updating import UpdateError, update
 from wearlab.updating.history import history_of
+from wearlab.updating.stored import StoredRun
 from wearlab.updating.study import studies
 from wearlab.updating.words import answers, told
 
@@ -101,7 +102,8 @@ def test_masses_and_largest_depths_are_as_far_off_as_the_life_says(campaign, sto
     scene = campaign.cases[0].scene
     run, better = store.run(scene.id), wl.simulate(scene.replace("numerics.tolerance", 1e-5))
     seen = studies(campaign)[0].seen
-    history = history_of(run, scene.id, scene.model_dump(), seen, studies(campaign)[0].limit)
+    limit = studies(campaign)[0].limit
+    history = history_of(StoredRun.of(run), scene.id, scene.model_dump(), seen, limit)
     for name, dim in (("worn_mass", "member"), ("max_wear_depth", "flank")):
         assert history.numerical_of(name) == float(run.error_estimate_life / run.life)
         mine, theirs = (one[name].isel({dim: 0}).values for one in (run, better))
