@@ -27,6 +27,8 @@ from scipy.interpolate import CubicSpline
 
 from wearlab.dynamics.energy import energy_balance, nominal_speeds
 from wearlab.dynamics.newmark import Newmark
+from wearlab.dynamics.newton import set_start
+from wearlab.dynamics.period_map import LOCATED, over_period
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.propagator import GRID, propagator_of
 from wearlab.dynamics.response import deflection_at, step_forces
@@ -353,6 +355,31 @@ def test_derivative_of_the_map_with_separation() -> None:
         moved[column] = step
         numeric = (shooting.period_map(state + moved)[0] - shooting.period_map(state - moved)[0]) / (2 * step)
         assert np.abs(numeric - derivative[:, column]).max() < 1e-3 * np.abs(numeric).max()
+
+
+@pytest.mark.slow
+def test_a_trajectory_alone_is_that_beside_its_tangents() -> None:
+    """A single column has code of its own, in the steps and between changes of contact."""
+    system, grid = planetary(30.0), stage_grid(BREAKS, 200)
+    smooth = Periodic().solve(system, tables(grid, amplitude=0.2e-6), PERIOD)
+    shooting = Shooting(system, tables(grid, amplitude=2.5e-6), PERIOD)
+    beside, _ = shooting.path_of(smooth.state[0, 0])
+    marcher, alone = shooting.marcher, np.empty(beside.size)
+    set_start(marcher.kernel.balance, alone, smooth.state[0, 0], 1)
+    changes = over_period(
+        marcher.kernel,
+        shooting.tables,
+        PERIOD,
+        np.uint64(1),
+        marcher.width,
+        alone,
+        0,
+        marcher.scratch,
+        LOCATED,
+    )
+    assert changes > 0
+    size = np.abs(beside).max(axis=0)
+    assert (np.abs(alone.reshape(beside.shape) - beside) <= 1e-10 * size).all()
 
 
 @pytest.mark.slow
