@@ -167,9 +167,13 @@ def kept(folder: Path, parts: Sequence[str]) -> list[Growth]:
 def figure(found: Sequence[Growth], file: Path) -> None:
     """Draw time over size, one panel each, with the slope of the last half."""
     from matplotlib.figure import Figure
+    from matplotlib.ticker import NullFormatter
 
     drawn = Figure((9.0, 5.2), layout="constrained")
-    for axes, one in zip(drawn.subplots(2, 3).flat, found, strict=False):
+    panels = drawn.subplots(2, 3).flat
+    for axes in panels[len(found) :]:
+        axes.set_axis_off()
+    for axes, one in zip(panels, found, strict=False):
         half = len(one.sizes) // 2
         axes.loglog(one.sizes, one.seconds, "o-", color="#0072B2", ms=4)
         slope = np.array(one.sizes[half:])
@@ -178,6 +182,7 @@ def figure(found: Sequence[Growth], file: Path) -> None:
         axes.set_title(f"{one.name}: exponent {one.exponent:.2f}", size=9)
         axes.set_ylabel("processor time in s", size=8)
         axes.tick_params(labelsize=7, which="both")
+        axes.xaxis.set_minor_formatter(NullFormatter())
         axes.set_ylim(0.5 * min(one.seconds), 2.0 * max(one.seconds))
     drawn.savefig(file, dpi=150)
 
