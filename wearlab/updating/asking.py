@@ -12,7 +12,7 @@ from wearlab.campaign.measured import THICKNESS
 from wearlab.updating.curve import RunCurve
 from wearlab.updating.errors import UpdateError
 from wearlab.updating.observations import Observed
-from wearlab.updating.stored import Stored, StoredRun
+from wearlab.updating.stored import StoredVariable, StoredRun
 
 Array = NDArray[np.float64]
 TINY = 1e-12
@@ -83,7 +83,7 @@ def curve_of(
     return RunCurve(cycle, y[:, None], slope[:, None])
 
 
-def _selected(values: Stored, labels: Mapping[str, Any], place: str, name: str) -> Stored:
+def _selected(values: StoredVariable, labels: Mapping[str, Any], place: str, name: str) -> StoredVariable:
     """Return a variable at its labels; a dimension with one label needs none."""
     dims = values.dims
     for dim in [dim for dim in dims if dim != "update"]:
@@ -160,7 +160,7 @@ def _profile(run: StoredRun, seen: Observed, places: Array, keep: NDArray[np.boo
     return RunCurve(np.asarray(run["cycle"].values, float)[keep], value, slope)
 
 
-def _on_flank(values: Stored, where: str | None, place: str) -> Stored:
+def _on_flank(values: StoredVariable, where: str | None, place: str) -> StoredVariable:
     known = [str(one) for one in values.known("flank")]
     if where is None and len(known) == 1:
         return values.at("flank", 0)

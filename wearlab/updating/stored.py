@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Stored:
+class StoredVariable:
     """A variable.
 
     Parameters
@@ -34,15 +34,15 @@ class Stored:
     dims: tuple[str, ...]
     labels: Mapping[str, list[Any]]
 
-    def at(self, dim: str, index: "int | list[int]") -> "Stored":
+    def at(self, dim: str, index: "int | list[int]") -> "StoredVariable":
         """Return the values at a place of a dim, which goes with it, or at some places."""
         dims = self.dims if isinstance(index, list) else tuple(one for one in self.dims if one != dim)
-        return Stored(np.take(self.values, index, axis=self.dims.index(dim)), dims, self.labels)
+        return StoredVariable(np.take(self.values, index, axis=self.dims.index(dim)), dims, self.labels)
 
-    def largest(self, dim: str) -> "Stored":
+    def largest(self, dim: str) -> "StoredVariable":
         """Return the largest along a dim, of those that are numbers."""
         found = np.fmax.reduce(self.values, axis=self.dims.index(dim))
-        return Stored(found, tuple(one for one in self.dims if one != dim), self.labels)
+        return StoredVariable(found, tuple(one for one in self.dims if one != dim), self.labels)
 
     def known(self, dim: str) -> list[Any]:
         """Return the labels of a dim, numbers from 0 on where it has none."""
@@ -53,7 +53,7 @@ class Stored:
 class StoredRun:
     """Variables by name."""
 
-    variables: Mapping[str, Stored]
+    variables: Mapping[str, StoredVariable]
 
     @classmethod
     def of(cls, run: "xr.Dataset") -> "StoredRun":
@@ -69,12 +69,12 @@ class StoredRun:
     def __contains__(self, name: str) -> bool:
         return name in self.variables
 
-    def __getitem__(self, name: str) -> Stored:
+    def __getitem__(self, name: str) -> StoredVariable:
         return self.variables[name]
 
 
-def _labelled(values: NDArray[Any], dims: tuple[str, ...], labels: Mapping[str, list[Any]]) -> Stored:
-    return Stored(values, dims, {dim: labels[dim] for dim in dims if dim in labels})
+def _labelled(values: NDArray[Any], dims: tuple[str, ...], labels: Mapping[str, list[Any]]) -> StoredVariable:
+    return StoredVariable(values, dims, {dim: labels[dim] for dim in dims if dim in labels})
 
 
 def read_runs(store: "Store", ids: Collection[str], names: Collection[str]) -> dict[str, StoredRun]:
