@@ -12,7 +12,7 @@ from wearlab.campaign.measured import THICKNESS
 from wearlab.updating.curve import RunCurve
 from wearlab.updating.errors import UpdateError
 from wearlab.updating.observations import Observed
-from wearlab.updating.stored import StoredVariable, StoredRun
+from wearlab.updating.stored import StoredRun, StoredVariable
 
 Array = NDArray[np.float64]
 TINY = 1e-12
