@@ -1,5 +1,6 @@
 """Where each variable of a dataset comes from: which part of a scene makes it."""
 
+from wearlab.results import RESULTS
 from wearlab.schema import ON_REQUEST, VARIABLES
 
 FIRST_OF = {
@@ -34,6 +35,9 @@ def origin_of(name: str) -> tuple[str, str]:
     ----------
     name : a key of `wearlab.schema.VARIABLES`
     """
+    made_of = next((one.needs for one in RESULTS if one.name == name), ())
+    if made_of:
+        return origin_of(made_of[0])
     group, needs = "", ""
     for one in VARIABLES:
         group, needs = FIRST_OF.get(one, (group, needs))

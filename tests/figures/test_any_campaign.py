@@ -181,7 +181,7 @@ def test_another_variable_must_run_along_what_the_kind_shows(many):
 def test_a_run_at_its_limit_is_not_flat():
     """Depths v·n to a limit of 1 at rates 1…99: the median ends where the fiftieth run has reached it."""
     depth, life = Scale("depth", "um"), Scale("life", "1")
-    run_of = QUANTILE_BANDS.series.__globals__["Sampled"]
+    run_of = QUANTILE_BANDS.series.__globals__["OfRun"]
     rates = np.arange(1.0, 100.0)
     runs = [
         run_of({}, np.array([0.0, 1.0 / v]), np.array([0.0, 1.0]), life, depth, ended="above") for v in rates

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from wearlab.accuracy.race import BALANCE, CLOSING, LANDING, OURS, WARM, Entry, race
+from wearlab.accuracy.race import BALANCE, CLOSING, LANDING, OURS, WARM, Contestant, race
 from wearlab.accuracy.steady import steady
 from wearlab.campaign import load
 from wearlab.scene import Scene
@@ -47,7 +47,7 @@ def scenes() -> Iterator[tuple[str, Scene]]:
                 yield f"{kind} {name}, {30.0 * speed / np.pi:.0f} rpm", scene
 
 
-def row(case: str, target: float, entries: list[Entry]) -> tuple[str, ...]:
+def row(case: str, target: float, entries: list[Contestant]) -> tuple[str, ...]:
     """Return a row of the table."""
     by_role = {one.contestant.role: one for one in entries}
     mine = by_role.get(OURS)
@@ -62,7 +62,7 @@ def row(case: str, target: float, entries: list[Entry]) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def told(one: Entry | None) -> str:
+def told(one: Contestant | None) -> str:
     """Return time, spread, setting and error of an entry."""
     if one is None:
         return "not reached"
@@ -72,7 +72,7 @@ def told(one: Entry | None) -> str:
     return f"{1e6 * median:.4g} µs ±{50 * spread:.0f} % ({how})"
 
 
-def ratio(one: Entry | None, other: Entry) -> str:
+def ratio(one: Contestant | None, other: Contestant) -> str:
     """Return the median of the ratios of each round, and their range."""
     if one is None:
         return ""

@@ -1,4 +1,4 @@
-"""Meshes, flanks and bearings that show the same are drawn once, and it is said."""
+"""Meshes and bearings that show the same are drawn once, and it is said."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from wearlab.figures.ask import Ask
 from wearlab.figures.plot import Array, Scale, Series
 from wearlab.figures.wording import Label
 
-SYMMETRIC = ("mesh", "flank", "bearing")  # dimensions along which planets repeat themselves
+SYMMETRIC = ("mesh", "bearing")  # dimensions along which planets repeat themselves
 SEEN = 1e-3  # of the range of all curves on an axis: smaller differences are not to be seen
 
 

@@ -4,14 +4,16 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from wearlab.runner.worker import Task
-from wearlab.scene.calibrating import CalibrationLife, calibrating
 
 if TYPE_CHECKING:
+    from wearlab.scene.calibrating import CalibrationLife
     from wearlab.store import Store
 
 
 def calibrations(tasks: Iterable[Task]) -> dict[str, Task]:
     """Return the run that calibrates each task, by the id of the task that needs one."""
+    from wearlab.scene.calibrating import calibrating  # managing runs needs no scenes
+
     found = {task.id: calibrating(task.scene) for task in tasks}
     return {needing: Task(scene.id, scene) for needing, scene in found.items() if scene is not None}
 
@@ -41,7 +43,9 @@ def with_calibrations(tasks: Iterable[Task], needed: Mapping[str, Task], store: 
     return [at_hand(task) for task in tasks]
 
 
-def _life(store: "Store", run_id: str) -> CalibrationLife:
+def _life(store: "Store", run_id: str) -> "CalibrationLife":
+    from wearlab.scene.calibrating import CalibrationLife
+
     run = store.run(run_id)
     error = float(run["error_estimate_life"].values) if "error_estimate_life" in run else 0.0
     return CalibrationLife(run_id, float(run["cycle"].values[-1]), error, str(run["end_reason"].values))
