@@ -45,18 +45,6 @@ def test_examples_of_plugins_are_told(file):
     assert file.with_suffix(".toml").exists()
 
 
-def test_the_variant_that_the_docs_print_works():
-    printed = re.findall(r"^```python\n(.+?)^```", (DOCS / "where_to_add.md").read_text(), re.DOTALL | re.M)
-    (source,) = [one for one in printed if "(CoefficientModel)" in one]
-    from wearlab.options import Stored
-    from wearlab.plugins import Plugin, load
-    from wearlab.wear.coefficients import CoefficientModel
-
-    load(Plugin("printed.py", source.replace('"constant"', '"printed"')))
-    variant = CoefficientModel.slot.variants["printed"]
-    assert variant(model="printed", value=Stored(1e-18)).value == 1e-18
-
-
 def test_folders_that_the_docs_name_exist():
     for folder in re.findall(r"`wearlab/([a-z_/]+)/<name>.py`", (DOCS / "where_to_add.md").read_text()):
         assert (PACKAGE / folder / "__init__.py").exists(), folder
