@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.campaign.measured import THICKNESS
+from wearlab.campaign.measured import THICKNESS, Limit
 from wearlab.updating.curve import RunCurve
 from wearlab.updating.errors import UpdateError
 from wearlab.updating.observations import Observed
@@ -34,8 +34,10 @@ class Asked:
     cycle: Array
 
 
-def asked_of(run: StoredRun, seen: Observed, keep: NDArray[np.bool_]) -> Asked:
+def asked_of(run: StoredRun, seen: Observed, keep: NDArray[np.bool_], limit: Limit, ended: RunCurve) -> Asked:
     """Return what a block of observations asks of a run, whose states that count are ``keep``.
+
+    Where the block is of the quantity that ends the life, its curve is the one that is known already.
 
     Raises
     ------
@@ -50,7 +52,8 @@ def asked_of(run: StoredRun, seen: Observed, keep: NDArray[np.bool_]) -> Asked:
         row = seen.row[int(np.argmin(cycle))]
         raise UpdateError(f"{data.file}: line {row}: is before the cycle at which the run starts")
     if seen.place_kind is None:
-        curve = curve_of(run, data.quantity, data.where, data.select, keep, data.place)
+        same = (data.quantity, data.where) == (limit.quantity, limit.where) and not data.select
+        curve = ended if same else curve_of(run, data.quantity, data.where, data.select, keep, data.place)
         return Asked(curve, np.zeros(len(seen), np.intp), cycle)
     places, column = np.unique(seen.place, return_inverse=True)
     return Asked(_profile(run, seen, places, keep), column.astype(np.intp), cycle)
@@ -77,9 +80,10 @@ def curve_of(
     values = _selected(values, labels, place, name)
     cycle = np.asarray(run["cycle"].values, float)[keep]
     y = np.asarray(values.values, float)[keep]
-    slope = _slopes(cycle, y)
     if name == "max_wear_depth" and "wear_rate" in run and "wear_depth" in run:
         slope = _limited(_rate_at_the_deepest(run, where)[keep], cycle, y)
+    else:
+        slope = _slopes(cycle, y)
     return RunCurve(cycle, y[:, None], slope[:, None])
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 TABLE = 20_000  # places of a table of crossings
+BITS = 53  # bisections to round-off
 
 
 @dataclass(frozen=True)
@@ -47,14 +48,19 @@ class RunCurve:
         i = np.searchsorted(highest, level, side="left")
         inside = (i > 0) & (i < len(highest))
         piece = np.clip(i, 1, len(highest) - 1)
-        low, high = self.cycle[piece - 1].copy(), self.cycle[piece].copy()
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            above = self.at(middle) >= level
-            low, high = np.where(above, low, middle), np.where(above, middle, high)
+        left, width = self.cycle[piece - 1], self.cycle[piece] - self.cycle[piece - 1]
+        y0, rise = self.value[piece - 1, 0] - level, self.value[piece, 0] - self.value[piece - 1, 0]
+        d0, d1 = self.slope[piece - 1, 0] * width, self.slope[piece, 0] * width
+        second, third = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise
+        low, high = np.zeros(level.shape), np.ones(level.shape)
+        for _ in range(BITS):
+            t = 0.5 * (low + high)
+            above = y0 + t * (d0 + t * (second + t * third)) >= 0.0
+            low, high = np.where(above, low, t), np.where(above, t, high)
+        crossing = left + high * width
         rate = self.slope[-1, 0]
         ahead = (level - self.value[-1, 0]) / rate if rate > 0.0 else np.full(level.shape, math.inf)
-        return np.asarray(np.where(inside, high, np.where(i == 0, self.cycle[0], self.cycle[-1] + ahead)))
+        return np.asarray(np.where(inside, crossing, np.where(i == 0, self.cycle[0], self.cycle[-1] + ahead)))
 
     def reached(self, level: Array) -> Array:
         """Return what `first_above` does for very many levels, by a table of it between start and end."""

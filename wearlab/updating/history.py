@@ -100,23 +100,25 @@ def history_of(
         start=float(cycle[0]),
         end=float(cycle[-1]),
         seconds_per_cycle=per_cycle(run, "operating_hours"),
-        asked=tuple(asked_of(run, one, keep) for one in seen),
+        asked=tuple(asked_of(run, one, keep, limit, ended) for one in seen),
         limit=ended,
         level=limit.value,
         limit_cycle=limit_cycle,
-        beside=_beside(run, limit, keep),
+        beside=_beside(run, limit, ended, keep),
         numerical=_numerical(run, limit_cycle),
         numerical_whole=_numerical_whole(run, limit_cycle),
     )
 
 
-def _beside(run: StoredRun, limit: Limit, keep: NDArray[np.bool_]) -> dict[str, RunCurve]:
+def _beside(run: StoredRun, limit: Limit, ended: RunCurve, keep: NDArray[np.bool_]) -> dict[str, RunCurve]:
     """Return depth and mass of the gear that ends the life, where the run has them."""
-    found = {}
+    found: dict[str, RunCurve] = {}
     member = None if limit.where is None else limit.where.split("-")[0]
     flank = limit.where if limit.quantity == "max_wear_depth" else member
     for name, dim, where in (("max_wear_depth", "flank", flank), ("worn_mass", "member", member)):
-        if name in run and (where is None or where in run[name].labels.get(dim, ())):
+        if name == limit.quantity and where == limit.where:
+            found[name] = ended
+        elif name in run and (where is None or where in run[name].labels.get(dim, ())):
             with suppress(UpdateError):
                 found[name] = curve_of(run, name, where, {}, keep, "")
     return found
