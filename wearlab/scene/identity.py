@@ -58,8 +58,11 @@ def _is_default(part: type[Part], name: str, value: Any) -> bool:
     default, text = _default(part, name)
     if text is None or value is default:
         return text is not None
-    plain = type(value) is type(default) and isinstance(value, str | int | float)
-    return bool(plain and value == default) or _text(value) == text
+    if type(value) is type(default) and isinstance(value, str | int):
+        return bool(value == default)
+    if isinstance(value, float) and isinstance(default, float):
+        return value == default or _number(value) == _number(default)
+    return _text(value) == text
 
 
 @cache
