@@ -107,8 +107,3 @@ def unit_of(quantity: str) -> str:
     if quantity == THICKNESS:
         return "m"
     return VARIABLES[quantity].units
-
-
-def udunits(unit: str) -> str:
-    """Return a unit in UDUNITS form, ``m2 N-1``, as a text that can be converted to: ``m2*N-1``."""
-    return unit.replace(" ", "*")

@@ -21,7 +21,6 @@ from wearlab.campaign.measured import (
     ErrorModel,
     Limit,
     UpdateSpec,
-    udunits,
     unit_of,
 )
 from wearlab.campaign.modelled import modelled
@@ -229,7 +228,7 @@ def _scale(own: str | None, unit: str, where: str) -> float | None:
     if own is None:
         return 1.0 if unit in ("1", "") else None
     try:
-        return convert(1.0, own, udunits(unit))
+        return convert(1.0, own, unit)
     except UnitError as error:
         raise CampaignError([f"{where}: {error}"]) from None
 

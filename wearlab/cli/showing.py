@@ -110,7 +110,7 @@ def _as_shown(value: Any, attributes: Mapping[str, Any]) -> tuple[str, str]:
     unit = str(attributes.get("units", ""))
     shown = str(attributes.get("display_units", unit))
     if isinstance(value, int | float) and shown not in (unit, "", "1"):
-        value = convert(float(value), unit.replace(" ", "*"), shown)
+        value = convert(float(value), unit, shown)
     return value_text(value), "" if shown == "1" else shown
 
 

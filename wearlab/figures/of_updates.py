@@ -61,7 +61,7 @@ def logs(values: xr.DataArray) -> tuple[Array, Scale]:
     """Return the common logarithms of a variable as it is shown, those that have one, and their scale."""
     unit, shown = values.attrs.get("units", "1"), values.attrs.get("display_units", "1")
     held = np.asarray(values.values, float).ravel()
-    scale = convert(1.0, unit.replace(" ", "*"), shown) if shown not in (unit, "1") else 1.0
+    scale = convert(1.0, unit, shown) if shown not in (unit, "1") else 1.0
     told = f" in {typeset(shown)}" if shown not in ("1", "") else ""
     return np.log10(np.maximum(scale * held, 1e-300)), Scale(f"log₁₀ of {words(str(values.name))}{told}", "1")
 

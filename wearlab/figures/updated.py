@@ -11,6 +11,7 @@ from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import Kind
 from wearlab.figures.wording import Label
+from wearlab.options import HOUR
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -36,7 +37,7 @@ class Updated:
     def hours_per_cycle(self) -> float | None:
         """Operating hours of a cycle, None where the update does not say."""
         cycle = self["predictions"].get("seconds_per_cycle")
-        return None if cycle is None else float(cycle) / 3600.0
+        return None if cycle is None else float(cycle) / HOUR
 
 
 def updated_cases(title: str, store: "Store", ask: Ask, kind: Kind) -> list[Updated]:

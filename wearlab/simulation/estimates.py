@@ -29,7 +29,7 @@ from wearlab.simulation.wear_off import WearOff
 
 Array = NDArray[np.float64]
 
-DEPTH_SHARE, LIFE_SHARE, FORCE_SHARE = 1.75, 1.0, 1.2
+DEPTH_SHARE, LIFE_SHARE, WORN_FORCE_SHARE = 1.75, 1.0, 1.2
 """Weights of the rougher twin's change of rate, set on seed 1 of `wearlab.accuracy.drawn`."""
 HARD = 10.0
 """Largest mesh force over the static one from which teeth strike as no tolerance foresees [1]."""
@@ -172,7 +172,7 @@ def _forces(
     inherited : error of the wear that the run starts from [m]
     """
     samples = lived.samples
-    off, stepping = WearOff(FORCE_SHARE), inherited + _stepping(lived, samples.cycle)
+    off, stepping = WearOff(WORN_FORCE_SHARE), inherited + _stepping(lived, samples.cycle)
     known = []
     for at, (twin, joint) in enumerate(zip(twins, found, strict=True)):
         if twin is not None and joint is not None:

@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.campaign.measured import Days
+from wearlab.options import HOUR
 
 Array = NDArray[np.float64]
 DAYS_A_YEAR = 365.2425
-HOUR = 3600.0
 LAST = np.datetime64("9999-12-31")
 NEVER = "never"
 
@@ -21,7 +21,7 @@ def days_of(days: Days, remaining: Array, now: float, seconds_per_cycle: float) 
     ----------
     days : a day, its operating hours, hours a year
     remaining : cycles from now on
-    now : cycle of the last inspection
+    now : cycles from the start of the run to the last inspection
     seconds_per_cycle : operating time of a cycle [s]
     """
     hour = seconds_per_cycle / HOUR

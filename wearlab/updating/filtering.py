@@ -106,7 +106,8 @@ def filtered(
         last = one.cycle
         under = one.values[:0] if hidden is None else hidden.among(one.values)
         told = one.values if not len(under) else np.setdiff1d(one.values, under)
-        shared, shared_spread = before, before_spread + offset_variance  # of W and the offset together
+        whole = before_spread + offset_variance  # of W and the offset together
+        shared, shared_spread = before, whole
         off, expected, chi, gained = (np.zeros(()) for _ in range(4))
         if len(told):
             off, expected, chi, gained = _gained(residual, variance, told, shared, shared_spread)
@@ -120,7 +121,6 @@ def filtered(
             if not len(told):
                 own = variance[..., 0 if variance.shape[-1] == 1 else under[0]]
                 off = (shared - before) / np.sqrt(wide[1] + own)
-        whole = before_spread + offset_variance
         with np.errstate(invalid="ignore"):
             gain = np.where(whole > 0.0, before_spread / whole, 0.0)
         total = total + gained

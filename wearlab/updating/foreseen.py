@@ -53,7 +53,7 @@ def predictions(one: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset:
     days = one.study.spec.days
     if days is not None:
         about = f"day on which the limit is reached, at {days.hours_per_year:g} operating hours a year"
-        ends = days_of(days, answer.remaining(P), answer.now, hours)
+        ends = days_of(days, answer.remaining(P), answer.now - run.start, hours)
         found["end_of_life_quantile"] = xr.Variable("quantile", ends, {"long_name": about})
     quantity = one.study.limit.quantity
     for name in run.beside:

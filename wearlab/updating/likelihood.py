@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.campaign.distributions import Distribution
-from wearlab.campaign.measured import PREVIOUS, Data, udunits
+from wearlab.campaign.measured import PREVIOUS, Data
 from wearlab.units import convert
 from wearlab.updating.asking import Asked
 from wearlab.updating.censoring import Hidden
@@ -86,7 +86,7 @@ def _spread(name: str, given: float | Distribution, data: Data) -> Spread:
     label = f"{name}_{data.label}"
     if not isinstance(given, Distribution):
         return Spread(label, given)
-    scale = 1.0 if given.unit is None else convert(1.0, given.unit, udunits(data.si))
+    scale = 1.0 if given.unit is None else convert(1.0, given.unit, data.si)
     return Spread(label, given.at(0.5) * scale, given, scale)
 
 

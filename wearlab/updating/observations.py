@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.campaign.measured import WHEN, WHERE, Data, udunits
+from wearlab.campaign.measured import WHEN, WHERE, Data
 from wearlab.units import UnitError, convert
 from wearlab.updating.errors import UpdateError
 
@@ -148,7 +148,7 @@ def _column(
             f'{data.place}.units: column {column!r} needs its unit: units = {{ {column} = "…" }}'
         )
     try:
-        scale = 1.0 if own is None else convert(1.0, own, udunits(unit))
+        scale = 1.0 if own is None else convert(1.0, own, unit)
     except UnitError as error:
         raise UpdateError(f"{data.place}.units.{column}: {error}") from None
     values = np.empty(len(body))

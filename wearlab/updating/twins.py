@@ -77,7 +77,7 @@ def _with(text: str, seen: Observed, value: np.ndarray) -> str:
     data = seen.data
     column = data.columns.value or data.quantity
     own = data.units.get(column)
-    shown = value if own is None else value / convert(1.0, own, data.si.replace(" ", "*"))
+    shown = value if own is None else value / convert(1.0, own, data.si)
     lines = text.splitlines()
     head = next(i for i, line in enumerate(lines) if line.strip() and not line.startswith("#"))
     at = next(csv.reader([lines[head]])).index(column)

@@ -5,10 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from wearlab.options import HOUR
+from wearlab.schema import VARIABLES
 from wearlab.store.headline import hours_text
 from wearlab.units import convert
 
-HOUR = 3600.0
 EVIDENCE = ((1.0, "cannot tell"), (3.0, "leans towards"), (5.0, "clearly prefers"))
 
 
@@ -32,10 +33,9 @@ def answers(tree: xr.DataTree) -> list[str]:
     for label in labels:
         predictions = group(tree, "predictions", label)
         limit = predictions["limit"]
-        unit = "µm" if str(limit.attrs["units"]) == "m" else "g"
-        wear = (
-            f"{convert(float(limit), str(limit.attrs['units']), unit.replace('µ', 'u')):.4g} {unit} of wear"
-        )
+        declared = VARIABLES[str(limit.attrs["quantity"])]
+        value = convert(float(limit), declared.units, declared.display_units)
+        wear = f"{value:.4g} {declared.display_units.replace('um', 'µm')} of wear"
         where = f" on the {limit.attrs['where']}" if limit.attrs["where"] else ""
         second = float(predictions["seconds_per_cycle"])
         rest = _last(predictions["remaining_useful_life_quantile"])
@@ -44,9 +44,8 @@ def answers(tree: xr.DataTree) -> list[str]:
         if "end_of_life_quantile" in predictions:
             first, _, likely, _, latest_day = map(str, predictions["end_of_life_quantile"].values)
             day = f" on {likely}, with 90 % between {first} and {latest_day}:"
-        of = f"{label}: " if label is not None else ""
         text = f"{wear}{where} is reached{day} {middle} after the last inspection (90 %: {low} to {high})."
-        found.append(of + text if of else text[0].upper() + text[1:])
+        found.append(text if label is None else f"{label}: {text}")
     return found
 
 
