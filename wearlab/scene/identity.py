@@ -55,25 +55,31 @@ def _essence(value: Any) -> Any:
 def _is_default(part: type[Part], name: str, value: Any) -> bool:
     if name not in part.model_fields:
         return False
-    default, text = _default(part, name)
-    if text is None or value is default:
-        return text is not None
-    if type(value) is type(default) and isinstance(value, str | int):
-        return bool(value == default)
-    if isinstance(value, float) and isinstance(default, float):
-        return value == default or _number(value) == _number(default)
-    return _text(value) == text
+    default, given = _default(part, name)
+    return given and _alike(value, default)
 
 
 @cache
-def _default(part: type[Part], name: str) -> tuple[Any, str | None]:
+def _default(part: type[Part], name: str) -> tuple[Any, bool]:
     field = part.model_fields[name]
-    default = field.get_default(call_default_factory=True)
-    return default, None if field.is_required() else _text(default)
+    return field.get_default(call_default_factory=True), not field.is_required()
 
 
-def _text(value: Any) -> str:
-    return canonical({"": _dumped(value)})
+def _alike(one: Any, other: Any) -> bool:
+    """Say whether two values are the same in canonical JSON, by the first thing in which they differ."""
+    if one is other:
+        return True
+    if type(one) is type(other):
+        if isinstance(one, Part):
+            own, theirs = Part.identifying(one), Part.identifying(other)
+            return own.keys() == theirs.keys() and all(_alike(own[name], theirs[name]) for name in own)
+        if isinstance(one, float):
+            return bool(one == other) or _number(one) == _number(other)
+        if isinstance(one, str | int):
+            return bool(one == other)
+    elif one is None or other is None or isinstance(one, str) or isinstance(other, str):
+        return False
+    return canonical({"": _dumped(one)}) == canonical({"": _dumped(other)})
 
 
 def _dumped(value: Any) -> Any:

@@ -11,7 +11,8 @@ from wearlab.campaign.measured import PREVIOUS, Data
 from wearlab.units import convert
 from wearlab.updating.asking import Asked
 from wearlab.updating.censoring import Hidden
-from wearlab.updating.condensing import SIZE, condensed, squares
+from wearlab.updating import condensing
+from wearlab.updating.condensing import SIZE, condensed
 from wearlab.updating.filtering import LOG_TWO_PI, Filtered, Inspection, filtered
 from wearlab.updating.history import RunHistory
 from wearlab.updating.observations import Observed
@@ -166,7 +167,7 @@ def log_likelihood(
     residual = block.seen.value[block.rows] - model
     censored = block.seen.censored[block.rows]
     shares = bool(np.any(rate > 0.0)) or block.data.error.offset_sd > 0.0
-    if not steps and not shares and (len(block.rows) > MANY or censored.any()):
+    if not steps and not shares:
         total = _independent(residual, variance, model, censored, block.seen.below[block.rows])
         zero = np.zeros_like(total)
         return Filtered(total, zero, zero, times[-1].cycle if times else start)
@@ -179,32 +180,39 @@ def log_likelihood(
 
 
 def _condenses(block: Block, asked: Asked, sd: Array, rate: Array) -> bool:
-    """Whether the values are very many, with errors that are independent and know nothing of the model."""
+    """Whether the values are very many, with errors that are independent and differ by the model alone."""
     error, seen = block.data.error, block.seen
     if len(block.rows) <= MANY or SIZE * asked.curve.value.shape[-1] > len(block.rows):
         return False
     if block.data.since is not None or np.any(rate > 0.0):
         return False
-    if error.offset_sd or error.relative or block.numerical or seen.censored[block.rows].any():
+    if error.offset_sd or seen.censored[block.rows].any():
         return False
-    return sd.size == 1 or not seen.sd[block.rows].any()
+    return not seen.sd[block.rows].any() or (sd.size == 1 and not _relative(block))
 
 
 def _condensed(block: Block, history: RunHistory, number: int, factor: Array, sd: Array) -> Array:
     """Return the log likelihood by what is sufficient of the values, see `condensing`."""
     asked, rows, own = history.asked[number], block.rows, block.seen.sd[block.rows]
-    variance = np.ones(len(rows)) if not own.any() else own**2 + float(sd.ravel()[0]) ** 2
-    told = condensed(asked.cycle[rows], asked.column[rows], block.seen.value[rows], 1.0 / variance)
-    square = squares(told, history, asked, factor)
-    if own.any():
-        return np.asarray(-0.5 * (square + np.sum(np.log(variance)) + len(rows) * LOG_TWO_PI))
-    return np.asarray(-0.5 * (square / sd**2 + len(rows) * (np.log(sd**2) + LOG_TWO_PI)))
+    values = (asked.cycle[rows], asked.column[rows], block.seen.value[rows])
+    if not own.any():
+        told = condensed(*values, np.ones(len(rows)))
+        return condensing.log_likelihood(told, history, asked, factor, sd, _relative(block))
+    variance = own**2 + float(sd.ravel()[0]) ** 2
+    told = condensed(*values, 1.0 / variance)
+    whole = condensing.log_likelihood(told, history, asked, factor, np.ones(1), 0.0)
+    return np.asarray(whole - 0.5 * np.sum(np.log(variance)))
+
+
+def _relative(block: Block) -> float:
+    """Return the error of a value that is in parts of the model: what is measured, and the run's own."""
+    return math.hypot(block.data.error.relative, block.numerical)
 
 
 def _variance(block: Block, model: Array, sd: Array) -> Array:
     """Return the variance of each value's own error; of one where all are alike, its last dimension is 1."""
     own = block.seen.sd[block.rows]
-    relative = math.hypot(block.data.error.relative, block.numerical)
+    relative = _relative(block)
     square = np.asarray(sd**2)[..., None]
     if own.any():
         square = square + own**2

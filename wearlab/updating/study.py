@@ -197,8 +197,10 @@ def _read(
     study: MeasuredCase, scenes: tuple[Scene, ...], store: "Store"
 ) -> tuple[tuple[RunHistory, ...], NDArray[np.intp]]:
     """Return the histories of all draws that have data."""
-    wanted = needed(study.seen, study.limit) | {"cycle", "operating_hours", "mesh_cycles", "roll_angle"}
+    wanted = needed(study.seen, study.limit) | {"cycle", "operating_hours"}
     wanted |= {one.place_kind for one in study.seen if one.place_kind}
+    wanted |= {one.clock for one in study.seen if one.clock == "mesh_cycles"}
+    wanted |= {"roll_angle" for one in study.seen if one.data.quantity == THICKNESS}
     wanted -= {"verdict", "end_reason"}  # for people
     ids = [scene.id for scene in scenes]
     runs = read_runs(store, dict.fromkeys(ids), wanted)
