@@ -1,13 +1,13 @@
 """Very many values with independent errors: what is sufficient of them to compare them with a wear curve.
 
-Between two states of a run the model m is a cubic of the cycle, and the variance v of a value is smooth in it.
-What a bin of values of neighbouring cycles adds to the likelihood is therefore known from twelve of its cycles,
+Between two states of a run the model m is a cubic of the cycle, and the variance v of a value is smooth in
+it. What a bin of values of neighbouring cycles adds to the likelihood is therefore known from twelve cycles,
 
     Σ w (y − m)²/v + ln v = Σ_k (Y2_k − 2 d_k Y1_k + d_k² Y0_k)/v_k + N_k ln v_k,   d_k = m(t_k) − c,
 
-with Y_n,k = Σ w (y − c)ⁿ L_k(t) over the values, L_k the Lagrange polynomials of those cycles, N_k = Σ L_k, and c
-the bin's mean: exact where v does not change in a bin, to 1e-6 where the model changes by less than a tenth. A bin
-in which it changes by more, or in which a state of the run falls, is compared value by value.
+with Y_n,k = Σ w (y − c)ⁿ L_k(t) over the values, L_k the Lagrange polynomials of those cycles, N_k = Σ L_k,
+and c the bin's mean: exact where v does not change in a bin, to 1e-6 where the model changes by less than a
+tenth. A bin in which it changes by more, or in which a state of the run falls, is compared value by value.
 """
 
 from dataclasses import dataclass

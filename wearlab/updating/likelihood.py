@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from wearlab.campaign.distributions import Distribution
 from wearlab.campaign.measured import PREVIOUS, Data
 from wearlab.units import convert
+from wearlab.updating import condensing
 from wearlab.updating.asking import Asked
 from wearlab.updating.censoring import Hidden
-from wearlab.updating import condensing
 from wearlab.updating.condensing import SIZE, condensed
 from wearlab.updating.filtering import LOG_TWO_PI, Filtered, Inspection, filtered
 from wearlab.updating.history import RunHistory
