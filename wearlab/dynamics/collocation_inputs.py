@@ -55,7 +55,7 @@ def inputs_of(
         tables.stiffness, tables.gap, tables.error, tables.error_rate, friction, mean,
         system.mesh_damping / period, law, push,
     )  # fmt: skip
-    to, of = np.nonzero(shares[:, :channels])
+    to, of = np.ascontiguousarray(np.nonzero(shares[:, :channels]))
     return Inputs(shares[to, of], to, of, law, push, load)
 
 

@@ -19,6 +19,16 @@ def part_at_jumps(table: Any, limit: float, joined: Any) -> None:
                     joined[step] = False
 
 
+@jit_inner
+def largest_of(table: Any) -> float:
+    """Return the largest modulus in a table of any axes, NaN where one is."""
+    found, values = 0.0, table.reshape(table.size)
+    for x in range(np.uint64(0), np.uint64(len(values))):
+        value = abs(values[x])
+        found = value if value > found or value != value else found
+    return found
+
+
 SMALL = 4000
 """Multiplications up to which a product is written out: a call of the library takes as long."""
 
@@ -81,7 +91,8 @@ def fill(
     matrix[:, :] = 0.0
     for row in range(begin):
         matrix[row, row] = 1.0
-    matrix[begin : begin + states, :rows] = sense
+    for state in range(states):
+        write(sense[state], matrix[begin + state])
     for stage in range(stages + 1):
         step, at = place(first, stage, stages)
         at_stage(inputs, step, at, law, push)
@@ -96,6 +107,16 @@ def fill(
                 elif value != 0.0:
                     for col in range(n):
                         add(matrix[begin + col], fed, -value * direction[m, col])
+
+
+@jit_inner
+def write(given: Any, out: Any) -> None:
+    """Write ``given`` over the first entries of ``out``.
+
+    Numba compiles for an assignment of arrays also what to say of unequal lengths, in text: seconds.
+    """
+    for x in range(np.uint64(0), np.uint64(len(given))):
+        out[x] = given[x]
 
 
 @jit_inner
@@ -233,7 +254,7 @@ def over_group_of_one(
                 one[row, col] += factor * stages[line, col]
 
 
-@jit
+@jit_inner
 def over_groups(
     groups: Any, first: Any, size: Any, slot: Any, direction: Any, inputs: Any, stages: Any, maps: Any,
     whole: Any,
@@ -278,7 +299,7 @@ def over_groups(
                 whole[row, col] = carried[row, col] + (step[row, col] if col >= states else 0.0)
 
 
-@jit
+@jit_inner
 def starts_of_groups(maps: Any, stages: Any, given: Any, starts: Any, inputs: Any) -> None:
     """Fill the state at the start of every group, and the inputs at its stages.
 
@@ -290,21 +311,21 @@ def starts_of_groups(maps: Any, stages: Any, given: Any, starts: Any, inputs: An
     inputs : (n_groups, most inputs)
     """
     rows = starts.shape[1]
-    starts[0] = given[:rows]
+    write(given[:rows], starts[0])
     for at in range(len(maps)):
         applied(stages[at], given, inputs[at])
         applied(maps[at], given, starts[at + 1])
-        given[:rows] = starts[at + 1]
+        write(starts[at + 1], given)
 
 
-@jit
+@jit_inner
 def path_over_groups(
     groups: Any, first: Any, size: Any, slot: Any, starts: Any, inputs: Any, states: Any
 ) -> None:
     """Fill ``states`` (n_steps + 1, 2n) from the groups' starts and inputs, groups alike in one product."""
     four, two, one = groups
     rows, begin = states.shape[1], 0
-    states[0] = starts[0]
+    write(starts[0], states[0])
     if len(four.effect[0]) * four.effect.shape[2] <= SMALL:
         for at in range(len(first)):
             x = slot[at]
@@ -325,11 +346,15 @@ def path_over_groups(
             end += 1
         x = slot[begin]
         group = four if size[begin] == 0 else (two if size[begin] == 1 else one)
-        effect = group.effect[x]
-        pushed = np.ascontiguousarray(inputs[begin:end, : effect.shape[1]])
-        moved = np.dot(starts[begin:end], group.transition[x].T)
-        moved += np.dot(pushed, effect.T)
+        effect, alike, low = group.effect[x], end - begin, first[begin] + 1
+        pushed = np.empty((alike, effect.shape[1]))
+        for at in range(alike):
+            write(inputs[begin + at, : effect.shape[1]], pushed[at])
+        moved, driven = np.empty((alike, len(effect))), np.empty((alike, len(effect)))
+        np.dot(starts[begin:end], group.transition[x].T, moved)
+        np.dot(pushed, effect.T, driven)
         steps = len(effect) // rows
-        low, count = first[begin] + 1, (end - begin) * steps
-        states[low : low + count] = moved.reshape((count, rows))
+        for at in range(alike):
+            for line in range(len(effect)):
+                states[low + at * steps + line // rows, line % rows] = moved[at, line] + driven[at, line]
         begin = end

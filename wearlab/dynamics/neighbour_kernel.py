@@ -5,7 +5,16 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import jit, jit_inner
-from wearlab.dynamics.collocation_kernel import fill, inputs_at_stages, padded, path_over_groups, place
+from wearlab.dynamics.collocation_kernel import (
+    add,
+    fill,
+    inputs_at_stages,
+    largest_of,
+    padded,
+    path_over_groups,
+    place,
+    write,
+)
 from wearlab.dynamics.elimination import eliminate
 
 
@@ -24,7 +33,7 @@ def answers_of_group(
     fill(sense, feed, direction, inputs, first, law, push, matrix)
     for stage in range(stages):
         for a in range(moving):
-            matrix[unknowns + given + stage * moving + a, :rows] = feed[stage * count + a]
+            write(feed[stage * count + a], matrix[unknowns + given + stage * moving + a])
     eliminate(matrix)
     entering = np.empty((stages * count, columns))
     inputs_at_stages(direction, inputs, first, law, push, matrix[unknowns:], rows, entering)
@@ -33,10 +42,11 @@ def answers_of_group(
             entering[stage * count + a, given + stage * moving + a] += 1.0
     last = len(effect) - states
     end = np.dot(effect[last:], entering)
-    end[:, :states] += transition[last:]
     by_state[:, :], by_input[:, :] = 0.0, 0.0
-    by_state[:states] = end[:, :given]
-    by_input[:states, : stages * moving] = end[:, given:]
+    for row in range(states):
+        add(end[row], transition[last + row], 1.0)
+        write(end[row, :given], by_state[row])
+        write(end[row, given:], by_input[row])
     for row in range(rows):
         for col in range(given):
             by_state[states + row, col] = matrix[unknowns + col, row]
@@ -103,17 +113,23 @@ def correct(
         for x in range(len(held)):
             given[rows + 1 + x] = given[held[x]]
             given[held[x]] = 0.0
-        sizes += given[rows + 1 :]
+        add(sizes, given[rows + 1 :], 1.0)
         over_period(by_state, direction, given, answer, steps, more)
-        starts += steps
-        felt += more
+        add_all(starts, steps)
+        add_all(felt, more)
         before = largest
         largest = added_inputs(inputs, law, None, more, added)
         if not largest <= shrinks * before:
             return 0
-        if largest * np.abs(more).max() <= left * before * np.abs(felt).max():
+        if largest * largest_of(more) <= left * before * largest_of(felt):
             return count
     return 0
+
+
+@jit_inner
+def add_all(out: Any, given: Any) -> None:
+    """Add the entries of a table to those of another."""
+    add(out.reshape(out.size), given.reshape(given.size), 1.0)
 
 
 @jit
@@ -163,7 +179,7 @@ def end_of_period(by_state: Any, by_input: Any, added: Any, answer: Any, end: An
         np.dot(by_state[at, :rows], given, carried)
         for row in range(rows):
             given[row] = carried[row] + answer[at, row]
-    end[:] = given[:rows]
+    write(given[:rows], end)
 
 
 @jit
@@ -180,7 +196,7 @@ def over_period(by_state: Any, direction: Any, given: Any, answer: Any, starts: 
     rows, (stages, meshes) = starts.shape[1], felt.shape[1:]
     n = direction.shape[1]
     carried = np.empty(by_state.shape[1])
-    starts[0] = given[:rows]
+    write(given[:rows], starts[0])
     for at in range(len(by_state)):
         for m in range(meshes):
             total = 0.0
@@ -190,8 +206,8 @@ def over_period(by_state: Any, direction: Any, given: Any, answer: Any, starts: 
         np.dot(by_state[at], given, carried)
         for row in range(len(carried)):
             carried[row] += answer[at, row]
-        given[:rows] = carried[:rows]
-        starts[at + 1] = carried[:rows]
+        write(carried[:rows], given)
+        write(carried[:rows], starts[at + 1])
         for stage in range(stages - 1):
             for m in range(meshes):
                 felt[at, stage + 1, m] = carried[rows + stage * meshes + m]

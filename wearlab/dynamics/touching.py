@@ -83,7 +83,7 @@ class Known:
         if cut is None:
             return None
         channels = len(mean) if system.friction_constant is None else 3 * len(mean)
-        to, of = np.nonzero(shares[:, :channels])
+        to, of = np.ascontiguousarray(np.nonzero(shares[:, :channels]))
         rate = 2.0 * np.pi * len(tables.width) / (16.0 * self.period)
         return TouchingPlan(
             *cut,

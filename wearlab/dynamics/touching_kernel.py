@@ -9,6 +9,7 @@ from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.collocation import SIZES, SMOOTH, Group
 from wearlab.dynamics.collocation_inputs import Inputs, tabulate
 from wearlab.dynamics.collocation_kernel import (
+    largest_of,
     over_groups,
     part_at_jumps,
     path_over_groups,
@@ -80,20 +81,11 @@ def describe(width: Any, stiffness: Any, gap: Any, sliding: Any, joined: Any, po
     """Fill what the plan of tables depends on: where steps join, and the mean stiffnesses."""
     for step in range(len(joined)):
         joined[step] = width[step] == width[step + 1]
-    part_at_jumps(stiffness, SMOOTH * largest(stiffness), joined)
-    part_at_jumps(gap, SMOOTH * largest(gap), joined)
+    part_at_jumps(stiffness, SMOOTH * largest_of(stiffness), joined)
+    part_at_jumps(gap, SMOOTH * largest_of(gap), joined)
     if sliding is not None:
-        part_at_jumps(sliding, SMOOTH * largest(sliding), joined)
+        part_at_jumps(sliding, SMOOTH * largest_of(sliding), joined)
     powers_into(width, stiffness, power)
-
-
-@jit_inner
-def largest(table: Any) -> float:
-    """Return the largest modulus in a table (n_steps, 3, n_mesh, n_pairs)."""
-    found, values = 0.0, table.reshape(table.size)
-    for x in range(np.uint64(0), np.uint64(len(values))):
-        found = max(found, abs(values[x]))
-    return found
 
 
 @jit_inner
