@@ -66,7 +66,7 @@ def test_sentences_name_the_limit_the_range_and_the_error():
     assert said[0] == "20 µm of wear is reached after 10 h (a) to 20 h (b) of operation."
     assert said[1] == "1 of 3 cases do not reach it in the time that was asked for."
     assert "were that 2 times as large or small, 10 h would be 5 h or 20 h" in said[2]
-    assert said[3] == "The computation itself is off by 0.03 % at most: little beside that."
+    assert said[3] == "The numerical error of the life is estimated at up to 0.03 %, little beside that."
 
 
 def test_report_chooses():

@@ -1,16 +1,18 @@
 """The answer of a campaign in words: hours to the limit at each case, and how uncertain they are."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from wearlab.report.conditions import case_name, initial_wear
 from wearlab.scene import Scene
+from wearlab.store.errors import StoreError
 from wearlab.store.headline import hours_text
-from wearlab.store.place import place
 
 if TYPE_CHECKING:
-    from wearlab.campaign import Campaign
+    from wearlab.campaign import Campaign, Case
+    from wearlab.store import Store
     from wearlab.store.catalogue import Entry
 
 MOST_CASES = 24
@@ -28,9 +30,11 @@ class CaseTold(NamedTuple):
     hours : to the limit, or what was worn when the run ended
     range : for wear coefficients so many times as large or small
     cycles : to the limit
-    error : numerical error
-    times : over the first case
+    error : estimated numerical error
+    times : over the first case, nothing where there is no other
     share : of the longest life, for a bar [%]
+    flank : that is worn deepest at the end
+    begins : wear that this flank begins with [m]
     """
 
     case: str
@@ -40,24 +44,30 @@ class CaseTold(NamedTuple):
     error: str
     times: str
     share: float
+    flank: str = ""
+    begins: float = 0.0
 
 
 class Reply(NamedTuple):
-    """Sentences, and the cases they sum up."""
+    """Sentences, and the cases they sum up; whether these end on different flanks."""
 
     sentences: tuple[str, ...]
     limit: str
     cases: tuple[CaseTold, ...]
+    several_flanks: bool = False
 
 
-def answer(campaign: "Campaign", entries: "Mapping[str, Entry]", factor: float) -> Reply | None:
+def answer(
+    campaign: "Campaign", entries: "Mapping[str, Entry]", factor: float, store: "Store | None" = None
+) -> Reply | None:
     """Return the answer of a campaign whose runs wear to a limit, None of any other.
 
     Parameters
     ----------
     campaign : its cases
     entries : what the store knows of their runs
-    factor : by which the wear coefficient may be larger or smaller
+    factor : by which the wear coefficient may be larger or smaller; where the cases vary it, no range is told
+    store : where the runs are, to say which flank is worn deepest
     """
     limit = _limit(campaign.cases[0].scene) if campaign.cases else ""
     done = [
@@ -69,13 +79,56 @@ def answer(campaign: "Campaign", entries: "Mapping[str, Entry]", factor: float) 
         return None
     lives = {case.id: float(s["service_life"]) for case, s in worn if _is_number(s.get("service_life"))}
     longest = max(lives.values(), default=0.0)
-    first = next(iter(lives.values()), None)
+    first = next(iter(lives.values()), None) if len(worn) > 1 else None
+    range_by = None if _varies_coefficient(campaign) else factor
     cases = [
-        _case(_name(campaign, case), summary, lives.get(case.id), first, longest, factor)
+        _case(case_name(campaign, case), summary, lives.get(case.id), first, longest, range_by)._replace(
+            **_deepest(store, case)
+        )
         for case, summary in worn[:MOST_CASES]
     ]
-    sentences = list(_sentences(cases, list(lives.values()), len(worn), limit, factor))
-    return Reply(tuple(sentences), limit, tuple(cases) if len(worn) <= MOST_CASES else ())
+    flanks = {one.flank for one in cases if one.share}
+    sentences = list(_sentences(cases, list(lives.values()), len(worn), limit, range_by))
+    sentences += _begun(cases, [case for case, _ in worn[:MOST_CASES]])
+    shown = tuple(cases) if len(worn) <= MOST_CASES else ()
+    return Reply(tuple(sentences), limit, shown, len(flanks) > 1)
+
+
+def _varies_coefficient(campaign: "Campaign") -> bool:
+    """Say whether the cases differ in their wear coefficient, so that they are the range themselves."""
+    wears = [case.scene.wear for case in campaign.cases]
+    given = [None if wear is None else getattr(wear, "coefficient", None) for wear in wears]
+    return any(one != given[0] for one in given)
+
+
+def _deepest(store: "Store | None", case: "Case") -> dict[str, Any]:
+    """Return the flank of a run that is worn deepest at its end, and how deep it began [m]."""
+    if store is None:
+        return {}
+    try:
+        depth = store.run(case.id).get("max_wear_depth")
+    except (StoreError, OSError):
+        return {}
+    if depth is None or set(depth.dims) != {"update", "flank"}:
+        return {}
+    at = int(np.nanargmax(depth.isel(update=-1).values))
+    begins = float(depth.isel(update=0, flank=at).values)
+    return {"flank": str(depth["flank"].values[at]), "begins": begins if np.isfinite(begins) else 0.0}
+
+
+def _begun(cases: Sequence[CaseTold], asked: "Sequence[Case]") -> Iterator[str]:
+    """Yield that the wear with which a flank begins counts, and where it comes from."""
+    told: dict[tuple[str, str], list[float]] = {}
+    for one, case in zip(cases, asked, strict=True):
+        if one.begins > 0.0:
+            initial = getattr(case.scene.wear, "initial", None)
+            given = None if initial is None else getattr(initial, one.flank, None)
+            told.setdefault((one.flank, initial_wear(given) if given else ""), []).append(one.begins)
+    for (flank, whence), depths in told.items():
+        low, high = (f"{1e6 * depth:.3g}" for depth in (min(depths), max(depths)))
+        span = f"up to {high} µm" if low == high else f"up to {low} to {high} µm"
+        said = f"{span}, {whence}" if whence else span
+        yield f"The wear that the {flank} begins with ({said}) is part of these depths."
 
 
 def _is_number(value: Any) -> bool:
@@ -92,19 +145,13 @@ def _limit(scene: Scene) -> str:
     return f"{1e6 * depth:.4g} µm of wear{flank}"
 
 
-def _name(campaign: "Campaign", case: Any) -> str:
-    where = place(campaign, case)
-    along = [f"{name.replace('_', ' ')} {text}".replace("*", "·") for name, text in where.items()]
-    return ", ".join([*([case.label] if case.label != "base" or not along else []), *along])
-
-
 def _case(
     name: str,
     summary: Mapping[str, Any],
     life: float | None,
     first: float | None,
     longest: float,
-    factor: float,
+    factor: float | None,
 ) -> CaseTold:
     if life is None:
         depth = summary.get("max_wear_depth")
@@ -115,7 +162,7 @@ def _case(
     return CaseTold(
         name,
         hours_text(life),
-        f"{hours_text(life / factor)} to {hours_text(life * factor)}",
+        "" if factor is None else f"{hours_text(life / factor)} to {hours_text(life * factor)}",
         f"{cycles:.3g}" if cycles else "",
         "" if relative is None else f"{100 * relative:.2g} %",
         f"× {life / first:.3g}" if first else "",
@@ -123,13 +170,18 @@ def _case(
     )
 
 
-def _sentences(cases: Sequence[CaseTold], lives: list[float], count: int, limit: str, factor: float) -> Any:
+def _sentences(
+    cases: Sequence[CaseTold], lives: list[float], count: int, limit: str, factor: float | None
+) -> Iterator[str]:
     if not limit:
         yield f"{count} cases ran to their end; no wear depth was set as the limit."
         return
     if not lives:
         yield f"No case reaches {limit} in the time that was asked for."
         return
+    flanks = {one.flank for one in cases if one.share and one.flank}
+    if len(flanks) == 1 and len(cases) == count and " on the " not in limit:
+        limit = f"{limit} on the {next(iter(flanks))}"
     if len(lives) == 1:
         yield f"{limit[0].upper()}{limit[1:]} is reached after {hours_text(lives[0])} of operation."
     elif count <= MOST_CASES:
@@ -150,13 +202,15 @@ def _sentences(cases: Sequence[CaseTold], lives: list[float], count: int, limit:
         )
     if len(lives) < count:
         yield f"{count - len(lives)} of {count} cases do not reach it in the time that was asked for."
-    yield (
-        f"The life is inversely proportional to the wear coefficient: were that {factor:.3g} times as large "
-        f"or small, {hours_text(min(lives))} would be {hours_text(min(lives) / factor)} or "
-        f"{hours_text(min(lives) * factor)}. Comparisons between cases hold all the same."
-    )
+    if factor is not None:
+        yield (
+            f"The life is inversely proportional to the wear coefficient: were that {factor:.3g} times as "
+            f"large or small, {hours_text(min(lives))} would be {hours_text(min(lives) / factor)} or "
+            f"{hours_text(min(lives) * factor)}. Comparisons between cases hold all the same."
+        )
+    else:
+        yield "The wear coefficient is varied from case to case: no other range is put on these lives."
     errors = [float(c.error.split()[0]) for c in cases if c.error]
-    if errors and max(errors) > 100 * SHARE:
-        yield f"The computation itself is off by up to {max(errors):.2g} %."
-    elif errors:
-        yield f"The computation itself is off by {max(errors):.2g} % at most: little beside that."
+    if errors:
+        small = "" if max(errors) > 100 * SHARE else ", little beside that"
+        yield f"The numerical error of the life is estimated at up to {max(errors):.2g} %{small}."

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from wearlab.campaign.report import ReportSpec
 from wearlab.campaign.source import fingerprint, source_text
 from wearlab.report.answer import Reply, answer
+from wearlab.report.conditions import Conditions, conditions
 from wearlab.report.drawn import Drawn, drawn
 from wearlab.report.remarks import departures, remarks
 from wearlab.scene import parts_left_out, parts_present
@@ -99,6 +100,7 @@ class Content:
     report: ReportSpec
     answer: Reply | None
     gears: tuple[Geared, ...]
+    conditions: Conditions
     measured: tuple[str, ...] = ()
     updated: tuple[str, ...] = ()
 
@@ -133,7 +135,8 @@ def content(campaign: "Campaign", store: "Store") -> Content:
         extremes=tuple(row for row in rows[:MOST_ROWS] if row.comparison is not None),
         figures=tuple(drawn(campaign, store)),
         report=report,
-        answer=answer(campaign, entries, report.wear_coefficient_factor),
+        answer=answer(campaign, entries, report.wear_coefficient_factor, store),
+        conditions=conditions(campaign),
         gears=_gears(campaign) if "gears" in report.sections else (),
         failures=tuple(_failures(campaign, rows, entries))[:MOST_FAILURES],
         remarks=remarks(entries),

@@ -79,9 +79,9 @@ def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
             ("ε_α", f"transverse contact ratio{tail}", "", one.pair.contact_ratio),
         ]
     for symbol, meaning, unit, value in shared:
-        yield GearRow(symbol, meaning, unit, (_said(value),))
+        yield GearRow(symbol, meaning, unit, (_said(value, unit),))
     for symbol, meaning, unit, of in ROWS:
-        yield GearRow(symbol, meaning, unit, tuple(_said(of(gear)) for gear in gears.gears.values()))
+        yield GearRow(symbol, meaning, unit, tuple(_said(of(gear), unit) for gear in gears.gears.values()))
     given: dict[str, Any] = scene.gears.gears()
     materials = [given[name].material or scene.gears.material for name in gears.gears]
     yield GearRow("", "material", "", tuple(one.name or "as given" for one in materials))
@@ -93,5 +93,8 @@ def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
         yield GearRow("Ra", "roughness of the flanks", "µm", tuple(values))
 
 
-def _said(value: float) -> str:
-    return f"{value:.6g}" if value else "0"
+def _said(value: float, unit: str) -> str:
+    """Return a length to the micrometre and an angle to a thousandth; of anything else four digits."""
+    if unit in ("mm", "°"):
+        return f"{value:.3f}".rstrip("0").rstrip(".")
+    return f"{value:.4g}" if value else "0"

@@ -1,6 +1,7 @@
 """Initial wear as measured, from a table as machines write it."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -93,6 +94,8 @@ class MeasuredWear(InitialModel):
     def flags(self, flank: str) -> Iterator[str]:
         """Yield what a run must say of it, in words."""
         yield from super().flags(flank)
+        if self.file is not None:
+            yield f"initial wear of {flank}: as measured in {Path(self.file).name}"
         if self.continuation != "refuse":
             yield f"initial wear of {flank}: beyond what was measured continued by {self.continuation!r}"
 
