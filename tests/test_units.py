@@ -91,7 +91,7 @@ def test_a_frequency_is_no_speed(text):
         ("20 %", "angle", "not a unit like 'rad'"),
         ("20 ppm", "angle", "not a unit like 'rad'"),
         ("1.2.3 mm", "length", "write a length"),
-        ("1,5 mm", "length", "not a known unit"),
+        ("1,5 mm", "length", "has a comma: the decimal sign is a point"),
         ("3*4 mm", "length", "not a known unit"),
         ("3 mm*2", "length", "not a known unit"),
         ("3 2 mm", "length", "not a known unit"),
@@ -185,3 +185,13 @@ def test_pint_waits_for_the_first_unit():
 def test_usual_units_are_those_of_pint_to_the_last_bit(one):
     factor, root = units._registry().get_root_units(units._unit(one))
     assert (float(factor), str(root)) == USUAL[one]
+
+
+@pytest.mark.parametrize(
+    "text, remedy",
+    [("2,5 mm", "write '2.5 mm'"), ("1,000 mm", "'1.000 mm', or '1000 mm' for thousands"), ("-,5 mm", "-.5")],
+)
+def test_a_decimal_comma_is_named(text, remedy):
+    with pytest.raises(UnitError, match="the decimal sign is a point") as found:
+        quantity(text, "length")
+    assert remedy in str(found.value)

@@ -82,6 +82,7 @@ KINDS = {
     )
 }
 
+COMMA = re.compile(r"\s*[+-]?\d*,(\d+)(?![\d,.])")
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\d.])\s*(.*?)\s*", re.DOTALL)
 TOKEN = re.compile(
     r"\s*(?:([A-Za-z_µμ°%]+)\s*(?:(?:\^|\*\*)\s*\(?([+-]?\d+)\)?|([+-]?\d+))?|(1)(?=\s*/)|([*/·⋅()]))"
@@ -102,6 +103,7 @@ DIGITS = 12
 """In which numbers are told apart: a scene keeps no more of them, and a condition asks for no more."""
 PER_MINUTE = ("1/min", "min^-1")
 HARDNESS = re.compile(r"(HRC|HV|HBW|HB)(?:\s?[\d./]+)?")  # HV 10 and HBW 2.5/187.5 tell the load
+THOUSANDS = 3  # digits behind a comma that may part thousands
 ENERGIES = re.compile(r"joule|watt|calorie|volt|thermal_unit|erg")
 
 
@@ -152,6 +154,11 @@ def split(text: object, wanted: Measure | None = None) -> tuple[str, str]:
     if not isinstance(text, str):
         bare = isinstance(text, int | float) and not isinstance(text, bool)
         raise UnitError(f"{text!r} {'has no unit' if bare else 'is no quantity'}: write {example}")
+    if comma := COMMA.match(text):
+        thousands = f", or {text.replace(',', '')!r} for thousands" if len(comma[1]) == THOUSANDS else ""
+        raise UnitError(
+            f"{text!r} has a comma: the decimal sign is a point, write {text.replace(',', '.')!r}{thousands}"
+        )
     match = NUMBER.fullmatch(text)
     if match is None:
         raise UnitError(f"{text!r}: write {example}")

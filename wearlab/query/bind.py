@@ -46,14 +46,15 @@ class Vocabulary:
     ----------
     keys : those that have values
     aliases : other names of keys
-    elsewhere : returns the key of a name that means something although nothing here has a value of it
+    elsewhere : returns the key of a name that means something although nothing here has a value of it,
+        or what to ask for instead
     """
 
     def __init__(
         self,
         keys: Iterable[Key],
         aliases: dict[str, str] | None = None,
-        elsewhere: Callable[[str], Key | None] = lambda name: None,
+        elsewhere: Callable[[str], Key | str | None] = lambda name: None,
     ) -> None:
         self.elsewhere = elsewhere
         self.keys = {key.name: key for key in keys}
@@ -83,11 +84,21 @@ class Vocabulary:
             raise QueryError(
                 f"{name.text!r} may mean {_listed(sorted(candidates), 'or')}: write more of it", text, name.at
             )
-        if (known := self.elsewhere(wanted)) is not None:
+        known = self.elsewhere(wanted)
+        if isinstance(known, Key):
             return known
+        if known:
+            inside = self._inside(wanted) or self._inside(wanted.rpartition(".")[0])
+            remedy = f"; there are {_listed(inside, 'and')}" if inside else ""
+            raise QueryError(f"{name.text!r} {known}{remedy}", text, name.at)
         near = get_close_matches(wanted, {**self.keys, **self.ends, **self.aliases}, 3)
         remedy = f"did you mean {_listed(near, 'or')}?" if near else "nothing here is called so"
         raise QueryError(f"unknown name {name.text!r}; {remedy}", text, name.at)
+
+    def _inside(self, table: str) -> list[str]:
+        """Return the keys within a table, without the numbered values of lists."""
+        inside = [key for key in self.keys if key.startswith(f"{table}.")]
+        return sorted(key for key in inside if not any(word.isdigit() for word in key.split(".")))
 
 
 def _listed(words: list[str], joint: str) -> str:

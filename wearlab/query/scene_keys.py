@@ -5,7 +5,7 @@ from typing import Any, get_args
 
 from wearlab.options import Unit
 from wearlab.query.bind import Key
-from wearlab.scene.lookup import field_at
+from wearlab.scene.lookup import field_at, parts_at
 from wearlab.shop.hardness import SCALES
 from wearlab.units import KINDS, Measure, split
 
@@ -39,6 +39,24 @@ def quantity_at(name: str) -> str | None:
         return None
     unit = _unit(field.metadata) or _within(field.annotation)
     return unit.kind if unit else None
+
+
+def declared_scene_key(name: str) -> Key | str | None:
+    """Return the key of a scene's value that no run has, or what else a name is; None: no name of a scene."""
+    path = tuple(word for word in name.split(".") if not word.isdigit())
+    field = field_at(path)
+    if field is None:
+        return None
+    if parts_at(path):
+        return "is a table: ask for one of its keys"
+    if field.exclude:
+        return "stands in campaign files only, runs keep what it leads to"
+    return scene_key(name, text=quantity_at(name) is None and _is_text(field.annotation))
+
+
+def _is_text(annotation: Any) -> bool:
+    """Say whether a value may be a word."""
+    return annotation is str or isinstance(annotation, str) or any(map(_is_text, get_args(annotation)))
 
 
 def _unit(metadata: Iterable[Any]) -> Unit | None:

@@ -27,6 +27,7 @@ COLUMNS = {
 DOCUMENTS = ("reason", "warnings")
 MEMBERS = {"campaign": "title", "case": "label"}
 OF_MEMBERS = "SELECT m.run FROM members AS m JOIN campaigns AS c ON m.campaign = c.key"
+OF_AXES = "FROM members AS m, json_each(m.position) AS j"
 OTHER_CODE = "other_code"
 OWN_KEYS = (
     *(Key(name, "text") for name in ("id", "status", "source_hash", "wearlab_version")),
@@ -85,9 +86,22 @@ class CatalogueSearch:
             for key in keys
             if key.kind not in MARKS
         ]
-        self.vocabulary = Vocabulary([*named, *OWN_KEYS], ALIASES, _elsewhere)
+        self.axes: set[str] = set()
+        self.vocabulary = Vocabulary([*named, *OWN_KEYS], ALIASES, self._elsewhere)
         catalogue.teach("first_cycle", 5, first_cycle)
         catalogue.teach("met", 3, _met)
+
+    def _elsewhere(self, name: str) -> Key | str | None:
+        """Return the key of a result or a scene's value that no run here has, or of a campaign's axis."""
+        from wearlab.query.result_keys import declared_key
+        from wearlab.query.scene_keys import declared_scene_key
+
+        if (found := declared_key(name) or declared_scene_key(name)) is not None:
+            return found
+        if not self.catalogue.read(f"SELECT 1 {OF_AXES} WHERE j.key = ? LIMIT 1", (name,)):
+            return None
+        self.axes.add(name)
+        return Key(name, "text")
 
     def table(self, where: str, columns: Sequence[str] | None, sort: str | None, limit: int | None) -> Table:
         """Return the runs that meet a condition.
@@ -157,14 +171,6 @@ class CatalogueSearch:
         question = _Question(self, one, Walk(one.left.name, index, one))
         counted = f"SELECT count(*) FROM (SELECT 1 {question.facts} LIMIT {COUNTED})"
         return int(self.catalogue.read(counted, question.values)[0][0])
-
-
-def _elsewhere(name: str) -> Key | None:
-    """Return the key of a result or of a scene's value that no run here has."""
-    from wearlab.query.result_keys import declared_key
-    from wearlab.query.scene_keys import quantity_at, scene_key
-
-    return declared_key(name) or (scene_key(name, text=False) if quantity_at(name) else None)
 
 
 def _key(name: Any, source: Any, kind: Any, unit: Any, quantity: Any, shown: Any) -> Key:
@@ -281,6 +287,9 @@ class _Question:
 
             known = ", ".join(self.mark(one) for one in present_hashes())
             return f"(nullif(r.source_hash, '') NOT IN ({known}))"
+        if name in self.search.axes:
+            on_axis = f"{OF_AXES} WHERE m.run = r.id AND j.key = {self.mark(name)}"
+            return f"(SELECT group_concat(DISTINCT j.value) {on_axis})"
         return self._fact(name)
 
     def _first_cycle(self, inner: Compare) -> str:
@@ -312,7 +321,10 @@ class _Question:
         """Return how rows are sorted: what is missing comes last."""
         down = " DESC" if text.startswith("-") else ""
         last = "" if self.walk.leaves_out else " NULLS LAST"
-        return f"{self.value(operand)}{down}{last}, {self.run}"
+        value = self.value(operand)
+        if isinstance(operand, Key) and operand.name in self.search.axes:  # a number with its unit
+            return f"{value} IS NULL, CAST({value} AS REAL){down}, {value}{down}, {self.run}"
+        return f"{value}{down}{last}, {self.run}"
 
 
 def _walkable(condition: Any, search: CatalogueSearch) -> list[Compare]:
