@@ -28,7 +28,7 @@ from wearlab.scene.mesh import OWN_MESHES
 
 Array = NDArray[np.float64]
 
-STEPS = (8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 96, 128, 192, 256, 384, 512, 768, 1024)
+STEPS = (8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 96, 128, 192, 256, 384, 448, 512, 640, 768, 1024)
 MARCHED_STEPS = tuple(2**power for power in range(5, 16))
 STABLE_TURN = 2.78
 """RK4 is stable while its steps turn the fastest mode by less [rad]."""
