@@ -6,6 +6,7 @@ import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 from numpy.typing import NDArray
 
+from wearlab.dynamics.acceleration import mesh_acceleration_at
 from wearlab.dynamics.first_root import LOOKS, NOWHERE, first_root, look
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response, step_forces
@@ -15,6 +16,8 @@ from wearlab.mesh.stages import StageTables, stage_grid
 
 PERIOD = mesh_period(6000)
 LEAVES = 0.6
+GRID_BREAKS = np.array([0.0, LEAVES])
+GRID = stage_grid(GRID_BREAKS, 48, 4)
 PAIR = BenchmarkPair(torque=160.0, mesh_damping=2500.0).system()
 ONE = System(
     ("mesh.x",), np.array([[0.73]]), np.zeros((1, 1)), np.zeros((1, 1)), np.ones((1, 1)), np.array([1500.0]),
@@ -25,7 +28,7 @@ GATED = PAIR._replace(damping_always=False)
 
 def tables(steps: int, amplitude: float) -> StageTables:
     """Two smooth pairs, the leading one leaving at once at LEAVES, the trailing one with a gap of its own."""
-    grid = stage_grid(np.array([0.0, LEAVES]), steps, 4)
+    grid = stage_grid(GRID_BREAKS, steps, 4)
     middle = (grid.start + 0.5 * grid.width)[:, None] * np.ones(3)
     phase = grid.phase
     leading = np.where(middle < LEAVES, 1e8 * (1.0 + 0.2 * np.cos(3.0 * phase)), 0.0)
@@ -74,8 +77,7 @@ def test_its_steps_make_up_the_period_and_end_where_contact_changes(
 ) -> None:
     system, amplitude, few, _ = case
     assert few.pieces is not None
-    grid = stage_grid(np.array([0.0, LEAVES]), 48, 4)
-    pieces = few.pieces.of(grid)
+    pieces = few.pieces.of(GRID)
     np.testing.assert_allclose(pieces.width, few.tables.width, rtol=1e-12)
     np.testing.assert_allclose(pieces.start[1:], np.cumsum(pieces.width)[:-1], atol=1e-12)
     angle = 2.0 * np.pi * pieces.phase
@@ -102,6 +104,17 @@ def test_the_mean_mesh_force_is_the_static_one(case: tuple[System, float, Respon
     static = system.load[-1] / system.direction[0, -1]
     np.testing.assert_allclose(total, static, rtol=2e-5)
     assert few.verdict.words == ()
+
+
+def test_the_acceleration_between_changes_is_that_of_shooting(
+    case: tuple[System, float, Response, Response],
+) -> None:
+    _, _, few, many = case
+    assert few.pieces is not None
+    own, fine = few.pieces.of(GRID), stage_grid(GRID_BREAKS, 4000, 4)
+    phase = (own.start + 0.5 * own.width)[own.width > 2e-3]
+    mine, other = (mesh_acceleration_at(one, grid, phase) for one, grid in ((few, own), (many, fine)))
+    np.testing.assert_allclose(mine, other, atol=1e-4 * np.abs(other).max())
 
 
 def test_more_steps_change_nothing(case: tuple[System, float, Response, Response]) -> None:

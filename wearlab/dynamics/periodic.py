@@ -41,9 +41,11 @@ REMEMBERED = 1e-6
 
 @dataclass(frozen=True)
 class Periodic:
-    """Newton shooting on an RK4 period map; its derivative is the exact one of the map computed.
+    """Newton shooting on a period map; its derivative is the exact one of the map computed.
 
-    A mesh that never changes contact is affine and takes one pass. Multipliers beyond 1 + margin, or no
+    On a few long steps where they are given: a mesh that never changes contact is affine and takes one pass,
+    and where flanks of a small system part, pieces of its motion are power series (`orbit_of_parting`). Where
+    that finds no orbit that attracts, on an RK4 map with located changes. Multipliers beyond 1 + margin or no
     convergence: march, look for a period m ≤ ``longest``, shoot on m periods; if none attracts, the response
     is aperiodic and its last ``averaged`` periods are returned. (Parker & Chua 1989, ch. 5; Leine &
     Nijmeijer 2004, ch. 7 for the saltation of tangents.)
