@@ -30,10 +30,8 @@ from wearlab.scene import Scene
 FOLDER = Path(__file__).parents[2] / "campaigns" / "accuracy"
 TARGETS = (1e-3, 1e-6)
 NAMES = {"base": "L16"}
-HEADS = (
-    "case", "error", "wearlab", "marching peer", "ratio", "Newton or harmonic balance", "ratio", "warm",
-    "cold/warm",
-)  # fmt: skip
+RATIOS = ("case", "error", "wearlab", "× marching peer", "× Newton or balance", "× warm start")
+SETTINGS = ("case", "error", "wearlab", "marching peer", "Newton or harmonic balance")
 
 
 def scenes() -> Iterator[tuple[str, Scene]]:
@@ -47,29 +45,35 @@ def scenes() -> Iterator[tuple[str, Scene]]:
                 yield f"{kind} {name}, {30.0 * speed / np.pi:.0f} rpm", scene
 
 
-def row(case: str, target: float, entries: list[Contestant]) -> tuple[str, ...]:
-    """Return a row of the table."""
+def rows(case: str, target: float, entries: list[Contestant]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return a row of the table of ratios, and one of that of settings."""
     by_role = {one.contestant.role: one for one in entries}
     mine = by_role.get(OURS)
     if mine is None:
-        return case, f"{target:.0e}", "not reached", *("",) * 6
+        return (case, f"{target:.0e}", "not reached", "", "", ""), (case, f"{target:.0e}", "", "", "")
     closers = [by_role[role] for role in (CLOSING, BALANCE) if role in by_role]
     closer = min(closers, key=lambda one: float(np.median(one.seconds)), default=None)
     marcher, warm = by_role.get(LANDING), by_role[WARM]
+    about = case, f"{target:.0e}"
     return (
-        case, f"{target:.0e}", told(mine), told(marcher), ratio(marcher, mine), told(closer),
-        ratio(closer, mine), told(warm), ratio(mine, warm),
-    )  # fmt: skip
+        (*about, seconds(mine), ratio(marcher, mine), ratio(closer, mine), ratio(mine, warm)),
+        (*about, told(mine), told(marcher), told(closer)),
+    )
+
+
+def seconds(one: Contestant) -> str:
+    """Return the median time of an entry, and half the range of its rounds."""
+    median = float(np.median(one.seconds))
+    return f"{1e6 * median:.4g} µs ±{50 * float(np.ptp(one.seconds) / median):.0f} %"
 
 
 def told(one: Contestant | None) -> str:
     """Return time, spread, setting and error of an entry."""
     if one is None:
         return "not reached"
-    median, spread = float(np.median(one.seconds)), float(np.ptp(one.seconds) / np.median(one.seconds))
     part = "" if one.contestant.share == 1.0 else f", {100.0 * one.contestant.share:.0f} % timed"
-    how = f"{one.contestant.name}, {one.contestant.error:.0e}{part}"
-    return f"{1e6 * median:.4g} µs ±{50 * spread:.0f} % ({how})"
+    how = one.contestant.name.removeprefix("wearlab ")
+    return f"{seconds(one)} ({how}, {one.contestant.error:.0e}{part})"
 
 
 def ratio(one: Contestant | None, other: Contestant) -> str:
@@ -90,19 +94,26 @@ def processor() -> str:
 
 def main(page: str | None = None) -> None:
     """Race, print the table, and write the page."""
-    begun, rows = time.perf_counter(), []
+    begun, ratios, settings = time.perf_counter(), [], []
     for case, scene in scenes():
         entries = race(steady(scene), TARGETS)
-        rows += [row(case, target, entries[target]) for target in TARGETS]
-        for one in rows[-len(TARGETS) :]:
-            print(" | ".join(one), flush=True)
-    table = "\n".join(f"| {' | '.join(one)} |" for one in (HEADS, ("---",) * len(HEADS), *rows))
+        for target in TARGETS:
+            short, long = rows(case, target, entries[target])
+            ratios.append(short)
+            settings.append(long)
+            print(" | ".join((*short, *long[2:])), flush=True)
     minutes = (time.perf_counter() - begun) / 60.0
     when = f"{datetime.now(UTC):%Y-%m-%d}, {processor()}, one thread, {minutes:.1f} minutes"
-    print(f"{table}\n{when}")
+    print(when)
     if page is not None:
         text = Path(page).read_text().partition(MARK)[0]
-        Path(page).write_text(f"{text}{MARK}\n\n{when}.\n\n{table}\n")
+        told = f"{when}.\n\n{table(RATIOS, ratios)}\n\nSettings and times:\n\n{table(SETTINGS, settings)}"
+        Path(page).write_text(f"{text}{MARK}\n\n{told}\n")
+
+
+def table(heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """Return a table in Markdown."""
+    return "\n".join(f"| {' | '.join(one)} |" for one in (heads, ("---",) * len(heads), *rows))
 
 
 MARK = "<!-- written by tests/validation/races.py -->"
