@@ -26,7 +26,7 @@ def main(folder: str = "wearlab-store") -> None:
         *sorted(TOP.glob("campaigns/update_*.toml")),
     ]
     for file in files:
-        campaign, store = wl.load(file), wl.open(folder)
+        campaign, store = wl.load(file), wl.Store(folder)
         if file.parent.name == "gallery":
             wl.run(campaign, store, workers=0)
         for number, spec in enumerate(campaign.figures, 1):

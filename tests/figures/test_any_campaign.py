@@ -11,11 +11,14 @@ from made_up import Axis, Campaign, Case, put, run
 from wearlab.figures import KINDS, FigureError
 from wearlab.figures.ask import read
 from wearlab.figures.drawing import draw, plotted
+from wearlab.figures.kinds.cases import listed
 from wearlab.figures.kinds.distribution import QUANTILE_BANDS
+from wearlab.figures.kinds.line import joined
 from wearlab.figures.kinds.sensitivity import ranked
-from wearlab.figures.plot import Scale
+from wearlab.figures.plot import Scale, Series
 from wearlab.figures.render import rendered
 from wearlab.figures.roles import MOST_PANELS
+from wearlab.figures.wording import Label
 from wearlab.schema import VARIABLES
 from wearlab.store import Store
 
@@ -208,15 +211,40 @@ def test_one_number_a_run_is_drawn_over_the_sweep(many):
 def test_sensitivity_ranks_sweeps_and_samples(many):
     """Was an empty figure where no case is named 'what: value'."""
     plot = seen(many, swept(4), kind="sensitivity")
-    assert [entry.text for entry in plot.legend] == ["torque", "mean of the base runs"]
+    assert [entry.text for entry in plot.legend] == ["mean of the base runs"]
+    assert plot.panels[0].names == ("torque",)
     (line, _) = plot.panels[0].curves
     np.testing.assert_allclose(line.x, [100.0, 101.0, 102.0, 103.0])
     plot = seen(many, sampled(), kind="sensitivity")
-    assert plot.legend[0].text == "coefficient value"
+    assert plot.panels[0].names == ("coefficient value",)
     with pytest.raises(FigureError, match="nothing varies"):
         seen(many, swept(1), kind="sensitivity")
     with pytest.raises(FigureError, match="nothing varies"):
         ranked([])
+
+
+def test_cases_stand_beside_their_names_in_the_order_of_the_file(many):
+    plot = seen(many, swept(4), kind="cases", y="life")
+    (panel,) = plot.panels
+    assert panel.names == tuple(f"{torque:g} N·m" for torque in TORQUES[:4])
+    points, base = panel.curves
+    np.testing.assert_allclose(points.x, [100.0, 101.0, 102.0, 103.0])
+    assert points.y.tolist() == [1.0, 2.0, 3.0, 4.0] and base.x.tolist() == [100.0, 100.0]
+    assert plot.title == "Cycles to the depth limit"
+    with pytest.raises(FigureError, match="cannot be told by name"):
+        listed([named(number) for number in range(100)])
+
+
+def test_names_on_the_abscissa_are_refused_with_a_remedy():
+    """Was an empty figure."""
+    with pytest.raises(FigureError, match='kind = "cases"'):
+        joined([replace(named(1), x=np.array([np.nan]))], "case")
+
+
+def named(number):
+    """Return a point of `cases` as a run yields it."""
+    key = {"run": Label(str(number), str(number))}
+    return Series(key, np.array([1.0]), np.zeros(1), Scale("life", "1"), Scale("run", "1"), "points")
 
 
 def test_a_fault_of_ours_in_one_figure_stops_no_other(many, monkeypatch, tmp_path):

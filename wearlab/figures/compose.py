@@ -78,7 +78,7 @@ def _title(series: Sequence[Series], varied: Mapping[str, list[Label]], ask: Ask
     fixed = [key[name].text for name in key if name in asked and name not in varied]
     other = bool(ask.y and kind.titled and ask.y[0] != kind.y)
     words = kind.titled.format(_subject(series, kind)) if other else kind.title
-    words = axis_label(words or series[0].up.words, "", 0)
+    words = axis_label(words or (series[0].across if kind.along_x else series[0].up).words, "", 0)
     return ", ".join(dict.fromkeys([words, *fixed]))
 
 
@@ -164,6 +164,7 @@ def _panel(
         tuple(curves),
         tuple(mark._replace(x=mark.x / 10.0**across) for mark in marks),
         _hours(inside, across),
+        next((s.names for s in inside if s.names), ()),
     )
 
 

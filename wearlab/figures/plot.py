@@ -53,6 +53,7 @@ class Series:
     marks : named places on the x axis
     hours : operating hours of one unit of x, None where x tells no time
     said : what a reader must know of it, such as what is left out
+    names : of the ordinates 1, 2, … where they are ranks
     """
 
     key: Mapping[str, Label]
@@ -65,6 +66,7 @@ class Series:
     marks: tuple[Mark, ...] = ()
     hours: float | None = None
     said: str = ""
+    names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,14 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes; ``hours``: operating hours of one unit of x, shown on top."""
+    """One pair of axes.
+
+    Parameters
+    ----------
+    row, column, title, x_label, y_label, curves, marks : where it stands, and what is in it
+    hours : operating hours of one unit of x, shown on top
+    names : of the ordinates 1, 2, … where they are ranks
+    """
 
     row: int
     column: int
@@ -99,6 +108,7 @@ class Panel:
     curves: tuple[Curve, ...]
     marks: tuple[Mark, ...] = ()
     hours: float | None = None
+    names: tuple[str, ...] = ()
 
 
 class LegendEntry(NamedTuple):

@@ -108,7 +108,10 @@ def draw(plot: Plot) -> Figure:
     bar = style.BAR_LINE if plot.bar else 0.0
     above = style.MARGIN + len(title) * style.TITLE_HEIGHT + legend * style.LEGEND_LINE + bar + style.GAP
     below = len(notes) * style.NOTE_LINE + style.MARGIN + (style.GAP if notes else 0.0)
-    height = above + below + plot.rows * style.HEIGHTS[plot.shape][size]
+    called = [_named(panel, width) for panel in plot.panels]
+    lines = max((len(names) * max(map(len, names)) for names in called if names), default=0)
+    tall = max(style.HEIGHTS[plot.shape][size], style.NAMES + lines * style.NAME_LINE)
+    height = above + below + plot.rows * tall
     figure.set_size_inches(width, height)
     rect = (0.0, below / height, 1.0, 1.0 - (above + below) / height)
     figure.set_layout_engine(
@@ -119,6 +122,11 @@ def draw(plot: Plot) -> Figure:
     if plot.bar is not None:
         _bar(figure, plot.bar, width, height, 1.0 - (above - style.GAP) / height)
     return figure
+
+
+def _named(panel: Panel, width: float) -> list[list[str]]:
+    """Return the lines of the names of a panel's ranks."""
+    return [textwrap.wrap(name, max(int(width * style.NAME_SHARE), 12)) or [""] for name in panel.names]
 
 
 def _bar(figure: Figure, bar: Bar, width: float, height: float, bottom: float) -> None:
@@ -145,6 +153,7 @@ def _bar(figure: Figure, bar: Bar, width: float, height: float, bottom: float) -
     axes.grid(False)
     words = axis_label(bar.words, "1" if power else "", power) if power else axis_label(bar.words, "", 0)
     at = (style.MARGIN + 0.1 + long + 0.2) / width
+    words = textwrap.fill(words, int((1.0 - at) * width * style.LETTERS)) if "$" not in words else words
     figure.text(at, place[1] + place[3] / 2, words, size=8.5, va="center", ha="left", parse_math="$" in words)
 
 
@@ -247,8 +256,12 @@ def _panels(figure: Figure, plot: Plot) -> None:
             _by_logarithm(ax)
         else:
             _limits(ax, plot)
+        if places[row, column].names:
+            told = ["\n".join(lines) for lines in _named(places[row, column], figure.get_figwidth())]
+            ax.set_yticks(range(1, len(told) + 1), told, size=style.NAME_SIZE, parse_math=False)
+            ax.set_ylabel("")
         _hours_on_top(ax, places[row, column], first=(row - 1, column) not in axes)
-    if not plot.logarithmic:
+    if not plot.logarithmic and not plot.ranks:
         for ax in axes.values():  # last: panels that share an axis share its limits
             _mark_truncated(ax)
     figure.align_ylabels(list(axes.values()))

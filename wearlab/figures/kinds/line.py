@@ -99,7 +99,11 @@ def joined(series: list[Series], axis: str) -> list[Series]:
     for one in series:
         groups.setdefault((tuple(sorted(one.key.items())), one.up, one.look), []).append(one)
     places = np.concatenate([one.x for one in series])
-    ends = np.array([np.nanmin(places), np.nanmax(places)]) if np.isfinite(places).any() else np.zeros(2)
+    if not np.isfinite(places).any():
+        raise FigureError(
+            f'x = {axis!r} has names, not numbers: kind = "cases" draws a number beside each name'
+        )
+    ends = np.array([np.nanmin(places), np.nanmax(places)])
     return [_join(group, ends) for group in groups.values()]
 
 

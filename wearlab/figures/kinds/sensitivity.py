@@ -84,9 +84,8 @@ def ranked(series: list[Series]) -> list[Series]:
     first = series[0]
     found = [
         Series(
-            {"influence": Label(float(rank), what.replace("_", " "))},
-            groups[what], np.full(len(groups[what]), float(rank)), first.across, RANK, "line-points",
-            what.replace("_", " ") if len(order) == 1 else "",
+            {}, groups[what], np.full(len(groups[what]), float(rank)), first.across, RANK, "line-points",
+            names=tuple(one.replace("_", " ") for one in order),
         )
         for rank, what in enumerate(order, 1)
     ]  # fmt: skip
@@ -126,7 +125,7 @@ SENSITIVITY = Kind(
     needs=("life",),
     dims=(),
     series=_case,
-    roles=(("hue", "influence"),),
+    roles=(),
     all_cases=True,
     ranks=True,
     joined=ranked,
