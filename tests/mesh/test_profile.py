@@ -5,7 +5,7 @@ import pytest
 
 from wearlab.gears.external import external_pair
 from wearlab.gears.specification import GearSpec
-from wearlab.mesh.profile import interpolate, lookup, profile_grid
+from wearlab.mesh.profile import Extension, interpolate, lookup, profile_grid
 
 
 def long_addendum_pair():
@@ -70,6 +70,16 @@ def test_contact_ratio_above_two_keeps_three_pairs():
     counts = (grid.pairs_at_phase_nodes >= 0).sum(axis=1)
     assert grid.n_pairs == 3 and set(counts) == {2, 3}
     assert grid.weight.sum() == pytest.approx(pair.path.E - pair.path.A)
+
+
+def test_pairs_beyond_both_ends_at_once_have_a_slot_each(pair):
+    """Was one slot for both, which held the force of the later one alone."""
+    for share, more in ((0.2, 0), (0.9, 1)):
+        reach = share * pair.base_pitch
+        grid = profile_grid(pair, 101, extension=Extension(reach, reach))
+        assert grid.slots == grid.stages + 1 + more
+        values = (grid.first.T >= 0).astype(float)
+        np.testing.assert_array_equal(grid.into_slots(values, 0.0).sum(axis=0), values.sum(axis=0))
 
 
 def test_extra_jump_is_two_sided(pair):

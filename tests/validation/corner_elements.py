@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 
 OPTIONS = Options(refinement=4, patch=0.05)
 """A patch about as wide as the contact, so that a corner is loaded close to its edge."""
-FURTHEST = 0.45
+FURTHEST = 0.95
 """Base pitches beyond A and E where pairs are still looked at."""
 ROUNDED = 1e-9
 """Of a flank's parameter: a path may begin where the involute does."""

@@ -10,8 +10,8 @@ from wearlab.mesh.profile import Extension
 
 Array = NDArray[np.float64]
 
-FURTHEST = 0.45
-"""Base pitches beyond either end at most: before A and after E pairs stay apart in phase."""
+FURTHEST = 0.95
+"""Base pitches beyond either end at most: no second pair comes before the one that approaches A."""
 
 
 def beyond_path(

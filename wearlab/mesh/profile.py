@@ -57,18 +57,28 @@ class ProfileGrid(NamedTuple):
 
     @property
     def slots(self) -> int:
-        """Number of pair slots of datasets, ⌈ε⌉ + 1: the last one is for pairs beyond A and E."""
-        return self.stages + 1
+        """Number of pair slots of datasets, ⌈ε⌉ + 1: the last one is for pairs beyond A and E.
+
+        One more where a pair still touches beyond E while the next but ⌈ε⌉ already touches before A.
+        """
+        return self.stages + 1 + self._both_beyond
+
+    @property
+    def _both_beyond(self) -> bool:
+        of_number = dict(zip(self.pair_numbers.tolist(), self.first.T >= 0, strict=True))
+        nowhere = np.zeros(len(self.first), dtype=bool)
+        return bool(np.any(of_number.get(-1, nowhere) & of_number.get(self.stages, nowhere)))
 
     def into_slots(self, values: Array, absent: float) -> Array:
         """Return values of the pairs (n_pairs, n) by slots of datasets (slots, n), leading first.
 
-        The last slot holds the pair that approaches A, and before it, early in the period, one that is
-        further beyond E than a whole number of base pitches from A: never both at once.
+        The slot after the ⌈ε⌉ of the path holds the pair that approaches A, and early in the period one that
+        is further beyond E than a whole number of base pitches from A; where both touch at once, the latter
+        has a slot of its own.
         """
         found = np.full((self.slots, values.shape[1]), absent)
         for number, row in zip(self.pair_numbers, values, strict=True):
-            slot = self.stages - 1 - number if number < self.stages else self.stages
+            slot = self.stages - 1 - number if number < self.stages else self.slots - 1
             present = ~np.isnan(row) if np.isnan(absent) else row != absent
             found[slot] = np.where(present, row, found[slot])
         return found

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from wearlab.gears.errors import GearError
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
+from wearlab.mesh.beyond import FURTHEST
 from wearlab.mesh.contact import ContactAnalysis, Nodes
 from wearlab.mesh.corners import unworn_extension
 from wearlab.mesh.exact.gaps import WornFlanks
@@ -74,6 +75,11 @@ def contact_flags(scene: Scene, section: str, pair: GearPair, analysis: ContactA
             f"extended contact: pairs may touch up to {1e3 * before:.3g} mm before A and {1e3 * after:.3g} "
             "mm after E; tip corners do not wear, and the force they carry there wears no flank"
         )
+        if max(before, after) > (FURTHEST - STEP) * pair.base_pitch:
+            flags.append(
+                f"contact is followed no further than {FURTHEST:g} base pitches beyond A and E: under this "
+                "load teeth may touch further out"
+            )
     return tuple(flags)
 
 
