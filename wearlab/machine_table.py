@@ -109,7 +109,7 @@ def machine_table(path: Path) -> MachineTable:
 
 @lru_cache(maxsize=32)
 def _table(path: Path, modified: int, size: int) -> MachineTable:
-    text, encoding = _decoded(read_regular(path, LARGEST))
+    text, encoding = decoded(read_regular(path, LARGEST))
     lines = text.splitlines()
     found = [
         t for s in SEPARATORS for d in ".," if (t := _read(lines, s, d, encoding)) is not None and s != d
@@ -122,7 +122,7 @@ def _table(path: Path, modified: int, size: int) -> MachineTable:
     return max(found, key=lambda t: (sum(map(len, t.columns.values())), -t.left_out))
 
 
-def _decoded(raw: bytes) -> tuple[str, str]:
+def decoded(raw: bytes) -> tuple[str, str]:
     """Return a file's text: by its mark, else as UTF-8, else as Windows writes western text."""
     for mark, encoding in MARKS.items():
         if raw.startswith(mark):

@@ -59,3 +59,20 @@ def test_figures_and_report_hold_the_update(campaign, store, tree, tmp_path):
     page = report(replace(campaign, figures=(FigureSpec(kind="posterior-fan"),)), store)
     assert "What the measurements say" in page and "remaining life at" in page
     assert "data:image/png" in page and "cannot be drawn" not in page
+
+
+def test_an_update_belongs_to_its_measurements_not_to_a_title(campaign, store, tree, tmp_path):
+    """Was found by the campaign's title: a page showed the answer to another file's measurements."""
+    from wearlab.campaign import load
+
+    folder = campaign.path.parent
+    text = campaign.path.read_text()
+    renamed, other = folder / "renamed.toml", folder / "other.toml"
+    renamed.write_text(text.replace(f'"{campaign.title}"', '"Another title"'))
+    data = next(one.name for one in folder.glob("*.csv"))
+    weighed = (folder / data).read_text().splitlines()
+    (folder / "more.csv").write_text("\n".join(weighed[:-1]) + "\n")
+    other.write_text(text.replace(data, "more.csv"))
+    assert load(renamed).title == "Another title" and "remaining life at" in report(load(renamed), store)
+    page = report(load(other), store)
+    assert "remaining life at" not in page and "wearlab update FILE makes it" in page

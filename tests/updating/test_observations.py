@@ -47,6 +47,19 @@ def test_hours_and_limits_of_detection(tmp_path):
     assert seen.below[0] == pytest.approx(5e-7)
 
 
+def test_semicolons_decimal_commas_and_empty_last_cells_are_read(tmp_path):
+    """Was '2 columns instead of 1': the flanks of measuring machines were read so, weighings were not."""
+    text = "Stunden;Verlust;Grenze\n10,5;0,5;\n20;;0,1\n"
+    seen = read(
+        tmp_path,
+        text,
+        columns={"hours": "Stunden", "value": "Verlust", "below": "Grenze"},
+        units={"Verlust": "g", "Grenze": "g"},
+    )
+    assert seen.time.tolist() == [37_800.0, 72_000.0] and seen.value[0] == pytest.approx(5e-4)
+    assert seen.censored.tolist() == [False, True] and seen.below[1] == pytest.approx(1e-4)
+
+
 @pytest.mark.parametrize(
     ("text", "more", "said"),
     [

@@ -144,19 +144,19 @@ def seen(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[Plot, list[
     """
     ask = asked.ask
     if ask.kind in KINDS and KINDS[ask.kind].of == "update":
-        return of_update(asked.campaign.title, store, ask), [], ()
+        return of_update(asked.subject, store, ask), [], ()
     return plotted(grid, ask)
 
 
-def of_update(title: str, store: "Store", ask: Ask) -> Plot:
-    """Return a figure of the kept update of a campaign as data.
+def of_update(subject: str, store: "Store", ask: Ask) -> Plot:
+    """Return a figure of a kept update as data, by the identity of what it is of.
 
     Raises
     ------
     FigureError : no update that shows it is kept
     """
     kind = KINDS[ask.kind]
-    cases = updated_cases(title, store, ask, kind)
+    cases = updated_cases(subject, store, ask, kind)
     series = [one for case in cases for one in kind.series(case, ask) if len(one.x)]
     if not series:
         raise FigureError(f"{ask.name}: the update has nothing to show of it")

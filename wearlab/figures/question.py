@@ -39,6 +39,7 @@ class Question:
     campaign : the cases it is asked of, with their axes
     text, hash : the campaign file with all it extends, and its hash
     runs : id → hash of the file, of the runs that were drawn
+    subject : of a figure of an update, the identity of what that is of
     """
 
     number: int
@@ -48,6 +49,7 @@ class Question:
     text: str = ""
     hash: str = ""
     runs: Mapping[str, str] | None = None
+    subject: str = ""
 
     @property
     def ask(self) -> Ask:
@@ -66,14 +68,26 @@ def question(campaign: "Campaign", spec: Any, number: int) -> Question:
 
     Raises
     ------
-    FigureError : its units or published points cannot be read
+    FigureError : its units or published points cannot be read, or the measurements that it shows
     """
     folder = campaign.path.parent if campaign.path else None
     ask = read(spec, number, folder)
     table = {key: value for key in KEYS if (value := getattr(spec, key, None)) not in (None, {}, (), "")}
     points = None if ask.published is None else points_of(ask.published, ask)
     text = source_text(campaign.path)
-    return Question(number, json.loads(json.dumps(table)), points, campaign, text, fingerprint(text))
+    about = _subject(campaign, ask) if ask.kind in KINDS and KINDS[ask.kind].of == "update" else ""
+    table = json.loads(json.dumps(table))
+    return Question(number, table, points, campaign, text, fingerprint(text), subject=about)
+
+
+def _subject(campaign: "Campaign", ask: Ask) -> str:
+    from wearlab.updating.errors import UpdateError
+    from wearlab.updating.keeping import subject_of
+
+    try:
+        return subject_of(campaign)
+    except UpdateError as error:
+        raise FigureError(f"{ask.name}: {error}") from None
 
 
 def texts(
@@ -115,6 +129,7 @@ def _written(asked: Question, entries: "Mapping[str, Entry]") -> dict[str, Any]:
         "points": None if asked.points is None else list(asked.points),
         "campaign": to_record(campaign),
         "runs": {run_id: entry.sha256 for run_id, entry in entries.items()},
+        **({"subject": asked.subject} if asked.subject else {}),
     }
 
 
@@ -142,6 +157,7 @@ def asked_by(found: Mapping[str, str], file: Path) -> Question:
             found.get("campaign_text", ""),
             found.get("campaign_hash", ""),
             {str(run_id): str(sha256) for run_id, sha256 in written["runs"].items()},
+            str(written.get("subject", "")),
         )
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise FigureError(f"{file}: its question cannot be read ({error})") from None

@@ -40,16 +40,16 @@ class Updated:
         return None if cycle is None else float(cycle) / HOUR
 
 
-def updated_cases(title: str, store: "Store", ask: Ask, kind: Kind) -> list[Updated]:
-    """Return the cases of the latest update of a campaign that has what a kind needs.
+def updated_cases(subject: str, store: "Store", ask: Ask, kind: Kind) -> list[Updated]:
+    """Return the cases of the latest update that is of a campaign's measurements and has what a kind needs.
 
     Raises
     ------
     FigureError : none is kept that has it
     """
-    from wearlab.store.updates import kept_updates, read_update
+    from wearlab.store.updates import read_update, updates_of
 
-    for one in reversed([one for one in kept_updates(store).values() if one.title == title]):
+    for one in updates_of(store, subject):
         tree = read_update(store, one.id)
         if tree is None or not all(_has(tree, need) for need in kind.needs):
             continue
@@ -64,7 +64,8 @@ def updated_cases(title: str, store: "Store", ask: Ask, kind: Kind) -> list[Upda
     option = {"inspection": " --replay", "calibration": " --check 200"}
     words = "".join(more for need, more in option.items() if any(need in one for one in kind.needs))
     raise FigureError(
-        f"{ask.name}: no update of this campaign is kept that shows it: wearlab update FILE{words}"
+        f"{ask.name}: no update of this campaign and its measurements as they stand is kept that shows it: "
+        f"wearlab update FILE{words}"
     )
 
 

@@ -151,13 +151,22 @@ def content(campaign: "Campaign", store: "Store") -> Content:
 
 
 def _measured(campaign: "Campaign", store: "Store") -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return what the campaign's latest update says, in lines, and its answers in sentences."""
-    from wearlab.store.updates import kept_updates, read_update
-    from wearlab.updating.words import answers, told
+    """Return what the update of the campaign's measurements says, in lines, and its answers in sentences."""
+    from wearlab.store.updates import read_update, updates_of
+    from wearlab.updating.errors import UpdateError
+    from wearlab.updating.keeping import subject_of
+    from wearlab.updating.words import answers, believed, told
 
-    own = [one.id for one in kept_updates(store).values() if one.title == campaign.title]
-    tree = read_update(store, own[-1]) if own else None
-    return ((), ()) if tree is None else (tuple(told(tree)[1:]), tuple(answers(tree)))
+    if campaign.update is None:
+        return (), ()
+    try:
+        own = updates_of(store, subject_of(campaign))
+    except UpdateError as error:
+        return (f"! {error}",), ()
+    tree = read_update(store, own[0].id) if own else None
+    if tree is None:
+        return ("! no update of these measurements as they stand is kept: wearlab update FILE makes it",), ()
+    return (*told(tree)[1:], "", *believed(tree)), tuple(answers(tree))
 
 
 def _values(values: Sequence[Any], units: str | None) -> str:

@@ -24,17 +24,28 @@ if TYPE_CHECKING:
 
 TABLE = """
 CREATE TABLE IF NOT EXISTS updates (
-    id TEXT PRIMARY KEY, title TEXT, size INTEGER, sha256 TEXT, recorded TEXT, runs TEXT, summary TEXT
+    id TEXT PRIMARY KEY, title TEXT, subject TEXT, size INTEGER, sha256 TEXT, recorded TEXT, runs TEXT,
+    summary TEXT
 ) WITHOUT ROWID
 """
-COLUMNS = "id, title, size, sha256, recorded, runs, summary"
+COLUMNS = "id, title, subject, size, sha256, recorded, runs, summary"
 
 
 class KeptUpdate(NamedTuple):
-    """An update as the catalogue knows it; ``runs`` are the ids it was made from."""
+    """An update as the catalogue knows it.
+
+    Parameters
+    ----------
+    id, size, sha256, recorded : its identity, its file, and when it was kept
+    title : of the campaign that asked for it
+    subject : identity of what it is of, whatever the title
+    runs : ids of those it was made from
+    summary : what a list shows of it
+    """
 
     id: str
     title: str
+    subject: str
     size: int
     sha256: str
     recorded: str
@@ -63,6 +74,7 @@ def keep_update(
     update_id: str,
     tree: "xr.DataTree",
     title: str,
+    subject: str,
     runs: Sequence[str],
     summary: Mapping[str, Any],
 ) -> Path:
@@ -74,6 +86,7 @@ def keep_update(
     update_id : hash of all that it depends on
     tree : the update, sealed
     title : of the campaign
+    subject : identity of what it is of
     runs : ids of the runs that it was made from
     summary : what a list shows of it
 
@@ -86,7 +99,7 @@ def keep_update(
     sha256 = hashlib.sha256(image).hexdigest()
     with store.presence() as presence:
         files.write([Image(update_id, image, sha256)], presence.token)
-    row = (update_id, title, len(image), sha256, now(), json.dumps(list(runs)), json.dumps(dict(summary)))
+    row = (update_id, title, subject, len(image), sha256, now(), json.dumps(list(runs)), json.dumps(dict(summary)))
     _record(store, row)
     return files.path(update_id)
 
@@ -123,8 +136,13 @@ def kept_updates(store: KeptRuns) -> dict[str, KeptUpdate]:
 
 
 def _entry(row: tuple[Any, ...]) -> KeptUpdate:
-    name, title, size, sha256, when, runs, summary = row
-    return KeptUpdate(name, title, size, sha256, when, tuple(json.loads(runs)), dict(json.loads(summary)))
+    *known, runs, summary = row
+    return KeptUpdate(*known, tuple(json.loads(runs)), dict(json.loads(summary)))
+
+
+def updates_of(store: KeptRuns, subject: str) -> list[KeptUpdate]:
+    """Return the updates that are of something, by its identity, the latest first."""
+    return [one for one in reversed(kept_updates(store).values()) if one.subject == subject]
 
 
 def find_update(store: KeptRuns, prefix: str) -> KeptUpdate | None:
@@ -204,9 +222,8 @@ def reindex_updates(store: KeptRuns) -> list[Problem]:
             continue
         runs = str(attributes.get("runs", "")).split()
         summary = str(attributes.get("summary", "{}"))
+        told = [str(attributes.get(name, "")) for name in ("title", "subject")]
         size, sha256 = path.stat().st_size, hash_of(path)
         recorded = str(attributes.get("date_created", now()))
-        _record(
-            store, (path.stem, attributes.get("title", ""), size, sha256, recorded, json.dumps(runs), summary)
-        )
+        _record(store, (path.stem, *told, size, sha256, recorded, json.dumps(runs), summary))
     return problems

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from wearlab.campaign import Campaign
 from wearlab.sources import hash_of
-from wearlab.updating.study import MeasuredCase
+from wearlab.updating.study import MeasuredCase, studies
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,8 +21,16 @@ FORMAT = 1
 
 
 def identity(wanted: Sequence[MeasuredCase], *, replay: bool, check: int) -> str:
-    """Return the identity of an update: its runs, the files' contents, its words, this room's code."""
-    parts: list[Any] = [FORMAT, code(), replay, check]
+    """Return the identity of an update: what it is of, how it was asked for, this room's code."""
+    return _hash([FORMAT, code(), replay, check, subject(wanted)])
+
+
+def subject(wanted: Sequence[MeasuredCase]) -> str:
+    """Return the identity of what an update is of: its runs, the files' contents, its words.
+
+    A campaign's title is none of it: what is kept belongs to whatever asks the same, and to nothing else.
+    """
+    parts: list[Any] = []
     for study in wanted:
         spec = study.spec
         parts += [study.label, [scene.id for scene in study.scenes()[:1]], repr(study.limit)]
@@ -37,6 +45,20 @@ def identity(wanted: Sequence[MeasuredCase], *, replay: bool, check: int) -> str
             data = seen.data
             parts += [data.quantity, data.where, data.columns.model_dump(), sorted(data.units.items())]
             parts += [repr(data.error), sorted(data.select.items()), data.since, seen.fingerprint]
+    return _hash(parts)
+
+
+def subject_of(campaign: Campaign) -> str:
+    """Return the identity of what a campaign's update would be of, as its files stand now.
+
+    Raises
+    ------
+    UpdateError : it has no [update], or a file cannot be read
+    """
+    return subject(studies(campaign))
+
+
+def _hash(parts: list[Any]) -> str:
     text = json.dumps(parts, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:20]
 
@@ -73,9 +95,10 @@ def keep(
     name = identity(wanted, replay=replay, check=check)
     runs = list(dict.fromkeys(run.id for one in outcomes for run in one.posterior.histories))
     summary = {one.study.label: _summary(one) for one in outcomes}
-    tree.attrs |= {"id": name, "runs": " ".join(runs), "summary": json.dumps(summary)}
+    about = subject(wanted)
+    tree.attrs |= {"id": name, "subject": about, "runs": " ".join(runs), "summary": json.dumps(summary)}
     tree.attrs[SEAL] = seal_of(tree)
-    keep_update(store, name, tree, campaign.title, runs, summary)
+    keep_update(store, name, tree, campaign.title, about, runs, summary)
     return tree
 
 

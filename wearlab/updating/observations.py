@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.campaign.measured import WHEN, WHERE, Data
+from wearlab.machine_table import SEPARATORS, decoded
 from wearlab.units import UnitError, convert
 from wearlab.updating.errors import UpdateError
 
@@ -121,19 +122,27 @@ def _bytes(data: Data) -> bytes:
 
 def _rows(content: bytes, data: Data) -> list[tuple[int, list[str]]]:
     """Return the lines that are no comments, each with its number, the header first."""
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise UpdateError(f"{data.file}: is no text in UTF-8 ({error.reason})") from None
+    text, _ = decoded(content)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line[0] != "#"]
     if not lines:
         raise UpdateError(f"{data.file}: has no header line")
-    rows = [(n, [cell.strip() for cell in row]) for n, line in lines for row in csv.reader([line])]
+    separator = next((one for one in SEPARATORS if one and one in lines[0][1]), ",")
+    rows = [
+        (n, [cell.strip() for cell in row])
+        for n, line in lines
+        for row in csv.reader([line], delimiter=separator)
+    ]
+    if separator != ",":  # then a comma is a decimal one
+        rows = [rows[0], *((n, [_pointed(cell) for cell in cells]) for n, cells in rows[1:])]
     width = len(rows[0][1])
     for number, row in rows[1:]:
         if len(row) != width:
             raise UpdateError(f"{data.file}: line {number}: {len(row)} columns instead of {width}")
     return rows
+
+
+def _pointed(cell: str) -> str:
+    return cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell
 
 
 def _column(

@@ -9,6 +9,7 @@ from wearlab.options import HOUR
 from wearlab.schema import VARIABLES
 from wearlab.store.headline import hours_text
 from wearlab.units import convert
+from wearlab.updating.checking import FLAGGED
 
 EVIDENCE = ((1.0, "cannot tell"), (3.0, "leans towards"), (5.0, "clearly prefers"))
 
@@ -49,6 +50,18 @@ def answers(tree: xr.DataTree) -> list[str]:
     return found
 
 
+def believed(tree: xr.DataTree) -> list[str]:
+    """Return when the answer may be believed, in lines; docs/update.md says more."""
+    return [
+        "Believe it while",
+        "  load and speed stay as they are in the campaign: measurements tell k times the load;",
+        "  wear goes on as it did: nothing here sees pitting, scuffing, a new oil, particles or running-in that "
+        "is not in the measurements;",
+        "  the errors are those that the campaign gives, the datum of an inspection shared by its values included;",
+        "  the checks of the inspections are quiet: one that is flagged means that the rate has changed.",
+    ]
+
+
 def _time(seconds: float) -> str:
     return (hours_text(seconds) or "0 h") if np.isfinite(seconds) else "never"
 
@@ -72,6 +85,7 @@ def _case(tree: xr.DataTree, label: str | None) -> Iterator[str]:
     for note in filter(None, str(stats["notes"].values).split(" | ")):
         yield f"! {note}"
     hours = float(predictions["seconds_per_cycle"]) / HOUR
+    yield from _flagged(stats, hours)
     now = float(predictions["now"])
     yield _line("wear coefficient", _quantiles(sample["wear_coefficient"]), "m²/N")
     if "factor_quantile" in predictions:
@@ -87,7 +101,7 @@ def _case(tree: xr.DataTree, label: str | None) -> Iterator[str]:
         yield from _replay(predictions, hours)
     if "replay_inspections" in stats and np.isfinite(stats["replay_inspections"]):
         yield _scores(stats)
-    yield from _checks(stats)
+    yield from _checks(stats, hours)
     if "log_evidence_of_drift" in stats:
         yield _evidence(float(stats["log_evidence_of_drift"]))
     if float(stats["runs"]) > 1:
@@ -150,17 +164,15 @@ def _moved(predictions: xr.Dataset) -> str:
 def _replay(predictions: xr.Dataset, hours: float) -> Iterator[str]:
     yield "as it would have been after every inspection:"
     rest = predictions["remaining_useful_life_quantile"]
+    before = "the prior"
     for cycle, q, p in zip(
         predictions["inspection"].values, rest.values, predictions["check_p_forward"].values, strict=True
     ):
         if not np.isfinite(q).any():
             continue
-        odd = (
-            ""
-            if not p < 0.05
-            else f", an inspection that those before it did not lead to expect (p = {p:.2g})"
-        )
-        yield f"  {cycle:>12.6g}: {q[2]:.4g} cycles, 90 %: {q[0]:.4g} to {q[4]:.4g}{odd}"
+        odd = f", an inspection that {before} did not lead to expect (p = {p:.2g})" if p < 0.05 else ""
+        yield f"  {_when(cycle, hours)}: {q[2]:.4g} cycles, 90 %: {q[0]:.4g} to {q[4]:.4g}{odd}"
+        before = "those before it"
 
 
 def _scores(stats: xr.Dataset) -> str:
@@ -172,20 +184,36 @@ def _scores(stats: xr.Dataset) -> str:
     )
 
 
-def _checks(stats: xr.Dataset) -> Iterator[str]:
+def _when(cycle: float, hours: float) -> str:
+    """Return a number of cycles, and the operating hours that it takes where they are known."""
+    return f"{cycle:>12.6g} cycles{f' = {hours * cycle:.6g} h' if np.isfinite(hours) else ''}"
+
+
+def _rows(stats: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float, str]]]]:
+    """Yield the name of each checked block, and cycle, p and words of its inspections."""
     for name in map(str, stats.data_vars):
-        if not name.startswith("check_p_"):
-            continue
-        if not np.isfinite(stats[name]).any():
-            continue
-        block = name.removeprefix("check_p_")
-        yield f"check of {block.replace('_', ' ')}, each inspection against those before it:"
-        rows = zip(
-            stats[f"cycle_{block}"].values, stats[name].values, stats[f"check_{block}"].values, strict=True
-        )
+        if name.startswith("check_p_") and np.isfinite(stats[name]).any():
+            block = name.removeprefix("check_p_")
+            columns = (stats[one].values for one in (f"cycle_{block}", name, f"check_{block}"))
+            rows = [row for row in zip(*columns, strict=True) if np.isfinite(row[1])]
+            yield block.replace("_", " "), rows
+
+
+def _flagged(stats: xr.Dataset, hours: float) -> Iterator[str]:
+    for block, rows in _rows(stats):
         for cycle, p, words in rows:
-            if np.isfinite(p):
-                yield f"  {cycle:>12.6g}: {words} (p = {p:.2g})"
+            if p < FLAGGED:
+                yield (
+                    f"! the inspection at {_when(cycle, hours).strip()} is {words} of {block} (p = {p:.2g}): look "
+                    "at its values, whether they are totals or differences (since), and whether wear has changed"
+                )
+
+
+def _checks(stats: xr.Dataset, hours: float) -> Iterator[str]:
+    for block, rows in _rows(stats):
+        yield f"check of {block}, each inspection beside what all of them lead to expect:"
+        for cycle, p, words in rows:
+            yield f"  {_when(cycle, hours)}: {words} (p = {p:.2g})"
 
 
 def _evidence(gain: float) -> str:
