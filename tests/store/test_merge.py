@@ -1,5 +1,7 @@
 """Two stores become one: nothing lost, nothing overwritten, nothing believed."""
 
+import hashlib
+import json
 from dataclasses import replace
 
 import pytest
@@ -44,6 +46,32 @@ def test_what_was_spoilt_is_left_there(two):
     made = merge(ours, others)
     assert set(made.damaged) == {cut.stem, flipped.stem}
     assert not ours.files.path(cut.stem).exists() and ours.verify() == []
+
+
+def test_a_damaged_run_of_ours_is_replaced_by_theirs(two):
+    """Was 'the same', and stayed damaged."""
+    ours, others, campaign = two
+    run_id = campaign.cases[0].id
+    path = ours.files.path(run_id)
+    image = bytearray(path.read_bytes())
+    image[len(image) // 2] ^= 1
+    path.write_bytes(image)
+    assert [problem.kind for problem in ours.verify()] == ["altered"]
+    assert merge(ours, others).repaired == [run_id]
+    assert ours.verify() == []
+    xr.testing.assert_identical(ours.run(run_id), others.run(run_id))
+
+
+def test_what_plugins_declare_comes_along(two):
+    """Was left there, so that plans of their runs asked for the plug-in."""
+    ours, others, _ = two
+    source = "law = 1\n"
+    name = f"{hashlib.sha256(source.encode()).hexdigest()}.json"
+    (others.path / "plugins").mkdir()
+    (others.path / "plugins" / name).write_text(json.dumps({"source": source}))
+    (others.path / "plugins" / f"{'0' * 64}.json").write_text(json.dumps({"source": source}))
+    merge(ours, others)
+    assert [file.name for file in (ours.path / "plugins").iterdir()] == [name]
 
 
 def test_other_results_under_one_id_are_flagged_and_ours_stay(two):

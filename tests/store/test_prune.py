@@ -1,7 +1,9 @@
 """What no campaign refers to."""
 
-from fake_campaign import sweep
+import pytest
+from fake_campaign import filled, sweep
 
+from wearlab.store import Store, StoreError
 from wearlab.store.prune import prunable, prune
 
 
@@ -29,6 +31,7 @@ def test_only_what_no_campaign_asks_for_now(fill):
 
 def test_what_is_being_computed_stays(fill):
     store = fill(sweep(1))
+    store.catalogue.record_campaign("other", None, "other.toml", [])
     with store.presence() as presence:
         store.claim(["a" * 20], presence.token, lambda entry: False)
         assert [one.id for one in prunable(store)] == [sweep(1).cases[0].id]
@@ -45,3 +48,15 @@ def test_what_a_kept_run_continues_stays(fill, monkeypatch):
     every = store.entries() | {child: entry}
     monkeypatch.setattr(type(store), "entries", lambda self, ids=None: every)
     assert prunable(store) == []
+
+
+def test_without_any_campaign_nothing_is_offered(tmp_path):
+    """Was every run of the store, after a catalogue had been lost and made anew."""
+    filled(tmp_path / "store", sweep(3))
+    for file in (tmp_path / "store").glob("catalogue*"):
+        file.unlink()
+    store = Store(tmp_path / "store")
+    assert store.reindex() == [] and len(store.entries()) == 3
+    with pytest.raises(StoreError, match="knows no campaign"):
+        prunable(store)
+    assert prunable(store, [case.id for case in sweep(3).cases]) == []

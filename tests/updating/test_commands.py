@@ -76,3 +76,16 @@ def test_an_update_belongs_to_its_measurements_not_to_a_title(campaign, store, t
     assert load(renamed).title == "Another title" and "remaining life at" in report(load(renamed), store)
     page = report(load(other), store)
     assert "remaining life at" not in page and "wearlab update FILE makes it" in page
+
+
+def test_an_update_comes_along_with_its_runs(store, tree, tmp_path):
+    from wearlab.store import Store
+    from wearlab.store.merge import merge
+    from wearlab.store.updates import read_update
+
+    mine = Store(tmp_path / "mine")
+    made = merge(mine, store)
+    assert made.updates >= 1 and not made.damaged and mine.verify() == []
+    kept = read_update(mine, str(tree.attrs["id"]))
+    assert kept is not None and kept.identical(read_update(store, str(tree.attrs["id"])))
+    assert merge(mine, store).updates == 0

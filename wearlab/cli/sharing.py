@@ -92,12 +92,14 @@ def merge_stores(other: "Store", store: "Store", as_json: bool) -> Status:
     else:
         say(
             f"{len(made.copied)} runs copied, {len(made.same)} were here already, "
-            f"{made.campaigns} campaigns copied"
+            f"{made.campaigns} campaigns and {made.updates} updates copied"
         )
+        for run_id in made.repaired:
+            say(f"repaired: run {run_id}: its file here was damaged")
         for run_id in made.conflicting:
             complain(f"conflict: run {run_id} has other results here; ours stay")
         for run_id, reason in made.damaged.items():
-            complain(f"left there: run {run_id}: {reason}")
+            complain(f"not taken over: {run_id}: {reason}")
     return Status.TROUBLE if made.conflicting or made.damaged else Status.WELL
 
 
@@ -141,6 +143,11 @@ def reindex_store(store: "Store", as_json: bool) -> Status:
     else:
         for problem in problems:
             complain(f"left out: {problem.message}")
+        if count and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
+            complain(
+                "campaigns stand in no run's file: 'wearlab run FILE' records one anew, and computes nothing "
+                "that is there; until then prune does not know what is wanted"
+            )
         say(f"{count} runs in the catalogue")
     return Status.TROUBLE if problems else Status.WELL
 

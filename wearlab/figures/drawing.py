@@ -24,6 +24,7 @@ from wearlab.figures.roles import ROLES
 from wearlab.figures.runs import BASE, Picked, Run, along_axes, axis_named, load, pick, require
 from wearlab.figures.updated import updated_cases
 from wearlab.figures.wording import Label
+from wearlab.store.errors import StoreError
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
@@ -67,7 +68,7 @@ def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -
             asked = question(campaign, spec, number)
             image, _ = answer(asked, grid, store, ending)
             drawn.append(write(out / f"{asked.name}.{ending}", image))
-        except FigureError as error:
+        except (FigureError, StoreError) as error:
             problems.append(str(error))
         except Exception as error:  # a fault of ours in one figure stops no other
             problems.append(fault(f"figure {number} ({spec.kind})", error))

@@ -68,7 +68,7 @@ def _of_update(store: "Store", update: "KeptUpdate") -> dict[str, str]:
 
     tree = read_update(store, update.id)
     attributes = {} if tree is None else tree.attrs
-    metadata = next((one.metadata for one in store.catalogue.members(update.runs) if one.metadata), {})
+    metadata = {key: str(attributes[key]) for key in WHO if attributes.get(key)}
     facts = {
         "kind": "Update",
         "id": update.id,

@@ -1,19 +1,30 @@
-"""Another store's runs become ours, each verified; what contradicts our own is named, never overwritten."""
+"""Another store's runs become ours, each verified; what contradicts our own is named, never overwritten.
 
+With them come updates by measurements, and what plug-ins declare. A run of ours whose file is damaged is
+replaced by theirs.
+"""
+
+import hashlib
+import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from wearlab.plugins import FOLDER
+from wearlab.regular import read_regular
 from wearlab.store.adopt import outcome_of
 from wearlab.store.audit import check_file
 from wearlab.store.errors import StoreError
+from wearlab.store.files import write_whole
 from wearlab.store.outcome import Outcome
+from wearlab.store.updates import adopt_update, kept_updates
 
 if TYPE_CHECKING:
     from wearlab.store.catalogue import Entry
     from wearlab.store.store import Store
 
 BATCH = 16
+LARGEST = 10_000_000  # bytes of what a plug-in declares
 
 
 @dataclass
@@ -24,16 +35,19 @@ class Merged:
     ----------
     copied : are ours now
     same : were ours already, with the same results
+    repaired : are ours again: our files were damaged
     conflicting : are ours with other results; ours stay
     damaged : id → why it was left there
-    campaigns : how many campaigns came along
+    campaigns, updates : how many campaigns and updates came along
     """
 
     copied: list[str] = field(default_factory=list)
     same: list[str] = field(default_factory=list)
+    repaired: list[str] = field(default_factory=list)
     conflicting: list[str] = field(default_factory=list)
     damaged: dict[str, str] = field(default_factory=dict)
     campaigns: int = 0
+    updates: int = 0
 
 
 def merge(store: "Store", other: "Store", tell: Callable[[str], None] = lambda run_id: None) -> Merged:
@@ -60,6 +74,9 @@ def merge(store: "Store", other: "Store", tell: Callable[[str], None] = lambda r
             _take(store, other, entry, presence.token, made)
             tell(entry.id)
     made.campaigns = _campaigns(store, other)
+    if other.address is None:
+        made.updates = _updates(store, other, made)
+        _plugins(store, other)
     return made
 
 
@@ -78,7 +95,8 @@ def _take(store: "Store", other: "Store", entry: "Entry", owner: str, made: Merg
         path = other.file_of(entry.id)
         if problem := check_file(path, entry):
             raise StoreError(problem.message)
-        if ours is not None and ours.state == "done" and not store.is_lost(ours):
+        whole = ours is not None and ours.state == "done" and not store.is_lost(ours)
+        if ours is not None and whole and check_file(store.file_of(entry.id), ours) is None:
             _compare(store, other, entry.id, made)
             return
         outcome = outcome_of(path)
@@ -87,7 +105,36 @@ def _take(store: "Store", other: "Store", entry: "Entry", owner: str, made: Merg
         return
     if ours is None or ours.state != "running" or store.is_stale(ours):
         _save(store, [outcome], owner)
-        made.copied.append(entry.id)
+        (made.repaired if whole else made.copied).append(entry.id)
+
+
+def _updates(store: "Store", other: "Store", made: Merged) -> int:
+    """Copy the updates that we do not have, each compared with its hash; return how many came."""
+    ours, count = kept_updates(store), 0
+    for one in kept_updates(other).values():
+        if one.id in ours:
+            continue
+        try:
+            adopt_update(store, other, one)
+            count += 1
+        except (StoreError, OSError) as error:
+            made.damaged[one.id[:40]] = str(error)
+    return count
+
+
+def _plugins(store: "Store", other: "Store") -> None:
+    """Copy what plug-ins declare; one whose source is not what its name says stays there."""
+    for file in sorted((other.path / FOLDER).glob("*.json")):
+        mine = store.path / FOLDER / file.name
+        if mine.exists():
+            continue
+        try:
+            content = read_regular(file, LARGEST)
+            source = str(json.loads(content)["source"])
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            continue
+        if hashlib.sha256(source.encode()).hexdigest() == file.stem:
+            write_whole(mine, content)
 
 
 def _save(store: "Store", outcomes: Iterable[Outcome], owner: str) -> None:

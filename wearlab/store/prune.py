@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from wearlab.store.database import CHUNK, batched
+from wearlab.store.errors import StoreError
 from wearlab.store.lineage import rests_on
 
 if TYPE_CHECKING:
@@ -36,10 +37,16 @@ def prunable(store: "Store", kept: Iterable[str] = ()) -> list[Prunable]:
 
     Raises
     ------
-    StoreError : there is no store
+    StoreError : there is no store, or it knows no campaign at all, as after its catalogue was lost
     """
     entries = store.entries()
-    wanted = referred(store) | set(kept)
+    kept = set(kept)
+    if entries and not kept and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
+        raise StoreError(
+            f"{store.path}: its catalogue knows no campaign, as after a reindex without the old one, so that "
+            "every run would go: 'wearlab run FILE' records one anew, and --keep FILE names what is wanted"
+        )
+    wanted = referred(store) | kept
     for run_id in [one for one in wanted if one in entries]:
         wanted |= rests_on(store, entries[run_id])
     known = {member.run for member in store.catalogue.members()}

@@ -99,7 +99,16 @@ def keep_update(
     sha256 = hashlib.sha256(image).hexdigest()
     with store.presence() as presence:
         files.write([Image(update_id, image, sha256)], presence.token)
-    row = (update_id, title, subject, len(image), sha256, now(), json.dumps(list(runs)), json.dumps(dict(summary)))
+    row = (
+        update_id,
+        title,
+        subject,
+        len(image),
+        sha256,
+        now(),
+        json.dumps(list(runs)),
+        json.dumps(dict(summary)),
+    )
     _record(store, row)
     return files.path(update_id)
 
@@ -182,6 +191,27 @@ def load_tree(path: Path) -> "xr.DataTree":
             return tree.load()
     except (OSError, RuntimeError, ValueError) as error:
         raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
+
+
+def adopt_update(store: KeptRuns, other: KeptRuns, one: KeptUpdate) -> None:
+    """Take in another store's update, as it lies there.
+
+    Raises
+    ------
+    StoreError : its file is gone, or is not what was sealed in it
+    """
+    files, path = update_files(store), update_files(other).path(one.id)
+    if not files.is_name(one.id) or not path.is_file():
+        raise StoreError(f"{other.path}: update {one.id[:40]} has no file")
+    refuse_links(path)
+    content = path.read_bytes()
+    tree = load_tree(path)
+    sealed = tree.attrs.get(SEAL) == seal_of(tree) and tree.attrs.get("id") == one.id
+    if hashlib.sha256(content).hexdigest() != one.sha256 or not sealed:
+        raise StoreError(f"{path}: its content is not what was sealed in it")
+    with store.presence() as presence:
+        files.write([Image(one.id, content, one.sha256)], presence.token)
+    _record(store, (*one[:-2], json.dumps(list(one.runs)), json.dumps(one.summary)))
 
 
 def verify_updates(store: KeptRuns) -> Iterator[Problem]:

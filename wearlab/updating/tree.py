@@ -64,6 +64,7 @@ def _attributes(campaign: Campaign, outcomes: Sequence[UpdateOutcome]) -> dict[s
         "keywords": ", ".join(["gears", "tooth wear", "remaining useful life", "Bayesian update", *measured]),
         "history": f"{now} wearlab {__version__}: updated from stored runs and measurements",
         "references": campaign.reference or "",
+        **{str(key): str(value) for key, value in (campaign.metadata or {}).items()},
         "created_at": now,
         "date_created": now,
         "inference_library": "wearlab",

@@ -55,9 +55,9 @@ def believed(tree: xr.DataTree) -> list[str]:
     return [
         "Believe it while",
         "  load and speed stay as they are in the campaign: measurements tell k times the load;",
-        "  wear goes on as it did: nothing here sees pitting, scuffing, a new oil, particles or running-in that "
-        "is not in the measurements;",
-        "  the errors are those that the campaign gives, the datum of an inspection shared by its values included;",
+        "  wear goes on as it did: nothing here sees pitting, scuffing, a new oil, particles or running-in "
+        "that is not in the measurements;",
+        "  the errors are those that the campaign gives, that of an inspection's datum included;",
         "  the checks of the inspections are quiet: one that is flagged means that the rate has changed.",
     ]
 
@@ -204,8 +204,8 @@ def _flagged(stats: xr.Dataset, hours: float) -> Iterator[str]:
         for cycle, p, words in rows:
             if p < FLAGGED:
                 yield (
-                    f"! the inspection at {_when(cycle, hours).strip()} is {words} of {block} (p = {p:.2g}): look "
-                    "at its values, whether they are totals or differences (since), and whether wear has changed"
+                    f"! the inspection at {_when(cycle, hours).strip()} is {words} of {block} (p = {p:.2g}): "
+                    "look at its values, whether they are totals or differences, whether wear has changed"
                 )
 
 
