@@ -145,8 +145,9 @@ def kept_updates(store: KeptRuns) -> dict[str, KeptUpdate]:
 
 
 def _entry(row: tuple[Any, ...]) -> KeptUpdate:
-    *known, runs, summary = row
-    return KeptUpdate(*known, tuple(json.loads(runs)), dict(json.loads(summary)))
+    name, title, subject, size, sha256, when, runs, summary = row
+    told = tuple(json.loads(runs)), dict(json.loads(summary))
+    return KeptUpdate(name, title, subject, size, sha256, when, *told)
 
 
 def updates_of(store: KeptRuns, subject: str) -> list[KeptUpdate]:
