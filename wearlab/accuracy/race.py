@@ -35,6 +35,8 @@ BATCH = 4e-3
 """Processor time that a contestant runs for in a round at least [s]."""
 SLOW = 0.2
 """A march that takes longer is timed over its first periods, and scaled to all of them [s]."""
+SHORTEST = 1e-7
+"""What a clock that stands still counts as [s]."""
 TOLERANCES = tuple(10.0 ** -np.arange(2.0, 10.1, 0.5))
 OURS, WARM = "wearlab", "wearlab, warm"
 LANDING, CLOSING, BALANCE = "landing on jumps", "Newton around a period", "harmonic balance"
@@ -96,7 +98,7 @@ def _fastest(found: list[list[Contestant]]) -> Iterator[Contestant]:
 
 def timed(contestants: list[Contestant], rounds: int) -> list[Ranked]:
     """Return the times of contestants that run in turns."""
-    repeats = [max(1, int(BATCH / max(1e-7, seconds_of(one.action)))) for one in contestants]
+    repeats = [max(1, int(BATCH / max(SHORTEST, seconds_of(one.action)))) for one in contestants]
     taken = np.empty((rounds, len(contestants)))
     for turn in range(rounds):
         for at, (one, count) in enumerate(zip(contestants, repeats, strict=True)):
