@@ -22,9 +22,8 @@ from pydantic import (
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError
 
-from wearlab.units import KINDS, UnitError, quantity
+from wearlab.units import HOUR, KINDS, UnitError, quantity
 
-HOUR = 3600.0  # s
 Alternatives = tuple[tuple[tuple[str, ...], ...], ...]
 
 

@@ -17,6 +17,7 @@ from wearlab.shop.hardness import SCALES, HardnessError, pressure_of
 from wearlab.usual_units import USUAL
 
 Value = TypeVar("Value")
+MINUTE, HOUR = 60.0, 3600.0  # s
 
 
 class UnitError(ValueError):

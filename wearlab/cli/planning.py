@@ -5,6 +5,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from wearlab.cli.output import REFUSALS, Status, complain, load_campaign, refusing, say, show_json
+from wearlab.units import HOUR, MINUTE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
 
 SHOWN = 6
 UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
-HOUR, MINUTE = 3600.0, 60.0
 
 
 def plan_campaign(file: str, store: "Store", workers: int | None, retry: bool, as_json: bool) -> Status:

@@ -11,7 +11,7 @@ from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import Kind
 from wearlab.figures.wording import Label
-from wearlab.options import HOUR
+from wearlab.units import HOUR
 
 if TYPE_CHECKING:
     from wearlab.store import Store

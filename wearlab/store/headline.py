@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from wearlab.units import HOUR
+
 
 class Headline(NamedTuple):
     """One number of a run.
@@ -31,7 +33,6 @@ class _Kind(NamedTuple):
     hours: str = ""
 
 
-HOUR = 3600.0  # s
 WORN = (
     _Kind("life", 1.0, "cycles of life", "cycles", "life", "error_estimate_life", "service_life"),
     _Kind("max_wear_depth", 1e6, "µm worn", "µm", "wear", "error_estimate_wear_depth", "operating_hours"),

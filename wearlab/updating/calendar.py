@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.campaign.measured import Days
-from wearlab.options import HOUR
+from wearlab.units import HOUR
 
 Array = NDArray[np.float64]
 DAYS_A_YEAR = 365.2425

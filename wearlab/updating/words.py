@@ -5,10 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from wearlab.options import HOUR
 from wearlab.schema import VARIABLES
 from wearlab.store.headline import hours_text
-from wearlab.units import convert
+from wearlab.units import HOUR, convert
 from wearlab.updating.checking import FLAGGED
 
 EVIDENCE = ((1.0, "cannot tell"), (3.0, "leans towards"), (5.0, "clearly prefers"))
