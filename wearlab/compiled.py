@@ -39,27 +39,42 @@ def _cache_folder() -> Path:
 numba.config.CACHE_DIR = str(writable(_cache_folder()))  # type: ignore[attr-defined]
 
 
-KERNEL: Any = {"error_model": "numpy", "no_cfunc_wrapper": True}
-"""IEEE arithmetic; no code by which C would call it."""
+KERNEL: Any = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
+"""IEEE arithmetic; no code by which C would call it; no references counted.
+
+Whoever calls a kernel holds its arrays. Numba would count a reference to every array of a named tuple
+wherever one is read from it: half the time of a mesh period, and a sixth of the compiler's.
+"""
 INNER: Any = {**KERNEL, "no_cpython_wrapper": True}
 """Nor code by which Python would call it: with large arguments that alone takes seconds."""
 
 
-def jit(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a kernel without the interpreter, IEEE arithmetic kept, cached on disk."""
-    compiled: Callable[..., Any] = numba.njit(cache=True, **KERNEL)(function)
+def jit(function: Callable[..., Any] | None = None, *, allocates: bool = False) -> Callable[..., Any]:
+    """Compile a kernel without the interpreter, IEEE arithmetic kept, cached on disk.
+
+    Parameters
+    ----------
+    allocates : it makes arrays, multiplies them by `numpy.dot`, assigns one to a slice of another, or calls a
+        kernel that returns one: references are counted
+    """
+    compiled: Callable[..., Any] = numba.njit(function, cache=True, **{**KERNEL, "_nrt": allocates})
     return compiled
 
 
-def jit_inner(function: Callable[..., Any] | None = None, *, forceinline: bool = False) -> Callable[..., Any]:
+def jit_inner(
+    function: Callable[..., Any] | None = None, *, allocates: bool = False, forceinline: bool = False
+) -> Callable[..., Any]:
     """Compile a kernel that is called from kernels alone: a part of theirs, on disk with them.
 
     Parameters
     ----------
+    allocates : see `jit`
     forceinline : become part of every caller, however large. For small kernels that are handed tuples: a call
         hands these over by value and indexes them in memory, which takes four times as long
     """
-    compiled: Callable[..., Any] = numba.njit(function, forceinline=forceinline, **INNER)
+    compiled: Callable[..., Any] = numba.njit(
+        function, forceinline=forceinline, **{**INNER, "_nrt": allocates}
+    )
     return compiled
 
 

@@ -131,7 +131,7 @@ def motion_at(time: float, y: Any, out: Any, flat: Any) -> None:
     motion_in_cell(phase, cell, y, out, flat, BY_APPROACH)
 
 
-@jit
+@jit(allocates=True)
 def motion_of(time: float, y: Any, flat: Any) -> Any:
     """Return ẏ (2n,) at ``time`` [s], as SciPy wants it."""
     out = np.empty(len(y))
@@ -153,7 +153,7 @@ def cell_within(flat: Any, first: int, last: int, phase: float) -> int:
     return low
 
 
-@jit
+@jit(allocates=True)
 def motion_held(time: float, y: Any, flat: Any, first: int, last: int, contact: Any) -> Any:
     """Return ẏ (2n,) in one smooth segment (cells ``first … last − 1``) while ``contact`` lasts."""
     out = np.empty(len(y))
@@ -162,7 +162,7 @@ def motion_held(time: float, y: Any, flat: Any, first: int, last: int, contact: 
     return out
 
 
-@jit
+@jit(allocates=True)
 def approaches(time: float, y: Any, flat: Any, first: int, last: int) -> Any:
     """Return the approach of all pairs and back flanks, (n_mesh · (n_pairs + 1),) [m]; −1 out of the path."""
     n, meshes, pairs, one = int(flat[N]), int(flat[MESHES]), int(flat[PAIRS]), DEGREE + 1

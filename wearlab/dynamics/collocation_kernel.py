@@ -7,6 +7,7 @@ import numpy as np
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.collocation_inputs import at_stage
 from wearlab.dynamics.elimination import WIDTH, eliminate
+from wearlab.dynamics.registers import write
 
 
 @jit
@@ -33,7 +34,7 @@ SMALL = 4000
 """Multiplications up to which a product is written out: a call of the library takes as long."""
 
 
-@jit_inner
+@jit_inner(allocates=True)
 def product(a: Any, b: Any, out: Any) -> None:
     """Write ``a @ b`` into ``out``, all of two axes."""
     rows, inner = a.shape
@@ -50,7 +51,7 @@ def product(a: Any, b: Any, out: Any) -> None:
                 out[row, col] += factor * b[at, col]
 
 
-@jit_inner
+@jit_inner(allocates=True)
 def applied(a: Any, x: Any, out: Any) -> None:
     """Write ``a @ x`` into ``out`` (rows,)."""
     rows, inner = a.shape
@@ -110,16 +111,6 @@ def fill(
 
 
 @jit_inner
-def write(given: Any, out: Any) -> None:
-    """Write ``given`` over the first entries of ``out``.
-
-    Numba compiles for an assignment of arrays also what to say of unequal lengths, in text: seconds.
-    """
-    for x in range(np.uint64(0), np.uint64(len(given))):
-        out[x] = given[x]
-
-
-@jit_inner
 def add(out: Any, given: Any, factor: float) -> None:
     """Add a multiple of ``given`` to the first entries of ``out``."""
     if factor != 0.0:
@@ -157,7 +148,7 @@ def inputs_at_stages(
                             row[col] -= value * direction[m, col]
 
 
-@jit_inner
+@jit_inner(allocates=True)
 def over_group(
     transition: Any, effect: Any, sense: Any, feed: Any, direction: Any, inputs: Any, first: int, work: Any,
     stages: Any, one: Any,
@@ -254,7 +245,7 @@ def over_group_of_one(
                 one[row, col] += factor * stages[line, col]
 
 
-@jit_inner
+@jit_inner(allocates=True)
 def over_groups(
     groups: Any, first: Any, size: Any, slot: Any, direction: Any, inputs: Any, stages: Any, maps: Any,
     whole: Any,
@@ -318,7 +309,7 @@ def starts_of_groups(maps: Any, stages: Any, given: Any, starts: Any, inputs: An
         write(starts[at + 1], given)
 
 
-@jit_inner
+@jit_inner(allocates=True)
 def path_over_groups(
     groups: Any, first: Any, size: Any, slot: Any, starts: Any, inputs: Any, states: Any
 ) -> None:

@@ -10,7 +10,7 @@ MATRICES = 9
 """Matrices as large as the coordinates in all columns that a step takes as scratch."""
 
 
-@jit_inner
+@jit_inner(allocates=True)
 def times(matrix: Any, x: Any, out: Any) -> None:
     """Write ``matrix @ x`` into ``out``, both (rows, columns)."""
     if x.shape[1] == 1:

@@ -51,8 +51,6 @@ def row_product(direction: Any, m: int, n: int, state: Any, offset: Any, stride:
 @jit_inner(forceinline=True)
 def behind(backlash: Any, m: int, deflection: float) -> float:
     """Return the approach of the back flanks, ``−j_bn − δ``; never in contact where none are modelled."""
-    if backlash is None:
-        return -1.0
     return -backlash[m] - deflection
 
 
@@ -83,8 +81,6 @@ def contact_differs(
 @jit_inner(forceinline=True)
 def contact_behind_differs(backlash: Any, m: int, deflection: float, contact: bool) -> bool:
     """Whether ``deflection`` contradicts the contact of the back flank; False where there is none."""
-    if backlash is None:
-        return False
     x = -backlash[m] - deflection
     return x < 0.0 if contact else x > 0.0
 
@@ -102,7 +98,7 @@ def add_back_flank(
     backlash: Any, m: int, contact: bool, stiffness: float, error: float
 ) -> tuple[float, float]:
     """Return what the back flank adds to k_m and to w_m."""
-    if backlash is None or not contact:
+    if not contact:
         return 0.0, 0.0
     return stiffness, stiffness * (error - backlash[m])
 

@@ -13,12 +13,12 @@ from wearlab.dynamics.collocation_kernel import (
     padded,
     path_over_groups,
     place,
-    write,
 )
 from wearlab.dynamics.elimination import eliminate
+from wearlab.dynamics.registers import write
 
 
-@jit_inner
+@jit_inner(allocates=True)
 def answers_of_group(
     transition: Any, effect: Any, sense: Any, feed: Any, direction: Any, inputs: Any, first: int, moving: int,
     work: Any, by_state: Any, by_input: Any,
@@ -54,7 +54,7 @@ def answers_of_group(
             by_input[states + row, col] = matrix[unknowns + given + col, row]
 
 
-@jit
+@jit(allocates=True)
 def answers_of_groups(
     groups: Any, first: Any, size: Any, slot: Any, direction: Any, inputs: Any, moving: int, by_state: Any,
     by_input: Any,
@@ -80,7 +80,7 @@ def answers_of_groups(
         )  # fmt: skip
 
 
-@jit
+@jit(allocates=True)
 def correct(
     inputs: Any, known: Any, first: Any, stages: Any, direction: Any, by_state: Any, by_input: Any,
     inverse: Any, held: Any, limits: Any, law: Any, starts: Any, felt: Any, sizes: Any,
@@ -166,7 +166,7 @@ def added_inputs(inputs: Any, law: Any, push: Any, felt: Any, added: Any) -> flo
     return largest
 
 
-@jit
+@jit(allocates=True)
 def end_of_period(by_state: Any, by_input: Any, added: Any, answer: Any, end: Any) -> None:
     """Fill the answers of all groups to added inputs alone, and what they add to the end of the period.
 
@@ -182,7 +182,7 @@ def end_of_period(by_state: Any, by_input: Any, added: Any, answer: Any, end: An
     write(given[:rows], end)
 
 
-@jit
+@jit(allocates=True)
 def over_period(by_state: Any, direction: Any, given: Any, answer: Any, starts: Any, felt: Any) -> None:
     """Carry a start over all groups: fill their starts and d·q at all stages.
 
@@ -213,7 +213,7 @@ def over_period(by_state: Any, direction: Any, given: Any, answer: Any, starts: 
                 felt[at, stage + 1, m] = carried[rows + stage * meshes + m]
 
 
-@jit
+@jit(allocates=True)
 def path_of(cut: Any, inputs: Any, stages: Any, starts: Any, felt: Any, sizes: Any, states: Any) -> None:
     """Fill ``states`` (n_steps + 1, 2n) from the groups' starts and d·q at all stages."""
     load, meshes, first = inputs.load, felt.shape[2], cut.first

@@ -12,6 +12,7 @@ from wearlab.dynamics.events import Scratch, scratch
 from wearlab.dynamics.flanks import contact_differs, mesh_law, see_contact
 from wearlab.dynamics.motion import acceleration, unmeshed
 from wearlab.dynamics.newton import solve_linear
+from wearlab.dynamics.registers import write
 from wearlab.dynamics.response import Response, split_periods
 from wearlab.dynamics.steady import Steadiness, march_to_steady
 from wearlab.dynamics.structure import kernel_of
@@ -66,7 +67,7 @@ class _NewmarkMarcher:
         return strobe, split_periods(orbit, keep)
 
 
-@jit
+@jit(allocates=True)
 def march_newmark(
     kernel: Any,
     tables: Any,
@@ -82,16 +83,16 @@ def march_newmark(
     steps, n = len(tables.width), len(state) // 2
     before, after, trial, matrix = np.empty(n), np.empty(n), np.empty(2 * n), np.empty((n, n))
     evaluations = 0
-    strobe[0] = state
+    write(state, strobe[0])
     for k in range(count):
         slot = k - (count - keep)
         for step in range(steps):
             if slot >= 0:
-                orbit[slot * steps + step] = state
+                write(state, orbit[slot * steps + step])
             evaluations += newmark_step(kernel, tables, step, period, state, before, after, trial, matrix, s)
         rebalance(kernel.balance, strobe[k], state, period)
-        strobe[k + 1] = state
-    orbit[keep * steps] = state
+        write(state, strobe[k + 1])
+    write(state, orbit[keep * steps])
     return evaluations
 
 
@@ -116,7 +117,7 @@ def newmark_step(
     n, meshes = len(before), len(kernel.mesh_damping)
     h = tables.width[step] * period
     acceleration(kernel, tables, step, 0.0, period, state, before)
-    trial[:] = state
+    write(state, trial)
     for iteration in range(MOST_ITERATIONS):
         agreed = iteration > 0
         for m in range(meshes):
@@ -135,7 +136,7 @@ def newmark_step(
         for row in range(n):
             trial[row] += 0.25 * h * h * after[row]
             trial[n + row] += 0.5 * h * after[row]
-    state[:] = trial
+    write(trial, state)
     return iteration + 1
 
 
@@ -147,7 +148,7 @@ def _product(direction: Any, m: int, n: int, state: Array, first: int) -> float:
     return total
 
 
-@jit_inner
+@jit_inner(allocates=True)
 def _end_equation(kernel: Any, h: float, s: Any, predicted: Array, right: Array, matrix: Array) -> None:
     """Fill matrix and right-hand side of the equation for a₁: what a₁ itself adds goes to the left."""
     n, channels = len(right), len(kernel.channels)

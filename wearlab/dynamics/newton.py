@@ -184,7 +184,7 @@ def weighted_norm(values: Any, rate: float) -> float:
     return worst
 
 
-@jit
+@jit(allocates=True)
 def shoot(
     kernel: Any,
     tables: Any,

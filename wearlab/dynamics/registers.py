@@ -20,8 +20,18 @@ def take(like: Any, array: Any, offset: Any, stride: Any) -> Any:
 
 
 @jit_inner
+def write(given: Any, out: Any) -> None:
+    """Write ``given`` over the first entries of ``out``.
+
+    Numba compiles for an assignment of arrays also what to say of unequal lengths, in text: seconds.
+    """
+    for x in range(np.uint64(0), np.uint64(len(given))):
+        out[x] = given[x]
+
+
+@jit_inner
 def copy(source: Any, i: Any, target: Any, j: Any, size: Any) -> None:
-    """Copy ``source[i : i + size]`` to ``target[j:]``; slices compile what to say of unequal lengths, too."""
+    """Copy ``source[i : i + size]`` to ``target[j:]``, as `write` does."""
     for x in range(np.uint64(0), np.uint64(size)):
         target[j + x] = source[i + x]
 

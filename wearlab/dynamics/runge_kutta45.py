@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.balance import rebalance
 from wearlab.dynamics.motion import acceleration
+from wearlab.dynamics.registers import write
 from wearlab.dynamics.response import Response, split_periods
 from wearlab.dynamics.steady import Steadiness, march_to_steady
 from wearlab.dynamics.structure import kernel_of
@@ -81,7 +82,7 @@ class AdaptiveMarcher:
         return strobe, split_periods(orbit, keep)
 
 
-@jit
+@jit(allocates=True)
 def march_adaptive(
     kernel: Any,
     tables: Any,
@@ -98,19 +99,19 @@ def march_adaptive(
     steps, rows = len(tables.width), len(state)
     slopes, trial = np.empty((7, rows)), np.empty(rows)
     fraction, evaluations = 1.0, 0
-    strobe[0] = state
+    write(state, strobe[0])
     for k in range(count):
         slot = k - (count - keep)
         for step in range(steps):
             if slot >= 0:
-                orbit[slot * steps + step] = state
+                write(state, orbit[slot * steps + step])
             fraction, used = over_table_step(
                 kernel, tables, step, period, state, slopes, trial, fraction, relative, absolute
             )
             evaluations += used
         rebalance(kernel.balance, strobe[k], state, period)
-        strobe[k + 1] = state
-    orbit[keep * steps] = state
+        write(state, strobe[k + 1])
+    write(state, orbit[keep * steps])
     return evaluations
 
 
@@ -140,7 +141,7 @@ def over_table_step(
                 trial[row] = state[row]
                 for before in range(stage):
                     trial[row] += h * WEIGHTS[stage, before] * slopes[before, row]
-            slopes[stage, :n] = trial[n:]
+            write(trial[n:], slopes[stage])
             acceleration(kernel, tables, step, x + NODES[stage] * part, period, trial, slopes[stage, n:])
         evaluations += 7
         error = 0.0
@@ -155,7 +156,7 @@ def over_table_step(
         factor = 5.0 if error == 0.0 else min(5.0, max(0.2, 0.9 * error**-0.2))
         if error <= 1.0 or part <= LEAST_FRACTION:
             x = 1.0 if part == 1.0 - x else x + part
-            state[:] = trial
+            write(trial, state)
             size = max(size, part * factor) if x == 1.0 else part * factor
         else:
             size = part * factor

@@ -108,8 +108,8 @@ class Kernel(NamedTuple):
     structure : `Diagonal`, `Dense` or `Propagated`
     mesh_damping : (n_mesh,) [N s/m]
     channels : as long as there are force channels, values unused
-    backlash : (n_mesh,) [m], or None without back flanks
-    pairs : as long as there are pairs in a mesh, values unused: loops over pairs unroll
+    backlash : (n_mesh,) [m], infinite without back flanks
+    pairs : as long as there are pairs in a mesh, values unused: loops over the pairs of a tuple unroll
     gate : an empty tuple when damping acts only while flanks touch, None when it always acts
     fluctuation : (n,) M⁻¹ times the fluctuating load [m/s²], or None
     friction : an empty tuple with tooth friction, else None
@@ -119,7 +119,7 @@ class Kernel(NamedTuple):
     structure: Any
     mesh_damping: Any
     channels: Any
-    pairs: Row
+    pairs: Any
     backlash: Any
     gate: tuple[()] | None
     fluctuation: Any
@@ -162,6 +162,7 @@ def kernel_of(
     inverse = np.linalg.inv(system.mass)
     response = vector @ inverse.T
     gate = None if system.damping_always or not system.mesh_damping.any() else ()
+    backlash = np.full(len(system.direction), np.inf) if system.backlash is None else system.backlash
     pushed = system.fluctuation_direction
     fluctuation = None if pushed is None else inverse @ pushed
     friction = None if system.friction_constant is None else ()
@@ -179,7 +180,7 @@ def kernel_of(
             tuple(system.mesh_damping.tolist()),
             (0.0,) * len(direction),
             (0.0,) * pairs,
-            None if system.backlash is None else tuple(system.backlash.tolist()),
+            tuple(backlash.tolist()),
             gate,
             None if fluctuation is None else tuple(fluctuation.tolist()),
             friction,
@@ -200,8 +201,8 @@ def kernel_of(
         dense if tables is None else _propagated(system, balance, dense, tables, period, width),
         system.mesh_damping,
         np.zeros(len(direction)),
-        (0.0,) * pairs,
-        system.backlash,
+        np.zeros(pairs),
+        backlash,
         gate,
         fluctuation,
         friction,

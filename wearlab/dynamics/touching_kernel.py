@@ -88,7 +88,7 @@ def describe(width: Any, stiffness: Any, gap: Any, sliding: Any, joined: Any, po
     powers_into(width, stiffness, power)
 
 
-@jit_inner
+@jit_inner(allocates=True)
 def closed_by(whole: Any, held: Any, scale: Any, given: Any, derivative: Any) -> float:
     """Fill start, 1 and sizes of loads of the orbit; return the least pivot over the largest entry.
 
@@ -119,7 +119,7 @@ def closed_by(whole: Any, held: Any, scale: Any, given: Any, derivative: Any) ->
     return pivot
 
 
-@jit_inner
+@jit_inner(allocates=True)
 def contracts(derivative: Any, scale: Any, bound: float) -> bool:
     """Whether all multipliers are seen to be less than ``bound``: a power of the map is, in the norm.
 
@@ -217,7 +217,7 @@ def parts(path: Any, direction: Any, period: float, tables: Any) -> bool:
     return False
 
 
-@jit
+@jit(allocates=True)
 def orbit_of(
     plan: Any, tables: Any, friction: Any, period: float, bound: float, given: Any, path: Any, whole: Any,
     derivative: Any,

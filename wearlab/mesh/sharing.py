@@ -13,7 +13,7 @@ from wearlab.compiled import jit, jit_inner
 Array = NDArray[np.float64]
 
 
-@jit
+@jit(allocates=True)
 def share(
     compliance: Array,
     gap: Array,
@@ -83,7 +83,7 @@ def _fill_matrix(compliance, cross, matrix):  # type: ignore[no-untyped-def]
             matrix[q, p] = value
 
 
-@jit_inner
+@jit_inner(allocates=True)
 def _respond(matrix, gap, active, unit, offset):  # type: ignore[no-untyped-def]
     """Solve ``C_AA [unit, offset] = [1, g_A]`` by elimination, so that ``F_A = unit δ − offset``."""
     n = len(gap)
@@ -161,7 +161,7 @@ def _share_coupled(matrix, gap, load, active, unit, offset, force):  # type: ign
     return deflection, stiffness
 
 
-@jit
+@jit(allocates=True)
 def equivalent_springs(
     compliance: Array,
     gap: Array,

@@ -194,7 +194,7 @@ def _checked(values: Array, function: object, what: str) -> Array:
     return found
 
 
-@jit
+@jit(allocates=True)
 def _powers(scale: Array, exponent: Array, force: Array, face_width: float) -> Array:
     k = np.empty(scale.shape)
     for gear in range(scale.shape[0]):
