@@ -282,8 +282,10 @@ class AdaptiveStepper:
         self.late = self.late or behind(rate.share_of_work, node.cycle / (node.cycle + left))
         if not self.late:
             return 0.0
-        each = max(rate.work - worked, 1.0) / max(1, rate.count - counted)
-        size = affordable(left, self.radius, (rate.most_work - rate.work) / each)
+        # Where orbits come and go one rate may cost a thousand times another: the dearer of last and mean.
+        last = (rate.work - worked) / max(1, rate.count - counted)
+        each = max(1.0, last, (rate.work - rate.first_work) / max(1, rate.count))
+        size = affordable(left, self.radius, rate.affords(each))
         longest = np.inf if self.looked else embedded.REACH / self.radius if self.radius > 0.0 else 0.0
         return float(min(size, longest, self._rough_size(node, HURRIED_SHARE)))
 

@@ -78,8 +78,13 @@ class CountedRate:
 
     @property
     def share_of_work(self) -> float:
-        """Share of the work allowed that is done, 0 where nothing bounds it [1]."""
-        return (self.work - self.first_work) / (self.most_work - self.first_work)
+        """Share of the evaluations or of the work allowed that is done, the larger of both [1]."""
+        work = (self.work - self.first_work) / (self.most_work - self.first_work)
+        return max(work, self.count / self.most)
+
+    def affords(self, each: float) -> float:
+        """Return how many more evaluations the bounds allow of which each takes so much work."""
+        return min((self.most_work - self.work) / each, float(self.most - self.count))
 
     @property
     def noise(self) -> float:

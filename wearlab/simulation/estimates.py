@@ -16,6 +16,7 @@ from wearlab.life.state import WearState
 from wearlab.scene.build import Parts
 from wearlab.scene.build.wear import build_limits
 from wearlab.simulation.end_of_life import DEEPEST, End, end_of
+from wearlab.simulation.force_errors import force_errors
 from wearlab.simulation.operating import Stage
 from wearlab.simulation.twins import (
     Rougher,
@@ -25,14 +26,16 @@ from wearlab.simulation.twins import (
     together,
     twins_of,
 )
-from wearlab.simulation.wear_off import WearOff
+from wearlab.simulation.wear_off import ErrorOfWear, WornFurther
 
 Array = NDArray[np.float64]
 
-DEPTH_SHARE, LIFE_SHARE, WORN_FORCE_SHARE = 1.75, 1.0, 1.2
+DEPTH_SHARE, LIFE_SHARE = 1.75, 1.0
 """Weights of the rougher twin's change of rate, set on seed 1 of `wearlab.accuracy.drawn`."""
 HARD = 10.0
 """Largest mesh force over the static one from which teeth strike as no tolerance foresees [1]."""
+LARGE = 0.5
+"""Estimated error of the mesh force over the largest force from which small changes tell little of it."""
 
 
 class ForcesOfStates(NamedTuple):
@@ -41,6 +44,14 @@ class ForcesOfStates(NamedTuple):
     mesh: Array
     largest: Array
     bearing: Array
+
+
+class Driven(NamedTuple):
+    """Error of the wear [m] at a cycle [1] and the change of rate that drives it [m per cycle], per node."""
+
+    cycle: float
+    error: Array
+    drive: Array
 
 
 class Estimates(NamedTuple):
@@ -80,22 +91,29 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
     blocks = range(len(stage.parts))
     each = [twins_of(*one, lived) for one in zip(stage.scenes, stage.parts, blocks, strict=True)]
     found = [together(list(twins), stage.shares.weight) for twins in zip(*each, strict=True)]
+    worn = _worn_further(stage, lived, each, found, inherited)
     stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
-    known = [twin for twin in found if twin is not None]
-    depth = _depth(lived, known)
+    depth = _depth(lived, worn)
     force = None
     if stage.first.vibration is not None:
         clock = time.perf_counter()
         force = tuple(
-            _forces(parts, in_block(lived, block), twins, found, inherited)
+            _forces(parts, in_block(lived, block), twins, worn, block)
             for block, (parts, twins) in enumerate(zip(stage.parts, each, strict=True))
         )
         stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
-    return Estimates(depth, force, _life(stage, lived, known), _doubts(stage, lived, found))
+    last = next((twin for twin in reversed(found) if twin is not None and twin.rate is not None), None)
+    return Estimates(depth, force, _life(stage, lived, worn, last), _doubts(stage, lived, found, force))
 
 
-def _doubts(stage: Stage, lived: History, found: list[Rougher | None]) -> tuple[str, ...]:
+def _doubts(
+    stage: Stage,
+    lived: History,
+    found: list[Rougher | None],
+    force: tuple[ForcesOfStates, ...] | None,
+) -> tuple[str, ...]:
     """Return what speaks against the estimates of a life whose states have these rougher twins."""
+    loudest = _loudest(lived, force)
     states = (*lived.samples.state, *lived.state)
     responses = [one for state in states for each in (state.block or (state,)) for one in each.responses]
     missing = sum(twin is None for twin in found)
@@ -111,10 +129,21 @@ def _doubts(stage: Stage, lived: History, found: list[Rougher | None]) -> tuple[
         f"{missing} of {len(found)} states respond otherwise with half the steps and nodes": missing,
         f"the wear rate jumps at {jumps} places": jumps,
         "waves of wear grow from any error": waves,
+        f"the force may be off by {loudest:.0%} of the largest": loudest > LARGE,
         f"teeth strike with {hardest:.0f} times their static force": hardest > HARD,
         "steps over cycles are as long as the work allowed pays for, not as their errors ask": hurried,
     }
     return tuple(words for words, holds in said.items() if holds)
+
+
+def _loudest(lived: History, force: tuple[ForcesOfStates, ...] | None) -> float:
+    """Return the largest estimated error of a mesh force over the largest force, of all conditions [1]."""
+    found = [0.0]
+    for block, errors in enumerate(force or ()):
+        states = in_block(lived, block).state
+        largest = [max(float(extremes(one).largest.max()) for one in state.responses) for state in states]
+        found += [error / size for error, size in zip(errors.mesh, largest, strict=True) if size > 0.0]
+    return float(np.nanmax(found))
 
 
 def _hardest(stage: Stage, state: WearState) -> float:
@@ -138,19 +167,41 @@ def _stepping(lived: History, cycle: Array) -> Array:
     return np.asarray(stepping + np.interp(cycle, samples.cycle, noise))
 
 
-def _depth(lived: History, found: list[Rougher]) -> Array | None:
+def _worn_further(
+    stage: Stage,
+    lived: History,
+    each: list[list[Rougher | None]],
+    found: list[Rougher | None],
+    inherited: float,
+) -> list[WornFurther | None]:
+    """Return the error of the wear at the states, None where a twin is missing."""
+    stepping = inherited + _stepping(lived, lived.samples.cycle)
+    off, out = ErrorOfWear(stage.shares.weight), []
+    for at, joint in enumerate(found):
+        twins = [one for one in (own[at] for own in each) if one is not None]
+        out.append(None if joint is None else off.next(joint, twins, float(stepping[at])))
+    return out
+
+
+def _depth(lived: History, worn: list[WornFurther | None]) -> Array | None:
     if lived.life is None:
         return None
     total = _stepping(lived, lived.cycle)
-    known = [(twin.cycle, twin.rate) for twin in found if twin.rate is not None]
+    known = _driven(worn)
     if not known:
         return np.full(len(total), np.nan) if any(map(is_periodic, lived.samples.state)) else total
-    cycle = np.array([at for at, _ in known])
-    change = np.stack([rate for _, rate in known])
-    carried_on = np.abs(_integral(cycle, change)).max(axis=1)
-    if len(cycle) == 1:
-        carried_on, cycle = np.abs(change).max() * lived.cycle, lived.cycle
-    return np.asarray(total + DEPTH_SHARE * np.interp(lived.cycle, cycle, carried_on))
+    if len(known) == 1:  # one state speaks for all of the life
+        return np.asarray(total + DEPTH_SHARE * float(np.abs(known[0].drive).max()) * lived.cycle)
+    cycle = [one.cycle for one in known]
+    largest = [float(np.abs(one.error).max()) for one in known]
+    return np.asarray(total + DEPTH_SHARE * np.interp(lived.cycle, cycle, largest))
+
+
+def _driven(worn: list[WornFurther | None]) -> list["Driven"]:
+    """Return the states at which a wear law drives the error of the wear."""
+    return [
+        Driven(one.cycle, one.error, one.drive) for one in worn if one is not None and one.drive is not None
+    ]
 
 
 def _integral(cycle: Array, values: Array) -> Array:
@@ -161,22 +212,21 @@ def _integral(cycle: Array, values: Array) -> Array:
 
 
 def _forces(
-    parts: Parts, lived: History, twins: list[Rougher | None], found: list[Rougher | None], inherited: float
+    parts: Parts, lived: History, twins: list[Rougher | None], worn: list[WornFurther | None], block: int
 ) -> ForcesOfStates:
     """Return the errors of the forces of all kept states, from those of the states that have twins.
 
     Parameters
     ----------
     parts, lived, twins : of one condition
-    found : the twins of all conditions together
-    inherited : error of the wear that the run starts from [m]
+    worn : the error of the wear at the states
+    block : the condition's number
     """
-    samples = lived.samples
-    off, stepping = WearOff(WORN_FORCE_SHARE), inherited + _stepping(lived, samples.cycle)
     known = []
-    for at, (twin, joint) in enumerate(zip(twins, found, strict=True)):
-        if twin is not None and joint is not None:
-            errors = off.errors(parts, samples.state[at], twin, joint.rate, stepping[at])
+    for state, twin, further in zip(lived.samples.state, twins, worn, strict=True):
+        worse = None if further is None else further.worse[block]
+        if twin is not None and worse is not None:
+            errors, _ = force_errors(parts, twin.parts, (state, twin.state, worse), twin.weight)
             known += [(twin.cycle, *errors)] if np.isfinite(errors.mesh) else []
     if not known:
         return ForcesOfStates(*np.full((3, len(lived.state)), np.nan))
@@ -185,7 +235,7 @@ def _forces(
     return ForcesOfStates(*(np.where(aperiodic, np.nan, np.interp(lived.cycle, cycle, one)) for one in each))
 
 
-def _life(stage: Stage, lived: History, found: list[Rougher]) -> float | None:
+def _life(stage: Stage, lived: History, worn: list[WornFurther | None], last: Rougher | None) -> float | None:
     """Return the error of the deepest depth over the rate of wear there, at the end of the life [1]."""
     life = lived.life
     if life is None or life.end_reason != "depth":
@@ -194,19 +244,16 @@ def _life(stage: Stage, lived: History, found: list[Rougher]) -> float | None:
     end = end_of(life.depth[-1], life.rate[-1], flank_of_nodes(stage.first), counts)
     if end.rate <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth
         return float("nan") if lived.cycle[-1] > 0.0 else 0.0
-    error = float(life.accumulated_error[-1]) + end.between + LIFE_SHARE * _deepest_change(lived, found, end)
+    error = float(life.accumulated_error[-1]) + end.between + LIFE_SHARE * _at_deepest(lived, worn, last, end)
     return error / end.rate
 
 
-def _deepest_change(lived: History, found: list[Rougher], end: End) -> float:
-    """Return the integral of the change of rate where the flanks that end the life are worn most [m]."""
-    known = [(twin.cycle, twin.rate) for twin in found if twin.rate is not None]
-    if not known:
+def _at_deepest(lived: History, worn: list[WornFurther | None], last: Rougher | None, end: End) -> float:
+    """Return the error of the wear where the flanks that end the life are worn most [m]."""
+    known = _driven(worn)
+    if not known or last is None:
         return np.nan if any(map(is_periodic, lived.samples.state)) else 0.0
-    last = next(twin for twin in reversed(found) if twin.rate is not None)
-    cycle = np.array([at for at, _ in known])
-    change = np.stack([rate for _, rate in known])
-    carried_on = np.abs(_integral(cycle, change)[-1] if len(cycle) > 1 else change[0] * lived.cycle[-1])
+    error = known[-1].error if len(known) > 1 else known[0].drive * lived.cycle[-1]
     there = np.isin(last.flank, end.flanks)
     deep = there & (last.wear >= DEEPEST * last.wear[there].max())
-    return float(carried_on[deep].max())
+    return float(np.abs(error)[deep].max())

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.structure import force_vectors, in_registers
+from wearlab.dynamics.system import System
 from wearlab.life.history import History, history, single_state, worn_by_law
 from wearlab.life.limits import Limits, Snapshots, StopWear
 from wearlab.life.march import Life
@@ -20,13 +22,16 @@ from wearlab.simulation.operating import Stage
 
 Array = NDArray[np.float64]
 
-MOST_WORK = 1.5e9
-"""Bound on the work of a march over cycles, units of 10 to 20 ns: with kept states, estimates and the search
-for other attractors, which come on top, 70 of 71 drawn scenes took under a minute of the processor."""
+MOST_WORK = 2e9
+"""Bound on the work of a march over cycles, units of about 15 ns: half a minute of the processor. Kept
+states, estimates and the search for other attractors come on top."""
 USUAL = 1e-4
 """Tolerance below which a march may do more, as it has to."""
-OF_A_STEP = 10
-"""Units of a right-hand side that do not grow with the square of the coordinates."""
+OF_A_STEP, OF_A_CHANNEL = 10, 6
+"""Units of a right-hand side that do not grow with the square of the coordinates, and those of every channel
+of force in a system too large for registers: measured on planetary sets of 5, 6 and 18 coordinates."""
+IN_REGISTERS = 0.75
+"""Units of a system in registers, over one that meets its matrices in memory."""
 
 
 class Lived(NamedTuple):
@@ -137,8 +142,15 @@ def _most_work(scene: Scene, parts: Parts) -> float:
         return float(scene.numerics.most_right_hand_sides)
     if parts.vibration is None:
         return np.inf
-    each = len(parts.vibration.system.load) ** 2 + OF_A_STEP
-    return MOST_WORK / each * max(1.0, (USUAL / scene.numerics.tolerance) ** 0.5)
+    return MOST_WORK / _units(parts.vibration.system) * max(1.0, (USUAL / scene.numerics.tolerance) ** 0.5)
+
+
+def _units(system: System) -> float:
+    """Return the work of a right-hand side."""
+    each = float(len(system.load) ** 2 + OF_A_STEP)
+    if in_registers(system):
+        return IN_REGISTERS * each
+    return each + OF_A_CHANNEL * len(force_vectors(system)[0])
 
 
 def _after(snapshots: Snapshots, cycles: float) -> Snapshots:
