@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 WORN_FORCE_SHARE = 1.2
 """Weight of the error of the wear in what wear changes of the forces, set on seed 1."""
-WORTH, LEVELS = 0.01, 10.0
+WORTH, LEVELS = 0.01, 5.0
 """Error by the drive alone, over the depth, and exponent −g ΔN from which an implicit step is taken."""
 
 
