@@ -47,6 +47,30 @@ def test_work_that_cannot_suffice_ends_the_life():
     assert life.end_reason == "work limit"
 
 
+class DearNowAndThen(DearOnceDeep):
+    """Orbits that come and go: one rate in eleven is a thousand times as dear as the others."""
+
+    count = 0
+
+    def __call__(self, h):
+        rate = super().__call__(h)
+        self.count += 1
+        self.work += 1_000.0 if self.count % 11 == 0 and h.max() > 0.25 * DEPTH else 0.0
+        return rate
+
+
+@pytest.mark.parametrize("most_work", [60_000.0, 80_000.0])
+def test_steps_are_planned_by_what_rates_cost_on_the_whole(most_work):
+    rate = DearNowAndThen(1.0)
+    life = evolve(rate, np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work)
+    assert life.end_reason == "depth" and life.hurried
+
+
+def test_a_life_hurries_before_its_rates_are_used_up():
+    life = evolve(DearOnceDeep(1.0), np.zeros(30), limits=Limits(depth=DEPTH), most_evaluations=500)
+    assert life.end_reason == "depth" and life.hurried
+
+
 def test_a_march_may_be_ahead_of_its_way_by_its_head_start():
     assert not behind(0.29, 0.0) and behind(0.31, 0.0)
     assert not behind(0.99, 1.0) and behind(0.66, 0.5)

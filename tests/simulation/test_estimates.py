@@ -10,6 +10,10 @@ from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.simulation import simulate, twins
 from wearlab.simulation.end_of_life import above_nodes, end_of
+from wearlab.simulation.estimates import estimated
+from wearlab.simulation.levelled import levelled
+from wearlab.simulation.living import live
+from wearlab.simulation.operating import stages_of
 from wearlab.simulation.twins import carried, rough_parts
 
 SMALL = Scene.from_mapping({
@@ -69,6 +73,35 @@ def test_estimates_bound_the_errors_and_do_not_exaggerate() -> None:
     for name, count in (("wear_depth", 3), ("life", 3), ("mesh_force", 2), ("mesh_force_max", 2)):
         scenes, share, ratio = found[name]
         assert scenes == count and share == 1.0 and 1.0 < ratio < 20.0, (name, found[name])
+
+
+def test_what_the_rate_levels_is_no_error_of_deep_wear() -> None:
+    """The drive alone adds up to 18 um of 200 where the life is 0.4 um off."""
+    still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
+    deep = still.replace("wear.until.depth", "200 um").replace("wear.snapshots", None)
+    (stage,) = stages_of(deep)
+    lived = live(deep, stage.first)
+    found = estimated(stage, lived)
+    fine = deep.replace("numerics.profile_points", 601)
+    truth = scoring.reference(fine, float(lived.cycle[-1]), 1e-4)
+    true = carried(truth.grids[0], truth.wear[0], stage.first.kinds[0].analysis.grid)
+    missed = float(np.abs(true - lived.state[-1].wear[0]).max())
+    assert found.wear_depth is not None
+    assert missed < float(found.wear_depth[-1]) < 8.0 * missed
+
+
+def test_an_error_is_levelled_as_an_implicit_step_has_it() -> None:
+    """Beside the solution of the linear equations, for an answer that levels 200-fold and couples the nodes."""
+    rng = np.random.default_rng(3)
+    slope = np.diag(rng.uniform(-2.0, 0.0, 40)) + 0.02 * rng.standard_normal((40, 40))
+    drive, step = rng.standard_normal(40), 100.0
+    exact = np.linalg.solve(np.eye(40) - step * slope, drive)
+    found = levelled(drive, step, lambda off: slope @ off)
+    assert np.linalg.norm(found - step * slope @ found - drive) <= 0.3 * np.linalg.norm(drive)
+    assert 0.3 < np.abs(found).max() / np.abs(exact).max() < 3.0
+    np.testing.assert_allclose(levelled(drive, step, lambda off: -off), drive / (1.0 + step), rtol=1e-9)
+    for nothing_told in (None, 0.001 * drive):
+        np.testing.assert_array_equal(levelled(drive, step, lambda off, x=nothing_told: x), drive)
 
 
 def test_the_cost_is_that_of_a_quiet_run(monkeypatch: pytest.MonkeyPatch) -> None:
