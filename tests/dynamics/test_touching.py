@@ -1,10 +1,13 @@
 """Orbits of pairs whose flanks never part: by collocation over groups of steps, in one compiled call."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 from scipy.integrate import solve_ivp
 
+from wearlab.dynamics import touching as room
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.system import System
@@ -124,6 +127,20 @@ def test_what_steps_do_not_resolve_is_left_to_others() -> None:
     rough = rough._replace(stiffness=stiffness)
     assert Periodic(resolved=1e-4).touching(SYSTEM, rough, PERIOD) is None
     assert Periodic(resolved=1e-4).touching(SYSTEM, tables(40), PERIOD) is not None
+
+
+def test_plans_of_old_gears_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker that had run planetary sets one after another held 2.4 GB."""
+    on = tables(40)
+    known = [room.Known(SYSTEM, on, PERIOD * (1 + k)) for k in range(4)]
+    shared, own = np.zeros(1_000), [np.zeros(1_000) for _ in known]
+    for one, table in zip(known, own, strict=True):
+        one._plans[b"", b""] = SimpleNamespace(groups=((shared, table),))
+    monkeypatch.setattr(room, "_known", list(known))
+    for most, left in ((shared.nbytes * 5, 4), (shared.nbytes * 3, 2), (0, 1)):
+        monkeypatch.setattr(room, "KEPT_BYTES", most)
+        room.forget()
+        assert room._known == known[:left]
 
 
 def test_an_answer_does_not_depend_on_what_was_solved_before() -> None:

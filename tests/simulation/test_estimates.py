@@ -91,7 +91,7 @@ def test_what_the_rate_levels_is_no_error_of_deep_wear() -> None:
 
 
 def test_an_error_is_levelled_as_an_implicit_step_has_it() -> None:
-    """Beside the solution of the linear equations, for an answer that levels 200-fold and couples the nodes."""
+    """Beside the solution of the linear equations, for an answer that levels 200-fold and couples nodes."""
     rng = np.random.default_rng(3)
     slope = np.diag(rng.uniform(-2.0, 0.0, 40)) + 0.02 * rng.standard_normal((40, 40))
     drive, step = rng.standard_normal(40), 100.0

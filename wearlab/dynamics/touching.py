@@ -29,7 +29,8 @@ from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
 RHS_PER_STEP = 2
-KEPT_PLANS = 16
+KEPT_SYSTEMS, KEPT_PLANS, KEPT_BYTES = 16, 16, 256_000_000
+"""Systems that are remembered, plans of each, and what all may hold: some are megabytes."""
 ROUNDED = 1e-12
 """Share of the load by which a static state may miss it."""
 ATTRACTING = Verdict(True, True, True, True)
@@ -70,6 +71,7 @@ class Known:
             while len(self._plans) >= KEPT_PLANS:
                 self._plans.popitem(last=False)
             self._plans[key] = self._made(tables, joined, power)
+            forget()
         self.plan = self._plans[key]
         return self.plan
 
@@ -82,6 +84,12 @@ class Known:
                 self._parting.popitem(last=False)
             self._parting[key] = plan_of(self.system, self.balance, tables, self.period, joined)
         return self._parting[key]
+
+    @property
+    def sizes(self) -> dict[int, int]:
+        """Memory of each of the tables of its plans, some of which share theirs [bytes]."""
+        plans = (plan for plan in self._plans.values() if plan is not None)
+        return {id(table): table.nbytes for plan in plans for group in plan.groups for table in group}
 
     def _made(
         self, tables: StageTables, joined: NDArray[np.bool_], power: NDArray[np.int64]
@@ -143,8 +151,22 @@ def known_of(system: System, tables: StageTables, period: float) -> Known:
                 _known.insert(0, _known.pop(at))
             return one
     _known.insert(0, Known(system, tables, period))
-    del _known[KEPT_PLANS:]
+    del _known[KEPT_SYSTEMS:]
     return _known[0]
+
+
+def forget() -> None:
+    """Forget systems asked for longest ago while the plans of all take too much memory."""
+    while len(_known) > 1 and _held() > KEPT_BYTES:
+        _known.pop()
+
+
+def _held() -> int:
+    """Return the memory of the tables of all plans [bytes]."""
+    sizes: dict[int, int] = {}
+    for one in _known:
+        sizes |= one.sizes
+    return sum(sizes.values())
 
 
 def touching_orbit(
