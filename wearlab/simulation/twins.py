@@ -9,6 +9,7 @@ from wearlab.gears.errors import GearError
 from wearlab.life.history import History, Sampled
 from wearlab.life.limits import StopWear
 from wearlab.life.state import Wear, WearState
+from wearlab.life.vibration import Responses
 from wearlab.mesh.profile import ProfileGrid, interpolate, lookup
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
@@ -72,14 +73,23 @@ def carried(fine: ProfileGrid, values: Array, rough: ProfileGrid) -> Array:
     return found[:, rough.on_flank]
 
 
-def rougher(parts: Parts, rough: Parts, cycle: float, state: WearState) -> Rougher | None:
-    """Evaluate one state once more, None when the response is another one or none."""
+def rougher(
+    parts: Parts, rough: Parts, cycle: float, state: WearState, before: Rougher | None = None
+) -> Rougher | None:
+    """Evaluate one state once more, None when the response is another one or none.
+
+    While no flank parts the orbit is the only one, and is soonest found from the twin ``before`` on the same
+    steps; any other from its own state, whose branch it has to be on.
+    """
     responses = state.responses
     if not is_periodic(state):
         return None
+    start = responses
+    if before is not None and _touch_all_along(responses) and _touch_all_along(before.state.responses):
+        start = before.state.responses
     try:
         wear = tuple(np.maximum(0.0, one) for one in _carried(parts, state.wear, rough))
-        again = rough.coupling.evaluate(wear, responses)
+        again = rough.coupling.evaluate(wear, start)
     except StopWear:
         return None
     if [one.period for one in again.responses] != [one.period for one in responses]:
@@ -88,6 +98,11 @@ def rougher(parts: Parts, rough: Parts, cycle: float, state: WearState) -> Rough
     if state.wears and again.wears:
         rate = rough.coupling.flat(again.rate) - rough.coupling.flat(_carried(parts, state.rate, rough))
     return Rougher(cycle, rough.coupling.flat(again.wear), rate, flank_of_nodes(rough), rough, again)
+
+
+def _touch_all_along(responses: Responses) -> bool:
+    """Whether one pass was exact: no flank parted."""
+    return all(one.period == 1 and one.counts.newton_iterations == 1 for one in responses)
 
 
 def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
@@ -121,9 +136,12 @@ def _of_share(scene: Scene, parts: Parts, own: Sampled, share: float) -> list[Ro
     rough = rough_parts(scene, parts, share)
     if rough is None:
         return [None] * len(own.state)
-    return [
-        rougher(parts, rough, float(cycle), state) for cycle, state in zip(own.cycle, own.state, strict=True)
-    ]
+    found: list[Rougher | None] = []
+    before: Rougher | None = None
+    for cycle, state in zip(own.cycle, own.state, strict=True):
+        found.append(rougher(parts, rough, float(cycle), state, before))
+        before = found[-1] or before
+    return found
 
 
 def is_periodic(state: WearState) -> bool:
