@@ -75,6 +75,7 @@ def test_a_life_ends_at_its_bound_on_the_work_and_says_what_to_do(scene):
     assert int(part.count_right_hand_sides) < int(whole.count_right_hand_sides)
     for remedy in ("numerics.most_right_hand_sides", "[start]", 'wear.load = "static"'):
         assert remedy in str(part.validity.values)
+    assert "used up before its end" in str(part.estimate_quality.values)
     assert "work" not in str(whole.validity.values) and str(whole.verdict.values) == "completed"
 
 

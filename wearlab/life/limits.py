@@ -24,12 +24,16 @@ class StopWear(Exception):
         self.reason = reason
 
 
+ENDS_OF_WORK = ("evaluation limit", "work limit")
+"""Ends of a life whose bound on its rates, or on the right-hand sides they take, was reached before."""
+
+
 class OutOfEvaluations(Exception):
     """A bound on the work of a life is reached; carries which.
 
     Parameters
     ----------
-    reason : "evaluation limit" or "work limit"
+    reason : one of `ENDS_OF_WORK`
     """
 
     def __init__(self, reason: str) -> None:

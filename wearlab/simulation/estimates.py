@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.extremes import extremes
 from wearlab.life.history import History
+from wearlab.life.limits import ENDS_OF_WORK
 from wearlab.life.state import WearState
 from wearlab.scene.build import Parts
 from wearlab.scene.build.wear import build_limits
@@ -118,10 +119,12 @@ def _doubts(
     responses = [one for state in states for each in (state.block or (state,)) for one in each.responses]
     missing = sum(twin is None for twin in found)
     jumps = 0 if lived.life is None else len(lived.life.jumps)
+    unfinished = lived.life is not None and lived.life.end_reason in ENDS_OF_WORK
     hurried = lived.life is not None and lived.life.hurried
     waves = lived.life is not None and lived.life.wave_growth > 0.0
     hardest = max((_hardest(stage, state) for state in lived.samples.state), default=0.0)
     said = {
+        "the work of the life is used up before its end": unfinished,
         "a response does not repeat": any(one.period == 0 for one in responses),
         "an orbit is not alone or hardly attracts": any(
             not one.verdict.unique or one.verdict.attracting is False for one in responses
