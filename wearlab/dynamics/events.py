@@ -19,9 +19,6 @@ from wearlab.dynamics.rk4_step import rk4_step
 MOST_CHANGES = 12
 MOST_ITERATIONS = 60
 MOST_SECANTS = 10
-PLACED = 1e-9
-"""Last move of a secant, in steps, from which the next one changes nothing: its error is the product of the
-two errors before."""
 GUESSES = 8
 LATER = 0.1
 """By how much of a part of a step a first guess has to be later for the change to be later."""
@@ -186,7 +183,7 @@ def crossing(
         value_before = value
         if iteration >= MOST_SECANTS or not x0 < x < x1:
             x = 0.5 * (x0 + x1)
-        if x == x_before or abs(x - before) <= PLACED or x <= a:
+        if x == before or x == x_before or x <= a:
             break
     return x
 
