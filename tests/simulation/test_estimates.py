@@ -8,7 +8,7 @@ from wearlab.accuracy import score as scoring
 from wearlab.accuracy.score import score, summary
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
-from wearlab.simulation import simulate, twins
+from wearlab.simulation import estimates, simulate, twins
 from wearlab.simulation.end_of_life import above_nodes, end_of
 from wearlab.simulation.estimates import estimated
 from wearlab.simulation.levelled import levelled
@@ -158,6 +158,13 @@ def test_a_reference_that_is_hardly_better_judges_nothing(monkeypatch: pytest.Mo
     tolerance = still.numerics.tolerance
     with pytest.raises(scoring.Apart, match="reference too rough"):
         score(still)
+
+
+def test_a_force_that_may_be_far_off_makes_the_estimates_doubtful(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = "of the largest"
+    assert told not in str(simulate(SMALL).estimate_quality.values)
+    monkeypatch.setattr(estimates, "LARGE", 1e-9)
+    assert told in str(simulate(SMALL).estimate_quality.values)
 
 
 def test_teeth_that_strike_hard_make_the_estimates_doubtful() -> None:
