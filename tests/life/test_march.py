@@ -143,11 +143,14 @@ def test_impossible_limits_are_refused(limits):
 
 
 def test_work_is_bounded(toys):
-    rate = toys.LineContact()
-    life = evolve(rate, np.zeros(rate.n), limits=Limits(cycles=4e7), tolerance=1e-6, most_evaluations=200)
-    assert life.end_reason == "evaluation limit"
-    assert rate.count == 200
-    assert life.count_steps > 0
+    for most, end in ((30, "evaluation limit"), (200, "cycles")):
+        rate = toys.LineContact()
+        life = evolve(
+            rate, np.zeros(rate.n), limits=Limits(cycles=4e7), tolerance=1e-6, most_evaluations=most
+        )
+        assert life.end_reason == end
+        assert rate.count == 30 if most == 30 else 30 < rate.count <= 200 and life.hurried
+        assert life.count_steps > 0
 
 
 def test_the_work_of_the_rate_is_bounded(toys):
