@@ -224,7 +224,7 @@ def _write(
     return count + steps
 
 
-@jit_inner
+@jit_inner(allocates=True)
 def _over_period(
     plan: Any, like: Any, columns: int, polynomials: Any, period: float, given: Any, everything: bool,
     kept: bool, w: Any, whole: Any, path: Any, place: Any,
@@ -328,7 +328,7 @@ def _unresolved(plan: Any, polynomials: Any, path: Any, steps: int) -> float:
     return worst
 
 
-@jit
+@jit(allocates=True)
 def parting_orbit(
     plan: Any, like: Any, columns: int, tables: Any, friction: Any, period: float, given: Any, known: bool,
     bound: float, path: Any, place: Any, derivative: Any,
@@ -403,7 +403,7 @@ def parting_orbit(
     return LOST, MOST_PASSES, 0, 0, np.inf, np.inf, False
 
 
-@jit
+@jit(allocates=True)
 def tabulate_pieces(
     plan: Any, given: Any, place: Any, width: Any, stiffness: Any, gap: Any, error: Any, rate: Any
 ) -> None:  # fmt: skip

@@ -84,7 +84,7 @@ def fit_values(fit: Any, values: Any, count: int, found: Any) -> None:
         found[power] = total
 
 
-@jit_inner
+@jit_inner(allocates=True)
 def fill_polynomials(plan: Any, tables: Any, friction: Any, found: Any) -> None:
     """Fill the polynomials of all groups from the tables; ``friction``: Λμ and Λμ s of all pairs, or None."""
     k, gap, error, rate = tables.stiffness, tables.gap, tables.error, tables.error_rate
