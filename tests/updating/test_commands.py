@@ -89,3 +89,21 @@ def test_an_update_comes_along_with_its_runs(store, tree, tmp_path):
     kept = read_update(mine, str(tree.attrs["id"]))
     assert kept is not None and kept.identical(read_update(store, str(tree.attrs["id"])))
     assert merge(mine, store).updates == 0
+
+
+def test_a_catalogue_from_before_updates_had_a_subject_is_read_and_written(store, tree, tmp_path):
+    import shutil
+    import sqlite3
+    from contextlib import closing
+
+    from wearlab.store import Store
+    from wearlab.store.updates import kept_updates
+
+    shutil.copytree(store.path, tmp_path / "old")
+    with closing(sqlite3.connect(tmp_path / "old" / "catalogue.sqlite")) as catalogue:
+        catalogue.execute("ALTER TABLE updates DROP COLUMN subject")
+        catalogue.commit()
+    old = Store(tmp_path / "old")
+    assert {one.subject for one in kept_updates(old).values()} == {""}
+    assert old.reindex() == []
+    assert kept_updates(old)[str(tree.attrs["id"])].subject == tree.attrs["subject"]

@@ -28,6 +28,7 @@ CREATE TABLE IF NOT EXISTS updates (
     summary TEXT
 ) WITHOUT ROWID
 """
+SUBJECT, NAMES = "subject", "SELECT name FROM pragma_table_info('updates')"
 COLUMNS = "id, title, subject, size, sha256, recorded, runs, summary"
 
 
@@ -126,16 +127,21 @@ def _image(tree: "xr.DataTree", folder: Path) -> bytes:
 def _record(store: KeptRuns, row: tuple[Any, ...]) -> None:
     with store.catalogue._transaction() as connection:
         connection.execute(TABLE)
-        connection.execute(f"INSERT OR REPLACE INTO updates VALUES ({', '.join('?' * len(row))})", row)
+        if SUBJECT not in {name for (name,) in connection.execute(NAMES)}:
+            connection.execute(f"ALTER TABLE updates ADD COLUMN {SUBJECT} TEXT")
+        marks = ", ".join("?" * len(row))
+        connection.execute(f"INSERT OR REPLACE INTO updates ({COLUMNS}) VALUES ({marks})", row)
 
 
 def kept_updates(store: KeptRuns) -> dict[str, KeptUpdate]:
     """Return the updates that the catalogue knows, by id, the latest last."""
     if not store.catalogue.exists():
         return {}
-    if not store.catalogue.read("SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'updates'"):
+    names = {name for (name,) in store.catalogue.read(NAMES)}
+    if not names:
         return {}
-    rows = store.catalogue.read(f"SELECT {COLUMNS} FROM updates ORDER BY recorded")
+    told = COLUMNS if SUBJECT in names else COLUMNS.replace(SUBJECT, "''")  # of stores before it was told
+    rows = store.catalogue.read(f"SELECT {told} FROM updates ORDER BY recorded")
     try:
         return {row[0]: _entry(row) for row in rows}
     except (ValueError, TypeError) as error:
