@@ -131,3 +131,17 @@ def test_scatter_and_parallel_coordinates_show_what_the_grid_has(report):
     assert sorted(curve.y.tolist() for curve in panel.curves) == [[0.0, 0.0], [1.0, 1.0]]
     assert [mark.text.split("\n")[0] for mark in panel.marks] == ["torque", "largest wear depth"]
     assert panel.marks[0].text.endswith("200 … 300 N·m") and panel.marks[1].text.endswith("µm")
+
+
+def test_a_report_names_what_was_refused_and_why():
+    from wearlab.runner.report import CaseReport, Report
+
+    refused = CaseReport("a" * 20, "thin", "refused", "Traceback\ngears: teeth are pointed")
+    report = Report(2, 2, 1, 0, 1, 3.0, (refused,))
+    assert (
+        str(report) == "1 of 2 done, 1 refused; 2 tried in 3.0 s\n  thin: refused: gears: teeth are pointed"
+    )
+    assert str(Report(2, 1, 2, 0, 0, 3.0)) == "2 of 2 done; 1 computed in 3.0 s"
+    assert (
+        repr(Report(2, 2, 1, 0, 1, 3.0, (refused,))) == "<Report: 1 of 2 done, 1 refused; 2 tried in 3.0 s>"
+    )

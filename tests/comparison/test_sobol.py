@@ -9,7 +9,7 @@ from scipy.stats import uniform
 import wearlab as wl
 from wearlab.campaign.axes import read_axes
 from wearlab.comparison.errors import CompareError
-from wearlab.comparison.sobol import indices
+from wearlab.comparison.sobol import SobolWarning, indices
 
 KEYS = ("wear.coefficient.factor", "operation.torque_fluctuation.amplitude", "numerics.tolerance")
 FIRST = (0.31390519, 0.44241114, 0.0)  # a = 7, b = 0.1: V₁ = ½(1 + bπ⁴/5)², V₂ = a²/8, V₁₃ = 8b²π⁸/225
@@ -39,6 +39,11 @@ def test_ishigami():
     assert inside.all() and found.key.values.tolist() == list(KEYS) and found.points == 2048
 
 
+def test_too_few_base_points_are_warned_of():
+    with pytest.warns(SobolWarning, match=r"8 base points are too few.*95 % intervals of .* Raise sample.n"):
+        wl.sobol_indices(drawn(8))
+
+
 def test_the_estimates_are_those_of_scipy():
     values = drawn(256).values.reshape(256, 5)
     theirs = of_scipy(
@@ -52,7 +57,8 @@ def test_lost_runs_cost_their_base_points_only_and_other_dimensions_are_kept():
     result = drawn(512)
     both = xr.concat([result, 2.0 * result], "flank").assign_coords(flank=["pinion", "gear"])
     both[0, 7] = np.nan
-    found = wl.sobol_indices(both)
+    with pytest.warns(SobolWarning):
+        found = wl.sobol_indices(both)
     assert found.points.values.tolist() == [511, 512] and found.first_order.dims == ("input", "flank")
     assert found.first_order.sel(flank="pinion").values == pytest.approx(FIRST, abs=0.1)
 

@@ -1,5 +1,6 @@
 """Which inputs make a result scatter: Sobol' indices of a campaign with ``method = "sobol-indices"``."""
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,13 @@ from wearlab.comparison.errors import CompareError
 DESIGN = "sobol-indices"
 RESAMPLES = 1000
 CONFIDENCE = 0.95
+WIDE = 0.2
+"""Width of an interval from which on an index says little."""
 Array = NDArray[np.float64]
+
+
+class SobolWarning(UserWarning):
+    """Indices of too few base points."""
 
 
 def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
@@ -30,6 +37,7 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     -------
     Dataset along ``input``: ``first_order``, ``total_order``, each with ``_low`` and ``_high``, the ends of
     the bootstrap's 95 % interval, and ``points``, the number of base points all of whose runs have a value.
+    Too few of these are warned of: intervals wider than `WIDE`, or a first order beyond its total order.
 
     Raises
     ------
@@ -67,10 +75,33 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
         name: (("input", *others), one.reshape(width, *shape), {"units": "1"})
         for name, one in zip(names, found[:6], strict=True)
     }
+    _warn(found, inputs, table.shape[0])
     points = np.isfinite(table).all(axis=1).sum(axis=0).reshape(shape)
     coordinates: dict[str, Any] = {"input": inputs, "key": ("input", keys)}
     coordinates |= {dim: result[dim].values for dim in others if dim in result.coords}
     return xr.Dataset({**variables, "points": (tuple(others), points, {"units": "1"})}, coordinates)
+
+
+def _warn(found: Array, inputs: list[str], points: int) -> None:
+    """Say of which inputs the indices cannot be trusted, and why; found has shape (6, inputs, places)."""
+    _, first_low, first_high, _, total_low, total_high = found
+    width = np.maximum(first_high - first_low, total_high - total_low)
+    wide = (width > WIDE).any(axis=-1)
+    beyond = ((first_low > total_high) | (first_high < 0.0) | (total_low > 1.0)).any(axis=-1)
+    said = []
+    if wide.any():
+        names = ", ".join(name for name, one in zip(inputs, wide, strict=True) if one)
+        said.append(f"the 95 % intervals of {names} are up to {np.nanmax(width):.2g} wide")
+    if beyond.any():
+        names = ", ".join(name for name, one in zip(inputs, beyond, strict=True) if one)
+        said.append(f"those of {names} contradict 0 ≤ first order ≤ total order ≤ 1")
+    if said:
+        warnings.warn(
+            f"sobol_indices: {points} base points are too few to trust these: {'; '.join(said)}. "
+            "Raise sample.n, at least fourfold to halve an interval",
+            SobolWarning,
+            stacklevel=3,
+        )
 
 
 def _with_interval(table: Array, rng: np.random.Generator) -> Array:

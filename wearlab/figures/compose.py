@@ -62,7 +62,7 @@ def compose(
         rows=shape[0],
         columns=shape[1],
         share_y="all" if len(ups) == 1 else "row" if roles.get("rows") == "variable" else "none",
-        legend=_legend(series, hues if bar is None else beside_bar(hues), pen, hue),
+        legend=_legend(series, hues if bar is None else beside_bar(hues), pen, hue, _alone(series, ask)),
         notes=(*notes, *said),
         shape=kind.shape,
         ranks=kind.ranks,
@@ -191,14 +191,24 @@ def _lettered(panels: list[Panel]) -> tuple[Panel, ...]:
     )
 
 
+def _alone(series: Sequence[Series], ask: Ask) -> str | None:
+    """Return the name of the only case that is drawn, where cases were to be told apart; None otherwise."""
+    ours = {s.key["case"].text for s in series if "case" in s.key and s.look not in (*BESIDE, "published")}
+    return next(iter(ours)) if ask.hue == "case" and len(ours) == 1 else None
+
+
 def _legend(
-    series: Sequence[Series], hues: list[Label | None], pen: Mapping[Label, Pen], hue: str | None
+    series: Sequence[Series],
+    hues: list[Label | None],
+    pen: Mapping[Label, Pen],
+    hue: str | None,
+    alone: str | None = None,
 ) -> tuple[LegendEntry, ...]:
     coloured = [s for s in reversed(series) if s.look in ("line", "line-points", "dots", "area")]
     looks = {s.key[hue]: s.look for s in coloured if hue is not None and hue in s.key}
     entries = [LegendEntry(h.text, pen[h], looks.get(h, "line")) for h in hues if h is not None]
-    if not entries and coloured and any(s.look == "published" for s in series):
-        entries = [LegendEntry(OURS, Pen(ALONE, "-", "o"), coloured[-1].look)]
+    if not entries and coloured and (alone or any(s.look == "published" for s in series)):
+        entries = [LegendEntry(alone or OURS, Pen(ALONE, "-", "o"), coloured[-1].look)]
     extra = {s.text: s for s in reversed(series) if s.text}
     own = BESIDE | {"area": Pen(ALONE), "line": Pen(ALONE), "line-points": Pen(ALONE, "-", "o")}
     for text, one in sorted(reversed(extra.items()), key=lambda item: item[1].look):

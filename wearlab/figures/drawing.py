@@ -2,6 +2,7 @@
 
 import os
 import traceback
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -174,7 +175,7 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     if ask.kind not in KINDS:
         raise FigureError(f"{ask.name}: no such kind; {choices(ask.kind, KINDS)}")
     kind = KINDS[ask.kind]
-    ask = _with_defaults(ask, kind, grid)
+    ask, one_case = _of_one_case(_with_defaults(ask, kind, grid), grid)
     picked = pick(grid, ask, all_cases=kind.all_cases)
     runs = _able(grid, ask, kind, picked)
     series = [one for run in runs for one in kind.series(run, ask)]
@@ -182,7 +183,7 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     if not series:
         raise FigureError(f"{ask.name}: no selected run has {' or '.join(ask.y or kind.also or kind.needs)}")
     dims = [str(dim) for dim in grid.run_id.dims]
-    notes = [*_left_out(runs, series), *_cases_left_out(grid, ask, kind)]
+    notes = [*one_case, *_left_out(runs, series), *_cases_left_out(grid, ask, kind)]
     series, alike = drawn_once(series, ask)
     notes += [*alike, *dict.fromkeys(one.said for one in series if one.said)]
     if ask.kind == "line" and ask.x in along_axes(grid):
@@ -274,6 +275,13 @@ def _with_defaults(ask: Ask, kind: Kind, grid: xr.Dataset) -> Ask:
     return ask
 
 
+def _of_one_case(ask: Ask, grid: xr.Dataset) -> tuple[Ask, list[str]]:
+    """Return the ask without a role for cases where there is but one, as in a file that drops the others."""
+    roles = [role for role in ROLES if getattr(ask, role) == "case" and "case" not in grid.dims]
+    said = [f"{role} = 'case' tells nothing apart here: there is one case." for role in roles]
+    return replace(ask, **dict.fromkeys(roles)), said  # type: ignore[arg-type]
+
+
 def _is_one_number(grid: xr.Dataset, name: str) -> bool:
     return name in grid.variables and set(grid[name].dims) <= set(grid.run_id.dims)
 
@@ -304,7 +312,15 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
     needed = [*(kind.needs if not ask.y else [n for n in kind.needs if n in grid.coords]), *ask.y[:1]]
     if ask.x and ask.x not in grid.variables and ask.x not in grid.dims:
         raise FigureError(f"{ask.name}: x = {ask.x!r} is not there; {_near(ask.x, grid.coords)}")
-    return require(load(grid, picked, names, ask), needed, ask)
+    return require(load(grid, picked, names, ask), needed, ask, _ended(grid, picked))
+
+
+def _ended(grid: xr.Dataset, picked: Picked) -> Counter[str]:
+    """Return what ended the lives of runs, and how many of them."""
+    if "end_reason" not in grid.variables:
+        return Counter()
+    reasons = (str(grid["end_reason"].isel(point).values) for point, _, _ in picked.points)
+    return Counter(reason for reason in reasons if reason)
 
 
 def _near(name: str, known: Iterable[object]) -> str:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 LEAST_SPAN = 0.02  # of the values
 LETTER = 0.02  # of the width of a figure, that two letters of marks need
 BREAK, SLASH = (0.025, 0.055), ((-1.0, -0.5), (1.0, 0.5))  # heights and form of the strokes of a cut axis
+HOLLOW = 6.6  # points: a published point goes around a marker of ours
 AREA_ALPHA, AREA_WIDTH = 0.25, 6.0
 SHORT_TEXT, LONG_TEXT = (
     1_000,
@@ -218,10 +219,10 @@ def _strokes(pen: Pen, look: str) -> dict[str, Any]:
             "color": colour,
             "ls": "",
             "marker": "o",
-            "mfc": "white",
+            "mfc": "none",
             "mec": colour,
-            "mew": 0.9,
-            "ms": 4.2,
+            "mew": 1.0,
+            "ms": HOLLOW,
             "zorder": 5,
         }
     if look in BESIDE:
@@ -290,6 +291,9 @@ def _sides(panel: Panel, columns: int) -> list[str]:
     for place in places:
         away = places - place
         after, before = np.any((away > 0) & (away < room)), np.any((away < 0) & (away > -room))
+        if "\n" in panel.marks[0].text and place in (places.min(), places.max()):  # words, not a letter
+            sides.append("left" if place == places.min() else "right")
+            continue
         sides.append("center" if after == before else "right" if after else "left")
     return sides
 

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 BASE = "base"
 UNSAID = ("value", "factor", "depth", "amount", "model", "file")
 """Last words of keys that say too little alone."""
+LIVES = ("life", "service_life", "remaining_useful_life", "error_estimate_life")
+"""What only runs have that reach the depth which ends a life."""
 COORDINATES = (
     "cycle", "mesh_cycles", "operating_hours", "preset_depth", "path_position", "diameter", "roll_angle",
     "distance_to_pitch_circle", "characteristic_point", "phase", "contact_ratio", "max_wear_depth",
@@ -79,6 +81,7 @@ def pick(grid: "xr.Dataset", ask: Ask, *, all_cases: bool) -> Picked:
     dims = [str(dim) for dim in grid.run_id.dims]
     ids, status = grid.run_id.values, grid.status.values
     wanted = [_wanted(grid, dim, ask, all_cases) for dim in dims]
+    unsaid = () if "case" in (ask.hue, ask.rows, ask.cols, ask.x) else (BASE,)
     found: dict[str, tuple[dict[str, int], dict[str, Label], str]] = {}
     missing: dict[str, str] = {}
     for point in itertools.product(*wanted):
@@ -89,7 +92,8 @@ def pick(grid: "xr.Dataset", ask: Ask, *, all_cases: bool) -> Picked:
         if status[point] == "done":
             found[run_id] = (dict(zip(dims, point, strict=True)), labels, run_id)
         else:
-            name = ", ".join(dict.fromkeys(x.text for x in labels.values() if x.value != BASE)) or run_id[:12]
+            told = dict.fromkeys(x.text for x in labels.values() if x.value not in unsaid)
+            name = ", ".join(told) or run_id[:12]
             missing[run_id] = f"{name}: {status[point]}"
     if not found and not missing:
         raise FigureError(f"{ask.name}: select = {dict(ask.select)} leaves no run")
@@ -279,8 +283,8 @@ def _cycle_labels(data: "xr.Dataset") -> tuple[Label, ...]:
     return tuple(labels)
 
 
-def require(runs: list[Run], names: Sequence[str], ask: Ask) -> list[Run]:
-    """Return the runs that have all these variables.
+def require(runs: list[Run], names: Sequence[str], ask: Ask, ended: Mapping[str, int]) -> list[Run]:
+    """Return the runs that have all these variables; ``ended`` counts what ended the lives of the others.
 
     Raises
     ------
@@ -291,6 +295,12 @@ def require(runs: list[Run], names: Sequence[str], ask: Ask) -> list[Run]:
         return able
     absent = [name for name in names if not any(name in run.data.variables for run in runs)] or list(names)
     made = list(dict.fromkeys(origin_of(name)[1] for name in absent if name in VARIABLES))
+    if set(absent) <= set(LIVES) and ended:
+        by = ", ".join(f"{count} by {reason}" for reason, count in ended.items())
+        raise FigureError(
+            f"{ask.name}: no selected run has {' and '.join(absent)}: all ended before the depth of "
+            f"wear.until ({by}); y = 'max_wear_depth' shows how far they came"
+        )
     known = f"it takes {' and '.join(made)}" if made else choices(absent[0], _known(runs))
     raise FigureError(f"{ask.name}: no selected run has {' and '.join(absent)}; {known}")
 

@@ -5,6 +5,7 @@ from html import escape
 from types import TracebackType
 from typing import Any
 
+from wearlab.runner.progress import CASES
 from wearlab.store.outcome import Outcome
 
 LEAST = 0.2  # s between two drawings
@@ -20,7 +21,7 @@ class NotebookBar:
 
     def __init__(self, display: Any = None) -> None:
         self._display, self._handle = display, None
-        self._text, self._total, self._done = "", 0, 0
+        self._text, self._what, self._total, self._done = "", CASES, 0, 0
         self._counts: dict[str, int] = {}
         self._begun = self._drawn = time.monotonic()
 
@@ -43,9 +44,10 @@ class NotebookBar:
         """Write a line that stays."""
         print(text)
 
-    def start(self, total: int) -> None:
+    def start(self, total: int, what: str = CASES) -> None:
         """Show the bar of the cases."""
-        self._text, self._total, self._begun = "cases", total, time.monotonic()
+        self._text, self._what, self._total, self._begun = what, what, total, time.monotonic()
+        self._done = 0
         self._draw()
 
     def advance(self, outcome: Outcome) -> None:
@@ -58,7 +60,7 @@ class NotebookBar:
 
     def under_way(self, run_id: str, text: str) -> None:
         """Show how far an unfinished case is."""
-        self._text = f"cases ({text})"
+        self._text = f"{self._what} ({text})"
         self._draw()
 
     def _repr_html_(self) -> str:
@@ -66,14 +68,14 @@ class NotebookBar:
         if self._total:
             told = [
                 f'<progress value="{self._done}" max="{self._total}"></progress>',
-                f"{self._done} of {self._total} cases",
+                f"{self._done} of {self._total} {self._what}",
                 *(f"{count} {state}" for state, count in self._counts.items()),
                 self._times(),
             ]
         return f"<span>{' · '.join(told)}</span>"
 
     def __repr__(self) -> str:
-        return f"{self._done} of {self._total} cases" if self._total else self._text
+        return f"{self._done} of {self._total} {self._what}" if self._total else self._text
 
     def _times(self) -> str:
         passed = time.monotonic() - self._begun

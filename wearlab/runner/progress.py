@@ -7,6 +7,8 @@ from typing import Any, Protocol
 
 from wearlab.store.outcome import Outcome
 
+CASES = "cases"
+
 
 class Progress(Protocol):
     """What ``run`` tells about its progress."""
@@ -21,8 +23,8 @@ class Progress(Protocol):
     def note(self, text: str) -> None:
         """Say something that stays to be read."""
 
-    def start(self, total: int) -> None:
-        """Say how many cases there are."""
+    def start(self, total: int, what: str = CASES) -> None:
+        """Say how many cases there are, or what else is computed."""
 
     def advance(self, outcome: Outcome) -> None:
         """Count a finished case."""
@@ -47,7 +49,7 @@ class Silent:
     def note(self, text: str) -> None:
         """Say nothing."""
 
-    def start(self, total: int) -> None:
+    def start(self, total: int, what: str = CASES) -> None:
         """Say nothing."""
 
     def advance(self, outcome: Outcome) -> None:
@@ -68,7 +70,7 @@ class Lines(Silent):
 
     def __init__(self, every: float = 30.0, stream: Any = None) -> None:
         self._every, self._stream = every, stream or sys.stderr
-        self._step, self._total, self._done = "starting", 0, 0
+        self._step, self._what, self._total, self._done = "starting", CASES, 0, 0
         self._at: dict[str, str] = {}
         self._ended = threading.Event()
         self._clock = threading.Thread(target=self._tell, name="wearlab-progress", daemon=True)
@@ -87,9 +89,9 @@ class Lines(Silent):
         """Take note of what is being done."""
         self._step = text
 
-    def start(self, total: int) -> None:
+    def start(self, total: int, what: str = CASES) -> None:
         """Take note of how many cases there are."""
-        self._total, self._step = total, ""
+        self._total, self._done, self._what, self._step = total, 0, what, ""
 
     def advance(self, outcome: Outcome) -> None:
         """Count a finished case."""
@@ -102,7 +104,7 @@ class Lines(Silent):
 
     def _tell(self) -> None:
         while not self._ended.wait(self._every):
-            done = f"{self._done} of {self._total} cases done"
+            done = f"{self._done} of {self._total} {self._what} done"
             parts = [self._step or done, *list(self._at.values())[-4:]]
             print("; ".join(parts), file=self._stream, flush=True)
 
@@ -140,7 +142,7 @@ class ProgressBar:
             transient=True,
         )
         self._task = self._bar.add_task("", total=None, trouble="")
-        self._counts = {"failed": 0, "refused": 0}
+        self._counts, self._what = {"failed": 0, "refused": 0}, CASES
 
     def __enter__(self) -> "ProgressBar":
         self._bar.start()
@@ -159,20 +161,21 @@ class ProgressBar:
         """Write a line above the bar."""
         self._console.print(text, markup=False, highlight=False)
 
-    def start(self, total: int) -> None:
+    def start(self, total: int, what: str = CASES) -> None:
         """Show the bar of the cases."""
-        self._bar.reset(self._task, description="cases", total=total, trouble="")
+        self._what = what
+        self._bar.reset(self._task, description=what, total=total, trouble="")
 
     def advance(self, outcome: Outcome) -> None:
         """Move the bar, and count trouble."""
         if outcome.state in self._counts:
             self._counts[outcome.state] += 1
         trouble = ", ".join(f"{count} {state}" for state, count in self._counts.items() if count)
-        self._bar.update(self._task, advance=1, trouble=trouble, description="cases")
+        self._bar.update(self._task, advance=1, trouble=trouble, description=self._what)
 
     def under_way(self, run_id: str, text: str) -> None:
         """Show how far an unfinished case is."""
-        self._bar.update(self._task, description=f"cases ({text})")
+        self._bar.update(self._task, description=f"{self._what} ({text})")
 
 
 def watched(progress: bool) -> Progress:

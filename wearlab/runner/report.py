@@ -43,6 +43,10 @@ class CaseReport:
         return (self.reason or "").strip().rpartition("\n")[2]
 
 
+MOST_TOLD = 5
+"""Cases without data whose reasons are printed."""
+
+
 @dataclass(frozen=True)
 class Report:
     """The state of a campaign's runs after ``run``.
@@ -72,19 +76,27 @@ class Report:
     store: "Store | None" = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
-        return f"<Report: {self}>"
+        return f"<Report: {self.headline}>"
 
     def __str__(self) -> str:
-        counts = {"computed": self.computed, "failed": self.failed, "refused": self.refused}
-        told = ", ".join(f"{count} {word}" for word, count in counts.items() if count or word == "computed")
-        return f"{self.done} of {self.total} done; {told}; {self.seconds:.1f} s"
+        told = [f"{one.label}: {one.state}: {one.headline}" for one in self.troubled if one.state != "done"]
+        more = [f"and {len(told) - MOST_TOLD} more"] if len(told) > MOST_TOLD else []
+        return "\n  ".join([self.headline, *told[:MOST_TOLD], *more])
+
+    @property
+    def headline(self) -> str:
+        """What became of the runs, in one line."""
+        counts = [f"{n} {word}" for n, word in ((self.failed, "failed"), (self.refused, "refused")) if n]
+        done = f"{self.done} of {self.total} done"
+        word = "tried" if counts else "computed"
+        return f"{', '.join([done, *counts])}; {self.computed} {word} in {self.seconds:.1f} s"
 
     def _repr_html_(self) -> str:
         from wearlab.store.html import table_html
 
         rows = [(one.id[:10], one.label, one.state, one.headline) for one in self.troubled]
         table = table_html(("id", "case", "state", "reason"), rows) if rows else ""
-        return f"<p><b>{self}</b></p>{table}"
+        return f"<p><b>{self.headline}</b></p>{table}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return counts, times and troubled cases as plain data."""

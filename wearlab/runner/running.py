@@ -14,7 +14,7 @@ from wearlab.runner.continuing import with_parents
 from wearlab.runner.crew import Crew
 from wearlab.runner.declaring import declare, plugins_of
 from wearlab.runner.expectation import Expected, comparisons
-from wearlab.runner.progress import Progress, watched
+from wearlab.runner.progress import CASES, Progress, watched
 from wearlab.runner.report import CaseReport, Interrupted, Report
 from wearlab.runner.under_way import Keeping, heard_by, in_words
 from wearlab.runner.worker import SIMULATE, Task, execute, warm_up
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from wearlab.campaign.given import Given
     from wearlab.store import Store
 
+CALIBRATING = "lives that calibrate the wear coefficient of the other cases"
 POLL = 0.2  # s between two looks at runs that another process computes
 
 
@@ -100,7 +101,9 @@ def run(
         try:
             with ExitStack() as stack:
                 alone = [task for task in tasks.values() if task.id not in needed]
-                work.complete([*{task.id: task for task in needed.values()}.values(), *alone], cluster)
+                first = {task.id: task for task in needed.values()}
+                what = f"{'cases and ' if alone else ''}{CALIBRATING}" if first else CASES
+                work.complete([*first.values(), *alone], cluster, what)
                 calibrated = [tasks[run_id] for run_id in needed]
                 work.complete(with_calibrations(calibrated, needed, store), cluster)
         except KeyboardInterrupt:
@@ -163,14 +166,14 @@ class _Work:
         self.cluster: Cluster | None = None
         self.code = source_hash()
 
-    def complete(self, tasks: Sequence[Task], cluster: Callable[[], Cluster]) -> None:
-        """Compute until every task is finished, here or by another process."""
+    def complete(self, tasks: Sequence[Task], cluster: Callable[[], Cluster], what: str = CASES) -> None:
+        """Compute until every task is finished, here or by another process; ``what`` names them."""
         begun = False
         while left := self._left(tasks):
             here = [task for task, elsewhere in left if not elsewhere]
             if here and not begun:
                 self._begin(here, cluster)
-                self.bar.start(len(left))
+                self.bar.start(len(left), what)
                 begun = True
             before = len(self.finished)
             self._compute(here)

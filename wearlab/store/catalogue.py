@@ -8,7 +8,7 @@ import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from wearlab.store import rows, tables
 from wearlab.store.database import CHUNK
@@ -42,7 +42,7 @@ class Placed(NamedTuple):
     """What a grid needs of a run; ``sizes`` and ``digests`` are JSON."""
 
     id: str
-    state: State
+    state: State | Literal["interrupted"]
     sha256: str | None
     layout: str | None
     sizes: str | None

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from wearlab.campaign.given import Given
+    from wearlab.store.catalogue import Placed
     from wearlab.store.table import Table
 
 
@@ -61,7 +62,7 @@ class Store(KeptRuns):
         from wearlab.store.si import axes_in_si
 
         campaign = campaign_of(campaign)
-        runs = self.catalogue.placed(case.id for case in campaign.cases)
+        runs = self._told_alive(self.catalogue.placed(case.id for case in campaign.cases))
         layouts = self.catalogue.layouts(run.layout for run in runs if run.layout)
         try:
             grid = open_grid(campaign, runs, layouts, self.files.folder.absolute())
@@ -71,6 +72,12 @@ class Store(KeptRuns):
                 f"({type(error).__name__}: {error}); 'wearlab reindex' makes it anew from the run files"
             ) from error
         return axes_in_si(grid) if si else grid
+
+    def _told_alive(self, runs: "list[Placed]") -> "list[Placed]":
+        """Return the runs, those marked as running by a process that is no more as interrupted."""
+        heads = self.heads(run.id for run in runs if run.state == "running")
+        left = {head.id for head in heads.values() if self.is_stale(head)}
+        return [run._replace(state="interrupted") if run.id in left else run for run in runs]
 
     def features(self, where: str = "", *, variables: Sequence[str] | None = None) -> "Table":
         """Return one row for each wear state of each run: harmonics, indicators, orders as columns.
