@@ -5,7 +5,6 @@ from html import escape
 from types import TracebackType
 from typing import Any
 
-from wearlab.runner.progress import CASES
 from wearlab.store.outcome import Outcome
 
 LEAST = 0.2  # s between two drawings
@@ -21,7 +20,7 @@ class NotebookBar:
 
     def __init__(self, display: Any = None) -> None:
         self._display, self._handle = display, None
-        self._text, self._what, self._total, self._done = "", CASES, 0, 0
+        self._text, self._what, self._total, self._done = "", "cases", 0, 0
         self._counts: dict[str, int] = {}
         self._begun = self._drawn = time.monotonic()
 
@@ -44,7 +43,7 @@ class NotebookBar:
         """Write a line that stays."""
         print(text)
 
-    def start(self, total: int, what: str = CASES) -> None:
+    def start(self, total: int, what: str = "cases") -> None:
         """Show the bar of the cases."""
         self._text, self._what, self._total, self._begun = what, what, total, time.monotonic()
         self._done = 0
