@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import jit_inner
-from wearlab.dynamics.dense_step import dense_step, times
-from wearlab.dynamics.registers import copy
+from wearlab.dynamics.dense_step import times
 
 ROUNDS = 3
 
@@ -48,13 +47,10 @@ def exact_step(
     source, i, target, j : flat arrays of states and offsets into them (uint64)
     mesh : (4, n_channel) flat, as for `rk4_step`
     push : (3, n_input) flat: inputs at the start, middle and end
-    h : a tabulated length goes by the tables, any other by Runge–Kutta steps [s]
+    h : one of the tabulated lengths [s]
     """
     tables, n = structure.tables, len(structure.load)
     slot = slot_of(tables.length, h)
-    if slot < 0:
-        part_step(structure, columns, w, source, i, target, j, mesh, push, h)
-        return
     inputs, meshes = len(structure.force) // 5, len(structure.sense) // 8
     rates = damping_differs(tables, mesh)
     size, rows = np.uint64(2 * n * w), 3 * inputs
@@ -181,50 +177,3 @@ def set_scaled(out: Any, factor: float, x: Any, y: Any) -> None:
     """Write ``factor (x + y)`` into ``out``."""
     for col in range(np.uint64(0), np.uint64(len(out))):
         out[col] = factor * (x[col] + y[col])
-
-
-@jit_inner
-def part_step(
-    structure: Any,
-    columns: Any,
-    w: int,
-    source: Any,
-    i: Any,
-    target: Any,
-    j: Any,
-    mesh: Any,
-    push: Any,
-    h: float,
-) -> None:
-    """Advance over a part of a step between contact changes, by a fixed number of Runge–Kutta steps."""
-    n, count = len(structure.load), structure.substeps
-    channels, inputs = len(structure.tables.stiffness), len(structure.force) // 5
-    size = np.uint64(2 * n * w)
-    work = structure.part
-    zero = np.uint64(0)
-    copy(source, i, work, zero, size)
-    for k in range(count):
-        for stage in range(3):
-            x = (k + 0.5 * stage) / count
-            y = 1.0 - x
-            l0, l1, l2 = y * (y - x), 4.0 * x * y, x * (x - y)
-            for c in range(channels):
-                structure.mesh[stage * channels + c] = (
-                    l0 * mesh[c] + l1 * mesh[channels + c] + l2 * mesh[2 * channels + c]
-                )
-            for row in range(n):
-                structure.push[(stage * n + row) * w] = structure.load[row]
-            for c in range(inputs):
-                value = l0 * push[c] + l1 * push[inputs + c] + l2 * push[2 * inputs + c]
-                if c != channels:
-                    vectors = structure.response if c < channels else structure.loads
-                    first = c if c < channels else c - channels - 1
-                    for row in range(n):
-                        structure.push[(stage * n + row) * w] += vectors[first * n + row] * value
-        for c in range(channels):
-            structure.mesh[3 * channels + c] = mesh[3 * channels + c]
-        dense_step(
-            structure.dense, channels, columns, w, work, zero, work, zero, structure.mesh, structure.push,
-            h / count,
-        )  # fmt: skip
-    copy(work, zero, target, j, size)

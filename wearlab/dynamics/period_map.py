@@ -10,6 +10,7 @@ from wearlab.dynamics.events import step_with_changes
 from wearlab.dynamics.exact_step import exact_pair
 from wearlab.dynamics.flanks import contact_differs, mesh_law, row_product, see_contact
 from wearlab.dynamics.rk4_step import rk4_step
+from wearlab.dynamics.series_step import series_step
 from wearlab.dynamics.structure import Propagated
 
 LOCATED, TOUCHING, MIDDLE, TOUCHING_FIRST = 0, 1, 2, 3
@@ -140,6 +141,36 @@ def _redone(
     return True
 
 
+def cut_step(
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
+    i: Any, j: Any, s: Any,
+) -> int:  # fmt: skip
+    """Advance over a step that is cut at every change of contact; return their number."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(cut_step, jit_options=INNER)
+def _choose_cut(
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
+    i: Any, j: Any, s: Any,
+) -> Any:  # fmt: skip
+    return _by_series if structure.instance_class is Propagated else _by_parts
+
+
+def _by_series(
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
+    i: Any, j: Any, s: Any,
+) -> int:  # fmt: skip
+    return series_step(kernel, tables, step, period, width, states, i, j, s)
+
+
+def _by_parts(
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
+    i: Any, j: Any, s: Any,
+) -> int:  # fmt: skip
+    return step_with_changes(kernel, tables, step, period, columns, width, states, i, j, s)
+
+
 @jit
 def over_period(
     kernel: Any,
@@ -194,6 +225,8 @@ def over_period(
             ):
                 changes += 1
             else:
-                changes += step_with_changes(kernel, tables, step, period, columns, width, states, i, j, s)
+                changes += cut_step(
+                    kernel.structure, kernel, tables, step, period, columns, width, states, i, j, s
+                )
         i = j
     return changes

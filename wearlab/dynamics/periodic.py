@@ -19,8 +19,9 @@ from wearlab.dynamics.touching import halved, known_of, touching_orbit
 from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
-CLEAR = 0.02
-"""Distance of the largest multiplier from 1 that lets a neighbour's derivative speak for an orbit."""
+CLEAR = 0.005
+"""Distance of the largest multiplier from 1 that lets a neighbour's derivative speak for an orbit: chords
+shrink as fast as they must only where no multiplier has gone a fifth of its way to 1."""
 
 MOST_BY_MIDDLE, MOST_LOCATED = 12, 6
 """Passes by the contact of the steps' middles, and those with located changes that finish what it began."""

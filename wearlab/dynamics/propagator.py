@@ -67,10 +67,8 @@ class Propagator(NamedTuple):
     damping: Array
 
 
-def propagator_of(
-    system: System, balance: Balance | None, tables: StageTables, period: float
-) -> tuple[Propagator, float]:
-    """Return the tables, and a bound of the angle that a mode turns by in the longest step [rad].
+def propagator_of(system: System, balance: Balance | None, tables: StageTables, period: float) -> Propagator:
+    """Return the tables.
 
     Inputs are ordered channels, load, fluctuating load, loads of unknown size; what is absent is left out.
     """
@@ -111,7 +109,7 @@ def _propagator(
     mesh_damping: Frozen,
     mean: Frozen,
     length: Frozen,
-) -> tuple[Propagator, float]:
+) -> Propagator:
     meshes, h = len(mean.array), length.array
     d, inverse = vector.array[:meshes], np.linalg.inv(mass.array)
     k = inverse @ (stiffness.array + d.T @ (mean.array[:, None] * d))
@@ -136,7 +134,7 @@ def _propagator(
     held = np.zeros((2, len(vector.array)))
     held[0, :meshes], held[1, :meshes] = mean.array, mesh_damping.array
     one, two = (_steps(powers, fed, sensors, count * h / unit, stages) for count, stages in ((1, 3), (2, 5)))
-    return Propagator(h, one, two, held[0], held[1]), angle
+    return Propagator(h, one, two, held[0], held[1])
 
 
 def largest_rate(stiffness: Array, damping: Array) -> float:

@@ -20,8 +20,8 @@ from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
 RHS_PER_STEP = 4
-RHS_PER_CHANGE = 40
-"""Right-hand sides that locating a change of contact is worth in a large system: 0.15 to 0.25 ms."""
+RHS_PER_CHANGE = 25
+"""Right-hand sides that locating a change of contact is worth in a large system: about 0.05 ms."""
 MOST_TANGENTS, MOST_TANGENTS_DENSE = 1_000_000, 24
 """Mesh periods with derivatives that one shooting may take, of systems in registers and of larger ones."""
 MOST_CHORDS = 8

@@ -24,8 +24,8 @@ Row = tuple[float, ...]
 LARGEST_IN_REGISTERS = 4
 SMOOTH = 1e-9
 """Jump of stiffness between two steps, over the largest, up to which it is rounding."""
-SUBSTEP = 0.25
-"""Angle by which the fastest mode turns in a Runge–Kutta step between two contact changes [rad]."""
+TERMS = 40
+"""Most terms of a series between contact changes: enough for a fastest mode that turns by six radians."""
 
 
 class Diagonal(NamedTuple):
@@ -74,10 +74,9 @@ class Propagated(NamedTuple):
     loads : (n_load · n,) M⁻¹ times the fluctuating load and those of unknown size, flat [m/s²]
     tables : what the exact steps are made of
     paired : (n_steps,) whether a step and the next are equal and smooth across
-    dense, substeps : the same structure for the parts of a step between contact changes, and how many
-        Runge–Kutta steps a part takes
+    dense : the same structure for the parts of a step between contact changes
     sense, feed, force, moved : scratch (8 n_mesh, w), (8 n_mesh, w), (5 n_input, w), (2n, w)
-    mesh, push, part : scratch of the Runge–Kutta steps, see `rk4_step`
+    series, sensed, approach : scratch of the series there, (TERMS, n, w), (TERMS, n_mesh, w), (TERMS,)
     second_mesh, second_push : mesh and inputs of the second of two steps
     """
 
@@ -88,14 +87,13 @@ class Propagated(NamedTuple):
     tables: Propagator
     paired: NDArray[np.bool_]
     dense: Dense
-    substeps: int
     sense: Array
     feed: Array
     force: Array
     moved: Array
-    mesh: Array
-    push: Array
-    part: Array
+    series: Array
+    sensed: Array
+    approach: Array
     second_mesh: Array
     second_push: Array
 
@@ -214,14 +212,13 @@ def _propagated(
     system: System, balance: Balance | None, dense: Dense, tables: StageTables, period: float, width: int
 ) -> Propagated:
     n, meshes = len(system.load), len(system.direction)
-    propagator, angle = propagator_of(system, balance, tables, period)
+    propagator = propagator_of(system, balance, tables, period)
     channels, inputs = len(dense.direction) // n, propagator.one.inputs.shape[2] // 3
     loads = [] if system.fluctuation_direction is None else [system.fluctuation_direction]
     loads = loads if balance is None else [*loads, *(balance.response @ system.mass)]
-    push, force = np.zeros((3, n, width)), np.zeros((5, inputs, width))
+    force = np.zeros((5, inputs, width))
     if balance is not None and width > 1:
         # The tangent by a load of unknown size starts from rest and is pushed by a load of one.
-        push[:, :, 1 + balance.held] = balance.response.T
         force[:, inputs - len(balance.held) + np.arange(len(balance.held)), 1 + balance.held] = 1.0
     return Propagated(
         dense.direction,
@@ -231,14 +228,13 @@ def _propagated(
         propagator,
         _paired(tables),
         dense,
-        max(1, int(np.ceil(angle / SUBSTEP))),
         np.zeros((8 * meshes, width)),
         np.zeros((8 * meshes, width)),
         force.reshape(5 * inputs, width),
         np.zeros((2 * n, width)),
-        np.zeros(4 * channels),
-        push.ravel(),
-        np.zeros(2 * n * width),
+        np.zeros((TERMS, n, width)),
+        np.zeros((TERMS, meshes, width)),
+        np.zeros(TERMS),
         np.zeros(4 * channels),
         np.zeros(3 * inputs),
     )
