@@ -3,7 +3,7 @@ import pytest
 
 from wearlab.life.limits import Limits
 from wearlab.life.march import evolve
-from wearlab.life.schedule import PLANNED, affordable, behind
+from wearlab.life.schedule import HEAD_START, PLANNED, affordable, behind, share_of_depth
 
 DEPTH = 4e-4
 
@@ -72,7 +72,7 @@ def test_a_life_hurries_before_its_rates_are_used_up():
 
 
 def test_a_march_may_be_ahead_of_its_way_by_its_head_start():
-    assert not behind(0.29, 0.0) and behind(0.31, 0.0)
+    assert not behind(HEAD_START - 0.01, 0.0) and behind(HEAD_START + 0.01, 0.0)
     assert not behind(0.99, 1.0) and behind(0.66, 0.5)
 
 
@@ -81,3 +81,10 @@ def test_affordable_steps_take_the_rates_they_were_planned_with():
     size = affordable(left, radius, rates)
     assert left / size * (2.0 + np.sqrt(1.5 * radius * size)) == pytest.approx(PLANNED * rates)
     assert affordable(left, radius, 1.0) == left
+
+
+def test_equal_shares_of_the_depth_reach_the_limit_in_as_many_steps():
+    wear, depth, steps = 360e-6, 40e-6, 12
+    share = share_of_depth(wear, depth, steps)
+    assert depth * (1.0 + share) ** steps == pytest.approx(depth + wear, rel=1e-12)
+    assert share_of_depth(wear, 0.0, steps) == np.inf

@@ -30,7 +30,7 @@ CANDIDATES = 3
 
 MOST_MARCHED = 3_000_000
 """Steps of the longest march of a system in registers: about a second or two."""
-TRANSIENT_LARGE, AVERAGED_LARGE = 30, 60
+TRANSIENT_LARGE, AVERAGED_LARGE = 30, 24
 """Mesh periods that a larger system marches, and is averaged over, when no orbit is found."""
 LONGEST_LARGE = 4
 """Longest period that a larger system is shot at once it is marched: each pass costs as many located maps."""
@@ -202,14 +202,13 @@ class Periodic:
         state = np.zeros(shooting.rows) if start is None else start.end.copy()
         state = state if shooting.marched is None else shooting.marched
         settled = start is not None and start.period == 0
+        large = not in_registers(shooting.system)
         averaged, transients = self.averaged, self.transients(shooting)
-        if not in_registers(shooting.system):
-            averaged = min(averaged, AVERAGED_LARGE)
+        averaged = min(averaged, AVERAGED_LARGE) if large else averaged
+        longest, candidates = (LONGEST_LARGE, 1) if large else (self.longest, CANDIDATES)
         for count in (transients[0] // 5,) if settled else transients:
             shooting.march(state, count)
-            strobe, orbit = shooting.march(state, max(averaged, 2 * self.longest), averaged)
-            large = not in_registers(shooting.system)
-            longest, candidates = (LONGEST_LARGE, 1) if large else (self.longest, CANDIDATES)
+            strobe, orbit = shooting.march(state, max(averaged, 2 * longest), averaged)
             for m in islice(periods_of(strobe, longest, shooting.rate), candidates):
                 orbit_m = self._orbit(shooting, m, strobe[-1].copy())
                 if orbit_m is None and shooting.singular and m == 1:

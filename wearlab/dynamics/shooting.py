@@ -22,6 +22,10 @@ Array = NDArray[np.float64]
 RHS_PER_STEP = 4
 RHS_PER_CHANGE = 25
 """Right-hand sides that locating a change of contact is worth in a large system: about 0.05 ms."""
+ROWS_PER_PASS = 12
+"""Rows of a large state whose tangents take about as long as the trajectory."""
+MARCHED = 2
+"""Passes that a marched period of a large system is worth: steps are redone by the contact of middles."""
 MOST_TANGENTS, MOST_TANGENTS_DENSE = 1_000_000, 24
 """Mesh periods with derivatives that one shooting may take, of systems in registers and of larger ones."""
 MOST_CHORDS = 8
@@ -74,6 +78,7 @@ class Shooting:
         )
         self.rate = 2.0 * np.pi * self.steps / (16.0 * period)
         self.maps, self.located, self.iterations, self.singular = 0, 0, 0, False
+        self.beside = 0.0  # what tangents and redone steps of a large system were worth, in passes
         self.failed: list[Array] = []  # states from which located passes led to no orbit that attracts
         self.marched: Array | None = None  # where a march stands that may go on
         self.most_tangents = MOST_TANGENTS if in_registers(system) else MOST_TANGENTS_DENSE
@@ -108,8 +113,10 @@ class Shooting:
             self.kernel, self.tables, self.period, periods, self.columns, self.width, state, touch, most,
             states, monodromy, self.scratch,
         )  # fmt: skip
+        more = self.rows / ROWS_PER_PASS
         self.maps += passes * periods
-        self.located += passes * changes if touch == LOCATED else 0
+        self.beside += more * passes * periods
+        self.located += int((1.0 + more) * passes * changes) if touch == LOCATED else 0
         self.iterations += passes
         self.singular = code == SINGULAR
         if code == STALLED and not in_registers(self.system) and touch == LOCATED:
@@ -207,13 +214,16 @@ class Shooting:
     def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """March ``count`` periods; return strobed states (count + 1, 2n) and the last ``keep`` in full."""
         self.maps += count
+        self.beside += (MARCHED - 1.0) * count
         return self.marcher.march(state, count, keep)
 
     @property
     def right_hand_sides(self) -> int:
-        """Right-hand sides evaluated so far, and of a large system those that locate changes of contact."""
-        located = 0 if in_registers(self.system) else self.located
-        return self.maps * self.steps * RHS_PER_STEP + located * RHS_PER_CHANGE
+        """Right-hand sides so far; of a large system also what tangents and changes of contact are worth."""
+        passes, changes = float(self.maps), 0
+        if not in_registers(self.system):
+            passes, changes = passes + self.beside, self.located
+        return int(passes * self.steps) * RHS_PER_STEP + changes * RHS_PER_CHANGE
 
     def aperiodic(self, kept: Array, residual: float) -> Response:
         """Return the aperiodic response of which a march kept some periods, (n_kept, n_steps + 1, 2n)."""

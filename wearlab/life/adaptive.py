@@ -33,7 +33,7 @@ from wearlab.life import embedded, rkc
 from wearlab.life.counted import CountedRate
 from wearlab.life.jump import Jump, crosses_jump, locate
 from wearlab.life.sawtooth import saws
-from wearlab.life.schedule import affordable, behind
+from wearlab.life.schedule import affordable, behind, share_of_depth
 from wearlab.life.spectrum import Spectrum, growth_rate, random_direction, spectrum
 from wearlab.life.step import EMBEDDED, Node, Step, growth
 
@@ -75,14 +75,17 @@ UNHEARD = 0.1
 """Noise of the rate, over the tolerance and the fastest rate at the start, that is none."""
 ROUGH_SHARE = 0.02
 """Wear of a step through a rough stretch, over the depth reached."""
-HURRIED_SHARE = 0.2
-"""Largest wear of a step behind schedule, over the depth reached."""
+HURRIED_SHARE, MOST_HURRIED = 0.2, 0.5
+"""Wear of a step behind schedule over the depth reached, and where the work left pays for no shorter ones."""
 FOLLOWED = 1.25
 """Largest ΔN ρ of a step that misses its error test: each wave is followed, and decays if it should."""
 LOST = 0.1
 """Largest error of such a step over its wear."""
 NOTHING_KNOWN = Spectrum(0.0, 1.0, np.empty(0))
 """Until the first look."""
+STEEP, SLOPE = 3.0, 0.75
+"""Growth of the spectral radius from one look to the next that may be a jump of the rate, and how much of
+it must be found over twice the way."""
 PROBE = 1e-3
 """Amplitude of the power iteration over the depth scale."""
 
@@ -228,7 +231,7 @@ class AdaptiveStepper:
     def _must_look(self, left: float) -> bool:
         """Whether it matters now to know the spectrum at least as well as it is known."""
         if not self.looked:
-            return left * self.radius > LONG_WAY
+            return self.late or left * self.radius > LONG_WAY
         turns_stiff = self.last_order == 4 and self.next_size * self.radius > embedded.REACH
         if turns_stiff:
             return self.age >= STEPS_BEFORE_STIFF
@@ -285,9 +288,11 @@ class AdaptiveStepper:
         # Where orbits come and go one rate may cost a thousand times another: the dearer of last and mean.
         last = (rate.work - worked) / max(1, rate.count - counted)
         each = max(1.0, last, (rate.work - rate.first_work) / max(1, rate.count))
-        size = affordable(left, self.radius, rate.affords(each))
-        longest = np.inf if self.looked else embedded.REACH / self.radius if self.radius > 0.0 else 0.0
-        return float(min(size, longest, self._rough_size(node, HURRIED_SHARE)))
+        stiffness = self.radius * (1.0 if self.spectrum.is_real else 2.0)
+        size = affordable(left, stiffness, rate.affords(each))
+        reached, fastest = float(node.depth.max(initial=0.0)), float(node.rate.max(initial=0.0))
+        share = share_of_depth(left * fastest, max(reached, self.scale), left / size)
+        return float(min(size, self._rough_size(node, np.clip(share, HURRIED_SHARE, MOST_HURRIED))))
 
     def shorten(self, size: float) -> None:
         """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
@@ -306,7 +311,7 @@ class AdaptiveStepper:
 
     def _try(self, node: Node, size: float) -> _Try:
         self.trying = size
-        if self.looked and size * self.radius > embedded.REACH:
+        if (self.looked or self.late) and size * self.radius > embedded.REACH:
             return self._try_stiff(node, size)
         begun = embedded.begin(self.rate, node.depth, node.rate, size)
         self._saw(begun.seen)
@@ -366,10 +371,17 @@ class AdaptiveStepper:
             self.age = 0
             return
         direction = direction if direction.size == node.rate.size else random_direction(node.rate)
-        self.spectrum = spectrum(self.rate, node.depth, direction, amplitude=PROBE * self.scale)
+        found = spectrum(self.rate, node.depth, direction, amplitude=PROBE * self.scale)
+        if not self.looked or found.radius <= STEEP * self.spectrum.radius or self._is_slope(node, found):
+            self.spectrum = found
         if memory is not None:
             self.rate.recall(memory)
         self.age, self.looked, self.growth_known = 0, True, self.spectrum.is_real or not self.foreseeable
+
+    def _is_slope(self, node: Node, found: Spectrum) -> bool:
+        """Whether a steep rate is as steep over twice the way; over a jump it is half as steep."""
+        again = spectrum(self.rate, node.depth, found.direction, amplitude=2.0 * PROBE * self.scale)
+        return again.radius > SLOPE * found.radius
 
     def _look_for_growth(self, node: Node) -> None:
         """Measure the growth of waves at a state where the spectrum was looked at, and is complex."""

@@ -12,6 +12,8 @@ Index = NDArray[np.int64]
 
 BLOCK = 20
 """Mesh periods of an aperiodic response that are averaged before their scatter counts as independent."""
+LEAST_BLOCKS = 3
+"""Blocks into which fewer periods than so many blocks take are cut, shorter ones then."""
 
 
 def averaged_rate(law: PreparedLaw, weight: Array, tooth_force: Array, depth: Array) -> Array:
@@ -44,10 +46,11 @@ def scatter(rate_of: Callable[[Index], Array], meshes: int, periods: Sequence[in
     """
     found, first = 0.0, 0
     for count in periods:
-        blocks = count // BLOCK
-        if blocks >= 2:
-            row = first + count * np.arange(meshes)[:, None] + np.arange(BLOCK)
-            means = np.stack([rate_of((row + BLOCK * block).ravel()) for block in range(blocks)])
+        length = min(BLOCK, max(1, count // LEAST_BLOCKS))
+        blocks = count // length
+        if blocks >= LEAST_BLOCKS:
+            row = first + count * np.arange(meshes)[:, None] + np.arange(length)
+            means = np.stack([rate_of((row + length * block).ravel()) for block in range(blocks)])
             found = max(found, float(means.std(axis=0, ddof=1).max() / np.sqrt(blocks)))
         first += meshes * count
     return found

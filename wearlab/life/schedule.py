@@ -6,9 +6,9 @@ as long as the work that is left pays for; their errors are estimated and record
 a life ends where it was asked to, less exactly than asked and saying so, and not by the bound on its work.
 """
 
-from math import sqrt
+from math import expm1, inf, log1p, sqrt
 
-HEAD_START = 0.3
+HEAD_START = 0.15
 """Share of the work that a march may be ahead of its way: the first micrometres ask for short steps."""
 PLANNED = 0.7
 """Share of the work left with which steps are planned; the rest is for rates that get dearer."""
@@ -34,3 +34,15 @@ def affordable(left: float, radius: float, rates: float) -> float:
     c = sqrt(1.5 * radius * left)
     steps = ((sqrt(c * c + 8.0 * PLANNED * max(0.0, rates)) - c) / 4.0) ** 2
     return left / max(steps, 1.0)
+
+
+def share_of_depth(wear: float, depth: float, steps: float) -> float:
+    """Return by which share of the depth reached so many steps wear all the way, ``(1 + w/h)^{1/n} − 1``.
+
+    Parameters
+    ----------
+    wear : w, of the way left [m]
+    depth : h, reached [m]
+    steps : n, at least one
+    """
+    return expm1(log1p(wear / depth) / max(steps, 1.0)) if depth > 0.0 else inf

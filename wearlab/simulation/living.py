@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.structure import force_vectors, in_registers
+from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
 from wearlab.life.history import History, history, single_state, worn_by_law
 from wearlab.life.limits import Limits, Snapshots, StopWear
@@ -27,9 +27,11 @@ MOST_WORK = 2e9
 states, estimates and the search for other attractors come on top."""
 USUAL = 1e-4
 """Tolerance below which a march may do more, as it has to."""
-OF_A_STEP, OF_A_CHANNEL = 10, 6
-"""Units of a right-hand side that do not grow with the square of the coordinates, and those of every channel
-of force in a system too large for registers: measured on planetary sets of 5, 6 and 18 coordinates."""
+OF_A_STEP = 10
+"""Units of a right-hand side that do not grow with the square of the coordinates."""
+OF_A_LARGE_STEP, LARGE = 40.0, 0.22
+"""The same for a system too large for registers, and its units for the square, which goes by whole vectors:
+measured on planetary sets of 18 and 33 coordinates whose teeth part."""
 IN_REGISTERS = 0.75
 """Units of a system in registers, over one that meets its matrices in memory."""
 
@@ -147,10 +149,8 @@ def _most_work(scene: Scene, parts: Parts) -> float:
 
 def _units(system: System) -> float:
     """Return the work of a right-hand side."""
-    each = float(len(system.load) ** 2 + OF_A_STEP)
-    if in_registers(system):
-        return IN_REGISTERS * each
-    return each + OF_A_CHANNEL * len(force_vectors(system)[0])
+    square = len(system.load) ** 2
+    return IN_REGISTERS * (square + OF_A_STEP) if in_registers(system) else LARGE * square + OF_A_LARGE_STEP
 
 
 def _after(snapshots: Snapshots, cycles: float) -> Snapshots:
