@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from wearlab.campaign import load
-from wearlab.dynamics.periodic import Periodic
+from wearlab.dynamics.periodic import AVERAGED_LARGE, Periodic
 from wearlab.dynamics.shooting import Shooting
 from wearlab.dynamics.touching import halved
 from wearlab.scene.build import build
@@ -54,4 +54,4 @@ def test_meshes_that_part_without_an_orbit_end_in_a_bounded_average() -> None:
     again = parts.coupling.evaluate(tuple(1.01 * one for one in wear), state.responses).response
     assert again is not None and again.counts.period_maps <= MOST_MAPS // 2
     if again.period == 0:
-        assert np.isfinite(again.state).all() and len(again.state) >= 40
+        assert np.isfinite(again.state).all() and len(again.state) >= AVERAGED_LARGE
