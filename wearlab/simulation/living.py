@@ -29,7 +29,7 @@ USUAL = 1e-4
 """Tolerance below which a march may do more, as it has to."""
 OF_A_STEP = 10
 """Units of a right-hand side that do not grow with the square of the coordinates."""
-OF_A_LARGE_STEP, LARGE = 40.0, 0.22
+OF_A_LARGE_STEP, LARGE = 38.0, 0.19
 """The same for a system too large for registers, and its units for the square, which goes by whole vectors:
 measured on planetary sets of 18 and 33 coordinates whose teeth part."""
 IN_REGISTERS = 0.75
