@@ -380,7 +380,8 @@ class AdaptiveStepper:
 
     def _is_slope(self, node: Node, found: Spectrum) -> bool:
         """Whether a steep rate is as steep over twice the way; over a jump it is half as steep."""
-        again = spectrum(self.rate, node.depth, found.direction, amplitude=2.0 * PROBE * self.scale)
+        twice = 2.0 * PROBE * self.scale
+        again = spectrum(self.rate, node.depth, found.direction, amplitude=twice, iterations=1)
         return again.radius > SLOPE * found.radius
 
     def _look_for_growth(self, node: Node) -> None:
