@@ -375,7 +375,8 @@ def parting_orbit(
         np.empty(2 * n * columns), np.empty(2 * n),
     )  # fmt: skip
     whole, before, after = np.empty(2 * n * columns), given.copy(), given.copy()
-    residual, halved, everything, kept = np.inf, 0, not known, False
+    residual, halved, everything = np.inf, 0, not known
+    kept = halved > 0  # a variable, not a literal, whose type of its own would compile the period again
     for passes in range(1, MOST_PASSES + 1):
         changes, steps = _over_period(
             plan, like, columns, polynomials, period, given, everything, kept, w, whole, path, place
