@@ -23,8 +23,8 @@ from wearlab.simulation.operating import Stage
 Array = NDArray[np.float64]
 
 MOST_WORK = 2e9
-"""Bound on the work of a march over cycles, units of about 15 ns: half a minute of the processor. Kept
-states, estimates and the search for other attractors come on top."""
+"""Bound on the work of a march over cycles, units of about 15 ns. Kept states, estimates and the search for
+other attractors come on top."""
 USUAL = 1e-4
 """Tolerance below which a march may do more, as it has to."""
 OF_A_STEP = 10
@@ -32,8 +32,8 @@ OF_A_STEP = 10
 OF_A_LARGE_STEP, LARGE = 38.0, 0.19
 """The same for a system too large for registers, and its units for the square, which goes by whole vectors:
 measured on planetary sets of 18 and 33 coordinates whose teeth part."""
-IN_REGISTERS = 0.75
-"""Units of a system in registers, over one that meets its matrices in memory."""
+IN_REGISTERS = 4.0 / 3.0
+"""Units of the same count for a system in registers; as many right-hand sides as before tangents counted."""
 
 
 class Lived(NamedTuple):
