@@ -87,7 +87,7 @@ def cut_of(
     frozen = [Frozen(x) for x in (*given, system.mesh_damping, mean, basis, lengths)]
     if not _turn(*frozen[:6]) * lengths.max() * SIZES[0] <= LARGEST_TURN:
         return None
-    first, size = cut_steps(joined)
+    first, size = _cut(joined)
     return Cut(_groups(*frozen), first, size, slot[first])
 
 
@@ -112,7 +112,7 @@ def joined_steps(tables: StageTables) -> NDArray[np.bool_]:
     return joined
 
 
-def cut_steps(joined: NDArray[np.bool_]) -> tuple[Index, Index]:
+def _cut(joined: NDArray[np.bool_]) -> tuple[Index, Index]:
     """Return first step and size, as an index of `SIZES`, of groups of equal steps with no jump inside."""
     ends = np.flatnonzero(np.r_[~joined, True]) + 1
     size = [part for steps in np.diff(np.r_[0, ends]) for part in _parts(int(steps))]

@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.between import TablesWithin
-from wearlab.dynamics.parting import orbit_of_parting
 from wearlab.dynamics.period_map import MIDDLE, TOUCHING, TOUCHING_FIRST
 from wearlab.dynamics.response import Response, Verdict
 from wearlab.dynamics.shooting import Orbit, Shooting
 from wearlab.dynamics.steps import slowest_decay
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import halved, known_of, touching_orbit
+from wearlab.dynamics.touching import halved, touching_orbit
 from wearlab.mesh.stages import StageTables
 
 Array = NDArray[np.float64]
@@ -42,11 +41,9 @@ REMEMBERED = 1e-6
 
 @dataclass(frozen=True)
 class Periodic:
-    """Newton shooting on a period map; its derivative is the exact one of the map computed.
+    """Newton shooting on an RK4 period map; its derivative is the exact one of the map computed.
 
-    On a few long steps where they are given: a mesh that never changes contact is affine and takes one pass,
-    and where flanks of a small system part, pieces of its motion are power series (`orbit_of_parting`). Where
-    that finds no orbit that attracts, on an RK4 map with located changes. Multipliers beyond 1 + margin or no
+    A mesh that never changes contact is affine and takes one pass. Multipliers beyond 1 + margin, or no
     convergence: march, look for a period m ≤ ``longest``, shoot on m periods; if none attracts, the response
     is aperiodic and its last ``averaged`` periods are returned. (Parker & Chua 1989, ch. 5; Leine &
     Nijmeijer 2004, ch. 7 for the saltation of tangents.)
@@ -104,31 +101,6 @@ class Periodic:
             return None
         near = None if start is None else start.near
         return touching_orbit(system, tables, period, self.margin, near, self.resolved, between)
-
-    def on_few_steps(
-        self,
-        system: System,
-        tables: StageTables,
-        period: float,
-        start: Response | None = None,
-        between: TablesWithin | None = None,
-    ) -> Response | None:
-        """Return the response of a small system on the long steps that serve touching flanks.
-
-        Its flanks touch, or they part on an orbit over one mesh period. None where there is no such orbit
-        that attracts, where it is not resolved, or where the neighbour is on none. Parameters as in
-        `touching`.
-        """
-        found = self.touching(system, tables, period, start, between)
-        if found is not None or (start is not None and start.period != 1):
-            return found
-        known = known_of(system, tables, period)
-        plan = known.parting_plan_for(tables) if known.loaded else None
-        if plan is None:
-            return None
-        return orbit_of_parting(
-            system, known.balance, plan, tables, period, self.margin, start, self.resolved, between
-        )
 
     def _shoot(self, system: System, tables: StageTables, period: float, start: Response | None) -> Response:
         shooting = Shooting(system, tables, period)

@@ -11,7 +11,6 @@ from wearlab.dynamics.balance import balance_of
 from wearlab.dynamics.between import TablesWithin, errors_within
 from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.path import Path, path
-from wearlab.dynamics.pieces import Pieces
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables
 
@@ -74,7 +73,6 @@ class Response:
     derivative : (2n, 2n) of the map over m periods at its start, kept where a neighbour can use it, or None
     near : what neighbouring cases are found from where no flank parts, or None
     between : what the tables were taken of, for values between their stages; None: parabolas through them
-    pieces : which parts the steps are of those that were asked for, where they end at changes of contact
     """
 
     period: int
@@ -89,7 +87,6 @@ class Response:
     derivative: Array | None = None
     near: "Neighbour | None" = None
     between: TablesWithin | None = None
-    pieces: Pieces | None = None
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -217,23 +214,8 @@ def step_forces(response: Response) -> StepForces:
     if system.backlash is not None:
         back = stiffness.sum(axis=-1) * np.maximum(0.0, -system.backlash - delta)
         elastic, touching = elastic - back, touching | (back > 0.0)
-    if response.pieces is not None:
-        touching = _touching_throughout(response, delta, rate)[:, :, None]
     gate = 1.0 if system.damping_always else touching
     return StepForces(elastic, system.mesh_damping * rate * gate, pair)
-
-
-def _touching_throughout(response: Response, delta: Array, rate: Array) -> NDArray[np.bool_]:
-    """Whether any flank touches in steps that end where contact changes, (n_kept, n_steps, n_mesh).
-
-    At such an end rounding says which side is meant: their middles do.
-    """
-    system, tables = response.system, response.tables
-    eighth = 0.125 * (tables.width * response.mesh_period)[:, None]
-    middle = delta.mean(axis=2) + eighth * (rate[:, :, 0] - rate[:, :, 1])
-    pair = (tables.stiffness[:, 1] > 0.0) & (middle[..., None] > tables.gap[:, 1])
-    touching = pair.any(axis=-1)
-    return touching if system.backlash is None else touching | (middle < -system.backlash)
 
 
 def friction_forces(response: Response, forces: StepForces) -> tuple[Array, Array]:

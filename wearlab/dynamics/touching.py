@@ -11,8 +11,6 @@ from wearlab.dynamics.collocation import basis_of, cut_of
 from wearlab.dynamics.collocation_inputs import load_of
 from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.neighbour import Found, Neighbour, corrected
-from wearlab.dynamics.parting import plan_of
-from wearlab.dynamics.parting_law import PartingPlan
 from wearlab.dynamics.propagator import GRID
 from wearlab.dynamics.response import Counts, Response, Verdict
 from wearlab.dynamics.structure import in_registers
@@ -52,7 +50,6 @@ class Known:
         self.loaded, self.small = bool(system.load.any()), in_registers(system)
         self.plan: TouchingPlan | None = None
         self._plans: OrderedDict[tuple[bytes, bytes], TouchingPlan | None] = OrderedDict()
-        self._parting: OrderedDict[bytes, PartingPlan | None] = OrderedDict()
 
     def serves(self, system: System, tables: StageTables, period: float) -> bool:
         """Whether this is about the same system on the same steps."""
@@ -65,7 +62,9 @@ class Known:
 
     def plan_for(self, tables: StageTables) -> TouchingPlan | None:
         """Return the plan that tables ask for; None: the steps are too long."""
-        joined, power = _described(tables)
+        meshes = tables.error.shape[2]
+        joined, power = np.empty(len(tables.width) - 1, np.bool_), np.empty(meshes, np.int64)
+        describe(tables.width, tables.stiffness, tables.gap, tables.sliding, joined, power)
         key = joined.tobytes(), power.tobytes()
         if key not in self._plans:
             while len(self._plans) >= KEPT_PLANS:
@@ -74,16 +73,6 @@ class Known:
             forget()
         self.plan = self._plans[key]
         return self.plan
-
-    def parting_plan_for(self, tables: StageTables) -> PartingPlan | None:
-        """Return the plan for flanks that part; None: there is none on such steps."""
-        joined = _described(tables)[0]
-        key = joined.tobytes()
-        if key not in self._parting:
-            while len(self._parting) >= KEPT_PLANS:
-                self._parting.popitem(last=False)
-            self._parting[key] = plan_of(self.system, self.balance, tables, self.period, joined)
-        return self._parting[key]
 
     @property
     def sizes(self) -> dict[int, int]:
@@ -119,14 +108,6 @@ class Known:
             np.repeat([1.0, rate], len(system.load)),
             np.zeros(len(system.load)) if static is None else static,
         )
-
-
-def _described(tables: StageTables) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-    """Return where no table jumps from step to step, and the powers of the mean mesh stiffnesses."""
-    joined = np.empty(len(tables.width) - 1, np.bool_)
-    power = np.empty(tables.error.shape[2], np.int64)
-    describe(tables.width, tables.stiffness, tables.gap, tables.sliding, joined, power)
-    return joined, power
 
 
 def static_shift(system: System, mean: Array) -> Array | None:

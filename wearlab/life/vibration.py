@@ -34,8 +34,7 @@ class Vibration:
     slow : (n_angles, n_mesh) once-per-revolution errors at equally weighted angles of the members, each held
         over a mesh period [m]; None: nothing answers to them
     nominal : (n,) speeds of the coordinates as the set turns on the whole [m/s], None where x alone moves
-    touching : the few stages of responses that repeat after a mesh period, which are looked for first; None:
-        on ``stages``
+    touching : stages for responses whose flanks never part, which are looked for first; None: on ``stages``
     """
 
     system: System
@@ -80,7 +79,7 @@ class Vibration:
         return tables if self.hunting == 1 else over_hunting_period(tables, self.stages, self.hunting)
 
     def _touched(self, tables: StageTables, start: Response | None, between: Between) -> Response | None:
-        found: Response | None = self.method.on_few_steps(self.system, tables, self.period, start, between)
+        found: Response | None = self.method.touching(self.system, tables, self.period, start, between)
         return found
 
     def _solved(self, tables: StageTables, start: Response | None, between: Between | None) -> Response:
@@ -93,14 +92,11 @@ class Vibration:
     def grid_of(self, response: Response) -> StageGrid:
         """Return the steps of one mesh period that a response was found on."""
         few = self.touching
-        if few is not None and response.pieces is not None:
-            return response.pieces.of(few.grid)
         return self.stages.grid if few is None or not _of(few.grid, response) else few.grid
 
     def on_all_stages(self, response: Response, kinds: Sequence[Touching]) -> Response:
         """Return a response on the stages from which flanks may part: found anew if it was on fewer."""
-        few = self.touching
-        if few is None or (response.pieces is None and not _of(few.grid, response)):
+        if self.touching is None or not _of(self.touching.grid, response):
             return response
         return self._solved(self.tables(kinds), response, self._between(kinds))
 
