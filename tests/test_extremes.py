@@ -12,7 +12,15 @@ from wearlab.store import Store
 FILES = sorted((Path(__file__).parents[1] / "campaigns" / "extremes").glob("*.toml"))
 
 
-@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+LONG = ("lives",)
+"""Two of its cases run to the bound on their work, which takes minutes."""
+
+
+@pytest.mark.parametrize(
+    "file",
+    [pytest.param(one, marks=pytest.mark.slow) if one.stem in LONG else one for one in FILES],
+    ids=lambda file: file.stem,
+)
 def test_every_extreme_case_ends_as_its_file_expects(file, tmp_path, monkeypatch):
     monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)  # in this process
     campaign = load(file)

@@ -33,5 +33,5 @@ def test_flanks_that_corrugate_are_called_so():
 
 def test_no_estimate_is_sure_where_any_error_grows():
     stage = SimpleNamespace(parts=())
-    assert _doubts(stage, swinging(2e-5), []) == ("waves of wear grow from any error",)
-    assert _doubts(stage, swinging(-2e-5), []) == ()
+    assert _doubts(stage, swinging(2e-5), [], None) == ("waves of wear grow from any error",)
+    assert _doubts(stage, swinging(-2e-5), [], None) == ()

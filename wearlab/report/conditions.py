@@ -18,7 +18,7 @@ RPM = 30.0 / math.pi
 PER_NM = 1e9  # mm³/(N·m) in m²/N
 
 
-class Quantity(NamedTuple):
+class Condition(NamedTuple):
     """One line: symbol, meaning, unit, and the value that all cases have, or how far theirs reach."""
 
     symbol: str
@@ -37,7 +37,7 @@ class Conditions(NamedTuple):
     cases : each case with its values of these
     """
 
-    shared: tuple[Quantity, ...]
+    shared: tuple[Condition, ...]
     heads: tuple[str, ...]
     cases: tuple[tuple[str, tuple[str, ...]], ...]
 
@@ -50,7 +50,7 @@ def conditions(campaign: "Campaign") -> Conditions:
     varying = [key for key in keys if len(values[key]) > 1]
     beside = varying if len(told) <= MOST_CASES else []
     return Conditions(
-        tuple(Quantity(*key, _reach(values[key])) for key in keys if key not in beside),
+        tuple(Condition(*key, _reach(values[key])) for key in keys if key not in beside),
         tuple(f"{meaning} [{unit}]" if unit else meaning for _, meaning, unit in beside),
         tuple(
             (case_name(campaign, case), tuple(own.get(key, "none") for key in beside)) for case, own in told
@@ -77,70 +77,70 @@ def _reach(values: list[str]) -> str:
     return f"{ordered[0]} to {ordered[-1]} ({len(values)} values)"
 
 
-def _quantities(scene: Scene) -> Iterator[Quantity]:
+def _quantities(scene: Scene) -> Iterator[Condition]:
     yield from _load(scene)
     yield from _oil(scene)
     yield from _wear(scene)
 
 
-def _load(scene: Scene) -> Iterator[Quantity]:
+def _load(scene: Scene) -> Iterator[Condition]:
     """Yield torque and speed of the input, or of the conditions that take turns."""
     operation = scene.operation
     if several := operation.blocks or operation.stages:
         meaning = "conditions that take turns" if operation.blocks else "conditions in order"
-        yield Quantity("", meaning, "", str(len(several)))
+        yield Condition("", meaning, "", str(len(several)))
         torques, speeds = [one.torque for one in several], [RPM * one.speed for one in several]
-        yield Quantity("T", f"torque on the {operation.input}", "N·m", _span(torques))
-        yield Quantity("n", f"speed of the {operation.input}", "rpm", _span(speeds))
+        yield Condition("T", f"torque on the {operation.input}", "N·m", _span(torques))
+        yield Condition("n", f"speed of the {operation.input}", "rpm", _span(speeds))
     else:
-        yield Quantity("T", f"torque on the {operation.input}", "N·m", _number(operation.torque))
-        yield Quantity("n", f"speed of the {operation.input}", "rpm", _number(RPM * operation.speed))
-        yield Quantity("P", "power", "kW", _number(1e-3 * operation.torque * operation.speed))
+        yield Condition("T", f"torque on the {operation.input}", "N·m", _number(operation.torque))
+        yield Condition("n", f"speed of the {operation.input}", "rpm", _number(RPM * operation.speed))
+        yield Condition("P", "power", "kW", _number(1e-3 * operation.torque * operation.speed))
     if operation.fixed:
-        yield Quantity("", "at rest", "", operation.fixed)
+        yield Condition("", "at rest", "", operation.fixed)
 
 
-def _oil(scene: Scene) -> Iterator[Quantity]:
+def _oil(scene: Scene) -> Iterator[Condition]:
     oil = scene.lubricant
     if oil is None:
         return
     warm = "" if oil.temperature is None else f" at {oil.temperature - 273.15:.4g} °C"
     if oil.grade:
-        yield Quantity("", "oil", "", f"ISO VG {oil.grade}{warm}")
+        yield Condition("", "oil", "", f"ISO VG {oil.grade}{warm}")
     if oil.viscosity is not None:
-        yield Quantity("η_0", "viscosity of the oil", "mPa·s", _number(1e3 * oil.viscosity))
+        yield Condition("η_0", "viscosity of the oil", "mPa·s", _number(1e3 * oil.viscosity))
 
 
-def _wear(scene: Scene) -> Iterator[Quantity]:
+def _wear(scene: Scene) -> Iterator[Condition]:
     """Yield the wear law with its coefficient, the wear before the first cycle, and what ends the life."""
     wear = scene.wear
     if wear is None:
         return
     if wear.coefficient is not None:
-        yield Quantity("", "wear law", "", f"{wear.law.chosen.capitalize()}, {wear.load.chosen} load")
+        yield Condition("", "wear law", "", f"{wear.law.chosen.capitalize()}, {wear.load.chosen} load")
         each = {member: wear.coefficient_of(member) for member in scene.gears.toothed}
         alike = len({one.model_dump_json() for one in each.values()}) == 1
         for member, one in list(each.items())[: 1 if alike else None]:
             yield _coefficient(one, "" if alike else f" of the {member}")
     for name, initial in wear.initial or ():
         if initial is not None:
-            yield Quantity("", f"initial wear of the {name}", "", initial_wear(initial))
+            yield Condition("", f"initial wear of the {name}", "", initial_wear(initial))
     if wear.until is not None:
-        yield Quantity("", "ends at", "", " or ".join(_ends(wear.until)))
+        yield Condition("", "ends at", "", " or ".join(_ends(wear.until)))
 
 
-def _coefficient(one: Any, whose: str) -> Quantity:
+def _coefficient(one: Any, whose: str) -> Condition:
     """Return a wear coefficient: its number where it has one, else what it follows from."""
     scaled = "" if one.factor == 1.0 else f" × {one.factor:.4g}"
     if one.chosen == "constant":
-        return Quantity("k", f"wear coefficient{whose}", "mm³/(N·m)", _number(PER_NM * one.value) + scaled)
+        return Condition("k", f"wear coefficient{whose}", "mm³/(N·m)", _number(PER_NM * one.value) + scaled)
     if one.chosen == "hardness":
-        return Quantity("K", f"wear coefficient{whose}", "", f"{_number(one.k)}{scaled} over the hardness")
+        return Condition("K", f"wear coefficient{whose}", "", f"{_number(one.k)}{scaled} over the hardness")
     if one.chosen == "calibrated":
         life = f"calibrated: {_number(1e6 * one.depth)} µm on the {one.flank} in {one.life:.4g} cycles"
         at = f"at {_number(one.torque)} N·m, {_number(RPM * one.speed)} rpm"
-        return Quantity("k", f"wear coefficient{whose}", "", f"{life} {at}{scaled}")
-    return Quantity("k", f"wear coefficient{whose}", "", f"{one.chosen}{scaled}")
+        return Condition("k", f"wear coefficient{whose}", "", f"{life} {at}{scaled}")
+    return Condition("k", f"wear coefficient{whose}", "", f"{one.chosen}{scaled}")
 
 
 def initial_wear(initial: Any) -> str:
