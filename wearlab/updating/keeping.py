@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 FORMAT = 1
 
 
-def identity(wanted: Sequence[MeasuredCase], *, replay: bool, check: int) -> str:
-    """Return the identity of an update: what it is of, how it was asked for, this room's code."""
-    return _hash([FORMAT, code(), replay, check, subject(wanted)])
+def identity(about: str, *, replay: bool, check: int) -> str:
+    """Return the identity of an update: what it is of (`subject`), how it was asked for, this room's code."""
+    return _hash([FORMAT, code(), replay, check, about])
 
 
 def subject(wanted: Sequence[MeasuredCase]) -> str:
@@ -33,7 +33,7 @@ def subject(wanted: Sequence[MeasuredCase]) -> str:
     parts: list[Any] = []
     for study in wanted:
         spec = study.spec
-        parts += [study.label, [scene.id for scene in study.scenes()[:1]], repr(study.limit)]
+        parts += [study.label, [scene.id for scene in study.scenes(1)], repr(study.limit)]
         parts += [
             spec.discrepancy,
             spec.draws,
@@ -75,7 +75,7 @@ def kept(
     """Return the update when it was made before, None otherwise."""
     from wearlab.store.updates import read_update
 
-    return read_update(store, identity(wanted, replay=replay, check=check))
+    return read_update(store, identity(subject(wanted), replay=replay, check=check))
 
 
 def keep(
@@ -92,10 +92,10 @@ def keep(
     from wearlab.store.seal import SEAL
     from wearlab.store.updates import keep_update, seal_of
 
-    name = identity(wanted, replay=replay, check=check)
+    about = subject(wanted)
+    name = identity(about, replay=replay, check=check)
     runs = list(dict.fromkeys(run.id for one in outcomes for run in one.posterior.histories))
     summary = {one.study.label: _summary(one) for one in outcomes}
-    about = subject(wanted)
     tree.attrs |= {"id": name, "subject": about, "runs": " ".join(runs), "summary": json.dumps(summary)}
     tree.attrs[SEAL] = seal_of(tree)
     keep_update(store, name, tree, campaign.title, about, runs, summary)

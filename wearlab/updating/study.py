@@ -63,15 +63,14 @@ class MeasuredCase:
         """The unknowns that cost runs."""
         return {key: one for key, one in self.spec.unknown.items() if key != FACTOR}
 
-    def scenes(self) -> tuple[Scene, ...]:
-        """Return the scenes of its runs: one, or one a draw."""
+    def scenes(self, most: int | None = None) -> tuple[Scene, ...]:
+        """Return the scenes of its runs: one, or one a draw, of the first draws where ``most`` says so."""
         base = _lengthened(self.scene, self.longer)
         if not self.drawn:
             return (base,)
         lean = _lean(base, self)
-        count = len(next(iter(self.drawn.values())))
         found = []
-        for i in range(count):
+        for i in range(len(next(iter(self.drawn.values()))[:most])):
             scene = lean
             for key, values in self.drawn.items():
                 scene = scene.replace(key, values[i])
