@@ -113,7 +113,7 @@ def test_the_published_study():
     assert "dynamics: spur-3dof, periodic" in parts_present(scene)
 
 
-WITHOUT_SCENE = ("parts/stiffness_choices.toml", "parts/extended_contact.toml", "accuracy/estimates.toml")
+WITHOUT_SCENE = ("parts/stiffness_choices.toml", "parts/extended_contact.toml")
 WHOLE = [
     file
     for file in sorted(CAMPAIGNS.rglob("*.toml"))

@@ -219,11 +219,10 @@ def test_top_level_keys():
         "figure",
         "expect",
         "exclude",
-        "estimates",
         "update",
         "report",
     }
-    demands = [["gears", "operation"], ["extends"], ["estimates"]]
+    demands = [["gears", "operation"], ["extends"]]
     assert SCHEMA["anyOf"] == [{"required": keys} for keys in demands]
     assert set(SCHEMA["properties"]) == own | set(Scene.model_fields)
     for file in CAMPAIGNS.rglob("*.toml"):

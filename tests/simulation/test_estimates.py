@@ -1,11 +1,11 @@
 """Error estimates against tight references, on scenes of a seed that was not used to set their weights."""
 
+import estimate_score as scoring
 import numpy as np
 import pytest
 import xarray as xr
+from estimate_score import score, summary
 
-from wearlab.accuracy import score as scoring
-from wearlab.accuracy.score import score, summary
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.simulation import estimates, simulate, twins

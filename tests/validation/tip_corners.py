@@ -15,10 +15,10 @@ from typing import Any
 import matplotlib
 import numpy as np
 from corner_elements import OPTIONS, PAIRS, Loaded, load_corners
+from estimate_figure import DEFAULTS
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from wearlab.accuracy.scores_figure import DEFAULTS
 from wearlab.campaign import load
 from wearlab.mesh.finite_element.options import Options
 from wearlab.mesh.gear_set import PairOfSet

@@ -4,12 +4,11 @@ from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.campaign import Campaign, Metadata
 from wearlab.campaign.case import BASE, Case
 from wearlab.campaign.errors import CampaignError
-from wearlab.campaign.estimates import Drawing, DrawnScenes
 from wearlab.campaign.exclusion import Excluded
 from wearlab.campaign.expect import Expectation, Wanted
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.json_schema import editors_schema, schema_json
-from wearlab.campaign.reading import load, load_drawing
+from wearlab.campaign.reading import load
 
 __all__ = [
     "BASE",
@@ -18,8 +17,6 @@ __all__ = [
     "CampaignError",
     "Case",
     "Coordinate",
-    "Drawing",
-    "DrawnScenes",
     "Excluded",
     "Expectation",
     "FigureSpec",
@@ -27,6 +24,5 @@ __all__ = [
     "Wanted",
     "editors_schema",
     "load",
-    "load_drawing",
     "schema_json",
 ]

@@ -11,7 +11,6 @@ from pydantic import BaseModel, ConfigDict
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
 from wearlab.campaign.campaign import Metadata
-from wearlab.campaign.estimates import SECTION, DrawnScenes
 from wearlab.campaign.expect import VERDICTS
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.report import ReportSpec
@@ -194,11 +193,6 @@ class CampaignFile(Scene):
         "what was measured and what is unknown, for `wearlab update`; no part of any run's identity",
         derived="none",
     )
-    estimates: DrawnScenes | None = option(
-        None,
-        "scenes that are drawn for `wearlab accuracy`, instead of any that the file writes",
-        derived="none",
-    )
 
 
 class _Plain(GenerateJsonSchema):
@@ -207,7 +201,7 @@ class _Plain(GenerateJsonSchema):
     def generate(self, schema: Any, mode: Any = "validation") -> JsonSchemaValue:
         """Return the schema of a campaign file."""
         found: dict[str, Any] = _plain(super().generate(schema, mode))
-        written = [{"required": found.pop("required")}, {"required": ["extends"]}, {"required": [SECTION]}]
+        written = [{"required": found.pop("required")}, {"required": ["extends"]}]
         return {
             "$schema": DIALECT,
             "title": "wearlab campaign",

@@ -9,7 +9,6 @@ from wearlab.campaign.axes import flat, overlap, read_axes
 from wearlab.campaign.campaign import Campaign, Metadata
 from wearlab.campaign.cases import EXPECT, expand, read_differences
 from wearlab.campaign.errors import CampaignError
-from wearlab.campaign.estimates import BESIDE, ELSEWHERE, MOST_SCENES, SECTION, Drawing, DrawnScenes
 from wearlab.campaign.exclusion import read_conditions, without_excluded
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.inheritance import PLUGINS, Inherited, inherit, inherit_table
@@ -42,7 +41,6 @@ OWN_KEYS = (
     "report",
 )
 Result = TypeVar("Result")
-At = TypeVar("At", bound=Path | None)
 TABLE = Path("campaign")  # what errors call a campaign that is no file
 
 
@@ -67,50 +65,8 @@ def load(path: str | Path | Mapping[str, Any]) -> Campaign:
     else:
         file = Path(path).expanduser().resolve()
         inherited = inherit(file)
-    if SECTION in inherited.table:
-        raise CampaignError([f"{inherited.file_of(SECTION)}: {ELSEWHERE}"])
-    return _told_with_file(inherited, file, _read)
-
-
-def load_drawing(path: str | Path) -> Drawing | None:
-    """Read a file whose scenes are drawn, None when it writes them.
-
-    Parameters
-    ----------
-    path : a TOML file
-
-    Raises
-    ------
-    CampaignError
-        When it cannot be read, or its ``[estimates]`` are wrong.
-    """
-    file = Path(path).expanduser().resolve()
-    inherited = inherit(file)
-    return _told_with_file(inherited, file, _read_drawing) if SECTION in inherited.table else None
-
-
-def _read_drawing(inherited: Inherited, file: Path) -> Drawing:
-    table = inherited.table
-    problems = [
-        f"{key}: does not go with [{SECTION}], whose scenes are drawn" for key in table if key not in BESIDE
-    ]
-    tried: Callable[..., Any] = lambda read, *args: _tried(problems, read, *args)  # noqa: E731
-    asked = tried(modelled, DrawnScenes, table[SECTION], SECTION)
-    title = tried(_text, table, "title")
-    if asked is not None and not 1 <= asked.scenes <= MOST_SCENES:
-        problems.append(f"{SECTION}.scenes: {asked.scenes} is not within 1 and {MOST_SCENES}")
-    if asked is not None and asked.seed < 0:
-        problems.append(f"{SECTION}.seed: {asked.seed} is not a whole number from 0 on")
-    if asked is not None and asked.longest <= 0.0:
-        problems.append(f"{SECTION}.longest: {asked.longest:g} s is no time")
-    if problems:
-        raise CampaignError(problems)
-    return Drawing(title or file.stem, asked)
-
-
-def _told_with_file(inherited: Inherited, file: At, read: Callable[[Inherited, At], Result]) -> Result:
     try:
-        return read(inherited, file)
+        return _read(inherited, file)
     except CampaignError as error:
         raise CampaignError(_with_file(line, inherited) for line in error.problems) from None
 

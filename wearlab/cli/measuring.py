@@ -8,17 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from wearlab.cli.output import (
     Status,
-    Stop,
     complain,
     load_campaign,
-    load_drawing,
     refusing,
     say,
     show_json,
     show_table,
 )
 from wearlab.cli.progress import bar, write_all
-from wearlab.cli.scoring import score_estimates
 from wearlab.cli.working import case_name
 
 if TYPE_CHECKING:
@@ -28,12 +25,8 @@ if TYPE_CHECKING:
 FILE = "accuracy.nc"
 
 
-def measure_accuracy(file: str, out: Path, error: float | None, workers: int | None, as_json: bool) -> Status:
+def measure_accuracy(file: str, out: Path, error: float | None, as_json: bool) -> Status:
     """Study every case of a campaign; print tables, store the dataset and draw the figures."""
-    if (drawing := load_drawing(file)) is not None:
-        if error is not None:
-            raise Stop("--error: it chooses among settings of a scene, and the scenes of this file are drawn")
-        return score_estimates(drawing, out, workers, as_json)
     campaign = load_campaign(file)
     from wearlab.accuracy.contact import contact_text, contact_time
     from wearlab.accuracy.dataset import dataset

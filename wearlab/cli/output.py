@@ -3,20 +3,19 @@
 import json
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import IntEnum, StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from wearlab.cli.streams import nowhere
 from wearlab.store.errors import StoreError
 
 if TYPE_CHECKING:
-    from wearlab.campaign import Campaign, Drawing
+    from wearlab.campaign import Campaign
 
-Content = TypeVar("Content")
 STORE = Path("wearlab-store")
 ASKED: ContextVar[Path] = ContextVar("asked", default=STORE)
 """The store of the command, in which runs of plug-ins have left what these declare."""
@@ -68,28 +67,11 @@ def load_campaign(file: str) -> "Campaign":
     Stop : it is absent, unreadable or wrong
     """
     from wearlab.campaign import load
-
-    return _loaded(load, file)
-
-
-def load_drawing(file: str) -> "Drawing | None":
-    """Read a file whose scenes are drawn, None when it writes them.
-
-    Raises
-    ------
-    Stop : it is absent, unreadable or wrong
-    """
-    from wearlab.campaign import load_drawing
-
-    return _loaded(load_drawing, file)
-
-
-def _loaded(read: Callable[[str], Content], file: str) -> Content:
     from wearlab.plugins import FOLDER, Trust, trusting
 
     try:
         with trusting(Trust(TRUSTED.get(), ASKED.get() / FOLDER)), telling(f"reading the cases of {file}"):
-            return read(file)
+            return load(file)
     except OSError as error:
         raise Stop(f"{error.filename or file}: {error.strerror or error}") from error
     except ValueError as error:

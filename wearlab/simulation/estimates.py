@@ -32,7 +32,7 @@ from wearlab.simulation.wear_off import ErrorOfWear, WornFurther
 Array = NDArray[np.float64]
 
 DEPTH_SHARE, LIFE_SHARE = 1.75, 1.0
-"""Weights of the rougher twin's change of rate, set on seed 1 of `wearlab.accuracy.drawn`."""
+"""Weights of the rougher twin's change of rate, set on seed 1 of `tests/validation/estimates.py`."""
 HARD = 10.0
 """Largest mesh force over the static one from which teeth strike as no tolerance foresees [1]."""
 LARGE = 0.5

@@ -23,7 +23,7 @@ from wearlab.scene.build import Parts
 Array = NDArray[np.float64]
 
 FORCE_SHARE = 2.0
-"""Weight of the change by half the steps and nodes, set on seed 1 of `wearlab.accuracy.drawn`."""
+"""Weight of the change by half the steps and nodes, set on seed 1 of `tests/validation/estimates.py`."""
 LARGEST_SHARE = 0.5
 """Weight of the error where the largest force may lie: errors are largest beside jumps, not there."""
 NEAR = 0.05

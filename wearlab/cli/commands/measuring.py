@@ -20,18 +20,9 @@ def accuracy(
         float | None,
         typer.Option(metavar="E", help="Relative error asked for.", show_default="numerics.tolerance"),
     ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            min=1,
-            help="Processes that score drawn scenes ([estimates]).",
-            show_default="the cores",
-        ),
-    ] = None,
     json: Json = False,
 ) -> Status:
-    """Measure error against run time of FILE's scenes, beside other integrators; or score [estimates]."""
+    """Measure error against run time of FILE's scenes, beside other integrators."""
     from wearlab.cli.measuring import measure_accuracy
 
-    return measure_accuracy(file, out, error, workers, json)
+    return measure_accuracy(file, out, error, json)

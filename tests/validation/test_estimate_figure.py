@@ -4,10 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from estimate_figure import scores_png
+from estimate_score import Score
 from matplotlib.figure import Figure
-
-from wearlab.accuracy.score import Score
-from wearlab.accuracy.scores_figure import scores_png
 
 
 @pytest.fixture

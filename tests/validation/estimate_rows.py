@@ -16,12 +16,11 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any
+from typing import Any, NamedTuple
 
-from wearlab.accuracy.drawn import draw_any, small_scenes
-from wearlab.accuracy.processor_time import limit_work
-from wearlab.accuracy.score import QUANTITIES, TIGHT, TOO_LONG, Apart, Score, score
-from wearlab.campaign.estimates import DrawnScenes
+from drawn_scenes import draw_any, small_scenes
+from estimate_score import QUANTITIES, TIGHT, TOO_LONG, Apart, Score, score
+from processor_time import limit_work
 
 COLUMNS = (
     "source", "seed", "scene", "kind", "motion", "friction", "outcome", "quality",
@@ -34,6 +33,22 @@ TRUSTED, DOUBTFUL = "trusted", "doubtful"
 CONTEXT: Any = get_context("spawn")
 Row = dict[str, Any]
 Report = Callable[[str], None]
+
+
+class Asked(NamedTuple):
+    """The scenes that are scored.
+
+    Parameters
+    ----------
+    scenes, seed : how many of which
+    longest : processor time after which a run is given up: it counts as missed [s]
+    longest_reference : processor time after which its reference is given up: it counts as missed [s]
+    """
+
+    scenes: int
+    seed: int
+    longest: float
+    longest_reference: float
 
 
 def scored(seed: int, number: int, told: Callable[[str, float], None], longest: float) -> Row:
@@ -168,7 +183,7 @@ def of_row(row: Row) -> Score | None:
     return Score(**pairs, cost=row["cost"], trusted=row["quality"] == TRUSTED, reference=tolerance)
 
 
-def run(asked: DrawnScenes, source: str, file: Path, workers: int | None, report: Report) -> list[Row]:
+def run(asked: Asked, source: str, file: Path, workers: int | None, report: Report) -> list[Row]:
     """Score the scenes that the table lacks, on several processes, and add each to the table when done.
 
     Parameters
@@ -197,7 +212,7 @@ def run(asked: DrawnScenes, source: str, file: Path, workers: int | None, report
     return [known[number] for number in wanted]
 
 
-def done(asked: DrawnScenes, source: str, file: Path) -> list[Row]:
+def done(asked: Asked, source: str, file: Path) -> list[Row]:
     """Return the rows that the table has of the scenes asked for, by these sources."""
     known = {
         row["scene"]: row
@@ -207,7 +222,7 @@ def done(asked: DrawnScenes, source: str, file: Path) -> list[Row]:
     return [known[number] for number in sorted(known)]
 
 
-def _rows(asked: DrawnScenes, missing: list[int], count: int) -> Iterator[Row]:
+def _rows(asked: Asked, missing: list[int], count: int) -> Iterator[Row]:
     """Yield the rows of scenes as they are done; nothing goes on when nobody waits for them any more."""
     idle: SimpleQueue[Worker] = SimpleQueue()
     workers = [Worker() for _ in range(min(count, len(missing)))]

@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import matplotlib
 import numpy as np
+from estimate_score import Score
 from matplotlib.figure import Figure
-
-from wearlab.accuracy.score import Score
 
 DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
 TENFOLD = 10.0

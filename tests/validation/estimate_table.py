@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from drawn_scenes import KINDS
+from estimate_rows import DOUBTFUL, SCORED, Row, of_row
+from estimate_score import QUANTITIES, Score, summary
 
-from wearlab.accuracy.drawn import KINDS
-from wearlab.accuracy.estimates import DOUBTFUL, SCORED, Row, of_row
-from wearlab.accuracy.score import QUANTITIES, Score, summary
 from wearlab.simulation.label import CONVENTIONS
 
 LEAST_COVERED = 0.95
@@ -125,12 +125,11 @@ def missed(rows: Sequence[Row]) -> list[str]:
     return told
 
 
-def dataset(title: str, seed: int, rows: Sequence[Row], made_by: dict[str, str], begun: float) -> xr.Dataset:
+def dataset(seed: int, rows: Sequence[Row], made_by: dict[str, str], begun: float) -> xr.Dataset:
     """Return the scores as a dataset over scenes.
 
     Parameters
     ----------
-    title : of the campaign
     seed : of the scenes
     rows : one for each scene, in order
     made_by : what is recorded of the sources and the machine
@@ -173,7 +172,7 @@ def dataset(title: str, seed: int, rows: Sequence[Row], made_by: dict[str, str],
         coords[name] = ("scene", [row.get(name, "") for row in rows])
     attributes = {
         "Conventions": CONVENTIONS,
-        "title": title,
+        "title": "Error estimates against true errors",
         "seed": seed,
         **made_by,
         "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),

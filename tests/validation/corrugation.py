@@ -1,6 +1,6 @@
 """Growth of waves of wear, by wavelength and contact patch: from the linearised rate, and from runs.
 
-``python -m wearlab.accuracy.corrugation FILE [WAVES …]`` prints, for the first scene of a campaign and every
+``python tests/validation/corrugation.py FILE [WAVES …]`` prints, for the first scene of a campaign and every
 contact patch, by how much waves of the first flank grow per µm of its wear.
 
 Linear: a wave ``v = exp(2πi m s/p_b)`` put on unworn flanks grows by ``(1/r) Re ⟨v, ∂r/∂h v⟩/⟨v, v⟩``, r the

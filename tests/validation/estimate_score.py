@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from processor_time import OutOfTime, bounded
 
-from wearlab.accuracy.processor_time import OutOfTime, bounded
 from wearlab.dynamics.extremes import extremes
 from wearlab.gears.errors import GearError
 from wearlab.life.state import Wear

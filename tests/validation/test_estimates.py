@@ -1,25 +1,23 @@
 """Scores of drawn scenes: told apart, kept as they come, never computed twice, and what they promise."""
 
-import json
 import math
 import multiprocessing
 import resource
 import signal
 import time
 
+import estimate_rows
+import estimate_score as scoring
+import estimate_table
+import estimates
 import pytest
 import xarray as xr
-
-from wearlab.accuracy import estimates, scores_table
-from wearlab.accuracy import score as scoring
-from wearlab.accuracy.drawn import KINDS, draw_any, small_scenes
-from wearlab.accuracy.processor_time import OutOfTime, bounded
-from wearlab.accuracy.score import LESS_TIGHT, TIGHT, Apart, Score, reference_within, summary
-from wearlab.campaign import CampaignError, load, load_drawing
-from wearlab.cli.app import status_of
+from drawn_scenes import KINDS, draw_any, small_scenes
+from estimate_score import LESS_TIGHT, TIGHT, Apart, Score, reference_within, summary
+from processor_time import OutOfTime, bounded
 
 
-def row(scene, outcome=estimates.SCORED, kind="external-pair", **cells):
+def row(scene, outcome=estimate_rows.SCORED, kind="external-pair", **cells):
     said = {"seed": 5, "scene": scene, "kind": kind, "motion": "torsional", "friction": "no"}
     return {**said, "outcome": outcome, "quality": "trusted", "seconds": 1.0, "run_seconds": 0.5, **cells}
 
@@ -28,13 +26,7 @@ SCORES = [
     Score((1.0, 2.0), (1.0, 4.0), None, 0.1),
     Score((1.0, 6.0), (2.0, 1.0), (1.0, math.nan), 0.3),
 ]
-ROWS = [row(number, **estimates._cells(score)) for number, score in enumerate(SCORES)]
-
-
-def written(folder, scenes=3, more=""):
-    file = folder / "drawn.toml"
-    file.write_text(f'title = "T"\n[estimates]\nscenes = {scenes}\nseed = 5\nlongest = "9 s"\n{more}')
-    return file
+ROWS = [row(number, **estimate_rows._cells(score)) for number, score in enumerate(SCORES)]
 
 
 def test_a_missing_estimate_counts_as_a_miss():
@@ -52,17 +44,17 @@ def test_scenes_without_a_score_are_told_apart_with_what_it_means():
         "life not reached: evaluation limit",
     )
     rows = [*ROWS[:1], *(row(number, text, "planetary") for number, text in enumerate(others, 2))]
-    told = scores_table.apart_rows(rows)
+    told = estimate_table.apart_rows(rows)
     assert [(reason, count) for reason, count, _ in told] == [
         ("refused", "2"),
         ("reference too long", "1"),
         ("life not reached", "1"),
     ]
     assert all(meaning for _, _, meaning in told)
-    assert scores_table.costs(rows) == (0.1, 0.1)
+    assert estimate_table.costs(rows) == (0.1, 0.1)
     # The reference that took too long counts as an error above its estimate.
-    assert ("all", "life", "2", "50.0%", "4.0") in scores_table.score_rows(rows)
-    assert not any(kind == "planetary" for kind, *_ in scores_table.score_rows(rows))
+    assert ("all", "life", "2", "50.0%", "4.0") in estimate_table.score_rows(rows)
+    assert not any(kind == "planetary" for kind, *_ in estimate_table.score_rows(rows))
 
 
 def test_doubtful_runs_are_counted_apart_and_time_is_a_miss():
@@ -71,27 +63,29 @@ def test_doubtful_runs_are_counted_apart_and_time_is_a_miss():
         *ROWS[:1],
         *(row(number, text) for number, text in enumerate(("run too long", "failed: x", "unfinished: y"), 1)),
         row(4, "reference too long", **doubtful),
-        row(5, **estimates._cells(SCORES[1]), **doubtful),
+        row(5, **estimate_rows._cells(SCORES[1]), **doubtful),
     ]
-    found = {(group, name): (count, share) for group, name, count, share, _ in scores_table.score_rows(rows)}
+    found = {
+        (group, name): (count, share) for group, name, count, share, _ in estimate_table.score_rows(rows)
+    }
     assert found["all", "wear depth"] == ("4", "25.0%")
     assert found["doubtful", "wear depth"] == ("1", "100.0%") and found["doubtful", "life"] == ("1", "0.0%")
-    told = {reason: words for reason, _, words in scores_table.apart_rows(rows)}
+    told = {reason: words for reason, _, words in estimate_table.apart_rows(rows)}
     assert told["doubtful, reference too long"].startswith("apart")
     assert all(told[one].startswith("missed") for one in ("run too long", "failed", "unfinished"))
 
 
 def test_what_is_promised_and_not_kept_is_said():
     def told(error, estimate, cost=0.1):
-        return " ".join(scores_table.missed([row(0, cost=cost, life_error=error, life_estimate=estimate)]))
+        return " ".join(estimate_table.missed([row(0, cost=cost, life_error=error, life_estimate=estimate)]))
 
     assert told(1.0, 7.0) == ""
     assert "below its estimate in 0.0%" in told(1.0, 0.9)
     assert "median of estimate over error is 11.0" in told(1.0, 11.0)
     assert "up to 60%" in told(1.0, 7.0, cost=0.6)
-    assert scores_table.missed([row(0, "aperiodic")]) == []
-    assert "refused" in scores_table.missed([row(0, "refused: x")])[0]
-    assert "60 s" in scores_table.missed([row(7, "aperiodic", run_seconds=61.0)])[0]
+    assert estimate_table.missed([row(0, "aperiodic")]) == []
+    assert "refused" in estimate_table.missed([row(0, "refused: x")])[0]
+    assert "60 s" in estimate_table.missed([row(7, "aperiodic", run_seconds=61.0)])[0]
 
 
 def test_a_quarter_is_internal_and_a_quarter_planetary_in_motion():
@@ -105,34 +99,33 @@ def test_a_quarter_is_internal_and_a_quarter_planetary_in_motion():
     }  # fmt: skip
 
 
-def test_the_file_is_scored_kept_and_completed(tmp_path, monkeypatch, capsys):
+def test_scenes_are_scored_kept_and_completed(tmp_path, monkeypatch, capsys):
     asked = []
 
-    class Fake(estimates.Worker):
+    class Fake(estimate_rows.Worker):
         def scored(self, seed, number, longest, reference):
             asked.append((seed, number, longest))
             return ROWS[number % 2] | {"seed": seed, "scene": number}
 
-    monkeypatch.setattr(estimates, "Worker", Fake)
+    monkeypatch.setattr(estimate_rows, "Worker", Fake)
     out = tmp_path / "out"
 
-    def command(scenes, *words):
-        words = ["accuracy", str(written(tmp_path, scenes)), "--out", str(out), "--workers", "1", *words]
-        return status_of(words), capsys.readouterr()
+    def command(scenes):
+        words = ["--seed", "5", "--scenes", str(scenes), "--longest", "9", "--workers", "1", str(out)]
+        return estimates.main(words), capsys.readouterr()
 
     command(2)
     status, said = command(3)
     assert asked == [(5, 0, 9.0), (5, 1, 9.0), (5, 2, 9.0)]
     assert status == 1 and "life: the error is below its estimate in 66.7%" in said.err
-    told = json.loads(command(3, "--json")[1].out)
-    assert len(asked) == 3
-    assert told["scores"][1]["scenes"] == "3" and told["apart"] == {} and len(told["missed"]) == 3
+    assert len(said.err.splitlines()) == 3 and "Scenes without a score" not in said.out
     with xr.open_dataset(out / "estimates.nc") as made:
         assert made.life_estimate.values.tolist() == [4.0, 1.0, 4.0]
         assert made.attrs["seed"] == 5 and made.wear_depth_error.attrs["units"] == "m"
+    assert (out / "estimates.png").read_bytes()[:4] == b"\x89PNG"
     table = out / "estimates.csv"
-    assert estimates.of_row(estimates.read(table)[0]) == SCORES[0]
-    table.write_text(table.read_text().replace(estimates.read(table)[1]["source"], "other", 1))
+    assert estimate_rows.of_row(estimate_rows.read(table)[0]) == SCORES[0]
+    table.write_text(table.read_text().replace(estimate_rows.read(table)[1]["source"], "other", 1))
     command(3)
     assert asked[3:] == [(5, 0, 9.0)]  # what other sources made does not count
     table.write_text(table.read_text()[:-60])
@@ -141,17 +134,18 @@ def test_the_file_is_scored_kept_and_completed(tmp_path, monkeypatch, capsys):
 
 
 def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch):
-    class Fake(estimates.Worker):
+    class Fake(estimate_rows.Worker):
         def scored(self, seed, number, longest, reference):
             if number == 1:
                 raise KeyboardInterrupt
             return ROWS[0] | {"scene": number}
 
-    monkeypatch.setattr(estimates, "Worker", Fake)
-    drawing = load_drawing(written(tmp_path))
+    monkeypatch.setattr(estimate_rows, "Worker", Fake)
     with pytest.raises(KeyboardInterrupt):
-        estimates.run(drawing.estimates, "here", tmp_path / "t.csv", 1, lambda text: None)
-    assert estimates.read(tmp_path / "t.csv")[0]["scene"] == 0
+        estimate_rows.run(
+            estimate_rows.Asked(3, 5, 9.0, 9.0), "here", tmp_path / "t.csv", 1, lambda text: None
+        )
+    assert estimate_rows.read(tmp_path / "t.csv")[0]["scene"] == 0
 
 
 def test_time_is_that_of_the_processor_and_work_goes_on_after_it():
@@ -182,40 +176,27 @@ def test_a_less_tight_reference_serves_where_the_tightest_takes_too_long(monkeyp
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("words", "told"),
     [
-        ("scenes = 0\nseed = 1", "estimates.scenes: 0 is not within 1"),
-        ("scenes = 2.5\nseed = 1", "estimates.scenes: 2.5 is not a whole number"),
-        ("scenes = 2", "estimates.seed: required"),
-        ("scenes = 2\nseed = -1", "estimates.seed: -1"),
-        ("scenes = 2\nseed = 1\nlongest = 5", "estimates.longest: 5"),
-        ("scenes = 2\nseed = 1\nscnes = 3", "did you mean 'scenes'"),
-        ("scenes = 2\nseed = 1\n[gears]\nmodule = '3 mm'", "gears: does not go with [estimates]"),
+        (["--seed", "1", "--scenes", "0"], "--scenes: 0 is not a whole number from 1 on"),
+        (["--seed", "1", "--scenes", "2.5"], "--scenes: 2.5 is not a whole number"),
+        (["--scenes", "2"], "--seed"),
+        (["--seed", "-1"], "--seed"),
+        (["--seed", "1", "--longest", "0"], "--longest: 0 is no time"),
+        (["--seed", "1", "--longest", "5 s"], "--longest: 5 s is no time"),
     ],
 )
-def test_wrong_files_are_refused(tmp_path, text, told):
-    file = tmp_path / "drawn.toml"
-    file.write_text(f"[estimates]\n{text}\n")
-    with pytest.raises(CampaignError, match=r"drawn\.toml") as refused:
-        load_drawing(file)
-    assert told in str(refused.value)
-
-
-@pytest.mark.parametrize("words", [["check"], ["run"], ["plan"], ["figures"]])
-def test_everything_else_refuses_such_a_file_and_says_what_it_is_for(tmp_path, words, capsys):
-    file = written(tmp_path)
-    assert status_of([*words, str(file)]) == 2
-    assert "wearlab accuracy FILE" in capsys.readouterr().err
-    with pytest.raises(CampaignError, match="wearlab accuracy"):
-        load(file)
-    assert status_of(["accuracy", str(file), "--error", "1e-3"]) == 2
-    assert "--error" in capsys.readouterr().err
+def test_wrong_words_are_refused(tmp_path, words, told, capsys):
+    with pytest.raises(SystemExit) as ended:
+        estimates.main([*words, str(tmp_path / "out")])
+    assert ended.value.code == 2 and told in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 def _never(line):
     line.recv()
     line.send(("doubtful", 0.5))
-    estimates.limit_work(0.0)
+    estimate_rows.limit_work(0.0)
     while True:
         pass
 
@@ -229,9 +210,9 @@ def _dies(line):
     ("work", "told"), [(_never, "reference too long"), (_dies, "failed: its process ended")]
 )
 def test_a_scene_that_takes_too_long_or_ends_its_process_costs_no_other(work, told, monkeypatch):
-    monkeypatch.setattr(estimates, "_work", work)
-    monkeypatch.setattr(estimates, "CONTEXT", multiprocessing.get_context("fork"))
-    worker = estimates.Worker()
+    monkeypatch.setattr(estimate_rows, "_work", work)
+    monkeypatch.setattr(estimate_rows, "CONTEXT", multiprocessing.get_context("fork"))
+    worker = estimate_rows.Worker()
     found = worker.scored(1, 11, 20.0, 20.0)
     assert (found["outcome"], found["kind"]) == (told, "planetary")
     assert worker.process is None
