@@ -46,7 +46,7 @@ ROAD = (
     "cli",
 )
 PHYSICS = ROAD[ROAD.index("gears") : ROAD.index("scene")]
-SIBLINGS = (("dynamics", "wear"), ("comparison", "figures", "accuracy"))
+SIBLINGS = (("dynamics", "wear"), ("comparison", "figures"))
 FUNCTIONS = {"compare", "figure", "gradient", "load", "open", "run", "simulate", "update"}  # of `wearlab`
 LABELLED = {"xarray", "dask", "distributed", "netCDF4", "pandas", "matplotlib"}
 HEAVY = LABELLED | {"numba", "scipy"}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wearlab.accuracy.cells import Motion
-from wearlab.accuracy.motion import approaches, motion_at, motion_held, motion_of
+from wearlab.accuracy.motion import approaches, motion_held, motion_of
 from wearlab.accuracy.steady import Steady, steady
 from wearlab.mesh.excitation import stage_tables
 from wearlab.scene import Scene
@@ -58,14 +58,9 @@ def states(n: int, seed: int = 4) -> np.ndarray:
 def test_motion_is_the_tables(case):
     problem, given = case
     times = np.random.default_rng(1).uniform(0.0, 5.0, 40) * given.period
-    for time, y in zip(times, states(given.n), strict=True):
+    for time, y in zip(times, states(len(given.load)), strict=True):
         exact = by_hand(problem, time, y)
-        np.testing.assert_allclose(
-            motion_of(time, y, given.flat), exact, rtol=1e-7, atol=1e-6 * abs(exact).max()
-        )
-        out = np.empty_like(y)
-        motion_at(time, y, out, given.flat)
-        assert np.array_equal(out, motion_of(time, y, given.flat))
+        np.testing.assert_allclose(motion_of(time, y, given), exact, rtol=1e-7, atol=1e-6 * abs(exact).max())
 
 
 def test_held_contact_agrees_where_it_is_right_and_differs_where_it_is_wrong(case):
@@ -73,19 +68,19 @@ def test_held_contact_agrees_where_it_is_right_and_differs_where_it_is_wrong(cas
     cells = int(given.first_cell[0]), int(given.first_cell[1])
     time = 0.4 * given.breaks[1] * given.period
     differing = 0
-    for y in states(given.n):
-        contact = approaches(time, y, given.flat, *cells) > 0.0
-        held = motion_held(time, y, given.flat, *cells, contact)
-        np.testing.assert_allclose(held, motion_of(time, y, given.flat), rtol=1e-13)
-        differing += not np.allclose(motion_held(time, y, given.flat, *cells, ~contact), held)
+    for y in states(len(given.load)):
+        contact = approaches(time, y, given, *cells) > 0.0
+        held = motion_held(time, y, given, *cells, contact)
+        np.testing.assert_allclose(held, motion_of(time, y, given), rtol=1e-13)
+        differing += not np.allclose(motion_held(time, y, given, *cells, ~contact), held)
     assert differing == 40
 
 
 def test_each_side_of_a_jump_can_be_asked_for(problem):
     given = problem.motion()
-    jump, y = given.breaks[1] * given.period, states(given.n)[30]
+    jump, y = given.breaks[1] * given.period, states(len(given.load))[30]
     bounds = [int(cell) for cell in given.first_cell]
-    left = motion_held(jump, y, given.flat, bounds[0], bounds[1], np.array([True, True, False]))
-    right = motion_held(jump, y, given.flat, bounds[1], bounds[2], np.array([True, True, False]))
-    np.testing.assert_allclose(right, motion_of(jump * (1 + 1e-9), y, given.flat), rtol=1e-5)
+    left = motion_held(jump, y, given, bounds[0], bounds[1], np.array([True, True, False]))
+    right = motion_held(jump, y, given, bounds[1], bounds[2], np.array([True, True, False]))
+    np.testing.assert_allclose(right, motion_of(jump * (1 + 1e-9), y, given), rtol=1e-5)
     assert np.abs(left - right).max() > 1e-2 * np.abs(right).max()

@@ -49,9 +49,9 @@ def exact_time(pair: GearPair, worn: tuple[Flank, Flank], depth: float = 0.0) ->
     apart, searched = (_difference(pair, worn, found) for found in (touching, published))
     return ExactTime(
         depth,
-        timing(lambda: tangency(*worn, x), most=20).seconds,
-        timing(lambda: minimum_gap(*worn, x), most=20).seconds,
-        timing(lambda: algorithm_1(pair, *worn), most=2).seconds,
+        timing(lambda: tangency(*worn, x), most=20),
+        timing(lambda: minimum_gap(*worn, x), most=20),
+        timing(lambda: algorithm_1(pair, *worn), most=2),
         apart,
         searched,
     )

@@ -21,8 +21,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+from race import BALANCE, CLOSING, LANDING, OURS, WARM, Contestant, race
 
-from wearlab.accuracy.race import BALANCE, CLOSING, LANDING, OURS, WARM, Contestant, race
 from wearlab.accuracy.steady import steady
 from wearlab.campaign import load
 from wearlab.scene import Scene

@@ -68,8 +68,8 @@ def steady_time(scene: Scene, error: float = ERROR, budget: float = 1.0) -> Stea
             len(vibration.stages.grid.width),
             found,
             relative_error(problem.force_of(vibration, started), known),
-            timing(lambda: problem.solve(vibration), most=200, budget=budget).seconds,  # noqa: B023
-            timing(lambda: problem.solve(vibration, near), most=200, budget=budget).seconds,  # noqa: B023
+            timing(lambda: problem.solve(vibration), most=200, budget=budget),  # noqa: B023
+            timing(lambda: problem.solve(vibration, near), most=200, budget=budget),  # noqa: B023
             first,
         )
     return None

@@ -12,49 +12,23 @@ from wearlab.accuracy.study import TARGETS, Study
 from wearlab.simulation.label import CONVENTIONS
 from wearlab.simulation.provenance import provenance
 
+SECONDS = {"units": "s", "display_units": "ms"}
 ATTRIBUTES: dict[str, dict[str, str]] = {
-    "setting": {"long_name": "value of the knob", "units": "1"},
-    "error": {"long_name": "relative error against the reference", "units": "1"},
-    "run_time": {
-        "long_name": "wall time, a median where it is short",
-        "units": "s",
-        "display_units": "ms",
-    },
-    "run_time_warm": {
-        "long_name": "wall time from the answer of a neighbouring wear state",
-        "units": "s",
-        "display_units": "ms",
-    },
-    "work": {
-        "long_name": "right-hand sides of a steady state, contact analyses of a life",
-        "units": "1",
-    },
-    "run_time_share": {
-        "long_name": "share of the wall time that was measured; less than 1: extrapolated from that",
-        "units": "1",
-    },
-    "run_time_spread": {"long_name": "range of the wall times over their median", "units": "1"},
-    "observed_order": {
-        "long_name": "observed order: slope of the error over the setting, both logarithmic",
-        "units": "1",
-    },
-    "time_to_error": {
-        "long_name": "wall time to a relative error, interpolated between rungs",
-        "units": "s",
-        "display_units": "ms",
-    },
-    "warm_time_to_error": {
-        "long_name": "as time_to_error, from the answer of a neighbouring wear state",
-        "units": "s",
-        "display_units": "ms",
-    },
-    "work_to_error": {"long_name": "as time_to_error, the work", "units": "1"},
-    "reference_disagreement": {
-        "long_name": "relative difference between the reference and the second method",
-        "units": "1",
-    },
-    "largest_multiplier": {"long_name": "largest modulus of the Floquet multipliers", "units": "1"},
+    "setting": {"long_name": "value of the knob"},
+    "error": {"long_name": "relative error against the reference"},
+    "run_time": {"long_name": "wall time, a median where it is short", **SECONDS},
+    "run_time_warm": {"long_name": "wall time from the answer of a neighbouring wear state", **SECONDS},
+    "work": {"long_name": "right-hand sides of a steady state, contact analyses of a life"},
+    "observed_order": {"long_name": "observed order: slope of the error over the setting, both logarithmic"},
+    "time_to_error": {"long_name": "wall time to a relative error, between rungs interpolated", **SECONDS},
+    "warm_time_to_error": {"long_name": "as time_to_error, from the answer of a neighbour", **SECONDS},
+    "work_to_error": {"long_name": "as time_to_error, the work"},
+    "reference_disagreement": {"long_name": "relative difference of reference and second method"},
+    "largest_multiplier": {"long_name": "largest modulus of the Floquet multipliers"},
 }
+"""Of a variable without units they are 1."""
+RUNG = ("setting", "error", "run_time", "work", "run_time_warm")
+REACHED = ("time_to_error", "warm_time_to_error", "work_to_error")
 
 
 def dataset(title: str, found: Sequence[Study], begun: float) -> xr.Dataset:
@@ -69,23 +43,10 @@ def dataset(title: str, found: Sequence[Study], begun: float) -> xr.Dataset:
     keys = list(dict.fromkeys((c.name, c.knob, c.quantity, c.role) for one in found for c in one.curves))
     rungs = max((len(c.rungs) for one in found for c in one.curves), default=0)
     quantities = sorted({key[2] for key in keys})
-    by_rung: dict[str, Any] = {
-        name: np.full((len(found), len(keys), rungs), np.nan)
-        for name in (
-            "setting",
-            "error",
-            "run_time",
-            "work",
-            "run_time_warm",
-            "run_time_share",
-            "run_time_spread",
-        )
-    }
-    order = np.full((len(found), len(keys)), np.nan)
-    reached: dict[str, Any] = {
-        name: np.full((len(found), len(keys), len(TARGETS)), np.nan)
-        for name in ("time_to_error", "warm_time_to_error", "work_to_error")
-    }
+    shape = len(found), len(keys)
+    by_rung: dict[str, Any] = {name: np.full((*shape, rungs), np.nan) for name in RUNG}
+    order = np.full(shape, np.nan)
+    reached: dict[str, Any] = {name: np.full((*shape, len(TARGETS)), np.nan) for name in REACHED}
     apart = np.full((len(found), len(quantities)), np.nan)
     for i, one in enumerate(found):
         apart[i] = [one.disagreement.get(quantity, np.nan) for quantity in quantities]
@@ -119,7 +80,7 @@ def dataset(title: str, found: Sequence[Study], begun: float) -> xr.Dataset:
         },
     )
     for name, attributes in ATTRIBUTES.items():
-        made[name].attrs = attributes
+        made[name].attrs = {"units": "1"} | attributes
     made.attrs = _attributes(title, found, begun)
     return made
 

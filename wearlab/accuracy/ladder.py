@@ -8,8 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-Role = Literal["wearlab", "as published", "peer", "closing peer"]
-PEERS: tuple[Role, ...] = ("peer", "closing peer")
+Role = Literal["wearlab", "as published", "peer"]
 
 FLOOR = 10.0
 """Errors below this many times the uncertainty of the reference say nothing of the order."""
@@ -36,10 +35,8 @@ class Rung(NamedTuple):
     setting : value of the knob
     error : relative error against the reference [1]
     seconds : wall time, the median of several where it is short [s]
-    work : right-hand sides of a steady state, contact analyses of a life, mesh periods of Newton's method [1]
+    work : right-hand sides of a steady state, contact analyses of a life [1]
     warm_seconds : wall time from the answer of a neighbouring wear state; NaN: not measured [s]
-    timed : share of the wall time that was measured; less than 1: extrapolated from that [1]
-    spread : range of the wall times over their median; NaN: not measured [1]
     """
 
     setting: float
@@ -47,8 +44,6 @@ class Rung(NamedTuple):
     seconds: float
     work: float
     warm_seconds: float = np.nan
-    timed: float = 1.0
-    spread: float = np.nan
 
 
 def fine_enough(rung: Rung, uncertainty: float) -> bool:
@@ -76,8 +71,7 @@ class WorkPrecision:
     name : what is drawn, such as "rk4" or "CyRK VERN7"
     knob : name of the setting, such as "steps_per_period"
     quantity : whose error it is: "mesh_force", "wear_depth", "life" …
-    role : wearlab's default road, a method named as published, a peer that marches, or one that closes the
-        orbit by Newton's method or harmonic balance
+    role : wearlab's default road, a method named as published, or a peer
     rungs : from coarse to fine
     fixed : what was set besides, as text, such as 'dynamics.method = "rk4"'; empty: nothing
     """
@@ -121,15 +115,6 @@ class WorkPrecision:
         times = [rung.warm_seconds if warm else rung.seconds for rung in self.rungs]
         return interpolated([rung.error for rung in self.rungs], times, error)
 
-    def extrapolated_to(self, error: float) -> bool:
-        """Whether the wall time to a relative error rests on marches that were timed in part only."""
-        fine = next((i for i, rung in enumerate(self.rungs) if rung.error <= error), len(self.rungs))
-        return any(rung.timed < 1.0 for rung in self.rungs[max(0, fine - 1) : fine + 1])
-
-    def spread_at(self, error: float) -> float:
-        """Return the spread of the wall times of the first rung that reaches a relative error [1]."""
-        return next((rung.spread for rung in self.rungs if rung.error <= error), float("nan"))
-
     def work_to(self, error: float) -> float:
         """Return the work to a relative error [1]; see `interpolated`."""
         return interpolated([rung.error for rung in self.rungs], [rung.work for rung in self.rungs], error)
@@ -155,25 +140,10 @@ LEAST = 7
 """Times that a median is taken of."""
 
 
-class Timing(NamedTuple):
-    """Wall times of one action.
-
-    Parameters
-    ----------
-    seconds : their median [s]
-    spread : largest minus smallest, over the median; NaN: timed once [1]
-    share : part of the action that was measured [1]
-    """
-
-    seconds: float
-    spread: float = np.nan
-    share: float = 1.0
-
-
 def timing(
     action: Callable[[], object], *, least: int = LEAST, most: int = 51, budget: float = 0.15
-) -> Timing:
-    """Return the median of at least seven wall times; the first call is not counted, unless it is long.
+) -> float:
+    """Return the median of at least seven wall times [s]; the first call is not counted, unless it is long.
 
     Parameters
     ----------
@@ -185,11 +155,10 @@ def timing(
     action()
     first = time.perf_counter() - begun
     if first > LONG:
-        return Timing(first)
+        return first
     taken: list[float] = []
     while len(taken) < least or (len(taken) < most and sum(taken) < budget):
         begun = time.perf_counter()
         action()
         taken.append(time.perf_counter() - begun)
-    median = float(np.median(taken))
-    return Timing(median, (max(taken) - min(taken)) / median)
+    return float(np.median(taken))

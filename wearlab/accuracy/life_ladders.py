@@ -4,15 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 
 from wearlab.accuracy.ladder import ENOUGH, Rung, WorkPrecision
-from wearlab.accuracy.lives import (
-    TimedLife,
-    Wearing,
-    errors,
-    lived,
-    second_life,
-    tight_life,
-    wearing,
-)
+from wearlab.accuracy.lives import TimedLife, Wearing, errors, lived, second_life, tight_life, wearing
 from wearlab.dynamics.structure import in_registers
 from wearlab.gears.errors import GearError
 from wearlab.life.adaptive import Adaptive
@@ -103,12 +95,7 @@ def _with(scene: Scene, values: dict[str, int]) -> Scene:
 
 
 def _both(
-    name: str,
-    knob: str,
-    role: str,
-    found: list[tuple[float, TimedLife]],
-    known: TimedLife,
-    fixed: str = "",
+    name: str, knob: str, role: str, found: list[tuple[float, TimedLife]], known: TimedLife, fixed: str = ""
 ) -> Iterator[WorkPrecision]:
     for index, quantity in enumerate(("life", "wear_depth")):
         rungs = tuple(

@@ -82,7 +82,7 @@ def lived(problem: Wearing, method: Method, tolerance: float) -> TimedLife:
     life = _evolved(problem, method, tolerance)
     seconds = time.perf_counter() - begun
     if seconds < SHORT:
-        seconds = timing(lambda: _evolved(problem, method, tolerance)).seconds
+        seconds = timing(lambda: _evolved(problem, method, tolerance))
     return TimedLife(
         float(life.cycle[-1]),
         life.depth[-1],

@@ -1,29 +1,26 @@
 """What the work–precision figures show: error against wall time, each knob, contact analyses."""
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
-from wearlab.accuracy.ladder import COARSEST, FLOOR, PEERS
+from wearlab.accuracy.ladder import COARSEST, FLOOR
+from wearlab.figures.palette import DASHES, MARKERS, NAMES
+from wearlab.figures.plot import Curve, LegendEntry, Panel, Pen, Plot
 
-COLOURS = {
-    "periodic": "#0072B2",
-    "adaptive": "#0072B2",
-    "rk4": "#009E73",
-    "rk45": "#CC79A7",
-    "newmark": "#D55E00",
-    "Euler": "#D55E00",
+Array = NDArray[np.float64]
+
+COLOURS = dict(zip(("periodic", "Euler", "rk4", "rk45", "newmark"), NAMES, strict=False)) | {
+    "adaptive": NAMES[0]
 }
-PEER_COLOURS = ("#444444", "#777777", "#E69F00", "#56B4E9", "#a0522d", "#9467bd", "#8aa300")
-CASE_COLOURS = ("#2d1160", "#721f81", "#b73779", "#f1605d", "#f39a3d", "#0072B2", "#009E73", "#000000")
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
+PEER_COLOURS = ("#444444", "#777777", *NAMES[4:])
 DEFAULT = 1e-3
 """Tolerance of a scene that gives none."""
 RING = "Ring: the default tolerance, 1e-3."
 NEAR = 30.0
-UNSURE = " Dotted: the reference and the second method differ by this."
 LIMITS = {
     "steps_per_period": "steps against a tight orbit on the same nodes (a life: 2048, of a large set 768)",
     "profile_points": "nodes and tolerance against 3201 nodes (a life: 801)",
@@ -31,22 +28,21 @@ LIMITS = {
     "phase_points": "the dynamic factor against 8192 phases",
     "stiffness_harmonics": "harmonics against 160",
 }
-NAMES = {"mesh_force": "mesh force", "wear_depth": "wear depth", "dynamic_factor": "dynamic factor"}
+WORDS = {"mesh_force": "mesh force", "wear_depth": "wear depth", "dynamic_factor": "dynamic factor"}
 
 
 class Stroke(NamedTuple):
-    """One curve of a panel; where it is hollow the wall time is extrapolated; the ring is the default."""
+    """One curve of a panel, with the observed order and the place of the default setting."""
 
-    x: np.ndarray
-    y: np.ndarray
+    x: Array
+    y: Array
     name: str
-    look: dict[str, Any]
+    pen: Pen
     order: float
-    hollow: np.ndarray
     ring: tuple[float, float] | None = None
 
 
-class CurvePanel(NamedTuple):
+class Side(NamedTuple):
     """One pair of axes.
 
     Parameters
@@ -62,138 +58,135 @@ class CurvePanel(NamedTuple):
     unsure: float = float("nan")
 
 
-class Page(NamedTuple):
-    """A figure as data.
-
-    Parameters
-    ----------
-    file : its name without ending
-    title, note : texts
-    panels : title, label of the abscissa, curves and uncertainty of the reference of each
-    """
-
-    file: str
-    title: str
-    note: str
-    panels: tuple[CurvePanel, ...]
+def pages(made: xr.Dataset) -> dict[str, Plot]:
+    """Return the figures that a dataset of studies gives, by the names of their files."""
+    found = {
+        "work-precision": _work_precision(made),
+        "knobs": _knobs(made),
+        "life": _lives(made),
+        "life-time": _lives_in_time(made),
+    }
+    return {file: plot for file, plot in found.items() if plot.panels}
 
 
-def pages(made: xr.Dataset) -> tuple[Page, ...]:
-    """Return the figures that a dataset of studies gives, as data."""
-    wanted = (_work_precision(made), _knobs(made), _lives(made), _lives_in_time(made))
-    return tuple(page for page in wanted if page.panels)
+def _plot(title: str, note: str, sides: Sequence[Side]) -> Plot:
+    """Return a figure of panels that share their errors, with the orders beside the curves."""
+    columns = 2 if len(sides) == 4 else max(1, min(3, len(sides)))
+    panels = [
+        Panel(i // columns, i % columns, side.title, side.x_label, "relative error", tuple(_curves(side)))
+        for i, side in enumerate(sides)
+    ]
+    pens = {stroke.name: stroke.pen for side in sides for stroke in side.strokes}
+    if any(np.isfinite(side.unsure) for side in sides):
+        note += " Dotted: the reference and the second method differ by this."
+    return Plot(
+        title,
+        tuple(panels),
+        -(-len(sides) // columns),
+        columns,
+        legend=tuple(LegendEntry(name, pen, "line-points") for name, pen in pens.items()),
+        notes=(note,),
+        logarithmic=True,
+        logarithmic_across=True,
+    )
 
 
-def _work_precision(made: xr.Dataset) -> Page:
+def _curves(side: Side) -> list[Curve]:
+    found = []
+    for x, y, _, pen, order, ring in side.strokes:
+        found.append(Curve(x, y, pen, "line-points", f"{order:.1f}" if np.isfinite(order) else ""))
+        if ring is not None:
+            found.append(Curve(np.array(ring[:1]), np.array(ring[1:]), pen, "published"))
+    if np.isfinite(side.unsure):
+        every = np.concatenate([stroke.x for stroke in side.strokes])
+        ends = np.array([every.min(), every.max()])
+        found.append(Curve(ends, np.full(2, side.unsure), Pen("#7a7a7a", ":"), "reference"))
+    return found
+
+
+def _work_precision(made: xr.Dataset) -> Plot:
     methods = [
         i
         for i in range(made.sizes["curve"])
-        if str(made.quantity[i].item()) == "mesh_force"
-        and (str(made.role[i].item()) != "wearlab" or str(made.name[i].item()) == "periodic")
-        and (str(made.role[i].item()) not in PEERS or i in _fastest(made))
+        if _text(made.quantity[i]) == "mesh_force"
+        and (_text(made.role[i]) != "wearlab" or _text(made.name[i]) == "periodic")
     ]
-    panels = []
+    sides = []
     for case in range(made.sizes["case"]):
-        strokes = [
-            _stroke(made, case, i, "run_time", 1e3, _method_look(made, i), named=True) for i in methods
-        ]
-        strokes = [stroke for stroke in strokes if len(stroke.x)]
+        strokes = _strokes(_stroke(made, case, i, "run_time", _method_pen(made, i), 1e3) for i in methods)
         if strokes:
-            title, unsure = str(made["case"][case].item()), _unsure(made, case, "mesh_force", strokes)
-            panels.append(CurvePanel(title, "wall time in ms", tuple(strokes), unsure))
+            unsure = _unsure(made, case, "mesh_force", strokes)
+            sides.append(Side(_text(made["case"][case]), "wall time in ms", strokes, unsure))
     note = (
         "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: told how long to "
-        "march, from the static equilibrium, with a compiled right-hand side. Of those that march and those "
-        "that close the orbit the fastest to 1e-3 or 1e-6 in some case are drawn; the tables have all."
+        "march, from the static equilibrium, with a compiled right-hand side."
     )
-    if any(stroke.hollow.any() for panel in panels for stroke in panel.strokes):
-        note += " Hollow: timed over the first periods, the others extrapolated."
-    title = "Error of the steady mesh force against wall time"
-    return Page("work-precision", title, note + _said_of_the_reference(panels), tuple(panels))
+    return _plot("Error of the steady mesh force against wall time", note, sides)
 
 
-def _knobs(made: xr.Dataset) -> Page:
-    limits: dict[str, str] = {}
-    ours = [
-        i
-        for i in range(made.sizes["curve"])
-        if str(made.role[i].item()) == "wearlab" and str(made.knob[i].item()) != "cycle_tolerance"
-    ]
-    panels = []
-    for i in ours:
-        strokes = [
-            _stroke(made, case, i, "setting", 1.0, _case_look(case), name=str(made["case"][case].item()))
+def _knobs(made: xr.Dataset) -> Plot:
+    limits, sides = [], []
+    for i in range(made.sizes["curve"]):
+        knob, quantity = _text(made.knob[i]), _text(made.quantity[i])
+        if _text(made.role[i]) != "wearlab" or knob == "cycle_tolerance":
+            continue
+        strokes = _strokes(
+            _stroke(made, case, i, "setting", _case_pen(case))._replace(name=_text(made["case"][case]))
             for case in range(made.sizes["case"])
-        ]
-        strokes = [stroke for stroke in strokes if len(stroke.x)]
-        quantity = str(made.quantity[i].item())
+        )
         if strokes:
-            title = NAMES.get(quantity, quantity)
-            knob = str(made.knob[i].item())
-            panels.append(CurvePanel(title, knob.replace("_", " "), tuple(strokes)))
-            limits[knob] = LIMITS[knob]
-    told = "; ".join(dict.fromkeys(limits.values()))
+            sides.append(Side(WORDS.get(quantity, quantity), knob.replace("_", " "), strokes))
+            limits.append(LIMITS[knob])
+    told = "; ".join(dict.fromkeys(limits))
     note = f"Numbers: observed order. Each knob against its own limit: {told}."
-    return Page("knobs", "Error against every knob", note, tuple(panels))
+    return _plot("Error against every knob", note, sides)
 
 
-def _lives(made: xr.Dataset) -> Page:
-    panels = _life_panels(made, "work", "contact analyses")
-    return Page(
-        "life",
-        "Error of a life against the contact analyses it takes",
+def _lives(made: xr.Dataset) -> Plot:
+    note = (
         f"Numbers: slope over the analyses. {RING} Adaptive: fourth order while the wear is not stiff, RKC2 "
-        "beyond. Euler: L16's wear threshold." + _said_of_the_reference(panels),
-        panels,
+        "beyond. Euler: L16's wear threshold."
     )
+    sides = _life_sides(made, "work", "contact analyses")
+    return _plot("Error of a life against the contact analyses it takes", note, sides)
 
 
-def _lives_in_time(made: xr.Dataset) -> Page:
-    panels = _life_panels(made, "run_time", "wall time in s")
-    return Page(
-        "life-time",
-        "Error of a life against its run time",
-        "Of an unworn set the remaining useful life is the life. The rungs are those over contact analyses. "
-        + RING
-        + _said_of_the_reference(panels),
-        panels,
-    )
+def _lives_in_time(made: xr.Dataset) -> Plot:
+    note = "Of an unworn set the remaining useful life is the life. The rungs are those over analyses."
+    sides = _life_sides(made, "run_time", "wall time in s")
+    return _plot("Error of a life against its run time", f"{note} {RING}", sides)
 
 
-def _life_panels(made: xr.Dataset, x: str, label: str) -> tuple[CurvePanel, ...]:
+def _life_sides(made: xr.Dataset, x: str, label: str) -> list[Side]:
     """Return a panel of both ways of stepping over cycles for every case and quantity."""
     steppers = [
-        i for i in range(made.sizes["curve"]) if str(made.knob[i].item()) in ("cycle_tolerance", "threshold")
+        i for i in range(made.sizes["curve"]) if _text(made.knob[i]) in ("cycle_tolerance", "threshold")
     ]
-    panels = []
+    sides = []
     for case in range(made.sizes["case"]):
         for quantity in ("life", "wear_depth"):
-            strokes = [
-                _of_life(made, case, i, x) for i in steppers if str(made.quantity[i].item()) == quantity
-            ]
-            strokes = [stroke for stroke in strokes if len(stroke.x)]
+            mine = (i for i in steppers if _text(made.quantity[i]) == quantity)
+            strokes = _strokes(_of_life(made, case, i, x) for i in mine)
             if strokes:
-                title = f"{made['case'][case].item()}: {NAMES.get(quantity, quantity)}"
-                panels.append(
-                    CurvePanel(title, label, tuple(strokes), _unsure(made, case, quantity, strokes))
-                )
-    return tuple(panels)
+                title = f"{_text(made['case'][case])}: {WORDS.get(quantity, quantity)}"
+                sides.append(Side(title, label, strokes, _unsure(made, case, quantity, strokes)))
+    return sides
 
 
 def _of_life(made: xr.Dataset, case: int, curve: int, x: str) -> Stroke:
     """Return a curve of a life with its slope over the work, and the place of the default tolerance."""
-    stroke = _stroke(made, case, curve, x, 1.0, _method_look(made, curve), named=True)
+    stroke = _stroke(made, case, curve, x, _method_pen(made, curve))
     apart = made.reference_disagreement.isel(case=case).sel(quantity_compared=made.quantity[curve].item())
     slope = _slope(stroke.x, stroke.y, float(apart)) if x == "work" else float("nan")
     ring = None
-    if str(made.knob[curve].item()) == "cycle_tolerance":
+    if _text(made.knob[curve]) == "cycle_tolerance":
         at = {"case": case, "curve": curve}
         rungs = zip(*(made[name].isel(at).values for name in ("setting", x, "error")), strict=True)
         ring = next(((a, e) for s, a, e in rungs if np.isclose(s, DEFAULT) and e > 0.0), None)
     return stroke._replace(order=slope, ring=ring)
 
 
-def _slope(x: np.ndarray, y: np.ndarray, unsure: float) -> float:
+def _slope(x: Array, y: Array, unsure: float) -> float:
     """Return the slope of a line through the logarithms, falling positive; NaN where points are too few."""
     told = (y > FLOOR * (unsure if np.isfinite(unsure) else 0.0)) & (y < COARSEST)
     if np.unique(x[told]).size < 3:
@@ -208,61 +201,33 @@ def _unsure(made: xr.Dataset, case: int, quantity: str, strokes: Sequence[Stroke
     return unsure if 0.0 < finest < NEAR * unsure else float("nan")
 
 
-def _said_of_the_reference(panels: Sequence[CurvePanel]) -> str:
-    return UNSURE if any(np.isfinite(panel.unsure) for panel in panels) else ""
+def _strokes(found: Iterable[Stroke]) -> tuple[Stroke, ...]:
+    """Return the curves that have points."""
+    return tuple(stroke for stroke in found if len(stroke.x))
 
 
-def _fastest(made: xr.Dataset) -> set[int]:
-    """Return the curves of peers that are, of their sort, the fastest to a requested error in some case."""
-    found: set[int] = set()
-    for role in PEERS:
-        times = made.time_to_error.where(made.role == role)
-        best = times.fillna(np.inf).argmin("curve").where(times.notnull().any("curve"))
-        found |= {int(i) for i in np.unique(best) if np.isfinite(i)}
-    return found
-
-
-def _stroke(
-    made: xr.Dataset,
-    case: int,
-    curve: int,
-    x: str,
-    factor: float,
-    look: dict[str, Any],
-    *,
-    named: bool = False,
-    name: str = "",
-) -> Stroke:
+def _stroke(made: xr.Dataset, case: int, curve: int, x: str, pen: Pen, factor: float = 1.0) -> Stroke:
     at = {"case": case, "curve": curve}
     across, error = factor * made[x].isel(at).values, made.error.isel(at).values
     good = np.isfinite(across) & np.isfinite(error) & (error > 0.0)
-    text = str(made.name[curve].item()) if named else name
-    hollow = made.run_time_share.isel(at).values[good] < 1.0
-    return Stroke(across[good], error[good], text, look, float(made.observed_order.isel(at)), hollow)
+    return Stroke(
+        across[good], error[good], _text(made.name[curve]), pen, float(made.observed_order.isel(at))
+    )
 
 
-def _method_look(made: xr.Dataset, curve: int) -> dict[str, Any]:
-    name, role = str(made.name[curve].item()), str(made.role[curve].item())
-    if role not in PEERS:
-        width = 1.8 if role == "wearlab" else 1.1
-        return {"color": COLOURS.get(name, "#000000"), "lw": width, "marker": "o", "ms": 3.2, "zorder": 4}
-    peers = [str(n.item()) for n, r in zip(made.name, made.role, strict=True) if str(r.item()) in PEERS]
-    at = peers.index(name)
-    return {
-        "color": PEER_COLOURS[at % len(PEER_COLOURS)],
-        "lw": 0.8,
-        "ls": "--",
-        "marker": MARKERS[(at + 1) % len(MARKERS)],
-        "ms": 2.6,
-        "zorder": 3,
-    }
+def _method_pen(made: xr.Dataset, curve: int) -> Pen:
+    name = _text(made.name[curve])
+    if _text(made.role[curve]) != "peer":
+        return Pen(COLOURS.get(name, NAMES[0]), marker="o")
+    at = [_text(n) for n, r in zip(made.name, made.role, strict=True) if _text(r) == "peer"].index(name)
+    return Pen(PEER_COLOURS[at % len(PEER_COLOURS)], "--", MARKERS[(at + 1) % len(MARKERS)])
 
 
-def _case_look(case: int) -> dict[str, Any]:
-    return {
-        "color": CASE_COLOURS[case % len(CASE_COLOURS)],
-        "lw": 1.1,
-        "marker": MARKERS[case % len(MARKERS)],
-        "ms": 3.0,
-        "zorder": 3,
-    }
+def _case_pen(case: int) -> Pen:
+    return Pen(
+        NAMES[case % len(NAMES)], DASHES[case // len(NAMES) % len(DASHES)], MARKERS[case % len(MARKERS)]
+    )
+
+
+def _text(value: xr.DataArray) -> str:
+    return str(value.item())

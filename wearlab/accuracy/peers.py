@@ -1,78 +1,49 @@
-"""Solvers that a user would pick instead, each at its best: SciPy always, CyRK when it is installed.
+"""Solvers that a user would pick instead, in the same run: SciPy always, CyRK where it is installed.
 
-Marching peers get the compiled equation of motion, tolerances scaled to the orbit, and for free the number of
-mesh periods after which their transient is as small as their error. CyRK marches three ways: through, landing
-on the known jumps of the stiffness, and with Newton's method around a mesh period. Harmonic balance needs no
-march. SUNDIALS' CVODE is not among them: from Python it calls its right-hand side through the interpreter,
-two orders of magnitude slower than what it integrates, which would say nothing of it.
+Each marches on the compiled equation of motion, from the static equilibrium until no more is left of the
+transient than its tolerance, which the Floquet multiplier tells for free. Peers at their best, compiled into
+one piece with their right-hand side and closed by Newton's method, race in ``tests/validation/races.py``.
 """
 
+import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
-from typing import Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 
-from wearlab.accuracy.cells import Motion
-from wearlab.accuracy.cyrk import CyRKMarcher
+from wearlab.accuracy.cells import Motion, starting_state
+from wearlab.accuracy.ladder import SHARE, Rung, WorkPrecision, fine_enough
 from wearlab.accuracy.motion import motion_of
+from wearlab.accuracy.reference import Reference
+from wearlab.accuracy.steady import Steady, relative_error
 
 Array = NDArray[np.float64]
 
-METHODS = ("RK45", "TSIT5", "VERN7", "DOP853")
-WAYS = (("", False, False), (", landing", True, False), (", Newton", True, True))
-"""What is said of it, whether it lands on jumps, whether Newton's method closes the orbit."""
+METHODS = ("RK45", "DOP853")
+TOLERANCES = tuple(10.0 ** -np.arange(3.0, 9.5, 1.0))
+LONGEST = 10.0
+"""A march that would take longer is not begun [s]."""
 
 
-class Bound(Protocol):
-    """An integrator bound to the equation of motion of one wear state."""
-
-    def march(self, start: Array, periods: int, tolerance: float, scale: Array) -> Array:
-        """Return the state (2n,) after so many mesh periods."""
-        ...
-
-    def states(self, start: Array, periods: int, phases: Array, tolerance: float, scale: Array) -> Array:
-        """Return the states at phases in [0, 1) of so many mesh periods, (periods, n_phases, 2n)."""
-        ...
-
-
-@dataclass(frozen=True)
-class Peer:
-    """One foreign integrator.
-
-    Parameters
-    ----------
-    name : library and method
-    bind : binds it to an equation of motion; compiles, and is not timed
-    tolerances : relative tolerances of its ladder, coarse to fine
-    closes : whether Newton's method closes the orbit, instead of a transient that dies
-    """
+class Peer(NamedTuple):
+    """One foreign integrator: its name, and a function with the arguments of `scipy.integrate.solve_ivp`."""
 
     name: str
-    bind: Callable[[Motion], Bound]
-    tolerances: tuple[float, ...]
-    closes: bool = False
+    solve: Callable[..., Any]
 
 
 def peers() -> Iterator[Peer]:
     """Yield what is installed."""
-    decades = tuple(10.0 ** -np.arange(3.0, 9.5, 1.0))
-    halves = tuple(10.0 ** -np.arange(1.5, 11.1, 0.5))
-    for method in ("RK45", "DOP853"):
-        yield Peer(f"SciPy {method}", lambda given, method=method: _SciPy(given, method), decades)  # type: ignore[misc]
-    if find_spec("CyRK") is None:
-        return
-    for method in METHODS:
-        for words, landing, closes in WAYS:
-            yield Peer(
-                f"CyRK {method}{words}",
-                lambda given, m=method, landing=landing: CyRKMarcher(given, m, landing=landing),  # type: ignore[misc]
-                halves,
-                closes,
-            )
+    from scipy.integrate import solve_ivp
+
+    yield from (Peer(f"SciPy {method}", partial(solve_ivp, method=method)) for method in METHODS)
+    if find_spec("CyRK") is not None:
+        from CyRK import pysolve_ivp
+
+        yield from (Peer(f"CyRK {method}", partial(pysolve_ivp, method=method)) for method in METHODS)
 
 
 def missing_peers() -> tuple[str, ...]:
@@ -80,25 +51,70 @@ def missing_peers() -> tuple[str, ...]:
     return () if find_spec("CyRK") is not None else ("CyRK",)
 
 
-class _SciPy:
-    """`scipy.integrate.solve_ivp` on a compiled right-hand side."""
+def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]) -> Iterator[WorkPrecision]:
+    """Yield the curves of the peers over their relative tolerance, where a transient dies in time.
 
-    def __init__(self, given: Motion, method: str) -> None:
-        self.given, self.method = given, method
+    Parameters
+    ----------
+    problem, known : the scene and its answer
+    report : told who comes next
+    """
+    system, tables = known.response.system, known.response.tables
+    start = starting_state(system, np.einsum("s,sm->m", tables.width, tables.stiffness.sum(axis=3)[:, 1]))
+    given = problem.motion(system)
+    for peer in peers():
+        report(peer.name)
+        rungs: list[Rung] = []
+        for tolerance in TOLERANCES:
+            rung = _rung(peer, problem, given, known, tolerance, start)
+            if rung is None:
+                break
+            rungs.append(rung)
+            if fine_enough(rung, known.disagreement):
+                break
+        if rungs:
+            yield WorkPrecision(peer.name, "relative", "mesh_force", "peer", tuple(rungs))
 
-    def march(self, start: Array, periods: int, tolerance: float, scale: Array) -> Array:
-        return self._over(start, periods, None, tolerance, scale)[-1]
 
-    def states(self, start: Array, periods: int, phases: Array, tolerance: float, scale: Array) -> Array:
-        times = (np.arange(periods)[:, None] + phases) * self.given.period
-        found = self._over(start, periods, times.ravel(), tolerance, scale)
-        if len(found) != times.size:
-            return np.full((*times.shape, len(start)), np.nan)
-        return found.reshape(*times.shape, -1)
+def periods_to(known: Reference, left: float) -> float:
+    """Return the mesh periods until so much is left of a transient; infinite where it does not die."""
+    largest = known.multiplier ** (1.0 / len(known.force))
+    return float(np.ceil(np.log(left) / np.log(largest))) if 0.0 < largest < 1.0 else float("inf")
 
-    def _over(self, start: Array, periods: int, times: Array | None, tolerance: float, scale: Array) -> Array:
-        solution = solve_ivp(
-            motion_of, (0.0, periods * self.given.period), start, method=self.method,
-            args=(self.given.flat,), t_eval=times, rtol=tolerance, atol=tolerance * scale,
-        )  # fmt: skip
-        return np.asarray(solution.y.T) if solution.success else np.full((1, len(start)), np.nan)
+
+def marched(peer: Peer, given: Motion, start: Array, times: Array, tolerance: float, scale: Array) -> Any:
+    """Return the states (n_times, 2n) at ascending times [s], None where the peer gives up.
+
+    Parameters
+    ----------
+    peer, given : who integrates what
+    start : (2n,) state at time 0
+    times : (n_times,) when states are wanted [s]
+    tolerance, scale : relative tolerance, and size of the states (2n,)
+    """
+    solution = peer.solve(
+        motion_of, (0.0, float(times[-1])), np.ascontiguousarray(start), t_eval=times, args=(given,),
+        rtol=tolerance, atol=tolerance * scale,
+    )  # fmt: skip
+    return np.array(solution.y).T[: len(times)] if solution.success else None
+
+
+def _rung(
+    peer: Peer, problem: Steady, given: Motion, known: Reference, tolerance: float, start: Array
+) -> Rung | None:
+    """Return a setting of a peer, None where its march would take too long."""
+    scale, periods = np.abs(known.response.state).max(axis=(0, 1)), periods_to(known, SHARE * tolerance)
+    period = np.array([given.period])
+    for _ in range(2):  # the first compiles
+        begun = time.perf_counter()
+        marched(peer, given, known.start, period, tolerance, scale)
+    if periods * (time.perf_counter() - begun) > LONGEST:
+        return None
+    turns = periods + np.arange(len(known.force))[:, None] + problem.phase
+    begun = time.perf_counter()
+    found = marched(peer, given, start, np.ravel(turns) * given.period, tolerance, scale)
+    seconds = time.perf_counter() - begun
+    if found is None:
+        return Rung(tolerance, float("inf"), seconds, float("nan"))
+    force = problem.force_of_states(found.reshape(*turns.shape, -1))
+    return Rung(tolerance, relative_error(force, known.force), seconds, float("nan"))

@@ -109,7 +109,7 @@ def stiffest_meshes(problem: Steady) -> Array:
 
 def second_method(problem: Steady, given: Motion, response: Response) -> Array:
     """Return the mesh forces (n_periods, n_mesh · n_phases) [N] of the orbit that DOP853 closes nearby."""
-    rows, periods = 2 * given.n, response.period
+    rows, periods = 2 * len(given.load), response.period
     derivative = period_derivative(problem.vibration.system, response)
     scale = np.abs(response.state).max(axis=(0, 1))
     state = response.state[0, 0].copy()
@@ -170,11 +170,11 @@ def _over_segment(
 ) -> tuple[Array, Array]:
     cells = int(given.first_cell[segment]), int(given.first_cell[segment + 1])
     now, end = given.breaks[segment] * given.period, given.breaks[segment + 1] * given.period
-    contact = approaches(now, state, given.flat, *cells) > 0.0
+    contact = approaches(now, state, given, *cells) > 0.0
     found = np.empty((len(times), len(state)))
     for _ in range(MOST_EVENTS):
         solution = solve_ivp(
-            motion_held, (now, end), state, method="DOP853", args=(given.flat, *cells, contact),
+            motion_held, (now, end), state, method="DOP853", args=(given, *cells, contact),
             rtol=LANDING_TOLERANCE, atol=LANDING_TOLERANCE * scale, max_step=given.period / 200,
             dense_output=True, events=_change(given, cells, contact),
         )  # fmt: skip
@@ -192,7 +192,7 @@ def _over_segment(
 
 def _agreement(time: float, state: Array, given: Motion, cells: tuple[int, int], contact: Array) -> Array:
     """Return how far every flank is from losing or gaining contact, negative where it has [m]."""
-    approach = approaches(time, state, given.flat, *cells)
+    approach = approaches(time, state, given, *cells)
     return np.where(contact, approach, -approach)
 
 

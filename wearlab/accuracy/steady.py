@@ -50,11 +50,6 @@ class Steady:
     near: tuple[Touching, ...]
 
     @property
-    def analysis(self) -> ContactAnalysis:
-        """Contact of the first kind of mesh."""
-        return self.kinds[0].analysis
-
-    @property
     def vibration(self) -> Vibration:
         """The dynamics of the scene."""
         assert self.parts.vibration is not None

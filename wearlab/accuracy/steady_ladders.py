@@ -9,14 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.accuracy.ladder import LONG, SHARE, Rung, WorkPrecision, fine_enough, timing
-from wearlab.accuracy.peer_ladders import peer_curves
-from wearlab.accuracy.reference import (
-    Reference,
-    marching_steps,
-    reference,
-    stiffest_meshes,
-    tight_steps,
-)
+from wearlab.accuracy.peers import peer_curves
+from wearlab.accuracy.reference import Reference, marching_steps, reference, stiffest_meshes, tight_steps
 from wearlab.accuracy.steady import Steady, relative_error, steady
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.response import Response
@@ -89,15 +83,12 @@ def _steps_rung(problem: Steady, known: Reference, vibration: Vibration) -> Rung
     response = problem.solve(vibration)
     near = problem.solve_near(vibration)
     both = response, problem.solve(vibration, near)
-    cold = timing(lambda: problem.solve(vibration))
     return Rung(
         len(response.tables.width),
         max(relative_error(problem.force_of(vibration, one), known.force) for one in both),
-        cold.seconds,
+        timing(lambda: problem.solve(vibration)),
         response.counts.right_hand_sides,
-        timing(lambda: problem.solve(vibration, near)).seconds,
-        1.0,
-        cold.spread,
+        timing(lambda: problem.solve(vibration, near)),
     )
 
 
@@ -144,7 +135,7 @@ def _rung(problem: Steady, known: Reference, vibration: Any, setting: float) -> 
     seconds = time.perf_counter() - begun
     error = relative_error(problem.force_of(vibration, response), known.force)
     if seconds < LONG:
-        seconds = timing(lambda: problem.solve(vibration)).seconds
+        seconds = timing(lambda: problem.solve(vibration))
     return Rung(setting, error, seconds, response.counts.right_hand_sides)
 
 
@@ -188,7 +179,7 @@ def _knob_rung(scene: Scene, setting: float, truth: Array) -> Rung:
     problem, force, response = _solved(scene)
     coupling = problem.parts.coupling
     wear = coupling.unworn()
-    seconds = timing(lambda: coupling.evaluate(wear)).seconds
+    seconds = timing(lambda: coupling.evaluate(wear))
     return Rung(setting, relative_error(force, truth), seconds, response.counts.right_hand_sides)
 
 
@@ -210,7 +201,7 @@ def phase_points_curve(problem: Steady, known: Reference) -> WorkPrecision:
 
     truth = largest(FINEST_PHASE)
     rungs = tuple(
-        Rung(n, abs(largest(n) / truth - 1.0), timing(lambda n=n: largest(n)).seconds, n)  # type: ignore[misc]
+        Rung(n, abs(largest(n) / truth - 1.0), timing(lambda n=n: largest(n)), n)  # type: ignore[misc]
         for n in PHASE_POINTS
     )
     return WorkPrecision("phase_points", "phase_points", "dynamic_factor", "wearlab", rungs)

@@ -2,10 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from wearlab.accuracy.ladder import PEERS, Role, Rung, WorkPrecision
+from wearlab.accuracy.ladder import Rung, WorkPrecision
 from wearlab.accuracy.life_ladders import life_study
 from wearlab.accuracy.lives import has_life
 from wearlab.accuracy.peers import peers
@@ -77,63 +78,22 @@ def expected_reports(scene: Scene) -> int:
     return 9 + len(list(peers())) if scene.dynamics is not None else 0
 
 
-@dataclass(frozen=True)
-class AgainstPeer:
-    """Our default method against the fastest peer of its sort, in one run.
+class AgainstPeer(NamedTuple):
+    """Wall times of our default method and of the fastest peer, both from a cold start [s], and its name."""
 
-    Parameters
-    ----------
-    error : relative error at which both are compared [1]
-    role : "peer" marches, "closing peer" has Newton's method or harmonic balance
-    ours, warm : wall time of a cold start (look-up and tables included) and of one from a neighbour [s]
-    peer, peer_warm : fastest peer from its best static start, and from the same neighbour [s]
-    name : the fastest peer
-    spread : range of the wall times over their median, of ours and of the peer's [1]
-    extrapolated : whether its time was measured in part only
-    """
-
-    error: float
-    role: Role
     ours: float
-    warm: float
     peer: float
-    peer_warm: float
     name: str
-    spread: tuple[float, float]
-    extrapolated: bool = False
-
-    @property
-    def ratio(self) -> float:
-        """How many times faster ours is, both from a cold start."""
-        return self.peer / self.ours
-
-    @property
-    def warm_ratio(self) -> float:
-        """Both from the same neighbour."""
-        return self.peer_warm / self.warm
 
 
-def comparison(found: Study, error: float, role: Role = "peer") -> AgainstPeer | None:
-    """Return ours against the fastest peer of a role at one error; None without peers or out of reach."""
+def comparison(found: Study, error: float) -> AgainstPeer | None:
+    """Return ours against the fastest peer at one error; None without peers or out of reach."""
     ours = next((c for c in found.of("wearlab", "mesh_force") if c.knob == "steps_per_period"), None)
-    rivals = found.of(role, "mesh_force")
-    times = {c.name: c.seconds_to(error) for c in rivals}
-    reached = {name: seconds for name, seconds in times.items() if np.isfinite(seconds)}
+    times = [(c.seconds_to(error), c.name) for c in found.of("peer", "mesh_force")]
+    reached = [one for one in times if np.isfinite(one[0])]
     if ours is None or not reached or not np.isfinite(ours.seconds_to(error)):
         return None
-    fastest = min(reached, key=reached.__getitem__)
-    best = next(c for c in rivals if c.name == fastest)
-    return AgainstPeer(
-        error,
-        role,
-        ours.seconds_to(error),
-        ours.seconds_to(error, warm=True),
-        reached[fastest],
-        float(np.nanmin([c.seconds_to(error, warm=True) for c in rivals])),
-        fastest,
-        (ours.spread_at(error), best.spread_at(error)),
-        best.extrapolated_to(error),
-    )
+    return AgainstPeer(ours.seconds_to(error), *min(reached))
 
 
 def cheapest_setting(found: Study, quantity: str, error: float) -> tuple[WorkPrecision, Rung] | None:
@@ -144,7 +104,7 @@ def cheapest_setting(found: Study, quantity: str, error: float) -> tuple[WorkPre
     known = [
         (curve, rung)
         for curve in found.curves
-        if curve.role not in PEERS and curve.quantity == quantity
+        if curve.role != "peer" and curve.quantity == quantity
         for rung in [curve.cheapest(error)]
         if rung is not None and curve.knob in ("steps_per_period", "relative", "cycle_tolerance", "threshold")
     ]

@@ -1,11 +1,9 @@
 """What a study says in rows: who is how fast at which error, and which setting is cheapest."""
 
 from collections.abc import Sequence
-from itertools import product
 
 import numpy as np
 
-from wearlab.accuracy.ladder import PEERS
 from wearlab.accuracy.study import TARGETS, Study, cheapest_setting, comparison, knob_settings
 
 Rows = list[tuple[str, ...]]
@@ -15,10 +13,7 @@ DEFAULT_TOLERANCE = 1e-3
 CURVE_HEADS = (
     "case", "quantity", "curve", "knob", "order", "to 1e-3", "to 1e-6", "warm to 1e-6", "work to 1e-3",
 )  # fmt: skip
-PEER_HEADS = (
-    "case", "error", "ours", "spread", "fastest peer", "its time", "its spread", "ratio", "ours warm",
-    "its warm", "warm ratio",
-)  # fmt: skip
+PEER_HEADS = ("case", "error", "ours", "fastest peer", "its time", "ratio")
 LIFE_HEADS = ("case", "quantity", "error", "adaptive", "Euler", "ratio")
 CHEAPEST_HEADS = ("case", "quantity", "asked for", "cheapest", "error", "time", "enough of each knob")
 REFERENCE_HEADS = ("case", "largest |multiplier|", "reference against second method")
@@ -33,8 +28,8 @@ def curve_rows(found: Sequence[Study]) -> Rows:
             curve.name,
             curve.knob,
             _number(curve.order(one.uncertainty(curve.quantity)), ".2f"),
-            *(_milliseconds(curve.seconds_to(error), curve.extrapolated_to(error)) for error in TARGETS),
-            _milliseconds(curve.seconds_to(TARGETS[-1], warm=True), curve.extrapolated_to(TARGETS[-1])),
+            *(_milliseconds(curve.seconds_to(error)) for error in TARGETS),
+            _milliseconds(curve.seconds_to(TARGETS[-1], warm=True)),
             _number(curve.work_to(TARGETS[0]), ".0f"),
         )
         for one in found
@@ -43,31 +38,24 @@ def curve_rows(found: Sequence[Study]) -> Rows:
 
 
 def peer_rows(found: Sequence[Study]) -> Rows:
-    """Return ours against the fastest peer that marches and the fastest that closes, and the medians."""
+    """Return ours against the fastest peer, and the medians."""
     rows: Rows = []
-    for error, role in product(TARGETS, PEERS):
-        told = [(one.label, comparison(one, error, role)) for one in found]
-        known = [(label, c) for label, c in told if c is not None]
+    for error in TARGETS:
+        known = [(one.label, c) for one in found if (c := comparison(one, error)) is not None]
         rows += [
             (
                 label,
                 f"{error:.0e}",
                 _milliseconds(c.ours),
-                _percent(c.spread[0]),
                 c.name,
-                _milliseconds(c.peer, c.extrapolated),
-                _percent(c.spread[1]),
-                _times(c.ratio),
-                _milliseconds(c.warm),
-                _milliseconds(c.peer_warm),
-                _times(c.warm_ratio),
+                _milliseconds(c.peer),
+                _times(c.peer / c.ours),
             )
             for label, c in known
         ]
         if len(known) > 1:
-            cold, warm = np.median([(c.ratio, c.warm_ratio) for _, c in known], axis=0)
-            blank = ("",) * 5
-            rows.append(("median", f"{error:.0e}", *blank, _times(cold), "", "", _times(warm)))
+            ratio = float(np.median([c.peer / c.ours for _, c in known]))
+            rows.append(("median", f"{error:.0e}", "", "", "", _times(ratio)))
     return rows
 
 
@@ -133,14 +121,8 @@ def _number(value: float, form: str) -> str:
     return format(value, form) if np.isfinite(value) else ""
 
 
-def _milliseconds(seconds: float, extrapolated: bool = False) -> str:
-    if not np.isfinite(seconds):
-        return ""
-    return f"{1e3 * seconds:.3g} ms{', extrapolated' if extrapolated else ''}"
-
-
-def _percent(value: float) -> str:
-    return "–" if np.isnan(value) else f"±{50 * value:.0f} %"
+def _milliseconds(seconds: float) -> str:
+    return f"{1e3 * seconds:.3g} ms" if np.isfinite(seconds) else ""
 
 
 def _times(ratio: float) -> str:

@@ -28,7 +28,6 @@ FILE = "accuracy.nc"
 def measure_accuracy(file: str, out: Path, error: float | None, as_json: bool) -> Status:
     """Study every case of a campaign; print tables, store the dataset and draw the figures."""
     campaign = load_campaign(file)
-    from wearlab.accuracy.contact import contact_text, contact_time
     from wearlab.accuracy.dataset import dataset
     from wearlab.gears.errors import GearError
 
@@ -40,15 +39,14 @@ def measure_accuracy(file: str, out: Path, error: float | None, as_json: bool) -
     made = dataset(campaign.title, found, begun)
     with refusing(OSError):
         files = _write(made, out)
-    contact = contact_time(campaign.cases[0].scene)
     for one in found:
         for note in one.notes:
             complain(f"{one.label}: {note}")
     if as_json:
-        show_json(_content(found, error, files, contact.total))
+        show_json(_content(found, error, files))
     else:
         _tell(found, error)
-        say(f"\n{contact_text(contact)}\n")
+        say()
         for path in files:
             say(str(path))
     return Status.WELL if any(one.curves for one in found) else Status.TROUBLE
@@ -78,12 +76,11 @@ def _labels(campaign: "Campaign") -> list[str]:
 def _write(made: Any, out: Path) -> list[Path]:
     """Write the dataset and its figures, each whole or not at all."""
     from wearlab.accuracy.dataset import netcdf
-    from wearlab.accuracy.figure import png
     from wearlab.accuracy.pages import pages
-    from wearlab.figures.style import DPI, RC
+    from wearlab.figures.render import rendered
 
     texts = {"Title": made.attrs["title"], "runs": " ".join(made.run_id.values.tolist())}
-    images = {f"{page.file}.png": png(page, RC, DPI, texts) for page in pages(made)}
+    images = {f"{file}.png": rendered(plot, texts) for file, plot in pages(made).items()}
     return write_all({FILE: netcdf(made), **images}, out)
 
 
@@ -110,14 +107,13 @@ def _tell(found: list["Study"], error: float | None) -> None:
         say(f'\nnot installed: {", ".join(missing_peers())} (the extra "peers")')
 
 
-def _content(found: list["Study"], error: float | None, files: list[Path], contact: float) -> dict[str, Any]:
+def _content(found: list["Study"], error: float | None, files: list[Path]) -> dict[str, Any]:
     return {
         **{
             title: [dict(zip(heads, row, strict=True)) for row in rows]
             for title, (heads, rows) in _tables(found, error).items()
         },
         "curves": [row for one in found for row in _rungs(one)],
-        "contact_analysis_seconds": contact,
         "files": [str(path) for path in files],
     }
 

@@ -81,12 +81,13 @@ class Pen:
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve with its pen."""
+    """A curve with its pen, and a text at its lowest point."""
 
     x: Array
     y: Array
     pen: Pen
     look: Look
+    text: str = ""
 
 
 @dataclass(frozen=True)
@@ -165,7 +166,7 @@ class Plot:
     notes : lines below the axes
     shape : width over height of a panel, wide or square
     ranks : whether ordinates are ranks, the first on top
-    logarithmic : whether ordinates go by the logarithm
+    logarithmic, logarithmic_across : whether ordinates, and abscissae, go by the logarithm
     bar : what colours mean where a legend would be too long
     small : whether it is for a small screen
     """
@@ -180,5 +181,6 @@ class Plot:
     shape: Literal["wide", "square"] = "wide"
     ranks: bool = False
     logarithmic: bool = False
+    logarithmic_across: bool = False
     bar: Bar | None = None
     small: bool = False

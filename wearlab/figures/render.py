@@ -15,7 +15,7 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogFormatter, LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import LogFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator, NullLocator
 from PIL.PngImagePlugin import PngInfo
 
 from wearlab.figures import style
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 LEAST_SPAN = 0.02  # of the values
 LETTER = 0.02  # of the width of a figure, that two letters of marks need
 BREAK, SLASH = (0.025, 0.055), ((-1.0, -0.5), (1.0, 0.5))  # heights and form of the strokes of a cut axis
+MANY = 1e4  # largest over smallest
 HOLLOW = 6.6  # points: a published point goes around a marker of ours
 AREA_ALPHA, AREA_WIDTH = 0.25, 6.0
 SHORT_TEXT, LONG_TEXT = (
@@ -254,7 +255,8 @@ def _panels(figure: Figure, plot: Plot) -> None:
         ax.set_xlabel(places[row, column].x_label if row == bottom or not one_x else "")
         ax.set_ylabel(textwrap.fill(places[row, column].y_label, room) if leftmost else "")
         if plot.logarithmic:
-            _by_logarithm(ax)
+            for name in "xy" if plot.logarithmic_across else "y":
+                _by_logarithm(ax, name)
         else:
             _limits(ax, plot)
         if places[row, column].names:
@@ -317,6 +319,12 @@ def _curve(ax: "Axes", curve: Curve) -> None:
         ax.fill(curve.x, curve.y, color=curve.pen.colour, alpha=AREA_ALPHA, lw=0.0, zorder=2)
         return
     ax.plot(curve.x, curve.y, **_strokes(curve.pen, curve.look))
+    if curve.text:
+        lowest = int(np.argmin(curve.y))
+        ax.annotate(
+            curve.text, (curve.x[lowest], curve.y[lowest]), (3, -3), textcoords="offset points", va="top",
+            size=style.MARK_SIZE, color=curve.pen.colour,
+        )  # fmt: skip
 
 
 def _limits(ax: "Axes", plot: Plot) -> None:
@@ -338,12 +346,16 @@ def _limits(ax: "Axes", plot: Plot) -> None:
         ax.set_ylim(0.0, high)
 
 
-def _by_logarithm(ax: "Axes") -> None:
-    ax.set_yscale("log")
-    ax.margins(y=0.1)
-    ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    ax.yaxis.set_major_formatter(LogFormatter(labelOnlyBase=False, minor_thresholds=(np.inf, np.inf)))
-    ax.yaxis.set_minor_locator(NullLocator())
+def _by_logarithm(ax: "Axes", name: str) -> None:
+    """Let the axis "x" or "y" go by the logarithm, over many decades with a label for each."""
+    axis = {"x": ax.xaxis, "y": ax.yaxis}[name]
+    ax.set(**{f"{name}scale": "log", f"{name}margin": 0.1})
+    low, high = axis.get_view_interval()
+    many = high > MANY * low
+    axis.set_major_locator(LogLocator() if many else LogLocator(subs=(1.0, 2.0, 5.0)))
+    formatter = LogFormatter(labelOnlyBase=False, minor_thresholds=(np.inf, np.inf))
+    axis.set_major_formatter(LogFormatterSciNotation() if many else formatter)
+    axis.set_minor_locator(NullLocator())
 
 
 def _mark_truncated(ax: "Axes") -> None:

@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
-
-from wearlab.accuracy import race as races
-from wearlab.accuracy.race import BALANCE, CLOSING, LANDING, OURS, WARM, Contestant, Ranked, race, timed
+import race as races
+from race import BALANCE, CLOSING, LANDING, OURS, WARM, Contestant, Ranked, race, timed
 
 
 def test_every_contestant_reaches_the_error(problem, monkeypatch) -> None:
     cyrk = pytest.importorskip("CyRK")
     assert cyrk
-    monkeypatch.setattr("wearlab.accuracy.peers.METHODS", ("VERN7",))
+    monkeypatch.setattr("best_peers.METHODS", ("VERN7",))
     monkeypatch.setattr(races, "BATCH", 0.0)
     entries = race(problem, (1e-2, 1e-4), rounds=2)
     for target, found in entries.items():

@@ -1,27 +1,27 @@
 """Work–precision curves of the peers: marched as long as told, closed by Newton, or balanced by harmonics."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from best_peers import Bound, Peer, peers
+from harmonic_balance import HarmonicBalance
 from numpy.typing import NDArray
+from transient import periods_to, transient
 
-from wearlab.accuracy.cells import RUBS, Motion, starting_state
-from wearlab.accuracy.harmonic_balance import HarmonicBalance
-from wearlab.accuracy.ladder import SHARE, Role, Rung, Timing, WorkPrecision, timing, told
-from wearlab.accuracy.peers import Bound, Peer, peers
+from wearlab.accuracy.cells import Motion, starting_state
+from wearlab.accuracy.ladder import SHARE, Rung, WorkPrecision, timing, told
 from wearlab.accuracy.reference import Reference
 from wearlab.accuracy.steady import Steady, relative_error
-from wearlab.accuracy.transient import periods_to, transient
 from wearlab.dynamics.balance import balance_of
 from wearlab.dynamics.periodic import Periodic
 
 Array = NDArray[np.float64]
 
 AFFORDED = 2.0
-"""A march that would take longer is timed over its first periods, and scaled to all of them [s]."""
+"""A march that would take longer is left out [s]."""
 LONGEST = 10.0
 """A peer whose rung took longer to measure is not asked for a finer one [s]."""
 FORGOTTEN = 1e-3
@@ -64,19 +64,6 @@ class Course(NamedTuple):
         states = bound.states(state, self.periods, self.problem.phase, tolerance, self.scale)
         return relative_error(self.problem.force_of_states(states), self.known.force)
 
-    def seconds(self, bound: Bound, tolerance: float, start: Array, periods: int, pace: float) -> Timing:
-        """Return the wall time of so many mesh periods, those that can be afforded timed.
-
-        Parameters
-        ----------
-        bound, tolerance, start : who marches, how, and from where
-        periods : how many are wanted
-        pace : about what one takes [s]
-        """
-        timed = min(periods, max(1, int(AFFORDED / pace)))
-        found = timing(partial(bound.march, start, timed, tolerance, self.scale))
-        return found._replace(seconds=found.seconds * periods / timed, share=timed / periods)
-
 
 def course(problem: Steady, known: Reference) -> Course:
     """Return what the peers have to integrate to find an answer."""
@@ -113,7 +100,7 @@ def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]
     for peer in peers():
         report(peer.name)
         yield peer_curve(given, peer)
-    if given.motion.flat[RUBS] == 0.0 and balance_of(known.response.system, problem.vibration.period) is None:
+    if not given.motion.rubs and balance_of(known.response.system, problem.vibration.period) is None:
         report(BALANCE)
         yield balance_curve(given)
 
@@ -121,23 +108,31 @@ def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]
 def peer_curve(given: Course, peer: Peer) -> WorkPrecision:
     """Return the curve of an integrator over its relative tolerance."""
     bound = peer.bind(given.motion)
-    one = closed_rung if peer.closes else rung
-    one(given, bound, peer.tolerances[0])  # compiles
-    role: Role = "closing peer" if peer.closes else "peer"
+    one = partial(closed_rung if peer.closes else rung, given, bound)
+    one(peer.tolerances[0])  # compiles
+    return WorkPrecision(peer.name, "relative", "mesh_force", "peer", laddered(given, one, peer.tolerances))
+
+
+def laddered(
+    given: Course, one: Callable[[float], Rung | None], settings: Sequence[float]
+) -> tuple[Rung, ...]:
+    """Return the rungs of a peer until one takes too long or tells nothing."""
     rungs: list[Rung] = []
-    for tolerance in peer.tolerances:
+    for setting in settings:
         begun = time.perf_counter()
-        rungs.append(one(given, bound, tolerance))
-        if time.perf_counter() - begun > LONGEST or told(rungs[-1], given.known.disagreement):
+        found = one(setting)
+        if found is None:
             break
-    return WorkPrecision(peer.name, "relative", "mesh_force", role, tuple(rungs))
+        rungs.append(found)
+        if time.perf_counter() - begun > LONGEST or told(found, given.known.disagreement):
+            break
+    return tuple(rungs)
 
 
-def rung(given: Course, bound: Bound, tolerance: float) -> Rung:
+def rung(given: Course, bound: Bound, tolerance: float) -> Rung | None:
     """Find the error that marching on and on would leave, then march as long as that is worth.
 
-    Where the march cannot be afforded its error is that of going on and on, and the part of it that is left
-    of the transient.
+    None where the march cannot be afforded.
     """
     forgetting = periods_to(given.left[0], FORGOTTEN)
     begun = time.perf_counter()
@@ -145,38 +140,31 @@ def rung(given: Course, bound: Bound, tolerance: float) -> Rung:
     pace = (time.perf_counter() - begun) / (forgetting + given.periods)
     worth = SHARE * floor if np.isfinite(floor) else FORGOTTEN
     counts = [periods_to(left, worth) for left in given.left]
+    if pace * max(counts) > AFFORDED:
+        return None
     cold, warm = (
-        given.seconds(bound, tolerance, start, count + given.periods, pace)
+        timing(partial(bound.march, start, count + given.periods, tolerance, given.scale))
         for start, count in zip(given.starts, counts, strict=True)
     )
-    error = (1.0 + SHARE) * floor
-    if cold.share == 1.0:
-        error = given.error(bound, tolerance, given.starts[0], counts[0])
-    return Rung(tolerance, error, cold.seconds, np.nan, warm.seconds, cold.share, cold.spread)
+    return Rung(tolerance, given.error(bound, tolerance, given.starts[0], counts[0]), cold, np.nan, warm)
 
 
 def closed_rung(given: Course, bound: Bound, tolerance: float) -> Rung:
     """Close the orbit by Newton's method around the integrator, cold and from the neighbour."""
     system = given.known.response.system
     free = balance_of(system, given.problem.vibration.period) is not None
-    close = partial(bound.close, periods=given.periods, tolerance=tolerance, scale=given.scale, free=free)  # type: ignore[attr-defined]
+    close = partial(bound.close, periods=given.periods, tolerance=tolerance, scale=given.scale, free=free)
     found, marched = close(given.starts[0])
     if not np.isfinite(found).all():
         return Rung(tolerance, np.inf, np.nan, marched)
-    error = given.error(bound, tolerance, found, 0)
     cold, warm = (timing(partial(close, start)) for start in given.starts)
-    return Rung(tolerance, error, cold.seconds, marched, warm.seconds, 1.0, cold.spread)
+    return Rung(tolerance, given.error(bound, tolerance, found, 0), cold, marched, warm)
 
 
 def balance_curve(given: Course) -> WorkPrecision:
     """Return the curve of harmonic balance over the harmonics of a mesh period."""
-    rungs: list[Rung] = []
-    for harmonics in HARMONICS:
-        begun = time.perf_counter()
-        rungs.append(balance_rung(given, harmonics))
-        if time.perf_counter() - begun > LONGEST or told(rungs[-1], given.known.disagreement):
-            break
-    return WorkPrecision(BALANCE, "harmonics", "mesh_force", "closing peer", tuple(rungs))
+    rungs = laddered(given, partial(balance_rung, given), HARMONICS)
+    return WorkPrecision(BALANCE, "harmonics", "mesh_force", "peer", rungs)
 
 
 def balance_rung(given: Course, harmonics: int) -> Rung:
@@ -187,14 +175,5 @@ def balance_rung(given: Course, harmonics: int) -> Rung:
     if found is None:
         return Rung(harmonics, np.inf, np.nan, np.nan)
     phase = given.problem.phase
-    force = given.problem.force(balance.deflection(found, phase), phase)
-    cold, warm = timing(balance.solve), timing(partial(balance.solve, near))
-    return Rung(
-        harmonics,
-        relative_error(force, given.known.force),
-        cold.seconds,
-        np.nan,
-        warm.seconds,
-        1.0,
-        cold.spread,
-    )
+    error = relative_error(given.problem.force(balance.deflection(found, phase), phase), given.known.force)
+    return Rung(harmonics, error, timing(balance.solve), np.nan, timing(partial(balance.solve, near)))

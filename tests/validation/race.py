@@ -14,16 +14,15 @@ from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import numpy as np
+from harmonic_balance import HarmonicBalance
 from numpy.typing import NDArray
+from peer_ladders import FORGOTTEN, HARMONICS, Course, course
+from transient import periods_to
 
-from wearlab.accuracy.cells import RUBS
-from wearlab.accuracy.harmonic_balance import HarmonicBalance
 from wearlab.accuracy.ladder import SHARE
-from wearlab.accuracy.peer_ladders import FORGOTTEN, HARMONICS, Course, course
 from wearlab.accuracy.reference import reference
 from wearlab.accuracy.steady import Steady, relative_error
 from wearlab.accuracy.steady_ladders import STEPS
-from wearlab.accuracy.transient import periods_to
 from wearlab.dynamics.balance import balance_of
 from wearlab.gears.errors import GearError
 
@@ -145,8 +144,8 @@ def ours(given: Course, targets: tuple[float, ...]) -> dict[float, list[Contesta
 def peers(given: Course, targets: tuple[float, ...]) -> Iterator[dict[float, list[Contestant]]]:
     """Yield what every peer that is installed reaches each error with."""
     if find_spec("CyRK") is not None:
-        from wearlab.accuracy.cyrk import CyRKMarcher
-        from wearlab.accuracy.peers import METHODS
+        from best_peers import METHODS
+        from cyrk_marcher import CyRKMarcher
 
         first = CyRKMarcher(given.motion, METHODS[0], landing=True)
         for method in METHODS:
@@ -154,10 +153,7 @@ def peers(given: Course, targets: tuple[float, ...]) -> Iterator[dict[float, lis
             bound.method = method
             for role, one in ((LANDING, _march), (CLOSING, _close)):
                 yield _laddered(targets, TOLERANCES, partial(one, given, bound, role))
-    if (
-        given.motion.flat[RUBS] == 0.0
-        and balance_of(given.known.response.system, given.motion.period) is None
-    ):
+    if not given.motion.rubs and balance_of(given.known.response.system, given.motion.period) is None:
         yield _laddered(targets, HARMONICS, partial(_balance, given))
 
 

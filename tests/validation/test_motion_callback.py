@@ -4,8 +4,8 @@ import ctypes
 
 import numpy as np
 import pytest
+from motion_callback import motion_callback
 
-from wearlab.accuracy.callback import motion_callback
 from wearlab.accuracy.motion import motion_held, motion_of
 from wearlab.accuracy.steady import steady
 
@@ -32,9 +32,9 @@ def test_callback_is_the_equation_of_motion(scene, request):
     given = steady(request.getfixturevalue(scene)).motion()
     through, landing = (motion_callback(given, landing=flag) for flag in (False, True))
     random = np.random.default_rng(1)
-    for y in states(given.n):
+    for y in states(len(given.load)):
         time = random.uniform(0.0, 3.0) * given.period
-        expected = motion_of(time, y, given.flat)
+        expected = motion_of(time, y, given)
         size = np.abs(expected).max()
         np.testing.assert_allclose(called(through, time, y), expected, rtol=1e-11, atol=1e-12 * size)
         segment = int(random.integers(len(given.first_cell) - 1))
@@ -42,7 +42,7 @@ def test_callback_is_the_equation_of_motion(scene, request):
         low, high = given.breaks[segment], given.breaks[segment + 1]
         local = random.choice([0.0, 1.0, random.uniform()]) * (high - low) * given.period  # ends too
         inside = min(max(local, 1e-9 * given.period), (high - low - 1e-9) * given.period)
-        expected = motion_of(low * given.period + inside, y, given.flat)
+        expected = motion_of(low * given.period + inside, y, given)
         found = called(landing, local, y, (*cells, low))
         np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
 
@@ -50,13 +50,11 @@ def test_callback_is_the_equation_of_motion(scene, request):
 def test_at_a_jump_the_segment_asked_for_decides(problem):
     given = problem.motion()
     callback = motion_callback(given, landing=True)
-    y = np.r_[np.zeros(given.n - 1), 2e-5, np.zeros(given.n)]
+    y = np.r_[np.zeros(len(given.load) - 1), 2e-5, np.zeros(len(given.load))]
     sides = []
     for segment, local in ((0, given.breaks[1] * given.period), (1, 0.0)):
         cells = int(given.first_cell[segment]), int(given.first_cell[segment + 1])
         sides.append(called(callback, local, y, (*cells, given.breaks[segment])))
-        held = motion_held(
-            given.breaks[1] * given.period, y, given.flat, *cells, np.array([True, True, False])
-        )
+        held = motion_held(given.breaks[1] * given.period, y, given, *cells, np.array([True, True, False]))
         np.testing.assert_allclose(sides[-1], held, rtol=1e-9)
     assert np.abs(sides[0] - sides[1]).max() > 1e-2 * np.abs(sides[0]).max()

@@ -1,6 +1,6 @@
 """How long one contact analysis takes: TVMS, static transmission error and load sharing of a worn pair.
 
-``python -m wearlab.accuracy.contact [FILE]`` prints it for the first case of a campaign file.
+``python tests/validation/contact_time.py FILE`` prints it for the first case of a campaign file.
 """
 
 import sys
@@ -50,8 +50,8 @@ def contact_time(scene: Scene) -> ContactTime:
     return ContactTime(
         len(parts.phase),
         len(analysis.grid.position),
-        timing(lambda: analysis.nodes(worn), most=200).seconds,
-        timing(lambda: analysis.quasistatic(nodes, where), most=200).seconds,
+        timing(lambda: analysis.nodes(worn), most=200),
+        timing(lambda: analysis.quasistatic(nodes, where), most=200),
     )
 
 
@@ -69,7 +69,7 @@ def main(arguments: list[str]) -> None:
     from wearlab.campaign import load
 
     if not arguments:
-        print("usage: python -m wearlab.accuracy.contact FILE", file=sys.stderr)
+        print("usage: python tests/validation/contact_time.py FILE", file=sys.stderr)
         sys.exit(2)
     print(contact_text(contact_time(load(arguments[0]).cases[0].scene)))
 

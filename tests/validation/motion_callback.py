@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.accuracy.cells import DIAGONAL, GATED, GUIDES, HAS_ERROR, NEVER, PERIOD, RUBS, Motion, tables_of
+from wearlab.accuracy.cells import NEVER, Motion
 
+GUIDES_PER_CELL = 4
 FIRST, LAST, START = range(3)
 """Arguments of the callback: the first cell of the smooth segment, the one after its last, its phase."""
 
@@ -31,12 +32,15 @@ def motion_callback(given: Motion, *, landing: bool) -> Any:
     import numba
     from numba import carray, types
 
-    n, meshes, pairs, flat = given.n, given.meshes, given.pairs, given.flat
-    rubs, gated, faulty = flat[RUBS] > 0.0, flat[GATED] > 0.0, flat[HAS_ERROR] > 0.0
-    diagonal, per_period, guides = flat[DIAGONAL] > 0.0, 1.0 / flat[PERIOD], int(flat[GUIDES])
-    stiffness, damping, direction, mesh_damping, backlash, load, response, *rest = tables_of(given)
-    edges, per_width, guide, coefficients = rest
-    cells, kinds = len(per_width), coefficients.shape[2]
+    n, meshes, pairs, rubs, gated = len(given.load), len(given.backlash), given.pairs, given.rubs, given.gated
+    stiffness, damping, direction, response = given.stiffness, given.damping, given.direction, given.response
+    mesh_damping, backlash, load = given.mesh_damping, given.backlash, given.load
+    edges, coefficients, per_period = given.edges, given.coefficients, 1.0 / given.period
+    cells, kinds, per_width = len(edges) - 1, coefficients.shape[2], 1.0 / np.diff(edges)
+    guides = GUIDES_PER_CELL * cells
+    guide = np.searchsorted(edges, np.arange(guides) / guides, "right") - 1
+    faulty = bool(np.any(coefficients[:, :, kinds - 2 :] != 0.0))
+    diagonal = all(np.count_nonzero(one - np.diag(one.diagonal())) == 0 for one in (stiffness, damping))
     two_sided = bool(np.any(backlash < NEVER))
 
     @numba.njit(error_model="numpy")

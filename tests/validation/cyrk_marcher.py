@@ -7,9 +7,9 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from motion_callback import motion_callback
 from numpy.typing import NDArray
 
-from wearlab.accuracy.callback import motion_callback
 from wearlab.accuracy.cells import Motion
 
 Array = NDArray[np.float64]

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 
-from wearlab.accuracy.cells import GATED, RUBS, Motion, Tables, tables_of
+from wearlab.accuracy.cells import Motion
 
 Array = NDArray[np.float64]
 Harmonics = NDArray[np.complex128]
@@ -57,20 +57,19 @@ class HarmonicBalance:
     """
 
     def __init__(self, given: Motion, harmonics: int, periods: int) -> None:
-        if given.flat[RUBS] > 0.0:
+        if given.rubs:
             raise ValueError("harmonic balance is written for meshes without friction")
         self.given, self.harmonics, self.periods = given, harmonics, periods
-        self.tables = tables_of(given)
-        self.gated = bool(given.flat[GATED] > 0.0)
+        self.gated = given.gated
         count = 2 ** int(np.ceil(np.log2(OVERSAMPLING * harmonics)))
-        self.mesh = sampled(self.tables, given.pairs, periods * np.arange(count) / count % 1.0)
+        self.mesh = sampled(given, periods * np.arange(count) / count % 1.0)
         self.mean = self.mesh.stiffness.sum(axis=1).mean(axis=1)
         self.frequency = 2 * np.pi / (given.period * periods) * np.arange(harmonics + 1)
 
     def linear(self) -> tuple[Harmonics, Harmonics]:
         """Return δ without N and the receptances −∂δ/∂N, harmonics first: (H + 1, m), (H + 1, m, m)."""
-        t, omega = self.tables, self.frequency
-        n, m = self.given.n, self.given.meshes
+        t, omega = self.given, self.frequency
+        n, m = len(t.load), len(t.backlash)
         feed = self.mean + 1j * omega[:, None] * t.mesh_damping
         column = t.response[:m].T
         impedance = np.zeros((len(omega), n, n), complex)
@@ -106,7 +105,7 @@ class HarmonicBalance:
                 jacobian[np.diag_indices(len(jacobian))] += 1.0
                 factors, known = lu_factor(jacobian, overwrite_a=True, check_finite=False), tangent
             step = np.asarray(lu_solve(factors, _stacked(missing), check_finite=False), np.float64)
-            delta = delta + _unstacked(step, self.given.meshes)
+            delta = delta + _unstacked(step, len(self.given.backlash))
         return None
 
     @cached_property
@@ -139,7 +138,7 @@ class HarmonicBalance:
         k = np.where(approach > 0.0, self.mesh.stiffness, 0.0)
         tangent = k.sum(axis=1)
         force = (k * approach).sum(axis=1)
-        back = -self.tables.backlash[:, None] - here
+        back = -self.given.backlash[:, None] - here
         pressed = back > 0.0
         if pressed.any():
             every = self.mesh.stiffness.sum(axis=1)
@@ -147,16 +146,17 @@ class HarmonicBalance:
         parted = tangent == 0.0
         if self.gated and parted.any():
             rate = np.fft.irfft(1j * self.frequency * delta, count, axis=-1, norm="forward")
-            force = force - np.where(parted, self.tables.mesh_damping[:, None] * rate, 0.0)
+            force = force - np.where(parted, self.given.mesh_damping[:, None] * rate, 0.0)
         return force - self.mean[:, None] * here, tangent - self.mean[:, None]
 
 
-def sampled(tables: Tables, pairs: int, phase: Array) -> MeshSamples:
+def sampled(given: Motion, phase: Array) -> MeshSamples:
     """Return stiffness, gaps and errors at phases in [0, 1)."""
-    cell = np.clip(np.searchsorted(tables.edges, phase, side="right") - 1, 0, len(tables.per_width) - 1)
-    u = (phase - tables.edges[cell]) * tables.per_width[cell]
-    powers = u[:, None] ** np.arange(tables.coefficients.shape[-1])
-    values = np.einsum("tmqc,tc->mqt", tables.coefficients[cell], powers)
+    edges, pairs = given.edges, given.pairs
+    cell = np.clip(np.searchsorted(edges, phase, side="right") - 1, 0, len(edges) - 2)
+    u = (phase - edges[cell]) / np.diff(edges)[cell]
+    powers = u[:, None] ** np.arange(given.coefficients.shape[-1])
+    values = np.einsum("tmqc,tc->mqt", given.coefficients[cell], powers)
     return MeshSamples(np.maximum(values[:, :pairs], 0.0), values[:, pairs : 2 * pairs], values[:, -2])
 
 

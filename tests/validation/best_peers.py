@@ -1,0 +1,104 @@
+"""Solvers that a user would pick instead, each at its best: SciPy always, CyRK when it is installed.
+
+Marching peers get the compiled equation of motion, tolerances scaled to the orbit, and for free the number of
+mesh periods after which their transient is as small as their error. CyRK marches three ways: through, landing
+on the known jumps of the stiffness, and with Newton's method around a mesh period. Harmonic balance needs no
+march. SUNDIALS' CVODE is not among them: from Python it calls its right-hand side through the interpreter,
+two orders of magnitude slower than what it integrates, which would say nothing of it.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Protocol
+
+import numpy as np
+from cyrk_marcher import CyRKMarcher
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from wearlab.accuracy.cells import Motion
+from wearlab.accuracy.motion import motion_of
+
+Array = NDArray[np.float64]
+
+METHODS = ("RK45", "TSIT5", "VERN7", "DOP853")
+WAYS = (("", False, False), (", landing", True, False), (", Newton", True, True))
+"""What is said of it, whether it lands on jumps, whether Newton's method closes the orbit."""
+
+
+class Bound(Protocol):
+    """An integrator bound to the equation of motion of one wear state."""
+
+    def march(self, start: Array, periods: int, tolerance: float, scale: Array) -> Array:
+        """Return the state (2n,) after so many mesh periods."""
+        ...
+
+    def states(self, start: Array, periods: int, phases: Array, tolerance: float, scale: Array) -> Array:
+        """Return the states at phases in [0, 1) of so many mesh periods, (periods, n_phases, 2n)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Peer:
+    """One foreign integrator.
+
+    Parameters
+    ----------
+    name : library and method
+    bind : binds it to an equation of motion; compiles, and is not timed
+    tolerances : relative tolerances of its ladder, coarse to fine
+    closes : whether Newton's method closes the orbit, instead of a transient that dies
+    """
+
+    name: str
+    bind: Callable[[Motion], Bound]
+    tolerances: tuple[float, ...]
+    closes: bool = False
+
+
+def peers() -> Iterator[Peer]:
+    """Yield what is installed."""
+    decades = tuple(10.0 ** -np.arange(3.0, 9.5, 1.0))
+    halves = tuple(10.0 ** -np.arange(1.5, 11.1, 0.5))
+    for method in ("RK45", "DOP853"):
+        yield Peer(f"SciPy {method}", lambda given, method=method: _SciPy(given, method), decades)  # type: ignore[misc]
+    if find_spec("CyRK") is None:
+        return
+    for method in METHODS:
+        for words, landing, closes in WAYS:
+            yield Peer(
+                f"CyRK {method}{words}",
+                lambda given, m=method, landing=landing: CyRKMarcher(given, m, landing=landing),  # type: ignore[misc]
+                halves,
+                closes,
+            )
+
+
+def missing_peers() -> tuple[str, ...]:
+    """Return the peers that are not installed (``pip install wearlab[peers]``)."""
+    return () if find_spec("CyRK") is not None else ("CyRK",)
+
+
+class _SciPy:
+    """`scipy.integrate.solve_ivp` on a compiled right-hand side."""
+
+    def __init__(self, given: Motion, method: str) -> None:
+        self.given, self.method = given, method
+
+    def march(self, start: Array, periods: int, tolerance: float, scale: Array) -> Array:
+        return self._over(start, periods, None, tolerance, scale)[-1]
+
+    def states(self, start: Array, periods: int, phases: Array, tolerance: float, scale: Array) -> Array:
+        times = (np.arange(periods)[:, None] + phases) * self.given.period
+        found = self._over(start, periods, times.ravel(), tolerance, scale)
+        if len(found) != times.size:
+            return np.full((*times.shape, len(start)), np.nan)
+        return found.reshape(*times.shape, -1)
+
+    def _over(self, start: Array, periods: int, times: Array | None, tolerance: float, scale: Array) -> Array:
+        solution = solve_ivp(
+            motion_of, (0.0, periods * self.given.period), start, method=self.method,
+            args=(self.given,), t_eval=times, rtol=tolerance, atol=tolerance * scale,
+        )  # fmt: skip
+        return np.asarray(solution.y.T) if solution.success else np.full((1, len(start)), np.nan)
