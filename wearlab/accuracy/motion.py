@@ -39,18 +39,17 @@ def within(given: Any, cell: int, phase: float) -> float:
     return (phase - given.edges[cell]) / (given.edges[cell + 1] - given.edges[cell])
 
 
-@jit(allocates=True)
-def rates(given: Any, cell: int, phase: float, y: Any, contact: Any) -> Any:
-    """Return ẏ (2n,) at ``phase`` of ``cell``; contact by the sign of the approach, or as ``contact`` says.
+@jit
+def motion_in_cell(given: Any, cell: int, phase: float, y: Any, contact: Any, out: Any) -> None:
+    """Write ẏ (2n,) at ``phase`` of ``cell``; contact by the sign of the approach, or as ``contact`` says.
 
     Parameters
     ----------
-    given : the equation of motion
     contact : (n_mesh · (n_pairs + 1),) whether each pair and the back flank touch; empty: their approach
         decides
     """
     n, pairs, meshes = len(given.load), given.pairs, len(given.backlash)
-    u, held, out = within(given, cell, phase), len(contact) > 0, np.empty(len(y))
+    u, held = within(given, cell, phase), len(contact) > 0
     for row in range(n):
         out[row] = y[n + row]
         a = given.load[row]
@@ -86,22 +85,24 @@ def rates(given: Any, cell: int, phase: float, y: Any, contact: Any) -> Any:
             if given.rubs:
                 out[n + row] -= given.response[meshes + m, row] * rubbed
                 out[n + row] -= given.response[2 * meshes + m, row] * moment
-    return out
 
 
 @jit(allocates=True)
 def motion_of(time: float, y: Any, given: Motion) -> Any:
     """Return ẏ (2n,) at ``time`` [s]: contact by the sign of the approach, the mesh repeats every period."""
-    phase = time / given.period
+    out, phase = np.empty(len(y)), time / given.period
     phase -= np.floor(phase)
-    return rates(given, cell_within(given.edges, 0, len(given.edges) - 1, phase), phase, y, BY_APPROACH)
+    cell = cell_within(given.edges, 0, len(given.edges) - 1, phase)
+    motion_in_cell(given, cell, phase, y, BY_APPROACH, out)
+    return out
 
 
 @jit(allocates=True)
 def motion_held(time: float, y: Any, given: Motion, first: int, last: int, contact: Any) -> Any:
     """Return ẏ (2n,) in one smooth segment (cells ``first … last − 1``) while ``contact`` lasts."""
-    phase = time / given.period
-    return rates(given, cell_within(given.edges, first, last, phase), phase, y, contact)
+    out, phase = np.empty(len(y)), time / given.period
+    motion_in_cell(given, cell_within(given.edges, first, last, phase), phase, y, contact, out)
+    return out
 
 
 @jit(allocates=True)

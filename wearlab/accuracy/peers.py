@@ -40,7 +40,7 @@ def peers() -> Iterator[Peer]:
     from scipy.integrate import solve_ivp
 
     yield from (Peer(f"SciPy {method}", partial(solve_ivp, method=method)) for method in METHODS)
-    if find_spec("CyRK") is not None:
+    if not missing_peers():
         from CyRK import pysolve_ivp
 
         yield from (Peer(f"CyRK {method}", partial(pysolve_ivp, method=method)) for method in METHODS)

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from wearlab.accuracy.pages import DEFAULT
 from wearlab.accuracy.study import TARGETS, Study, cheapest_setting, comparison, knob_settings
 
 Rows = list[tuple[str, ...]]
 
-DEFAULT_TOLERANCE = 1e-3
 
 CURVE_HEADS = (
     "case", "quantity", "curve", "knob", "order", "to 1e-3", "to 1e-6", "warm to 1e-6", "work to 1e-3",
@@ -72,7 +72,7 @@ def life_rows(found: Sequence[Study]) -> Rows:
             targets += [
                 (f"{r.error:.1e} (cycle_tolerance {r.setting:g})", r.error, r.work)
                 for r in ours.rungs
-                if np.isclose(r.setting, DEFAULT_TOLERANCE)
+                if np.isclose(r.setting, DEFAULT)
             ]
             for text, error, mine in targets:
                 theirs = euler.work_to(error)
