@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from wearlab.campaign import load
+from wearlab.life.history import SetRate
 from wearlab.scene.build import build
 from wearlab.simulation.living import live
 from wearlab.wear.law import wear_rate
@@ -69,3 +70,13 @@ def test_a_coupled_life_is_that_of_an_independent_march(scene):
     life = live(scene, parts).life
     assert life.end_reason == "depth"
     assert float(life.cycle[-1]) == pytest.approx(marched(parts), rel=5e-3)
+
+
+def test_what_rests_wears_as_the_static_scene_does(scene):
+    """The rate that held steps follow is that of the scene under its static load."""
+    moving, still = (build(scene.replace("wear.load", load)).coupling for load in ("instant", "static"))
+    assert still.resting() is None
+    depth = still.flat(still.unworn()) + 2e-6
+    rates = [SetRate(one)(depth) for one in (moving.resting(), still)]
+    np.testing.assert_array_equal(*rates)
+    assert SetRate(moving).still is not None

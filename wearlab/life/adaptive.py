@@ -11,7 +11,8 @@ whole way left is small by it, no step can be stiff and no wave can grow much, a
 longer way, or a step that fails its test, is worth a power iteration.
 
 **Rough stretches.** Averaged over an aperiodic response the rate is noisy, and no step is short enough for
-the test. There a step wears a fixed share of the depth, and its estimated error is recorded all the same.
+the test. There a step wears a fixed share of the depth, and its estimated error is recorded all the same. It
+holds what the motion adds to the static rate (:mod:`wearlab.life.held`), where the rate knows a static one.
 
 **Growing waves.** Under the load of the moment a flank may corrugate: below the natural frequency of a mesh
 the force is largest where the flank is worn most, and waves of wear grow until teeth part. Errors grow with
@@ -20,7 +21,8 @@ the average is all that can be known. Where errors made at the start would grow 
 before the end, a step is not cut below that same share of the depth, as long as it follows the fastest wave.
 
 **Work.** Behind the schedule of the work it may do (:mod:`wearlab.life.schedule`) a march takes steps that
-the rest of it pays for, whatever the error test says; ``hurried`` tells.
+the rest of it pays for, whatever the error test says, held ones like those through rough stretches;
+``hurried`` tells.
 """
 
 from dataclasses import dataclass, replace
@@ -30,17 +32,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.life import embedded, rkc
-from wearlab.life.counted import CountedRate
+from wearlab.life.counted import CountedRate, Rate
+from wearlab.life.held import held_step
 from wearlab.life.jump import Jump, crosses_jump, locate
 from wearlab.life.sawtooth import saws
-from wearlab.life.schedule import affordable, behind, share_of_depth
-from wearlab.life.spectrum import Spectrum, growth_rate, random_direction, spectrum
+from wearlab.life.schedule import affordable, affordable_share, behind, each, share_of_depth
+from wearlab.life.spectrum import RADIUS_SAFETY, Spectrum, growth_rate, random_direction, spectrum
 from wearlab.life.step import EMBEDDED, Node, Step, growth
 
 Array = NDArray[np.float64]
 
 SAFETY = 0.85
-RADIUS_SAFETY = 1.15
 LARGEST_GROWTH, LARGEST_CUT = 5.0, 0.1
 STEPS_PER_SPECTRUM = 12
 STEPS_BEFORE_STIFF = 3
@@ -145,6 +147,7 @@ class AdaptiveStepper:
     def __init__(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> None:
         self.rate, self.tolerance, self.scale = rate, tolerance, scale
         self.last_ratio = 1.0
+        self.first_depth = float(node.depth.max(initial=0.0))
         self.rejected = 0
         self.trying = 0.0
         self.saw_tooth = self.late = self.hurried = False
@@ -179,6 +182,11 @@ class AdaptiveStepper:
         memory, self.noise_before = self.rate.remember(), self.rate.noise
         sizes: list[float] = []
         changes: list[float] = []
+        dear = each(self.rate, *self.before)
+        self.before = self.rate.count, self.rate.work
+        paid = self._paid_for(node, largest, dear)
+        if self.rate.still is not None and (self._is_rough() or self.next_size < paid < np.inf):
+            return [self._held(node, largest, dear, self.rate.still)], None
         if self._must_look(largest):
             self._look(node, self.spectrum.direction, memory)
         if not np.isfinite(self.next_size):
@@ -187,7 +195,6 @@ class AdaptiveStepper:
             self.next_size = self._rough_size(node)
         self.foreseeable = self.foreseeable and self._errors_stay_small(node, largest)
         floor = 0.0 if self.foreseeable else min(self._rough_size(node), FOLLOWED / self.radius)
-        paid = self._paid_for(node, largest)
         floor = max(floor, paid)
         wanted = max(self._suited(max(self.next_size, floor), self.last_order), paid)
         size, searches = self._bounded(self._even(wanted, largest), largest), 0
@@ -276,23 +283,36 @@ class AdaptiveStepper:
         fastest = float(node.rate.max(initial=0.0))
         return share * reached / fastest if fastest > 0.0 else np.inf
 
-    def _paid_for(self, node: Node, left: float) -> float:
+    def _paid_for(self, node: Node, left: float, dear: float) -> float:
         """Return the step that the work left pays for, 0 as long as the march was on schedule [cycles]."""
-        rate, (counted, worked) = self.rate, self.before
-        self.before = rate.count, rate.work
         if not np.isfinite(left):
             return 0.0
-        self.late = self.late or behind(rate.share_of_work, node.cycle / (node.cycle + left))
+        self.late = self.late or behind(self.rate.share_of_work, node.cycle / (node.cycle + left))
         if not self.late:
             return 0.0
-        # Where orbits come and go one rate may cost a thousand times another: the dearer of last and mean.
-        last = (rate.work - worked) / max(1, rate.count - counted)
-        each = max(1.0, last, (rate.work - rate.first_work) / max(1, rate.count))
         stiffness = self.radius * (1.0 if self.spectrum.is_real else 2.0)
-        size = affordable(left, stiffness, rate.affords(each))
+        size = affordable(left, stiffness, self.rate.affords(dear))
         reached, fastest = float(node.depth.max(initial=0.0)), float(node.rate.max(initial=0.0))
         share = share_of_depth(left * fastest, max(reached, self.scale), left / size)
         return float(min(size, self._rough_size(node, np.clip(share, HURRIED_SHARE, MOST_HURRIED))))
+
+    def _held(self, node: Node, left: float, dear: float, still: Rate) -> Step:
+        """Return a step that wears a fixed share of the depth, or more if the work left pays for no less."""
+        reached, fastest = float(node.depth.max(initial=0.0)), float(node.rate.max(initial=0.0))
+        way = left * fastest if np.isfinite(left) else 0.0
+        depth = max(reached, self.scale)
+        share = affordable_share(way, depth, self.rate.affords(dear))
+        self.hurried = self.hurried or share > ROUGH_SHARE
+        # The fastest place is another one every time: the deepest gets deeper at a third of its rate.
+        deepens = (reached - self.first_depth) / node.cycle if reached > self.first_depth else fastest
+        wanted = np.clip(share, ROUGH_SHARE, MOST_HURRIED) * depth / deepens if deepens > 0.0 else np.inf
+        self.trying = self.next_size = size = min(self._even(wanted, left), left)
+        step, self.spectrum = held_step(
+            self.rate, still, node, size, self.spectrum.direction, PROBE * self.scale
+        )
+        self.last_ratio, self.last_order, self.age, self.most = 1.0, 4, self.age + 1, np.inf
+        self.looked = True
+        return step
 
     def shorten(self, size: float) -> None:
         """Take no step longer than ``size`` next: the last one led where the gears cannot run."""

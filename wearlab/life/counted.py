@@ -92,6 +92,11 @@ class CountedRate:
         return float(getattr(self.rate, "noise", 0.0))
 
     @property
+    def still(self) -> Rate | None:
+        """The rate under the static load, cheap and smooth beside it; None where there is none."""
+        return getattr(self.rate, "still", None)
+
+    @property
     def shared(self) -> tuple[Any, ...]:
         """Objects of the rate that are told apart by identity, none unless it says otherwise."""
         return tuple(getattr(self.rate, "shared", ()))

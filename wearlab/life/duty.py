@@ -92,6 +92,12 @@ class DutyCoupling(Coupled):
         """Return what the wear rate needs of it: no responses where the static force wears."""
         return replace(self, blocks=tuple(block.wearing() for block in self.blocks))
 
+    def resting(self) -> "DutyCoupling | None":
+        """Return what wears under the static loads alone, None where it does so already."""
+        found = [block.resting() for block in self.blocks]
+        resting = tuple(one or block for one, block in zip(found, self.blocks, strict=True))
+        return replace(self, blocks=resting) if any(one is not None for one in found) else None
+
     def apart(self, responses: Responses) -> list[Responses]:
         """Return the responses of each block."""
         counts = [len(block.vibration.slow) if block.vibration and block.vibration.slow is not None else 1

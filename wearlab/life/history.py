@@ -76,6 +76,8 @@ class SetRate:
         self.coupling = coupling.wearing()
         self.responses: Responses = ()
         self.noise = 0.0
+        resting = self.coupling.resting()
+        self.still = None if resting is None else SetRate(resting)
 
     def __call__(self, depth: Array) -> Array:
         """Return the wear per cycle at depths (n_entries,), both flat over all flanks [m]."""

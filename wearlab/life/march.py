@@ -59,7 +59,7 @@ class Life:
     depth, rate : (m, n) wear depth [m] and wear rate [m per cycle] there
     error : (m,) estimated local error of the step that led there, largest over the nodes [m]
     accumulated_error : (m,) largest over the nodes of their signed sum, amplified where wear accelerates, and
-        by as far as it may have shifted a jump [m]
+        by as far as it may have shifted a jump; and the root of the squares of what scatters [m]
     snapshot_cycle : (k,) cycles of the snapshots reached, in order [1]
     snapshot_depth : (k, n) depths there [m]
     end_reason : "cycles", "depth", "no wear", "saw-tooth", "evaluation limit", "work limit", or why the
@@ -181,6 +181,7 @@ class _March:
         self.rate, self.limits, self.tolerance, self.scale = rate, limits, tolerance, scale
         self.nodes, self.errors, self.accumulated = [node], [0.0], [0.0]
         self.total = np.zeros_like(node.depth)
+        self.scatter, self.noise = 0.0, rate.noise
         self.curves: list[Step] = []
         self.jumps: list[Jump] = []
         self.reason = ""
@@ -262,10 +263,11 @@ class _March:
                 self.reason = stop.reason
             stepper.shorten(0.5 * stepper.trying)
             return
+        noise, self.noise = max(self.noise, self.rate.noise), self.rate.noise
         for step in steps:
             if not self.reason:
                 doubt = self._doubt_of(step, memory) if jump is not None and step is steps[-1] else None
-                self._keep(step)
+                self._keep(step, noise)
                 if doubt is not None:
                     self._add(doubt)
         if jump is not None and jump.cycle <= self.node.cycle:
@@ -284,7 +286,11 @@ class _March:
     def _add(self, doubt: Array) -> None:
         """Count a doubt of either sign into the error accumulated so far."""
         self.total = self.total + np.copysign(doubt, self.total)
-        self.accumulated[-1] = float(np.abs(self.total).max(initial=0.0))
+        self.accumulated[-1] = self._accumulated()
+
+    def _accumulated(self) -> float:
+        """Return the error accumulated: what has a sign, and the scatter of independent steps [m]."""
+        return float(np.abs(self.total).max(initial=0.0)) + self.scatter
 
     def _largest(self) -> float:
         """Cycles that the next step may take: to the cycle limit, or just past the depth limit."""
@@ -326,8 +332,8 @@ class _March:
         depth = self.limits.depth
         return depth is not None and bool(node.depth[self.limits.flank].max() >= depth * (1.0 - LANDED))
 
-    def _keep(self, step: Step) -> None:
-        """Record a step, or its part up to the limit."""
+    def _keep(self, step: Step, noise: float) -> None:
+        """Record a step, or its part up to the limit; ``noise``: standard error of its rates."""
         self.curves.append(step)
         end = step.end
         if self._reached(end):
@@ -337,7 +343,8 @@ class _March:
         self.nodes.append(end)
         self.total = self.total * step.growth + step.error
         self.errors.append(float(np.abs(step.error).max(initial=0.0)))
-        self.accumulated.append(float(np.abs(self.total).max(initial=0.0)))
+        self.scatter = float(np.hypot(self.scatter * step.growth, np.hypot(step.scatter, step.size * noise)))
+        self.accumulated.append(self._accumulated())
 
     def _landed(self, step: Step) -> Node:
         """Return the state where the depth limit is met, exactly."""

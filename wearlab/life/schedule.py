@@ -8,6 +8,8 @@ a life ends where it was asked to, less exactly than asked and saying so, and no
 
 from math import expm1, inf, log1p, sqrt
 
+from wearlab.life.counted import CountedRate
+
 HEAD_START = 0.15
 """Share of the work that a march may be ahead of its way: the first micrometres ask for short steps."""
 PLANNED = 0.7
@@ -34,6 +36,26 @@ def affordable(left: float, radius: float, rates: float) -> float:
     c = sqrt(1.5 * radius * left)
     steps = ((sqrt(c * c + 8.0 * PLANNED * max(0.0, rates)) - c) / 4.0) ** 2
     return left / max(steps, 1.0)
+
+
+def affordable_share(wear: float, depth: float, rates: float) -> float:
+    """Return the share of the depth reached that steps of one rate each may wear, so that work pays for all.
+
+    Parameters
+    ----------
+    wear, depth : of the way left, and reached [m]
+    rates : evaluations of the rate that the work left pays for
+    """
+    return share_of_depth(wear, depth, PLANNED * max(0.0, rates))
+
+
+def each(rate: CountedRate, counted: int, worked: float) -> float:
+    """Return the work of one rate: where orbits come and go one may cost a thousand times another.
+
+    The dearer of all rates on the mean and of those since so many were counted and so much was worked.
+    """
+    last = (rate.work - worked) / max(1, rate.count - counted)
+    return max(1.0, last, (rate.work - rate.first_work) / max(1, rate.count))
 
 
 def share_of_depth(wear: float, depth: float, steps: float) -> float:

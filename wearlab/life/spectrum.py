@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+RADIUS_SAFETY = 1.15
+"""Margin on the spectral radius, which a power iteration tells from below."""
 MOST_ITERATIONS = 15
 KRYLOV = 16
 FOUND = 0.3

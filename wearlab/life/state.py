@@ -15,6 +15,7 @@ from wearlab.dynamics.response import Response
 from wearlab.life.averaging import averaged_rate, scatter
 from wearlab.life.limits import StopWear
 from wearlab.life.load import Forces, Load, still
+from wearlab.life.loads.static import Static
 from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh.clock import Instants, Mesh, instants_of, of_kind, repeated
 from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
@@ -180,6 +181,10 @@ class Coupled(ABC):
         """Return what the wear rate needs of it: no response where the static force wears."""
         return self
 
+    @abstractmethod
+    def resting(self) -> "Coupled | None":
+        """Return what wears under the static load alone, None where it does so already."""
+
     def flat(self, wear: Sequence[Array]) -> Array:
         """Return depths or rates of every kind, each (2, n), as one array."""
         return np.concatenate([one.ravel() for one in wear])
@@ -274,6 +279,10 @@ class Coupling(Coupled):
     def wearing(self) -> "Coupling":
         """Return what the wear rate needs of it: no response where the static force wears."""
         return self if self.load.moving else replace(self, vibration=None)
+
+    def resting(self) -> "Coupling | None":
+        """Return what wears under the static load alone, None where it does so already."""
+        return replace(self, vibration=None, load=Static()) if self.load.moving else None
 
     def touching(self, state: WearState) -> list[Touching]:
         """Return the flanks of every kind of mesh in a wear state."""

@@ -39,6 +39,7 @@ class Step(NamedTuple):
     error : (n,) estimated local error, signed [m]
     growth : factor by which the step multiplies errors made before it, ≥ 1 [1]
     by : the method that took it, with which it can be taken again; None: none can
+    scatter : part of the error that has another sign in every step [m]
     """
 
     start: Node
@@ -47,6 +48,7 @@ class Step(NamedTuple):
     error: Array
     growth: float
     by: Scheme | str | None = None
+    scatter: float = 0.0
 
     @property
     def size(self) -> float:

@@ -161,13 +161,10 @@ def _hardest(stage: Stage, state: WearState) -> float:
 
 
 def _stepping(lived: History, cycle: Array) -> Array:
-    """Return what steps over cycles accumulate of error up to cycles (k,), and what averages leave [m]."""
+    """Return what steps over cycles, and averages in them, accumulate of error up to cycles (k,) [m]."""
     if lived.life is None:
         return np.zeros(len(cycle))
-    stepping = np.interp(cycle, lived.life.cycle, lived.life.accumulated_error)
-    samples = lived.samples
-    noise = _integral(samples.cycle, np.array([state.noise for state in samples.state]))
-    return np.asarray(stepping + np.interp(cycle, samples.cycle, noise))
+    return np.interp(cycle, lived.life.cycle, lived.life.accumulated_error)
 
 
 def _worn_further(
@@ -205,13 +202,6 @@ def _driven(worn: list[WornFurther | None]) -> list["Driven"]:
     return [
         Driven(one.cycle, one.error, one.drive) for one in worn if one is not None and one.drive is not None
     ]
-
-
-def _integral(cycle: Array, values: Array) -> Array:
-    """Return the integral of values (n, …) over cycles (n,), 0 at the first."""
-    step = np.diff(cycle).reshape(-1, *(1,) * (values.ndim - 1))
-    pieces = 0.5 * step * (values[1:] + values[:-1])
-    return np.concatenate([np.zeros_like(values[:1]), np.cumsum(pieces, axis=0)])
 
 
 def _forces(

@@ -1,0 +1,88 @@
+"""A rate that wavers: what the motion adds to the static rate is held over a step."""
+
+import numpy as np
+import pytest
+
+from wearlab.life.held import held_step
+from wearlab.life.limits import Limits
+from wearlab.life.march import evolve
+from wearlab.life.step import Node
+
+DEPTH, DEEP, RATE = 4e-4, 1e-4, 1e-11
+RELAXES = 5e-6
+
+
+class Wavering:
+    """Wear that evens out, with a drift beside the static rate; beyond a depth dear and noisy."""
+
+    def __init__(self, level, seed=1):
+        self.level, self.noise, self.work = level, 0.0, 0.0
+        self.drawn = np.random.default_rng(seed)
+        self.along = np.sin(np.linspace(0.0, 6.0, 30))
+
+    def still(self, h):
+        return RATE * np.maximum(0.0, 1.0 - (h - h.mean()) / RELAXES)
+
+    def __call__(self, h):
+        deep = h.max() > DEEP
+        self.work += 100.0 if deep else 1.0
+        self.noise = self.level * RATE if deep else 0.0
+        rate = self.still(h) + 0.3 * RATE * self.along * h.mean() / DEPTH
+        return np.maximum(0.0, rate + self.noise * self.drawn.normal(size=30))
+
+
+def lived(level, seed=1, most_work=2e4):
+    return evolve(Wavering(level, seed), np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work)
+
+
+@pytest.fixture(scope="module")
+def quiet():
+    return lived(0.0)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_noise_that_levels_moves_a_life_little_and_within_its_estimate(quiet, seed):
+    """With a noise of 20 % in every rate, stages of a long step in it, the life was 5 % too short."""
+    life = lived(0.2, seed)
+    assert life.end_reason == "depth"
+    off = abs(life.cycle[-1] - quiet.cycle[-1])
+    assert off < min(0.01 * quiet.cycle[-1], life.error_estimate_life)
+
+
+def test_scatter_of_independent_steps_adds_up_by_its_squares(quiet):
+    """A life with twice the noise is twice as doubtful, and far less than if all steps were wrong one way."""
+    one, two = lived(0.1).error_estimate_life, lived(0.2).error_estimate_life
+    assert one < two < 3.0 * one
+    assert two < 0.5 * 0.2 * quiet.cycle[-1]
+
+
+def test_a_held_step_asks_for_one_dear_rate_and_is_stable_at_any_size():
+    rate, counted = Wavering(0.0), []
+
+    def dear(h):
+        counted.append(h)
+        return rate(h)
+
+    start = np.linspace(0.0, 2e-6, 30)
+    node = Node(0.0, start, rate(start))
+    step, spectrum = held_step(dear, rate.still, node, 1e7, np.empty(0), 1e-9)
+    assert len(counted) == 1
+    assert spectrum.radius == pytest.approx(RATE / RELAXES, rel=0.05)
+    assert step.size * spectrum.radius > 15.0
+    assert np.ptp(step.end.depth) < RELAXES
+
+
+def test_held_steps_converge_in_second_order_and_tell_more_than_their_error():
+    rate = Wavering(0.0)
+
+    def end_of(steps):
+        node, errors = Node(0.0, np.zeros(30), rate(np.zeros(30))), np.zeros(30)
+        for _ in range(steps):
+            step, _ = held_step(rate, rate.still, node, 2e6 / steps, np.empty(0), 1e-9)
+            node, errors = step.end, errors + step.error
+        return node.depth, errors
+
+    (coarse, told), (fine, _), (finest, _) = (end_of(steps) for steps in (32, 64, 256))
+    one, half = np.abs(coarse - finest).max(), np.abs(fine - finest).max()
+    assert one / half == pytest.approx(4.0, rel=0.25)
+    assert one < np.abs(told).max()
