@@ -2,7 +2,7 @@
 
 Kinds: ``streams`` (standard streams closed, full, or their reader gone, for every command), ``umask``,
 ``temporary`` (a full temporary folder), ``users`` (a store and locks of another user; as root only),
-``clock`` (the clock jumps while a campaign runs; needs ``pip install libfaketime``). Survived is what ends as
+``clock`` (the clock jumps while a campaign runs; needs a C compiler). Survived is what ends as
 undisturbed or in one message, with status 0, 1 or 2 and no traceback; of outputs that nobody reads any more,
 status 1 or that of the undisturbed command. Prints one line a kind and every fault that was not survived.
 """
@@ -17,7 +17,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from importlib.util import find_spec
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
@@ -30,6 +29,7 @@ from wearlab.cli.app import main
 ROOT = Path(__file__).parents[2]
 NOBODY = 65534
 LONGEST = 120.0
+WILD = 20
 STUDY = f"""
 title = "Two torques"
 extends = "{(ROOT / "campaigns" / "base" / "spur_50_50.toml").as_posix()}"
@@ -315,38 +315,54 @@ def _until(happens) -> None:
         time.sleep(0.05)
 
 
-def clock(folder: Path, count: int = 150, seed: int = 1) -> Tally:
-    """Let the clock jump by up to decades, both ways, while two workers compute."""
+def clock(folder: Path, count: int = 400, seed: int = 1) -> Tally:
+    """Let the clock jump by up to decades, both ways, while two workers compute, and stay set back at last."""
     tally = Tally("clock")
-    found = find_spec("libfaketime")
-    if found is None:
-        print("clock: needs libfaketime: pip install libfaketime")
+    if shutil.which("cc") is None:
+        print("clock: needs a C compiler, cc")
         return tally
-    library = next(Path(found.submodule_search_locations[0]).rglob("libfaketime.so*"))
-    dice, now = random.Random(seed), folder / "now"
+    library, now = folder / "jumping_clock.so", folder / "now"
+    source = ROOT / "tests" / "support" / "jumping_clock.c"
+    subprocess.run(["cc", "-shared", "-fPIC", "-O2", "-o", library, source, "-ldl"], check=True)
+    now.write_bytes(bytes(8))
     whole = reference(folder / "quiet", count, folder / "jumping.log", act="slow")
-    now.write_text("+0")
-    faked = {"LD_PRELOAD": library, "FAKETIME_TIMESTAMP_FILE": now, "FAKETIME_NO_CACHE": "1"}
-    faked["DONT_FAKE_MONOTONIC"] = "1"
-    os.environ.update({name: str(value) for name, value in faked.items()})
-    try:
+    with _environment(LD_PRELOAD=str(library), JUMPING_CLOCK=str(now)):
         child = begin(folder / "jumping", count, folder / "jumping.log", act="slow")
-        jumps = 0
-        while child.poll() is None:
-            part = folder / "now.part"
-            part.write_text(f"{dice.choice('+-')}{dice.choice((1, 3600, 86400 * 400, 86400 * 365 * 20))}")
-            os.replace(part, now)
-            jumps += 1
-            time.sleep(dice.uniform(0.05, 0.5))
-        status, said = finish(child)
-    finally:
-        for name in faked:
-            del os.environ[name]
+    jumps = _jumps(child, now, random.Random(seed))
+    status, said = finish(child)
     tally.judge(f"{jumps} jumps", (status, said) == (0, f"computed {count} of {count}"), (status, said))
     tally.judge("results", done(folder / "jumping") == whole)
-    print(f"clock: {jumps} jumps while {count} cases were computed")
     tally.tried += jumps - 1
     return tally
+
+
+def _jumps(child: subprocess.Popen[str], now: Path, dice: random.Random) -> int:
+    """Set the clock by up to twenty years, both ways, then a day further back each time; return how often."""
+    day, jumps, deadline = 86400, 0, time.monotonic() + LONGEST
+    with now.open("r+b", buffering=0) as file:
+        while child.poll() is None and time.monotonic() < deadline:
+            wild = jumps < WILD
+            by = (
+                dice.choice((-1, 1)) * dice.choice((1, 3600, 400 * day, 7300 * day)) if wild else -jumps * day
+            )
+            os.pwrite(file.fileno(), by.to_bytes(8, sys.byteorder, signed=True), 0)
+            jumps += 1
+            time.sleep(dice.uniform(0.05, 0.5) if wild else 0.01)
+    if child.poll() is None:
+        child.kill()
+    return jumps
+
+
+@contextlib.contextmanager
+def _environment(**values: str):
+    """Begin processes with other environment variables."""
+    before = dict(os.environ)
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
 
 
 KINDS = {"streams": streams, "umask": umask, "temporary": temporary, "users": users, "clock": clock}

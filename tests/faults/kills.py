@@ -1,6 +1,7 @@
-"""Kill parents at 30 moments of saving, workers at 30: ``python tests/faults/kills.py [PHASE …] [workers]``.
+"""Kill parents and workers: ``python tests/faults/kills.py [PHASE …] [workers] [starting[=N]]``.
 
-Without words all phases of `PHASES`, then workers.
+Parents at three moments of each phase of saving (`PHASES`), workers at 30 random moments, and in N campaigns
+[30] both workers about when they begin to work. Without words all phases, then workers.
 
 Prints the phase that each kill of a parent hit, and ends with status 0 only when afterwards nothing done was
 lost, ``verify`` was clean, the campaign completed, and every dataset had the seal of an undisturbed one.
@@ -15,9 +16,11 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 import storm
 from phases import PHASES
-from storm import begin, done, finish, kill_parent, kill_workers, reference
+from storm import begin, done, finish, kill_parent, kill_starting, kill_workers, reference
 
 CASES = 40
+STARTED = 60  # cases of a campaign whose workers are killed as they begin
+LATEST = 3.0  # s after a worker came until it is killed: by then it computes
 AT = (3, 6, 9)  # the first transactions make the store and enter the campaign
 
 
@@ -46,6 +49,20 @@ def workers(folder: Path) -> None:
     print(f"{len(moments)} workers killed, when so many cases had begun: {moments}; {said}")
 
 
+def starting(folder: Path, trials: int) -> None:
+    """Kill both workers a little later in each trial: from the moment they are there to their first work."""
+    ended: Counter[str] = Counter()
+    for trial in range(trials):
+        store, after = folder / f"started-{trial}", LATEST * trial / trials
+        killed, (status, said) = kill_starting(store, STARTED, 2, after, act="slow")
+        well = (status, said) == (0, f"computed {STARTED} of {STARTED}") and len(done(store)) == STARTED
+        ended["completed" if well else f"status {status}: {said}"] += 1
+        print(f"{killed} workers killed {after:.2f} s after they came: {said}", flush=True)
+        assert killed == 2
+    print(dict(ended))
+    assert ended["completed"] == trials
+
+
 if __name__ == "__main__":
     storm.PATIENCE = 600.0
     words = sys.argv[1:] or [*PHASES, "workers"]
@@ -54,3 +71,5 @@ if __name__ == "__main__":
             parents(Path(folder), phases)
         if "workers" in words:
             workers(Path(folder))
+        for trials in (word.partition("=")[2] or "30" for word in words if word.startswith("starting")):
+            starting(Path(folder), int(trials))

@@ -81,15 +81,17 @@ def kill_workers(folder, count, kills, seed):
     return moments, finish(child)
 
 
-def kill_starting(folder, count, kills):
-    """Kill worker processes as soon as they are there; return how many were, status and last line."""
-    child = begin(folder, count)
-    parent, killed = psutil.Process(child.pid), set()
+def kill_starting(folder, count, kills, after=0.0, **options):
+    """Kill worker processes so many seconds after they came; return how many were, status and last line."""
+    child = begin(folder, count, **options)
+    parent, came, killed = psutil.Process(child.pid), {}, set()
     while child.poll() is None:
         with suppress(psutil.Error):
             for one in parent.children(recursive=True):
-                begun = one.ppid() != child.pid  # a child of the process that workers are forked from
-                if begun and one.pid not in killed and len(killed) < kills:
+                if one.ppid() == child.pid:
+                    continue  # the process that workers are forked from
+                since = time.monotonic() - came.setdefault(one.pid, time.monotonic())
+                if since >= after and one.pid not in killed and len(killed) < kills:
                     killed.add(one.pid)
                     one.kill()
         time.sleep(0.005)

@@ -12,6 +12,7 @@ from typing import Any
 from wearlab.runner.crew import Crew, OtherCode
 from wearlab.runner.local import local_client, quiet_logs
 from wearlab.runner.report import RunnerError
+from wearlab.runner.steady_clock import steady_dask
 from wearlab.runner.under_way import TOPIC, Keeping
 from wearlab.runner.waiting import result_of, wait_for_living, wait_looking
 from wearlab.runner.worker import Task, execute_all, prepare, warm_up
@@ -231,7 +232,7 @@ def _remote(address: str) -> Iterator[Any]:
         client = Client(address, timeout=CONNECT_SECONDS)
     except (OSError, ValueError, TimeoutError) as error:
         raise RunnerError(f"no dask scheduler answers at {address} ({error})") from error
-    with quiet_logs(), client:
+    with steady_dask(), quiet_logs(), client:
         try:
             client.wait_for_workers(1, timeout=300)
         except TimeoutError as error:

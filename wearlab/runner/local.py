@@ -9,7 +9,9 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
+from wearlab.runner import steady_clock
 from wearlab.runner.report import RunnerError
+from wearlab.runner.steady_clock import steady_dask
 from wearlab.sources import code_and_place, source_hash
 
 if TYPE_CHECKING:
@@ -92,7 +94,7 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
     quiet["distributed.admin.low-level-log-length"] = EVENTS
     if FORKS:
         quiet["distributed.worker.multiprocessing-method"] = "forkserver"
-    with dask.config.set(quiet), _main_module_hidden(), quiet_logs(), ExitStack() as opened:
+    with dask.config.set(quiet), _main_module_hidden(), quiet_logs(), steady_dask(), ExitStack() as opened:
         try:
             with _told():
                 cluster = LocalCluster(
@@ -105,6 +107,7 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
                     worker_class=SwiftNanny,
                     silence_logs=logging.CRITICAL,
                     env={**os.environ, **ONE_THREAD},
+                    preload=[steady_clock.__name__],
                 )
                 opened.callback(cluster.close)
                 client = opened.enter_context(Client(cluster))
