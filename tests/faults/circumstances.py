@@ -316,7 +316,7 @@ def _until(happens) -> None:
 
 
 def clock(folder: Path, count: int = 400, seed: int = 1) -> Tally:
-    """Let the clock jump by up to decades, both ways, while two workers compute, and stay set back at last."""
+    """Let the clock jump by up to decades, both ways, while two workers compute; at last back only."""
     tally = Tally("clock")
     if shutil.which("cc") is None:
         print("clock: needs a C compiler, cc")

@@ -1,12 +1,13 @@
-"""Kill parents and workers: ``python tests/faults/kills.py [PHASE …] [workers] [starting[=N]]``.
+"""Kill parents and workers: ``python tests/faults/kills.py [PHASE …] [workers] [starting[=N]] [seed=N]``.
 
 Parents at three moments of each phase of saving (`PHASES`), workers at 30 random moments, and in N campaigns
-[30] both workers about when they begin to work. Without words all phases, then workers.
+[30] both workers at a random moment about when they begin to work. Without words all phases, then workers.
 
 Prints the phase that each kill of a parent hit, and ends with status 0 only when afterwards nothing done was
 lost, ``verify`` was clean, the campaign completed, and every dataset had the seal of an undisturbed one.
 """
 
+import random
 import sys
 import tempfile
 from collections import Counter
@@ -49,11 +50,11 @@ def workers(folder: Path) -> None:
     print(f"{len(moments)} workers killed, when so many cases had begun: {moments}; {said}")
 
 
-def starting(folder: Path, trials: int) -> None:
-    """Kill both workers a little later in each trial: from the moment they are there to their first work."""
+def starting(folder: Path, trials: int, dice: random.Random) -> None:
+    """Kill both workers at a moment between their coming and their first work, in each trial another."""
     ended: Counter[str] = Counter()
     for trial in range(trials):
-        store, after = folder / f"started-{trial}", LATEST * trial / trials
+        store, after = folder / f"started-{trial}", dice.uniform(0.0, LATEST)
         killed, (status, said) = kill_starting(store, STARTED, 2, after, act="slow")
         well = (status, said) == (0, f"computed {STARTED} of {STARTED}") and len(done(store)) == STARTED
         ended["completed" if well else f"status {status}: {said}"] += 1
@@ -65,11 +66,12 @@ def starting(folder: Path, trials: int) -> None:
 
 if __name__ == "__main__":
     storm.PATIENCE = 600.0
-    words = sys.argv[1:] or [*PHASES, "workers"]
+    seeds = [int(word.removeprefix("seed=")) for word in sys.argv[1:] if word.startswith("seed=")]
+    words = [word for word in sys.argv[1:] if not word.startswith("seed=")] or [*PHASES, "workers"]
     with tempfile.TemporaryDirectory() as folder:
         if phases := [word for word in words if word in PHASES]:
             parents(Path(folder), phases)
         if "workers" in words:
             workers(Path(folder))
         for trials in (word.partition("=")[2] or "30" for word in words if word.startswith("starting")):
-            starting(Path(folder), int(trials))
+            starting(Path(folder), int(trials), random.Random(*seeds or [1]))

@@ -4,9 +4,13 @@ import os
 import pkgutil
 import sys
 from collections.abc import Sequence
+from functools import cache
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
+
+from typer.main import get_command
 
 from wearlab.cli import commands
 from wearlab.cli.output import ASKED, STORE, Status, Stop, complain
@@ -44,7 +48,7 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
     try:
         words = list(sys.argv[1:] if arguments is None else arguments)
         ASKED.set(_store_of(words))
-        result = app(args=_trust_first(words), prog_name="wearlab", standalone_mode=False)
+        result = _commands()(args=_trust_first(words), prog_name="wearlab", standalone_mode=False)
         sys.stdout.flush()
         return int(result or Status.WELL)
     except Stop as stop:
@@ -63,6 +67,12 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
         return _unwritten(error)
     except Exception as error:
         return _misuse(error)
+
+
+@cache
+def _commands() -> Any:
+    """Return all commands, which take typer longer to read than most take to run."""
+    return get_command(app)
 
 
 def _unwritten(error: OSError) -> int:

@@ -32,7 +32,6 @@ def steady_dask() -> Iterator[None]:
 
 def _changed() -> list[tuple[Any, str, Any]]:
     """Give every module of dask.distributed that holds the wall clock the steady one; return what was."""
-    import distributed.metrics
     from tornado.ioloop import IOLoop
 
     changed: list[tuple[Any, str, Any]] = [(IOLoop, "time", IOLoop.time)]

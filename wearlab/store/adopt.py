@@ -2,10 +2,17 @@
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from wearlab.store.errors import StoreError
 from wearlab.store.outcome import Outcome
 from wearlab.store.runs import hash_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+MOST_LABELS = 1_000_000  # of one dimension: the catalogue keeps them as text
 
 
 class ForeignRun(StoreError):
@@ -19,12 +26,27 @@ def outcome_of(path: Path) -> Outcome:
     ------
     StoreError : the file cannot be read, does not hold what was sealed, or is another run's
     """
-    from wearlab.store.image import describe
     from wearlab.store.reading import load
-    from wearlab.store.seal import is_intact
 
     dataset = load(path)
+    try:
+        return _outcome(path, dataset)
+    except StoreError:
+        raise
+    except Exception as error:  # a stranger's file may hold anything
+        raise StoreError(
+            f"{path}: is no run of wearlab ({type(error).__name__}: {str(error)[:200]})"
+        ) from error
+
+
+def _outcome(path: Path, dataset: "xr.Dataset") -> Outcome:
+    from wearlab.store.image import describe
+    from wearlab.store.seal import is_intact
+
     attributes = dataset.attrs
+    for dim, size in dataset.sizes.items():
+        if dim in dataset.coords and size > MOST_LABELS:
+            raise StoreError(f"{path}: the dimension {str(dim)[:40]} has {size} labels, more than any run")
     if is_intact(dataset) is False:
         raise StoreError(f"{path}: its content is not what was sealed in it")
     if "id" in attributes and str(attributes["id"]) != path.stem:

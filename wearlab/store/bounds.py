@@ -8,6 +8,7 @@ from wearlab.store.errors import StoreError
 
 HARMLESS = 64_000_000  # bytes that any file may claim
 DENSEST = 2_000  # bytes of values in one byte of a file: no more than a thousand can be deflated into it
+LARGEST = 4_000_000_000  # bytes that a file may claim beyond twenty times its own
 NUMBER = re.compile(r"[<>|=]?[biuf][1248]")
 
 
@@ -42,7 +43,7 @@ def refuse_oversized(path: str | Path, claimed: int, size: int | None = None) ->
             size = os.stat(path).st_size
         except OSError:
             size = 0
-    if claimed > max(HARMLESS, DENSEST * size):
+    if claimed > max(HARMLESS, min(DENSEST * size, LARGEST), 20 * size):
         raise StoreError(f"{path}: claims {claimed:.3g} bytes of values in a file of {size} bytes; not read")
 
 

@@ -45,7 +45,7 @@ def load(path: Path, sha256: str | None = None) -> xr.Dataset:
     with _one_door, NETCDFC_LOCK, HDF5_LOCK:
         try:
             file = netCDF4.Dataset(path.name, memory=image)
-        except (OSError, RuntimeError, ValueError) as error:
+        except Exception as error:
             raise _unreadable(path, error) from error
     try:
         refuse_oversized(path, sum(_claimed(variable) for variable in file.variables.values()), len(image))
@@ -53,7 +53,7 @@ def load(path: Path, sha256: str | None = None) -> xr.Dataset:
             dataset = xr.open_dataset(NetCDF4DataStore(file)).load()
             dataset.encoding["source"] = str(path)
             return dataset
-    except (OSError, RuntimeError, ValueError, TypeError, AttributeError, KeyError) as error:
+    except Exception as error:  # whatever xarray makes of a stranger's attributes
         raise error if isinstance(error, StoreError) else _unreadable(path, error) from error
     finally:
         with _one_door, NETCDFC_LOCK, HDF5_LOCK:
@@ -135,4 +135,4 @@ def _leads_elsewhere(variable: h5py.h5d.DatasetID) -> bool:
 
 
 def _unreadable(path: Path, error: Exception) -> StoreError:
-    return StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'")
+    return StoreError(f"{path}: cannot be read ({str(error)[:300]}); try 'wearlab verify'")
