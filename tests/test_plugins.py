@@ -14,8 +14,9 @@ import pytest
 
 import wearlab
 from wearlab.campaign import CampaignError, load
+from wearlab.cli.app import status_of
 from wearlab.compiled import SlowFunction
-from wearlab.plugins import PluginError, Trust, declaration, trusting, use
+from wearlab.plugins import PluginError, Trust, declaration, forget, trusting, use
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.build import build
 from wearlab.store import Store
@@ -265,3 +266,30 @@ def test_a_stiffness_of_ones_own_is_what_it_says():
         sums += np.where(along <= 1.0, 300e6 * (1.0 - 0.45 * along**2), 0.0)
     away = np.abs(run.phase.values - pair.contact_ratio % 1.0) > 0.01
     np.testing.assert_allclose(run.mesh_stiffness.values[away], sums[away], rtol=1e-4)
+
+
+def test_the_schema_tells_the_options_of_a_files_own_variants(tmp_path, capsys):
+    """From the command line: whole with FILE, alone with ``--added``; no code is run untold."""
+    file = EXAMPLES / "pressure_coefficient.toml"
+    extending = tmp_path / "extending.toml"
+    extending.write_text(f'extends = "{file.as_posix()}"\n')
+
+    def said(*words):
+        status = status_of(["schema", *map(str, words)])
+        told = capsys.readouterr()
+        return status, told.out if status == 0 else told.err
+
+    for named in (file, extending):
+        forget()
+        status, refused = said(named, "--added")
+        assert status == 2 and "pressure_coefficient.py is Python code that would be run" in refused
+        assert "mild-to-severe" not in said()[1]
+        whole = json.loads(said(named, "--plugins")[1])
+        added = json.loads(said(named, "--added", "--plugins")[1])["wear.coefficient"]["mild-to-severe"]
+        assert added["properties"]["transition"]["unit"] == "Pa"
+        assert added["properties"]["transition"]["description"] == "pressure p_0 halfway between both"
+        assert added["properties"]["steepness"]["default"] == 8.0
+        assert added["required"] == ["mild", "severe", "transition"]
+        assert whole["$defs"]["MildToSevere"]["properties"] == added["properties"]
+    assert said("--added") == (2, "wearlab: --added needs a campaign FILE that names plug-ins\n")
+    assert said(tmp_path / "none.toml")[0] == 2

@@ -156,9 +156,9 @@ def load(plugin: Plugin) -> None:
         When it fails, or defines no variant.
     """
     if plugin.sha256 not in LOADED:
-        before = _of_plugins()
+        before = brought()
         _run(plugin)
-        _BROUGHT[plugin.sha256] = [one for one in _of_plugins() if one not in before]
+        _BROUGHT[plugin.sha256] = [one for one in brought() if one not in before]
         LOADED[plugin.sha256] = plugin
     for name, part in _BROUGHT[plugin.sha256]:
         part.slot.add(part, name)
@@ -167,7 +167,7 @@ def load(plugin: Plugin) -> None:
 
 def forget() -> None:
     """Forget every plug-in; scenes that were made with one keep it."""
-    for name, part in _of_plugins():
+    for name, part in brought():
         del part.slot.known[name]
     LOADED.clear()
     _BROUGHT.clear()
@@ -183,7 +183,7 @@ def _run(plugin: Plugin) -> None:
     try:
         with coming_from(origin):
             exec(compile(plugin.source, plugin.name, "exec"), module.__dict__)
-        if not any(part.origin == origin for _, part in _of_plugins()):
+        if not any(part.origin == origin for _, part in brought()):
             raise SlotError(f"defines no variant: a class of {', '.join(_bases())}")
     except Exception as error:
         del sys.modules[module.__name__]
@@ -191,7 +191,8 @@ def _run(plugin: Plugin) -> None:
         raise PluginError(f"{plugin.name}: {reason}") from error
 
 
-def _of_plugins() -> list[tuple[str, type[Variant]]]:
+def brought() -> list[tuple[str, type[Variant]]]:
+    """Return the variants of plug-ins that are known now, each with its name."""
     every = [one for slot in Slot.all.values() for one in slot.known.items()]
     return [(name, part) for name, part in every if part.origin is not None]
 

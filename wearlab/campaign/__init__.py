@@ -7,8 +7,8 @@ from wearlab.campaign.errors import CampaignError
 from wearlab.campaign.exclusion import Excluded
 from wearlab.campaign.expect import Expectation, Wanted
 from wearlab.campaign.figure import FigureSpec
-from wearlab.campaign.json_schema import editors_schema, schema_json
-from wearlab.campaign.reading import load
+from wearlab.campaign.json_schema import added_json, editors_schema, schema_json
+from wearlab.campaign.reading import load, load_plugins
 
 __all__ = [
     "BASE",
@@ -22,7 +22,9 @@ __all__ = [
     "FigureSpec",
     "Metadata",
     "Wanted",
+    "added_json",
     "editors_schema",
     "load",
+    "load_plugins",
     "schema_json",
 ]

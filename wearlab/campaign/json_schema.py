@@ -5,6 +5,7 @@ whose default is not a value has ``derived``, what its absence means.
 """
 
 import json
+from collections.abc import Iterable
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
@@ -17,6 +18,7 @@ from wearlab.campaign.report import ReportSpec
 from wearlab.campaign.sampling import METHODS
 from wearlab.campaign.update_options import UpdateBlock
 from wearlab.options import option
+from wearlab.plugins import Plugin, brought
 from wearlab.scene import Scene
 from wearlab.slots import when_changed
 from wearlab.units import convert, split
@@ -199,8 +201,17 @@ class _Plain(GenerateJsonSchema):
     """Says what pydantic's own schema does not, and leaves out what it says twice."""
 
     def generate(self, schema: Any, mode: Any = "validation") -> JsonSchemaValue:
-        """Return the schema of a campaign file."""
+        """Return the schema of one table of a campaign file."""
         found: dict[str, Any] = _plain(super().generate(schema, mode))
+        return found
+
+
+class _Whole(_Plain):
+    """Says what goes for a campaign file as a whole."""
+
+    def generate(self, schema: Any, mode: Any = "validation") -> JsonSchemaValue:
+        """Return the schema of a campaign file."""
+        found = super().generate(schema, mode)
         written = [{"required": found.pop("required")}, {"required": ["extends"]}]
         return {
             "$schema": DIALECT,
@@ -254,7 +265,18 @@ def _written(default: float, unit: str, example: str) -> str:
 
 def schema_json() -> str:
     """Return the JSON Schema of a campaign file, every option with unit, default, meaning and source."""
-    return json.dumps(CampaignFile.model_json_schema(schema_generator=_Plain), indent=2, ensure_ascii=False)
+    return json.dumps(CampaignFile.model_json_schema(schema_generator=_Whole), indent=2, ensure_ascii=False)
+
+
+def added_json(plugins: Iterable[Plugin]) -> str:
+    """Return the JSON Schemas of the variants that plug-ins have brought, by slot and name."""
+    theirs = {plugin.sha256 for plugin in plugins}
+    added: dict[str, dict[str, Any]] = {}
+    for name, variant in brought():
+        if variant.origin is None or variant.origin.sha256 not in theirs:
+            continue
+        added.setdefault(variant.slot.key, {})[name] = variant.model_json_schema(schema_generator=_Plain)
+    return json.dumps(added, indent=2, ensure_ascii=False)
 
 
 def editors_schema() -> str:

@@ -41,6 +41,7 @@ OWN_KEYS = (
     "report",
 )
 Result = TypeVar("Result")
+At = TypeVar("At", bound=Path | None)
 TABLE = Path("campaign")  # what errors call a campaign that is no file
 
 
@@ -65,8 +66,30 @@ def load(path: str | Path | Mapping[str, Any]) -> Campaign:
     else:
         file = Path(path).expanduser().resolve()
         inherited = inherit(file)
+    return _told_with_file(inherited, file, _read)
+
+
+def load_plugins(path: str | Path) -> tuple[Plugin, ...]:
+    """Make the variants known that a file, or one that it extends, brings by its plug-ins; read nothing else.
+
+    Parameters
+    ----------
+    path : a TOML file
+
+    Raises
+    ------
+    CampaignError
+        When it cannot be read, or a plug-in may not be run and nothing is known of it.
+    """
+    file = Path(path).expanduser().resolve()
+    return _told_with_file(
+        inherit(file), file, lambda inherited, _: _plugins(inherited.table.get(PLUGINS, []))
+    )
+
+
+def _told_with_file(inherited: Inherited, file: At, read: Callable[[Inherited, At], Result]) -> Result:
     try:
-        return _read(inherited, file)
+        return read(inherited, file)
     except CampaignError as error:
         raise CampaignError(_with_file(line, inherited) for line in error.problems) from None
 

@@ -3,19 +3,21 @@
 import json
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import IntEnum, StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from wearlab.cli.streams import nowhere
 from wearlab.store.errors import StoreError
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
+    from wearlab.plugins import Plugin
 
+Content = TypeVar("Content")
 STORE = Path("wearlab-store")
 ASKED: ContextVar[Path] = ContextVar("asked", default=STORE)
 """The store of the command, in which runs of plug-ins have left what these declare."""
@@ -67,11 +69,28 @@ def load_campaign(file: str) -> "Campaign":
     Stop : it is absent, unreadable or wrong
     """
     from wearlab.campaign import load
+
+    return _loaded(load, file)
+
+
+def load_plugins(file: str) -> "tuple[Plugin, ...]":
+    """Make the variants of a file's plug-ins known.
+
+    Raises
+    ------
+    Stop : the file cannot be read, or a plug-in may not be run
+    """
+    from wearlab.campaign import load_plugins
+
+    return _loaded(load_plugins, file)
+
+
+def _loaded(read: Callable[[str], Content], file: str) -> Content:
     from wearlab.plugins import FOLDER, Trust, trusting
 
     try:
         with trusting(Trust(TRUSTED.get(), ASKED.get() / FOLDER)), telling(f"reading the cases of {file}"):
-            return load(file)
+            return read(file)
     except OSError as error:
         raise Stop(f"{error.filename or file}: {error.strerror or error}") from error
     except ValueError as error:

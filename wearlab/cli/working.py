@@ -8,6 +8,7 @@ from wearlab.cli.output import (
     Stop,
     complain,
     load_campaign,
+    load_plugins,
     refusing,
     say,
     seconds_text,
@@ -228,18 +229,17 @@ def _cell(value: object) -> str:
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
-def show_schema(figures: bool) -> Status:
-    """Print the JSON Schema of campaign files, or the kinds of figures."""
+def show_schema(file: str | None, added: bool, figures: bool) -> Status:
+    """Print the JSON Schema of campaign files, with or of a file's plug-ins, or the kinds of figures."""
     if figures:
         from wearlab.figures import KINDS
 
         show_json(sorted(KINDS))
         return Status.WELL
-    from wearlab.campaign import schema_json
+    from wearlab.campaign import added_json, schema_json
 
-    schema = schema_json()
-    if isinstance(schema, str):
-        say(schema)
-    else:
-        show_json(schema)
+    if added and file is None:
+        raise Stop("--added needs a campaign FILE that names plug-ins")
+    plugins = () if file is None else load_plugins(file)
+    say(added_json(plugins) if added else schema_json())
     return Status.WELL
