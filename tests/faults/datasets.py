@@ -389,7 +389,7 @@ def _done(act) -> str:
 
 
 def prepared(folder, craft) -> bool:
-    """Make a store whose one run has a crafted file, of which the catalogue has the hash; say whether it was."""
+    """Make a store whose run has a crafted file, its hash in the catalogue; say whether it could be made."""
     folder.mkdir()
     with closing(Store(folder / "store")) as store:
         store.create()
