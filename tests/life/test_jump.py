@@ -102,3 +102,30 @@ def test_the_estimate_carries_where_a_grazed_jump_lies(tolerance):
     assert len(true.jumps) == len(life.jumps) == 1
     error = float(np.abs(life.depth[-1] - true.depth[-1]).max())
     assert error <= life.error_estimate_depth <= 50.0 * error
+
+
+class Fragile(Hysteresis):
+    """Branches that overlap from 6 to 10 µm, where an orbit more than a tenth of a µm off finds the upper one."""
+
+    def __init__(self):
+        self.high, self.last = False, 0.0
+
+    def __call__(self, h):
+        lost = h[0] > 0.6 * FOLD and abs(h[0] - self.last) > 1e-7
+        self.high = self.high or h[0] > FOLD or lost
+        self.last = h[0]
+        return np.full(1, FAST if self.high else SLOW)
+
+    def remember(self):
+        return self.high, self.last
+
+    def recall(self, memory):
+        self.high, self.last = memory
+
+
+def test_a_jump_lies_where_small_steps_still_follow_the_branch():
+    """What a long step meets beyond 6 µm is the other branch; the one that is followed ends at 10 µm."""
+    life = evolve(Fragile(), np.zeros(1), limits=Limits(depth=3e-5))
+    (jump,) = life.jumps
+    assert jump.cycle == pytest.approx(FOLD / SLOW, rel=2e-3, abs=0.0)
+    assert life.cycle[-1] == pytest.approx(FOLD / SLOW + 2 * FOLD / FAST, rel=2e-3, abs=0.0)

@@ -10,6 +10,7 @@ from wearlab.campaign import load
 from wearlab.life.history import SetRate
 from wearlab.scene.build import build
 from wearlab.simulation.living import live
+from wearlab.simulation.run import simulate
 from wearlab.wear.law import wear_rate
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
@@ -80,3 +81,20 @@ def test_what_rests_wears_as_the_static_scene_does(scene):
     rates = [SetRate(one)(depth) for one in (moving.resting(), still)]
     np.testing.assert_array_equal(*rates)
     assert SetRate(moving).still is not None
+
+
+def test_a_pair_that_once_jumped_is_within_its_estimate_at_any_tolerance():
+    """The torsional pair at 1100 rpm to 1e8 cycles; point by point its response jumps on the way."""
+    found = load(CAMPAIGNS / "spur_1dof.toml").cases[1].scene
+    assert found.operation.speed == pytest.approx(1100.0 * np.pi / 30.0)
+    assert found.wear.load.model == "instant"
+
+    def lived(tolerance):
+        data = simulate(found.replace("numerics.tolerance", tolerance))
+        last = data.isel(update=-1)
+        return float(last.max_wear_depth.max()), float(last.error_estimate_wear_depth.max())
+
+    true, _ = lived(1e-4)
+    for tolerance in (2e-3, 1e-3, 5e-4):
+        depth, estimate = lived(tolerance)
+        assert abs(depth - true) < estimate < 0.05 * true

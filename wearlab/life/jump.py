@@ -50,9 +50,10 @@ def locate(
 ) -> tuple[Step, Step, Jump] | None:
     """Return the step up to a jump, the step across it, and the jump; None when there is none after all.
 
-    Bisection along the trapezoid ``h + x (r + r(x))/2`` of the near side: each try starts from the memory at
-    the start and belongs to the side whose rate is nearer. A rate between the sides' betrays a steep but
-    continuous change.
+    Bisection along the trapezoid ``h + x (r + r(x))/2`` of the near side: each try starts from the last state
+    there and belongs to the side whose rate is nearer. A rate between the sides' betrays a steep but continuous
+    change. An orbit that is looked for from afar may be found on another branch long before its own one ends:
+    where a short step from the near side does not jump, the jump lies further on.
 
     Parameters
     ----------
@@ -64,17 +65,23 @@ def locate(
     width : cycles within which to locate it
     """
     low, high, near, whole = 0.0, size, node.rate, float(np.linalg.norm(far - node.rate))
-    while high - low > width:
-        middle = 0.5 * (low + high)
+    seen_from = 0.0
+    while high - low > width or seen_from < low:
+        # A far side that was seen from further back is looked for again, from where the near side is now.
+        again = high - low <= width
+        x = high if again else 0.5 * (low + high)
         rate.recall(memory)
-        tried = rate(_along(node, low, near, middle))
+        tried = rate(_along(node, low, near, x))
         to_near, to_far = float(np.linalg.norm(tried - near)), float(np.linalg.norm(tried - far))
         if min(to_near, to_far) > CONTINUOUS * np.linalg.norm(far - near):
             return None
         if to_near <= to_far:
-            low, near = middle, tried
+            if x >= size:
+                return None
+            high = min(size, x + 2.0 * (x - seen_from)) if again else high
+            low, near, memory = x, tried, rate.remember()
         else:
-            high, far = middle, tried
+            high, far, seen_from = x, tried, low
     depth = _along(node, low, near, low)
     rate.recall(memory)
     near = rate(depth)  # along a steep way the last look there was at another depth
@@ -82,6 +89,8 @@ def locate(
         return None
     before = Node(node.cycle + low, depth, near)
     after = _landed(rate, before, high - low, far, memory)
+    if after is None:
+        return None
     change = 0.5 * low * (near - node.rate)
     up = Step(node, before, (node.rate, near), change, growth(node, before))
     gap = after.cycle - before.cycle
@@ -96,17 +105,17 @@ def _along(node: Node, low: float, near: Array, x: float) -> Array:
     return np.asarray(np.maximum(node.depth, node.depth + x * node.rate + 0.5 * x * x * trend))
 
 
-def _landed(rate: CountedRate, before: Node, gap: float, far: Array, memory: Any) -> Node:
-    """Return the first state beyond the jump; the gap doubles until it is."""
+def _landed(rate: CountedRate, before: Node, gap: float, far: Array, memory: Any) -> Node | None:
+    """Return the first state beyond the jump, None where none is; the gap doubles until it is."""
     steepest = np.maximum(before.rate, far)
     for _ in range(10):
         rate.recall(memory)
         depth = before.depth + gap * steepest
         landed = rate(depth)
         if np.linalg.norm(landed - far) <= np.linalg.norm(landed - before.rate):
-            break
+            return Node(before.cycle + gap, depth, landed)
         gap *= 2.0
-    return Node(before.cycle + gap, depth, landed)
+    return None
 
 
 def shift_by(rate: CountedRate, across: Step, error: Array, memory: Any) -> float:
