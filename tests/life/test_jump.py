@@ -105,7 +105,7 @@ def test_the_estimate_carries_where_a_grazed_jump_lies(tolerance):
 
 
 class Fragile(Hysteresis):
-    """Branches that overlap from 6 to 10 µm, where an orbit a tenth of a µm off finds the upper one."""
+    """Branches that overlap from 6 to 10 µm; an orbit a tenth of a µm off finds the upper one there."""
 
     def __init__(self):
         self.high, self.last = False, 0.0
