@@ -51,9 +51,9 @@ def locate(
     """Return the step up to a jump, the step across it, and the jump; None when there is none after all.
 
     Bisection along the trapezoid ``h + x (r + r(x))/2`` of the near side: each try starts from the last state
-    there and belongs to the side whose rate is nearer. A rate between the sides' betrays a steep but continuous
-    change. An orbit that is looked for from afar may be found on another branch long before its own one ends:
-    where a short step from the near side does not jump, the jump lies further on.
+    there and belongs to the side whose rate is nearer. A rate between the sides' betrays a steep but
+    continuous change. An orbit that is looked for from afar may be found on another branch long before its
+    own one ends: where a short step from the near side does not jump, the jump lies further on.
 
     Parameters
     ----------
