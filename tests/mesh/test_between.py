@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from made_pair import PAIR as MADE
 
 from wearlab.accuracy.steady import steady
 from wearlab.dynamics.between import parabola
@@ -9,19 +10,7 @@ from wearlab.mesh.between import Between
 from wearlab.mesh.excitation import stage_tables
 from wearlab.scene import Scene
 
-PAIR = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 23},
-        "gear": {"teeth": 37},
-    },
-    "operation": {"torque": "150 N*m", "speed": "2900 rpm"},
-    "mesh": {"damping_ratio": 0.05},
-    "errors": {"harmonic": [{"order": 3, "amplitude": "2 um"}]},
-    "dynamics": {"model": "torsional"},
-}
+PAIR = MADE | {"errors": {"harmonic": [{"order": 3, "amplitude": "2 um"}]}}
 SERIES = {"model": "fourier", "stiffness_harmonics": 5, "error_harmonics": 5}
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from made_pair import PAIR
 
 from wearlab.accuracy.reference import second_method
 from wearlab.accuracy.steady import steady
@@ -16,17 +17,8 @@ from wearlab.scene.build import build
 from wearlab.simulation import simulate
 from wearlab.simulation.force_errors import LARGEST_SHARE, NEAR, error_of_largest
 
-SCENE: dict[str, Any] = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 23},
-        "gear": {"teeth": 37},
-    },
-    "operation": {"torque": "150 N*m", "speed": "2900 rpm"},
+SCENE: dict[str, Any] = PAIR | {
     "mesh": {"damping_ratio": 0.05, "normal_backlash": "100 um"},
-    "dynamics": {"model": "torsional"},
     "numerics": {"tolerance": 1e-3},
 }
 CASES: dict[str, dict[str, Any]] = {

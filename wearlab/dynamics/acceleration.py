@@ -7,7 +7,7 @@ import numpy as np
 from numpy.polynomial import Legendre
 from numpy.typing import NDArray
 
-from wearlab.dynamics.between import errors_within, parabola, springs_within
+from wearlab.dynamics.between import parabola
 from wearlab.dynamics.response import Response, accelerations, coordinates_at, step_of
 from wearlab.mesh.stages import StageGrid
 
@@ -36,8 +36,8 @@ def mesh_acceleration_at(
     x = (phase - grid.start[step]) / grid.width[step]
     state = np.concatenate(coordinates_at(response, grid, phase, segment), axis=1).transpose(0, 2, 1)
     tables = response.tables
-    error, error_rate = errors_within(tables, response.between, step, x)
-    stiffness, gap = springs_within(tables, response.between, step, x)
+    error, error_rate = response.within.errors(step, x)
+    stiffness, gap = response.within.springs(step, x)
     known = {"stiffness": stiffness, "gap": gap, "error": error, "error_rate": error_rate}
     known |= {
         name: parabola(table, step, x)

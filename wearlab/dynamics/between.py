@@ -1,6 +1,6 @@
 """What the mesh is between the stages of its tables: what they were taken of, or parabolas through them."""
 
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,19 +29,18 @@ def parabola(table: Array, step: Index, fraction: Array) -> Array:
     return np.einsum("in,ni...->n...", np.array([y * (y - x), 4.0 * x * y, x * (x - y)]), table[step])
 
 
-def errors_within(
-    tables: StageTables, between: TablesWithin | None, step: Index, fraction: Array
-) -> tuple[Array, Array]:
-    """Return prescribed errors and their rates by phase at fractions of steps, (n, n_mesh) each [m]."""
-    if between is not None:
-        return between.errors(step, fraction)
-    return parabola(tables.error, step, fraction), parabola(tables.error_rate, step, fraction)
+class Parabolas(NamedTuple):
+    """Values between the stages of tables that are all that is known of a mesh: parabolas through them."""
 
+    tables: StageTables
 
-def springs_within(
-    tables: StageTables, between: TablesWithin | None, step: Index, fraction: Array
-) -> tuple[Array, Array]:
-    """Return stiffness [N/m] and gap [m] of all pairs at fractions of steps, (n, n_mesh, n_pairs) each."""
-    if between is not None:
-        return between.springs(step, fraction)
-    return parabola(tables.stiffness, step, fraction), parabola(tables.gap, step, fraction)
+    def errors(self, step: Index, fraction: Array) -> tuple[Array, Array]:
+        """Return prescribed errors and their rates by phase [m]."""
+        return self._both(self.tables.error, self.tables.error_rate, step, fraction)
+
+    def springs(self, step: Index, fraction: Array) -> tuple[Array, Array]:
+        """Return stiffness [N/m] and gap [m] of all pairs, stiffness 0 out of the path."""
+        return self._both(self.tables.stiffness, self.tables.gap, step, fraction)
+
+    def _both(self, first: Array, second: Array, step: Index, fraction: Array) -> tuple[Array, Array]:
+        return parabola(first, step, fraction), parabola(second, step, fraction)

@@ -77,6 +77,13 @@ def place(first: int, stage: int, stages: int) -> tuple[int, int]:
     return (first + stage // 2, stage % 2) if stage < stages else (first + stage // 2 - 1, 2)
 
 
+@jit_inner(allocates=True)
+def scratch_of(direction: Any, inputs: Any, rows: int) -> tuple[Any, Any]:
+    """Return room for `at_stage` of all stages of a group."""
+    stages, (count, loads) = rows // len(direction) + 1, inputs.load.shape[2:]
+    return np.empty((stages, count, len(direction))), np.empty((stages, count, loads))
+
+
 @jit_inner
 def fill(
     sense: Any, feed: Any, direction: Any, inputs: Any, first: int, law: Any, push: Any, matrix: Any
@@ -84,7 +91,7 @@ def fill(
     """Write ``(1 + feed law) X = (sense − feed_0 law_0 d, feed push)`` of one group into ``matrix``.
 
     Columns lie one after another, (columns, padded rows), as in ``sense`` (2n, rows) and ``feed``
-    (stages n_in, rows). ``law``, ``push``: scratch, see `at_stage`.
+    (stages n_in, rows). ``law``, ``push``: filled with `at_stage` of all stages, which come first.
     """
     states, rows = sense.shape
     (meshes, n), count = direction.shape, inputs.load.shape[2]
@@ -96,13 +103,13 @@ def fill(
         write(sense[state], matrix[begin + state])
     for stage in range(stages + 1):
         step, at = place(first, stage, stages)
-        at_stage(inputs, step, at, law, push)
+        at_stage(inputs, step, at, law[stage], push[stage])
         for a in range(count):
             fed = feed[stage * count + a]
-            for x in range(push.shape[1]):
-                add(matrix[begin + states + x], fed, push[a, x])
+            for x in range(push.shape[2]):
+                add(matrix[begin + states + x], fed, push[stage, a, x])
             for m in range(meshes):
-                value = law[a, m]
+                value = law[stage, a, m]
                 if value != 0.0 and stage > 0:
                     add(matrix[(stage - 1) * meshes + m], fed, value)
                 elif value != 0.0:
@@ -119,25 +126,20 @@ def add(out: Any, given: Any, factor: float) -> None:
 
 
 @jit_inner
-def inputs_at_stages(
-    direction: Any, inputs: Any, first: int, law: Any, push: Any, found: Any, rows: int, out: Any
-) -> None:
+def inputs_at_stages(direction: Any, law: Any, push: Any, found: Any, rows: int, out: Any) -> None:
     """Write the inputs at all stages of a group by its start, (stages n_in, columns).
 
     ``found``: (columns, padded rows) d·q at all stages but the first, ``rows`` of them.
     """
-    (meshes, n), count, columns = direction.shape, inputs.load.shape[2], len(found)
-    stages = rows // meshes
-    for stage in range(stages + 1):
-        step, at = place(first, stage, stages)
-        at_stage(inputs, step, at, law, push)
+    (meshes, n), count, columns = direction.shape, law.shape[1], len(found)
+    for stage in range(rows // meshes + 1):
         for a in range(count):
             row = out[stage * count + a]
             row[:] = 0.0
-            for x in range(push.shape[1]):
-                row[2 * n + x] = push[a, x]
+            for x in range(push.shape[2]):
+                row[2 * n + x] = push[stage, a, x]
             for m in range(meshes):
-                value = law[a, m]
+                value = law[stage, a, m]
                 if value != 0.0:
                     if stage > 0:
                         felt = (stage - 1) * meshes + m
@@ -148,101 +150,24 @@ def inputs_at_stages(
                             row[col] -= value * direction[m, col]
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def over_group(
     transition: Any, effect: Any, sense: Any, feed: Any, direction: Any, inputs: Any, first: int, work: Any,
-    stages: Any, one: Any,
+    law: Any, push: Any, stages: Any, one: Any,
 ) -> None:  # fmt: skip
     """Find the map over one group, ``one`` (2n, columns), and its stages' inputs."""
     states, rows = sense.shape
     unknowns, columns = padded(rows), one.shape[1]
     matrix = work[: unknowns * (unknowns + columns)].reshape((unknowns + columns, unknowns))
-    law, push = np.empty((inputs.load.shape[2], len(direction))), np.empty(inputs.load.shape[2:])
     fill(sense, feed, direction, inputs, first, law, push, matrix)
     eliminate(matrix)
     by_start = stages[: effect.shape[1]]
-    inputs_at_stages(direction, inputs, first, law, push, matrix[unknowns:], rows, by_start)
+    inputs_at_stages(direction, law, push, matrix[unknowns:], rows, by_start)
     last = len(effect) - states
     product(effect[last:], by_start, one)
     for row in range(states):
         for col in range(states):
             one[row, col] += transition[last + row, col]
-
-
-@jit_inner
-def over_group_of_one(
-    transition: Any, effect: Any, sense: Any, feed: Any, direction: Any, inputs: Any, first: int, work: Any,
-    law: Any, push: Any, stages: Any, one: Any,
-) -> None:  # fmt: skip
-    """Find the map over one group of a single mesh, as `over_group` does: rows lie one after another.
-
-    ``law``, ``push``: scratch, (stages, n_in, 1) and (stages, n_in, 1 + n_balance).
-    """
-    states, rows = sense.shape
-    columns, count, loads = one.shape[1], inputs.load.shape[2], inputs.load.shape[3]
-    n, total = direction.shape[1], rows + columns
-    for stage in range(rows + 1):
-        step, at = place(first, stage, rows)
-        at_stage(inputs, step, at, law[stage], push[stage])
-    matrix = work[: rows * total].reshape((rows, total))
-    for row in range(rows):
-        for col in range(total):
-            matrix[row, col] = 0.0
-        for col in range(states):
-            matrix[row, rows + col] = sense[col, row]
-        for a in range(count):
-            fed = feed[a, row] * law[0, a, 0]
-            for col in range(n):
-                matrix[row, rows + col] -= fed * direction[0, col]
-            for stage in range(rows):
-                matrix[row, stage] += feed[(stage + 1) * count + a, row] * law[stage + 1, a, 0]
-            for stage in range(rows + 1):
-                for x in range(loads):
-                    matrix[row, rows + states + x] += feed[stage * count + a, row] * push[stage, a, x]
-        matrix[row, row] += 1.0
-    for k in range(rows):
-        pivot = k
-        for row in range(k + 1, rows):
-            if abs(matrix[row, k]) > abs(matrix[pivot, k]):
-                pivot = row
-        if pivot != k:
-            for col in range(k, total):
-                matrix[k, col], matrix[pivot, col] = matrix[pivot, col], matrix[k, col]
-        inverse = 1.0 / matrix[k, k]
-        for col in range(np.uint64(k + 1), np.uint64(total)):
-            matrix[k, col] *= inverse
-        for row in range(k + 1, rows):
-            factor = matrix[row, k]
-            for col in range(np.uint64(k + 1), np.uint64(total)):
-                matrix[row, col] -= factor * matrix[k, col]
-    for k in range(rows - 1, 0, -1):
-        for row in range(k):
-            factor = matrix[row, k]
-            for col in range(np.uint64(rows), np.uint64(total)):
-                matrix[row, col] -= factor * matrix[k, col]
-    for stage in range(rows + 1):
-        for a in range(count):
-            line, value = stage * count + a, -law[stage, a, 0]
-            for col in range(columns):
-                stages[line, col] = 0.0
-            if stage == 0:
-                for col in range(n):
-                    stages[line, col] = value * direction[0, col]
-            else:
-                for col in range(np.uint64(0), np.uint64(columns)):
-                    stages[line, col] = value * matrix[stage - 1, np.uint64(rows) + col]
-            for x in range(loads):
-                stages[line, states + x] += push[stage, a, x]
-    last, lines = len(effect) - states, effect.shape[1]
-    for row in range(states):
-        for col in range(states):
-            one[row, col] = transition[last + row, col]
-        for col in range(states, columns):
-            one[row, col] = 0.0
-        for line in range(lines):
-            factor = effect[last + row, line]
-            for col in range(np.uint64(0), np.uint64(columns)):
-                one[row, col] += factor * stages[line, col]
 
 
 @jit_inner(allocates=True)
@@ -262,8 +187,7 @@ def over_groups(
     states, columns = whole.shape
     unknowns = padded(four.sense.shape[2])
     work = np.empty(unknowns * (unknowns + columns))
-    law = np.empty((four.sense.shape[2] + 1, inputs.load.shape[2], 1))
-    push = np.empty((len(law), inputs.load.shape[2], inputs.load.shape[3]))
+    law, push = scratch_of(direction, inputs, four.sense.shape[2])
     by_state, carried = np.empty((states, states)), np.empty((states, columns))
     whole[:, :] = 0.0
     for row in range(states):
@@ -271,16 +195,10 @@ def over_groups(
     for at in range(len(first)):
         x, step = slot[at], maps[at]
         group = four if size[at] == 0 else (two if size[at] == 1 else one)
-        if len(direction) == 1:
-            over_group_of_one(
-                group.transition[x], group.effect[x], group.sense[x], group.feed[x], direction, inputs,
-                first[at], work, law, push, stages[at], step,
-            )  # fmt: skip
-        else:
-            over_group(
-                group.transition[x], group.effect[x], group.sense[x], group.feed[x], direction, inputs,
-                first[at], work, stages[at], step,
-            )  # fmt: skip
+        over_group(
+            group.transition[x], group.effect[x], group.sense[x], group.feed[x], direction, inputs,
+            first[at], work, law, push, stages[at], step,
+        )  # fmt: skip
         for row in range(states):
             for col in range(states):
                 by_state[row, col] = step[row, col]

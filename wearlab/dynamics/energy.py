@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.between import errors_within, parabola, springs_within
+from wearlab.dynamics.between import parabola
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.system import System
 
@@ -153,14 +153,14 @@ class _Flanks(NamedTuple):
 def _mesh_at(response: Response, x: Array) -> _Mesh:
     tables, period, steps = response.tables, response.mesh_period, len(response.tables.width)
     step, fraction = np.tile(np.arange(steps), len(x)), np.repeat(x, steps)
-    shape, between = (len(x), steps, tables.error.shape[2]), response.between
+    shape, between = (len(x), steps, tables.error.shape[2]), response.within
     before, here, after = (
-        [one.reshape(*shape, -1) for one in springs_within(tables, between, step, fraction + moved)]
+        [one.reshape(*shape, -1) for one in between.springs(step, fraction + moved)]
         for moved in (-NEARBY, 0.0, NEARBY)
     )
     duration = 2.0 * NEARBY * period * tables.width[:, None, None]
     rates = [(late - early) / duration for early, late in zip(before, after, strict=True)]
-    error, error_rate = (one.reshape(shape) for one in errors_within(tables, between, step, fraction))
+    error, error_rate = (one.reshape(shape) for one in between.errors(step, fraction))
     return _Mesh(
         here[0],
         rates[0],

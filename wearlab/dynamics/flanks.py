@@ -86,8 +86,8 @@ def contact_behind_differs(backlash: Any, m: int, deflection: float, contact: bo
 
 
 @jit_inner
-def active_damping(gate: Any, damping: float, touching: bool) -> float:
-    """Return the mesh damping: always there, or only while flanks touch."""
+def gated(gate: Any, damping: float, touching: bool) -> float:
+    """Return a mesh's damping, or its damping force: always there, or only while flanks touch."""
     if gate is None:
         return damping
     return damping if touching else 0.0
@@ -219,7 +219,7 @@ def gate_damping(kernel: Any, m: int, contact: Any) -> float:
     touching = False
     for p in range(len(kernel.pairs) + 1):
         touching = touching or contact[m, p]
-    return active_damping(kernel.gate, kernel.mesh_damping[m], touching)
+    return gated(kernel.gate, kernel.mesh_damping[m], touching)
 
 
 @jit_inner

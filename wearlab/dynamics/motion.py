@@ -5,7 +5,7 @@ from typing import Any
 from numba.extending import overload
 
 from wearlab.compiled import INNER, jit_inner
-from wearlab.dynamics.flanks import behind, within
+from wearlab.dynamics.flanks import behind, gated, within
 from wearlab.dynamics.structure import Dense, Diagonal
 
 
@@ -46,14 +46,6 @@ def fluctuating(fluctuation: Any, table: Any, step: int, x: float, out: Any) -> 
         factor = within(table[step], x)
         for row in range(len(out)):
             out[row] += factor * fluctuation[row]
-
-
-@jit_inner
-def gated(gate: Any, force: float, touching: bool) -> float:
-    """Return a damping force: always there, or only while flanks touch."""
-    if gate is None:
-        return force
-    return force if touching else 0.0
 
 
 @jit_inner

@@ -13,6 +13,7 @@ from wearlab.dynamics.collocation_kernel import (
     padded,
     path_over_groups,
     place,
+    scratch_of,
 )
 from wearlab.dynamics.elimination import eliminate
 from wearlab.dynamics.registers import write
@@ -29,14 +30,14 @@ def answers_of_group(
     unknowns, stages = padded(rows), rows // len(direction) + 1
     columns = given + stages * moving
     matrix = work[: unknowns * (unknowns + columns)].reshape((unknowns + columns, unknowns))
-    law, push = np.empty((inputs.load.shape[2], len(direction))), np.empty(inputs.load.shape[2:])
+    law, push = scratch_of(direction, inputs, rows)
     fill(sense, feed, direction, inputs, first, law, push, matrix)
     for stage in range(stages):
         for a in range(moving):
             write(feed[stage * count + a], matrix[unknowns + given + stage * moving + a])
     eliminate(matrix)
     entering = np.empty((stages * count, columns))
-    inputs_at_stages(direction, inputs, first, law, push, matrix[unknowns:], rows, entering)
+    inputs_at_stages(direction, law, push, matrix[unknowns:], rows, entering)
     for stage in range(stages):
         for a in range(moving):
             entering[stage * count + a, given + stage * moving + a] += 1.0

@@ -13,8 +13,8 @@ from wearlab.dynamics.flanks import contact_differs, mesh_law, see_contact
 from wearlab.dynamics.motion import acceleration, unmeshed
 from wearlab.dynamics.newton import solve_linear
 from wearlab.dynamics.registers import write
-from wearlab.dynamics.response import Response, split_periods
-from wearlab.dynamics.steady import Steadiness, march_to_steady
+from wearlab.dynamics.response import split_periods
+from wearlab.dynamics.steady import Marching
 from wearlab.dynamics.structure import kernel_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -25,29 +25,15 @@ ONE_COLUMN = (0,)
 
 
 @dataclass(frozen=True)
-class Newmark:
+class Newmark(Marching):
     """Newmark-β with β = 1/4, γ = 1/2, Newton on the contact inside each step (Newmark 1959).
 
-    Second order; implicit and unconditionally stable for constant contact.
-
-    Parameters
-    ----------
-    tolerance, most, longest, averaged : see `wearlab.dynamics.runge_kutta4.RungeKutta4`
+    Second order; implicit and unconditionally stable for constant contact. Parameters: see `Marching`.
     """
 
-    tolerance: float = 1e-7
-    most: int = 5000
-    longest: int = 24
-    averaged: int = 200
-
-    def solve(
-        self, system: System, tables: StageTables, period: float, start: Response | None = None
-    ) -> Response:
-        """Return the steady response; parameters as in `wearlab.dynamics.periodic.Periodic.solve`."""
-        steadiness = Steadiness(self.tolerance, self.most, self.longest, self.averaged)
-        return march_to_steady(
-            _NewmarkMarcher(system, tables, period), steadiness, system, tables, period, start
-        )
+    def marcher(self, system: System, tables: StageTables, period: float) -> "_NewmarkMarcher":
+        """Return what integrates a system over mesh periods."""
+        return _NewmarkMarcher(system, tables, period)
 
 
 class _NewmarkMarcher:

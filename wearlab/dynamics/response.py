@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.balance import balance_of
-from wearlab.dynamics.between import TablesWithin, errors_within
+from wearlab.dynamics.between import Parabolas, TablesWithin
 from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.path import Path, path
 from wearlab.dynamics.system import System
@@ -97,6 +97,11 @@ class Response:
         return multipliers_of(self.system, balance_of(self.system, self.mesh_period), self.derivative)
 
     @property
+    def within(self) -> TablesWithin:
+        """The meshes between the stages of their tables."""
+        return Parabolas(self.tables) if self.between is None else self.between
+
+    @property
     def end(self) -> Array:
         """(2n,) the state from which to continue."""
         end: Array = self.state[-1, -1]
@@ -168,7 +173,7 @@ def deflection_at(
     step = step_of(grid, phase, segment, side)
     x = (phase - grid.start[step]) / grid.width[step]
     position, velocity = response.approach.at(step, x)
-    error, slope = errors_within(response.tables, response.between, step, x)
+    error, slope = response.within.errors(step, x)
     delta, rate = position - error, velocity - slope / response.mesh_period
     return np.ascontiguousarray(delta.transpose(0, 2, 1)), np.ascontiguousarray(rate.transpose(0, 2, 1))
 

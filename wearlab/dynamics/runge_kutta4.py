@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from wearlab.dynamics.events import scratch
 from wearlab.dynamics.march_kernel import march_periods
 from wearlab.dynamics.period_map import LOCATED
-from wearlab.dynamics.response import Response, split_periods
-from wearlab.dynamics.steady import Steadiness, march_to_steady
+from wearlab.dynamics.response import split_periods
+from wearlab.dynamics.steady import Marching
 from wearlab.dynamics.structure import in_registers, kernel_of, padded_width, width_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -18,28 +18,12 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class RungeKutta4:
-    """Fixed steps of order four on the tables, contact changes located (Kutta 1901).
+class RungeKutta4(Marching):
+    """Fixed steps of order four on the tables, contact changes located (Kutta 1901); see `Marching`."""
 
-    Parameters
-    ----------
-    tolerance : remaining change at which the march is steady, relative to the state
-    most, longest, averaged : see `wearlab.dynamics.steady.Steadiness`
-    """
-
-    tolerance: float = 1e-7
-    most: int = 5000
-    longest: int = 24
-    averaged: int = 200
-
-    def solve(
-        self, system: System, tables: StageTables, period: float, start: Response | None = None
-    ) -> Response:
-        """Return the steady response; parameters as in `wearlab.dynamics.periodic.Periodic.solve`."""
-        steadiness = Steadiness(self.tolerance, self.most, self.longest, self.averaged)
-        return march_to_steady(
-            TableMarcher(system, tables, period), steadiness, system, tables, period, start
-        )
+    def marcher(self, system: System, tables: StageTables, period: float) -> "TableMarcher":
+        """Return what integrates a system over mesh periods."""
+        return TableMarcher(system, tables, period)
 
 
 class TableMarcher:

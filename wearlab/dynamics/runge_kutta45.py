@@ -10,8 +10,8 @@ from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.balance import rebalance
 from wearlab.dynamics.motion import acceleration
 from wearlab.dynamics.registers import write
-from wearlab.dynamics.response import Response, split_periods
-from wearlab.dynamics.steady import Steadiness, march_to_steady
+from wearlab.dynamics.response import split_periods
+from wearlab.dynamics.steady import Marching
 from wearlab.dynamics.structure import kernel_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -35,7 +35,7 @@ LEAST_FRACTION = 1e-9
 
 
 @dataclass(frozen=True)
-class RungeKutta45:
+class RungeKutta45(Marching):
     """Adaptive steps of order five with an embedded fourth order (Dormand & Prince 1980).
 
     The tables are interpolated within their steps and integration stops at every end of them, so no step
@@ -44,23 +44,15 @@ class RungeKutta45:
     Parameters
     ----------
     relative, absolute : error allowed per step: relative, and of positions [m]
-    tolerance, most, longest, averaged : see `wearlab.dynamics.runge_kutta4.RungeKutta4`
+    tolerance, most, longest, averaged : see `wearlab.dynamics.steady.Marching`
     """
 
     relative: float = 1e-7
     absolute: float = 1e-14
-    tolerance: float = 1e-7
-    most: int = 5000
-    longest: int = 24
-    averaged: int = 200
 
-    def solve(
-        self, system: System, tables: StageTables, period: float, start: Response | None = None
-    ) -> Response:
-        """Return the steady response; parameters as in `wearlab.dynamics.periodic.Periodic.solve`."""
-        steadiness = Steadiness(self.tolerance, self.most, self.longest, self.averaged)
-        marcher = AdaptiveMarcher(self, system, tables, period)
-        return march_to_steady(marcher, steadiness, system, tables, period, start)
+    def marcher(self, system: System, tables: StageTables, period: float) -> "AdaptiveMarcher":
+        """Return what integrates a system over mesh periods."""
+        return AdaptiveMarcher(self, system, tables, period)
 
 
 class AdaptiveMarcher:

@@ -1,6 +1,8 @@
 """Marching until steady, with a test that a slow decay cannot fool."""
 
-from typing import NamedTuple, Protocol
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +31,9 @@ class Marcher(Protocol):
         ...
 
 
-class Steadiness(NamedTuple):
-    """When a march ends.
+@dataclass(frozen=True, kw_only=True)
+class Marching(ABC):
+    """A method that marches until its transient has died.
 
     Parameters
     ----------
@@ -40,10 +43,20 @@ class Steadiness(NamedTuple):
     averaged : mesh periods kept of an aperiodic response
     """
 
-    tolerance: float
-    most: int
-    longest: int
-    averaged: int
+    tolerance: float = 1e-7
+    most: int = 5000
+    longest: int = 24
+    averaged: int = 200
+
+    @abstractmethod
+    def marcher(self, system: System, tables: StageTables, period: float) -> Marcher:
+        """Return what integrates a system over mesh periods."""
+
+    def solve(
+        self, system: System, tables: StageTables, period: float, start: Response | None = None
+    ) -> Response:
+        """Return the steady response; parameters as in `wearlab.dynamics.periodic.Periodic.solve`."""
+        return march_to_steady(self, self.marcher(system, tables, period), system, tables, period, start)
 
 
 def remaining_change(strobe: Array, m: int, rate: float) -> float:
@@ -97,8 +110,8 @@ def under_one_load(marcher: Marcher, kept: Array, period: float) -> Array:
 
 
 def march_to_steady(
+    method: Marching,
     marcher: Marcher,
-    steadiness: Steadiness,
     system: System,
     tables: StageTables,
     period: float,
@@ -114,20 +127,20 @@ def march_to_steady(
         loaded = found_load(system, marcher.kernel.balance)
         return Response(m, kept, np.empty(0, complex), verdict, counts, residual, loaded, tables, period)
 
-    while maps < steadiness.most:
+    while maps < method.most:
         strobe, _ = marcher.march(state, BLOCK, 1)
         maps += BLOCK
         if not np.isfinite(state).all():
             break
-        for m in range(1, steadiness.longest + 1):
+        for m in range(1, method.longest + 1):
             left = remaining_change(strobe, m, rate)
-            if left <= steadiness.tolerance:
-                m = _least_period(strobe, m, rate, steadiness.tolerance)
+            if left <= method.tolerance:
+                m = _least_period(strobe, m, rate, method.tolerance)
                 _, kept = marcher.march(state, m, m)
                 maps += m
                 return response(m, kept, left, Verdict(True, None, True, True))
-    _, kept = marcher.march(state, steadiness.averaged, steadiness.averaged)
-    maps += steadiness.averaged
+    _, kept = marcher.march(state, method.averaged, method.averaged)
+    maps += method.averaged
     if np.isfinite(kept).all():
         kept = under_one_load(marcher, kept, period)
     n = len(system.load)

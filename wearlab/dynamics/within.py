@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.between import errors_within, springs_within
 from wearlab.dynamics.response import Response
 
 Array = NDArray[np.float64]
@@ -53,12 +52,10 @@ def forces_within(
     path = response.approach
     path = path._replace(coefficient=path.coefficient[:, kept])
     position, velocity = path.at(at, fraction)
-    error, error_rate = errors_within(tables, response.between, at, fraction)
+    error, error_rate = response.within.errors(at, fraction)
     delta = (position - error).reshape(-1, *shape)
     rate = (velocity - error_rate / response.mesh_period).reshape(-1, *shape)
-    stiffness, gap = (
-        one.reshape(*shape, -1) for one in springs_within(tables, response.between, at, fraction)
-    )
+    stiffness, gap = (one.reshape(*shape, -1) for one in response.within.springs(at, fraction))
     present = stiffness > 0.0
     apart = np.where(present, gap - delta[..., None], FAR)
     elastic = (stiffness * np.where(present, np.maximum(-apart, 0.0), 0.0)).sum(axis=-1)

@@ -77,6 +77,16 @@ def words_of(variable: "xr.DataArray", name: str) -> str:
     return WORDS.get(name) or str(variable.attrs.get("long_name") or name.replace("_", " "))
 
 
+def lone(values: Array, scale: Scale, name: str, ask: Ask) -> tuple[Array, Scale]:
+    """Return the one value (1,) of a run, or refuse several."""
+    if values.size != 1:
+        raise FigureError(
+            f"{ask.name}: {name} is not one number per run; choose one place along each of its dimensions "
+            "in select"
+        )
+    return values.reshape(1), scale
+
+
 def shown(variable: "xr.DataArray", name: str, ask: Ask, axis: str = "y") -> tuple[Array, Scale]:
     """Return a variable's values in display units, and what an axis says of them.
 

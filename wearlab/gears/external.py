@@ -135,29 +135,34 @@ def check_pair(pair: GearPair) -> None:
         (pair.driven, pair.driving, -pair.path.E),
     ):
         start = gear.base_radius * math.tan(pair.working_pressure_angle) + s_root
-        _check_start(gear, mate, start)
-        clearance = pair.centre_distance - mate.tip_radius - gear.root_radius
-        if clearance <= 0.0:
-            raise GearError(
-                f"{mate.name}: its tip runs {-clearance * 1e3:.4g} mm into the root of {gear.name}; shorten "
-                f"the tip of {mate.name} or deepen the root of {gear.name}"
-            )
+        check_start(gear, mate, start)
+        check_clearance(mate, gear, pair.centre_distance - mate.tip_radius - gear.root_radius)
         if gear.modification is not None:
             check_reliefs(gear.modification, pair.path.E - pair.path.A, gear.name)
 
 
-def _check_start(gear: Gear, mate: Gear, curvature: float) -> None:
+def check_clearance(gear: Gear, mate: Gear, clearance: float) -> None:
+    """Refuse a tip that runs into the mate's root."""
+    if clearance <= 0.0:
+        raise GearError(
+            f"{gear.name}: its tip runs {-clearance * 1e3:.4g} mm into the root of {mate.name}; shorten "
+            f"the tip of {gear.name} or deepen the root of {mate.name}"
+        )
+
+
+def check_start(gear: Gear, mate: Gear, curvature: float) -> None:
     """Refuse contact that begins beyond the base circle's tangent point, or below the form circle."""
+    word, remedy = ("involute", ' (tip_alteration = "wang-2023")') if mate.internal else ("tip", "")
     if curvature <= 0.0:
         raise GearError(
-            f"tip interference: the tip of {mate.name} reaches {-curvature * 1e3:.4g} mm beyond the "
-            f"tangent point of the base circle of {gear.name}; shorten the tip of {mate.name} or raise the "
-            f"profile shift of {gear.name}"
+            f"{word} interference: the tip of {mate.name} reaches {-curvature * 1e3:.4g} mm beyond the "
+            f"tangent point of the base circle of {gear.name}; shorten the tip of {mate.name}{remedy} or "
+            f"raise the profile shift of {gear.name}"
         )
     start = math.hypot(gear.base_radius, curvature)
     if start < gear.form_radius * (1.0 - CONTACT_TOLERANCE):
         raise GearError(
             f"fillet interference: {mate.name} would touch {gear.name} at diameter {2e3 * start:.5g} mm, "
-            f"below its form diameter {2e3 * gear.form_radius:.5g} mm; shorten the tip of {mate.name}, "
-            f"deepen the root of {gear.name} or reduce its fillet_radius_coefficient"
+            f"below its form diameter {2e3 * gear.form_radius:.5g} mm; shorten the tip of {mate.name}{remedy}"
+            f", deepen the root of {gear.name} or reduce its fillet_radius_coefficient"
         )

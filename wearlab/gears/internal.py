@@ -5,7 +5,13 @@ from typing import Literal
 
 from wearlab.gears.build import build_gear
 from wearlab.gears.errors import GearError
-from wearlab.gears.external import CONTACT_TOLERANCE, check_basics, tip_curvature
+from wearlab.gears.external import (
+    CONTACT_TOLERANCE,
+    check_basics,
+    check_clearance,
+    check_start,
+    tip_curvature,
+)
 from wearlab.gears.gear import Gear
 from wearlab.gears.involute import involute
 from wearlab.gears.materials import STEEL, Material
@@ -138,7 +144,7 @@ def assemble_internal(pinion: Gear, ring: Gear, centre_distance: float, *, ring_
 def _check_interference(pinion: Gear, ring: Gear, a: float, alpha_w: float) -> None:
     """Refuse contact off either involute, tips in roots, and tips that meet outside the path."""
     lead = (ring.base_radius - pinion.base_radius) * math.tan(alpha_w)
-    _check_pinion_start(pinion, ring, tip_curvature(ring) - lead)
+    check_start(pinion, ring, tip_curvature(ring) - lead)
     end = math.hypot(ring.base_radius, tip_curvature(pinion) + lead)
     if end > ring.form_radius * (1.0 + CONTACT_TOLERANCE):
         raise GearError(
@@ -150,34 +156,13 @@ def _check_interference(pinion: Gear, ring: Gear, a: float, alpha_w: float) -> N
         (pinion, ring, ring.root_radius - a - pinion.tip_radius),
         (ring, pinion, ring.tip_radius - a - pinion.root_radius),
     ):
-        if clearance <= 0.0:
-            raise GearError(
-                f"{gear.name}: its tip runs {-clearance * 1e3:.4g} mm into the root of {mate.name}; shorten "
-                f"the tip of {gear.name} or deepen the root of {mate.name}"
-            )
+        check_clearance(gear, mate, clearance)
     clearance = tip_clearance(pinion, ring, a)
     if clearance < 0.0:
         raise GearError(
             f"tip interference: with {ring.teeth} − {pinion.teeth} = {ring.teeth - pinion.teeth} teeth of "
             f"difference the tips of {pinion.name} and {ring.name} overlap by {-clearance * 1e3:.4g} mm "
             "where their tip circles cross; shorten a tip, or use a larger difference or centre distance"
-        )
-
-
-def _check_pinion_start(pinion: Gear, ring: Gear, curvature: float) -> None:
-    if curvature <= 0.0:
-        raise GearError(
-            f"involute interference: the tip of {ring.name} reaches {-curvature * 1e3:.4g} mm beyond the "
-            f"tangent point of the base circle of {pinion.name}; shorten the tip of {ring.name} "
-            f'(tip_alteration = "wang-2023") or raise the profile shift of {pinion.name}'
-        )
-    start = math.hypot(pinion.base_radius, curvature)
-    if start < pinion.form_radius * (1.0 - CONTACT_TOLERANCE):
-        raise GearError(
-            f"fillet interference: {ring.name} would touch {pinion.name} at diameter {2e3 * start:.5g} mm, "
-            f"below its form diameter {2e3 * pinion.form_radius:.5g} mm; shorten the tip of {ring.name} "
-            f'(tip_alteration = "wang-2023"), deepen the root of {pinion.name} or reduce its '
-            "fillet_radius_coefficient"
         )
 
 

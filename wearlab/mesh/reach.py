@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from wearlab.gears.pair import DRIVING, GearPair
 from wearlab.mesh.beyond import beyond_path
 from wearlab.mesh.exact.flank import healthy_reach, side_of
+from wearlab.mesh.exact.kinematics import point_seen, turned_to
 from wearlab.mesh.profile import Extension
 
 Array = NDArray[np.float64]
@@ -72,9 +73,10 @@ def _between(end: float, active: float) -> Array:
 
 def _gap(driving: _Points, driven: _Points, x: Array) -> Array:
     """Return the smallest rotation gap over the points of the driving flank and at the driven tip, (m,)."""
-    reach, q_n, q_u = _seen(driving, driven, x[:, None], driving.s, driving.w)
+    with np.errstate(invalid="ignore"):
+        reach, q_n, q_u = point_seen(driving, driven, x[:, None], driving.s, driving.w)
     s2 = np.interp(reach, driven.rising, driven.s, left=np.nan, right=np.nan)
-    gap = x[:, None] - s2 - _turned(driven, reach, q_n, q_u)
+    gap = x[:, None] - s2 - turned_to(driven, reach, q_n, q_u)
     best = np.where(np.isnan(gap), np.inf, gap).min(axis=1)
     for end in (0, -1):
         best = np.minimum(best, _corner_gap(driving, driven, x, reach, end))
@@ -91,28 +93,6 @@ def _corner_gap(driving: _Points, driven: _Points, x: Array, reach: Array, end: 
     before, after = reach[row, at], reach[row, at + 1]
     share = np.divide(corner - before, after - before, out=np.zeros(len(x)), where=found & (after != before))
     s, w = (values[at] + share * (values[at + 1] - values[at]) for values in (driving.s, driving.w))
-    _, q_n, q_u = _seen(driving, driven, x, s, w)
-    return np.where(found, x - driven.s[end] - _turned(driven, corner, q_n, q_u), np.inf)
-
-
-def _seen(driving: _Points, driven: _Points, x: Array, s: Array, w: Array) -> tuple[Array, Array, Array]:
-    """Return driving points seen from the driven gear: the ``s2 + w2`` of their radius, and their place."""
-    kappa = driving.side * (x - s) / driving.base_radius
-    sin, versine = np.sin(kappa), 2.0 * np.sin(0.5 * kappa) ** 2
-    v_n = driving.side * driving.base_radius
-    v_u = driving.side * driving.curvature + s + w
-    q_n = -versine * v_n - sin * v_u
-    q_u = sin * v_n - versine * v_u + s + w
-    b_n, b_u = driven.side * driven.base_radius, driven.side * driven.curvature
-    excess = 2.0 * (b_n * q_n + b_u * q_u) + q_n * q_n + q_u * q_u
-    square = driven.curvature**2 + excess
-    root = np.sqrt(np.where(square > 0.0, square, np.nan))
-    return driven.side * excess / (root + driven.curvature), q_n, q_u
-
-
-def _turned(driven: _Points, reach: Array | float, q_n: Array, q_u: Array) -> Array:
-    """Return how far the driven gear must turn to bring its point of that reach to (q_n, q_u) [m]."""
-    b_n, b_u = driven.side * driven.base_radius, driven.side * driven.curvature
-    cross = (b_n * q_u - b_u * q_n) - reach * (b_n + q_n)
-    dot = (b_n + q_n) * b_n + (b_u + q_u) * (b_u + reach)
-    return np.asarray(driven.side * driven.base_radius * np.arctan2(cross, dot))
+    with np.errstate(invalid="ignore"):
+        _, q_n, q_u = point_seen(driving, driven, x, s, w)
+    return np.where(found, x - driven.s[end] - turned_to(driven, corner, q_n, q_u), np.inf)

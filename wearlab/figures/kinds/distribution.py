@@ -18,7 +18,7 @@ from wearlab.figures.kind import Kind
 from wearlab.figures.kinds.cycles import hours_a_cycle
 from wearlab.figures.plot import Array, Mark, Scale, Series
 from wearlab.figures.runs import Run
-from wearlab.figures.slices import companion, shown, slices
+from wearlab.figures.slices import companion, lone, shown, slices
 from wearlab.figures.wording import Label, joined
 
 CONFIDENCE = 0.95
@@ -83,13 +83,8 @@ def histogram(values: Array) -> tuple[Array, Array]:
 
 def _one_number(run: Run, ask: Ask) -> Iterator[Series]:
     name = (ask.y or ("life",))[0]
-    values, scale = shown(run.data[name], name, ask)
-    if values.size != 1:
-        raise FigureError(
-            f"{ask.name}: {name} is not one number per run; choose one place along each of its dimensions "
-            "in select"
-        )
-    yield OfRun(_kept(run.place, ask), values.reshape(1), np.zeros(1), scale, COUNT)
+    values, scale = lone(*shown(run.data[name], name, ask), name, ask)
+    yield OfRun(_kept(run.place, ask), values, np.zeros(1), scale, COUNT)
 
 
 def _kept(key: Mapping[str, Label], ask: Ask) -> dict[str, Label]:

@@ -10,7 +10,7 @@ from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
 from wearlab.figures.plot import Array, Look, Mark, Scale, Series
 from wearlab.figures.runs import Run
-from wearlab.figures.slices import Slice, companion, slices
+from wearlab.figures.slices import Slice, companion, lone, slices
 from wearlab.figures.wording import Label, typeset
 
 MANY = 60  # points, from which on they are drawn small
@@ -57,12 +57,7 @@ def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale]:
     if name not in run.data.variables:
         raise FigureError(f"{ask.name}: x = {name!r} is not there; {choices(name, [*inputs, *run.data])}")
     data = run.data.isel(update=[-1]) if "update" in run.data[name].dims else run.data
-    values, scale = companion(replace(run, data=data), name, piece.place, ask)
-    if values.size != 1:
-        raise FigureError(
-            f"{ask.name}: {name} is not one number per run; select one place along its dimensions"
-        )
-    return values.reshape(1), scale
+    return lone(*companion(replace(run, data=data), name, piece.place, ask), name, ask)
 
 
 def _gathered(series: list[Series]) -> list[Series]:

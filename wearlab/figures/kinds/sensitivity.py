@@ -16,7 +16,7 @@ from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import Kind
 from wearlab.figures.plot import Array, Scale, Series
 from wearlab.figures.runs import BASE, Run
-from wearlab.figures.slices import shown
+from wearlab.figures.slices import lone, shown
 from wearlab.figures.wording import Label
 
 BETWEEN = ": "
@@ -37,12 +37,7 @@ class Dependence(Series):
 def _case(run: Run, ask: Ask) -> Iterator[Series]:
     """Yield a run's value as one point; `ranked` puts the points of one influence on one line."""
     name = (ask.y or ("life",))[0]
-    values, scale = shown(run.data[name], name, ask)
-    if values.size != 1:
-        raise FigureError(
-            f"{ask.name}: {name} is not one number per run; choose one place along each of its dimensions "
-            "in select"
-        )
+    values, scale = lone(*shown(run.data[name], name, ask), name, ask)
     if not np.isfinite(values).all():
         return
     case = run.place.get("case")

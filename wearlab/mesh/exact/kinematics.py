@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from wearlab.compiled import jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 
@@ -106,14 +108,13 @@ def _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b):  # type: 
     return s
 
 
-@jit_inner
-def _seen(driving, driven, x, s, w):  # type: ignore[no-untyped-def]
-    """Return a driving point seen from the driven gear: the ``s2 + w2`` of its radius, and its place.
+def point_seen(driving, driven, x, s, w):  # type: ignore[no-untyped-def]
+    """Return driving points seen from the driven gear: the ``s2 + w2`` of their radius, and their place.
 
-    The place is counted from the pitch point's own, so that nothing cancels [m].
+    The place is counted from the pitch point's own, so that nothing cancels [m]; NaN: no such radius.
     """
     kappa = driving.side * (x - s) / driving.base_radius
-    sin, versine = math.sin(kappa), 2.0 * math.sin(0.5 * kappa) ** 2
+    sin, versine = np.sin(kappa), 2.0 * np.sin(0.5 * kappa) ** 2
     v_n = driving.side * driving.base_radius
     v_u = driving.side * driving.curvature + s + w
     q_n = -versine * v_n - sin * v_u
@@ -121,18 +122,18 @@ def _seen(driving, driven, x, s, w):  # type: ignore[no-untyped-def]
     b_n, b_u = driven.side * driven.base_radius, driven.side * driven.curvature
     excess = 2.0 * (b_n * q_n + b_u * q_u) + q_n * q_n + q_u * q_u
     square = driven.curvature**2 + excess
-    if square <= 0.0:
-        return math.nan, q_n, q_u
-    return driven.side * excess / (math.sqrt(square) + driven.curvature), q_n, q_u
+    return driven.side * excess / (np.sqrt(square) + driven.curvature), q_n, q_u
 
 
-@jit_inner
-def _turned(driven, reach, q_n, q_u):  # type: ignore[no-untyped-def]
+def turned_to(driven, reach, q_n, q_u):  # type: ignore[no-untyped-def]
     """Return how far the driven gear must turn to bring its point of that reach to (q_n, q_u) [m]."""
     b_n, b_u = driven.side * driven.base_radius, driven.side * driven.curvature
     cross = (b_n * q_u - b_u * q_n) - reach * (b_n + q_n)
     dot = (b_n + q_n) * b_n + (b_u + q_u) * (b_u + reach)
-    return driven.side * driven.base_radius * math.atan2(cross, dot)
+    return driven.side * driven.base_radius * np.arctan2(cross, dot)
+
+
+_seen, _turned = jit_inner(point_seen), jit_inner(turned_to)
 
 
 @jit_inner
