@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from wearlab.life.history import History, Sampled
+from wearlab.life.history import History
 from wearlab.life.limits import Limits
 from wearlab.life.march import evolve
 from wearlab.simulation.estimates import _doubts
@@ -18,7 +18,7 @@ def swinging(growth):
     J = growth * np.array([[1.0, -2.0], [2.0, 1.0]])
     life = evolve(lambda h: 1e-10 + np.clip(J @ (h - 1.0001 * h.mean()), -5e-11, 5e-11), np.zeros(2),
                   limits=Limits(depth=100e-6))  # fmt: skip
-    return History(life.cycle, (), life, sampled=Sampled(life.cycle[:0], ()))
+    return History(life.cycle, (), life, sampled=History(life.cycle[:0], ()))
 
 
 def validity(growth):

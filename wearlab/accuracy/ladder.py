@@ -136,8 +136,7 @@ def interpolated(errors: Sequence[float], costs: Sequence[float], error: float) 
 
 LONG = 2.0
 """What takes longer is timed once [s]."""
-LEAST = 7
-"""Times that a median is taken of."""
+LEAST = 7  # times that a median is taken of
 
 
 def timing(

@@ -25,38 +25,53 @@ MOST_SAMPLES = 5
 Memory = tuple[Responses, float]
 
 
-class Sampled(NamedTuple):
-    """Some of the accepted states, whichever states are kept: cycles (k,) [1], the states in full."""
-
-    cycle: Array
-    state: tuple[WearState, ...]
-
-
 class History(NamedTuple):
-    """The kept wear states of a life.
+    """Wear states of a life, each in full: what estimates and datasets are made of.
 
     Parameters
     ----------
-    cycle : (m,) cycles of the kept states [1]
-    state : the states, each in full
+    cycle : (m,) cycles of the states [1]
+    state : the states
     life : the march that led through them, None when nothing wears on
     worn_first : the marches that made the initial wear
-    sampled : on what the estimates of errors rest, None: on the kept states
+    sampled : accepted states, on which estimates of errors rest; None: on some of these
+    stages : what a life of several conditions in order was joined from, each from its own first state
+    seconds : (m,) operating time of the states [s], NaN where nothing turns; None: not asked for
     """
 
     cycle: Array
     state: tuple[WearState, ...]
-    life: Life | None
+    life: Life | None = None
     worn_first: tuple[Life, ...] = ()
-    sampled: Sampled | None = None
+    sampled: "History | None" = None
+    stages: "tuple[History, ...]" = ()
+    seconds: Array | None = None
 
     @property
-    def samples(self) -> Sampled:
+    def samples(self) -> "History":
         """The states on which estimates of errors rest: asking for more snapshots changes none of them."""
         if self.sampled is not None:
             return self.sampled
         chosen = spread_over(len(self.state))
-        return Sampled(self.cycle[chosen], tuple(self.state[k] for k in chosen))
+        return History(self.cycle[chosen], tuple(self.state[k] for k in chosen))
+
+    @property
+    def stage_of(self) -> NDArray[np.int64]:
+        """Number of the stage that each state belongs to, from 0, (m,)."""
+        return np.repeat(
+            np.arange(len(self.stages)), [len(self.kept(k).cycle) for k in range(len(self.stages))]
+        )
+
+    def kept(self, stage: int) -> "History":
+        """Return the kept states of one stage; a later one begins with the last of the one before."""
+        own = self.stages[stage]
+        return own._replace(cycle=own.cycle[1:], state=own.state[1:]) if stage else own
+
+    def in_block(self, block: int) -> "History":
+        """Return the states as one of the conditions that take turns saw them."""
+        sampled = self.sampled and self.sampled.in_block(block)
+        own = (state.block[block] if state.block else state for state in self.state)
+        return self._replace(state=tuple(own), sampled=sampled)
 
 
 def spread_over(count: int) -> list[int]:
@@ -117,7 +132,7 @@ class SetRate:
 
 def single_state(coupling: Coupled, wear: Wear) -> History:
     """Return the history of a scene in which nothing wears on: its one state, for wear of every kind [m]."""
-    return History(np.zeros(1), (coupling.evaluate(wear),), None)
+    return History(np.zeros(1), (coupling.evaluate(wear),))
 
 
 def worn_by_law(
@@ -188,13 +203,13 @@ def history(
         for cycle, depth in depth_at.items()
     }
     kept, sampled = (_known(found, cycles) for cycles in (wanted[0], life.cycle[chosen]))
-    return History(*kept, life, sampled=sampled)
+    return kept._replace(life=life, sampled=sampled)
 
 
-def _known(found: dict[float, WearState | None], cycles: Array) -> Sampled:
+def _known(found: dict[float, WearState | None], cycles: Array) -> History:
     """Return the states at some cycles, those that can run."""
     known = {cycle: state for cycle in cycles if (state := found[cycle]) is not None}
-    return Sampled(np.array(list(known)), tuple(known.values()))
+    return History(np.array(list(known)), tuple(known.values()))
 
 
 def _orbits_before(anchors: list[tuple[float, Responses]], cycle: float) -> Responses:

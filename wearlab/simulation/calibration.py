@@ -77,7 +77,7 @@ def _lived(scene: Scene) -> CalibrationLife:
     if alone.id not in _LIVES:
         stages = stages_of(alone)
         lived = live_through(alone, stages)
-        life = lived.whole.life
+        life = lived.life
         assert life is not None
         error = estimated(stages[0], lived.stages[0]).life or 0.0
         _LIVES[alone.id] = CalibrationLife(alone.id, float(life.cycle[-1]), error, life.end_reason)

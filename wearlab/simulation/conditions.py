@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from wearlab.life.history import History
 from wearlab.scene import Scene
 from wearlab.scene.duty import labels_of
-from wearlab.simulation.living import Lived
 
 Values = dict[str, Any]
 
@@ -71,7 +71,7 @@ def _alike(each: Sequence[xr.Dataset]) -> list[xr.Dataset]:
     return found
 
 
-def condition_coordinates(scene: Scene, lived: Lived) -> Values:
+def condition_coordinates(scene: Scene, lived: History) -> Values:
     """Return the coordinates that tell the conditions of operation, none where there is but one."""
     operation = scene.operation
     if operation.blocks:
@@ -90,6 +90,6 @@ def condition_coordinates(scene: Scene, lived: Lived) -> Values:
             "stage": list(labels[: len(reached)]),
             "stage_torque": [stage.torque for stage in reached],
             "stage_speed": [stage.speed for stage in reached],
-            "update_stage": list(labels[lived.of]),
+            "update_stage": list(labels[lived.stage_of]),
         }
     return {}

@@ -22,7 +22,6 @@ from wearlab.simulation.operating import Stage
 from wearlab.simulation.twins import (
     Rougher,
     flank_of_nodes,
-    in_block,
     is_periodic,
     together,
     twins_of,
@@ -99,7 +98,7 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
     if stage.first.vibration is not None:
         clock = time.perf_counter()
         force = tuple(
-            _forces(parts, in_block(lived, block), twins, worn, block)
+            _forces(parts, lived.in_block(block), twins, worn, block)
             for block, (parts, twins) in enumerate(zip(stage.parts, each, strict=True))
         )
         stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
@@ -143,7 +142,7 @@ def _loudest(lived: History, force: tuple[ForcesOfStates, ...] | None) -> float:
     """Return the largest estimated error of a mesh force over the largest force, of all conditions [1]."""
     found = [0.0]
     for block, errors in enumerate(force or ()):
-        states = in_block(lived, block).state
+        states = lived.in_block(block).state
         largest = [max(float(extremes(one).largest.max()) for one in state.responses) for state in states]
         found += [error / size for error, size in zip(errors.mesh, largest, strict=True) if size > 0.0]
     return float(np.nanmax(found))

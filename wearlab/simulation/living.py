@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,30 +36,6 @@ IN_REGISTERS = 4.0 / 3.0
 """Units of the same count for a system in registers; as many right-hand sides as before tangents counted."""
 
 
-class Lived(NamedTuple):
-    """The life of a scene.
-
-    Parameters
-    ----------
-    whole : all kept states, cycles counted from the first
-    stages : each stage from its own first state, cycles counted from there; those that were reached
-    of : (n_updates,) number of the stage that each kept state belongs to, from 0
-    seconds : (n_updates,) operating time [s], NaN where nothing turns
-    """
-
-    whole: History
-    stages: tuple[History, ...]
-    of: NDArray[np.int64]
-    seconds: Array
-
-    def kept(self, stage: int) -> History:
-        """Return the kept states of one stage, cycles counted from its beginning."""
-        own = self.stages[stage]
-        if stage == 0:
-            return own
-        return own._replace(cycle=own.cycle[1:], state=own.state[1:])
-
-
 def live(scene: Scene, parts: Parts) -> History:
     """March the wear of a scene in one condition to its end, or evaluate its one state."""
     wear, worn_first = initial_wear(scene, parts)
@@ -69,7 +45,7 @@ def live(scene: Scene, parts: Parts) -> History:
     return _marched(scene, parts, parts.coupling, wear, limits)._replace(worn_first=worn_first)
 
 
-def live_through(scene: Scene, stages: Sequence[Stage]) -> Lived:
+def live_through(scene: Scene, stages: Sequence[Stage]) -> History:
     """March the wear of a scene through all its stages, or evaluate its one state.
 
     Raises
@@ -81,7 +57,7 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> Lived:
     wear, worn_first = initial_wear(scene, first.first, first.coupling)
     if scene.wear is None or (scene.wear.until is None and not scene.operation.stages):
         only = single_state(first.coupling, wear)._replace(worn_first=worn_first)
-        return Lived(only, (only,), np.zeros(1, np.int64), np.zeros(1))
+        return only._replace(stages=(only,), seconds=np.zeros(1))
     found: list[History] = []
     cycles, seconds, reason = 0.0, 0.0, ""
     for stage in stages:
@@ -159,24 +135,25 @@ def _after(snapshots: Snapshots, cycles: float) -> Snapshots:
     return snapshots._replace(cycles=left, only=snapshots.asked)
 
 
-def _joined(found: list[History], stages: Sequence[Stage], reason: str) -> Lived:
+def _joined(found: list[History], stages: Sequence[Stage], reason: str) -> History:
     """Return histories one after another; a later stage's first state is the end of the stage before."""
     lasted = [float(_life(one).cycle[-1]) for one in found]
     starts = np.cumsum([0.0, *lasted])
     clock = np.cumsum([0.0, *(_seconds(stage, n) for stage, n in zip(stages, lasted, strict=False))])
-    skip = [0] + [1] * (len(found) - 1)
-    whole = History(
-        np.concatenate([start + one.cycle[k:] for start, one, k in zip(starts, found, skip, strict=False)]),
-        tuple(state for one, k in zip(found, skip, strict=True) for state in one.state[k:]),
-        _one_life([_life(one) for one in found], starts, reason),
-        found[0].worn_first,
-    )
+    whole = found[0]._replace(stages=tuple(found))
+    kept = [whole.kept(stage) for stage in range(len(found))]
+    begun = list(zip(stages, kept, starts, clock, strict=False))
     seconds = [
-        before + np.array([_seconds(stage, float(cycle)) for cycle in one.cycle[k:]])
-        for before, stage, one, k in zip(clock, stages, found, skip, strict=False)
+        before + np.array([_seconds(stage, float(cycle)) for cycle in one.cycle])
+        for stage, one, _, before in begun
     ]
-    of = np.repeat(np.arange(len(found)), [len(one.cycle) - k for one, k in zip(found, skip, strict=True)])
-    return Lived(whole, tuple(found), of, np.concatenate(seconds))
+    return whole._replace(
+        cycle=np.concatenate([start + one.cycle for _, one, start, _ in begun]),
+        state=tuple(state for one in kept for state in one.state),
+        life=_one_life([_life(one) for one in found], starts, reason),
+        sampled=None,
+        seconds=np.concatenate(seconds),
+    )
 
 
 def _life(lived: History) -> Life:

@@ -8,6 +8,7 @@ import xarray as xr
 
 from wearlab.dynamics.coexisting import Search
 from wearlab.gears.errors import GearError
+from wearlab.life.history import History
 from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
 from wearlab.scene.build.modes import build_modes
@@ -24,12 +25,11 @@ from wearlab.simulation.estimates import Estimates, estimated
 from wearlab.simulation.exact import exact_values
 from wearlab.simulation.following import with_results
 from wearlab.simulation.label import CONVENTIONS, joined, labelled
-from wearlab.simulation.living import Lived, initial_wear, live, live_through
+from wearlab.simulation.living import initial_wear, live, live_through
 from wearlab.simulation.operating import Stage, stages_of
 from wearlab.simulation.provenance import provenance
 from wearlab.simulation.response import response_values
 from wearlab.simulation.trust import trust_values
-from wearlab.simulation.twins import in_block
 
 __all__ = ["initial_wear", "live", "simulate"]
 
@@ -73,7 +73,7 @@ def simulate(scene: Scene) -> xr.Dataset:
 
 
 def _dataset(
-    scene: Scene, stages: tuple[Stage, ...], lived: Lived, calibration: Calibration | None, clock: float
+    scene: Scene, stages: tuple[Stage, ...], lived: History, calibration: Calibration | None, clock: float
 ) -> xr.Dataset:
     """Return what every condition of operation says for itself, and what is the life's."""
     reached = stages[: len(lived.stages)]
@@ -89,18 +89,18 @@ def _dataset(
         dataset = along_duty(each[0])
     elif scene.operation.stage is not None:
         dataset = in_order([one for (one,) in each])
-    first, whole = stages[0].first, lived.whole
-    values = named.life_values(scene, whole, lived.seconds)
+    first = stages[0].first
+    values = named.life_values(scene, lived)
     if scene.wear is not None:
-        values |= named.wear_values(first, whole.cycle, lived.seconds, whole.state)
-        preset = named.preset_depth(scene, first, whole.state)
+        values |= named.wear_values(first, lived)
+        preset = named.preset_depth(scene, first, lived.state)
         values |= {} if preset is None else {"preset_depth": preset}
     if first.vibration is not None:
-        values["attractor"] = vibrating.attractor(whole)
+        values["attractor"] = vibrating.attractor(lived)
     values |= trust_values(reached, lived, estimates, others, calibration, inherited)
     values["model_error"] = departures(scene, first)
     values |= calibrated_values(calibration)
-    coordinates = {"cycle": whole.cycle, **named.coordinates(first), **condition_coordinates(scene, lived)}
+    coordinates = {"cycle": lived.cycle, **named.coordinates(first), **condition_coordinates(scene, lived)}
     coordinates |= {name: values.pop(name) for name in ALONG_STATES if name in values}
     coordinates |= {name: labels for name, labels in LABELS.items() if name in dataset.dims}
     if "mode" in dataset.dims:
@@ -112,11 +112,11 @@ def _dataset(
 
 
 def _of_condition(
-    stage: Stage, number: int, block: int, lived: Lived, estimates: Estimates, others: list[Search]
+    stage: Stage, number: int, block: int, lived: History, estimates: Estimates, others: list[Search]
 ) -> xr.Dataset:
     """Return the contact, the dynamics and the errors of the kept states in one condition."""
     scene, parts = stage.scenes[block], stage.parts[block]
-    own = in_block(lived.kept(number), block)
+    own = lived.kept(number).in_block(block)
     states = own.state
     values = named.mesh_values(parts, states) | named.path_values(parts, states)
     values |= exact_values(scene, parts, states)

@@ -232,8 +232,9 @@ def _thickness(one: KindParts, force: Array) -> tuple[Array, Array]:
     return thickness, thickness / one.film.roughness
 
 
-def wear_values(parts: Parts, cycle: Array, seconds: Array, states: tuple[WearState, ...]) -> Values:
+def wear_values(parts: Parts, lived: History) -> Values:
     """Return depths, rates, worn mass and the counts of cycles and operating time (n_updates,) [s]."""
+    states = lived.state
     gears, kinds = parts.gears, range(len(parts.kinds))
     depth = by_flank(parts, [np.stack([state.kind[k].wear for state in states]) for k in kinds])
     modification = by_flank(parts, [one.modification for one in parts.kinds])
@@ -242,11 +243,11 @@ def wear_values(parts: Parts, cycle: Array, seconds: Array, states: tuple[WearSt
         "wear_depth": depth,
         "flank_deviation": -(depth + modification),
         "worn_mass": _worn_mass(parts, states),
-        "mesh_cycles": cycle * gears.reference_teeth,
-        "load_cycles": cycle[:, None] * passes,
+        "mesh_cycles": lived.cycle * gears.reference_teeth,
+        "load_cycles": lived.cycle[:, None] * passes,
     }
-    if np.isfinite(seconds).all():
-        values["operating_hours"] = seconds
+    if lived.seconds is not None and np.isfinite(lived.seconds).all():
+        values["operating_hours"] = lived.seconds
     if all(state.wears for state in states):
         values["wear_rate"] = by_flank(parts, [np.stack([state.rate[k] for state in states]) for k in kinds])
     return values
@@ -296,14 +297,8 @@ def _worn_mass(parts: Parts, states: tuple[WearState, ...]) -> Array:
     return total
 
 
-def life_values(scene: Scene, lived: History, seconds: Array) -> Values:
-    """Return the life to a depth limit and what is left of it at every kept state.
-
-    Parameters
-    ----------
-    scene, lived : the scene and its life
-    seconds : (n_updates,) operating time of the kept states [s]
-    """
+def life_values(scene: Scene, lived: History) -> Values:
+    """Return the life to a depth limit and what is left of it at every kept state."""
     if lived.life is None or scene.wear is None:
         return {}
     values: Values = {"end_reason": lived.life.end_reason}
@@ -312,6 +307,6 @@ def life_values(scene: Scene, lived: History, seconds: Array) -> Values:
     reached = lived.life.end_reason == "depth"
     life = float(lived.life.cycle[-1]) if reached else np.nan
     values |= {"life": life, "remaining_useful_life": life - lived.cycle}
-    if np.isfinite(seconds).all():
-        values["service_life"] = float(seconds[-1]) if reached else np.nan
+    if lived.seconds is not None and np.isfinite(lived.seconds).all():
+        values["service_life"] = float(lived.seconds[-1]) if reached else np.nan
     return values

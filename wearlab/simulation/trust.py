@@ -12,10 +12,8 @@ from wearlab.scene.build import Parts
 from wearlab.scene.build.contact import cut_short, reached_limits
 from wearlab.simulation.calibration import Calibration
 from wearlab.simulation.estimates import Estimates
-from wearlab.simulation.living import Lived
 from wearlab.simulation.monitoring import uncarried
 from wearlab.simulation.operating import Stage
-from wearlab.simulation.twins import in_block
 
 Array = NDArray[np.float64]
 Values = dict[str, Any]
@@ -38,7 +36,7 @@ ENDS_OF_WORK = {
 
 def trust_values(
     stages: Sequence[Stage],
-    lived: Lived,
+    lived: History,
     estimates: Sequence[Estimates],
     searches: Sequence[Search] = (),
     calibration: Calibration | None = None,
@@ -58,14 +56,14 @@ def trust_values(
     each = [parts for stage in stages for parts in stage.parts]
     told = () if calibration is None else (calibration.told,)
     values: Values = {
-        "verdict": verdict(lived.whole, searches),
+        "verdict": verdict(lived, searches),
         "validity": "\n".join(dict.fromkeys([*_flags(stages, lived), *_cut_off(searches), *told])),
     }
     doubts = dict.fromkeys(doubt for one in estimates for doubt in one.doubts)
     values["estimate_quality"] = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
-    life = lived.whole.life
+    life = lived.life
     if life is not None:
-        depth, of_life = accumulated(estimates, lived.whole, inherited)
+        depth, of_life = accumulated(estimates, lived, inherited)
         values["error_estimate_wear_depth"] = depth
         values["steps_cycle"] = life.cycle[1:]
         values["count_wear_steps"] = life.count_steps
@@ -96,13 +94,13 @@ def accumulated(
     return np.concatenate(depths), of_life
 
 
-def _flags(stages: Sequence[Stage], lived: Lived) -> list[str]:
+def _flags(stages: Sequence[Stage], lived: History) -> list[str]:
     """Return the flags of every condition of operation."""
     return [
         flag
         for stage, own in zip(stages, lived.stages, strict=True)
         for block, parts in enumerate(stage.parts)
-        for flag in (*parts.validity, *scene_validity(parts, in_block(own, block)))
+        for flag in (*parts.validity, *scene_validity(parts, own.in_block(block)))
     ]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.gears.errors import GearError
-from wearlab.life.history import History, Sampled
+from wearlab.life.history import History
 from wearlab.life.limits import StopWear
 from wearlab.life.state import Wear, WearState
 from wearlab.life.vibration import Responses
@@ -120,7 +120,7 @@ def flank_of_nodes(parts: Parts) -> NDArray[np.int64]:
 
 def twins_of(scene: Scene, parts: Parts, block: int, lived: History) -> list[Rougher | None]:
     """Return the rougher twins of the sampled states in one condition."""
-    own = in_block(lived, block).samples
+    own = lived.in_block(block).samples
     twins = _of_share(scene, parts, own, COARSENED)
     if any(twins) or not any(map(is_periodic, own.state)):
         return twins
@@ -132,7 +132,7 @@ def twins_of(scene: Scene, parts: Parts, block: int, lived: History) -> list[Rou
     ]
 
 
-def _of_share(scene: Scene, parts: Parts, own: Sampled, share: float) -> list[Rougher | None]:
+def _of_share(scene: Scene, parts: Parts, own: History, share: float) -> list[Rougher | None]:
     rough = rough_parts(scene, parts, share)
     if rough is None:
         return [None] * len(own.state)
@@ -147,16 +147,6 @@ def _of_share(scene: Scene, parts: Parts, own: Sampled, share: float) -> list[Ro
 def is_periodic(state: WearState) -> bool:
     """Return whether a state responds periodically in every condition; without dynamics it does."""
     return all(response.period > 0 for response in state.responses) and all(map(is_periodic, state.block))
-
-
-def in_block(lived: History, block: int) -> History:
-    """Return a life as one of the conditions that take turns saw it."""
-
-    def own(states: tuple[WearState, ...]) -> tuple[WearState, ...]:
-        return tuple(state.block[block] if state.block else state for state in states)
-
-    sampled = lived.sampled and lived.sampled._replace(state=own(lived.sampled.state))
-    return lived._replace(state=own(lived.state), sampled=sampled)
 
 
 def together(twins: list[Rougher | None], weight: Array) -> Rougher | None:
