@@ -67,10 +67,12 @@ def test_arrays_carry_checksums_but_for_tiny_ones():
         file["whole"][:]
 
 
-def test_large_variables_are_deflated():
+def test_large_variables_are_deflated_and_read_again(tmp_path):
     values = (np.arange(40_000.0) % 7).reshape(4, 10_000)
     data = xr.Dataset({"large": (("a", "b"), values)})
     image = to_image(data)[0]
+    (tmp_path / "large.nc").write_bytes(image)
+    np.testing.assert_array_equal(load(tmp_path / "large.nc").large, values)
     with netCDF4.Dataset("memory", memory=image) as file:
         assert file["large"].filters()["zlib"] is True and file["large"].filters()["complevel"] == 1
         np.testing.assert_array_equal(file["large"][:], values)

@@ -17,7 +17,7 @@ from wearlab.store.errors import StoreError
 MOST = 5_000  # variables and groups of one file
 MOST_ATTRIBUTES = 500  # of one variable or group
 DEEPEST = 8  # groups within groups
-FILTERS = (h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE, h5z.FILTER_FLETCHER32)  # each once, in this order
+FILTERS = (h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE, h5z.FILTER_FLETCHER32)  # each once, in any order
 PLAIN = (h5t.INTEGER, h5t.FLOAT, h5t.STRING)  # classes of types
 HEAP = b"GCOL"  # begins what holds texts of any length, and lists
 
@@ -124,7 +124,7 @@ class _Walk:
         """Refuse filters that no run has, and chunks that are far larger than the file."""
         refuse_oversized(self.path, math.prod(made.get_chunk()) * width, self.size)
         used = [made.get_filter(number)[0] for number in range(made.get_nfilters())]
-        if used != [one for one in FILTERS if one in used]:
+        if len(used) > len(set(used)) or not set(used) <= set(FILTERS):
             self.refuse(where, "is stored by other filters than a run")
 
     def attributes(self, found: Any, where: str) -> None:
