@@ -9,7 +9,7 @@ from estimate_score import score, summary
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.simulation import estimates, simulate, twins
-from wearlab.simulation.end_of_life import above_nodes, end_of
+from wearlab.simulation.end_of_life import above_nodes, end_of, late_rate
 from wearlab.simulation.estimates import estimated
 from wearlab.simulation.levelled import levelled
 from wearlab.simulation.living import live
@@ -192,3 +192,11 @@ def test_teeth_that_strike_hard_make_the_estimates_doubtful() -> None:
     for name in ("wear_depth", "life", "mesh_force", "mesh_force_max"):
         one, two = (each[f"error_estimate_{name}"].values.flat[-1] for each in (struck, asked))
         assert one == two > 0.0, name
+
+
+def test_a_late_rate_is_the_mean_over_the_last_tenth_of_the_depth():
+    """Whatever the last noisy rate says; a life that ended at its first state has none."""
+    depth = np.outer([0.0, 50.0, 89.0, 95.0, 100.0], [1.0, 0.5])
+    cycle = np.array([0.0, 10.0, 20.0, 21.0, 31.0])
+    np.testing.assert_allclose(late_rate(cycle, depth), [1.0, 0.5])
+    np.testing.assert_array_equal(late_rate(cycle[:1], depth[:1]), [0.0, 0.0])

@@ -14,6 +14,9 @@ DEEPEST = 0.95
 BETWEEN = 1.5
 """Weight of what the nodes miss of the deepest place: a parabola is right but for the third difference."""
 
+LATE = 0.9
+"""Share of the last depth since which a late rate is the mean."""
+
 
 class End(NamedTuple):
     """The last state of a life, on the flanks whose depth may end it.
@@ -47,6 +50,21 @@ def end_of(depth: Array, rate: Array, flank: NDArray[np.int64], counts: Index) -
     at = int(np.argmax(np.where(np.isin(flank, numbers), depth, -np.inf)))
     between = BETWEEN * max(above_nodes(depth[flank == number]) for number in deep)
     return End(float(depth[at]), float(rate[at]), between, deep)
+
+
+def late_rate(cycle: Array, depth: Array) -> Array:
+    """Return the mean wear rate since the deepest place had nine tenths of its depth, (n,) [m per cycle].
+
+    One rate of a motion that does not repeat says little of what an error is worth in cycles.
+
+    Parameters
+    ----------
+    cycle, depth : (m,), (m, n) of the accepted states [1], [m]
+    """
+    deepest = depth.max(axis=1)
+    since = max(0, int(np.searchsorted(deepest, LATE * deepest[-1])) - 1)
+    way = cycle[-1] - cycle[since]
+    return np.asarray((depth[-1] - depth[since]) / way if way > 0.0 else np.zeros_like(depth[-1]))
 
 
 def above_nodes(depth: Array) -> float:

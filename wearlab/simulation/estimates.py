@@ -16,7 +16,7 @@ from wearlab.life.limits import ENDS_OF_WORK
 from wearlab.life.state import WearState
 from wearlab.scene.build import Parts
 from wearlab.scene.build.wear import build_limits
-from wearlab.simulation.end_of_life import DEEPEST, End, end_of
+from wearlab.simulation.end_of_life import DEEPEST, End, end_of, late_rate
 from wearlab.simulation.force_errors import force_errors
 from wearlab.simulation.operating import Stage
 from wearlab.simulation.twins import (
@@ -233,7 +233,8 @@ def _life(stage: Stage, lived: History, worn: list[WornFurther | None], last: Ro
     if life is None or life.end_reason != "depth":
         return None
     counts = build_limits(stage.scenes[0], stage.first.gears, stage.coupling).flank
-    end = end_of(life.depth[-1], life.rate[-1], flank_of_nodes(stage.first), counts)
+    rate = life.rate[-1] if is_periodic(lived.samples.state[-1]) else late_rate(life.cycle, life.depth)
+    end = end_of(life.depth[-1], rate, flank_of_nodes(stage.first), counts)
     if end.rate <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth
         return float("nan") if lived.cycle[-1] > 0.0 else 0.0
     error = float(life.accumulated_error[-1]) + end.between + LIFE_SHARE * _at_deepest(lived, worn, last, end)
