@@ -98,6 +98,10 @@ class LivedSteps:
                 "the wear rate jumps to another branch on the way: no derivative leads across"
             )
         self.steps = () if life is None else life.steps
+        if any(step.by is None for step in self.steps):
+            raise GradientError(
+                "the motion does not repeat or its work is short: steps hold part of the rate"
+            )
         self.cycle = 0.0 if life is None else float(life.cycle[-1])
         self.reached = life is not None and life.end_reason == "depth"
         self.ends = self._ends(parts, None)

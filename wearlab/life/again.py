@@ -24,10 +24,10 @@ def again(step: Step, rate: Rate, start: Node) -> Step:
     Raises
     ------
     ValueError
-        When the step located a jump of the rate: no method took it.
+        When the step located a jump of the rate, or held part of one that wavers: no method took it.
     """
     if step.by is None:
-        raise ValueError("the wear rate jumps in this step: it cannot be taken again")
+        raise ValueError("the wear rate jumps or wavers in this step: it cannot be taken again")
     if step.by == EULER:
         depth = start.depth + step.size * start.rate
         found, slopes = rate(depth), (start.rate, start.rate)
