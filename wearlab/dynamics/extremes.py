@@ -5,13 +5,15 @@ too, lie between two steps, and both sides of each are among what is looked at. 
 smooth; the few steps that come nearest to an extreme are looked into closely.
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.response import Response
 from wearlab.dynamics.within import forces_within
+
+if TYPE_CHECKING:
+    from wearlab.dynamics.response import Response
 
 Array = NDArray[np.float64]
 
@@ -39,7 +41,7 @@ class Extremes(NamedTuple):
     separated: Array
 
 
-def extremes(response: Response) -> Extremes:
+def extremes_of(response: "Response") -> Extremes:
     """Return the extreme forces of every mesh over the period, or over the kept periods, of a response."""
     meshes, steps = len(response.system.direction), len(response.tables.width)
     block = max(1, AT_ONCE // (len(FRACTIONS) * steps * meshes))
@@ -53,7 +55,7 @@ def extremes(response: Response) -> Extremes:
     )
 
 
-def _of_periods(response: Response, kept: slice) -> Extremes:
+def _of_periods(response: "Response", kept: slice) -> Extremes:
     forces, width = forces_within(response, FRACTIONS, kept), response.tables.width
     low, high = forces.elastic.min(axis=(0, 1)), forces.elastic.max(axis=(0, 1))
     nearest = min(NEAREST, len(width))

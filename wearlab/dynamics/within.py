@@ -1,11 +1,12 @@
 """Mesh forces anywhere within the steps of a response, from what the solver's own tables were taken of."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.response import Response
+if TYPE_CHECKING:
+    from wearlab.dynamics.response import Response
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,7 @@ class ForcesWithin(NamedTuple):
 
 
 def forces_within(
-    response: Response, x: Array, kept: slice = slice(None), steps: NDArray[np.int64] | None = None
+    response: "Response", x: Array, kept: slice = slice(None), steps: NDArray[np.int64] | None = None
 ) -> ForcesWithin:
     """Return the forces of all meshes at fractions of steps.
 

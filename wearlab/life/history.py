@@ -79,6 +79,17 @@ def spread_over(count: int) -> list[int]:
     return sorted({round(at) for at in np.linspace(0, count - 1, min(count, MOST_SAMPLES))})
 
 
+def halving(count: int) -> list[int]:
+    """Return the numbers below a count, first the middle one, then those in the middle of what is between."""
+    order, spans = [], [(0, count)]
+    for low, high in spans:  # grows as it is gone through
+        if low < high:
+            middle = (low + high) // 2
+            order.append(middle)
+            spans += [(low, middle), (middle + 1, high)]
+    return order
+
+
 class SetRate:
     """The wear rate of all flanks as the march sees it: flat, and with the last orbits as its memory.
 
@@ -159,6 +170,7 @@ def history(
     snapshots: Snapshots,
     tolerance: float,
     most_work: float = np.inf,
+    kept_work: float = np.inf,
     progress: Callable[[Node], None] | None = None,
 ) -> History:
     """March the wear of a gear set to its limit and evaluate every kept state.
@@ -168,11 +180,13 @@ def history(
     coupling : contact, dynamics and wear of the gear set
     wear : wear depth of every kind of mesh at cycle 0 [m]
     limits, method, snapshots, tolerance, most_work, progress : see :func:`wearlab.life.march.evolve`
+    kept_work : work on states that nobody asked for, beyond which no more of them are kept
 
     Notes
     -----
     A kept state starts from the orbit at the last accepted state before it, so that asking for further
-    snapshots changes none of the others.
+    snapshots changes none of the others. Without snapshots all accepted states are kept; where their motions
+    repeat in no period and take long to follow, those that spread best over the life.
     """
     rate = SetRate(coupling)
     rate.responses = coupling.evaluate(wear).responses
@@ -196,19 +210,26 @@ def history(
     )
     wanted = life.updates(only_snapshots=snapshots.asked)
     chosen = spread_over(len(life.cycle))
-    both = [wanted, (life.cycle[chosen], life.depth[chosen])]
-    depth_at = {cycle: depth for each in both for cycle, depth in zip(*each, strict=True)}
-    found = {
-        cycle: _in_full(coupling, coupling.split(depth), _orbits_before(anchors, cycle))
-        for cycle, depth in depth_at.items()
-    }
+    asked = [wanted] if snapshots.asked else [(wanted[0][[0, -1]], wanted[1][[0, -1]])]
+    asked.append((life.cycle[chosen], life.depth[chosen]))
+    found: dict[float, WearState | None] = {}
+
+    def keep(cycles: Array, depths: Array, most: float) -> None:
+        for cycle, depth in zip(cycles, depths, strict=True):
+            if cycle not in found and coupling.work < most:
+                found[cycle] = _in_full(coupling, coupling.split(depth), _orbits_before(anchors, cycle))
+
+    for one in asked:
+        keep(*one, np.inf)
+    order = halving(len(wanted[0]))
+    keep(wanted[0][order], wanted[1][order], coupling.work + kept_work)
     kept, sampled = (_known(found, cycles) for cycles in (wanted[0], life.cycle[chosen]))
     return kept._replace(life=life, sampled=sampled)
 
 
 def _known(found: dict[float, WearState | None], cycles: Array) -> History:
     """Return the states at some cycles, those that can run."""
-    known = {cycle: state for cycle in cycles if (state := found[cycle]) is not None}
+    known = {cycle: state for cycle in cycles if (state := found.get(cycle)) is not None}
     return History(np.array(list(known)), tuple(known.values()))
 
 
