@@ -9,6 +9,7 @@ from benchmark_pair import BenchmarkPair, mesh_period
 from plain_planetary import BREAKS, PERIOD, pairs, planetary, tables, torsional
 from scipy.integrate import solve_ivp
 
+from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response, deflection_at
 from wearlab.mesh.stages import stage_grid
@@ -53,7 +54,7 @@ def test_extremes_of_lagging_meshes_are_those_of_an_independent_march(build: Any
         path = solve_ivp(rate, (low, high), state, "DOP853", at, rtol=1e-8, atol=1e-14)
         seen += [forces(response, x, middle, y, mu)[0] for x, y in zip(path.t, path.y.T, strict=True)]
         state = path.y[:, -1]
-    found = response.extremes
+    found = extremes(response)
     np.testing.assert_allclose(found.largest, np.max(seen, axis=0), rtol=1e-4)
     np.testing.assert_allclose(found.least, np.min(seen, axis=0), atol=1e-4 * found.largest.max())
     assert not found.separated.any()
@@ -66,4 +67,4 @@ def test_the_time_apart_is_that_of_dense_samples() -> None:
     delta, _ = deflection_at(response, grid, (np.arange(200_000) + 0.5) / 200_000)
     apart = float(np.mean(delta <= 0.0))
     assert 0.2 < apart < 0.4
-    assert response.extremes.separated == pytest.approx(apart, abs=1e-4)
+    assert extremes(response).separated == pytest.approx(apart, abs=1e-4)

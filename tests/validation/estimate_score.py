@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from processor_time import OutOfTime, bounded
 
+from wearlab.dynamics.extremes import extremes
 from wearlab.gears.errors import GearError
 from wearlab.life.state import Wear
 from wearlab.mesh.profile import ProfileGrid
@@ -112,7 +113,7 @@ def reference(scene: Scene, cycle: float, tolerance: float = TIGHT) -> Truth:
         last.rate,
         _grids(stage.first),
         [phase_forces(stage.first, last, one).transpose(1, 0, 2) for one in last.responses],
-        np.array([one.extremes.largest for one in last.responses]),
+        np.array([extremes(one).largest for one in last.responses]),
         [one.period for one in last.responses],
         tolerance,
         None if tolerance == TIGHT else estimated(stage, lived),

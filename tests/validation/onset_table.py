@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from corner_elements import OPTIONS, PAIRS, load_corners, meetings
 
+from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import deflection_at
 from wearlab.dynamics.system import System
@@ -152,7 +153,7 @@ def moving(analysis: ContactAnalysis, moved: Mover) -> Moving:
     delta = deflection_at(response, steps, np.zeros(1))[0][0, 0]
     where = look_within(grid, [0.0], np.zeros((1, 1)), np.array([1e-6]))
     pair = mesh_force(touching, where, delta, None).pair
-    return Moving(float(response.extremes.largest[0]), float(pair[0, list(grid.pair_numbers).index(0)]))
+    return Moving(float(extremes(response).largest[0]), float(pair[0, list(grid.pair_numbers).index(0)]))
 
 
 class Onset(NamedTuple):

@@ -5,15 +5,14 @@ too, lie between two steps, and both sides of each are among what is looked at. 
 smooth; the few steps that come nearest to an extreme are looked into closely.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.response import Response
 from wearlab.dynamics.within import forces_within
-
-if TYPE_CHECKING:
-    from wearlab.dynamics.response import Response
 
 Array = NDArray[np.float64]
 
@@ -41,8 +40,18 @@ class Extremes(NamedTuple):
     separated: Array
 
 
-def extremes_of(response: "Response") -> Extremes:
+_read: WeakKeyDictionary[Response, Extremes] = WeakKeyDictionary()
+"""What was read off responses that still are: estimates, doubts and the dataset ask for the same."""
+
+
+def extremes(response: Response) -> Extremes:
     """Return the extreme forces of every mesh over the period, or over the kept periods, of a response."""
+    if response not in _read:
+        _read[response] = _over_periods(response)
+    return _read[response]
+
+
+def _over_periods(response: Response) -> Extremes:
     meshes, steps = len(response.system.direction), len(response.tables.width)
     block = max(1, AT_ONCE // (len(FRACTIONS) * steps * meshes))
     kept = len(response.state)
@@ -55,7 +64,7 @@ def extremes_of(response: "Response") -> Extremes:
     )
 
 
-def _of_periods(response: "Response", kept: slice) -> Extremes:
+def _of_periods(response: Response, kept: slice) -> Extremes:
     forces, width = forces_within(response, FRACTIONS, kept), response.tables.width
     low, high = forces.elastic.min(axis=(0, 1)), forces.elastic.max(axis=(0, 1))
     nearest = min(NEAREST, len(width))

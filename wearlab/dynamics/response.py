@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.balance import balance_of
 from wearlab.dynamics.between import Parabolas, TablesWithin
-from wearlab.dynamics.extremes import Extremes, extremes_of
 from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.path import Path, path
 from wearlab.dynamics.system import System
@@ -57,7 +56,7 @@ class Counts(NamedTuple):
     newton_iterations: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Response:
     """The steady response.
 
@@ -121,11 +120,6 @@ class Response:
         n, d = len(self.system.load), self.system.direction.T
         length = self.tables.width * self.mesh_period
         return path(self.state[..., :n] @ d, self.state[..., n:] @ d, accelerations(self) @ d, length)
-
-    @cached_property
-    def extremes(self) -> Extremes:
-        """The largest and the smallest force of every mesh, and its share of the time apart."""
-        return extremes_of(self)
 
 
 def split_periods(path: Array, periods: int) -> Array:

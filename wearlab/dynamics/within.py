@@ -1,12 +1,11 @@
 """Mesh forces anywhere within the steps of a response, from what the solver's own tables were taken of."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from wearlab.dynamics.response import Response
+from wearlab.dynamics.response import Response
 
 Array = NDArray[np.float64]
 
@@ -32,7 +31,7 @@ class ForcesWithin(NamedTuple):
 
 
 def forces_within(
-    response: "Response", x: Array, kept: slice = slice(None), steps: NDArray[np.int64] | None = None
+    response: Response, x: Array, kept: slice = slice(None), steps: NDArray[np.int64] | None = None
 ) -> ForcesWithin:
     """Return the forces of all meshes at fractions of steps.
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.extremes import Extremes
+from wearlab.dynamics.extremes import Extremes, extremes
 from wearlab.gradients.errors import GradientError
 from wearlab.gradients.lived import Ends, LivedSteps
 from wearlab.life.state import WearState
@@ -39,7 +39,7 @@ class Value(NamedTuple):
 
 def _extremes(parts: Parts, state: WearState) -> Extremes:
     assert state.response is not None
-    return state.response.extremes
+    return extremes(state.response)
 
 
 def _static(parts: Parts) -> Array:

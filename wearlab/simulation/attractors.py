@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.coexisting import MOST_STEPS, Search, coexisting
+from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
 from wearlab.life.state import WearState
@@ -84,6 +85,6 @@ def _values_of(others: Sequence[Response | None]) -> Values:
 
 def _described(other: Response) -> Array:
     """Return period, largest multiplier, and the smallest and largest force of every mesh."""
-    found = other.extremes
+    found = extremes(other)
     largest = float(abs(other.multipliers[0])) if len(other.multipliers) else np.nan
     return np.concatenate([[float(other.period), largest], found.least, found.largest])

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.dynamics.extremes import extremes
 from wearlab.life.history import History
 from wearlab.life.limits import ENDS_OF_WORK
 from wearlab.life.state import WearState
@@ -142,7 +143,7 @@ def _loudest(lived: History, force: tuple[ForcesOfStates, ...] | None) -> float:
     found = [0.0]
     for block, errors in enumerate(force or ()):
         states = lived.in_block(block).state
-        largest = [max(float(one.extremes.largest.max()) for one in state.responses) for state in states]
+        largest = [max(float(extremes(one).largest.max()) for one in state.responses) for state in states]
         found += [error / size for error, size in zip(errors.mesh, largest, strict=True) if size > 0.0]
     return float(np.nanmax(found))
 
@@ -154,7 +155,7 @@ def _hardest(stage: Stage, state: WearState) -> float:
         static = np.array([parts.gears.kinds[mesh.kind].load for mesh in parts.meshes])
         for response in one.responses:
             loaded = static > 0.0
-            found += list(response.extremes.largest[loaded] / static[loaded])
+            found += list(extremes(response).largest[loaded] / static[loaded])
     return float(max(found))
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.acceleration import within_steps
+from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.mesh_loads import elastic_force
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.supports import bearing_forces
@@ -98,7 +99,7 @@ def _of_responses(
     )
     both = ForcesAtInstants(*(weight * one + two for one, two in zip(by_steps, by_wear, strict=True)))
     found = _largest(own, both)
-    read = states[0].responses[at].extremes.largest - states[1].responses[at].extremes.largest
+    read = extremes(states[0].responses[at]).largest - extremes(states[1].responses[at]).largest
     largest = max(found.largest, weight * float(np.abs(read).max()))
     return found._replace(largest=largest), _largest(own, by_wear)
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.continuation import JumpOfResponse, Point
+from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.mesh_loads import elastic_force
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration
@@ -79,7 +80,7 @@ def _described(wanted: SpeedResponse, point: Point) -> Values:
     transmission = transmission_error(vibration, position)
     if transmission is None:
         transmission = deflection
-    static, extreme = parts.kinds[0].analysis.load, response.extremes
+    static, extreme = parts.kinds[0].analysis.load, extremes(response)
     poincare = _strobed(vibration, point)
     multiplier = abs(response.multipliers[0]) if len(response.multipliers) else np.nan
     return {

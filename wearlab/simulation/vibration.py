@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.dynamics.acceleration import within_steps
+from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.mesh_loads import (
     elastic_force,
     friction_force,
@@ -157,7 +158,7 @@ def _mesh_response(
 
 def extreme_values(parts: Parts, response: Response) -> Values:
     """Return the extreme forces of every mesh and the time it is apart, from the steps of its response."""
-    found = response.extremes
+    found = extremes(response)
     static = np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
     return {
         "mesh_force_min": found.least,
