@@ -1,4 +1,4 @@
-"""Which states of a life are kept in full: those asked for, and the others as far as their work is paid for."""
+"""Which states of a life are kept in full: those asked for, others as far as their work is paid for."""
 
 from types import SimpleNamespace
 from typing import Any
