@@ -1,6 +1,7 @@
 """Pairs that the tests of gears share."""
 
 import pytest
+from shaped import shaped
 
 from wearlab.gears.external import external_pair
 from wearlab.gears.specification import GearSpec
@@ -13,6 +14,6 @@ def pair_of():
     def build(pinion=None, gear=None, **keywords):
         first = GearSpec(**{"name": "pinion", "teeth": 50, **(pinion or {})})
         second = GearSpec(**{"name": "gear", "teeth": 50, **(gear or {})})
-        return external_pair(first, second, **{"module": 0.003, "face_width": 0.02, **keywords})
+        return shaped(external_pair, first, second, **{"module": 0.003, "face_width": 0.02, **keywords})
 
     return build

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
+from shaped import shaped
 
 from wearlab.gears.errors import GearError
 from wearlab.gears.external import external_pair
@@ -19,7 +20,7 @@ from wearlab.gears.outline import (
     root_curve,
     root_half_angle,
 )
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.gears.tip_contact import tip_separation
 
 
@@ -28,7 +29,7 @@ def make(pinion=None, ring=None, **keywords):
     first = GearSpec(**{"name": "pinion", "teeth": 40, "fillet_radius_coefficient": 0.35, **(pinion or {})})
     second = {"name": "ring", "teeth": 100, "tip_alteration": "wang-2023", "rim_diameter": 0.7}
     second = GearSpec(**{**second, **(ring or {})})
-    return internal_pair(first, second, **{"module": 0.006, "face_width": 0.05, **keywords})
+    return shaped(internal_pair, first, second, **{"module": 0.006, "face_width": 0.05, **keywords})
 
 
 PAIR = make()
@@ -187,13 +188,11 @@ def test_tip_interference_against_outlines(teeth, clear):
     """Roll the driving corner of the pinion tip past the ring's tip by hand."""
     pinion_spec = GearSpec(name="pinion", teeth=40, addendum_coefficient=0.8)
     ring_spec = GearSpec(name="ring", teeth=100, addendum_coefficient=0.8, rim_diameter=0.7)
-    wide = internal_pair(pinion_spec, ring_spec, module=0.006, face_width=0.05)
+    wide = internal_pair(pinion_spec, ring_spec, Basics(0.006, face_width=0.05))
     pinion = wide.driving
     ring_spec = GearSpec(name="ring", teeth=teeth, addendum_coefficient=0.6, rim_diameter=0.4)
-    alone = internal_pair(
-        GearSpec(name="small", teeth=20, profile_shift_coefficient=0.3, addendum_coefficient=0.8),
-        ring_spec, module=0.006, face_width=0.05,
-    ).driven  # fmt: skip
+    small = GearSpec(name="small", teeth=20, profile_shift_coefficient=0.3, addendum_coefficient=0.8)
+    alone = internal_pair(small, ring_spec, Basics(0.006, face_width=0.05)).driven
     a = 0.003 * (teeth - 40)
     clearance = tip_clearance(pinion, alone, a)
     assert (clearance > 0.0) is clear
@@ -253,9 +252,8 @@ def test_ring_and_wheel_of_infinite_size_are_one_rack():
     )
     wheel = external_pair(
         GearSpec(name="pinion", teeth=40, fillet_radius_coefficient=0.35),
-        GearSpec(name="wheel", teeth=40_000, addendum_coefficient=0.9),
-        module=0.006,
-        face_width=0.05,
+        GearSpec(name="wheel", teeth=40000, addendum_coefficient=0.9),
+        Basics(0.006, face_width=0.05),
     )
     assert ring.contact_ratio == pytest.approx(wheel.contact_ratio, rel=1e-3)
     s = np.linspace(-0.01, 0.01, 5)

@@ -6,6 +6,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
+from shaped import shaped
 
 from wearlab.gears.errors import GearError
 from wearlab.gears.lags import pitch_lag
@@ -18,7 +19,8 @@ PRINTED = {"centre_distance": (0.055125, 0.05625), "carrier": Carrier(4.5, 0.011
 
 def make(sun=None, planet=None, ring=None, carrier=None, **keywords):
     """Build W23's set from changes."""
-    return planetary_set(
+    return shaped(
+        planetary_set,
         GearSpec(**{"name": "sun", "teeth": 20, "profile_shift_coefficient": 0.35, **(sun or {})}),
         GearSpec(**{"name": "planet", "teeth": 29, "face_width": 0.028, **(planet or {})}),
         GearSpec(**{"name": "ring", "teeth": 79, "rim_diameter": 0.215, **(ring or {})}),
@@ -29,7 +31,8 @@ def make(sun=None, planet=None, ring=None, carrier=None, **keywords):
 
 def bai(**keywords):
     """Build B23's set, standard gears that fit without shifts."""
-    return planetary_set(
+    return shaped(
+        planetary_set,
         GearSpec(name="sun", teeth=21),
         GearSpec(name="planet", teeth=30),
         GearSpec(name="ring", teeth=81, rim_diameter=0.28),

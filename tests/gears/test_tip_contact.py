@@ -7,15 +7,13 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from wearlab.gears.external import external_pair
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.gears.tip_contact import extension, tip_separation
 
 PAIR = external_pair(
     GearSpec(name="pinion", teeth=23),
     GearSpec(name="gear", teeth=41),
-    module=0.003,
-    pressure_angle=math.radians(20),
-    face_width=0.02,
+    Basics(0.003, pressure_angle=math.radians(20), face_width=0.02),
 )
 
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from wearlab.gears.external import external_pair
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 
 
 def l16(**changes):
@@ -13,9 +13,7 @@ def l16(**changes):
     return external_pair(
         GearSpec(name="pinion", **{**common, **changes}),
         GearSpec(name="gear", **common),
-        module=0.003,
-        pressure_angle=math.radians(20),
-        face_width=0.020,
+        Basics(0.003, pressure_angle=math.radians(20), face_width=0.02),
     )
 
 

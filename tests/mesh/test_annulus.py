@@ -7,7 +7,7 @@ from scipy.integrate import quad, solve_ivp
 from wearlab.gears.external import external_pair
 from wearlab.gears.materials import STEEL
 from wearlab.gears.outline import load_angle, root_half_angle
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.annulus import arc_tractions, arc_work, body_compliance, body_coupling, mode_response
 from wearlab.mesh.body import foundation_compliance
 
@@ -19,8 +19,7 @@ def pair_of(teeth=50, bore=0.5):
     return external_pair(
         GearSpec(name="pinion", teeth=teeth, **body),
         GearSpec(name="gear", teeth=teeth, **body),
-        module=0.003,
-        face_width=0.02,
+        Basics(0.003, face_width=0.02),
     )
 
 
@@ -131,8 +130,7 @@ def test_own_compliance_is_near_sainsot(teeth, bore):
             bore_diameter=bore * 0.003 * (teeth - 2.5 + 2 * shift),
         ),
         GearSpec(name="b", teeth=60),
-        module=0.003,
-        face_width=0.02,
+        Basics(0.003, face_width=0.02),
     )
     radius = pair.radius(0, np.linspace(pair.path.A, pair.path.E, 5))
     ratio = body_compliance(pair.driving, radius) / foundation_compliance(pair.driving, radius)

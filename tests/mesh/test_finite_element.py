@@ -9,7 +9,7 @@ import pytest
 from wearlab.gears.external import external_pair
 from wearlab.gears.internal import internal_pair
 from wearlab.gears.outline import load_angle
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.annulus import arc_tractions, arc_work
 from wearlab.mesh.finite_element import (
     FiniteElement,
@@ -30,15 +30,14 @@ HEIGHTS = np.linspace(1.1, 1.9, 9)
 
 def standard(bore=0.04):
     both = [GearSpec(name=name, teeth=50, bore_diameter=bore) for name in ("pinion", "gear")]
-    return external_pair(*both, module=0.003, face_width=0.020)
+    return external_pair(*both, Basics(0.003, face_width=0.02))
 
 
 def inner(driving="pinion"):
     return internal_pair(
         GearSpec(name="pinion", teeth=40, fillet_radius_coefficient=0.35),
         GearSpec(name="ring", teeth=100, tip_alteration="wang-2023", rim_diameter=0.7),
-        module=0.006,
-        face_width=0.05,
+        Basics(0.006, face_width=0.05),
         driving=driving,
     )
 
@@ -157,12 +156,9 @@ def test_reciprocity_when_the_other_gear_drives():
 
 def test_face_width_and_modulus_scale(pair):
     s = np.zeros(1)
-    wide = external_pair(
-        *(GearSpec(name=g.name, teeth=50, tip_diameter=0.156, root_diameter=0.14, bore_diameter=0.04)
-          for g in pair.gears),
-        module=0.003,
-        face_width=0.040,
-    )  # fmt: skip
+    circles = {"tip_diameter": 0.156, "root_diameter": 0.14, "bore_diameter": 0.04}
+    both = (GearSpec(name=gear.name, teeth=50, **circles) for gear in pair.gears)
+    wide = external_pair(*both, Basics(0.003, face_width=0.04))
     assert compliance(pair, s, 2, QUICK)[0] == pytest.approx(
         2.0 * compliance(wide, s, 2, QUICK)[0], rel=1e-12
     )

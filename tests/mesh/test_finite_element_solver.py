@@ -12,7 +12,7 @@ from skfem import MeshQuad, MeshQuad2
 from wearlab.gears.external import external_pair
 from wearlab.gears.materials import STEEL
 from wearlab.gears.ring import build_ring
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.finite_element.chart import chart
 from wearlab.mesh.finite_element.flank import LoadedFlank
 from wearlab.mesh.finite_element.half_plane import half_plane_compliance
@@ -27,16 +27,12 @@ def few_teeth():
     external = external_pair(
         GearSpec(name="first", teeth=10, profile_shift_coefficient=0.5, bore_diameter=0.006),
         GearSpec(name="second", teeth=40),
-        module=0.002,
-        face_width=0.01,
+        Basics(0.002, face_width=0.01),
     ).driving
     ring = build_ring(
         GearSpec(name="ring", teeth=25, tip_diameter=0.0485, rim_diameter=0.065),
-        module=0.002,
-        pressure_angle=math.radians(20),
+        Basics(0.002, pressure_angle=math.radians(20), face_width=0.01, material=STEEL),
         profile_shift=0.0,
-        face_width=0.01,
-        material=STEEL,
     )
     return external, ring
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wearlab.gears.external import external_pair
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.profile import Extension, interpolate, lookup, profile_grid
 
 
@@ -13,9 +13,7 @@ def long_addendum_pair():
     return external_pair(
         GearSpec(name="pinion", **spec, fillet_radius_coefficient=0.2),
         GearSpec(name="gear", **spec, fillet_radius_coefficient=0.2),
-        module=0.003,
-        pressure_angle=math.radians(20),
-        face_width=0.02,
+        Basics(0.003, pressure_angle=math.radians(20), face_width=0.02),
     )
 
 

@@ -12,7 +12,7 @@ from wearlab.gears.external import external_pair
 from wearlab.gears.internal import internal_pair
 from wearlab.gears.materials import STEEL
 from wearlab.gears.outline import contact_depth, involute_point, involute_rise, load_angle, root_curve
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.annulus import arc_tractions, arc_work, body_compliance, body_coupling, mode_response
 from wearlab.mesh.body import foundation_compliance, foundation_validity, sainsot_coefficients
 from wearlab.mesh.hertz import weber_compliance, yang_sun
@@ -25,8 +25,7 @@ def y23(driving="pinion", **ring):
         GearSpec(
             **{"name": "ring", "teeth": 100, "tip_alteration": "wang-2023", "rim_diameter": 0.7, **ring}
         ),
-        module=0.006,
-        face_width=0.05,
+        Basics(0.006, face_width=0.05),
         driving=driving,
     )
 
@@ -124,11 +123,11 @@ def rack_of(profile, external):
     mate = {"teeth": 60, "root_profile": "radial"}
     if external:
         wheel = GearSpec(name="wheel", teeth=teeth, root_profile=None if profile == "fillet" else "radial")
-        pair = external_pair(GearSpec(name="pinion", **mate), wheel, module=m, face_width=0.03)
+        pair = external_pair(GearSpec(name="pinion", **mate), wheel, Basics(m, face_width=0.03))
         return pair.driven, reference + height
     ring = GearSpec(name="ring", teeth=teeth, rim_diameter=2.2 * reference, root_profile=profile,
                     tip_alteration_coefficient=-0.1)  # fmt: skip
-    pair = internal_pair(GearSpec(name="pinion", **mate), ring, module=m, face_width=0.03)
+    pair = internal_pair(GearSpec(name="pinion", **mate), ring, Basics(m, face_width=0.03))
     return pair.driven, reference - height
 
 
@@ -150,7 +149,7 @@ def test_ring_tooth_is_stiffer_than_the_same_wheels():
     """A ring's tooth widens towards its root faster than an external one of the same numbers."""
     ring = y23().driven
     wheel = external_pair(
-        GearSpec(name="pinion", teeth=40), GearSpec(name="wheel", teeth=100), module=0.006, face_width=0.05
+        GearSpec(name="pinion", teeth=40), GearSpec(name="wheel", teeth=100), Basics(0.006, face_width=0.05)
     ).driven
     heights = np.array([-0.004, 0.0, 0.004])
     assert np.all(evaluate(ring, 0.3 - heights)[0] < 0.96 * evaluate(wheel, 0.3 + heights)[0])

@@ -9,14 +9,14 @@ from wearlab.campaign.errors import CampaignError
 from wearlab.campaign.report import PARTS, read_report
 from wearlab.gears.drawing import drawing, half_tooth
 from wearlab.gears.external import external_pair
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.report.answer import CaseTold, _sentences
 from wearlab.scene.build.sheet import thickness
 
 
 def pair(teeth=(25, 40)):
     specs = [GearSpec(name=name, teeth=z) for name, z in zip(("pinion", "gear"), teeth, strict=True)]
-    return external_pair(*specs, module=3e-3, pressure_angle=math.radians(20.0), face_width=20e-3)
+    return external_pair(*specs, Basics(0.003, pressure_angle=math.radians(20.0), face_width=0.02))
 
 
 def points(path):

@@ -14,7 +14,7 @@ from skfem import Basis, ElementHex2, ElementQuad2, ElementVector, MeshHex, Mesh
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from wearlab.gears.external import external_pair
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.finite_element.chart import chart
 from wearlab.mesh.finite_element.flank import LoadedFlank
 from wearlab.mesh.finite_element.sector import lame, mesh_lines
@@ -40,7 +40,7 @@ class Yields(NamedTuple):
 def gear(teeth=50, module=0.003):
     """Return the gear that is looked at: full depth, unshifted, trochoid root, narrow bore."""
     given = GearSpec(name="pinion", teeth=teeth)
-    return external_pair(given, GearSpec(name="gear", teeth=teeth), module=module, face_width=0.02).driving
+    return external_pair(given, GearSpec(name="gear", teeth=teeth), Basics(module, face_width=0.02)).driving
 
 
 def _kept(squares):

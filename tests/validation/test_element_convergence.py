@@ -5,15 +5,14 @@ import math
 from element_convergence import element_convergence
 
 from wearlab.gears.external import external_pair
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.finite_element import Options
 
 
 def test_errors_fall_at_second_order():
     pair = external_pair(
         *(GearSpec(name=name, teeth=30, bore_diameter=0.03) for name in ("pinion", "gear")),
-        module=0.003,
-        face_width=0.02,
+        Basics(0.003, face_width=0.02),
     )
     coarse, fine = element_convergence(pair, (1, 2), 3, Options(samples=9))
     (same,) = element_convergence(pair, (1,), 1, Options(samples=9))

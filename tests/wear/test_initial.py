@@ -8,22 +8,19 @@ import pytest
 from wearlab.gears.errors import GearError
 from wearlab.gears.external import external_pair
 from wearlab.gears.internal import internal_pair
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.profile import profile_grid
 from wearlab.wear.initial import MeasuredProfile, measured, path_position
 
 EXTERNAL = external_pair(
     GearSpec(name="pinion", teeth=23),
     GearSpec(name="gear", teeth=41),
-    module=0.003,
-    pressure_angle=math.radians(20),
-    face_width=0.02,
+    Basics(0.003, pressure_angle=math.radians(20), face_width=0.02),
 )
 INTERNAL = internal_pair(
     GearSpec(name="pinion", teeth=40, fillet_radius_coefficient=0.3),
     GearSpec(name="ring", teeth=100, tip_alteration="wang-2023", rim_diameter=0.7),
-    module=0.006,
-    face_width=0.05,
+    Basics(0.006, face_width=0.05),
 )
 GRID = profile_grid(EXTERNAL, 101)
 S = GRID.position

@@ -7,20 +7,17 @@ from wearlab.gears.gear import Gear
 from wearlab.gears.materials import Material, check_material
 from wearlab.gears.modification import modification, settled
 from wearlab.gears.root import form_radius, resolve_root, undercut_flag
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 
 FEWEST_TEETH = 5
 
 
 def build_gear(
     spec: GearSpec,
+    basics: Basics,
     *,
-    module: float,
-    pressure_angle: float,
     profile_shift: float,
     tip_alteration: float,
-    face_width: float | None,
-    material: Material,
     assumed: tuple[str, ...] = (),
 ) -> Gear:
     """Resolve every dimension of one external gear.
@@ -30,9 +27,8 @@ def build_gear(
     Parameters
     ----------
     spec : what is given
-    module, pressure_angle : m [m], α [rad]
+    basics : of the set
     profile_shift, tip_alteration : x, and the k to use when the gear has none of its own [1]
-    face_width, material : the pair's, used when the gear has none of its own
     assumed : flags to carry along
 
     Returns
@@ -43,8 +39,9 @@ def build_gear(
     ------
     GearError : with the reason, its numbers and a remedy
     """
-    check_specification(spec, face_width)
+    check_specification(spec, basics.face_width)
     _check_external(spec)
+    module, pressure_angle = basics[:2]
     r = 0.5 * module * spec.teeth
     r_b = r * math.cos(pressure_angle)
     r_a = _tip_radius(spec, module, profile_shift, tip_alteration)
@@ -67,10 +64,7 @@ def build_gear(
         root_profile=root_profile,
     )
     cut_flag = undercut_flag(root_profile, spec.teeth, pressure_angle, depth - profile_shift, fillet)
-    own_material = spec.material or material
-    check_material(own_material, spec.name)
-    width = spec.face_width or face_width
-    assert width is not None  # check_specification
+    own_material, width = own_of(spec, basics)
     mass, inertia, mass_flag = solid(spec, own_material.density, width, r, bore)
     gear = Gear(
         name=spec.name,
@@ -100,6 +94,14 @@ def build_gear(
     )
     _check_tip(gear)
     return gear
+
+
+def own_of(spec: GearSpec, basics: Basics) -> tuple[Material, float]:
+    """Return a gear's material and face width [m], its own or the set's."""
+    material, width = spec.material or basics.material, spec.face_width or basics.face_width
+    check_material(material, spec.name)
+    assert width is not None  # check_specification
+    return material, width
 
 
 def check_specification(spec: GearSpec, face_width: float | None) -> None:

@@ -5,11 +5,10 @@ import math
 from wearlab.gears.build import build_gear
 from wearlab.gears.errors import GearError
 from wearlab.gears.gear import Gear
-from wearlab.gears.materials import STEEL, Material
 from wearlab.gears.modification import check_reliefs
 from wearlab.gears.pair import GearPair, PathOfContact
 from wearlab.gears.shifts import operating_position
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 
 CONTACT_TOLERANCE = 1e-9  # relative slack of a comparison of two lengths
 
@@ -17,23 +16,19 @@ CONTACT_TOLERANCE = 1e-9  # relative slack of a comparison of two lengths
 def external_pair(
     first: GearSpec,
     second: GearSpec,
+    basics: Basics,
     *,
-    module: float,
-    pressure_angle: float = math.radians(20.0),
     centre_distance: float | None = None,
     driving: str | None = None,
-    face_width: float | None = None,
-    material: Material = STEEL,
 ) -> GearPair:
     """Return the external pair of two gears, or refuse it.
 
     Parameters
     ----------
     first, second : the gears as specified
-    module, pressure_angle : m [m], α [rad]
+    basics : what they share
     centre_distance : operating centre distance [m]; absent: from the profile shifts
     driving : name of the driving gear; absent: the first
-    face_width, material : for gears without their own
 
     Returns
     -------
@@ -48,25 +43,22 @@ def external_pair(
     ----------
     ISO 21771:2007, clauses 4 and 5.
     """
-    check_basics(first, second, module, pressure_angle)
+    check_basics(first, second, basics)
     if driving not in (None, first.name, second.name):
         raise GearError(f"driving gear {driving!r} is neither {first.name!r} nor {second.name!r}")
     operating = operating_position(
         (first.teeth, second.teeth),
         (first.profile_shift_coefficient, second.profile_shift_coefficient),
-        module=module,
-        pressure_angle=pressure_angle,
+        module=basics.module,
+        pressure_angle=basics.pressure_angle,
         centre_distance=centre_distance,
     )
     gears = [
         build_gear(
             spec,
-            module=module,
-            pressure_angle=pressure_angle,
+            basics,
             profile_shift=x,
             tip_alteration=operating.tip_alteration,
-            face_width=face_width,
-            material=material,
             assumed=operating.assumed,
         )
         for spec, x in zip((first, second), operating.shifts, strict=True)
@@ -78,13 +70,14 @@ def external_pair(
     return pair
 
 
-def check_basics(first: GearSpec, second: GearSpec, module: float, pressure_angle: float) -> None:
+def check_basics(first: GearSpec, second: GearSpec, basics: Basics) -> None:
     """Refuse a module or a pressure angle that no gear has, and two gears of one name.
 
     Raises
     ------
     GearError : naming the value
     """
+    module, pressure_angle = basics[:2]
     if not module > 0.0:
         raise GearError(f"the module must be positive, not {module:g} m")
     if not 0.0 < pressure_angle < math.pi / 4:

@@ -14,25 +14,21 @@ from wearlab.gears.external import (
 )
 from wearlab.gears.gear import Gear
 from wearlab.gears.involute import involute
-from wearlab.gears.materials import STEEL, Material
 from wearlab.gears.modification import check_reliefs
 from wearlab.gears.pair import GearPair, PathOfContact
 from wearlab.gears.ring import build_ring
 from wearlab.gears.room import make_room
 from wearlab.gears.shifts import internal_position
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 
 
 def internal_pair(
     pinion: GearSpec,
     ring: GearSpec,
+    basics: Basics,
     *,
-    module: float,
-    pressure_angle: float = math.radians(20.0),
     centre_distance: float | None = None,
     driving: Literal["pinion", "ring"] = "pinion",
-    face_width: float | None = None,
-    material: Material = STEEL,
 ) -> GearPair:
     """Return the internal pair of a pinion and a ring, or refuse it.
 
@@ -41,10 +37,9 @@ def internal_pair(
     Parameters
     ----------
     pinion, ring : the gears as specified; a ring needs ``rim_diameter``
-    module, pressure_angle : m [m], α [rad]
+    basics : what they share
     centre_distance : operating centre distance [m]; absent: from the profile shifts
     driving : which of the two drives, whatever their names
-    face_width, material : for gears without their own
 
     Returns
     -------
@@ -59,7 +54,7 @@ def internal_pair(
     ----------
     ISO 21771:2007, clauses 4 and 5; a positive shift of a ring enlarges its tooth spaces here.
     """
-    check_basics(pinion, ring, module, pressure_angle)
+    check_basics(pinion, ring, basics)
     if not ring.teeth > pinion.teeth:
         raise GearError(
             f"{ring.name}: {ring.teeth} teeth cannot surround a {pinion.name} of {pinion.teeth}: give the "
@@ -68,29 +63,18 @@ def internal_pair(
     operating = internal_position(
         (pinion.teeth, ring.teeth),
         (pinion.profile_shift_coefficient, ring.profile_shift_coefficient),
-        module=module,
-        pressure_angle=pressure_angle,
+        module=basics.module,
+        pressure_angle=basics.pressure_angle,
         centre_distance=centre_distance,
     )
     inner = build_gear(
         pinion,
-        module=module,
-        pressure_angle=pressure_angle,
+        basics,
         profile_shift=operating.shifts[0],
         tip_alteration=operating.tip_alteration,
-        face_width=face_width,
-        material=material,
         assumed=operating.assumed,
     )
-    outer = build_ring(
-        ring,
-        module=module,
-        pressure_angle=pressure_angle,
-        profile_shift=operating.shifts[1],
-        face_width=face_width,
-        material=material,
-        assumed=operating.assumed,
-    )
+    outer = build_ring(ring, basics, profile_shift=operating.shifts[1], assumed=operating.assumed)
     a = operating.centre_distance
     inner, outer = make_room(inner, outer, a, shorten=ring.tip_is_derived)
     return assemble_internal(inner, outer, a, ring_drives=driving == "ring")

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +13,12 @@ from wearlab.gears.external import assemble_external, check_basics, check_pair
 from wearlab.gears.gear import Gear
 from wearlab.gears.internal import assemble_internal
 from wearlab.gears.lags import mesh_phase_offsets
-from wearlab.gears.materials import STEEL, Material
 from wearlab.gears.pair import GearPair
 from wearlab.gears.ring import build_ring
 from wearlab.gears.room import make_room
 from wearlab.gears.shifts import planetary_position
 from wearlab.gears.spacing import assembled_angles, check_neighbours
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.gears.train import Central, Train
 
 ONE_DISTANCE, TWO_DISTANCES = 0.005, 0.1
@@ -115,12 +113,9 @@ def planetary_set(
     planet: GearSpec,
     ring: GearSpec,
     carrier: Carrier,
+    basics: Basics,
     *,
-    module: float,
     planets: int,
-    pressure_angle: float = math.radians(20.0),
-    face_width: float | None = None,
-    material: Material = STEEL,
     planet_angles: Sequence[float] | None = None,
     centre_distance: float | tuple[float, float] | None = None,
     sun_drives: bool = True,
@@ -131,9 +126,8 @@ def planetary_set(
     ----------
     sun, planet, ring : the gears as specified
     carrier : the carrier
-    module, pressure_angle : m [m], α [rad]
+    basics : what the gears share
     planets : N [1]
-    face_width, material : for gears without their own
     planet_angles : ψ of each planet, in the sense in which the sun turns relative to the carrier [rad];
         absent: equally spaced from 0
     centre_distance : operating distance of both meshes, or (sun–planet, planet–ring) of a set as printed
@@ -149,30 +143,22 @@ def planetary_set(
     GearError : a gear or a pair that cannot exist, shifts or tooth numbers that contradict the centre
         distance, planets that cannot be assembled or that collide; with numbers and a remedy
     """
-    check_basics(sun, planet, module, pressure_angle)
-    check_basics(planet, ring, module, pressure_angle)
+    check_basics(sun, planet, basics)
+    check_basics(planet, ring, basics)
     position = planetary_position(
         (sun.teeth, planet.teeth, ring.teeth),
         (sun.profile_shift_coefficient, planet.profile_shift_coefficient, ring.profile_shift_coefficient),
-        module=module,
-        pressure_angle=pressure_angle,
+        module=basics.module,
+        pressure_angle=basics.pressure_angle,
         centre_distance=centre_distance,
     )
-    common: dict[str, Any] = {"module": module, "pressure_angle": pressure_angle, "face_width": face_width}
     built = [
         build_gear(
-            spec,
-            profile_shift=x,
-            tip_alteration=position.tip_alteration,
-            material=material,
-            assumed=position.assumed,
-            **common,
+            spec, basics, profile_shift=x, tip_alteration=position.tip_alteration, assumed=position.assumed
         )
         for spec, x in zip((sun, planet), position.shifts[:2], strict=True)
     ]
-    outer = build_ring(
-        ring, profile_shift=position.shifts[2], material=material, assumed=position.assumed, **common
-    )
+    outer = build_ring(ring, basics, profile_shift=position.shifts[2], assumed=position.assumed)
     a_sp, a_pr = position.centre_distances
     inner, (middle, outer) = built[0], make_room(built[1], outer, a_pr, shorten=ring.tip_is_derived)
     driving, driven = (inner, middle) if sun_drives else (middle, inner)

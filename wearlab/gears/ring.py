@@ -12,26 +12,18 @@ centre stands ``ψ_c = π/2z + 2x tanα/z + inv α − ρ_F/r_b − inv α_c`` f
 
 import math
 
-from wearlab.gears.build import check_specification, solid
+from wearlab.gears.build import check_specification, own_of, solid
 from wearlab.gears.errors import GearError
 from wearlab.gears.gear import Gear
 from wearlab.gears.involute import involute
-from wearlab.gears.materials import Material, check_material
 from wearlab.gears.modification import modification, settled
-from wearlab.gears.specification import GearSpec, RootProfile
+from wearlab.gears.specification import Basics, GearSpec, RootProfile
 
 BISECTIONS = 60
 
 
 def build_ring(
-    spec: GearSpec,
-    *,
-    module: float,
-    pressure_angle: float,
-    profile_shift: float,
-    face_width: float | None,
-    material: Material,
-    assumed: tuple[str, ...] = (),
+    spec: GearSpec, basics: Basics, *, profile_shift: float, assumed: tuple[str, ...] = ()
 ) -> Gear:
     """Resolve every dimension of one ring gear.
 
@@ -43,9 +35,8 @@ def build_ring(
     Parameters
     ----------
     spec : what is given; ``rim_diameter`` is required
-    module, pressure_angle : m [m], α [rad]
+    basics : of the set
     profile_shift : x [1]; positive: larger tooth spaces, farther out
-    face_width, material : the pair's, used when the ring has none of its own
     assumed : flags to carry along
 
     Returns
@@ -60,7 +51,8 @@ def build_ring(
     ----------
     ISO 21771:2007, 4; Wang et al., Appl. Sci. 13 (2023) 2022, Table 1, for the tip alteration.
     """
-    _check_ring_specification(spec, face_width)
+    _check_ring_specification(spec, basics.face_width)
+    module, pressure_angle = basics[:2]
     r = 0.5 * module * spec.teeth
     r_b = r * math.cos(pressure_angle)
     r_a = _tip_radius(spec, module, pressure_angle, profile_shift)
@@ -73,10 +65,7 @@ def build_ring(
     wanted = 0.0 if spec.root_profile == "radial" else spec.fillet_radius_coefficient * module
     fillet, fillet_flag = _fitting_fillet(spec.name, wanted, r_b, r_a, r_f, space, module)
     root_profile: RootProfile = "fillet" if fillet > 0.0 else "radial"
-    own_material = spec.material or material
-    check_material(own_material, spec.name)
-    width = spec.face_width or face_width
-    assert width is not None  # check_specification
+    own_material, width = own_of(spec, basics)
     mass, inertia, mass_flag = solid(spec, own_material.density, width, rim, r)
     ring = Gear(
         name=spec.name,

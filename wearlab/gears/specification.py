@@ -1,13 +1,29 @@
 """What a user may say about one gear: absent means "derive it"."""
 
+import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
-from wearlab.gears.materials import Material
+from wearlab.gears.materials import STEEL, Material
 from wearlab.gears.modification import Relief, ReliefFrom
 
 RootProfile = Literal["trochoid", "radial", "fillet"]
 TipAlteration = Literal["wang-2023"]
+
+
+class Basics(NamedTuple):
+    """What the gears of a set share.
+
+    Parameters
+    ----------
+    module, pressure_angle : m [m], α [rad]
+    face_width, material : of gears without their own
+    """
+
+    module: float
+    pressure_angle: float = math.radians(20.0)
+    face_width: float | None = None
+    material: Material = STEEL
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ import pytest
 
 from wearlab.gears.external import external_pair
 from wearlab.gears.internal import internal_pair
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.profile import profile_grid
 
@@ -17,9 +17,7 @@ def external(driving="pinion"):
     return external_pair(
         GearSpec(name="pinion", teeth=23),
         GearSpec(name="gear", teeth=41),
-        module=0.003,
-        pressure_angle=math.radians(20),
-        face_width=0.02,
+        Basics(0.003, pressure_angle=math.radians(20), face_width=0.02),
         driving=driving,
     )
 
@@ -28,8 +26,7 @@ def internal(driving="pinion"):
     return internal_pair(
         GearSpec(name="pinion", teeth=40, fillet_radius_coefficient=0.3),
         GearSpec(name="ring", teeth=100, tip_alteration="wang-2023", rim_diameter=0.7),
-        module=0.006,
-        face_width=0.05,
+        Basics(0.006, face_width=0.05),
         driving=driving,
     )
 

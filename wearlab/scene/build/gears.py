@@ -13,7 +13,7 @@ from wearlab.gears.modification import Relief, ReliefFrom
 from wearlab.gears.pair import GearPair
 from wearlab.gears.planetary import Carrier, PlanetarySet, planetary_set
 from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, SetDescriptor
-from wearlab.gears.specification import GearSpec
+from wearlab.gears.specification import Basics, GearSpec
 from wearlab.scene import Scene
 
 Array = NDArray[np.float64]
@@ -44,14 +44,13 @@ def build_pair(scene: Scene) -> GearPair:
     gears: Any = scene.gears
     specs = [specification(name, member) for name, member in gears.gears().items()]
     driving = scene.operation.input
-    common: dict[str, Any] = {
-        "module": gears.module,
-        "pressure_angle": gears.pressure_angle,
-        "face_width": gears.face_width,
-        "material": material(gears.material),
-        "centre_distance": gears.centre_distance,
-    }
-    return PAIRS[gears.descriptor](*specs, **common, driving=driving)
+    make = PAIRS[gears.descriptor]
+    return make(*specs, basics_of(gears), centre_distance=gears.centre_distance, driving=driving)
+
+
+def basics_of(gears: Any) -> Basics:
+    """Return what the gears of ``[gears]`` share."""
+    return Basics(gears.module, gears.pressure_angle, gears.face_width, material(gears.material))
 
 
 PAIRS: dict[SetDescriptor, Callable[..., GearPair]] = {
@@ -77,10 +76,7 @@ def build_planetary(scene: Scene, *, sun_drives: bool) -> PlanetarySet:
         specification("planet", gears.planet),
         specification("ring", gears.ring),
         Carrier(gears.carrier.mass, gears.carrier.inertia, None if pins is None else 0.5 * pins),
-        module=gears.module,
-        pressure_angle=gears.pressure_angle,
-        face_width=gears.face_width,
-        material=material(gears.material),
+        basics_of(gears),
         planets=gears.planets,
         planet_angles=gears.planet_angles,
         centre_distance=None if distances is None else (distances.sun_planet, distances.planet_ring),
