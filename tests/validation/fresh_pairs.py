@@ -20,9 +20,10 @@ from stiffness_table import drawn
 
 import wearlab
 from wearlab.gears.errors import GearError
+from wearlab.mesh.stiffnesses.finite_element import STIFFNESS_OFF
 from wearlab.scene import Scene
 from wearlab.scene.build import build
-from wearlab.simulation.departures import ERROR_OFF, FORCE_OFF, SHARE_OFF, STIFFNESS_OFF
+from wearlab.simulation.departures import ERROR_OFF, FORCE_OFF, SHARE_OFF
 
 SEED = 20261122
 KINDS = (False, False, True)

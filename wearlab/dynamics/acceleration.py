@@ -72,6 +72,10 @@ def lobatto(nodes: int) -> tuple[Array, Array]:
 
     Ends, and between them the extremes of the Legendre polynomial P of degree ``n − 1``; weights
     ``1/(n (n − 1) P²)``.
+
+    References
+    ----------
+    Abramowitz & Stegun, Handbook of Mathematical Functions, 1964, 25.4.32.
     """
     polynomial = Legendre.basis(nodes - 1)
     place = np.concatenate([[-1.0], np.sort(polynomial.deriv().roots().real), [1.0]])

@@ -17,6 +17,10 @@ def eliminate(matrix: Any) -> None:
     Parameters
     ----------
     matrix : (rows + columns of B, rows) the columns of A, then those of B; rows is a multiple of `WIDTH`
+
+    References
+    ----------
+    Golub & Van Loan, Matrix Computations, 4th ed., 2013, §3.4.
     """
     total, rows = matrix.shape
     for k in range(0, rows, WIDTH):

@@ -229,6 +229,10 @@ def nudge(
     """Write the derivative of column 0 after the sub-step a…b, by its start or by its end, into state 3.
 
     A central difference: the sub-step is a polynomial in its ends, so only rounding and ε² remain.
+
+    References
+    ----------
+    Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
     """
     size = np.uint64(len(s.part) // 4)
     two, three = size + size, size + size + size
@@ -243,7 +247,12 @@ def nudge(
 
 @jit_inner
 def shift(s: Any, to: Any, width: Any, factor: Any) -> None:
-    """Add the derivative in state 3 times the tangent ``factor`` to the tangents of state ``to``."""
+    """Add the derivative in state 3 times the tangent ``factor`` to the tangents of state ``to``.
+
+    References
+    ----------
+    Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
+    """
     w = np.uint64(len(width))
     size = np.uint64(len(s.part) // 4)
     three = size + size + size

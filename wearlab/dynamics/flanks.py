@@ -239,7 +239,12 @@ def friction_stage(
     friction: Any, kernel: Any, tables: Any, step: int, stage: int, x: float, m: int, e: float, contact: Any,
     width: Any, mesh: Any, push: Any,
 ) -> None:  # fmt: skip
-    """Fill the two friction channels of mesh ``m`` at one stage, fraction ``x`` of the step."""
+    """Fill the two friction channels of mesh ``m`` at one stage, fraction ``x`` of the step.
+
+    References
+    ----------
+    B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
+    """
     if friction is not None:
         channels, meshes = len(kernel.channels), len(kernel.mesh_damping)
         k_a, w_a, k_b, w_b = 0.0, 0.0, 0.0, 0.0

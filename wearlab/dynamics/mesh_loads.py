@@ -85,6 +85,10 @@ def friction_force(loads: MeshLoads, flanks: Touching, where: Lookup, coefficien
     ----------
     loads, flanks, where : the mesh's forces, its flanks, the instants
     coefficient : μ [1]
+
+    References
+    ----------
+    B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
     """
     sense = flanks.analysis.grid.sliding_sense[where.segment]
     return np.asarray(coefficient * (sense * loads.pair).sum(axis=-1))
@@ -103,6 +107,10 @@ def moments(
     loads, flanks, where : the mesh's forces, its flanks, the instants
     pair : the gears
     coefficient : μ, None without friction [1]
+
+    References
+    ----------
+    B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
     """
     plain = loads.elastic + loads.damping
     if coefficient is None:

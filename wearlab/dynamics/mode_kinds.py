@@ -28,6 +28,10 @@ def mode_kinds(system: System, found: Modes) -> tuple[Kind, ...]:
     ----------
     system : a planetary system
     found : its modes
+
+    References
+    ----------
+    Lin & Parker, J. Vib. Acoust. 121 (1999) 316–321.
     """
     central = [not name.startswith("planet") for name in system.coordinates]
     turns = np.array([c and n.endswith(".u") for c, n in zip(central, system.coordinates, strict=True)])

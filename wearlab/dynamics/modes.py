@@ -110,6 +110,10 @@ def modes(system: System, mesh_stiffness: MeshStiffness) -> Modes:
     ------
     ValueError
         When the stiffness is indefinite.
+
+    References
+    ----------
+    Lin & Parker, J. Vib. Acoust. 121 (1999) 316–321, for the planetary matrices.
     """
     d, k = system.direction, per_mesh(system, mesh_stiffness)
     stiffness = system.total_stiffness + d.T @ (k[:, None] * d)

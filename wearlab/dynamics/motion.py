@@ -74,7 +74,12 @@ def mesh_force_at(
 def add_friction_at(
     friction: Any, kernel: Any, tables: Any, step: int, x: float, m: int, q: float, out: Any
 ) -> None:
-    """Add the acceleration by the friction of mesh ``m`` at fraction ``x`` for ``q = d·q``."""
+    """Add the acceleration by the friction of mesh ``m`` at fraction ``x`` for ``q = d·q``.
+
+    References
+    ----------
+    B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
+    """
     if friction is not None:
         n, meshes = len(out), len(kernel.mesh_damping)
         delta = q - within(tables.error[step, :, m], x)

@@ -17,6 +17,10 @@ def multipliers_of(system: System, balance: Balance | None, derivative: Array) -
     ----------
     system, balance : what moves, and its loads of unknown size
     derivative : (2n, 2n) of the period map, these loads in the columns of the coordinates held
+
+    References
+    ----------
+    Floquet, Ann. Sci. Éc. Norm. Supér. 12 (1883) 47–88.
     """
     matrix = derivative if balance is None else true_derivative(system, balance, derivative)
     real, imaginary, *_ = dgeev(matrix, compute_vl=0, compute_vr=0)

@@ -95,6 +95,10 @@ def drifts_of(known: Factors, whole: Array, multipliers: Complex) -> Drifts:
     known : the answers of the groups
     whole : (2n, 2n) derivative of the period map
     multipliers : its multipliers, largest first
+
+    References
+    ----------
+    Wilkinson, The Algebraic Eigenvalue Problem, 1965, ch. 2.
     """
     found, left, right = eig(whole, left=True)
     large = (np.abs(multipliers) >= LEADING * abs(multipliers[0])) & (multipliers.imag >= 0.0)

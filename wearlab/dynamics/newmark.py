@@ -65,7 +65,12 @@ def march_newmark(
     strobe: Array,
     s: Any,
 ) -> int:
-    """March ``count`` periods; fill ``orbit`` with the last ``keep`` and ``strobe``; count evaluations."""
+    """March ``count`` periods; fill ``orbit`` with the last ``keep`` and ``strobe``; count evaluations.
+
+    References
+    ----------
+    Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94.
+    """
     steps, n = len(tables.width), len(state) // 2
     before, after, trial, matrix = np.empty(n), np.empty(n), np.empty(2 * n), np.empty((n, n))
     evaluations = 0
@@ -99,6 +104,10 @@ def newmark_step(
 
     ``q₁ = q₀ + h v₀ + h²/4 (a₀ + a₁)``, ``v₁ = v₀ + h/2 (a₀ + a₁)``, with a₁ from the equation of motion at
     the end of the step; the contact there is guessed, solved for and guessed again until it agrees.
+
+    References
+    ----------
+    Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94.
     """
     n, meshes = len(before), len(kernel.mesh_damping)
     h = tables.width[step] * period

@@ -25,7 +25,12 @@ HALVINGS = 6
 
 @jit_inner
 def solve_linear(matrix: Any, right: Any) -> float:
-    """Solve in place by elimination with row pivots; return the least pivot over the largest entry."""
+    """Solve in place by elimination with row pivots; return the least pivot over the largest entry.
+
+    References
+    ----------
+    Golub & Van Loan, Matrix Computations, 4th ed., 2013, §3.4.
+    """
     n = len(right)
     largest, least = 0.0, np.inf
     for row in range(n):

@@ -24,7 +24,7 @@ def common_arguments(model: Any, motion: InMotion) -> dict[str, Any]:
         "base_radius": base_radius,
         "torque": motion.operation.torque,
         "mesh_damping": damping,
-        "damping_always": mesh.damping_in == "always",
+        "damping_always": mesh.damps_always,
         "backlash": mesh.normal_backlash,
         "fluctuation": None if wave is None else wave.amplitude,
         "supports": tuple(_support(model.supports.get(gear.name), gear.base_radius) for gear in pair.gears),

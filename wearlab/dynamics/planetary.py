@@ -195,6 +195,10 @@ def effective_masses(inertia: Mapping[str, float], base_radius: Mapping[str, flo
     """Return the torsional effective mass of one mesh of each kind, ``1/m = r_1²/I_1 + r_2²/I_2`` [kg].
 
     A mesh damping ratio refers to it and to the mean mesh stiffness, ``c = 2 ζ √(k̄ m)``.
+
+    References
+    ----------
+    L16 Eq. 3, for either kind of mesh.
     """
     equivalent = {m: inertia[m] / base_radius[m] ** 2 for m in ("sun", "planet", "ring")}
     return {

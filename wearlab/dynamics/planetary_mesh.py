@@ -33,7 +33,12 @@ class MeshVectors(NamedTuple):
 
 
 def coordinates(planets: int) -> tuple[str, ...]:
-    """Return the names of the 3(N + 3) coordinates: ``sun.x, sun.y, sun.u, ring.x, … planet-N.u``."""
+    """Return the names of the 3(N + 3) coordinates: ``sun.x, sun.y, sun.u, ring.x, … planet-N.u``.
+
+    References
+    ----------
+    W23 Eqs. 7–14.
+    """
     members = (*CENTRAL, *(f"planet-{n + 1}" for n in range(planets)))
     return tuple(f"{member}.{axis}" for member in members for axis in "xyu")
 

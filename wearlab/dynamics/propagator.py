@@ -166,7 +166,12 @@ def powers_of(matrix: Array, angle: float) -> Array:
 
 
 def series(powers: Array, h: Array) -> Array:
-    """Return ``e^{Ah} = Σ A^k h^k/k!`` of every length, (n_lengths, 2n, 2n)."""
+    """Return ``e^{Ah} = Σ A^k h^k/k!`` of every length, (n_lengths, 2n, 2n).
+
+    References
+    ----------
+    Moler & Van Loan, SIAM Rev. 45 (2003) 3–49, method 1.
+    """
     factors = np.cumprod(np.vstack([np.ones_like(h), *[h / k for k in range(1, len(powers))]]), axis=0)
     return np.tensordot(factors.T, powers, axes=1)
 

@@ -47,6 +47,10 @@ def rk4_step(
     mesh : (4, n_channel) flat: stiffness k_m at the start, middle and end [N/m], and damping c_m [N s/m]
     push : (3, n, width) flat: inhomogeneous acceleration at the start, middle and end, in column 0 [m/s²]
     h : length of the step [s]
+
+    References
+    ----------
+    Kutta, Z. Math. Phys. 46 (1901) 435–453.
     """
     raise NotImplementedError("compiled code only")
 

@@ -87,7 +87,12 @@ def march_adaptive(
     relative: float,
     absolute: float,
 ) -> int:
-    """March ``count`` periods; fill ``orbit`` with the last ``keep`` and ``strobe``; count evaluations."""
+    """March ``count`` periods; fill ``orbit`` with the last ``keep`` and ``strobe``; count evaluations.
+
+    References
+    ----------
+    Dormand & Prince, J. Comput. Appl. Math. 6 (1980) 19–26.
+    """
     steps, rows = len(tables.width), len(state)
     slopes, trial = np.empty((7, rows)), np.empty(rows)
     fraction, evaluations = 1.0, 0
@@ -120,7 +125,12 @@ def over_table_step(
     relative: float,
     absolute: float,
 ) -> tuple[float, int]:
-    """Integrate over one step of the tables; return the fraction of it to try next, and the evaluations."""
+    """Integrate over one step of the tables; return the fraction of it to try next, and the evaluations.
+
+    References
+    ----------
+    Dormand & Prince, J. Comput. Appl. Math. 6 (1980) 19–26.
+    """
     n = len(state) // 2
     width = tables.width[step] * period
     x, evaluations, size = 0.0, 0, fraction

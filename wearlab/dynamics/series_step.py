@@ -267,6 +267,10 @@ def time_the_change(
     ----------
     jump : by how much the damping of mesh m rises [N s/m]
     state : (2n, w)
+
+    References
+    ----------
+    Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
     """
     n, w = state.shape[0] // 2, state.shape[1]
     direction = kernel.structure.direction[m * n : (m + 1) * n]

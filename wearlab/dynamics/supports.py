@@ -34,6 +34,11 @@ class Support(NamedTuple):
     damping: float
     preload: float = 0.0
 
+    @property
+    def bears(self) -> bool:
+        """Whether it is a bearing, against a translation."""
+        return self.axis in ("x", "y")
+
 
 def grounded(coordinates: Sequence[str], name: str, stiffness: float, damping: float) -> tuple[Support, ...]:
     """Return the support of one coordinate against ground; none where nothing holds it.
@@ -94,6 +99,6 @@ def bearing_forces(
     """
     force = np.zeros((len(members), 2, len(position), position.shape[-1]))
     for one in supports:
-        if one.axis in ("x", "y") and one.member in members:
+        if one.bears and one.member in members:
             force[members.index(one.member), "xy".index(one.axis)] += support_force(one, position, velocity)
     return force

@@ -89,7 +89,12 @@ def check_basics(first: GearSpec, second: GearSpec, basics: Basics) -> None:
 
 
 def assemble_external(driving: Gear, driven: Gear, centre_distance: float, alpha_w: float) -> GearPair:
-    """Return the pair with its path of contact cut off by the two tip circles, not yet checked."""
+    """Return the pair with its path of contact cut off by the two tip circles, not yet checked.
+
+    References
+    ----------
+    ISO 21771:2007, clause 5.
+    """
     s_A = driven.base_radius * math.tan(alpha_w) - tip_curvature(driven)
     s_E = tip_curvature(driving) - driving.base_radius * math.tan(alpha_w)
     p_b = math.pi * driving.module * math.cos(driving.pressure_angle)
@@ -106,7 +111,12 @@ def assemble_external(driving: Gear, driven: Gear, centre_distance: float, alpha
 
 
 def tip_curvature(gear: Gear) -> float:
-    """Return the radius of curvature of the involute at the tip, √(r_a² − r_b²) [m]."""
+    """Return the radius of curvature of the involute at the tip, √(r_a² − r_b²) [m].
+
+    References
+    ----------
+    ISO 21771:2007, clause 4.
+    """
     return math.sqrt(gear.tip_radius**2 - gear.base_radius**2)
 
 

@@ -96,6 +96,10 @@ def assemble_internal(pinion: Gear, ring: Gear, centre_distance: float, *, ring_
     Raises
     ------
     GearError : contact ratio below 1; involute, tip or fillet interference; tip into root
+
+    References
+    ----------
+    ISO 21771:2007, clause 5.
     """
     alpha_w = math.acos((ring.base_radius - pinion.base_radius) / centre_distance)
     _check_interference(pinion, ring, centre_distance, alpha_w)

@@ -15,6 +15,10 @@ def involute(angle: float) -> float:
     Returns
     -------
     inv α [rad]
+
+    References
+    ----------
+    ISO 21771:2007, clause 4.
     """
     return math.tan(angle) - angle
 
@@ -33,6 +37,10 @@ def inverse_involute(value: float) -> float:
     Raises
     ------
     GearError : a negative value, which no involute has
+
+    References
+    ----------
+    ISO 21771:2007, clause 4, for the function.
     """
     if not value >= 0.0:
         raise GearError(f"the involute function cannot be {value:.6g}: the profile shifts are too negative")

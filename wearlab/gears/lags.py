@@ -44,7 +44,7 @@ def mesh_phase_offsets(
 
     References
     ----------
-    Parker & Lin, J. Mech. Des. 126 (2004) 68–76: mesh phasing of planetary gears, with γ_rs at the pitch
+    Parker & Lin, J. Mech. Des. 126 (2004) 365–370: mesh phasing of planetary gears, with γ_rs at the pitch
     points; here each mesh's own entry A.
     """
     sun = sun_planet.driving if sun_drives else sun_planet.driven
@@ -64,6 +64,10 @@ def entry_lag(sun_planet: GearPair, planet_ring: GearPair, *, sun_drives: bool) 
     ----------
     sun_planet, planet_ring : the two kinds of mesh
     sun_drives : direction of the power flow
+
+    References
+    ----------
+    Parker & Lin, J. Mech. Des. 126 (2004) 365–370; here from entry to entry.
     """
     planet = planet_ring.driving if sun_drives else planet_ring.driven
     travelled = (planet_ring.path.A - sun_planet.path.A) / planet.base_radius
@@ -77,6 +81,10 @@ def pitch_lag(sun_planet: GearPair, planet_ring: GearPair, *, sun_drives: bool) 
     ----------
     sun_planet, planet_ring : the two kinds of mesh
     sun_drives : direction of the power flow
+
+    References
+    ----------
+    Parker & Lin, J. Mech. Des. 126 (2004) 365–370.
     """
     planet = planet_ring.driving if sun_drives else planet_ring.driven
     return _lag(sun_planet, planet_ring, planet, 0.0, sun_drives)

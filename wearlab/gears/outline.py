@@ -29,6 +29,10 @@ def load_angle(gear: Gear, radius: ArrayLike) -> Array:
     Returns
     -------
     (n,) λ [rad]; it grows linearly along the path of contact
+
+    References
+    ----------
+    Y23, whose α1 is ``ρ/r_b − α2``.
     """
     r = np.asarray(radius, dtype=float)
     rho = np.sqrt(np.maximum(r**2 - gear.base_radius**2, 0.0))
@@ -69,7 +73,12 @@ def involute_rise(gear: Gear, angle: ArrayLike) -> Array:
 
 
 def root_half_angle(gear: Gear) -> float:
-    """Return half the tooth angle where the root curve meets the root circle, θ_f [rad]."""
+    """Return half the tooth angle where the root curve meets the root circle, θ_f [rad].
+
+    References
+    ----------
+    Sainsot, Velex & Duverger 2004, for θ_f.
+    """
     if gear.root_profile == "trochoid":
         return _rounding_offset(gear) / gear.reference_radius
     if gear.root_profile == "fillet":
@@ -193,6 +202,10 @@ def contact_depth(gear: Gear, radius: ArrayLike) -> Array:
     Returns
     -------
     (n,) [m]
+
+    References
+    ----------
+    Weber & Banaschek 1953, for t_i.
     """
     lam = load_angle(gear, radius)
     return involute_point(gear, lam)[1] / np.cos(lam)

@@ -57,6 +57,11 @@ class GearPair:
         return self.driving, self.driven
 
     @property
+    def internal(self) -> bool:
+        """Whether one of the gears is a ring."""
+        return self.kind == "internal"
+
+    @property
     def ratio(self) -> float:
         """Speed of the driven over that of the driving gear, z_driving / z_driven [1]."""
         return self.driving.teeth / self.driven.teeth

@@ -20,6 +20,10 @@ def rounding_centre(dedendum: float, fillet: float, pressure_angle: float) -> fl
     ----------
     dedendum, fillet : depth h of the rack tooth and its tip rounding ρ, in modules [1]
     pressure_angle : α [rad]
+
+    References
+    ----------
+    ISO 6336-3, where it is the auxiliary value E; ISO 53 for the rack.
     """
     return math.pi / 4 - (dedendum - fillet) * math.tan(pressure_angle) - fillet / math.cos(pressure_angle)
 
@@ -43,6 +47,10 @@ def resolve_root(
     Raises
     ------
     GearError : a trochoid was asked for and its rack cannot exist
+
+    References
+    ----------
+    ISO 53, for the rack and its rounding.
     """
     fits = rounding_centre(dedendum, fillet, pressure_angle) >= 0.0 and fillet >= 0.0
     if wanted == "radial" or (wanted is None and fits):

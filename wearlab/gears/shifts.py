@@ -183,6 +183,10 @@ def planetary_position(
     Raises
     ------
     GearError : no involute contact, or shifts and tooth numbers that contradict each other
+
+    References
+    ----------
+    ISO 21771:2007, 4.3 and 4.5, for either mesh.
     """
     z_s, z_p, z_r = teeth
     x_s, x_p, x_r = shifts

@@ -27,6 +27,10 @@ def assembled_angles(teeth: int, planets: int, wanted: Sequence[float] | None = 
     Raises
     ------
     GearError : fewer than two planets, or angles at which they cannot be assembled; names the nearest
+
+    References
+    ----------
+    Parker & Lin, J. Mech. Des. 126 (2004) 365–370, for the condition of assembly.
     """
     if planets < 2:
         raise GearError(f"a planetary set needs at least 2 planets, not {planets}")

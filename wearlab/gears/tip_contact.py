@@ -23,6 +23,10 @@ def tip_separation(pair: GearPair, end: str, distance: float) -> float:
     pair : the pair
     end : "A" (tip of the driven gear) or "E" (tip of the driving gear)
     distance : how far beyond the end of the path the gears have turned, along the line of action [m]
+
+    References
+    ----------
+    Munro, Morrish & Palmer 1999: tip corners touch beyond the ends of the path.
     """
     own, mate = (pair.driving, pair.driven) if end == "E" else (pair.driven, pair.driving)
     direction = -1.0 if own.internal else 1.0
@@ -31,7 +35,7 @@ def tip_separation(pair: GearPair, end: str, distance: float) -> float:
     along = complex(math.sin(angle), math.cos(angle))
     corner = own.base_radius / math.cos(angle) + direction * abs(getattr(pair.path, end)) * along
     # the mate turns against an external gear and with a ring
-    ratio = own.teeth / mate.teeth * (1.0 if pair.kind == "external" else -1.0)
+    ratio = own.teeth / mate.teeth * (-1.0 if pair.internal else 1.0)
     seen = corner - centre
     sign = min((1, -1), key=lambda sign: abs(_drift(corner, seen, mate.base_radius, 1e-6, ratio, sign)))
     drift = _drift(corner, seen, mate.base_radius, direction * distance / own.base_radius, ratio, sign)
@@ -61,6 +65,10 @@ def extension(pair: GearPair, deflection: float) -> float:
     ----------
     pair : the pair
     deflection : along the line of action [m]
+
+    References
+    ----------
+    Munro, Morrish & Palmer 1999: tip corners touch beyond the ends of the path.
     """
     total = 0.0
     for end in ("A", "E"):

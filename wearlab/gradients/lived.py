@@ -103,7 +103,7 @@ class LivedSteps:
                 "the motion does not repeat or its work is short: steps hold part of the rate"
             )
         self.cycle = 0.0 if life is None else float(life.cycle[-1])
-        self.reached = life is not None and life.end_reason == "depth"
+        self.reached = life is not None and life.worn_out
         self.ends = self._ends(parts, None)
 
     @property

@@ -100,6 +100,11 @@ class Life:
         return self.error_estimate_depth / fastest if fastest > 0.0 else 0.0
 
     @property
+    def worn_out(self) -> bool:
+        """Whether it ended at its depth limit."""
+        return self.end_reason == "depth"
+
+    @property
     def count_steps(self) -> int:
         """Accepted steps."""
         return len(self.cycle) - 1

@@ -51,7 +51,7 @@ def worn(
             continue
         limits = Limits(depth=depth, flank=flank)
         life = evolve(rate, h0, limits=limits, tolerance=tolerance, scale=scale, most_work=most_work)
-        if life.end_reason != "depth":
+        if not life.worn_out:
             raise ValueError(f"flank {name!r} cannot be worn to {depth:.3g} m by this law: {life.end_reason}")
         h[flank] = life.depth[-1][flank]
         lives.append(life)

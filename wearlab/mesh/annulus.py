@@ -139,6 +139,10 @@ def arc_tractions(gear: Gear, radius: ArrayLike) -> Array:
     Returns
     -------
     (3, n) σ0, σ1, τ0 [1/m]; the loaded flank is on the side of positive θ
+
+    References
+    ----------
+    Sainsot, Velex & Duverger 2004: normal stress linear, shear constant along the root arc.
     """
     theta, r_f = root_half_angle(gear), gear.root_radius
     lam = load_angle(gear, radius)
@@ -160,6 +164,10 @@ def arc_work(gear: Gear, separation: float) -> Array:
     Returns
     -------
     (3, 3) observing × acting shapes (1, θ/θ_f normal; 1 shear), per unit face width [m²/Pa]
+
+    References
+    ----------
+    Sainsot, Velex & Duverger 2004, for the tractions; the displacements are those of `mode_response`.
     """
     return _arc_work(root_half_angle(gear), gear.bore_radius, gear.root_radius, gear.material, separation)
 
@@ -195,6 +203,10 @@ def body_compliance(gear: Gear, radius: ArrayLike) -> Array:
     Returns
     -------
     (n,) for the whole face width [m/N]
+
+    References
+    ----------
+    Sainsot, Velex & Duverger 2004, for the tractions; clamped at the bore as there.
     """
     p = arc_tractions(gear, radius)
     own: Array = np.einsum("a...,ab,b...->...", p, arc_work(gear, 0.0), p) / gear.face_width

@@ -87,7 +87,12 @@ def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
 
 
 def body_ratio(gear: Gear) -> float:
-    """Return h_f, the outer over the inner radius of the body: r_f / r_bore, or r_rim / r_f of a ring [1]."""
+    """Return h_f, the outer over the inner radius of the body: r_f / r_bore, or r_rim / r_f of a ring [1].
+
+    References
+    ----------
+    Sainsot, Velex & Duverger 2004, for h_f.
+    """
     ratio = gear.root_radius / gear.bore_radius
     return 1.0 / ratio if gear.internal else ratio
 
@@ -102,6 +107,10 @@ def foundation_validity(gear: Gear) -> tuple[str, ...]:
     Returns
     -------
     one message for each quantity out of range; empty within
+
+    References
+    ----------
+    Sainsot, Velex & Duverger 2004: 1.4 ≤ h_f ≤ 7 and 0.01 ≤ θ_f ≤ 0.12.
     """
     messages = []
     for symbol, value, (low, high) in (

@@ -61,6 +61,10 @@ def corner(pair: GearPair, end: str, x: Array, position: Array) -> Corner:
     end : "A" (tip of the driven gear) or "E" (tip of the driving gear)
     x : (n,) positions to which the gears have turned, beyond that end or at it [m along the line of action]
     position : (n_nodes,) path positions of the nodes, A to E [m]
+
+    References
+    ----------
+    Munro, Morrish & Palmer 1999: tip corners touch beyond the ends of the path.
     """
     gear, tip = (DRIVEN, pair.path.A) if end == "A" else (DRIVING, pair.path.E)
     own = np.flatnonzero(np.abs(position - tip) <= NEAR_TIP * pair.base_pitch)
@@ -70,7 +74,12 @@ def corner(pair: GearPair, end: str, x: Array, position: Array) -> Corner:
 
 
 def unworn_extension(pair: GearPair, deflection: float) -> Extension:
-    """Return how far beyond A and E a deflection keeps the tip corners of unworn gears touching [m]."""
+    """Return how far beyond A and E a deflection keeps the tip corners of unworn gears touching [m].
+
+    References
+    ----------
+    Munro, Morrish & Palmer 1999: tip corners touch beyond the ends of the path.
+    """
 
     def gap(x: Array) -> Array:
         gear, tip = (DRIVEN, pair.path.A) if x[-1] < pair.path.C else (DRIVING, pair.path.E)
@@ -97,6 +106,10 @@ def separations(pair: GearPair, gear: int, x: Array, s: Array) -> tuple[Array, A
     Returns
     -------
     separation, times the driven base radius [m], and s' [m], of the broadcast shape
+
+    References
+    ----------
+    Munro, Morrish & Palmer 1999: tip corners touch beyond the ends of the path.
     """
     if gear == DRIVING:
         return _apart(pair, DRIVING, x, x, s)
@@ -127,13 +140,13 @@ def _frame(pair: GearPair) -> tuple[complex, complex, tuple[complex, complex]]:
     alpha = pair.working_pressure_angle
     first, second = (gear.base_radius / math.cos(alpha) for gear in pair.gears)
     towards = -1.0 if pair.driving.internal else 1.0
-    apart = first + second if pair.kind == "external" else first - second
+    apart = first - second if pair.internal else first + second
     return complex(first), complex(towards * math.sin(alpha), math.cos(alpha)), (0j, complex(apart))
 
 
 def _sense(pair: GearPair, gear: int) -> float:
     """Return the sense in which a gear turns, the driving one counter-clockwise."""
-    return -1.0 if gear == DRIVEN and pair.kind == "external" else 1.0
+    return -1.0 if gear == DRIVEN and not pair.internal else 1.0
 
 
 def _turned(

@@ -59,7 +59,12 @@ AT_REST = Realisation((), ())
 
 
 def realised(member: MemberError, random: np.random.Generator) -> Realisation:
-    """Draw the initial angles of one member: one for its toothing, one for each tolerance."""
+    """Draw the initial angles of one member: one for its toothing, one for each tolerance.
+
+    References
+    ----------
+    W23 Eqs. 28–32.
+    """
     start = random.uniform(0.0, 2 * np.pi)
     directions = random.uniform(0.0, 2 * np.pi, len(member.installation))
     mesh: list[tuple[float, float, float]] = []
@@ -142,6 +147,10 @@ def mesh_error(
     harmonics : prescribed (order, amplitude [m], phase [rad]) of the mesh frequency
     seed : seed of the initial angles, one θ0 ~ U[0, 2π) per gear and one per tolerance
     parts : members that are drawn already
+
+    References
+    ----------
+    W23 Eqs. 28–32; one θ0 a realisation, not drawn anew at every step.
     """
     random = np.random.default_rng(seed)
     drawn = [*(realised(member, random) for member in members), *parts]
@@ -165,5 +174,9 @@ def quadrature(teeth: Iterable[int]) -> dict[int, Array]:
     Parameters
     ----------
     teeth : numbers of teeth of the members; members with equal ones turn together
+
+    References
+    ----------
+    W23 Eqs. 28–32, for the errors whose angles these are.
     """
     return {z: (np.arange(ANGLES) * k / ANGLES) % 1.0 for k, z in enumerate(sorted(set(teeth)), start=1)}

@@ -216,7 +216,12 @@ Excitation = Pairs | Fourier | Modulated
 
 
 def combined_error(state: Quasistatic, combination: Combination, error: LoadedOrNot) -> Array:
-    """Return one transmission error for the mesh from the gaps of the pairs in the path, (n,) [m]."""
+    """Return one transmission error for the mesh from the gaps of the pairs in the path, (n,) [m].
+
+    References
+    ----------
+    W23 Eq. 36, min; L16 Eq. 18, loaded.
+    """
     if error == "loaded":
         return state.deflection
     if combination == "min":

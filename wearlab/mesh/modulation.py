@@ -64,6 +64,10 @@ def fit(phase: Array, weight: Array, value: Array) -> Modulation:
     ----------
     phase, weight : (n,) sample phases and quadrature weights [1]
     value : (n,) samples
+
+    References
+    ----------
+    L16 Eqs. 10–13.
     """
     from scipy.optimize import least_squares
 

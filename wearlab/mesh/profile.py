@@ -132,7 +132,12 @@ class ProfileGrid(NamedTuple):
 
 
 def simpson_weights(intervals: int) -> Array:
-    """Return the weights of Simpson's composite rule on the unit interval, (intervals + 1,) [1]."""
+    """Return the weights of Simpson's composite rule on the unit interval, (intervals + 1,) [1].
+
+    References
+    ----------
+    Abramowitz & Stegun, Handbook of Mathematical Functions, 1964, 25.4.6.
+    """
     weights = np.full(intervals + 1, 2.0)
     weights[1::2] = 4.0
     weights[[0, -1]] = 1.0

@@ -55,7 +55,12 @@ def in_plane(gear: Gear, plane: str) -> Gear:
 
 
 def potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> PotentialEnergy:
-    """Return the flexibilities of a pair by the potential-energy method."""
+    """Return the flexibilities of a pair by the potential-energy method.
+
+    References
+    ----------
+    L16, W23, Y23: ``1/k = 1/k_h + Σ (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``; L16 prints Eq. 16 inverted.
+    """
     body = body_compliance if given.foundation == "annulus" else foundation_compliance
     gears = [in_plane(gear, given.plane) for gear in pair.gears]
     teeth = [

@@ -146,7 +146,12 @@ def _check_radii(gear: Gear, radius: Array, growing: bool) -> None:
 
 @cache
 def gauss(points: int) -> tuple[Array, Array]:
-    """Return the points and weights of Gauss and Legendre between −1 and 1, each (points,)."""
+    """Return the points and weights of Gauss and Legendre between −1 and 1, each (points,).
+
+    References
+    ----------
+    Abramowitz & Stegun, Handbook of Mathematical Functions, 1964, 25.4.29.
+    """
     return np.polynomial.legendre.leggauss(points)
 
 
@@ -197,6 +202,10 @@ def tooth_compliance(
     Returns
     -------
     whether every section still holds; False leaves the outputs unfinished
+
+    References
+    ----------
+    W23, whose Eq. 16 has the worn section: here about its own centroid, without the term that stays at h = 0.
     """
     n = wear.size
     J0, J1, J2, K0 = tooth.root[1], tooth.root[2], tooth.root[3], tooth.root[0]

@@ -81,8 +81,13 @@ class OneMesh(Part):
         return self
 
     @property
+    def damps_always(self) -> bool:
+        """Whether the mesh damps in separation too."""
+        return self.damping_in == "always"
+
+    @property
     def _corners_known(self) -> bool:
-        return getattr(self.stiffness, "of", "pair") == "pair" and self.contact.tip_corners
+        return not self.stiffness.of_mesh and self.contact.tip_corners
 
     def identifying(self) -> dict[str, Any]:
         """Return the options that tell this part from others: not an onset of contact that goes by itself."""

@@ -77,7 +77,7 @@ def _response(scene: Sections) -> Problems:
     speed: Any = scene.dynamics.response.speed
     if getattr(speed, "from") >= speed.to:
         yield "dynamics.response.speed", "'from' must be below 'to'; direction = \"down\" goes the other way"
-    if scene.dynamics.method != "periodic":
+    if not scene.dynamics.follows_orbits:
         yield (
             "dynamics.response",
             f"follows orbits and needs method 'periodic', not {scene.dynamics.method!r}",
@@ -147,7 +147,7 @@ def _extended(scene: Sections) -> Problems:
                 path,
                 f"{mesh.contact.chosen!r} knows no tip corners: give mesh.contact = 'exact', or leave it out",
             )
-        if getattr(mesh.stiffness, "of", "pair") == "mesh":
+        if mesh.stiffness.of_mesh:
             yield (
                 path,
                 "lets pairs engage one by one, and a stiffness of = 'mesh' has no pairs: "

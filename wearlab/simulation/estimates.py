@@ -230,7 +230,7 @@ def _forces(
 def _life(stage: Stage, lived: History, worn: list[WornFurther | None], last: Rougher | None) -> float | None:
     """Return the error of the deepest depth over the rate of wear there, at the end of the life [1]."""
     life = lived.life
-    if life is None or life.end_reason != "depth":
+    if life is None or not life.worn_out:
         return None
     counts = build_limits(stage.scenes[0], stage.first.gears, stage.coupling).flank
     rate = life.rate[-1] if is_periodic(lived.samples.state[-1]) else late_rate(life.cycle, life.depth)

@@ -83,7 +83,7 @@ def _one_state(
     contact = scene.mesh.of(one.section).contact
     values["single_contact_share"][update, mesh] = (
         single_share(gaps.flanks, state.wear, contact.threshold)
-        if contact.engagement == "threshold"
+        if contact.by_threshold
         else np.mean(engaged.sum(axis=0) == 1)
     )
     values["unloaded_transmission_angle"][update, mesh] = (
@@ -129,7 +129,7 @@ def _engaged(
     """Return which pairs are engaged, (n_pairs, n_phases): by load, or by the threshold of the scene."""
     one = parts.gears.kinds[kind]
     contact = scene.mesh.of(one.section).contact
-    if contact.engagement == "threshold":
+    if contact.by_threshold:
         return relation.engaged_by_threshold(one.pair, contact.threshold)
     analysis: ContactAnalysis = parts.kinds[kind].analysis
     return np.asarray(analysis.quasistatic(state.nodes, where).force.T > 0.0)

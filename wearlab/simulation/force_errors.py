@@ -142,7 +142,7 @@ def forces_of(parts: Parts, state: WearState, response: Response, when: Instants
         [_mesh_force(parts, touching, mesh, when, deflection[:, mesh]) for mesh in range(len(parts.meshes))],
         axis=1,
     )
-    supports = [one for one in vibration.system.supports if one.axis in ("x", "y")]
+    supports = [one for one in vibration.system.supports if one.bears]
     if not supports:
         return ForcesAtInstants(mesh, np.empty((len(mesh), 0, len(when.phase))))
     position, velocity = vibration.coordinates(response, when)

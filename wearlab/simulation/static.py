@@ -304,7 +304,7 @@ def life_values(scene: Scene, lived: History) -> Values:
     values: Values = {"end_reason": lived.life.end_reason}
     if scene.wear.until is None or scene.wear.until.depth is None:
         return values
-    reached = lived.life.end_reason == "depth"
+    reached = lived.life.worn_out
     life = float(lived.life.cycle[-1]) if reached else np.nan
     values |= {"life": life, "remaining_useful_life": life - lived.cycle}
     if lived.seconds is not None and np.isfinite(lived.seconds).all():

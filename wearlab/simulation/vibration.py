@@ -206,9 +206,7 @@ def _over_periods(values: Array, phase: Array, count: int) -> Harmonics:
 
 def has_bearings(parts: Parts) -> bool:
     """Whether a member moves on its support."""
-    return parts.vibration is not None and any(
-        one.axis in ("x", "y") for one in parts.vibration.system.supports
-    )
+    return parts.vibration is not None and any(one.bears for one in parts.vibration.system.supports)
 
 
 def _sense_of_axes(parts: Parts) -> Array:

@@ -33,6 +33,10 @@ def wear_per_cycle(force: Array, coefficient: Array, slide: Array, passes: Array
     Returns
     -------
     (2, n) wear rate, (driving, driven) [m per cycle]
+
+    References
+    ----------
+    Archard, J. Appl. Phys. 24 (1953) 981–988, with the Hertz width, which cancels.
     """
     rate = np.empty(slide.shape)
     for gear in range(slide.shape[0]):
@@ -55,7 +59,12 @@ def contact_half_width(force: ArrayLike, path: WearPath) -> Array:
 
 
 def mean_pressure(force: ArrayLike, path: WearPath) -> Array:
-    """Return the mean Hertz pressure ``F/(2aB)``, (n,) [Pa]; 0 without load."""
+    """Return the mean Hertz pressure ``F/(2aB)``, (n,) [Pa]; 0 without load.
+
+    References
+    ----------
+    Johnson 1985, §4.2.
+    """
     return np.asarray(peak_pressure(force, path) / PeakPressure.factor)
 
 

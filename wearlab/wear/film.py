@@ -52,7 +52,12 @@ def composite_rq(roughness_ra: ArrayLike) -> float:
 
 
 def lightest_load(path: WearPath) -> Array:
-    """Return the load per unit length at which ``W = LIGHTEST_LOAD``, (n,) [N/m]."""
+    """Return the load per unit length at which ``W = LIGHTEST_LOAD``, (n,) [N/m].
+
+    References
+    ----------
+    Dowson & Higginson 1966, for W.
+    """
     return np.asarray(LIGHTEST_LOAD * 2.0 * path.contact_modulus * path.equivalent_radius)
 
 
@@ -64,6 +69,10 @@ def film_thickness(film: Film, path: WearPath, force: ArrayLike) -> Array:
     film : the oil and the flanks
     path : WearPath
     force : (n,) normal force when the node is in contact [N]
+
+    References
+    ----------
+    Dowson & Higginson 1966; Dowson, Proc. IMechE 182 (1967) 151–167.
     """
     w = np.maximum(np.asarray(force, float) / path.face_width, lightest_load(path))
     return film.along(path).at(w)

@@ -128,6 +128,10 @@ def effective_coefficient(law: PreparedLaw, force: Array, depth: Array | None = 
     law : PreparedLaw
     force : (n,) normal force of a tooth pair touching at the node, ≥ 0 [N]
     depth : (2, n) wear so far, none where left out [m]
+
+    References
+    ----------
+    L16 after Ding & Kahraman 2007, for the film's factor.
     """
     k = _powers(law.scale, law.exponent, force, law.path.face_width)
     ratio = lambda_ratio(law, force)
@@ -173,6 +177,10 @@ def wear_rate(law: PreparedLaw, force: Array, depth: Array | None = None) -> Arr
     law : PreparedLaw
     force : (n,) normal force of a tooth pair touching at the node, ≥ 0 (averaged over mesh periods) [N]
     depth : (2, n) wear so far, none where left out [m]
+
+    References
+    ----------
+    Archard, J. Appl. Phys. 24 (1953) 981–988, for the standard law.
     """
     path = law.path
     k = effective_coefficient(law, force, depth)

@@ -82,7 +82,12 @@ class Levelling(NamedTuple):
 
 
 def levelling(half_width: Array, sliding: Array, path: WearPath) -> Levelling:
-    """Return D for half widths (n,) [m] and ``k ζ`` times passes per contact (2, n) [1/(Pa cycle)]."""
+    """Return D for half widths (n,) [m] and ``k ζ`` times passes per contact (2, n) [1/(Pa cycle)].
+
+    References
+    ----------
+    Johnson 1985, §2.7 and Appendix 1.
+    """
     across = chebyshev(half_width, path)
     n, count = len(half_width), len(across.order) // len(half_width)
     length = np.asarray(path.arc_weight)
@@ -132,6 +137,10 @@ def elastic(
     static_rate : (2, n) pointwise static rate of unworn flanks [m per cycle]
     path : WearPath
     lag : τ times the fastest spread static rate [m]
+
+    References
+    ----------
+    Johnson 1985, §2.7 and Appendix 1.
     """
     spread = spread_matrix(half_width, path)
     level = levelling(half_width, sliding, path)
@@ -142,7 +151,12 @@ def elastic(
 
 
 def chebyshev(half_width: Array, path: WearPath) -> Chebyshev:
-    """Return the coefficients B_n of wear across the patches of half widths (n,) [m], orders from 2."""
+    """Return the coefficients B_n of wear across the patches of half widths (n,) [m], orders from 2.
+
+    References
+    ----------
+    Johnson 1985, §2.7 and Appendix 1.
+    """
     arcs = [ascending(arc) for arc in path.arc]
     finest = max(float((half_width / nearest(arc)).max()) for arc in arcs)
     most = int(np.clip(np.ceil(np.pi * finest), LEAST_ORDERS, MOST_ORDERS))

@@ -122,7 +122,12 @@ def sliding_velocity(path: WearPath) -> Array:
 
 
 def rolling_velocity(path: WearPath) -> Array:
-    """Return the mean (entraining) velocity ``u = (v1 + v2)/2``, (n,) [m/s]."""
+    """Return the mean (entraining) velocity ``u = (v1 + v2)/2``, (n,) [m/s].
+
+    References
+    ----------
+    Dowson & Higginson 1966, for u.
+    """
     return np.asarray(path.surface_velocity.mean(axis=0))
 
 

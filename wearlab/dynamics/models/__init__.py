@@ -86,6 +86,16 @@ class DynamicModel(Variant):
     friction: FrictionOptions | None = option(None, FRICTION, derived="none", source="B23")
     response: FrequencyResponse | None = option(None, RESPONSE, derived="none", source="wearlab")
 
+    @property
+    def follows_orbits(self) -> bool:
+        """Whether the steady response is found as an orbit, not marched to."""
+        return self.method == "periodic"
+
+    @property
+    def steps_by_runge_kutta(self) -> bool:
+        """Whether Runge–Kutta steps on the tables, which know a limit of stability, move it."""
+        return self.method in ("periodic", "rk4")
+
     def build(self, motion: InMotion) -> "System":
         """Return the system in its one form.
 

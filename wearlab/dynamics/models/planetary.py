@@ -57,7 +57,7 @@ class PlanetaryDynamics(DynamicModel):
                 mesh_damping=of.mesh_damping(
                     motion, planetary.effective_masses(inertia, of.base_radii(motion))
                 ),
-                damping_always=motion.meshes[0].damping_in == "always",
+                damping_always=motion.meshes[0].damps_always,
                 backlash=of.backlash(motion),
                 friction=self.friction is not None,
                 balanced=of.balanced(motion, tied),

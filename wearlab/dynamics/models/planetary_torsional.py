@@ -48,7 +48,7 @@ class PlanetaryTorsionalDynamics(DynamicModel):
                 tangential_stiffness=tangential,
                 tangential_damping=of.tangential_damping(held, tangential, inertia, radius),
                 mesh_damping=of.mesh_damping(motion, meshing),
-                damping_always=motion.meshes[0].damping_in == "always",
+                damping_always=motion.meshes[0].damps_always,
                 backlash=of.backlash(motion),
                 friction=self.friction is not None,
             )

@@ -15,6 +15,8 @@ class ContactModel(Variant):
 
     slot: ClassVar[Slot] = Slot("mesh.contact", __name__)
     tip_corners: ClassVar[bool] = True
+    departure: ClassVar[str] = ""
+    """How far its gaps are known to be off, with the source of that; "": they are not."""
 
     engagement: Literal["load", "threshold"] = option(
         "load", "pairs in contact: those that carry load, or those closer than a threshold", source="Y23"
@@ -25,9 +27,14 @@ class ContactModel(Variant):
         source="Y23 Algorithm 1",
     )
 
+    @property
+    def by_threshold(self) -> bool:
+        """Whether pairs closer than a threshold are engaged, loaded or not."""
+        return self.engagement == "threshold"
+
     def engagement_gap(self, pair: "GearPair") -> float:
         """Return the gap beyond the smallest at which a pair no longer engages, infinite by load [m]."""
-        return self.threshold * pair.driven.base_radius if self.engagement == "threshold" else float("inf")
+        return self.threshold * pair.driven.base_radius if self.by_threshold else float("inf")
 
     def build(self, flanks: "WornFlanks", extended: bool) -> "Gaps | None":
         """Return where the gaps come from, None for the displacement form on A–E.

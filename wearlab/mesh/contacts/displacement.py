@@ -1,6 +1,6 @@
 """Worn flanks touch on the line of action: gaps are wear depths and modifications added up."""
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from wearlab.mesh.contacts import ContactModel
 from wearlab.options import option
@@ -11,6 +11,11 @@ if TYPE_CHECKING:
 
 class DisplacementContact(ContactModel):
     """Worn flanks touch on the line of action: gaps are wear depths and modifications added up."""
+
+    departure: ClassVar[str] = (
+        "first order in wear; the unloaded error of Y23's internal flanks is 13 to 63 % too large at 20 to "
+        '100 um (mesh.contact = "exact" has no such error)'
+    )
 
     model: Literal["displacement"] = option(
         "displacement", "first-order form of worn contact", source="wearlab"

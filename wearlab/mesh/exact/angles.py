@@ -37,12 +37,21 @@ def rotation_angle(pair: GearPair, gear: int, x: ArrayLike) -> Array:
     ----------
     pair, gear : the pair; 0 driving, 1 driven
     x : (n,) position to which the gear has turned [m along the line of action]
+
+    References
+    ----------
+    Y23, for φ.
     """
     return np.asarray(x, float) / pair.gears[gear].base_radius + _at_pitch_point(pair, gear)
 
 
 def position_of(pair: GearPair, gear: int, angle: ArrayLike) -> Array:
-    """Return the position x to which a gear with rotation φ has turned, (n,) [m along the line of action]."""
+    """Return the position x to which a gear with rotation φ has turned, (n,) [m along the line of action].
+
+    References
+    ----------
+    Y23, for φ.
+    """
     turned = np.asarray(angle, float) - _at_pitch_point(pair, gear)
     return np.asarray(pair.gears[gear].base_radius * turned)
 

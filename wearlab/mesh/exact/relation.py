@@ -62,6 +62,10 @@ def mesh_relation(gaps: MeetingGaps, wear: Array, phase: Array, numbers: NDArray
     phase : (m,) own phases of the mesh [1]
     numbers : (n_pairs,) which pairs j, touching at ``s_A + (φ + j) p_b`` when unworn; beyond the nodes they
         count as apart
+
+    References
+    ----------
+    Y23, Algorithm 1; solved by roots, not by its search.
     """
     pair, reach = gaps.flanks.pair, gaps.flanks.grid.touching
     x = pair.path.A + (phase + np.asarray(numbers)[:, None]) * pair.base_pitch
@@ -92,6 +96,10 @@ def meshing_range(angles: Array, engaged: Flags) -> Array:
     Returns
     -------
     (2, 2) first and last value along the path, of (driving, driven) [rad]; NaN when nothing is engaged
+
+    References
+    ----------
+    Y23, whose figures show these ranges.
     """
     if not engaged.any():
         return np.full((2, 2), np.nan)

@@ -85,7 +85,12 @@ def _solve(driving, driven, s, partner, x_driving, x_driven):  # type: ignore[no
 
 @jit_inner
 def excess_distance(flank, k, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
-    """Return ``(|D|² − a²) / 2a``, which is D's excess over the centre distance to first order [m]."""
+    """Return ``(|D|² − a²) / 2a``, which is D's excess over the centre distance to first order [m].
+
+    References
+    ----------
+    Y23: ``R1² + R2² − 2 R1 R2 cos(γ2 + λ2 − γ1 − λ1) = a²``.
+    """
     w, slope = shift_at(flank, k, s)
     _, b_n, b_u = along_normal(flank, s, w, slope)
     n, u = b_n - a_n, b_u - a_u

@@ -18,6 +18,10 @@ def patch_rule(points: int = 24) -> tuple[Array, Array]:
     Returns
     -------
     each (n,) [1]; the weights add up to 1
+
+    References
+    ----------
+    Abramowitz & Stegun, Handbook of Mathematical Functions, 1964, 25.4.40.
     """
     angle = np.arange(1, points + 1) * math.pi / (points + 1)
     return np.cos(angle), 2.0 / (points + 1) * np.sin(angle) ** 2

@@ -18,6 +18,16 @@ class StiffnessModel(Variant):
 
     slot: ClassVar[Slot] = Slot("mesh.stiffness", __name__)
 
+    @property
+    def of_mesh(self) -> bool:
+        """Whether it is the stiffness of the whole mesh, which knows no pairs."""
+        return getattr(self, "of", "pair") == "mesh"
+
+    @property
+    def departure(self) -> str:
+        """How far it is known to be off, with the source of that (docs/model_error.md)."""
+        return "as prescribed; nothing here tells how far it is off"
+
     def jumps(self, pair: "GearPair") -> tuple[float, ...]:
         """Return the phases at which the stiffness of the mesh jumps besides those where pairs change [1]."""
         return ()

@@ -98,7 +98,7 @@ def steps_grid(
     """Return the steps: as many as asked for, or as system and meshes need at the scene's tolerance."""
     breaks, tolerance = edges[:-1], scene.numerics.tolerance
     turned = fastest_rate(system, stiffness) * period
-    exact = scene.dynamics is not None and scene.dynamics.method == "periodic" and not in_registers(system)
+    exact = scene.dynamics is not None and scene.dynamics.follows_orbits and not in_registers(system)
     if scene.numerics.steps_per_period is not None:
         if not exact:
             _check_stable(scene, turned)
@@ -134,7 +134,7 @@ def touching_grid(
     where loads or errors turn. They land where a stiffness from a table bends.
     """
     assert scene.dynamics is not None
-    if scene.dynamics.method != "periodic" or not in_registers(system):
+    if not scene.dynamics.follows_orbits or not in_registers(system):
         return None
     if scene.operation.torque_fluctuation is not None or hunting_period(scene, gears, meshes) > 1:
         return None
@@ -209,7 +209,7 @@ def build_friction(scene: Scene, gears: GearSet) -> Friction | None:
 def _check_stable(scene: Scene, turned: float) -> None:
     """Refuse steps beyond the stability of the method asked for; ``turned``: by the fastest mode [rad]."""
     steps = scene.numerics.steps_per_period
-    if steps is None or scene.dynamics is None or scene.dynamics.method not in ("periodic", "rk4"):
+    if steps is None or scene.dynamics is None or not scene.dynamics.steps_by_runge_kutta:
         return
     if turned > STABILITY_OF_RK4 * steps:
         raise GearError(

@@ -124,7 +124,7 @@ def build_path(one: PairOfSet, position: Array, face_load_factor: float) -> Wear
             [gear.material.youngs_modulus for gear in gears],
             [gear.material.poisson_ratio for gear in gears],
         ),
-        concave=one.pair.kind == "internal",
+        concave=one.pair.internal,
     )
 
 

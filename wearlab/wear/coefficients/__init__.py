@@ -43,6 +43,8 @@ class CoefficientModel(Variant):
     slot: ClassVar[Slot] = Slot("wear.coefficient", __name__)
     per_member: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ()
+    departure: ClassVar[str] = "usually known within a decade; depth and 1/life are proportional to it"
+    """How far it is known to be off."""
 
     film: Film = option(
         False,

@@ -1,6 +1,6 @@
 """The constant with which these gears have one given life; found by a run of that life alone."""
 
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from wearlab.options import POSITIVE, Depth, Number, Speed, Torque, option
 from wearlab.wear.coefficients import CoefficientModel
@@ -30,6 +30,8 @@ class CalibrationLife(NamedTuple):
 
 class CalibratedCoefficient(CoefficientModel):
     """The constant with which these gears have one given life, from unworn flanks."""
+
+    departure: ClassVar[str] = "from one life; right at that torque and speed, predicted elsewhere"
 
     model: Literal["calibrated"] = option(
         ..., "the constant that reproduces one life; all other lives are predicted with it", source="W23"

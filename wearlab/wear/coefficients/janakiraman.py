@@ -43,6 +43,10 @@ def regression(path: WearPath, pressure_viscosity: float, roughness: float) -> P
     path : WearPath
     pressure_viscosity : α of the oil at the contact's temperature [1/Pa]
     roughness : composite R_a of the two flanks [m]
+
+    References
+    ----------
+    Janakiraman, Li & Kahraman 2014, as W23 Eqs. 40–43.
     """
     E, R = path.contact_modulus, path.equivalent_radius
     G, S = pressure_viscosity * E, roughness / R
