@@ -1,4 +1,4 @@
-"""Which public functions of the physics name a source: ``python tests/support/named_sources.py`` counts them."""
+"""Which public functions of the physics name a source: ``python tests/support/named_sources.py``."""
 
 import ast
 import re
