@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from wearlab.life.history import SetRate
 from wearlab.scene import Scene
 from wearlab.scene.problems import SceneError
 from wearlab.simulation import simulate
+from wearlab.simulation.operating import stages_of
 
 RATED = {"torque": "340 N*m", "speed": "1100 rpm"}
 EASY = {"torque": "170 N*m", "speed": "2200 rpm"}
@@ -148,3 +150,14 @@ def test_stages_need_a_law_and_an_end(short):
     each = [{**RATED, "cycles": 1e5}, EASY]
     with pytest.raises(SceneError, match=r"last stage needs 'cycles'"):
         short.replace("wear.until", None).replace("operation.stage", each)
+
+
+def test_a_duty_at_rest_wears_as_under_its_static_loads(scene):
+    """What held steps follow is mixed like the rates of the motion."""
+    given = duty(scene("base case"), (RATED, 0.4), (EASY, 0.6))
+    moving, still = (
+        stages_of(given.replace("wear.load", load))[0].coupling for load in ("instant", "static")
+    )
+    depth = still.flat(still.unworn()) + 1e-6
+    np.testing.assert_array_equal(SetRate(moving.resting())(depth), SetRate(still)(depth))
+    assert still.resting() is None
