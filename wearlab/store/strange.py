@@ -16,9 +16,10 @@ from wearlab.store.errors import StoreError
 
 MOST = 5_000  # variables and groups of one file
 MOST_ATTRIBUTES = 500  # of one variable or group
+MOST_DIMS = 32  # of a variable, as HDF5 has it
 DEEPEST = 8  # groups within groups
 FILTERS = (h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE, h5z.FILTER_FLETCHER32)  # each once, in any order
-PLAIN = (h5t.INTEGER, h5t.FLOAT, h5t.STRING)  # classes of types
+FLOATS = {4: (31, 23, 8, 0, 23), 8: (63, 52, 11, 0, 52)}  # sign, exponent, its bits, mantissa, its bits
 HEAP = b"GCOL"  # begins what holds texts of any length, and lists
 
 
@@ -37,7 +38,7 @@ def refuse_strange(path: Path, image: bytes) -> None:
     """
     try:
         with h5py.File(io.BytesIO(image), "r") as file:
-            _Walk(path, len(image), _largest_in_heaps(image)).enter(file.id, "", 0)
+            _Walk(path, len(image), _largest_in_heaps(image)).enter(h5g.open(file.id, b"/"), "", 0)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         if isinstance(error, StoreError):
             raise
@@ -87,7 +88,7 @@ class _Walk:
     def enter(self, group: Any, where: str, depth: int) -> None:
         """Look at a group and all that it holds."""
         self.attributes(group, where)
-        for key in group if isinstance(group, h5g.GroupID) else h5g.open(group, b"/"):
+        for key in group:
             self.one(group, key, f"{where}/{key.decode(errors='replace')}", depth)
 
     def one(self, group: Any, key: bytes, where: str, depth: int) -> None:
@@ -112,8 +113,8 @@ class _Walk:
         layout = made.get_layout()
         if layout == h5d.VIRTUAL or made.get_external_count():
             self.refuse(where, "has its values in other files")
-        if kind.get_class() not in PLAIN:
-            self.refuse(where, "holds neither numbers nor texts")
+        if not _is_plain(kind):
+            self.refuse(where, "holds neither numbers, as a run has them, nor texts")
         if layout == h5d.CHUNKED:
             self.chunks(made, kind.get_size(), where)
         self.attributes(found, where)
@@ -133,8 +134,14 @@ class _Walk:
             self.refuse(where, f"has {count} attributes")
         for number in range(count) if self.echoes else ():
             one = h5a.open(found, index=number)
-            if _is_long(one.get_type()):
-                self.spend(math.prod(one.shape) * self.largest, where)
+            kind, many = one.get_type(), math.prod(one.shape)
+            if not _is_long(kind):
+                continue
+            if many == 1 and kind.get_class() == h5t.STRING:
+                holder = h5py.Group(found) if isinstance(found, h5g.GroupID) else h5py.Dataset(found)
+                self.spend(len(holder.attrs[one.name]), where)
+            elif many > MOST_DIMS:  # what names the dimensions has fewer
+                self.spend(many * self.largest, where)
 
     def texts(self, found: Any, where: str) -> None:
         """Read texts of any length a few at a time, until they take more than they may."""
@@ -150,6 +157,18 @@ class _Walk:
         self.left -= size
         if self.left < 0:
             self.refuse(where, "has texts that are far larger than the file")
+
+
+def _is_plain(kind: Any) -> bool:
+    """Say whether a type is of texts, or of numbers that netCDF knows: of others it dies."""
+    match kind.get_class():
+        case h5t.STRING:
+            return True
+        case h5t.FLOAT:
+            return bool(FLOATS.get(kind.get_size()) == kind.get_fields())
+        case h5t.INTEGER:
+            return bool(kind.get_size() in (1, 2, 4, 8) and kind.get_precision() == 8 * kind.get_size())
+    return False
 
 
 def _is_long(kind: Any) -> bool:
