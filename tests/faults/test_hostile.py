@@ -178,6 +178,13 @@ def test_rows_that_are_no_json(store, capsys):
     assert "cannot be understood" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("position", ['{"variables": {"a": {}}}', '{"speed": [1]}', "[1]", "{{{", "5"])
+def test_places_that_are_none(store, position, capsys):
+    crafted(store, ("UPDATE members SET position = ?", position))
+    assert status_of(["ls", "--store", str(store.path)]) == 2
+    assert "cannot be understood" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     "condition",
     [

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from wearlab.store.database import Database
 from wearlab.store.outcome import Comparison
-from wearlab.store.rows import optional_text, table, understood
+from wearlab.store.rows import optional_text, place, table, understood
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def _member(row: tuple[Any, ...], comparison: Comparison | None) -> Member:
         path=optional_text(path),
         run=optional_text(run) or "",
         label=optional_text(label) or "",
-        position=table(position),
+        position=place(position),
         comparison=comparison,
         reference=optional_text(reference) or "",
         metadata=_texts(metadata),

@@ -37,6 +37,14 @@ def table(text: Any) -> dict[str, Any]:
     return found
 
 
+def place(text: Any) -> dict[str, Any]:
+    """Return a case's place in its campaign: a name, number or yes or no along each axis."""
+    found = table(text)
+    if not all(value is None or isinstance(value, str | int | float) for value in found.values()):
+        raise ValueError(f"{str(text)[:20]!r} is no place")
+    return found
+
+
 def texts(text: Any) -> tuple[str, ...]:
     """Return a list that is kept as JSON, as texts."""
     found = json.loads(optional_text(text) or "[]")
