@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from wearlab.store.database import Database
 from wearlab.store.outcome import Comparison
-from wearlab.store.rows import optional_text, place, table, understood
+from wearlab.store.rows import optional_text, place, understood
 
 
 @dataclass(frozen=True)
