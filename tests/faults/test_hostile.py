@@ -237,6 +237,7 @@ BASE = 'title = "a stranger\'s"\n'
         'extends = "' + "../" * 40 + 'etc/passwd"',
         'extends = "/dev/zero"',
         "[numerics]\nphase_points = 100000000000",
+        '[[sweep]]\n"../.." = ["10 um"]',
     ],
 )
 def test_campaign_files_are_refused_in_a_moment(tmp_path, text, capsys):

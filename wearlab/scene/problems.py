@@ -104,7 +104,7 @@ def _line(error: dict[str, Any]) -> str:
     return (
         f"scene.{written}: {_reason(error, path, parts)}"
         if written
-        else f"scene: {_reason(error, (), parts)}"
+        else f"scene: {_reason(error, path, parts)}"
     )
 
 

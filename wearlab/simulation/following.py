@@ -3,7 +3,7 @@
 import xarray as xr
 
 from wearlab.results import RESULTS
-from wearlab.simulation.label import joined, labelled
+from wearlab.simulation.label import joined, labelled, parts_of
 
 
 def with_results(run: xr.Dataset) -> xr.Dataset:
@@ -13,4 +13,4 @@ def with_results(run: xr.Dataset) -> xr.Dataset:
         for one in RESULTS
         if all(name in run for name in one.needs)
     }
-    return joined(run, labelled(found, {}, None)) if found else run
+    return joined(parts_of(run), labelled(found, {})) if found else run

@@ -1,7 +1,7 @@
-"""Physics arrays become a labelled dataset, by the one table of variables."""
+"""Physics arrays become variables of a dataset, by the one table of variables."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -11,43 +11,49 @@ from wearlab.schema import VARIABLES, attributes
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 
 
-def labelled(
-    values: Mapping[str, Any], coordinates: Mapping[str, Any], wanted: tuple[str, ...] | None
-) -> xr.Dataset:
-    """Return a dataset of the values, each with the dimensions, unit and name of the table.
+class Labelled(NamedTuple):
+    """Variables with dimensions, unit and name, and which of them are coordinates.
+
+    Parts of a dataset: a dataset itself takes twenty times as long to make, and is made once.
+    """
+
+    variables: Mapping[str, xr.Variable]
+    coordinates: frozenset[str]
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Length of each dimension."""
+        return {str(dim): n for one in self.variables.values() for dim, n in one.sizes.items()}
+
+
+def labelled(values: Mapping[str, Any], coordinates: Mapping[str, Any]) -> Labelled:
+    """Return the values, each with the dimensions, unit and name of the table.
 
     Parameters
     ----------
     values : name → array in the table's order of dimensions
     coordinates : name → labels of a dimension, or a coordinate variable of the table
-    wanted : names to keep, None for all
     """
-    variables = {
-        name: (_of_variable(name, np.asarray(value)), np.asarray(value), attributes(name))
-        for name, value in values.items()
-        if wanted is None or name in wanted
-    }
-    named = {
-        name: (
-            _dimensions(name, np.asarray(value)),
-            np.asarray(value),
-            _attributes(name, value),
-        )
-        for name, value in coordinates.items()
-    }
-    return xr.Dataset(variables, named)
+    variables = {}
+    for name, value in values.items():
+        array = np.asarray(value)
+        variables[name] = xr.Variable(_of_variable(name, array), array, attributes(name))
+    for name, value in coordinates.items():
+        array = np.asarray(value)
+        variables[name] = xr.Variable(_dimensions(name, array), array, _attributes(name, array))
+    return Labelled(variables, frozenset(coordinates))
 
 
-def joined(first: xr.Dataset, second: xr.Dataset) -> xr.Dataset:
-    """Return both datasets as one, which takes a fifth of the time of `xarray.Dataset.assign`.
+def parts_of(dataset: xr.Dataset) -> Labelled:
+    """Return a dataset's variables."""
+    return Labelled(dict(dataset.variables), frozenset(map(str, dataset.coords)))  # type: ignore[arg-type]
 
-    Parameters
-    ----------
-    first, second : datasets with the same coordinates, or none, along the dimensions that they share
-    """
-    variables = dict(first.variables) | dict(second.variables)
-    coordinates = [name for name in variables if name in first.coords or name in second.coords]
-    return xr.Dataset({name: variables[name] for name in variables}).set_coords(coordinates)
+
+def joined(*parts: Labelled) -> xr.Dataset:
+    """Return the dataset of variables that have the same coordinates along the dimensions that they share."""
+    variables = {name: variable for part in parts for name, variable in part.variables.items()}
+    coordinates = frozenset[str]().union(*(part.coordinates for part in parts))
+    return xr.Dataset(variables).set_coords([name for name in variables if name in coordinates])
 
 
 def _of_variable(name: str, value: np.ndarray) -> tuple[str, ...]:
@@ -61,10 +67,10 @@ def _dimensions(name: str, value: np.ndarray) -> tuple[str, ...]:
     return VARIABLES[name].dims[-value.ndim :] if name in VARIABLES and value.ndim else (name,)
 
 
-def _attributes(name: str, value: Any) -> dict[str, str]:
+def _attributes(name: str, value: np.ndarray) -> dict[str, str]:
     if name in VARIABLES:
         return attributes(name)
-    counts = {"units": "1"} if np.asarray(value).dtype.kind in "iuf" else {}
+    counts = {"units": "1"} if value.dtype.kind in "iuf" else {}
     return {"long_name": name.replace("_", " "), **counts}
 
 

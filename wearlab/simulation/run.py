@@ -24,7 +24,7 @@ from wearlab.simulation.errors import Refused
 from wearlab.simulation.estimates import Estimates, estimated
 from wearlab.simulation.exact import exact_values
 from wearlab.simulation.following import with_results
-from wearlab.simulation.label import CONVENTIONS, joined, labelled
+from wearlab.simulation.label import CONVENTIONS, Labelled, joined, labelled, parts_of
 from wearlab.simulation.living import initial_wear, live, live_through
 from wearlab.simulation.operating import Stage, stages_of
 from wearlab.simulation.provenance import provenance
@@ -84,11 +84,12 @@ def _dataset(
         [_of_condition(stage, k, block, lived, estimates[k], others) for block in range(len(stage.parts))]
         for k, stage in enumerate(reached)
     ]
-    dataset = each[0][0]
+    conditions = each[0][0]
     if scene.operation.duty is not None:
-        dataset = along_duty(each[0])
+        conditions = parts_of(along_duty([joined(one) for one in each[0]]))
     elif scene.operation.stage is not None:
-        dataset = in_order([one for (one,) in each])
+        conditions = parts_of(in_order([joined(one) for (one,) in each]))
+    sizes = conditions.sizes
     first = stages[0].first
     values = named.life_values(scene, lived)
     if scene.wear is not None:
@@ -102,18 +103,18 @@ def _dataset(
     values |= calibrated_values(calibration)
     coordinates = {"cycle": lived.cycle, **named.coordinates(first), **condition_coordinates(scene, lived)}
     coordinates |= {name: values.pop(name) for name in ALONG_STATES if name in values}
-    coordinates |= {name: labels for name, labels in LABELS.items() if name in dataset.dims}
-    if "mode" in dataset.dims:
-        coordinates["mode"] = np.arange(1, dataset.sizes["mode"] + 1)
+    coordinates |= {name: labels for name, labels in LABELS.items() if name in sizes}
+    if "mode" in sizes:
+        coordinates["mode"] = np.arange(1, sizes["mode"] + 1)
     values["run_time_total"] = time.perf_counter() - clock
-    common = labelled(values, coordinates, None)
-    dataset = with_results(joined(dataset, common))
-    return dataset.drop_vars([name for name in dataset.data_vars if not scene.store.keeps(str(name))])
+    dataset = with_results(joined(conditions, labelled(values, coordinates)))
+    left_out = [name for name in dataset.data_vars if not scene.store.keeps(str(name))]
+    return dataset.drop_vars(left_out) if left_out else dataset
 
 
 def _of_condition(
     stage: Stage, number: int, block: int, lived: History, estimates: Estimates, others: list[Search]
-) -> xr.Dataset:
+) -> Labelled:
     """Return the contact, the dynamics and the errors of the kept states in one condition."""
     scene, parts = stage.scenes[block], stage.parts[block]
     own = lived.kept(number).in_block(block)
@@ -135,4 +136,4 @@ def _of_condition(
     if scene.dynamics is not None and scene.dynamics.response is not None:
         values |= response_values(scene, parts, states[0])
     along = {name: values.pop(name) for name in ALONG_SPEED if name in values}
-    return labelled(values, along, None)
+    return labelled(values, along)

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import block_diag, csr_array, diags_array
+from scipy.sparse import csr_array
 
 from wearlab.wear.archard import contact_half_width
 from wearlab.wear.path import WearPath
@@ -150,10 +150,24 @@ def two_way(half_width: Array, path: WearPath) -> TwoWay:
 
 def spread_matrix(half_width: Array, path: WearPath) -> csr_array:
     """Return S of both flanks, (2n, 2n) [1]."""
-    return csr_array(block_diag([spreading(half_width, arc) for arc in path.arc]))
+    blocks = [csr_array(spreading(half_width, arc)) for arc in path.arc]
+    n, entries = len(half_width), np.cumsum([0, *(block.nnz for block in blocks)])
+    return csr_array(
+        (
+            np.concatenate([block.data for block in blocks]),
+            np.concatenate([block.indices + n * flank for flank, block in enumerate(blocks)]),
+            np.concatenate(
+                [[0], *(block.indptr[1:] + at for block, at in zip(blocks, entries, strict=False))]
+            ),
+        ),
+        shape=(n * len(blocks), n * len(blocks)),
+    )
 
 
 def felt_matrix(spread: csr_array, path: WearPath) -> csr_array:
     """Return ``P = W⁻¹ Sᵀ W``, (2n, 2n) [1]: row j is the mean over the patch centred at node j."""
     length = path.arc_weight.ravel()
-    return csr_array(diags_array(1.0 / length) @ spread.T @ diags_array(length))
+    felt = csr_array(spread.T)
+    row = np.repeat(np.arange(len(length)), np.diff(felt.indptr))
+    felt.data = (1.0 / length)[row] * felt.data * length[felt.indices]
+    return felt

@@ -1,0 +1,88 @@
+"""What one static run costs: ``python tests/support/run_cost.py [runs] [profile]``.
+
+Runs of a spur pair under torques of a list, one after the other in one process. Prints the median processor
+time of the scene's simulation, of its file and description, of all of it, and of the store's part [ms].
+"""
+
+import cProfile
+import json
+import pstats
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import wearlab
+from wearlab.runner.worker import Task, execute
+from wearlab.store import Store
+
+BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
+FILE = """
+title = "Static runs"
+extends = "{base}"
+drop = ["dynamics"]
+[wear]
+load = "static"
+[[sweep]]
+"operation.torque" = {{ linspace = [100.0, 300.0, {runs}], unit = "N*m" }}
+"""
+
+
+def scenes(runs: int):
+    """Return the cases of the campaign."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "study.toml"
+        file.write_text(FILE.format(base=BASE.as_posix(), runs=runs))
+        return wearlab.load(file).cases
+
+
+def measured(runs: int) -> dict[str, float]:
+    """Return the median processor time of the parts of a run [ms], and bytes."""
+    from wearlab.simulation import simulate
+    from wearlab.store.image import describe, to_image
+
+    cases = scenes(runs + 2)
+    parts: dict[str, list[float]] = {}
+
+    def timed(name, act):
+        begun = time.process_time()
+        made = act()
+        parts.setdefault(name, []).append(1e3 * (time.process_time() - begun))
+        return made
+
+    with tempfile.TemporaryDirectory() as folder:
+        store = Store(Path(folder) / "store")
+        store.create()
+        with store.presence() as here:
+            for case in cases:
+                store.claim([case.id], here.token, lambda entry: False)
+                data = timed("simulate", lambda case=case: simulate(case.scene))
+                image, _ = timed("file", lambda data=data: to_image(data))
+                timed("describe", lambda data=data: describe(data))
+                outcome = timed("whole run", lambda case=case: execute(Task(case.id, case.scene)))
+                timed("save", lambda outcome=outcome: store.save([outcome], here.token))
+        size = store.catalogue.path.stat().st_size
+    found = {name: statistics.median(values[2:]) for name, values in parts.items()}
+    return found | {"bytes of the file": len(image), "bytes of the catalogue a run": size / len(cases)}
+
+
+def profiled(runs: int) -> None:
+    """Print where the time of some runs goes."""
+    cases = scenes(runs + 2)
+    for case in cases[:2]:
+        execute(Task(case.id, case.scene))
+    profile = cProfile.Profile(time.process_time)
+    profile.enable()
+    for case in cases[2:]:
+        execute(Task(case.id, case.scene))
+    profile.disable()
+    pstats.Stats(profile).sort_stats("cumtime").print_stats(110)
+
+
+if __name__ == "__main__":
+    runs = int(sys.argv[1]) if len(sys.argv) > 1 else 30
+    if "profile" in sys.argv:
+        profiled(runs)
+    else:
+        print(json.dumps({name: round(value, 2) for name, value in measured(runs).items()}))
