@@ -1,7 +1,8 @@
-"""What one static run costs: ``python tests/support/run_cost.py [runs] [profile]``.
+"""What one static run costs: ``python tests/support/run_cost.py [runs] [coefficient] [profile]``.
 
-Runs of a spur pair under torques of a list, one after the other in one process. Prints the median processor
-time of the scene's simulation, of its file and description, of all of it, and of the store's part [ms].
+Runs of a spur pair under torques, or with wear coefficients, of a list, one after the other in one process.
+Prints medians of processor time [ms]: simulation, file and description of every other run; of the others all
+of a run, and the store's part.
 """
 
 import cProfile
@@ -25,15 +26,18 @@ drop = ["dynamics"]
 [wear]
 load = "static"
 [[sweep]]
-"operation.torque" = {{ linspace = [100.0, 300.0, {runs}], unit = "N*m" }}
+{swept}
 """
+TORQUES = '"operation.torque" = {{ linspace = [100.0, 300.0, {runs}], unit = "N*m" }}'
+COEFFICIENTS = '"wear.coefficient.value" = {{ linspace = [1e-19, 1e-18, {runs}], unit = "m^2/N" }}'
 
 
 def scenes(runs: int):
     """Return the cases of the campaign."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "study.toml"
-        file.write_text(FILE.format(base=BASE.as_posix(), runs=runs))
+        swept = COEFFICIENTS if "coefficient" in sys.argv else TORQUES
+        file.write_text(FILE.format(base=BASE.as_posix(), swept=swept.format(runs=runs)))
         return wearlab.load(file).cases
 
 
@@ -42,7 +46,7 @@ def measured(runs: int) -> dict[str, float]:
     from wearlab.simulation import simulate
     from wearlab.store.image import describe, to_image
 
-    cases = scenes(runs + 2)
+    cases = scenes(2 * runs + 4)
     parts: dict[str, list[float]] = {}
 
     def timed(name, act):
@@ -55,16 +59,16 @@ def measured(runs: int) -> dict[str, float]:
         store = Store(Path(folder) / "store")
         store.create()
         with store.presence() as here:
-            for case in cases:
+            for case, other in zip(cases[::2], cases[1::2], strict=True):
                 store.claim([case.id], here.token, lambda entry: False)
                 data = timed("simulate", lambda case=case: simulate(case.scene))
                 image, _ = timed("file", lambda data=data: to_image(data))
                 timed("describe", lambda data=data: describe(data))
-                outcome = timed("whole run", lambda case=case: execute(Task(case.id, case.scene)))
+                outcome = timed("whole run", lambda other=other: execute(Task(other.id, other.scene)))
                 timed("save", lambda outcome=outcome: store.save([outcome], here.token))
         size = store.catalogue.path.stat().st_size
     found = {name: statistics.median(values[2:]) for name, values in parts.items()}
-    return found | {"bytes of the file": len(image), "bytes of the catalogue a run": size / len(cases)}
+    return found | {"bytes of the file": len(image), "bytes of the catalogue a run": 2 * size / len(cases)}
 
 
 def profiled(runs: int) -> None:

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.sparse import block_diag
 from scipy.special import jv
 
 from wearlab.wear.archard import contact_half_width
 from wearlab.wear.levelling import FIRST_ORDER, chebyshev, elastic, levelling
-from wearlab.wear.patch import one_way, patch_force, two_way
+from wearlab.wear.patch import KEPT, MOST_NODES, felt_matrix, one_way, patch_force, spread_matrix, two_way
+from wearlab.wear.smear import spreading
 
 K = 1e-16
 
@@ -167,3 +169,22 @@ def test_the_semi_implicit_rate_conserves_and_tends_to_the_explicit_one(contact)
 
 def test_the_patch_of_a_light_contact_keeps_a_fifth_of_the_load():
     assert patch_force([0.0, 300.0, 1000.0], 1000.0) == pytest.approx([200.0, 300.0, 1000.0])
+
+
+def test_matrices_of_the_same_patches_are_made_once(make_path):
+    """Those of other half widths are others; a process keeps a few, and none of very many nodes."""
+    _, path, a = wave_path(make_path, 101)
+    first = spread_matrix(a, path)
+    assert spread_matrix(a.copy(), path) is first
+    assert spread_matrix(2.0 * a, path) is not first
+    block = block_diag([spreading(a, arc) for arc in path.arc]).toarray()
+    np.testing.assert_array_equal(first.toarray(), block)
+    length = path.arc_weight.ravel()
+    np.testing.assert_array_equal(
+        felt_matrix(first, path).toarray(), (1.0 / length)[:, None] * block.T * length
+    )
+    for factor in range(3, 3 + KEPT):
+        spread_matrix(float(factor) * a, path)
+    assert spread_matrix(a, path) is not first
+    _, path, a = wave_path(make_path, MOST_NODES + 1)
+    assert spread_matrix(a, path) is not spread_matrix(a, path)

@@ -10,6 +10,7 @@ from wearlab.units import HOUR, MINUTE
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from wearlab.campaign import Campaign
     from wearlab.runner.plan import Amount, Plan
     from wearlab.store import Store
 
@@ -28,15 +29,20 @@ def plan_campaign(file: str, store: "Store", workers: int | None, retry: bool, a
         content = asdict(found) | {"runs": [run._asdict() for run in found.runs]}
         show_json(content | {name: amount and amount._asdict() for name, amount in _amounts(found)})
     else:
-        from wearlab.cli.updating import tell_plan
-        from wearlab.updating import UpdateError
-
         _tell(found)
-        with refusing(*REFUSALS, UpdateError):
-            tell_plan(campaign, store, workers)
+        if campaign.update is not None:
+            _tell_update(campaign, store, workers)
     for warning in found.warnings:
         complain(f"warning: {warning}")
     return Status.TROUBLE if found.warnings else Status.WELL
+
+
+def _tell_update(campaign: "Campaign", store: "Store", workers: int | None) -> None:
+    from wearlab.cli.updating import tell_plan
+    from wearlab.updating import UpdateError
+
+    with refusing(*REFUSALS, UpdateError):
+        tell_plan(campaign, store, workers)
 
 
 def _amounts(found: "Plan") -> "list[tuple[str, Amount | None]]":

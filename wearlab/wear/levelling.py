@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array, eye_array, hstack
 from scipy.sparse.linalg import splu
 
-from wearlab.wear.patch import TwoWay, felt_matrix, spread_matrix
+from wearlab.wear.patch import TwoWay, felt_matrix, remembered, spread_matrix
 from wearlab.wear.path import WearPath
 from wearlab.wear.smear import ascending
 
@@ -150,6 +150,7 @@ def elastic(
     return Elastic(spread, felt_matrix(spread, path), level, reference, ahead)
 
 
+@remembered
 def chebyshev(half_width: Array, path: WearPath) -> Chebyshev:
     """Return the coefficients B_n of wear across the patches of half widths (n,) [m], orders from 2.
 

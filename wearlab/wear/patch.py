@@ -14,9 +14,11 @@ line contact is as wide as it is both ways:
 kernels are linear and do not change over a life.
 """
 
+from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from functools import cached_property, wraps
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +33,9 @@ if TYPE_CHECKING:
     from wearlab.wear.law import PreparedLaw
 
 Array = NDArray[np.float64]
+Made = TypeVar("Made")
+KEPT, MOST_NODES = 8, 400
+"""Matrices of patches that a process remembers, and the nodes beyond which it does not: some 30 MB in all."""
 
 LEAST_SHARE = 0.2
 """Share of the mesh force below which the width of a patch does not shrink further."""
@@ -148,6 +153,28 @@ def two_way(half_width: Array, path: WearPath) -> TwoWay:
     return TwoWay(spread, felt_matrix(spread, path))
 
 
+def remembered(make: Callable[[Array, WearPath], Made]) -> Callable[[Array, WearPath], Made]:
+    """Let a function return once more what it found for the same half widths and path.
+
+    What wear coefficient, speed and length of a life do not touch is so made once for all runs of a process.
+    """
+    kept: OrderedDict[tuple[bytes, ...], Made] = OrderedDict()
+
+    @wraps(make)
+    def found(half_width: Array, path: WearPath) -> Made:
+        if len(half_width) > MOST_NODES:
+            return make(half_width, path)
+        key = (half_width.tobytes(), *(np.asarray(arc).tobytes() for arc in path.arc))
+        if key not in kept:
+            kept[key] = make(half_width, path)
+            if len(kept) > KEPT:
+                kept.popitem(last=False)
+        return kept[key]
+
+    return found
+
+
+@remembered
 def spread_matrix(half_width: Array, path: WearPath) -> csr_array:
     """Return S of both flanks, (2n, 2n) [1]."""
     blocks = [csr_array(spreading(half_width, arc)) for arc in path.arc]
