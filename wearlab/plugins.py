@@ -136,7 +136,7 @@ def use(named: Iterable[str]) -> tuple[Plugin, ...]:
     trust, plugins = _TRUST.get() or Trust(), tuple(read(one) for one in named)
     for plugin in plugins:
         if trust.runs:
-            load(plugin)
+            bring(plugin)
             continue
         record = None if trust.declared is None else trust.declared / f"{plugin.sha256}.json"
         if record is None or not record.is_file():
@@ -147,7 +147,7 @@ def use(named: Iterable[str]) -> tuple[Plugin, ...]:
     return plugins
 
 
-def load(plugin: Plugin) -> None:
+def bring(plugin: Plugin) -> None:
     """Run a plug-in's source, once in a process; what it defines joins the slots.
 
     Raises

@@ -11,7 +11,7 @@ import xarray as xr
 
 from wearlab.store import StoreError
 from wearlab.store.image import describe, to_image
-from wearlab.store.reading import load, read_variable
+from wearlab.store.reading import read_run, read_variable
 from wearlab.store.seal import sealed
 
 DATA = fake_campaign.dataset(fake_campaign.Scene())
@@ -36,7 +36,7 @@ def test_a_file_is_no_longer_than_its_content():
 
 
 def test_an_image_is_the_dataset(file):
-    xr.testing.assert_identical(load(file), sealed(DATA))
+    xr.testing.assert_identical(read_run(file), sealed(DATA))
     file.unlink()  # closed: nothing holds it
 
 
@@ -72,7 +72,7 @@ def test_large_variables_are_deflated_and_read_again(tmp_path):
     data = xr.Dataset({"large": (("a", "b"), values)})
     image = to_image(data)[0]
     (tmp_path / "large.nc").write_bytes(image)
-    np.testing.assert_array_equal(load(tmp_path / "large.nc").large, values)
+    np.testing.assert_array_equal(read_run(tmp_path / "large.nc").large, values)
     with netCDF4.Dataset("memory", memory=image) as file:
         assert file["large"].filters()["zlib"] is True and file["large"].filters()["complevel"] == 1
         np.testing.assert_array_equal(file["large"][:], values)
@@ -92,7 +92,7 @@ def test_values_are_those_that_xarray_would_write(values, tmp_path):
     data = xr.Dataset({"v": (dims, values, {"units": "m", "note": "µ"})}, attrs={"title": "Größe"})
     (tmp_path / "ours.nc").write_bytes(to_image(data)[0])
     data.to_netcdf(tmp_path / "theirs.nc", engine="netcdf4")
-    ours, theirs = load(tmp_path / "ours.nc"), load(tmp_path / "theirs.nc")
+    ours, theirs = read_run(tmp_path / "ours.nc"), read_run(tmp_path / "theirs.nc")
     ours.attrs.pop("content_sha256", None)
     xr.testing.assert_identical(ours, theirs)
     assert ours.v.dtype == theirs.v.dtype
@@ -114,7 +114,7 @@ def test_a_file_replaced_is_read_anew(file):
 
 def test_a_damaged_file_names_itself(file):
     file.write_bytes(file.read_bytes()[:1000])
-    for read in (lambda: load(file), lambda: read_variable(str(file), "life")):
+    for read in (lambda: read_run(file), lambda: read_variable(str(file), "life")):
         with pytest.raises(StoreError, match=r"run\.nc.*wearlab verify"):
             read()
 

@@ -12,7 +12,7 @@ from fake_campaign import sweep
 
 from wearlab.store import StoreError, touch
 from wearlab.store.image import to_image
-from wearlab.store.reading import load, read_variable
+from wearlab.store.reading import read_run, read_variable
 
 DATA = fake_campaign.dataset(fake_campaign.Scene())
 
@@ -42,7 +42,7 @@ def test_no_flipped_bit_is_read_in_silence(file):
     for _ in range(60):
         bit = dice.randrange(8 * path.stat().st_size)
         flip(path, bit)
-        for read in (lambda: load(path, sha256), lambda: read_variable(str(path), "wear_depth", sha256)):
+        for read in (lambda: read_run(path, sha256), lambda: read_variable(str(path), "wear_depth", sha256)):
             with pytest.raises(StoreError, match=r"is not what was written.*wearlab verify"):
                 read()
         flip(path, bit)
@@ -142,7 +142,7 @@ def test_strange_structures_are_refused(tmp_path, make):
     path = tmp_path / "run.nc"
     with h5py.File(path, "w") as made:
         make(made, tmp_path)
-    for read in (lambda: load(path), lambda: read_variable(str(path), "life")):
+    for read in (lambda: read_run(path), lambda: read_variable(str(path), "life")):
         with pytest.raises(StoreError) as caught:
             read()
         assert str(caught.value).startswith(str(path)) and len(str(caught.value)) < 400
@@ -168,7 +168,7 @@ def test_no_attribute_makes_a_reader_fall(tmp_path):
             if name != "_FillValue":
                 variable.setncattr(name, value)
         try:
-            load(path)
+            read_run(path)
         except StoreError as error:
             assert str(path) in str(error)
         read_variable(str(path), "life")

@@ -56,7 +56,7 @@ def compare(
         raise CompareError(f"tolerance = {tolerance!r} is not greater than 0")
     left, right = side(a, store, "A"), side(b, store, "B")
     if left.single and right.single:
-        return compare_runs(left.members[0].load(), right.members[0].load(), on, tolerance)
+        return compare_runs(left.members[0].read(), right.members[0].read(), on, tolerance)
     return _campaigns(left, right, on, tolerance)
 
 
@@ -91,7 +91,7 @@ def _campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Dataset:
 
 def _reduced(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
     """Return what is kept of one pair, its files closed: memory does not grow with the waves."""
-    full = compare_runs(a.load(), b.load(), on, tolerance)
+    full = compare_runs(a.read(), b.read(), on, tolerance)
     names = [str(name) for name in full["quantity"].values]
     largest = [[_largest(full[name].sel(run=run).values) for name in names] for run in SIDES]
     scalars = [n for n in ("life", "service_life") if n in full]

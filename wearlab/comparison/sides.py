@@ -27,13 +27,13 @@ class SideRun:
     key : label and place by which it finds its partner
     name : what people call it
     id : its identity
-    load : reads it
+    read : reads it
     """
 
     key: Key
     name: str
     id: str
-    load: Callable[[], xr.Dataset]
+    read: Callable[[], xr.Dataset]
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def _of_grid(grid: xr.Dataset, name: str) -> Side:
         values = {d: (_plain(grid[d].values[i]), grid[d].attrs.get("units")) for d, i in index.items()}
         label = str(values.pop("case", (BASE, None))[0])
         if run_id in members:  # broadcast along the axes: known by its label alone
-            members[run_id] = SideRun(_key(label, {}), label, run_id, members[run_id].load)
+            members[run_id] = SideRun(_key(label, {}), label, run_id, members[run_id].read)
             continue
         words = ", ".join(f"{d} = {value_text(v, u)}" for d, (v, u) in values.items())
         members[run_id] = SideRun(_key(label, values), words or label, run_id, _point(grid, index))
@@ -116,7 +116,7 @@ def _of_grid(grid: xr.Dataset, name: str) -> Side:
 
 
 def _point(grid: xr.Dataset, index: dict[str, int]) -> Callable[[], xr.Dataset]:
-    def load() -> xr.Dataset:
+    def read() -> xr.Dataset:
         one = grid.isel(index).drop_vars([d for d in index if d in grid.coords])
         if "update" in one.dims and "n_updates" in one:
             one = one.isel(update=slice(int(one["n_updates"])))
@@ -125,7 +125,7 @@ def _point(grid: xr.Dataset, index: dict[str, int]) -> Callable[[], xr.Dataset]:
         void = [n for n, v in one.data_vars.items() if v.dtype.kind == "f" and bool(v.isnull().all())]
         return one.drop_vars(void).assign_attrs(id=str(one["run_id"].values))
 
-    return load
+    return read
 
 
 def _plain(value: Any) -> Any:

@@ -22,7 +22,7 @@ from wearlab.figures.plot import Plot, Series, narrow
 from wearlab.figures.published import published
 from wearlab.figures.question import Question, question, texts
 from wearlab.figures.roles import ROLES
-from wearlab.figures.runs import BASE, Picked, Run, along_axes, axis_named, load, pick, require
+from wearlab.figures.runs import BASE, Picked, Run, along_axes, axis_named, pick, read_runs, require
 from wearlab.figures.updated import updated_cases
 from wearlab.figures.wording import Label
 from wearlab.store.errors import StoreError
@@ -312,7 +312,7 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
     needed = [*(kind.needs if not ask.y else [n for n in kind.needs if n in grid.coords]), *ask.y[:1]]
     if ask.x and ask.x not in grid.variables and ask.x not in grid.dims:
         raise FigureError(f"{ask.name}: x = {ask.x!r} is not there; {_near(ask.x, grid.coords)}")
-    return require(load(grid, picked, names, ask), needed, ask, _ended(grid, picked))
+    return require(read_runs(grid, picked, names, ask), needed, ask, _ended(grid, picked))
 
 
 def _ended(grid: xr.Dataset, picked: Picked) -> Counter[str]:

@@ -132,7 +132,7 @@ def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def load(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: Ask) -> list[Run]:
+def read_runs(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: Ask) -> list[Run]:
     """Load the variables that a figure needs, run by run, narrowed by ``select``.
 
     Variables that a run does not have are left out of its dataset.

@@ -10,7 +10,7 @@ from typing import Any, cast
 from pydantic import PrivateAttr, ValidationError, model_validator
 
 from wearlab.options import Part
-from wearlab.plugins import CONSENT, LOADED, Plugin, PluginError, load
+from wearlab.plugins import CONSENT, LOADED, Plugin, PluginError, bring
 from wearlab.scene import lookup
 from wearlab.scene.errors import ErrorsSection
 from wearlab.scene.identity import canonical, identity, stored
@@ -183,7 +183,7 @@ class Scene(Sections):
 
 def _revived(plugins: tuple[Plugin, ...], pickled: bytes) -> Scene:
     for plugin in plugins:
-        load(plugin)
+        bring(plugin)
     make, arguments, state = pickle.loads(pickled)[:3]
     scene: Scene = make(*arguments)
     scene.__setstate__(state)

@@ -26,9 +26,9 @@ def outcome_of(path: Path) -> Outcome:
     ------
     StoreError : the file cannot be read, does not hold what was sealed, or is another run's
     """
-    from wearlab.store.reading import load
+    from wearlab.store.reading import read_run
 
-    dataset = load(path)
+    dataset = read_run(path)
     try:
         return _outcome(path, dataset)
     except StoreError:

@@ -97,12 +97,12 @@ class KeptRuns:
         ------
         StoreError : no such run, more than one, not done, or its file is damaged
         """
-        from wearlab.store.reading import load
+        from wearlab.store.reading import read_run
 
         found = self.find(run_id)
         if found.state != "done":
             raise StoreError(f"run {found.id} has no data: {found.state}")
-        return load(self.files.path(found.id), found.sha256)
+        return read_run(self.files.path(found.id), found.sha256)
 
     def find(self, prefix: str) -> Entry:
         """Return the one run whose id begins so, or that alone meets a condition, ``"torque = 5 N*m"``.

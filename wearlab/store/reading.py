@@ -27,7 +27,7 @@ from wearlab.store.strange import refuse_strange
 _one_door = threading.RLock()
 
 
-def load(path: Path, sha256: str | None = None) -> xr.Dataset:
+def read_run(path: Path, sha256: str | None = None) -> xr.Dataset:
     """Read a whole run into memory.
 
     Parameters
