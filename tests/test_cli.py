@@ -81,7 +81,7 @@ def test_trouble_is_named_and_gives_status_one(command, campaign):
     campaign(alter(alter(alter(sweep(4), 0, act="fail"), 1, act="refuse"), 2, act="warn"))
     done = command("run", "any.toml")
     assert done.status == 1
-    assert done.out.startswith("2 of 4 done, 1 failed, 1 refused; 4 computed")
+    assert done.out.startswith("2 of 4 done, 1 failed, 1 refused; 4 tried in ")
     failed, refused, warned = sorted(done.err.splitlines())
     assert failed.startswith("failed: base (speed=800 rpm), run ")
     assert failed.endswith("FloatingPointError: the shooting did not converge")
@@ -91,6 +91,17 @@ def test_trouble_is_named_and_gives_status_one(command, campaign):
     notes = {row["state"]: row for row in json.loads(command("ls", "--json").out)}
     assert "Traceback" in notes["failed"]["reason"]
     assert [r["state"] for r in json.loads(command("ls", "--json", "--state", "refused").out)] == ["refused"]
+
+
+@pytest.mark.parametrize("name", ["status", "state"])
+def test_a_run_whose_process_died_is_interrupted_in_every_table(command, campaign, name):
+    command("run", "any.toml")
+    store = Store("wearlab-store")
+    with store.presence() as dead:
+        store.claim(["c" * 32], dead.token, lambda entry: False)
+    listed = command("ls", "--columns", name)
+    states = [line.split()[1] for line in listed.out.splitlines()[-4:]]
+    assert sorted(states) == ["done", "done", "done", "interrupted"]
 
 
 def test_the_store_is_where_it_is_said(command, campaign, tmp_path, monkeypatch):

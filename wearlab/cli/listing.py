@@ -76,10 +76,12 @@ def _show_columns(store: "Store", wanted: RowsWanted, form: Format) -> None:
         known = store.names()
         columns = tuple(name for name in USUAL if name in known)
     found = store.query(wanted.where, columns=columns, sort=wanted.sort, limit=wanted.limit)
-    if wanted.state is not None:
+    places = [at for at, column in enumerate(found.columns) if column.name in ("status", "state")]
+    if wanted.state is not None or places:
         entries = store.entries(found["id"])
-        of_state = [r for r in found.records if state_of(store, entries[r[0]]) == wanted.state]
-        found = replace(found, records=of_state)
+        told = {run_id: state_of(store, entry) for run_id, entry in entries.items()}
+        kept = [r for r in found.records if wanted.state in (None, told[r[0]])]
+        found = replace(found, records=[_told(row, places, told[row[0]]) for row in kept])
     if form is Format.CSV:
         say(found.to_csv().rstrip("\n"))
     elif form is Format.JSON:
@@ -90,6 +92,11 @@ def _show_columns(store: "Store", wanted: RowsWanted, form: Format) -> None:
     else:
         heads, rows = found.displayed()
         _show_rows(heads, [(row[0][:SHORT_ID], *map(value_text, row[1:])) for row in rows])
+
+
+def _told(row: Sequence[Any], places: Sequence[int], state: str) -> tuple[Any, ...]:
+    """Return a row whose state is that of its process, too."""
+    return tuple(state if at in places else value for at, value in enumerate(row))
 
 
 def _show_rows(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

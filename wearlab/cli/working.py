@@ -11,7 +11,6 @@ from wearlab.cli.output import (
     load_plugins,
     refusing,
     say,
-    seconds_text,
     show_json,
     show_table,
 )
@@ -175,11 +174,9 @@ def run_campaign(
 
 
 def _tell(campaign: "Campaign", report: "Report") -> None:
-    counts = [f"{report.done} of {report.total} done"]
-    counts += [f"{n} {word}" for n, word in ((report.failed, "failed"), (report.refused, "refused")) if n]
     for note in report.notes:
         complain(note)
-    say(f"{', '.join(counts)}; {report.computed} computed in {seconds_text(report.seconds)}")
+    say(report.headline)
     names: dict[str, str] = {case.id: case_name(campaign, case) for case in reversed(campaign.cases)}
     foreseen = {case.id for case in report.expected if case.comparison.met}
     for case in report.troubled:
