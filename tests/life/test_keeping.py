@@ -37,7 +37,21 @@ class Rate:
         self.work = done
 
 
-def lived(image=None, die_after=None):
+class Wavers(Rate):
+    """What is added to the rate at rest wavers with the memory, so that steps hold it."""
+
+    noise = 2e-10
+
+    def still(self, h):
+        return np.maximum(0.0, 1e-9 - 2e-4 * (h - h.mean()))
+
+    def __call__(self, h):
+        self.work += 1.0
+        self.last = 3.9 * (self.last or 0.3) * (1.0 - (self.last or 0.3))
+        return np.maximum(0.0, self.still(h) + self.noise * np.cos(np.arange(h.size) * self.last))
+
+
+def lived(image=None, die_after=None, of=Rate):
     images, told = [], []
 
     def tell(state, image_of):
@@ -46,7 +60,7 @@ def lived(image=None, die_after=None):
         if die_after is not None and len(images) == die_after:
             raise Killed
 
-    rate, shown = Rate(), []
+    rate, shown = of(), []
     try:
         with kept_by(tell, image):
             life = evolve(
@@ -83,6 +97,14 @@ def test_a_killed_life_goes_on_bit_for_bit(after):
     assert rate_again.work == rate.work
     assert shown_again == shown
     assert told_again == told[after:]
+
+
+@pytest.mark.parametrize("after", [1, 7])
+def test_a_killed_life_whose_steps_are_held_goes_on_bit_for_bit(after):
+    whole, *_ = lived(of=Wavers)
+    assert whole.count_steps > 20 and all(step.by is None for step in whole.steps)
+    _, kept, *_ = lived(die_after=after, of=Wavers)
+    same(lived(kept[-1], of=Wavers)[0], whole)
 
 
 def test_what_ended_is_not_marched_again():
