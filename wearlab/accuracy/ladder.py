@@ -134,8 +134,7 @@ def interpolated(errors: Sequence[float], costs: Sequence[float], error: float) 
     return min(reached, default=float("nan"))
 
 
-LONG = 2.0
-"""What takes longer is timed once [s]."""
+LONG = 2.0  # what takes longer is timed once [s]
 LEAST = 7  # times that a median is taken of
 
 

@@ -119,7 +119,7 @@ def _work_precision(made: xr.Dataset) -> Plot:
             sides.append(Side(_text(made["case"][case]), "wall time in ms", strokes, unsure))
     note = (
         "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: told how long to "
-        "march, from the static equilibrium, with a compiled right-hand side."
+        "march, from the static equilibrium, calling a compiled right-hand side from Python."
     )
     return _plot("Error of the steady mesh force against wall time", note, sides)
 

@@ -1,8 +1,9 @@
 """Solvers that a user would pick instead, in the same run: SciPy always, CyRK where it is installed.
 
-Each marches on the compiled equation of motion, from the static equilibrium until no more is left of the
-transient than its tolerance, which the Floquet multiplier tells for free. Peers at their best, compiled into
-one piece with their right-hand side and closed by Newton's method, race in ``tests/validation/races.py``.
+Each marches on the compiled equation of motion, called from Python, from the static equilibrium until no more
+is left of the transient than its tolerance, which the Floquet multiplier tells for free. That says what such
+a call costs, not what these methods can: compiled into one piece with their right-hand side and landing on the
+jumps of the stiffness they race in ``tests/validation/races.py``, and are far faster.
 """
 
 import time
@@ -11,6 +12,7 @@ from functools import partial
 from importlib.util import find_spec
 from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,6 +23,7 @@ from wearlab.accuracy.reference import Reference
 from wearlab.accuracy.steady import Steady, relative_error
 
 Array = NDArray[np.float64]
+Rates = Callable[[float, Array], Array]
 
 METHODS = ("RK45", "DOP853")
 TOLERANCES = tuple(10.0 ** -np.arange(3.0, 9.5, 1.0))
@@ -61,7 +64,7 @@ def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]
     """
     system, tables = known.response.system, known.response.tables
     start = starting_state(system, np.einsum("s,sm->m", tables.width, tables.stiffness.sum(axis=3)[:, 1]))
-    given = problem.motion(system)
+    given = bound(problem.motion(system))
     for peer in peers():
         report(peer.name)
         rungs: list[Rung] = []
@@ -82,7 +85,17 @@ def periods_to(known: Reference, left: float) -> float:
     return float(np.ceil(np.log(left) / np.log(largest))) if 0.0 < largest < 1.0 else float("inf")
 
 
-def marched(peer: Peer, given: Motion, start: Array, times: Array, tolerance: float, scale: Array) -> Any:
+def bound(given: Motion) -> Rates:
+    """Return ẏ (2n,) of time and state, compiled for one wear state: its tables cost no call anything."""
+
+    @numba.njit
+    def rates(time: float, y: Any) -> Any:
+        return motion_of(time, y, given)
+
+    return rates
+
+
+def marched(peer: Peer, given: Rates, start: Array, times: Array, tolerance: float, scale: Array) -> Any:
     """Return the states (n_times, 2n) at ascending times [s], None where the peer gives up.
 
     Parameters
@@ -93,18 +106,18 @@ def marched(peer: Peer, given: Motion, start: Array, times: Array, tolerance: fl
     tolerance, scale : relative tolerance, and size of the states (2n,)
     """
     solution = peer.solve(
-        motion_of, (0.0, float(times[-1])), np.ascontiguousarray(start), t_eval=times, args=(given,),
-        rtol=tolerance, atol=tolerance * scale,
+        given, (0.0, float(times[-1])), np.ascontiguousarray(start), t_eval=times, rtol=tolerance,
+        atol=tolerance * scale,
     )  # fmt: skip
     return np.array(solution.y).T[: len(times)] if solution.success else None
 
 
 def _rung(
-    peer: Peer, problem: Steady, given: Motion, known: Reference, tolerance: float, start: Array
+    peer: Peer, problem: Steady, given: Rates, known: Reference, tolerance: float, start: Array
 ) -> Rung | None:
     """Return a setting of a peer, None where its march would take too long."""
     scale, periods = np.abs(known.response.state).max(axis=(0, 1)), periods_to(known, SHARE * tolerance)
-    period = np.array([given.period])
+    period = np.array([problem.vibration.period])
     for _ in range(2):  # the first compiles
         begun = time.perf_counter()
         marched(peer, given, known.start, period, tolerance, scale)
@@ -112,7 +125,7 @@ def _rung(
         return None
     turns = periods + np.arange(len(known.force))[:, None] + problem.phase
     begun = time.perf_counter()
-    found = marched(peer, given, start, np.ravel(turns) * given.period, tolerance, scale)
+    found = marched(peer, given, start, np.ravel(turns) * problem.vibration.period, tolerance, scale)
     seconds = time.perf_counter() - begun
     if found is None:
         return Rung(tolerance, float("inf"), seconds, float("nan"))

@@ -90,7 +90,7 @@ def _tables(found: list["Study"], error: float | None) -> dict[str, tuple[tuple[
     return {
         "Reference": (table.REFERENCE_HEADS, table.reference_rows(found)),
         "Work and precision": (table.CURVE_HEADS, table.curve_rows(found)),
-        "Against the fastest peer": (table.PEER_HEADS, table.peer_rows(found)),
+        "Beside other integrators": (table.PEER_HEADS, table.peer_rows(found)),
         "Contact analyses of a life": (table.LIFE_HEADS, table.life_rows(found)),
         "Cheapest setting": (table.CHEAPEST_HEADS, table.cheapest_rows(found, error)),
     }
