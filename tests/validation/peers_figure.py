@@ -25,8 +25,8 @@ from wearlab.cli.progress import write_all
 from wearlab.figures.render import rendered
 
 NOTE = (
-    "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: told how long to march, from "
-    "the static equilibrium, compiled into one piece with their right-hand side."
+    "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: told how long to march, "
+    "from the static equilibrium, compiled into one piece with their right-hand side."
 )
 
 

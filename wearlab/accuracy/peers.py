@@ -2,8 +2,8 @@
 
 Each marches on the compiled equation of motion, called from Python, from the static equilibrium until no more
 is left of the transient than its tolerance, which the Floquet multiplier tells for free. That says what such
-a call costs, not what these methods can: compiled into one piece with their right-hand side and landing on the
-jumps of the stiffness they race in ``tests/validation/races.py``, and are far faster.
+a call costs, not what these methods can: compiled into one piece with their right-hand side and landing on
+the jumps of the stiffness they race in ``tests/validation/races.py``, and are far faster.
 """
 
 import time
