@@ -1,8 +1,12 @@
 import numpy as np
 import pytest
 
+from wearlab.life.adaptive import NEAR_JUMP, AdaptiveStepper
+from wearlab.life.counted import CountedRate
 from wearlab.life.limits import Limits
 from wearlab.life.march import evolve
+from wearlab.life.spectrum import RADIUS_SAFETY, Spectrum
+from wearlab.life.step import Node
 
 SLOW, FAST, FOLD = 1e-12, 3e-12, 1e-5
 
@@ -129,3 +133,25 @@ def test_a_jump_lies_where_small_steps_still_follow_the_branch():
     (jump,) = life.jumps
     assert jump.cycle == pytest.approx(FOLD / SLOW, rel=2e-3, abs=0.0)
     assert life.cycle[-1] == pytest.approx(FOLD / SLOW + 2 * FOLD / FAST, rel=2e-3, abs=0.0)
+
+
+def test_a_step_as_long_as_a_jump_is_looked_for_in_is_not_tried_again():
+    """(s/ρ) ρ is a hair more than s for some ρ; the step s/ρ was tried again until the work was used up."""
+
+    def jumps(h):
+        return np.full(1, FAST if h[0] > 1.05 * FOLD else SLOW)
+
+    tolerance = 3e-3
+    short = NEAR_JUMP * tolerance**0.5
+    radii = np.linspace(0.6, 1.4, 200) * short / (0.2 * FOLD / SLOW)
+    upwards = [one for one in radii if short / (RADIUS_SAFETY * one) * (RADIUS_SAFETY * one) > short]
+    assert len(upwards) > 3
+    for radius in upwards:
+        rate = CountedRate(jumps, 200)
+        start = Node(FOLD / SLOW, np.full(1, FOLD), np.full(1, SLOW))
+        stepper = AdaptiveStepper(start, rate, tolerance, 1e-7)
+        stepper.spectrum, stepper.looked = Spectrum(radius, 1.0, np.ones(1)), True
+        stepper.next_size = FOLD / SLOW
+        steps, _ = stepper.advance(start, np.inf)
+        assert steps[-1].end.cycle > start.cycle
+        assert rate.count < 60

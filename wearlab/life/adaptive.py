@@ -71,6 +71,8 @@ STRETCH = 1.1
 MOST_SEARCHES = 3
 SUSPICIOUS = 10.0
 """Error ratio that a smooth step does not reach once it was cut."""
+ROUNDING = 1e-9
+"""By which a step may be longer than one of the same length."""
 MOST_JUMPS = 6
 """Jumps that are located; in a life with more of them the rate counts as rough."""
 UNHEARD = 0.1
@@ -172,6 +174,10 @@ class AdaptiveStepper:
         """Return the step whose fastest wave is followed to the tolerance, when nothing else is known."""
         return FIRST * self.tolerance**0.25 / self.radius if self.radius > 0.0 else otherwise
 
+    def _near_jump(self) -> float:
+        """Return the step up to which the way to a jump is straight enough for it to be located [cycles]."""
+        return NEAR_JUMP * self.tolerance**0.5 / self.radius if self.radius > 0.0 else np.inf
+
     @property
     def damping(self) -> float:
         """RKC damping that suits the spectrum."""
@@ -212,10 +218,10 @@ class AdaptiveStepper:
                 self._accepted(tried, rejected=True)
                 return [self._step(node, tried)], None
             if searches < MOST_SEARCHES and suspicious and not paid:
-                if size * self.radius > (short := NEAR_JUMP * self.tolerance**0.5):
+                if size > (1.0 + ROUNDING) * (short := self._near_jump()):
                     self.rejected += 1
                     self.rate.recall(memory)
-                    size = short / self.radius
+                    size = short
                     continue
                 searches += 1
                 beyond = self.rate.remember()
