@@ -268,7 +268,7 @@ def test_a_stiffness_of_ones_own_is_what_it_says():
     np.testing.assert_allclose(run.mesh_stiffness.values[away], sums[away], rtol=1e-4)
 
 
-def test_the_schema_tells_the_options_of_a_files_own_variants(tmp_path, capsys):
+def test_the_schema_tells_the_options_of_a_files_own_variants(tmp_path, capsys, monkeypatch):
     """From the command line: whole with FILE, alone with ``--added``; no code is run untold."""
     file = EXAMPLES / "pressure_coefficient.toml"
     extending = tmp_path / "extending.toml"
@@ -291,5 +291,13 @@ def test_the_schema_tells_the_options_of_a_files_own_variants(tmp_path, capsys):
         assert added["properties"]["steepness"]["default"] == 8.0
         assert added["required"] == ["mild", "severe", "transition"]
         assert whole["$defs"]["MildToSevere"]["properties"] == added["properties"]
+    (kept := tmp_path / "store" / "plugins").mkdir(parents=True)
+    (plugin,) = use([str(file.with_suffix(".py"))])
+    (kept / f"{plugin.sha256}.json").write_text(json.dumps(declaration(plugin)))
+    forget()
+    monkeypatch.setenv("WEARLAB_STORE", str(kept.parent))
+    unread = json.loads(said(file, "--added")[1])["wear.coefficient"]["mild-to-severe"]
+    assert unread["properties"]["transition"].items() <= added["properties"]["transition"].items()
+    assert unread["properties"]["transition"]["unit"] == "Pa"
     assert said("--added") == (2, "wearlab: --added needs a campaign FILE that names plug-ins\n")
     assert said(tmp_path / "none.toml")[0] == 2

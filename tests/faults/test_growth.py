@@ -1,0 +1,27 @@
+"""A little of what ``growth.py`` does in full: what one more run takes of the catalogue."""
+
+import sys
+from contextlib import closing
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from growth import Runs
+
+from wearlab.store import Store, runs
+
+MOST_BYTES = 3_300  # of a run with 109 facts: scene, results, histories
+
+
+def test_one_more_run_takes_few_bytes(tmp_path, monkeypatch):
+    monkeypatch.setattr(runs, "_synchronise", lambda paths: None)
+    some, sizes = Runs(), []
+    with closing(Store(tmp_path / "store")) as store:
+        store.create()
+        with store.presence() as here:
+            for at in (0, 400):
+                store.save([some[number] for number in range(at, at + 400)], here.token)
+                sizes.append(store.catalogue.path.stat().st_size)
+        facts = store.catalogue.read("SELECT count(*) FROM facts")[0][0] / 800
+    assert facts > 100
+    assert (sizes[1] - sizes[0]) / 400 < MOST_BYTES
