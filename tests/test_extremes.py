@@ -13,7 +13,7 @@ FILES = sorted((Path(__file__).parents[1] / "campaigns" / "extremes").glob("*.to
 
 
 LONG = ("lives",)
-"""Two of its cases run to the bound on their work, which takes minutes."""
+"""Teeth strike in two of its cases, which takes some twenty seconds of a core each."""
 
 
 @pytest.mark.parametrize(
