@@ -20,7 +20,7 @@ from phases import PHASES
 from storm import begin, done, finish, kill_parent, kill_starting, kill_workers, reference
 
 CASES = 40
-STARTED = 60  # cases of a campaign whose workers are killed as they begin
+STARTED = 120  # cases of a campaign whose workers are killed as they begin
 LATEST = 3.0  # s after a worker came until it is killed: by then it computes
 AT = (3, 6, 9)  # the first transactions make the store and enter the campaign
 
