@@ -42,7 +42,7 @@ class Stroke(NamedTuple):
     ring: tuple[float, float] | None = None
 
 
-class Side(NamedTuple):
+class OfAxes(NamedTuple):
     """One pair of axes.
 
     Parameters
@@ -69,7 +69,7 @@ def pages(made: xr.Dataset) -> dict[str, Plot]:
     return {file: plot for file, plot in found.items() if plot.panels}
 
 
-def _plot(title: str, note: str, sides: Sequence[Side]) -> Plot:
+def _plot(title: str, note: str, sides: Sequence[OfAxes]) -> Plot:
     """Return a figure of panels that share their errors, with the orders beside the curves."""
     columns = 2 if len(sides) == 4 else max(1, min(3, len(sides)))
     panels = [
@@ -91,7 +91,7 @@ def _plot(title: str, note: str, sides: Sequence[Side]) -> Plot:
     )
 
 
-def _curves(side: Side) -> list[Curve]:
+def _curves(side: OfAxes) -> list[Curve]:
     found = []
     for x, y, _, pen, order, ring in side.strokes:
         found.append(Curve(x, y, pen, "line-points", f"{order:.1f}" if np.isfinite(order) else ""))
@@ -116,7 +116,7 @@ def _work_precision(made: xr.Dataset) -> Plot:
         strokes = _strokes(_stroke(made, case, i, "run_time", _method_pen(made, i), 1e3) for i in methods)
         if strokes:
             unsure = _unsure(made, case, "mesh_force", strokes)
-            sides.append(Side(_text(made["case"][case]), "wall time in ms", strokes, unsure))
+            sides.append(OfAxes(_text(made["case"][case]), "wall time in ms", strokes, unsure))
     note = (
         "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: told how long to "
         "march, from the static equilibrium, calling a compiled right-hand side from Python."
@@ -135,7 +135,7 @@ def _knobs(made: xr.Dataset) -> Plot:
             for case in range(made.sizes["case"])
         )
         if strokes:
-            sides.append(Side(WORDS.get(quantity, quantity), knob.replace("_", " "), strokes))
+            sides.append(OfAxes(WORDS.get(quantity, quantity), knob.replace("_", " "), strokes))
             limits.append(LIMITS[knob])
     told = "; ".join(dict.fromkeys(limits))
     note = f"Numbers: observed order. Each knob against its own limit: {told}."
@@ -157,7 +157,7 @@ def _lives_in_time(made: xr.Dataset) -> Plot:
     return _plot("Error of a life against its run time", f"{note} {RING}", sides)
 
 
-def _life_sides(made: xr.Dataset, x: str, label: str) -> list[Side]:
+def _life_sides(made: xr.Dataset, x: str, label: str) -> list[OfAxes]:
     """Return a panel of both ways of stepping over cycles for every case and quantity."""
     steppers = [
         i for i in range(made.sizes["curve"]) if _text(made.knob[i]) in ("cycle_tolerance", "threshold")
@@ -169,7 +169,7 @@ def _life_sides(made: xr.Dataset, x: str, label: str) -> list[Side]:
             strokes = _strokes(_of_life(made, case, i, x) for i in mine)
             if strokes:
                 title = f"{_text(made['case'][case])}: {WORDS.get(quantity, quantity)}"
-                sides.append(Side(title, label, strokes, _unsure(made, case, quantity, strokes)))
+                sides.append(OfAxes(title, label, strokes, _unsure(made, case, quantity, strokes)))
     return sides
 
 
