@@ -22,6 +22,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 import fake_campaign
+import two_torques
 from storm import begin, done, finish, reference
 
 from wearlab.cli.app import main
@@ -30,18 +31,13 @@ ROOT = Path(__file__).parents[2]
 NOBODY = 65534
 LONGEST = 120.0
 WILD = 20
-STUDY = f"""
-title = "Two torques"
-extends = "{(ROOT / "campaigns" / "base" / "spur_50_50.toml").as_posix()}"
-drop = ["dynamics"]
-[wear]
-load = "static"
-until = {{ depth = "20 um", flank = "pinion" }}
-[[sweep]]
-"operation.torque" = ["100 N*m", "120 N*m"]
+STUDY = (
+    two_torques.STUDY
+    + """
 [[figure]]
 kind = "max-wear"
 """
+)
 
 
 class Tally:

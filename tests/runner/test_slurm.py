@@ -10,6 +10,8 @@ import pytest
 
 pytest.importorskip("dask_jobqueue")
 
+from two_torques import STUDY
+
 from wearlab.store import Store
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "slurm.py"
@@ -20,16 +22,6 @@ echo "Submitted batch job $!"
 """
 SCANCEL = """#!/bin/sh
 kill -- -"$1"
-"""
-STUDY = f"""
-title = "Two torques"
-extends = "{(EXAMPLE.parents[2] / "campaigns" / "base" / "spur_50_50.toml").as_posix()}"
-drop = ["dynamics"]
-[wear]
-load = "static"
-until = {{ depth = "20 um", flank = "pinion" }}
-[[sweep]]
-"operation.torque" = ["100 N*m", "120 N*m"]
 """
 
 

@@ -108,6 +108,7 @@ def _marched(
     scene: Scene, parts: Parts, coupling: Coupled, wear: Wear, limits: Limits, before: float = 0.0
 ) -> History:
     assert scene.wear is not None
+    most_work = _most_work(scene, parts)
     return history(
         coupling,
         wear,
@@ -115,8 +116,8 @@ def _marched(
         method=scene.wear.step.build(),
         snapshots=_after(build_snapshots(scene, parts.gears, coupling), before),
         tolerance=scene.numerics.cycle_tolerance or scene.numerics.tolerance,
-        most_work=_most_work(scene, parts),
-        kept_work=KEPT_SHARE * _most_work(scene, parts),
+        most_work=most_work,
+        kept_work=KEPT_SHARE * most_work,
     )
 
 
