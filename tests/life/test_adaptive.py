@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from wearlab.life import adaptive
+from wearlab.life import adaptive, known_spectrum, trial
 from wearlab.life.counted import CountedRate
 from wearlab.life.limits import Limits
 from wearlab.life.march import evolve
@@ -147,13 +147,13 @@ def test_branches_do_not_leak_through_rejected_tries():
 
 def looked_at(monkeypatch):
     """Return the list that grows with every look at the spectrum."""
-    looks, original = [], adaptive.spectrum
+    looks, original = [], known_spectrum.spectrum
 
     def look(rate, h, *arguments, **options):
         looks.append(float(h.max()))
         return original(rate, h, *arguments, **options)
 
-    monkeypatch.setattr(adaptive, "spectrum", look)
+    monkeypatch.setattr(known_spectrum, "spectrum", look)
     return looks
 
 
@@ -177,7 +177,7 @@ def test_a_step_that_must_fail_is_given_up_after_two_thirds(toys):
     node = Node(0.0, np.zeros(1), rate(np.zeros(1)))
     stepper = adaptive.Adaptive().start(node, rate, 1e-3, 1e-6)
     hopeless = stepper._try(node, 1e7)
-    assert (rate.count, hopeless.share) == (1 + 2, 2.0 / 3.0) and hopeless.ratio > adaptive.HOPELESS
+    assert (rate.count, hopeless.share) == (1 + 2, 2.0 / 3.0) and hopeless.ratio > trial.HOPELESS
     good = stepper._try(node, 1e5)
     assert (rate.count, good.share) == (3 + 4, 1.0) and good.ratio < 1.0
 

@@ -150,7 +150,7 @@ def test_a_step_as_long_as_a_jump_is_looked_for_in_is_not_tried_again():
         rate = CountedRate(jumps, 200)
         start = Node(FOLD / SLOW, np.full(1, FOLD), np.full(1, SLOW))
         stepper = AdaptiveStepper(start, rate, tolerance, 1e-7)
-        stepper.spectrum, stepper.looked = Spectrum(radius, 1.0, np.ones(1)), True
+        stepper.known.spectrum, stepper.known.looked = Spectrum(radius, 1.0, np.ones(1)), True
         stepper.next_size = FOLD / SLOW
         steps, _ = stepper.advance(start, np.inf)
         assert steps[-1].end.cycle > start.cycle

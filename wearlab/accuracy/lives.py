@@ -12,7 +12,8 @@ from wearlab.life.adaptive import Adaptive
 from wearlab.life.counted import CountedRate
 from wearlab.life.history import SetRate
 from wearlab.life.limits import Limits
-from wearlab.life.march import Life, Method, evolve
+from wearlab.life.march import Method, evolve
+from wearlab.life.record import Life
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.wear import build_limits

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from wearlab.gears.errors import GearError
 from wearlab.gradients.errors import GradientError
 from wearlab.life.again import again
+from wearlab.life.coupled import Coupled
 from wearlab.life.history import History
 from wearlab.life.limits import Index, StopWear
-from wearlab.life.state import Coupled, WearState
+from wearlab.life.state import WearState
 from wearlab.life.step import Node, Step, depth_at
 from wearlab.life.vibration import Responses
 from wearlab.scene import Scene

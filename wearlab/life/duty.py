@@ -7,7 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.life.state import Account, Coupled, Coupling, Wear, WearState
+from wearlab.life.coupled import Account, Coupled
+from wearlab.life.coupling import Coupling
+from wearlab.life.state import Wear, WearState
 from wearlab.life.vibration import Responses
 
 Array = NDArray[np.float64]

@@ -93,6 +93,8 @@ class EulerStepper:
     stops : whether a saw-tooth ends the run
     """
 
+    hurried, wave_growth = False, 0.0
+
     def __init__(
         self, rate: CountedRate, *, threshold: float | None, size: float | None, stops: bool
     ) -> None:

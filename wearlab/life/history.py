@@ -6,9 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.life.coupled import Coupled
 from wearlab.life.limits import Limits, Snapshots, StopWear
-from wearlab.life.march import Life, Method, evolve
-from wearlab.life.state import Coupled, Wear, WearState
+from wearlab.life.march import Method, evolve
+from wearlab.life.record import Life
+from wearlab.life.state import Wear, WearState
 from wearlab.life.step import Node
 from wearlab.life.vibration import Responses
 from wearlab.life.worn import worn

@@ -4,19 +4,21 @@
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wearlab.life.adaptive import Adaptive, AdaptiveStepper
+from wearlab.life.accumulated import AccumulatedError
+from wearlab.life.adaptive import Adaptive
+from wearlab.life.aim import longest_step
 from wearlab.life.counted import CountedRate, Rate
 from wearlab.life.euler import Euler, Fixed, SawTooth
 from wearlab.life.jump import Jump, shift_by
 from wearlab.life.keeping import Place, Told, place
 from wearlab.life.limits import Limits, OutOfEvaluations, Snapshots, StopWear
+from wearlab.life.record import Life, read_off
 from wearlab.life.step import Node, Step, crossing, depth_at
 
 Array = NDArray[np.float64]
@@ -24,12 +26,6 @@ Method = Adaptive | Euler | Fixed
 
 ELASTIC_SCALE = 1e-6
 """Default depth scale: well below the elastic deflection of a loaded tooth pair (about 5 µm) [m]."""
-AIM = 1.1
-"""How far past the expected crossing of a depth limit the last step aims."""
-TREND = 0.5
-"""Share of the trend of the rate over the last step that is expected to go on: wear evens out."""
-MOST_TREND = 1.5
-"""Largest factor by which the trend of the rate moves the expected crossing."""
 LANDED = 1e-10
 GIVEN = ("rate", "limits", "tolerance", "scale")
 """What a march and its stepper are given anew when they are taken up."""
@@ -42,91 +38,19 @@ class Stepper(Protocol):
     trying: float
     saw_tooth: bool
 
+    @property
+    def hurried(self) -> bool:
+        """Whether steps were as long as the work left paid for."""
+
+    @property
+    def wave_growth(self) -> float:
+        """Fastest growth of a wave of wear where it is too fast to foresee its end, else 0 [1/cycle]."""
+
     def advance(self, node: Node, largest: float) -> tuple[list[Step], Jump | None]:
         """Return accepted steps from ``node``."""
 
     def shorten(self, size: float) -> None:
         """Take no longer step next."""
-
-
-@dataclass(frozen=True)
-class Life:
-    """Wear over cycles.
-
-    Parameters
-    ----------
-    cycle : (m,) cycles of the accepted states, 0 first, the end last [1]
-    depth, rate : (m, n) wear depth [m] and wear rate [m per cycle] there
-    error : (m,) estimated local error of the step that led there, largest over the nodes [m]
-    accumulated_error : (m,) largest over the nodes of their signed sum, amplified where wear accelerates, and
-        by as far as it may have shifted a jump; and the root of the squares of what scatters [m]
-    snapshot_cycle : (k,) cycles of the snapshots reached, in order [1]
-    snapshot_depth : (k, n) depths there [m]
-    end_reason : "cycles", "depth", "no wear", "saw-tooth", "evaluation limit", "work limit", or why the
-        gears stopped
-    jumps : where the wear rate jumped to another branch
-    saw_tooth : whether steps beyond the stability limit left their mark
-    wave_growth : fastest growth of a wave of wear, where it is too fast to foresee its end; else 0 [1/cycle]
-    hurried : whether steps were as long as the work left paid for, and not as their errors ask
-    count_rate_evaluations, count_rejected : work done
-    steps : the accepted steps, whole where the limit is met inside the last
-    """
-
-    cycle: Array
-    depth: Array
-    rate: Array
-    error: Array
-    accumulated_error: Array
-    snapshot_cycle: Array
-    snapshot_depth: Array
-    end_reason: str
-    jumps: tuple[Jump, ...]
-    saw_tooth: bool
-    wave_growth: float
-    hurried: bool
-    count_rate_evaluations: int
-    count_rejected: int
-    steps: tuple[Step, ...] = ()
-
-    @property
-    def error_estimate_depth(self) -> float:
-        """Estimated error of the last depths, largest over the nodes [m]."""
-        return float(self.accumulated_error[-1])
-
-    @property
-    def error_estimate_life(self) -> float:
-        """Estimated error of the life: the depth error over the fastest wear at the end [1]."""
-        fastest = float(self.rate[-1].max(initial=0.0))
-        return self.error_estimate_depth / fastest if fastest > 0.0 else 0.0
-
-    @property
-    def worn_out(self) -> bool:
-        """Whether it ended at its depth limit."""
-        return self.end_reason == "depth"
-
-    @property
-    def count_steps(self) -> int:
-        """Accepted steps."""
-        return len(self.cycle) - 1
-
-    def updates(self, only_snapshots: bool = False) -> tuple[Array, Array]:
-        """Return the states to store: the first, the snapshots and the last; without snapshots all accepted.
-
-        Parameters
-        ----------
-        only_snapshots : whether snapshots were asked for, though the life may have reached none
-
-        Returns
-        -------
-        cycle : (u,) [1]
-        depth : (u, n) [m]
-        """
-        if not len(self.snapshot_cycle) and not only_snapshots:
-            return self.cycle, self.depth
-        inner = (self.snapshot_cycle > 0.0) & (self.snapshot_cycle < self.cycle[-1])
-        cycle = np.concatenate([self.cycle[:1], self.snapshot_cycle[inner], self.cycle[-1:]])
-        depth = np.concatenate([self.depth[:1], self.snapshot_depth[inner], self.depth[-1:]])
-        return cycle, depth
 
 
 def evolve(
@@ -184,9 +108,8 @@ class _March:
 
     def __init__(self, rate: CountedRate, limits: Limits, tolerance: float, scale: float, node: Node) -> None:
         self.rate, self.limits, self.tolerance, self.scale = rate, limits, tolerance, scale
-        self.nodes, self.errors, self.accumulated = [node], [0.0], [0.0]
-        self.total = np.zeros_like(node.depth)
-        self.scatter, self.noise = 0.0, rate.noise
+        self.nodes = [node]
+        self.error = AccumulatedError(node.depth.size, rate.noise)
         self.curves: list[Step] = []
         self.jumps: list[Jump] = []
         self.reason = ""
@@ -223,9 +146,7 @@ class _March:
             keep.settle(partial(self._put_down, stepper, followed))
         if stepper is not None:
             self.rejected, self.saw_tooth = stepper.rejected, stepper.saw_tooth
-        if isinstance(stepper, AdaptiveStepper):
-            self.wave_growth = 0.0 if stepper.foreseeable else stepper.wave_growth
-            self.hurried = stepper.hurried
+            self.wave_growth, self.hurried = stepper.wave_growth, stepper.hurried
 
     def _put_down(self, stepper: Stepper | None, followed: list[tuple[Node, Any]]) -> dict[str, Any]:
         """Return all that the march depends on: of itself, of its stepper, of its rate."""
@@ -255,7 +176,7 @@ class _March:
         self.rate.recall(now)
 
     def _advance(self, stepper: Stepper) -> None:
-        largest = self._largest()
+        largest = longest_step(self.node, self.limits, self.curves[-1] if self.curves else None)
         if not np.isfinite(largest):
             self.reason = "no wear"
             return
@@ -268,13 +189,13 @@ class _March:
                 self.reason = stop.reason
             stepper.shorten(0.5 * stepper.trying)
             return
-        noise, self.noise = max(self.noise, self.rate.noise), self.rate.noise
+        noise = self.error.heard(self.rate.noise)
         for step in steps:
             if not self.reason:
                 doubt = self._doubt_of(step, memory) if jump is not None and step is steps[-1] else None
                 self._keep(step, noise)
                 if doubt is not None:
-                    self._add(doubt)
+                    self.error.doubt(doubt)
         if jump is not None and jump.cycle <= self.node.cycle:
             self.jumps.append(jump)
 
@@ -282,50 +203,11 @@ class _March:
         """Return what the error of the depth before a jump is worth by shifting it, (n,) ≥ 0 [m]."""
         beyond = self.rate.remember()
         try:
-            shift = shift_by(self.rate, across, self.total, memory)
+            shift = shift_by(self.rate, across, self.error.total, memory)
         except (StopWear, OutOfEvaluations):
             shift = across.size
         self.rate.recall(beyond)
         return np.asarray(shift * np.abs(across.end.rate - across.start.rate))
-
-    def _add(self, doubt: Array) -> None:
-        """Count a doubt of either sign into the error accumulated so far."""
-        self.total = self.total + np.copysign(doubt, self.total)
-        self.accumulated[-1] = self._accumulated()
-
-    def _accumulated(self) -> float:
-        """Return the error accumulated: what has a sign, and the scatter of independent steps [m]."""
-        return float(np.abs(self.total).max(initial=0.0)) + self.scatter
-
-    def _largest(self) -> float:
-        """Cycles that the next step may take: to the cycle limit, or just past the depth limit."""
-        node, limits = self.node, self.limits
-        left = np.inf if limits.cycles is None else limits.cycles - node.cycle
-        if limits.depth is None:
-            return float(left)
-        rate, missing = node.rate[limits.flank], limits.depth - node.depth[limits.flank]
-        if limits.cycles is None and not node.rate.any():
-            return np.inf
-        due = np.divide(missing, rate, out=np.full_like(missing, np.inf), where=rate > 0.0)
-        soonest = float(due.min(initial=np.inf))
-        if not np.isfinite(soonest):
-            return float(left)
-        braked = float((due * self._braking(due)).min())
-        return float(min(left, AIM * np.clip(braked, soonest / MOST_TREND, soonest * MOST_TREND)))
-
-    def _braking(self, due: Array) -> Array:
-        """Return by what the trend of the last step moves the cycles due at the present rate, (n_flank,) [1].
-
-        ``g + q g²/2 = 1`` with q the change of the rate over those cycles, relative to the rate.
-        """
-        if not self.curves:
-            return np.ones_like(due)
-        step, flank = self.curves[-1], self.limits.flank
-        trend = (step.end.rate - step.start.rate)[flank] / step.size
-        wears = np.isfinite(due)
-        q = np.zeros_like(due)
-        q[wears] = TREND * trend[wears] * due[wears] / step.end.rate[flank][wears]
-        return np.asarray(2.0 / (1.0 + np.sqrt(np.maximum(0.0, 1.0 + 2.0 * q))))
 
     def _negligible(self, size: float) -> bool:
         """Whether a step is too short to matter for the life or the depth."""
@@ -346,10 +228,7 @@ class _March:
         elif self.limits.cycles is not None and end.cycle >= self.limits.cycles * (1.0 - 1e-14):
             end, self.reason = end._replace(cycle=self.limits.cycles), "cycles"
         self.nodes.append(end)
-        self.total = self.total * step.growth + step.error
-        self.errors.append(float(np.abs(step.error).max(initial=0.0)))
-        self.scatter = float(np.hypot(self.scatter * step.growth, np.hypot(step.scatter, step.size * noise)))
-        self.accumulated.append(self._accumulated())
+        self.error.add(step, noise)
 
     def _landed(self, step: Step) -> Node:
         """Return the state where the depth limit is met, exactly."""
@@ -367,16 +246,15 @@ class _March:
 
     def life(self, snapshots: Snapshots) -> Life:
         """Return the record, with the snapshots read off the curves."""
-        taken = sorted(self._snapshots(snapshots), key=lambda pair: pair[0])
-        n = self.node.depth.size
+        cycle, depth = read_off(snapshots, self.nodes, self.curves)
         return Life(
             cycle=np.array([node.cycle for node in self.nodes]),
             depth=np.stack([node.depth for node in self.nodes]),
             rate=np.stack([node.rate for node in self.nodes]),
-            error=np.array(self.errors),
-            accumulated_error=np.array(self.accumulated),
-            snapshot_cycle=np.array([cycle for cycle, _ in taken]),
-            snapshot_depth=np.array([depth for _, depth in taken]).reshape(-1, n),
+            error=np.array(self.error.local),
+            accumulated_error=np.array(self.error.largest),
+            snapshot_cycle=cycle,
+            snapshot_depth=depth,
             end_reason=self.reason,
             jumps=tuple(self.jumps),
             saw_tooth=self.saw_tooth,
@@ -386,26 +264,3 @@ class _March:
             count_rejected=self.rejected,
             steps=tuple(self.curves),
         )
-
-    def _snapshots(self, wanted: Snapshots) -> list[tuple[float, Array]]:
-        cycles = [float(cycle) for cycle in wanted.cycles if 0.0 <= cycle <= self.node.cycle]
-        found = [self._cycle_of(depth, wanted) for depth in wanted.depths]
-        cycles += [cycle for cycle in found if cycle is not None]
-        return [(cycle, self._depth_at(cycle)) for cycle in cycles]
-
-    def _cycle_of(self, depth: float, wanted: Snapshots) -> float | None:
-        if self.nodes[0].depth[wanted.flank].max() >= depth:
-            return 0.0
-        for step in self.curves:
-            if step.end.depth[wanted.flank].max() >= depth:
-                cycle = crossing(step, depth, wanted.flank)
-                return cycle if cycle <= self.node.cycle else None
-        return None
-
-    def _depth_at(self, cycle: float) -> Array:
-        for step, end in zip(self.curves, self.nodes[1:], strict=True):
-            if cycle == end.cycle:
-                return end.depth
-            if cycle < end.cycle:
-                return depth_at(step, cycle)
-        return self.nodes[0].depth if cycle == 0.0 else self.node.depth

@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from wearlab.life.counted import Rate
 from wearlab.life.limits import Limits
-from wearlab.life.march import ELASTIC_SCALE, Life, evolve
+from wearlab.life.march import ELASTIC_SCALE, evolve
+from wearlab.life.record import Life
 
 Array = NDArray[np.float64]
 

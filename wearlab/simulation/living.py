@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
+from wearlab.life.coupled import Coupled
 from wearlab.life.history import History, history, single_state, worn_by_law
 from wearlab.life.limits import Limits, Snapshots, StopWear
-from wearlab.life.march import Life
-from wearlab.life.state import Coupled, Wear
+from wearlab.life.record import Life
+from wearlab.life.state import Wear
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.scene.build.wear import build_limits, build_snapshots

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wearlab.life.coupled import Coupled
 from wearlab.life.duty import DutyCoupling, DutyShares, duty_shares
-from wearlab.life.state import Coupled
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.duty import labels_of

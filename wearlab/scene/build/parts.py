@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.gears.pair import GearPair
-from wearlab.life.state import Coupling, kinds_of
+from wearlab.life.coupled import kinds_of
+from wearlab.life.coupling import Coupling
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Instants, Mesh, breaks_on_clock, instants, look
 from wearlab.mesh.contact import ContactAnalysis

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from wearlab.compiled import compiled_if_possible
 from wearlab.gears.pair import GearPair
+from wearlab.life.coupled import Coupled
 from wearlab.life.limits import Limits, Snapshots
 from wearlab.life.load import Load
 from wearlab.life.loads.instant import Instant
 from wearlab.life.loads.static import Static
-from wearlab.life.state import Coupled
 from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
 from wearlab.slots import Variant

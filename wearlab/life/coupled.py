@@ -1,0 +1,124 @@
+"""Flanks that wear together: their kinds of mesh, and what a life asks of whatever evaluates their wear."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.life.state import Wear, WearState
+from wearlab.life.vibration import Responses
+from wearlab.mesh.clock import Instants, Mesh, instants_of, of_kind
+from wearlab.mesh.contact import ContactAnalysis
+from wearlab.wear.law import PreparedLaw
+from wearlab.wear.patch import Patch
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Account:
+    """Time spent and work done, for the record of the run."""
+
+    seconds: dict[str, float] = field(
+        default_factory=lambda: {"contact": 0.0, "dynamics": 0.0, "wear": 0.0, "estimates": 0.0}
+    )
+    counts: dict[str, int] = field(
+        default_factory=lambda: {"contact_analyses": 0, "period_maps": 0, "right_hand_sides": 0}
+    )
+
+
+@dataclass(frozen=True)
+class MeshKind:
+    """One kind of mesh: its contact, its wear law, and when its meshes meet on the clock.
+
+    Parameters
+    ----------
+    analysis : contact of the worn flanks
+    law : the wear law, None: no wear
+    patch : over which width wear is spread and felt, None: point by point
+    meshes : (m,) which meshes of the set are of this kind
+    when : when each of these meshes meets its own phase nodes
+    """
+
+    analysis: ContactAnalysis
+    law: PreparedLaw | None
+    patch: Patch | None
+    meshes: NDArray[np.int64]
+    when: tuple[Instants, ...]
+
+
+def kinds_of(
+    analyses: Sequence[ContactAnalysis],
+    laws: Sequence[PreparedLaw | None],
+    patches: Sequence[Patch | None],
+    meshes: Sequence[Mesh],
+    edges: Array,
+) -> tuple[MeshKind, ...]:
+    """Return the kinds of mesh of a set whose clock has breaks at ``edges``."""
+    found = []
+    for kind, (analysis, law, patch) in enumerate(zip(analyses, laws, patches, strict=True)):
+        own = of_kind(meshes, kind)
+        when = tuple(instants_of(analysis.grid, meshes[i].lag, analysis.at_nodes, edges) for i in own)
+        found.append(MeshKind(analysis, law, patch, own, when))
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class Coupled(ABC):
+    """Flanks that wear together.
+
+    Parameters
+    ----------
+    kinds : the kinds of mesh
+    """
+
+    kinds: tuple[MeshKind, ...]
+
+    @abstractmethod
+    def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
+        """Evaluate wear of every kind of mesh, each (2, n) [m], from responses of a neighbouring state."""
+
+    @property
+    @abstractmethod
+    def work(self) -> int:
+        """Right-hand sides evaluated so far."""
+
+    @property
+    @abstractmethod
+    def accounts(self) -> "tuple[Account, ...]":
+        """Where time and work are written down."""
+
+    @property
+    @abstractmethod
+    def shared(self) -> tuple[Any, ...]:
+        """What responses belong to and is told apart by identity, of every block of a duty."""
+
+    def wearing(self) -> "Coupled":
+        """Return what the wear rate needs of it: no response where the static force wears."""
+        return self
+
+    @abstractmethod
+    def resting(self) -> "Coupled | None":
+        """Return what wears under the static load alone, None where it does so already."""
+
+    def flat(self, wear: Sequence[Array]) -> Array:
+        """Return depths or rates of every kind, each (2, n), as one array."""
+        return np.concatenate([one.ravel() for one in wear])
+
+    def split(self, flat: Array) -> Wear:
+        """Return one array of depths or rates as those of every kind, each (2, n)."""
+        ends = np.cumsum([2 * len(kind.analysis.grid.position) for kind in self.kinds])[:-1]
+        return tuple(part.reshape(2, -1) for part in np.split(flat, ends))
+
+    def entries(self, kind: int, gear: int) -> slice:
+        """Return where a flank of a kind of mesh, 0 driving or 1 driven, lies in the flat array."""
+        sizes = [len(one.analysis.grid.position) for one in self.kinds]
+        first = 2 * sum(sizes[:kind]) + gear * sizes[kind]
+        return slice(first, first + sizes[kind])
+
+    def unworn(self) -> Wear:
+        """Return no wear."""
+        return tuple(np.zeros((2, len(kind.analysis.grid.position))) for kind in self.kinds)

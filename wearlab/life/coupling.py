@@ -1,0 +1,181 @@
+"""One wear state evaluated: contact analysis → steady responses → tooth forces → wear rate."""
+
+import time
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.dynamics.mesh_loads import backlash_of
+from wearlab.life.averaging import averaged_rate, scatter
+from wearlab.life.coupled import Account, Coupled, MeshKind
+from wearlab.life.limits import StopWear
+from wearlab.life.load import Forces, Load, still
+from wearlab.life.loads.static import Static
+from wearlab.life.state import KindState, Wear, WearState
+from wearlab.life.vibration import Responses, Vibration
+from wearlab.mesh.clock import repeated
+from wearlab.mesh.contact import Quasistatic
+from wearlab.mesh.excitation import Touching, mesh_force
+from wearlab.mesh.stiffness import SectionVanished
+from wearlab.wear.law import PreparedLaw
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Coupling(Coupled):
+    """Contact, dynamics and wear of a gear set, joined.
+
+    Parameters
+    ----------
+    kinds : the kinds of mesh
+    vibration : the dynamics, None: quasi-static
+    load : which force wears
+    account : where time and work are written down
+    """
+
+    vibration: Vibration | None
+    load: Load
+    account: Account = field(default_factory=Account)
+
+    def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
+        """Evaluate one wear state.
+
+        Parameters
+        ----------
+        wear : of every kind of mesh, each (2, n), (driving, driven) [m]
+        start : responses of a neighbouring state to start from
+
+        Raises
+        ------
+        StopWear
+            When the teeth can no longer bear: their section vanishes.
+        """
+        clock = time.perf_counter()
+        touching = [self._touching(kind, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
+        static = [one.analysis.quasistatic(one.nodes, one.analysis.at_nodes) for one in touching]
+        clock = self._spent("contact", clock)
+        self.account.counts["contact_analyses"] += 1
+        responses = self._respond(self.vibration, touching, start or None) if self.vibration else ()
+        forces = [
+            self._forces(kind, one, responses) if responses else still(one, state)
+            for kind, one, state in zip(self.kinds, touching, static, strict=True)
+        ]
+        clock = self._spent("dynamics", clock)
+        states, noises = [], [0.0]
+        for depth, one, state, kind, force in zip(wear, touching, static, self.kinds, forces, strict=True):
+            tooth_force = self.load.at_nodes(one, state, force)
+            rate = None if kind.law is None else _rate(kind, depth, force.weight, tooth_force)
+            if kind.law is not None and any(response.period == 0 for response in responses):
+                rate_of = partial(self._rate_of, kind.law, one, state, force, depth)
+                noises.append(scatter(rate_of, len(kind.meshes), force.periods))
+            states.append(
+                KindState(depth, one.nodes, state, one.series, force.weight, force.elastic, tooth_force, rate)
+            )
+        self._spent("wear", clock)
+        return WearState(tuple(states), responses, max(noises))
+
+    @property
+    def work(self) -> int:
+        """Right-hand sides evaluated so far."""
+        return self.account.counts["right_hand_sides"]
+
+    @property
+    def accounts(self) -> tuple[Account, ...]:
+        """Where time and work are written down."""
+        return (self.account,)
+
+    @property
+    def shared(self) -> tuple[Any, ...]:
+        """The moving system, its stages, and the contact analyses."""
+        moves = self.vibration
+        if moves is None:
+            return ()
+        return moves.system, moves.stages, moves.touching or moves.stages, *(k.analysis for k in self.kinds)
+
+    def wearing(self) -> "Coupling":
+        """Return what the wear rate needs of it: no response where the static force wears."""
+        return self if self.load.moving else replace(self, vibration=None)
+
+    def resting(self) -> "Coupling | None":
+        """Return what wears under the static load alone, None where it does so already."""
+        return replace(self, vibration=None, load=Static()) if self.load.moving else None
+
+    def touching(self, state: WearState) -> list[Touching]:
+        """Return the flanks of every kind of mesh in a wear state."""
+        return [
+            Touching(kind.analysis, one.nodes, one.fitted)
+            for kind, one in zip(self.kinds, state.kind, strict=True)
+        ]
+
+    def _touching(self, kind: MeshKind, depth: Array) -> Touching:
+        try:
+            nodes = kind.analysis.nodes(depth if kind.patch is None else kind.patch.felt(depth))
+        except SectionVanished as error:
+            raise StopWear(str(error)) from error
+        if self.vibration is None:
+            return Touching(kind.analysis, nodes, None)
+        return Touching(kind.analysis, nodes, self.vibration.excitation.prepare(kind.analysis, nodes))
+
+    def _rate_of(
+        self,
+        law: PreparedLaw,
+        one: Touching,
+        static: Quasistatic,
+        force: Forces,
+        depth: Array,
+        rows: NDArray[np.int64],
+    ) -> Array:
+        """Return the wear rate of some of the rows by themselves, (2, n) [m per cycle]."""
+        weight = force.weight[rows] / force.weight[rows].sum()
+        some = Forces(weight, force.elastic[rows], force.pair[rows])
+        return averaged_rate(law, weight, self.load.at_nodes(one, static, some), depth)
+
+    def _spent(self, stage: str, since: float) -> float:
+        now = time.perf_counter()
+        self.account.seconds[stage] += now - since
+        return now
+
+    def _respond(self, vibration: Vibration, touching: list[Touching], start: Responses | None) -> Responses:
+        responses = vibration.solve(touching, start)
+        self.account.counts["period_maps"] += sum(one.counts.period_maps for one in responses)
+        self.account.counts["right_hand_sides"] += sum(one.counts.right_hand_sides for one in responses)
+        return responses
+
+    def _forces(self, kind: MeshKind, one: Touching, responses: Responses) -> Forces:
+        """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle."""
+        vibration = self.vibration
+        assert vibration is not None
+        where = one.analysis.at_nodes
+        rows: list[Array] = []
+        weights: list[float] = []
+        counts: list[int] = []
+        for response in responses:
+            each = [
+                vibration.deflection(response, when)[0][:, mesh]
+                for mesh, when in zip(kind.meshes, kind.when, strict=True)
+            ]
+            periods = len(each[0])
+            rows += [row for found in each for row in found]
+            counts.append(periods)
+            weights += [1.0 / (len(responses) * periods * len(each))] * (periods * len(each))
+        backlash = backlash_of(vibration.system, int(kind.meshes[0]))
+        found = mesh_force(one, repeated(where, len(rows)), np.concatenate(rows), backlash)
+        shape = (len(rows), len(where.phase))
+        return Forces(
+            np.array(weights), found.elastic.reshape(shape), found.pair.reshape(*shape, -1), tuple(counts)
+        )
+
+
+def _rate(kind: MeshKind, depth: Array, weight: Array, tooth_force: Array) -> Array:
+    """Return the wear rate of the flanks of a kind of mesh, (2, n) [m per cycle]."""
+    law, patch = kind.law, kind.patch
+    assert law is not None
+    pointwise = averaged_rate(law, weight, tooth_force, depth)
+    if patch is None:
+        return pointwise
+    mean = tooth_force[0] if len(tooth_force) == 1 else weight @ tooth_force
+    return patch.rate(pointwise, depth, mean)

@@ -1,0 +1,132 @@
+"""Wear over cycles as it was found: the accepted states, the snapshots, and how it ended."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.life.jump import Jump
+from wearlab.life.limits import Snapshots
+from wearlab.life.step import Node, Step, crossing, depth_at
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Life:
+    """Wear over cycles.
+
+    Parameters
+    ----------
+    cycle : (m,) cycles of the accepted states, 0 first, the end last [1]
+    depth, rate : (m, n) wear depth [m] and wear rate [m per cycle] there
+    error : (m,) estimated local error of the step that led there, largest over the nodes [m]
+    accumulated_error : (m,) largest over the nodes of their signed sum, amplified where wear accelerates, and
+        by as far as it may have shifted a jump; and the root of the squares of what scatters [m]
+    snapshot_cycle : (k,) cycles of the snapshots reached, in order [1]
+    snapshot_depth : (k, n) depths there [m]
+    end_reason : "cycles", "depth", "no wear", "saw-tooth", "evaluation limit", "work limit", or why the
+        gears stopped
+    jumps : where the wear rate jumped to another branch
+    saw_tooth : whether steps beyond the stability limit left their mark
+    wave_growth : fastest growth of a wave of wear, where it is too fast to foresee its end; else 0 [1/cycle]
+    hurried : whether steps were as long as the work left paid for, and not as their errors ask
+    count_rate_evaluations, count_rejected : work done
+    steps : the accepted steps, whole where the limit is met inside the last
+    """
+
+    cycle: Array
+    depth: Array
+    rate: Array
+    error: Array
+    accumulated_error: Array
+    snapshot_cycle: Array
+    snapshot_depth: Array
+    end_reason: str
+    jumps: tuple[Jump, ...]
+    saw_tooth: bool
+    wave_growth: float
+    hurried: bool
+    count_rate_evaluations: int
+    count_rejected: int
+    steps: tuple[Step, ...] = ()
+
+    @property
+    def error_estimate_depth(self) -> float:
+        """Estimated error of the last depths, largest over the nodes [m]."""
+        return float(self.accumulated_error[-1])
+
+    @property
+    def error_estimate_life(self) -> float:
+        """Estimated error of the life: the depth error over the fastest wear at the end [1]."""
+        fastest = float(self.rate[-1].max(initial=0.0))
+        return self.error_estimate_depth / fastest if fastest > 0.0 else 0.0
+
+    @property
+    def worn_out(self) -> bool:
+        """Whether it ended at its depth limit."""
+        return self.end_reason == "depth"
+
+    @property
+    def count_steps(self) -> int:
+        """Accepted steps."""
+        return len(self.cycle) - 1
+
+    def updates(self, only_snapshots: bool = False) -> tuple[Array, Array]:
+        """Return the states to store: the first, the snapshots and the last; without snapshots all accepted.
+
+        Parameters
+        ----------
+        only_snapshots : whether snapshots were asked for, though the life may have reached none
+
+        Returns
+        -------
+        cycle : (u,) [1]
+        depth : (u, n) [m]
+        """
+        if not len(self.snapshot_cycle) and not only_snapshots:
+            return self.cycle, self.depth
+        inner = (self.snapshot_cycle > 0.0) & (self.snapshot_cycle < self.cycle[-1])
+        cycle = np.concatenate([self.cycle[:1], self.snapshot_cycle[inner], self.cycle[-1:]])
+        depth = np.concatenate([self.depth[:1], self.snapshot_depth[inner], self.depth[-1:]])
+        return cycle, depth
+
+
+def read_off(wanted: Snapshots, nodes: list[Node], curves: list[Step]) -> tuple[Array, Array]:
+    """Return the snapshots that a life reached, in order, read off the curve through its states.
+
+    Parameters
+    ----------
+    wanted : the snapshots asked for
+    nodes : the accepted states
+    curves : the steps between them, the last one whole where a limit is met inside it
+
+    Returns
+    -------
+    cycle : (k,) [1]
+    depth : (k, n) [m]
+    """
+    cycles = [float(cycle) for cycle in wanted.cycles if 0.0 <= cycle <= nodes[-1].cycle]
+    crossed = (_cycle_of(depth, wanted, nodes, curves) for depth in wanted.depths)
+    cycles = sorted(cycles + [cycle for cycle in crossed if cycle is not None])
+    depths = np.array([_depth_at(cycle, nodes, curves) for cycle in cycles])
+    return np.array(cycles), depths.reshape(-1, nodes[0].depth.size)
+
+
+def _cycle_of(depth: float, wanted: Snapshots, nodes: list[Node], curves: list[Step]) -> float | None:
+    if nodes[0].depth[wanted.flank].max() >= depth:
+        return 0.0
+    for step in curves:
+        if step.end.depth[wanted.flank].max() >= depth:
+            cycle = crossing(step, depth, wanted.flank)
+            return cycle if cycle <= nodes[-1].cycle else None
+    return None
+
+
+def _depth_at(cycle: float, nodes: list[Node], curves: list[Step]) -> Array:
+    for step, end in zip(curves, nodes[1:], strict=True):
+        if cycle == end.cycle:
+            return end.depth
+        if cycle < end.cycle:
+            return depth_at(step, cycle)
+    return nodes[0].depth if cycle == 0.0 else nodes[-1].depth
