@@ -44,7 +44,7 @@ def campaign(monkeypatch):
     current = {"campaign": sweep(3)}
     monkeypatch.setattr(working, "load_campaign", lambda file: current["campaign"])
     monkeypatch.setattr(working, "_refuse_the_impossible", lambda campaign: None)
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)
+    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
     original = wearlab.runner.run
 
     def run(*arguments, **options):

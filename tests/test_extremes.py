@@ -22,7 +22,7 @@ LONG = ("lives",)
     ids=lambda file: file.stem,
 )
 def test_every_extreme_case_ends_as_its_file_expects(file, tmp_path, monkeypatch):
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)  # in this process
+    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)  # in this process
     campaign = load(file)
     assert all(case.expect is not None and case.expect.verdict is not None for case in campaign.cases)
     store = Store(tmp_path / "store")

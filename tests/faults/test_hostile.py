@@ -24,7 +24,7 @@ from wearlab.store.runs import hash_of
 
 @pytest.fixture
 def store(tmp_path, monkeypatch):
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)
+    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
     with closing(Store(tmp_path / "store")) as made:
         wearlab.run(sweep(2), made, simulate=SIMULATE, progress=False)
         made.close()

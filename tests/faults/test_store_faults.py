@@ -19,7 +19,7 @@ from wearlab.store import Store, StoreError, database, memberships
 @pytest.fixture(autouse=True)
 def alone(monkeypatch):
     """Let several cases run in this process."""
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)
+    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
 
 
 @pytest.fixture

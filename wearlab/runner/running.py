@@ -103,8 +103,8 @@ def run(
                 alone = [task for task in tasks.values() if task.id not in needed]
                 first = {task.id: task for task in needed.values()}
                 what = f"{'cases and ' if alone else ''}{CALIBRATING}" if first else CASES
-                work.complete([*first.values(), *alone], cluster, what)
                 calibrated = [tasks[run_id] for run_id in needed]
+                work.complete([*first.values(), *alone], cluster, what, more=len(calibrated) > 1)
                 work.complete(with_calibrations(calibrated, needed, store), cluster)
         except KeyboardInterrupt:
             _tidy(store, presence.token, work)
@@ -166,13 +166,23 @@ class _Work:
         self.cluster: Cluster | None = None
         self.code = source_hash()
 
-    def complete(self, tasks: Sequence[Task], cluster: Callable[[], Cluster], what: str = CASES) -> None:
-        """Compute until every task is finished, here or by another process; ``what`` names them."""
+    def complete(
+        self, tasks: Sequence[Task], cluster: Callable[[], Cluster], what: str = CASES, more: bool = False
+    ) -> None:
+        """Compute until every task is finished, here or by another process.
+
+        Parameters
+        ----------
+        tasks : what is to be computed
+        cluster : starts worker processes
+        what : names the tasks
+        more : whether others follow for which workers are started anyway: a lone task is theirs too
+        """
         begun = False
         while left := self._left(tasks):
             here = [task for task, elsewhere in left if not elsewhere]
             if here and not begun:
-                self._begin(here, cluster)
+                self._begin(here, cluster, more)
                 self.bar.start(len(left), what)
                 begun = True
             before = len(self.finished)
@@ -181,9 +191,9 @@ class _Work:
                 self.bar.step(f"waiting for another process ({len(left)})")
                 time.sleep(POLL)
 
-    def _begin(self, tasks: Sequence[Task], cluster: Callable[[], Cluster]) -> None:
+    def _begin(self, tasks: Sequence[Task], cluster: Callable[[], Cluster], more: bool) -> None:
         scenes = [task.scene for task in tasks]
-        if len(tasks) == 1 and self.cluster is None:
+        if len(tasks) == 1 and not more and self.cluster is None:
             self.bar.step("compiling")
             warm_up(scenes, self.simulate)
             return

@@ -218,7 +218,7 @@ def _forces(
     for state, twin, further in zip(lived.samples.state, twins, worn, strict=True):
         worse = None if further is None else further.worse[block]
         if twin is not None and worse is not None:
-            errors, _ = force_errors(parts, twin.parts, (state, twin.state, worse), twin.weight)
+            errors = force_errors(parts, twin.parts, (state, twin.state, worse), twin.weight)
             known += [(twin.cycle, *errors)] if np.isfinite(errors.mesh) else []
     if not known:
         return ForcesOfStates(*np.full((3, len(lived.state)), np.nan))
