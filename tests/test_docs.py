@@ -84,8 +84,9 @@ def test_reference_pages_name_everything():
     from wearlab.figures import KINDS
     from wearlab.schema import VARIABLES
 
-    assert all(f"`{name}`" in pages.variables() for name in VARIABLES)
-    assert all(f"`{name}`" in pages.figures() for name in KINDS)
+    variables, kinds = pages.variables(), pages.figures()
+    assert all(f"`{name}`" in variables for name in VARIABLES)
+    assert all(f"`{name}`" in kinds for name in KINDS)
     told = pages.commands()
     assert all(f"\n## {one.name or one.callback.__name__}\n" in told for one in app.registered_commands)
     options = pages.options()

@@ -57,7 +57,7 @@ def test_two_workers_end_to_end(store, log):
     assert simulated(log) == {s: 1 for s in (0.0, 800.0, 900.0, 1000.0, 1100.0, 1200.0, 1300.0)}
     processes = {line.split()[1] for line in log.read_text().splitlines()}
     assert len(processes) == 2
-    (warm,) = Path(f"{log}.warm").read_text().splitlines()  # compiled once, for all scenes, on one worker
+    (warm,) = Path(f"{log}.warm").read_text().splitlines()  # the first part of all scenes
     assert warm.split()[0] == "7"
     assert warm.split()[1] in processes
     assert store.verify() == []

@@ -52,7 +52,7 @@ def test_an_unknown_simulation_is_a_failure():
 def test_warming_up_never_stops_the_work(capsys, monkeypatch, tmp_path):
     warm_up([Scene(log=str(tmp_path / "log"))], SIMULATE)
     assert (tmp_path / "log.warm").exists()
-    monkeypatch.setattr(fake_campaign, "warm_up", lambda scenes: 1 / 0)
+    monkeypatch.setattr(fake_campaign, "warm_up", lambda *given: 1 / 0)
     warm_up([Scene()], SIMULATE)
     monkeypatch.delattr(fake_campaign, "warm_up")
     warm_up([Scene()], SIMULATE)

@@ -131,9 +131,9 @@ def simulate(scene: Scene) -> xr.Dataset:
     return dataset(scene)
 
 
-def warm_up(scenes: list[Scene]) -> None:
+def warm_up(scenes: list[Scene], turn: int, workers: int) -> None:
     """Leave a trace beside the log, once; the first to do so dies of it where the scene says so."""
-    if scenes[0].log:
+    if scenes[0].log and turn == 0:
         trace = Path(scenes[0].log + ".warm")
         first = not trace.exists()
         with trace.open("a") as file:

@@ -15,7 +15,7 @@ from wearlab.runner.report import RunnerError
 from wearlab.runner.steady_clock import steady_dask
 from wearlab.runner.under_way import TOPIC, Keeping
 from wearlab.runner.waiting import result_of, wait_for_living, wait_looking
-from wearlab.runner.worker import Task, execute_all, prepare, warm_up
+from wearlab.runner.worker import Task, execute_all, warm_up
 from wearlab.sources import source_hash
 from wearlab.store.outcome import Outcome
 
@@ -48,14 +48,15 @@ class Cluster:
         return list(self.client.scheduler_info(n_workers=-1)["workers"])
 
     def warm_up(self, scenes: Sequence[Any]) -> None:
-        """Compile on one worker while the others import; then all find the compiled code on disk.
+        """Compile on all workers, each a part; then all find the compiled code on disk.
 
         Each is asked for by name, and nobody instead of it: what was asked of one that died is called off.
         """
         names = self.workers()
         asked = {}
-        for name, words in zip(names, [(warm_up, scenes), *[(prepare,)] * (len(names) - 1)], strict=False):
-            asked[self.client.submit(*words, self.simulate, workers=[name], pure=False)] = name
+        for turn, name in enumerate(names):
+            words = (scenes, self.simulate, turn, len(names))
+            asked[self.client.submit(warm_up, *words, workers=[name], pure=False)] = name
         wait_for_living(asked, self.workers)
 
     def compute(self, tasks: Sequence[Task], settle: Settle, keeping: Keeping | None = None) -> None:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 RESTAFF_SECONDS = 2.0
 LOST_SECONDS = 10  # after which a worker that was not replaced is given up, and another one started
 START_SECONDS = 120
+TOGETHER_SECONDS = 1.0  # that the first worker waits for the others: they share what is to be compiled
 EVENTS = 4  # of a topic that the scheduler remembers: checkpoints are large
 ONE_THREAD = {
     name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -113,6 +114,8 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
                 client = opened.enter_context(Client(cluster))
                 opened.enter_context(_staffed(cluster, size))
                 client.wait_for_workers(1, timeout=START_SECONDS)
+                with suppress(TimeoutError):
+                    client.wait_for_workers(size, timeout=TOGETHER_SECONDS)
                 _refuse_other_code(client)
             yield client
         except KeyboardInterrupt:  # busy workers would take seconds to say goodbye

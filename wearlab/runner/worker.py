@@ -87,24 +87,25 @@ def execute(task: Task, simulate: str = SIMULATE) -> Outcome:
     )
 
 
-def warm_up(scenes: Sequence[Any], simulate: str = SIMULATE) -> None:
+def warm_up(scenes: Sequence[Any], simulate: str = SIMULATE, turn: int = 0, workers: int = 1) -> None:
     """Compile what these scenes need, where the simulation offers it (``warm_up`` beside ``simulate``).
 
     Errors are left to the cases themselves, which report them.
+
+    Parameters
+    ----------
+    scenes : of the cases to come
+    simulate : ``module:function``, scene to dataset
+    turn, workers : this worker's place among those that compile, and their number
     """
     try:
         hook = getattr(import_module(simulate.partition(":")[0]), "warm_up", None)
         if hook is not None:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                hook(scenes)
+                hook(scenes, turn, workers)
     except Exception:
         traceback.print_exc()
-
-
-def prepare(simulate: str) -> None:
-    """Import the physics while another worker compiles it."""
-    import_module(simulate.partition(":")[0])
 
 
 def refusals() -> tuple[type[Exception], ...]:

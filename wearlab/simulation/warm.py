@@ -1,25 +1,50 @@
-"""Compile once, before workers start, what a set of scenes will call."""
+"""Compile once, before workers start, what a set of scenes will call; several workers share that."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
+from dataclasses import replace
 
 from wearlab.gears.errors import GearError
+from wearlab.life.coupling import Coupling
 from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 
 
-def warm_up(scenes: Iterable[Scene]) -> None:
+def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
     """Evaluate one wear state of every kind of scene, so that its kernels are compiled and cached on disk.
+
+    Most of what a moving pair compiles are two kernels, the orbit of touching flanks and the shooting at one
+    whose flanks part: two workers compile these beside each other.
 
     Parameters
     ----------
     scenes : scenes to come; those that need the same kernels are evaluated once
+    turn, workers : this worker's place among those that share the work, and their number
     """
-    for scene in {_kernels(scene): scene for scene in scenes}.values():
+    kinds = list({_kernels(scene): scene for scene in scenes}.values())
+    jobs: list[tuple[Callable[[Scene], None], Scene]] = [(_evaluate, scene) for scene in kinds]
+    if workers > 1:
+        moving = [scene for scene in kinds if scene.dynamics]
+        still = [scene for scene in kinds if not scene.dynamics]
+        jobs = [(job, scene) for scene in moving for job in (_evaluate, _evaluate_parting)]
+        jobs += [(_evaluate, scene) for scene in still]
+    for evaluate, scene in jobs[turn::workers]:
         with suppress(GearError, StopWear):
-            parts = build(scene)
-            parts.coupling.evaluate(parts.coupling.unworn())
+            evaluate(scene)
+
+
+def _evaluate(scene: Scene) -> None:
+    coupling = build(scene).coupling
+    coupling.evaluate(coupling.unworn())
+
+
+def _evaluate_parting(scene: Scene) -> None:
+    """Solve for flanks that may part, without looking for an orbit of touching ones first."""
+    coupling = build(scene).coupling
+    if isinstance(coupling, Coupling) and coupling.vibration and coupling.vibration.touching:
+        apart = replace(coupling.vibration, touching=None)
+        replace(coupling, vibration=apart).evaluate(coupling.unworn())
 
 
 def _kernels(scene: Scene) -> tuple[object, ...]:
