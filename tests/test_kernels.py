@@ -1,11 +1,13 @@
 """What holds for every compiled kernel."""
 
 import ast
+import gc
 from collections.abc import Iterator
 
 import numba
 import numpy as np
 import pytest
+from numba.core.event import trigger_event
 from numba.core.runtime import _nrt_python, rtsys
 
 from wearlab.compiled import jit, jit_inner
@@ -42,6 +44,20 @@ def test_only_kernels_that_make_arrays_call_those_that_return_one() -> None:
     for file, decorator, kernel in kernels():
         called = {ast.unparse(node.func) for node in ast.walk(kernel) if isinstance(node, ast.Call)}
         assert "allocates=True" in decorator or not called & array, f"{file}: {kernel.name}"
+
+
+@pytest.mark.parametrize("collects", [True, False])
+def test_no_garbage_is_looked_for_while_kernels_compile(collects: bool) -> None:
+    before = gc.isenabled()
+    (gc.enable if collects else gc.disable)()
+    try:
+        with trigger_event("numba:compile"):
+            with pytest.raises(ZeroDivisionError), trigger_event("numba:compile"):
+                raise ZeroDivisionError
+            assert not gc.isenabled()
+        assert gc.isenabled() == collects
+    finally:
+        (gc.enable if before else gc.disable)()
 
 
 @jit_inner

@@ -11,15 +11,15 @@ def test_a_short_separation_inside_one_step() -> None:
     pair = BenchmarkPair(double=1e4, single=1e4, mesh_damping=0.0, amplitude=0.0, backlash=1.0, ramp=0.0)
     system = pair.system()
     system = system._replace(
-        stiffness=np.zeros((3, 3)), damping=np.zeros((3, 3)), load=1800.0 * system.mass @ [0.0, 0.0, 1.0]
+        stiffness=1e-3 * np.eye(3), damping=np.zeros((3, 3)), load=1800.0 * system.mass @ [0.0, 0.0, 1.0]
     )
     # δ = 1 mm, approaching zero at 2 m/s while the load pushes back: separated between about 0.8 and 1.5 ms.
     start, duration = np.array([0.0, 0.0, 1e-3, 0.0, 0.0, -2.0]), 2.5e-3
 
     def rate(_: float, y: np.ndarray) -> np.ndarray:
         d = system.direction[0]
-        force = 1e4 * max(0.0, d @ y[:3])
-        return np.r_[y[3:], np.linalg.solve(system.mass, system.load - d * force)]
+        force = d * 1e4 * max(0.0, d @ y[:3]) + system.stiffness @ y[:3]
+        return np.r_[y[3:], np.linalg.solve(system.mass, system.load - force)]
 
     exact = solve_ivp(rate, (0.0, duration), start, method="DOP853", rtol=1e-11, atol=1e-14, max_step=1e-5)
     assert (exact.y[:3].T @ system.direction[0]).min() < -5e-5

@@ -15,7 +15,7 @@ SPEEDS = np.linspace(2300.0, 2660.0, 7) * RPM
 def mesh_at(pair: BenchmarkPair, constant: float | None = None, steps: int = 60) -> MeshAt:
     tables = pair.tables(pair.grid(steps))
     if constant is not None:
-        tables = tables._replace(stiffness=np.full_like(tables.stiffness, constant))
+        tables = tables._replace(stiffness=np.sign(tables.stiffness) * constant)
     return lambda speed: (pair.system(), tables, mesh_period(speed / RPM))
 
 

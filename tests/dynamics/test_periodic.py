@@ -19,7 +19,7 @@ def respond(pair: BenchmarkPair, rpm: float, steps: int = 300) -> tuple[StageGri
 
 
 def constant(tables: StageTables, stiffness: float) -> StageTables:
-    return tables._replace(stiffness=np.full_like(tables.stiffness, stiffness))
+    return tables._replace(stiffness=np.sign(tables.stiffness) * stiffness)
 
 
 def test_constant_mesh_carries_the_static_force_to_rounding() -> None:

@@ -66,4 +66,4 @@ def test_acceleration_is_the_derivative_of_velocity_and_one_sided(response: Resp
 def test_pair_forces_sum_to_the_drive_force(response: Response) -> None:
     forces = step_forces(response)
     np.testing.assert_allclose(forces.pair.sum(axis=-1), forces.elastic)
-    assert forces.pair.shape == (1, len(GRID.width), 2, 1, 1)
+    assert forces.pair.shape == (1, len(GRID.width), 2, 1, 2)
