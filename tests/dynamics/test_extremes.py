@@ -1,5 +1,6 @@
 """Largest and smallest mesh forces against SciPy's march from jump to jump of every mesh."""
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -12,6 +13,7 @@ from scipy.integrate import solve_ivp
 from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response, deflection_at
+from wearlab.dynamics.shooting import Shooting
 from wearlab.mesh.stages import stage_grid
 
 AMPLITUDE = 1e-6
@@ -68,3 +70,15 @@ def test_the_time_apart_is_that_of_dense_samples() -> None:
     apart = float(np.mean(delta <= 0.0))
     assert 0.2 < apart < 0.4
     assert extremes(response).separated == pytest.approx(apart, abs=1e-4)
+
+
+def test_extremes_over_several_periods_are_the_extremes_of_each_alone() -> None:
+    pair, period = BenchmarkPair(amplitude=6e-6), mesh_period(6000)
+    shooting = Shooting(pair.system(), pair.tables(pair.grid(40)), period)
+    _, path = shooting.march(np.zeros(shooting.rows), 12, 12)
+    whole = shooting.aperiodic(path, 0.0)
+    alone = [extremes(replace(whole, state=whole.state[[turn]])) for turn in range(12)]
+    found = extremes(whole)
+    np.testing.assert_allclose(found.largest, np.max([one.largest for one in alone], axis=0), rtol=1e-12)
+    np.testing.assert_allclose(found.least, np.min([one.least for one in alone], axis=0), atol=1e-9)
+    np.testing.assert_allclose(found.separated, np.mean([one.separated for one in alone], axis=0))

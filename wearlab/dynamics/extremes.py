@@ -5,6 +5,7 @@ too, lie between two steps, and both sides of each are among what is looked at. 
 smooth; the few steps that come nearest to an extreme are looked into closely.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -21,7 +22,7 @@ FRACTIONS = np.linspace(0.0, 1.0, 9)
 CLOSELY = np.linspace(0.0, 1.0, 129)
 """Where within the steps that come nearest to an extreme."""
 NEAREST = 6
-"""Steps of every mesh that are looked into closely, for the largest and for the smallest force."""
+"""Steps of every mesh that are looked into closely, of all periods, for the largest and for the smallest force."""
 AT_ONCE = 2_000_000
 """Values of a force that are held at once."""
 
@@ -66,22 +67,33 @@ def _over_periods(response: Response) -> Extremes:
 
 def _of_periods(response: Response, kept: slice) -> Extremes:
     forces, width = forces_within(response, FRACTIONS, kept), response.tables.width
-    low, high = forces.elastic.min(axis=(0, 1)), forces.elastic.max(axis=(0, 1))
-    nearest = min(NEAREST, len(width))
-    near = np.concatenate(
-        [
-            np.argpartition(-high, nearest - 1, axis=0)[:nearest],
-            np.argpartition(low, nearest - 1, axis=0)[:nearest],
-        ]
-    )
-    closely = forces_within(response, CLOSELY, kept, np.unique(near)).elastic
+    low, high = forces.elastic.min(axis=1), forces.elastic.max(axis=1)
+    closely = [
+        forces_within(response, CLOSELY, slice(kept.start + turn, kept.start + turn + 1), steps).elastic
+        for turn, steps in _nearest(low, high)
+    ]
     apart = _positive_share(forces.clearance).mean(axis=0)
-    over = (0, 1, 2)
     return Extremes(
-        np.minimum(low.min(axis=0), closely.min(axis=over)),
-        np.maximum(high.max(axis=0), closely.max(axis=over)),
+        np.min([low.min(axis=(0, 1)), *(one.min(axis=(0, 1, 2)) for one in closely)], axis=0),
+        np.max([high.max(axis=(0, 1)), *(one.max(axis=(0, 1, 2)) for one in closely)], axis=0),
         width @ apart / width.sum(),
     )
+
+
+def _nearest(low: Array, high: Array) -> Iterator[tuple[int, NDArray[np.int64]]]:
+    """Yield periods and the steps in them that come nearest to an extreme of any mesh.
+
+    Parameters
+    ----------
+    low, high : (n_periods, n_steps, n_mesh) least and largest force seen in each step [N]
+    """
+    steps, meshes = low.shape[1:]
+    nearest = min(NEAREST, low.shape[0] * steps)
+    one_after_another = np.stack([low, -high]).reshape(2, -1, meshes)
+    near = np.argpartition(one_after_another, nearest - 1, axis=1)[:, :nearest]
+    turn, step = np.divmod(np.unique(near), steps)
+    for own in np.unique(turn):
+        yield int(own), step[turn == own]
 
 
 def _positive_share(values: Array) -> Array:

@@ -142,10 +142,11 @@ def _loudest(lived: History, force: tuple[ForcesOfStates, ...] | None) -> float:
     """Return the largest estimated error of a mesh force over the largest force, of all conditions [1]."""
     found = [0.0]
     for block, errors in enumerate(force or ()):
-        states = lived.in_block(block).state
-        largest = [max(float(extremes(one).largest.max()) for one in state.responses) for state in states]
-        found += [error / size for error, size in zip(errors.mesh, largest, strict=True) if size > 0.0]
-    return float(np.nanmax(found))
+        for error, state in zip(errors.mesh, lived.in_block(block).state, strict=True):
+            if np.isfinite(error):
+                size = max(float(extremes(one).largest.max()) for one in state.responses)
+                found += [error / size] if size > 0.0 else []
+    return float(max(found))
 
 
 def _hardest(stage: Stage, state: WearState) -> float:
