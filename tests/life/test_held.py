@@ -15,7 +15,8 @@ RELAXES = 5e-6
 class Wavering:
     """Wear that evens out, with a drift beside the static rate; beyond a depth dear and noisy."""
 
-    def __init__(self, level, seed=1):
+    def __init__(self, level, seed=1, deep=DEEP):
+        self.deep = deep
         self.level, self.noise, self.work = level, 0.0, 0.0
         self.drawn = np.random.default_rng(seed)
         self.along = np.sin(np.linspace(0.0, 6.0, 30))
@@ -24,7 +25,7 @@ class Wavering:
         return RATE * np.maximum(0.0, 1.0 - (h - h.mean()) / RELAXES)
 
     def __call__(self, h):
-        deep = h.max() > DEEP
+        deep = h.max() > self.deep
         self.work += 100.0 if deep else 1.0
         self.noise = self.level * RATE if deep else 0.0
         rate = self.still(h) + 0.3 * RATE * self.along * h.mean() / DEPTH
@@ -86,3 +87,33 @@ def test_held_steps_converge_in_second_order_and_tell_more_than_their_error():
     one, half = np.abs(coarse - finest).max(), np.abs(fine - finest).max()
     assert one / half == pytest.approx(4.0, rel=0.25)
     assert one < np.abs(told).max()
+
+
+def test_a_step_that_runs_into_a_rough_stretch_is_taken_again_as_a_held_one(quiet):
+    """An ordinary first step of 2.7 µm in a stiff, noisy rate was accepted whole, wherever it led."""
+    life = evolve(Wavering(0.2, deep=0.0), np.zeros(30), limits=Limits(depth=DEPTH), most_work=2e5)
+    assert life.end_reason == "depth"
+    assert life.depth[1].max() < 0.1e-6
+    off = abs(life.cycle[-1] - quiet.cycle[-1])
+    assert off < min(0.01 * quiet.cycle[-1], life.error_estimate_life)
+
+
+class DearAtLast(Wavering):
+    """A rate that costs more than all the work left, beyond four fifths of the way."""
+
+    def __call__(self, h):
+        self.work += 1e6 if h.max() > 0.8 * DEPTH else 0.0
+        return super().__call__(h)
+
+
+def test_a_life_out_of_work_near_its_end_holds_what_the_motion_added_last(quiet):
+    """It ended by the limit on its work before, a fifth of its depth from the end."""
+    life = evolve(DearAtLast(0.1), np.zeros(30), limits=Limits(depth=DEPTH), most_work=2e4)
+    assert life.end_reason == "depth" and life.hurried
+    off = abs(life.cycle[-1] - quiet.cycle[-1])
+    assert off < min(0.05 * quiet.cycle[-1], life.error_estimate_life)
+
+
+def test_a_life_out_of_work_far_from_its_end_stops():
+    life = evolve(Wavering(0.0, deep=0.1 * DEPTH), np.zeros(30), limits=Limits(depth=DEPTH), most_work=300)
+    assert life.end_reason == "work limit" and life.cycle[-1] > 0.0

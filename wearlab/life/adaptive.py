@@ -16,7 +16,7 @@ follows the fastest wave.
 
 **Work.** Behind the schedule of the work it may do (:mod:`wearlab.life.schedule`) a march takes steps that
 the rest of it pays for, whatever the error test says, held ones like those through rough stretches;
-``hurried`` tells.
+``hurried`` tells. Once the work is used up, what the motion added last is held to the end, if that is near.
 """
 
 from dataclasses import dataclass
@@ -27,11 +27,12 @@ from numpy.typing import NDArray
 
 from wearlab.life import embedded
 from wearlab.life.counted import CountedRate, Rate
-from wearlab.life.held import held_step
+from wearlab.life.held import coasting_step, held_step
 from wearlab.life.jump import Jump, crosses_jump, locate
 from wearlab.life.known_spectrum import KnownSpectrum
+from wearlab.life.limits import OutOfEvaluations
 from wearlab.life.sawtooth import saws
-from wearlab.life.schedule import Schedule
+from wearlab.life.schedule import MOST_HURRIED, Schedule
 from wearlab.life.spectrum import random_direction
 from wearlab.life.step import Node, Step
 from wearlab.life.trial import LARGEST_GROWTH, Trial, fitting, try_fourth_order, try_stiff
@@ -57,7 +58,8 @@ LONG_WAY = 3.0
 WORTH = 1.25
 """Least step of RKC2 over the longest of the fourth-order method, which is far more exact."""
 RETRIED = 1.25
-"""Growth of what RKC2 is believed to manage, with every step without it: errors fade."""
+"""Growth of what RKC2 is believed to manage, with every step without it, and of a step that was lost though
+it was not to be cut: errors fade."""
 STRETCH = 1.1
 """Largest factor on a step that ends the way."""
 MOST_SEARCHES = 3
@@ -71,6 +73,8 @@ MOST_JUMPS = 6
 """Jumps that are located; in a life with more of them the rate counts as rough."""
 UNHEARD = 0.1
 """Noise of the rate, over the tolerance and the fastest rate at the start, that is none."""
+COASTED = 1.0
+"""Way left over the way made, on which a march goes on by the static rate alone once its work is used up."""
 FOLLOWED = 1.25
 """Largest ΔN ρ of a step that misses its error test: each wave is followed, and decays if it should."""
 
@@ -106,7 +110,7 @@ class AdaptiveStepper:
         self.schedule = Schedule(rate, node, scale)
         self.jumps = self.rejected = 0
         self.trying, self.most = 0.0, np.inf
-        self.next_size = self.stiff_size = np.inf
+        self.next_size = self.stiff_size = self.kept_up = np.inf
         self.last_ratio, self.last_order = 1.0, 4
 
     @property
@@ -120,7 +124,25 @@ class AdaptiveStepper:
         return 0.0 if self.known.foreseeable else self.known.wave_growth
 
     def advance(self, node: Node, largest: float) -> tuple[list[Step], Jump | None]:
-        """Return the accepted step from ``node``, at most ``largest`` cycles long, and any jump it met."""
+        """Return the accepted step from ``node``, at most ``largest`` cycles long, and any jump it met.
+
+        Raises
+        ------
+        OutOfEvaluations
+            When the work is used up too far from the end, or no static rate is known that would lead there.
+        """
+        memory = self.rate.remember()
+        try:
+            return self._advanced(node, largest)
+        except OutOfEvaluations:
+            if self.rate.still is None or largest > COASTED * node.cycle:
+                raise
+            self.rate.recall(memory)
+            self.schedule.hurried = True
+            size = min(largest, self.schedule.worn(node, MOST_HURRIED))
+            return [coasting_step(self.rate.still, node, size, self.known.amplitude)], None
+
+    def _advanced(self, node: Node, largest: float) -> tuple[list[Step], Jump | None]:
         memory, self.noise_before = self.rate.remember(), self.rate.noise
         dear = self.schedule.dear(self.rate)
         paid = self.schedule.paid_for(self.rate, node, largest, dear, self._stiffness())
@@ -138,8 +160,7 @@ class AdaptiveStepper:
             again = len(sizes) > 1
             suspicious = again and (tried.ratio > SUSPICIOUS or crosses_jump(sizes, changes))
             if self._is_rough():
-                self.most = np.inf
-                return [tried.accepted()], None
+                return [self._through_roughness(tried, largest, dear, memory)], None
             if tried.ratio > 1.0 and size <= floor and (paid or tried.follows):
                 self.schedule.hurried = self.schedule.hurried or not tried.follows
                 return [self._accepted(tried, rejected=True)], None
@@ -163,7 +184,9 @@ class AdaptiveStepper:
             if self.known.age > 0 and size * self.known.radius > LOOKED_AT:
                 self.known.look(self.rate, node, memory)
             fits = fitting(max(tried.ratio, LEAST_MISSED), tried.order)
-            cut = self._suited(max(size * fits, min(floor, size)), tried.order)
+            if size <= floor:  # lost even so: what is kept up is less, for some steps
+                self.kept_up = floor = size * fits
+            cut = self._suited(max(size * fits, floor if floor < size else 0.0), tried.order)
             size = self._bounded(cut, 0.5 * size if sawtooth else 0.95 * size)
 
     def shorten(self, size: float) -> None:
@@ -180,7 +203,8 @@ class AdaptiveStepper:
             self.next_size = self.schedule.worn(node)
         self.known.foresee(self.rate, node, left, self.tolerance)
         followed = 0.0 if self.known.foreseeable else FOLLOWED / self.known.radius
-        return max(min(self.schedule.worn(node), followed), paid)
+        self.kept_up *= RETRIED
+        return max(min(self.schedule.worn(node), followed, self.kept_up), paid)
 
     def _must_look(self, left: float) -> bool:
         """Whether it matters now to know the spectrum at least as well as it is known."""
@@ -223,6 +247,17 @@ class AdaptiveStepper:
 
     def _bounded(self, size: float, largest: float) -> float:
         return float(min(size, largest, self.known.reach))
+
+    def _through_roughness(self, tried: Trial, left: float, dear: float, memory: Any) -> Step:
+        """Return the step tried, or one that holds what the motion adds where the static rate is known."""
+        self.most = np.inf
+        if self.noise_before <= self.heard < self.rate.noise:
+            self.jumps += 1
+        if self.rate.still is None:
+            return tried.accepted()
+        self.rejected += 1
+        self.rate.recall(memory)
+        return self._held(tried.start, left, dear, self.rate.still)
 
     def _held(self, node: Node, left: float, dear: float, still: Rate) -> Step:
         """Return a step that holds what the motion adds to the static rate."""

@@ -60,3 +60,31 @@ def held_step(
     end = Node(node.cycle + size, depth, np.maximum(0.0, still(depth) + added_there))
     error, secant = depth - held, (depth - node.depth) / size
     return Step(node, end, (secant, secant), error, 1.0, None, float(np.abs(error).max(initial=0.0))), found
+
+
+def coasting_step(still: Rate, node: Node, size: float, amplitude: float) -> Step:
+    """Return a step of ``size`` cycles on which what the motion adds is as at its start, no dear rate asked.
+
+    Its error is all that the motion adds on the way: nothing tells how that changes.
+
+    Parameters
+    ----------
+    still : r₀(h) [m per cycle]
+    node, size, amplitude : as for :func:`held_step`
+    """
+    first = still(node.depth)
+    found = spectrum(still, node.depth, random_direction(first), amplitude=amplitude)
+    scheme = rkc.stages_for(size * RADIUS_SAFETY * found.radius)
+
+    def reached(added: Array) -> Array:
+        def following(depth: Array) -> Array:
+            return np.maximum(0.0, still(depth) + added)
+
+        return rkc.step(following, node.depth, following(node.depth), size, scheme)
+
+    added = node.rate - first
+    depth = reached(added)
+    error = np.abs(depth - reached(np.zeros_like(added)))
+    end = Node(node.cycle + size, depth, np.maximum(0.0, still(depth) + added))
+    secant = (depth - node.depth) / size
+    return Step(node, end, (secant, secant), error, 1.0, None)
