@@ -22,7 +22,7 @@ FRACTIONS = np.linspace(0.0, 1.0, 9)
 CLOSELY = np.linspace(0.0, 1.0, 129)
 """Where within the steps that come nearest to an extreme."""
 NEAREST = 6
-"""Steps of every mesh, of all periods, that are looked into closely for the largest and the smallest force."""
+"""Steps of every mesh, of all periods, that are looked into closely for its largest and smallest force."""
 AT_ONCE = 2_000_000
 """Values of a force that are held at once."""
 
