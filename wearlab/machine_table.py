@@ -86,8 +86,8 @@ class MachineTable:
             return mapped[quantity] if mapped[quantity] in self.columns else None
         known = NAMES.get(quantity, (quantity,))
         taken = set(mapped.values())
-        found = [n for n in self.names if n.lower().replace("-", " ") in known and n not in taken]
-        return found[0] if found else None
+        matching = [n for n in self.names if n.lower().replace("-", " ") in known and n not in taken]
+        return matching[0] if matching else None
 
 
 SAID_DECIMAL = {".": "point", ",": "comma"}
@@ -111,15 +111,15 @@ def machine_table(path: Path) -> MachineTable:
 def _table(path: Path, modified: int, size: int) -> MachineTable:
     text, encoding = decoded(read_regular(path, LARGEST))
     lines = text.splitlines()
-    found = [
+    readings = [
         t for s in SEPARATORS for d in ".," if (t := _read(lines, s, d, encoding)) is not None and s != d
     ]
-    if not found:
+    if not readings:
         raise MachineTableError(
             f"{path.name}: no table of at least {FEWEST_ROWS} rows of two numbers under a line of headers "
             "was found, with semicolon, tab, comma, bar or blanks between, and decimal point or comma"
         )
-    return max(found, key=lambda t: (sum(map(len, t.columns.values())), -t.left_out))
+    return max(readings, key=lambda t: (sum(map(len, t.columns.values())), -t.left_out))
 
 
 def decoded(raw: bytes) -> tuple[str, str]:
@@ -205,17 +205,17 @@ def _numbers(cells: Sequence[str], decimal: str) -> tuple[float, ...] | None:
     return tuple(map(float, plain)) if all(NUMBER.fullmatch(cell) for cell in plain) else None
 
 
-def _alike(one: Sequence[float] | None, other: Sequence[float] | None) -> bool:
-    return one is not None and other is not None and len(one) == len(other)
+def _alike(row: Sequence[float] | None, other: Sequence[float] | None) -> bool:
+    return row is not None and other is not None and len(row) == len(other)
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:
     """Return name and unit of a header such as ``Diameter [mm]``, ``d / mm`` or ``depth_um``."""
     plain = cell.strip().strip('"')
-    found = UNIT_IN_HEADER.fullmatch(plain)
-    unit = next((u for u in found.groups()[1:] if u is not None), "") if found else ""
-    if found and _is_unit(unit):
-        return found[1].strip(), unit.strip()
+    header = UNIT_IN_HEADER.fullmatch(plain)
+    unit = next((u for u in header.groups()[1:] if u is not None), "") if header else ""
+    if header and _is_unit(unit):
+        return header[1].strip(), unit.strip()
     tail = UNITS_BY_NAME.fullmatch(plain)
     return (tail[1], tail[2]) if tail else (plain, "")
 

@@ -35,13 +35,13 @@ def origin_of(name: str) -> tuple[str, str]:
     ----------
     name : a key of `wearlab.schema.VARIABLES`
     """
-    made_of = next((one.needs for one in RESULTS if one.name == name), ())
+    made_of = next((result.needs for result in RESULTS if result.name == name), ())
     if made_of:
         return origin_of(made_of[0])
     group, needs = "", ""
-    for one in VARIABLES:
-        group, needs = FIRST_OF.get(one, (group, needs))
-        if one == name:
+    for variable in VARIABLES:
+        group, needs = FIRST_OF.get(variable, (group, needs))
+        if variable == name:
             break
     else:
         raise KeyError(name)

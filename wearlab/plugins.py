@@ -97,7 +97,7 @@ def read(named: str) -> Plugin:
     """
     if named.endswith(".py"):
         return Plugin(Path(named).name, _text(Path(named), named))
-    known = {one.name: one.value.partition(":")[0] for one in entry_points(group=GROUP)}
+    known = {point.name: point.value.partition(":")[0] for point in entry_points(group=GROUP)}
     if named not in known:
         there = ", ".join(known) or "none"
         raise PluginError(f"{named!r} is no Python file and no entry point of {GROUP}; installed: {there}")
@@ -133,7 +133,7 @@ def use(named: Iterable[str]) -> tuple[Plugin, ...]:
     PluginError
         When one may not be run and nothing is known of it, or it cannot be run.
     """
-    trust, plugins = _TRUST.get() or Trust(), tuple(read(one) for one in named)
+    trust, plugins = _TRUST.get() or Trust(), tuple(read(path) for path in named)
     for plugin in plugins:
         if trust.runs:
             bring(plugin)
@@ -158,7 +158,7 @@ def bring(plugin: Plugin) -> None:
     if plugin.sha256 not in LOADED:
         before = brought()
         _run(plugin)
-        _BROUGHT[plugin.sha256] = [one for one in brought() if one not in before]
+        _BROUGHT[plugin.sha256] = [variant for variant in brought() if variant not in before]
         LOADED[plugin.sha256] = plugin
     for name, part in _BROUGHT[plugin.sha256]:
         part.slot.add(part, name)
@@ -193,7 +193,7 @@ def _run(plugin: Plugin) -> None:
 
 def brought() -> list[tuple[str, type[Variant]]]:
     """Return the variants of plug-ins that are known now, each with its name."""
-    every = [one for slot in Slot.all.values() for one in slot.known.items()]
+    every = [variant for slot in Slot.all.values() for variant in slot.known.items()]
     return [(name, part) for name, part in every if part.origin is not None]
 
 
@@ -235,33 +235,33 @@ def stand_in(text: str) -> None:
     try:
         record: Mapping[str, Any] = json.loads(text)
         with coming_from(Origin(str(record["name"]), str(record["sha256"]), runs=False)):
-            for one in record["variants"]:
-                _stand_in(one)
+            for variant in record["variants"]:
+                _stand_in(variant)
     except (KeyError, TypeError, ValueError) as error:
         raise PluginError(f"a plug-in's declaration cannot be read ({error!r})") from None
     changed()
 
 
-def _stand_in(one: Mapping[str, Any]) -> None:
-    slot = Slot.all[one["slot"]]
+def _stand_in(record: Mapping[str, Any]) -> None:
+    slot = Slot.all[record["slot"]]
     assert slot.base is not None
     fields: dict[str, Any] = {}
-    for key, said in one["options"].items():
+    for key, said in record["options"].items():
         if key in slot.base.model_fields:
             continue
-        kind = Literal[str(one["name"])] if key == slot.chooser else _kind(said)
-        default = ... if key in one["required"] else said.get("default")
+        kind = Literal[str(record["name"])] if key == slot.chooser else _kind(said)
+        default = ... if key in record["required"] else said.get("default")
         fields[key] = (
             kind if default is not None else kind | None,
             option(default, said.get("description", "")),
         )
-    create_model(str(one["class"]), __base__=slot.base, __doc__=one["doc"], **fields)
+    create_model(str(record["class"]), __base__=slot.base, __doc__=record["doc"], **fields)
 
 
 def _kind(said: Mapping[str, Any]) -> Any:
     """Return the type of an option from its JSON Schema."""
     if "anyOf" in said:
-        said = next(one for one in said["anyOf"] if one.get("type") != "null")
+        said = next(branch for branch in said["anyOf"] if branch.get("type") != "null")
     if "kind" in said:
         return options.measured(said["kind"])
     if "enum" in said:

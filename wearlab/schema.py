@@ -459,7 +459,7 @@ VARIABLES: dict[str, Variable] = {
     "count_steps_per_period": Variable((), "1", "1", "integration steps in one mesh period"),
     "steps_cycle": Variable(("step",), "1", "1", "cycle at the end of each accepted step"),
     # each in a file of its own
-    **{one.name: one.variable for one in RESULTS},
+    **{result.name: result.variable for result in RESULTS},
 }
 
 ON_REQUEST = (

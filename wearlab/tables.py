@@ -127,14 +127,14 @@ def _column(
     present = chosen or [name for name in known if table.meant(name, mapped) is not None]
     if asked is None and len(present) > 1:
         raise TableError(f"{file} has columns {' and '.join(present)}; say which with {key}")
-    found = asked if asked is not None else next(iter(present), None)
-    if found is None or table.meant(found, mapped) is None:
+    picked = asked if asked is not None else next(iter(present), None)
+    if picked is None or table.meant(picked, mapped) is None:
         raise TableError(
             f"{file}: columns are {', '.join(table.names)}; "
-            f"expected {found or ' or '.join(known)} for {key}, "
-            f'or name it: columns = {{ {found or known[0]} = "…" }} ({table.understood})'
+            f"expected {picked or ' or '.join(known)} for {key}, "
+            f'or name it: columns = {{ {picked or known[0]} = "…" }} ({table.understood})'
         )
-    return str(found)
+    return str(picked)
 
 
 DUTY = {"torque": "N*m", "speed": "rad/s"}
@@ -160,16 +160,16 @@ def duty_table(
     """
     if unknown := {*columns, *units} - {*DUTY, "share"}:
         raise TableError(f"{', '.join(sorted(unknown))}: expected torque, speed and share")
-    found = _columns(Path(file) if base is None else base / file)
+    read = _columns(Path(file) if base is None else base / file)
     each = {}
     for name in (*DUTY, "share"):
         header = columns.get(name, name)
-        if header not in found:
+        if header not in read:
             raise TableError(
-                f"{file}: columns are {', '.join(found)}; expected {header!r} for {name}, or name it "
+                f"{file}: columns are {', '.join(read)}; expected {header!r} for {name}, or name it "
                 "in columns"
             )
-        each[name] = list(found[header])
+        each[name] = list(read[header])
     torque, speed = (_in(each[name], units.get(name), DUTY[name], name) for name in DUTY)
     share = _times(each["share"], units.get("share", "1"))
     if min(torque) < 0.0 or min(speed) <= 0.0 or min(share) < 0.0 or sum(share) <= 0.0:
@@ -205,13 +205,13 @@ def named_texts(given: dict[str, Any], key: str, example: str) -> dict[str, str]
     ------
     TableError : it is something else
     """
-    found = given[key]
-    if not isinstance(found, dict):
-        raise TableError(f"{key}: {found!r} is no table: write {key} = {example}")
-    for column, text in found.items():
+    given_text = given[key]
+    if not isinstance(given_text, dict):
+        raise TableError(f"{key}: {given_text!r} is no table: write {key} = {example}")
+    for column, text in given_text.items():
         if not isinstance(text, str):
             raise TableError(f"{key}.{column}: {text!r} is no text: write {key} = {example}")
-    return found
+    return given_text
 
 
 def _stored(*columns: Any) -> bool:

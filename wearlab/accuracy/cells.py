@@ -84,7 +84,7 @@ def motion(
         np.repeat(0.5 * width, 2),
         np.repeat(segment, 2),
     )
-    grids = [one.analysis.grid for one in kinds]
+    grids = [kind.analysis.grid for kind in kinds]
     tables = stage_tables(kinds, stages(grids, given.meshes, given.edges, halves, friction), None)
     meshes, inverse = len(given.meshes), np.linalg.inv(system.mass)
     return Motion(

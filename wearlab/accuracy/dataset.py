@@ -31,30 +31,32 @@ RUNG = ("setting", "error", "run_time", "work", "run_time_warm")
 REACHED = ("time_to_error", "warm_time_to_error", "work_to_error")
 
 
-def dataset(title: str, found: Sequence[Study], begun: float) -> xr.Dataset:
+def dataset(title: str, studies: Sequence[Study], begun: float) -> xr.Dataset:
     """Return studies as a dataset with dimensions case, curve and rung; shorter ladders are padded with NaN.
 
     Parameters
     ----------
     title : of the campaign
-    found : the studies
+    studies : the studies
     begun : start of the run, seconds since the epoch [s]
     """
-    keys = list(dict.fromkeys((c.name, c.knob, c.quantity, c.role) for one in found for c in one.curves))
-    rungs = max((len(c.rungs) for one in found for c in one.curves), default=0)
+    keys = list(
+        dict.fromkeys((c.name, c.knob, c.quantity, c.role) for study in studies for c in study.curves)
+    )
+    rungs = max((len(c.rungs) for study in studies for c in study.curves), default=0)
     quantities = sorted({key[2] for key in keys})
-    shape = len(found), len(keys)
+    shape = len(studies), len(keys)
     by_rung: dict[str, Any] = {name: np.full((*shape, rungs), np.nan) for name in RUNG}
     order = np.full(shape, np.nan)
     reached: dict[str, Any] = {name: np.full((*shape, len(TARGETS)), np.nan) for name in REACHED}
-    apart = np.full((len(found), len(quantities)), np.nan)
-    for i, one in enumerate(found):
-        apart[i] = [one.disagreement.get(quantity, np.nan) for quantity in quantities]
-        for curve in one.curves:
+    apart = np.full((len(studies), len(quantities)), np.nan)
+    for i, study in enumerate(studies):
+        apart[i] = [study.disagreement.get(quantity, np.nan) for quantity in quantities]
+        for curve in study.curves:
             at = keys.index((curve.name, curve.knob, curve.quantity, curve.role))
             for name, values in zip(by_rung, zip(*curve.rungs, strict=True), strict=True):
                 by_rung[name][i, at, : len(values)] = values
-            order[i, at] = curve.order(one.uncertainty(curve.quantity))
+            order[i, at] = curve.order(study.uncertainty(curve.quantity))
             for k, error in enumerate(TARGETS):
                 reached["time_to_error"][i, at, k] = curve.seconds_to(error)
                 reached["warm_time_to_error"][i, at, k] = curve.seconds_to(error, warm=True)
@@ -65,35 +67,35 @@ def dataset(title: str, found: Sequence[Study], begun: float) -> xr.Dataset:
             "observed_order": (("case", "curve"), order),
             **{name: (("case", "curve", "requested_error"), values) for name, values in reached.items()},
             "reference_disagreement": (("case", "quantity_compared"), apart),
-            "largest_multiplier": (("case",), [one.multiplier for one in found]),
+            "largest_multiplier": (("case",), [study.multiplier for study in studies]),
         },
         coords={
-            "case": [one.label for one in found],
+            "case": [study.label for study in studies],
             "curve": [f"{name} ({knob}, {quantity})" for name, knob, quantity, _ in keys],
             "name": ("curve", [key[0] for key in keys]),
             "knob": ("curve", [key[1] for key in keys]),
             "quantity": ("curve", [key[2] for key in keys]),
             "role": ("curve", [key[3] for key in keys]),
-            "run_id": ("case", [one.scene.id for one in found]),
+            "run_id": ("case", [study.scene.id for study in studies]),
             "requested_error": list(TARGETS),
             "quantity_compared": quantities,
         },
     )
     for name, attributes in ATTRIBUTES.items():
         made[name].attrs = {"units": "1"} | attributes
-    made.attrs = _attributes(title, found, begun)
+    made.attrs = _attributes(title, studies, begun)
     return made
 
 
-def _attributes(title: str, found: Sequence[Study], begun: float) -> dict[str, str]:
-    made_by = provenance(found[0].scene, begun)
+def _attributes(title: str, studies: Sequence[Study], begun: float) -> dict[str, str]:
+    made_by = provenance(studies[0].scene, begun)
     kept = ("model_version", "source", "source_hash", "packages", "machine", "commit", "dirty")
     return {
         "Conventions": CONVENTIONS,
         "title": title,
         **{key: made_by[key] for key in kept if key in made_by},
         "peers_missing": ", ".join(missing_peers()),
-        "notes": "\n".join(f"{one.label}: {note}" for one in found for note in one.notes),
+        "notes": "\n".join(f"{study.label}: {note}" for study in studies for note in study.notes),
         "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),
     }
 

@@ -76,16 +76,16 @@ def _knob(
     The tolerance moves all the others, as it does in a run. What ends the life is exact, the other counts.
     """
     name = key.rpartition(".")[2]
-    found = []
+    cells = []
     for value in values:
         alone = name == "tolerance"
         turned = (scene if alone else _with(scene, finest)).replace(key, value)
         with suppress(GearError):  # so few steps are refused
-            found.append(
+            cells.append(
                 (float(value), lived(wearing(turned), Adaptive(), float(value) if alone else STEADY))
             )
     counts = "wear_depth" if wearing(scene).limits.depth is None else "life"
-    yield from (c for c in _both(name, name, "wearlab", found, truth) if c.quantity == counts)
+    yield from (c for c in _both(name, name, "wearlab", cells, truth) if c.quantity == counts)
 
 
 def _with(scene: Scene, values: dict[str, int]) -> Scene:
@@ -95,11 +95,11 @@ def _with(scene: Scene, values: dict[str, int]) -> Scene:
 
 
 def _both(
-    name: str, knob: str, role: str, found: list[tuple[float, TimedLife]], known: TimedLife, fixed: str = ""
+    name: str, knob: str, role: str, pairs: list[tuple[float, TimedLife]], known: TimedLife, fixed: str = ""
 ) -> Iterator[WorkPrecision]:
     for index, quantity in enumerate(("life", "wear_depth")):
         rungs = tuple(
-            Rung(setting, errors(one, known)[index], one.seconds, one.analyses) for setting, one in found
+            Rung(setting, errors(one, known)[index], one.seconds, one.analyses) for setting, one in pairs
         )
         if any(rung.error > ROUND_OFF for rung in rungs):
             yield WorkPrecision(name, knob, quantity, role, rungs, fixed)  # type: ignore[arg-type]

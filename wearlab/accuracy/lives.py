@@ -142,18 +142,18 @@ def second_life(problem: Wearing, end: float) -> TimedLife:
     )
 
 
-def errors(one: TimedLife, reference: TimedLife) -> tuple[float, float]:
+def errors(life: TimedLife, reference: TimedLife) -> tuple[float, float]:
     """Return the relative errors of the life and of the wear depth at its end [1].
 
     On other nodes only the deepest point of each flank is compared.
     """
-    mine, exact = one.depth, reference.depth
+    mine, exact = life.depth, reference.depth
     if mine.shape != exact.shape:
-        mine, exact = _deepest(one), _deepest(reference)
+        mine, exact = _deepest(life), _deepest(reference)
     depth = np.abs(mine - exact).max() / exact.max()
-    return abs(one.cycle / reference.cycle - 1.0), float(depth)
+    return abs(life.cycle / reference.cycle - 1.0), float(depth)
 
 
-def _deepest(one: TimedLife) -> Array:
+def _deepest(life: TimedLife) -> Array:
     """Return the largest wear depth of every flank [m]."""
-    return np.array([one.depth[one.flank == flank].max() for flank in np.unique(one.flank)])
+    return np.array([life.depth[life.flank == flank].max() for flank in np.unique(life.flank)])

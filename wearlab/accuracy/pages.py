@@ -60,13 +60,13 @@ class OfAxes(NamedTuple):
 
 def pages(made: xr.Dataset) -> dict[str, Plot]:
     """Return the figures that a dataset of studies gives, by the names of their files."""
-    found = {
+    charts = {
         "work-precision": _work_precision(made),
         "knobs": _knobs(made),
         "life": _lives(made),
         "life-time": _lives_in_time(made),
     }
-    return {file: plot for file, plot in found.items() if plot.panels}
+    return {file: plot for file, plot in charts.items() if plot.panels}
 
 
 def _plot(title: str, note: str, sides: Sequence[OfAxes]) -> Plot:
@@ -92,16 +92,16 @@ def _plot(title: str, note: str, sides: Sequence[OfAxes]) -> Plot:
 
 
 def _curves(side: OfAxes) -> list[Curve]:
-    found = []
+    curves = []
     for x, y, _, pen, order, ring in side.strokes:
-        found.append(Curve(x, y, pen, "line-points", f"{order:.1f}" if np.isfinite(order) else ""))
+        curves.append(Curve(x, y, pen, "line-points", f"{order:.1f}" if np.isfinite(order) else ""))
         if ring is not None:
-            found.append(Curve(np.array(ring[:1]), np.array(ring[1:]), pen, "published"))
+            curves.append(Curve(np.array(ring[:1]), np.array(ring[1:]), pen, "published"))
     if np.isfinite(side.unsure):
         every = np.concatenate([stroke.x for stroke in side.strokes])
         ends = np.array([every.min(), every.max()])
-        found.append(Curve(ends, np.full(2, side.unsure), Pen("#7a7a7a", ":"), "reference"))
-    return found
+        curves.append(Curve(ends, np.full(2, side.unsure), Pen("#7a7a7a", ":"), "reference"))
+    return curves
 
 
 def _work_precision(made: xr.Dataset) -> Plot:
@@ -201,9 +201,9 @@ def _unsure(made: xr.Dataset, case: int, quantity: str, strokes: Sequence[Stroke
     return unsure if 0.0 < finest < NEAR * unsure else float("nan")
 
 
-def _strokes(found: Iterable[Stroke]) -> tuple[Stroke, ...]:
+def _strokes(curves: Iterable[Stroke]) -> tuple[Stroke, ...]:
     """Return the curves that have points."""
-    return tuple(stroke for stroke in found if len(stroke.x))
+    return tuple(stroke for stroke in curves if len(stroke.x))
 
 
 def _stroke(made: xr.Dataset, case: int, curve: int, x: str, pen: Pen, factor: float = 1.0) -> Stroke:

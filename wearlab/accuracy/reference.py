@@ -101,10 +101,10 @@ def _steps(problem: Steady, rule: Callable[..., int], tolerance: float) -> int:
 
 def stiffest_meshes(problem: Steady) -> Array:
     """Return the largest stiffness of every mesh over a period, (n_mesh,) [N/m]."""
-    found = [
-        one.analysis.quasistatic(one.nodes, one.analysis.at_nodes).tangent.max() for one in problem.kinds
+    stiffness = [
+        kind.analysis.quasistatic(kind.nodes, kind.analysis.at_nodes).tangent.max() for kind in problem.kinds
     ]
-    return np.array([found[mesh.kind] for mesh in problem.parts.meshes])
+    return np.array([stiffness[mesh.kind] for mesh in problem.parts.meshes])
 
 
 def second_method(problem: Steady, given: Motion, response: Response) -> Array:
@@ -160,8 +160,8 @@ def over_periods(
         for segment in range(len(given.first_cell) - 1):
             low, high = given.breaks[segment], given.breaks[segment + 1]
             inside = np.flatnonzero((phases >= low - 1e-12) & (phases < high - 1e-12))
-            found, state = _over_segment(given, segment, state, phases[inside] * given.period, scale)
-            states[period, inside] = found
+            along, state = _over_segment(given, segment, state, phases[inside] * given.period, scale)
+            states[period, inside] = along
     return states, state
 
 
@@ -171,7 +171,7 @@ def _over_segment(
     cells = int(given.first_cell[segment]), int(given.first_cell[segment + 1])
     now, end = given.breaks[segment] * given.period, given.breaks[segment + 1] * given.period
     contact = approaches(now, state, given, *cells) > 0.0
-    found = np.empty((len(times), len(state)))
+    states = np.empty((len(times), len(state)))
     for _ in range(MOST_EVENTS):
         solution = solve_ivp(
             motion_held, (now, end), state, method="DOP853", args=(given, *cells, contact),
@@ -181,13 +181,13 @@ def _over_segment(
         reached = solution.t[-1]
         here = (times >= now - 1e-15) & (times <= reached)
         if here.any():
-            found[here] = solution.sol(times[here]).T
+            states[here] = solution.sol(times[here]).T
         now, state = reached, solution.y[:, -1]
         if solution.status != 1:
             break
         left = _agreement(now, state, given, cells, contact)
         contact = contact ^ (left <= max(0.0, float(left.min())))
-    return found, state
+    return states, state
 
 
 def _agreement(time: float, state: Array, given: Motion, cells: tuple[int, int], contact: Array) -> Array:

@@ -70,7 +70,7 @@ class Steady:
         parts, chosen = self.parts, method or self.vibration.method
         exact = isinstance(chosen, Periodic) and not in_registers(self.vibration.system)
         grid = stage_grid(parts.edges[:-1], steps, SIZES[0] if exact else 2)
-        grids, friction = [one.analysis.grid for one in self.kinds], build_friction(self.scene, parts.gears)
+        grids, friction = [kind.analysis.grid for kind in self.kinds], build_friction(self.scene, parts.gears)
         return replace(
             self.vibration,
             method=chosen,
@@ -89,10 +89,10 @@ class Steady:
         if self.vibration.touching is None:
             return self.with_steps(steps, Periodic())
         parts, marched = self.parts, self.with_steps(max(FEWEST, steps), Periodic())
-        analyses = [one.analysis for one in self.kinds]
+        analyses = [kind.analysis for kind in self.kinds]
         grid = few_steps(analyses, parts.meshes, parts.edges, steps, TABLE_MISSED, MOST_STEPS)
         assert grid is not None
-        grids, friction = [one.grid for one in analyses], build_friction(self.scene, parts.gears)
+        grids, friction = [analysis.grid for analysis in analyses], build_friction(self.scene, parts.gears)
         few = stages(grids, parts.meshes, parts.edges, grid, friction)
         return replace(marched, touching=few)
 
@@ -121,12 +121,12 @@ class Steady:
         -------
         (n_periods, n_mesh · n_phases) [N]
         """
-        found = []
+        forces = []
         for m, mesh in enumerate(self.parts.meshes):
-            one = self.kinds[mesh.kind]
-            where = look(one.analysis.grid, [mesh.lag], phase)
-            found.append(elastic_force(self.vibration.system, m, one, where, deflection[:, m]))
-        return np.concatenate(found, axis=1)
+            kind = self.kinds[mesh.kind]
+            where = look(kind.analysis.grid, [mesh.lag], phase)
+            forces.append(elastic_force(self.vibration.system, m, kind, where, deflection[:, m]))
+        return np.concatenate(forces, axis=1)
 
     def force_of_states(self, states: Array) -> Array:
         """Return the elastic mesh forces for states (n_periods, n_phases, 2n), as `force` does [N]."""

@@ -84,7 +84,7 @@ def _steps_rung(problem: Steady, known: Reference, vibration: Vibration) -> Rung
     both = response, problem.solve(vibration, near)
     return Rung(
         len(response.tables.width),
-        max(relative_error(problem.force_of(vibration, one), known.force) for one in both),
+        max(relative_error(problem.force_of(vibration, ladder), known.force) for ladder in both),
         timing(lambda: problem.solve(vibration)),
         response.counts.right_hand_sides,
         timing(lambda: problem.solve(vibration, near)),

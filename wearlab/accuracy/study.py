@@ -86,24 +86,24 @@ class AgainstPeer(NamedTuple):
     name: str
 
 
-def comparison(found: Study, error: float) -> AgainstPeer | None:
+def comparison(studies: Study, error: float) -> AgainstPeer | None:
     """Return ours against the fastest peer at one error; None without peers or out of reach."""
-    ours = next((c for c in found.of("wearlab", "mesh_force") if c.knob == "steps_per_period"), None)
-    times = [(c.seconds_to(error), c.name) for c in found.of("peer", "mesh_force")]
-    reached = [one for one in times if np.isfinite(one[0])]
+    ours = next((c for c in studies.of("wearlab", "mesh_force") if c.knob == "steps_per_period"), None)
+    times = [(c.seconds_to(error), c.name) for c in studies.of("peer", "mesh_force")]
+    reached = [time for time in times if np.isfinite(time[0])]
     if ours is None or not reached or not np.isfinite(ours.seconds_to(error)):
         return None
     return AgainstPeer(ours.seconds_to(error), *min(reached))
 
 
-def cheapest_setting(found: Study, quantity: str, error: float) -> tuple[WorkPrecision, Rung] | None:
+def cheapest_setting(studies: Study, quantity: str, error: float) -> tuple[WorkPrecision, Rung] | None:
     """Return the fastest of our own settings whose error of a quantity is small enough, None: there is none.
 
     The numerical knobs of the same scene are compared, not those that change what the answer converges to.
     """
     known = [
         (curve, rung)
-        for curve in found.curves
+        for curve in studies.curves
         if curve.role != "peer" and curve.quantity == quantity
         for rung in [curve.cheapest(error)]
         if rung is not None and curve.knob in ("steps_per_period", "relative", "cycle_tolerance", "threshold")
@@ -111,10 +111,10 @@ def cheapest_setting(found: Study, quantity: str, error: float) -> tuple[WorkPre
     return min(known, key=lambda pair: pair[1].seconds, default=None)
 
 
-def knob_settings(found: Study, quantity: str, error: float) -> dict[str, float]:
+def knob_settings(studies: Study, quantity: str, error: float) -> dict[str, float]:
     """Return for each of our knobs the cheapest setting that keeps a quantity within ``error``."""
     settings = {}
-    for curve in found.of("wearlab", quantity):
+    for curve in studies.of("wearlab", quantity):
         rung = curve.cheapest(error)
         if rung is not None:
             settings[curve.knob] = rung.setting

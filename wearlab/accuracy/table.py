@@ -19,40 +19,40 @@ CHEAPEST_HEADS = ("case", "quantity", "asked for", "cheapest", "error", "time", 
 REFERENCE_HEADS = ("case", "largest |multiplier|", "reference against second method")
 
 
-def curve_rows(found: Sequence[Study]) -> Rows:
+def curve_rows(studies: Sequence[Study]) -> Rows:
     """Return a row for every curve of every case."""
     return [
         (
-            one.label,
+            study.label,
             curve.quantity,
             curve.name,
             curve.knob,
-            _number(curve.order(one.uncertainty(curve.quantity)), ".2f"),
+            _number(curve.order(study.uncertainty(curve.quantity)), ".2f"),
             *(_milliseconds(curve.seconds_to(error)) for error in TARGETS),
             _milliseconds(curve.seconds_to(TARGETS[-1], warm=True)),
             _number(curve.work_to(TARGETS[0]), ".0f"),
         )
-        for one in found
-        for curve in one.curves
+        for study in studies
+        for curve in study.curves
     ]
 
 
-def peer_rows(found: Sequence[Study]) -> Rows:
+def peer_rows(studies: Sequence[Study]) -> Rows:
     """Return ours beside the fastest peer as users call it; no ratio: peers at their best are faster."""
     return [
-        (one.label, f"{error:.0e}", _milliseconds(c.ours), c.name, _milliseconds(c.peer))
+        (study.label, f"{error:.0e}", _milliseconds(c.ours), c.name, _milliseconds(c.peer))
         for error in TARGETS
-        for one in found
-        if (c := comparison(one, error)) is not None
+        for study in studies
+        if (c := comparison(study, error)) is not None
     ]
 
 
-def life_rows(found: Sequence[Study]) -> Rows:
+def life_rows(studies: Sequence[Study]) -> Rows:
     """Return the contact analyses of a life by adaptive steps and by Euler's, at equal errors."""
     rows: Rows = []
-    for one in found:
+    for study in studies:
         for quantity in ("life", "wear_depth"):
-            curves = {c.name: c for c in one.curves if c.quantity == quantity}
+            curves = {c.name: c for c in study.curves if c.quantity == quantity}
             if not {"adaptive", "Euler"} <= set(curves):
                 continue
             ours, euler = curves["adaptive"], curves["Euler"]
@@ -65,20 +65,20 @@ def life_rows(found: Sequence[Study]) -> Rows:
             for text, error, mine in targets:
                 theirs = euler.work_to(error)
                 row = (text, _number(mine, ".0f"), _number(theirs, ".0f"), _times(theirs / mine))
-                rows.append((one.label, quantity, *row))
+                rows.append((study.label, quantity, *row))
     return rows
 
 
-def cheapest_rows(found: Sequence[Study], error: float | None) -> Rows:
+def cheapest_rows(studies: Sequence[Study], error: float | None) -> Rows:
     """Return the cheapest setting for an error, by default each scene's ``numerics.tolerance``."""
     rows: Rows = []
-    for one in found:
-        asked = error or one.scene.numerics.tolerance
-        for quantity in dict.fromkeys(curve.quantity for curve in one.curves):
-            best = cheapest_setting(one, quantity, asked)
-            knobs = knob_settings(one, quantity, asked)
+    for study in studies:
+        asked = error or study.scene.numerics.tolerance
+        for quantity in dict.fromkeys(curve.quantity for curve in study.curves):
+            best = cheapest_setting(study, quantity, asked)
+            knobs = knob_settings(study, quantity, asked)
             if best is None and not knobs:
-                rows.append((one.label, quantity, f"{asked:.0e}", "none reaches it", "", "", ""))
+                rows.append((study.label, quantity, f"{asked:.0e}", "none reaches it", "", "", ""))
                 continue
             chosen = ("", "", "")
             if best is not None:
@@ -89,19 +89,19 @@ def cheapest_rows(found: Sequence[Study], error: float | None) -> Rows:
                     _milliseconds(rung.seconds),
                 )
             settings = ", ".join(f"{knob} {value:g}" for knob, value in knobs.items())
-            rows.append((one.label, quantity, f"{asked:.0e}", *chosen, settings))
+            rows.append((study.label, quantity, f"{asked:.0e}", *chosen, settings))
     return rows
 
 
-def reference_rows(found: Sequence[Study]) -> Rows:
+def reference_rows(studies: Sequence[Study]) -> Rows:
     """Return how well the second method agrees with each reference."""
     return [
         (
-            one.label,
-            _number(one.multiplier, ".4f"),
-            ", ".join(f"{quantity} {apart:.1e}" for quantity, apart in one.disagreement.items()),
+            study.label,
+            _number(study.multiplier, ".4f"),
+            ", ".join(f"{quantity} {apart:.1e}" for quantity, apart in study.disagreement.items()),
         )
-        for one in found
+        for study in studies
     ]
 
 

@@ -135,13 +135,13 @@ def _design(block: dict[str, Any], written: dict[str, tuple[Any, ...]], where: s
 
 def flat(table: dict[str, Any], above: str = "") -> dict[str, Any]:
     """Return dotted keys to lists or generators, however the file nested them."""
-    found: dict[str, Any] = {}
+    flattened: dict[str, Any] = {}
     for key, value in table.items():
         if isinstance(value, dict) and not any(word in value for word in (*GENERATORS, *DISTRIBUTIONS)):
-            found |= flat(value, f"{above}{key}.")
+            flattened |= flat(value, f"{above}{key}.")
         else:
-            found[f"{above}{key}"] = value
-    return found
+            flattened[f"{above}{key}"] = value
+    return flattened
 
 
 def _sampled(sample: Any, keys: dict[str, Any], where: str) -> dict[str, tuple[Any, ...]]:
@@ -277,7 +277,7 @@ def _others(
         words = key.split(".")
         names = ["_".join(words[-count:]) for count in range(1, len(words) + 1)]
         used = taken | RESERVED | set(named) | {name}
-        free = next((one for one in names if one not in used), None)
+        free = next((known_name for known_name in names if known_name not in used), None)
         if free is None:
             raise CampaignError([f"{where}.{key}: no free name for this coordinate"])
         if all(isinstance(value, str | bool | int | float) for value in written[key]):

@@ -38,17 +38,21 @@ def read_differences(blocks: Any, axes: tuple[Axis, ...]) -> tuple[Difference, .
     """
     if not isinstance(blocks, list) or not all(isinstance(block, dict) for block in blocks):
         raise CampaignError([f"case: {shown(blocks)} is no list of tables: write [[case]]"])
-    found = tuple(_difference(block, f"case[{number}]") for number, block in enumerate(blocks))
-    labels = [BASE, *(one.label for one in found)]
+    differences = tuple(_difference(block, f"case[{number}]") for number, block in enumerate(blocks))
+    labels = [BASE, *(difference.label for difference in differences)]
     for number, label in enumerate(labels[1:]):
         if label in labels[: number + 1]:
             taken = "is the file without its [[case]] blocks" if label == BASE else "stands twice"
             raise CampaignError([f"case[{number}].label: {label!r} {taken}: choose another"])
-    for number, one in enumerate(found):
-        swept = [key for axis in axes for key in axis.written if _sets(one.own, key)] if one.sweep else []
+    for number, difference in enumerate(differences):
+        swept = (
+            [key for axis in axes for key in axis.written if _sets(difference.own, key)]
+            if difference.sweep
+            else []
+        )
         if swept:
             raise CampaignError([f"case[{number}].{swept[0]}: is swept already, in a case with sweep = true"])
-    return found
+    return differences
 
 
 def _difference(block: dict[str, Any], where: str) -> Difference:
@@ -95,7 +99,7 @@ def expand(
     CampaignError
         With the problems of every scene that is not valid.
     """
-    swept = sum(one.sweep for one in differences) + 1
+    swept = sum(difference.sweep for difference in differences) + 1
     if (count := swept * prod(len(axis.values) for axis in axes)) > MOST_CASES:
         raise CampaignError([f"sweep: {swept} swept cases make {too_many(count)}"])
     cases: list[Case] = []
@@ -119,18 +123,18 @@ def _scenes(
 ) -> Iterator[tuple[str, dict[str, int], Table]]:
     if axes or not differences:
         yield from ((BASE, position, scene) for position, scene in _swept(table, axes))
-    for number, one in enumerate(differences):
+    for number, difference in enumerate(differences):
         reduced = table
-        for key in one.drop:
+        for key in difference.drop:
             try:
                 reduced = without(reduced, key)
             except DropError as error:
                 raise CampaignError([f"case[{number}].drop: {error}"]) from None
-        changed = merge(reduced, one.own)
-        if (expected := merged(reduced.get(EXPECT), one.own.get(EXPECT))) is not None:
+        changed = merge(reduced, difference.own)
+        if (expected := merged(reduced.get(EXPECT), difference.own.get(EXPECT))) is not None:
             changed[EXPECT] = expected
-        for position, scene in _swept(changed, axes if one.sweep else ()):
-            yield one.label, position, scene
+        for position, scene in _swept(changed, axes if difference.sweep else ()):
+            yield difference.label, position, scene
 
 
 def _swept(table: Table, axes: tuple[Axis, ...]) -> Iterator[tuple[dict[str, int], Table]]:

@@ -29,16 +29,16 @@ def read_correlations(given: Any, where: str) -> tuple[Correlation, ...]:
     """
     if not isinstance(given, list):
         raise CampaignError([f"{where}: {shown(given)} is no list of [key, key, ρ]"])
-    found = []
-    for number, one in enumerate(given):
-        fits = isinstance(one, list) and len(one) == 3 and all(isinstance(key, str) for key in one[:2])
-        rank = one[2] if fits else None
+    correlations = []
+    for number, block in enumerate(given):
+        fits = isinstance(block, list) and len(block) == 3 and all(isinstance(key, str) for key in block[:2])
+        rank = block[2] if fits else None
         if isinstance(rank, bool) or not isinstance(rank, int | float) or not -1.0 < rank < 1.0:
             raise CampaignError(
-                [f"{where}[{number}]: {shown(one)} is not [key, key, ρ] with ρ within −1 and 1"]
+                [f"{where}[{number}]: {shown(block)} is not [key, key, ρ] with ρ within −1 and 1"]
             )
-        found.append(Correlation(one[0], one[1], float(rank)))
-    return tuple(found)
+        correlations.append(Correlation(block[0], block[1], float(rank)))
+    return tuple(correlations)
 
 
 def coupled(
@@ -64,16 +64,16 @@ def coupled(
     from scipy.special import ndtr, ndtri
 
     matrix = np.eye(len(keys))
-    for number, one in enumerate(correlations):
-        for key in one[:2]:
+    for number, correlation in enumerate(correlations):
+        for key in correlation[:2]:
             if key not in keys:
                 raise CampaignError(
                     [f"{where}[{number}]: {key!r} is not drawn here; there are {', '.join(keys)}"]
                 )
-        i, j = keys.index(one.one), keys.index(one.other)
+        i, j = keys.index(correlation.one), keys.index(correlation.other)
         if i == j:
-            raise CampaignError([f"{where}[{number}]: {one.one!r} stands beside itself"])
-        matrix[i, j] = matrix[j, i] = 2.0 * sin(pi * one.rank / 6.0)
+            raise CampaignError([f"{where}[{number}]: {correlation.one!r} stands beside itself"])
+        matrix[i, j] = matrix[j, i] = 2.0 * sin(pi * correlation.rank / 6.0)
     try:
         lower = np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:
@@ -81,5 +81,5 @@ def coupled(
             [f"{where}: no inputs can be correlated like this: the ρ contradict each other"]
         ) from None
     uniform = np.clip(np.asarray(points), 2.0**-40, 1.0 - 2.0**-40)
-    found: list[list[float]] = ndtr(ndtri(uniform) @ lower.T).tolist()
-    return found
+    shares: list[list[float]] = ndtr(ndtri(uniform) @ lower.T).tolist()
+    return shares

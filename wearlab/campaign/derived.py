@@ -60,6 +60,6 @@ def _first_excited(scene: Scene) -> float | None:
     from wearlab.scene.build import build
     from wearlab.scene.build.modes import build_modes
 
-    found = build_modes(build(scene)).modes
-    excited = found.frequency[found.excited()]
+    modes = build_modes(build(scene)).modes
+    excited = modes.frequency[modes.excited()]
     return float(excited.min()) if excited.size else None

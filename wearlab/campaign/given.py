@@ -36,7 +36,7 @@ def campaign_of(given: Given) -> Campaign:
         case Mapping() | str() | PathLike():
             return load(given)  # type: ignore[arg-type]
         case Sequence():
-            scenes = [one for one in given if isinstance(one, Scene)]
+            scenes = [block for block in given if isinstance(block, Scene)]
             if not scenes or len(scenes) < len(given):
                 raise TypeError("a list of runs holds scenes only, and at least one")
             return _of_scenes(scenes)
@@ -54,17 +54,28 @@ def _of_scenes(scenes: Sequence[Scene]) -> Campaign:
 def _differences(scenes: Sequence[Scene]) -> dict[str, Coordinate]:
     """Return what differs between scenes, by as few last words of its key as make a free name."""
     tables = [dict(flat(scene.model_dump())) for scene in scenes]
-    keys = [key for key in tables[0] if all(isinstance(one.get(key), str | int | float) for one in tables)]
-    found: dict[str, Coordinate] = {}
+    keys = [
+        key
+        for key in tables[0]
+        if all(isinstance(given_table.get(key), str | int | float) for given_table in tables)
+    ]
+    differences: dict[str, Coordinate] = {}
     for key in keys:
         values = tuple(table[key] for table in tables)
         if len(set(values)) > 1:
             words = key.split(".")
             names = ("_".join(words[-count:]) for count in range(1, len(words) + 1))
-            name = next((one for one in names if one not in found and one not in RESERVED), None)
+            name = next(
+                (
+                    known_name
+                    for known_name in names
+                    if known_name not in differences and known_name not in RESERVED
+                ),
+                None,
+            )
             if name is not None:
-                found[name] = _shown(values, key)
-    return found
+                differences[name] = _shown(values, key)
+    return differences
 
 
 def _shown(values: tuple[Any, ...], key: str) -> Coordinate:

@@ -61,7 +61,7 @@ def inherit(file: Path, children: tuple[Path, ...] = ()) -> Inherited:
         When a file cannot be read, extends itself, or drops what is not there.
     """
     if file in children:
-        circle = " → ".join(one.name for one in (*children[children.index(file) :], file))
+        circle = " → ".join(name.name for name in (*children[children.index(file) :], file))
         raise CampaignError([f"{file}: extends: files extend each other in a circle: {circle}"])
     return _over_parents(_read(file), file, file.parent, (*children, file))
 

@@ -202,8 +202,8 @@ class _Plain(GenerateJsonSchema):
 
     def generate(self, schema: Any, mode: Any = "validation") -> JsonSchemaValue:
         """Return the schema of one table of a campaign file."""
-        found: dict[str, Any] = _plain(super().generate(schema, mode))
-        return found
+        document: dict[str, Any] = _plain(super().generate(schema, mode))
+        return document
 
 
 class _Whole(_Plain):
@@ -211,13 +211,13 @@ class _Whole(_Plain):
 
     def generate(self, schema: Any, mode: Any = "validation") -> JsonSchemaValue:
         """Return the schema of a campaign file."""
-        found = super().generate(schema, mode)
-        written = [{"required": found.pop("required")}, {"required": ["extends"]}]
+        document = super().generate(schema, mode)
+        written = [{"required": document.pop("required")}, {"required": ["extends"]}]
         return {
             "$schema": DIALECT,
             "title": "wearlab campaign",
             "sources": SOURCES,
-            **found,
+            **document,
             "anyOf": written,
         }
 

@@ -30,8 +30,8 @@ def modelled(model: type[Model], given: Any, where: str) -> Model:
         return model.model_validate(given)
     except ValidationError as error:
         faults: dict[str, list[dict[str, Any]]] = {}
-        for one in error.errors():
-            faults.setdefault(str(one["loc"][0]) if one["loc"] else "", []).append(dict(one))
+        for problem in error.errors():
+            faults.setdefault(str(problem["loc"][0]) if problem["loc"] else "", []).append(dict(problem))
         raise CampaignError(
             _line(key, errors, given, model, where) for key, errors in faults.items()
         ) from None
@@ -53,10 +53,11 @@ def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseMo
     meaning = model.model_fields[key].description
     if error["type"] == "missing":
         return f"{where}.{key}: required: {meaning}"
-    if any(one["type"] not in EXPECTED for one in errors):
+    if any(problem["type"] not in EXPECTED for problem in errors):
         said = str(error["msg"])
         return f"{where}.{key}: {shown(given[key])}: {said[:1].lower()}{said[1:]}: {meaning}"
-    return f"{where}.{key}: {shown(given[key])} is {not_of_kind(one['type'] for one in errors)}: {meaning}"
+    wrong = not_of_kind(problem["type"] for problem in errors)
+    return f"{where}.{key}: {shown(given[key])} is {wrong}: {meaning}"
 
 
 def _header(where: str) -> str:

@@ -19,4 +19,4 @@ def _plain(value: Any) -> Any:
         return fspath(value)
     if hasattr(value, "tolist"):  # an array, or one of its numbers
         value = value.tolist()
-    return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
+    return [_plain(element) for element in value] if isinstance(value, list | tuple) else value

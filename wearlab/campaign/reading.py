@@ -138,7 +138,7 @@ def _read(inherited: Inherited, file: Path | None) -> Campaign:
 
 def _plugins(named: Any) -> tuple[Plugin, ...]:
     """Make the file's own variants known, before anything of it is read."""
-    if not isinstance(named, list) or not all(isinstance(one, str) for one in named):
+    if not isinstance(named, list) or not all(isinstance(file, str) for file in named):
         raise CampaignError([f"{PLUGINS}: {shown(named)} is no list of Python files or entry points"])
     try:
         return use(named)
@@ -176,7 +176,7 @@ def _text(table: Table, key: str) -> str:
 
 def _metadata(given: Any) -> dict[str, str]:
     told = modelled(Metadata, given, "metadata").model_dump(exclude_none=True)
-    return {key: one if isinstance(one, str) else "; ".join(one) for key, one in told.items()}
+    return {key: value if isinstance(value, str) else "; ".join(value) for key, value in told.items()}
 
 
 def _figures(blocks: Any) -> tuple[FigureSpec, ...]:

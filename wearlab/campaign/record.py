@@ -48,7 +48,10 @@ def to_record(campaign: Campaign) -> dict[str, Any]:
 
 
 def _axis(axis: Axis) -> dict[str, Any]:
-    beside = {n: [list(one.values), one.units, one.key] for n, one in axis.coordinates.items()}
+    beside = {
+        n: [list(coordinate.values), coordinate.units, coordinate.key]
+        for n, coordinate in axis.coordinates.items()
+    }
     return {
         "name": axis.name,
         "values": list(axis.values),
@@ -68,20 +71,20 @@ def from_record(record: Mapping[str, Any]) -> RecordedCampaign:
     try:
         if record["format"] != FORMAT:
             raise ValueError(f"record of format {record['format']!r}, this wearlab reads {FORMAT}")
-        axes = tuple(_read_axis(one) for one in record["axes"])
-        cases = tuple(_read_case(one, axes) for one in record["cases"])
+        axes = tuple(_read_axis(axis) for axis in record["axes"])
+        cases = tuple(_read_case(case, axes) for case in record["cases"])
         return RecordedCampaign(str(record["title"]), record["reference"], cases, axes)
     except (KeyError, TypeError, IndexError, AttributeError) as error:
         raise ValueError(f"not the record of a campaign ({error!r})") from None
 
 
-def _read_axis(one: Mapping[str, Any]) -> Axis:
-    beside = {str(n): Coordinate(tuple(v), units, str(key)) for n, (v, units, key) in one["beside"].items()}
-    return Axis(str(one["name"]), tuple(one["values"]), one["units"], str(one["key"]), beside)
+def _read_axis(block: Mapping[str, Any]) -> Axis:
+    beside = {str(n): Coordinate(tuple(v), units, str(key)) for n, (v, units, key) in block["beside"].items()}
+    return Axis(str(block["name"]), tuple(block["values"]), block["units"], str(block["key"]), beside)
 
 
-def _read_case(one: list[Any], axes: tuple[Axis, ...]) -> RecordedCase:
-    run_id, label, places = one
+def _read_case(block: list[Any], axes: tuple[Axis, ...]) -> RecordedCase:
+    run_id, label, places = block
     position = {axis.name: int(i) for axis, i in zip(axes, places, strict=True) if i is not None}
     for axis in axes:
         if not 0 <= position.get(axis.name, 0) < len(axis.values):

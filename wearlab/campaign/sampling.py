@@ -73,8 +73,8 @@ def draw(sample: Sample, distributions: dict[str, Distribution], where: str) -> 
     if sample.correlation:
         points = coupled(points, sample.correlation, list(distributions), f"{where}.sample.correlation")
     return {
-        key: tuple(written(one.at(point[column]), one.unit) for point in points)
-        for column, (key, one) in enumerate(distributions.items())
+        key: tuple(written(distribution.at(point[column]), distribution.unit) for point in points)
+        for column, (key, distribution) in enumerate(distributions.items())
     }
 
 

@@ -42,7 +42,7 @@ def _campaign(given: Any, read: Reader) -> Campaign:
         raise CampaignError([f"start.campaign: {shown(given)} is no campaign file"])
     file = Path(given).expanduser().resolve()
     if file in _under_way or len(_under_way) > DEEPEST:
-        circle = " → ".join(one.name for one in (*_under_way, file))
+        circle = " → ".join(path.name for path in (*_under_way, file))
         raise CampaignError([f"start.campaign: campaigns continue each other in a circle: {circle}"])
     _under_way.append(file)
     try:
@@ -63,17 +63,17 @@ def _selected(campaign: Campaign, select: Any) -> Case:
             )
     wanted = {key: _index(axes[key], value) for key, value in select.items() if key != "case"}
     label = select.get("case", campaign.cases[0].label)
-    found = {
+    selected = {
         case.id: case
         for case in campaign.cases
         if case.label == label and all(case.position.get(name, at) == at for name, at in wanted.items())
     }
-    if len(found) != 1:
+    if len(selected) != 1:
         raise CampaignError(
-            [f"start.select: {shown(select)} means {len(found)} runs of {campaign.title!r}; name one: "
+            [f"start.select: {shown(select)} means {len(selected)} runs of {campaign.title!r}; name one: "
              f"{', '.join(valid)}"]
         )  # fmt: skip
-    return next(iter(found.values()))
+    return next(iter(selected.values()))
 
 
 def _index(axis: Axis, wanted: Any) -> int:

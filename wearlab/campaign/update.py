@@ -66,7 +66,9 @@ def read_update(given: Any) -> UpdateSpec:
         for key, value, least in (("draws", spec.draws, 1), ("seed", spec.seed, 0)):
             if not least <= value <= (MOST_DRAWS if key == "draws" else 2**63):
                 problems.append(f"{SECTION}.{key}: {value} is no whole number from {least} on, or too many")
-        if spec.discrepancy != "none" and not any(one and one.error.drift is not None for one in data):
+        if spec.discrepancy != "none" and not any(
+            each_block and each_block.error.drift is not None for each_block in data
+        ):
             problems.append(
                 f"{SECTION}.discrepancy: {spec.discrepancy!r} needs error.drift in the data whose quantity "
                 "strays: a value with its unit, or a distribution"
@@ -84,9 +86,9 @@ def refuse_strange_unknowns(spec: UpdateSpec, scenes: Sequence[Scene], labels: S
     CampaignError : with one line each
     """
     problems = []
-    for key, one in spec.unknown.items():
+    for key, prior in spec.unknown.items():
         try:
-            scenes[0].replace(key, written(one.at(0.5), one.unit))
+            scenes[0].replace(key, written(prior.at(0.5), prior.unit))
         except SceneError as error:
             problems += [f"{SECTION}.unknown.{key}: {line}" for line in error.problems]
     for data in spec.data:
@@ -112,12 +114,12 @@ def _unknown(given: Any) -> dict[str, Distribution]:
         raise CampaignError(
             [f'{where}: required: what is not known, such as "wear.coefficient.factor" = {{lognormal = …}}']
         )
-    found = {}
+    priors = {}
     for key, value in flat(given).items():
         if not is_distribution(value):
             raise CampaignError([f"{where}.{key}: {shown(value)} is no distribution to be known better"])
-        found[key] = read_distribution(value, f"{where}.{key}")
-    return found
+        priors[key] = read_distribution(value, f"{where}.{key}")
+    return priors
 
 
 def _limit(given: Any) -> Limit | None:
@@ -157,7 +159,7 @@ def _data(given: Any, number: int) -> Data:
     columns = modelled(Columns, own.get("columns"), f"{where}.columns")
     modelled(ErrorBlock, own.get("error"), f"{where}.error")
     block = modelled(DataBlock, given, where)
-    known = [*(name for name, one in VARIABLES.items() if "update" in one.dims), THICKNESS]
+    known = [*(name for name, variable in VARIABLES.items() if "update" in variable.dims), THICKNESS]
     if block.quantity not in known:
         near = get_close_matches(block.quantity, known, 1)
         remedy = f", did you mean {near[0]!r}?" if near else "; `wearlab variables` lists what is stored"
@@ -214,13 +216,13 @@ def _spread(given: Any, unit: str, where: str) -> float | Distribution | None:
         return _positive(given, unit, where)
     if not is_distribution(given):
         raise CampaignError([f"{where}: {shown(given)} is neither a value nor a distribution"])
-    found = read_distribution(given, where)
-    if found.below(0.0) > 0.0:
+    spread = read_distribution(given, where)
+    if spread.below(0.0) > 0.0:
         raise CampaignError([f"{where}: is negative at times; truncate it, or take a log-normal"])
-    scale = _scale(found.unit, unit, where)
+    scale = _scale(spread.unit, unit, where)
     if scale is None:
         raise CampaignError([f"{where}: its values need the quantity's unit"])
-    return found
+    return spread
 
 
 def _scale(own: str | None, unit: str, where: str) -> float | None:

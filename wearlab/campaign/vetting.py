@@ -13,10 +13,10 @@ CHAIN = re.compile(rf"(?:^|[{{,])[ \t\[]*+(?:{WORD}[ \t]*+\.[ \t]*+){{{DEEPEST}}
 
 def too_deep(text: str) -> str | None:
     """Return why a text is not given to the TOML reader, which takes long over long dotted keys."""
-    found = CHAIN.search(text)
-    if found is None:
+    chain = CHAIN.search(text)
+    if chain is None:
         return None
-    line = text.count("\n", 0, found.start()) + 1
+    line = text.count("\n", 0, chain.start()) + 1
     return f"line {line}: a key of more than {DEEPEST} parts"
 
 

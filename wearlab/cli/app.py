@@ -30,8 +30,8 @@ TRUST = "--plugins"
 
 def _register() -> None:
     """Import every file of ``commands``; everything heavy is imported by the command that needs it."""
-    found = {module.name for module in pkgutil.iter_modules(commands.__path__)}
-    for name in [*FIRST, *sorted(found.difference(FIRST))]:
+    modules = {module.name for module in pkgutil.iter_modules(commands.__path__)}
+    for name in [*FIRST, *sorted(modules.difference(FIRST))]:
         import_module(f"{commands.__name__}.{name}")
 
 

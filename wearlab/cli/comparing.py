@@ -39,12 +39,12 @@ def compare_two(
         raise Stop(f"--figure {files[1]}: a figure ends in .png, .svg or .pdf")
     with refusing(*REFUSALS, CompareError):
         left, right = _meant(a, store), _meant(b, store)
-        found = compare(left, right, on=on, tolerance=tolerance, store=store)  # type: ignore[arg-type]
-    written = _write(found, *files)
+        comparison = compare(left, right, on=on, tolerance=tolerance, store=store)  # type: ignore[arg-type]
+    written = _write(comparison, *files)
     if as_json:
-        show_json(_content(found, written))
+        show_json(_content(comparison, written))
     else:
-        _tell(found, written)
+        _tell(comparison, written)
     return Status.WELL
 
 
@@ -59,7 +59,7 @@ def _meant(word: str, store: "Store") -> Any:
     return store.find(word).id
 
 
-def _write(found: "xr.Dataset", data: Path | None, figure: Path | None) -> list[str]:
+def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> list[str]:
     from wearlab.report.comparison import comparison_figure
     from wearlab.store.files import write_whole
     from wearlab.store.image import to_image
@@ -67,15 +67,15 @@ def _write(found: "xr.Dataset", data: Path | None, figure: Path | None) -> list[
     written = []
     with refusing(*REFUSALS, OSError):
         if data is not None:
-            write_whole(data, to_image(found)[0])
+            write_whole(data, to_image(comparison)[0])
             written.append(str(data))
         if figure is not None:
-            write_whole(figure, comparison_figure(found, _ending(figure)))
+            write_whole(figure, comparison_figure(comparison, _ending(figure)))
             written.append(str(figure))
     return written
 
 
-def _tell(found: "xr.Dataset", written: list[str]) -> None:
+def _tell(comparison: "xr.Dataset", written: list[str]) -> None:
     from wearlab.comparison.table import (
         PAIR_HEADS,
         QUANTITY_HEADS,
@@ -85,74 +85,75 @@ def _tell(found: "xr.Dataset", written: list[str]) -> None:
         scene_rows,
     )
 
-    campaigns = "pair" in found.dims
-    names = (found.attrs["campaign_a"], found.attrs["campaign_b"]) if campaigns else (
-        found.attrs["run_a"], found.attrs["run_b"])  # fmt: skip
+    campaigns = "pair" in comparison.dims
+    names = (comparison.attrs["campaign_a"], comparison.attrs["campaign_b"]) if campaigns else (
+        comparison.attrs["run_a"], comparison.attrs["run_b"])  # fmt: skip
     say(f"A  {names[0]}\nB  {names[1]}\n")
-    rows = scene_rows(found)
+    rows = scene_rows(comparison)
     if rows:
         title = "Asked differently, in every pair" if campaigns else "Asked differently"
         show_table(SCENE_HEADS, rows, title=title)
     else:
         say("No key of the scenes differs" + (" in every pair" if campaigns else ""))
     say()
-    title = (
-        f"At the same {found.attrs['aligned_on'].replace('_', ' ')}, tolerance {found.attrs['tolerance']:g}"
-    )
+    along = comparison.attrs["aligned_on"].replace("_", " ")
+    title = f"At the same {along}, tolerance {comparison.attrs['tolerance']:g}"
     if campaigns:
-        show_table(PAIR_HEADS, pair_rows(found), title=title)
+        show_table(PAIR_HEADS, pair_rows(comparison), title=title)
         for side in ("a", "b"):
-            left = _list(found, f"only_{side}")
+            left = _list(comparison, f"only_{side}")
             if left:
                 say(f"\nonly in {side.upper()}: {'; '.join(left)}")
     else:
-        show_table(QUANTITY_HEADS, quantity_rows(found), title=title)
-        _tell_first(found)
+        show_table(QUANTITY_HEADS, quantity_rows(comparison), title=title)
+        _tell_first(comparison)
     for path in written:
         say(path)
 
 
-def _tell_first(found: "xr.Dataset") -> None:
+def _tell_first(comparison: "xr.Dataset") -> None:
     import numpy as np
 
     from wearlab.comparison.table import QUANTITY_HEADS, quantity_rows
 
-    first = found["first_difference"].values
+    first = comparison["first_difference"].values
     if not np.isfinite(first).any():
         say("\nNowhere do they differ by more than the tolerance.")
         return
-    row = quantity_rows(found)[int(np.nanargmin(first))]
+    row = quantity_rows(comparison)[int(np.nanargmin(first))]
     where = row[QUANTITY_HEADS.index("first above tolerance")]
     say(f"\nThey first differ by more than the tolerance at {where}: {row[0]}.")
 
 
-def _content(found: "xr.Dataset", written: list[str]) -> dict[str, Any]:
+def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:
     import json
 
     from wearlab.store.image import plain
 
-    attributes = {key: value for key, value in found.attrs.items() if not key.startswith(("only_", "scene_"))}
+    attributes = {
+        key: value for key, value in comparison.attrs.items() if not key.startswith(("only_", "scene_"))
+    }
     content: dict[str, Any] = {
         **attributes,
-        "scene_differences": json.loads(found.attrs["scene_differences"]),
-        "quantities": found["quantity"].values.tolist(),
-        "largest_relative_difference": plain(found["largest_relative_difference"].values),
-        "first_difference": plain(found["first_difference"].values),
+        "scene_differences": json.loads(comparison.attrs["scene_differences"]),
+        "quantities": comparison["quantity"].values.tolist(),
+        "largest_relative_difference": plain(comparison["largest_relative_difference"].values),
+        "first_difference": plain(comparison["first_difference"].values),
     }
     for name in ("life", "service_life", "relative_difference", "largest_value"):
-        if name in found:
-            content[name] = plain(found[name].values)
-    if "pair" in found.dims:
+        if name in comparison:
+            content[name] = plain(comparison[name].values)
+    if "pair" in comparison.dims:
         content["pairs"] = [
-            {"name": str(name), "runs": found["run_id"].values[i].tolist()}
-            for i, name in enumerate(found["pair"].values)
+            {"name": str(name), "runs": comparison["run_id"].values[i].tolist()}
+            for i, name in enumerate(comparison["pair"].values)
         ]
-        content |= {side: _list(found, side) for side in ("only_a", "only_b")}
+        content |= {side: _list(comparison, side) for side in ("only_a", "only_b")}
     return {**content, "files": written}
 
 
-def _list(found: "xr.Dataset", name: str) -> list[str]:
+def _list(comparison: "xr.Dataset", name: str) -> list[str]:
     import json
 
-    texts: list[str] = json.loads(found.attrs.get(name, "[]"))
+    texts: list[str] = json.loads(comparison.attrs.get(name, "[]"))
     return texts

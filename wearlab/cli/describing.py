@@ -13,12 +13,12 @@ def list_variables(like: str, as_json: bool) -> Status:
     from wearlab.schema import VARIABLES
 
     word = like.lower()
-    found = {
-        name: one
-        for name, one in VARIABLES.items()
-        if word in f"{name} {one.long_name} {one.comment}".lower()
+    variables = {
+        name: variable
+        for name, variable in VARIABLES.items()
+        if word in f"{name} {variable.long_name} {variable.comment}".lower()
     }
-    if not found:
+    if not variables:
         near = get_close_matches(like, VARIABLES, 1)
         meant = f"; did you mean {near[0]!r}?" if near else ""
         raise Stop(f"variables: none has {like!r} in its name or meaning{meant}")
@@ -27,21 +27,30 @@ def list_variables(like: str, as_json: bool) -> Status:
             [
                 {
                     "name": name,
-                    "dims": list(one.dims),
-                    "units": one.units,
-                    "display_units": one.display_units,
-                    "long_name": one.long_name,
-                    "comment": one.comment,
+                    "dims": list(variable.dims),
+                    "units": variable.units,
+                    "display_units": variable.display_units,
+                    "long_name": variable.long_name,
+                    "comment": variable.comment,
                     "group": origin_of(name)[0],
                     "made_by": origin_of(name)[1],
                 }
-                for name, one in found.items()
+                for name, variable in variables.items()
             ]
         )
         return Status.WELL
     rows = []
-    for name, one in found.items():
-        meaning = f"{one.long_name} ({one.comment})" if one.comment else one.long_name
-        rows.append((name, ", ".join(one.dims), one.units, one.display_units, meaning, origin_of(name)[1]))
+    for name, variable in variables.items():
+        meaning = f"{variable.long_name} ({variable.comment})" if variable.comment else variable.long_name
+        rows.append(
+            (
+                name,
+                ", ".join(variable.dims),
+                variable.units,
+                variable.display_units,
+                meaning,
+                origin_of(name)[1],
+            )
+        )
     show_table(HEADS, rows)
     return Status.WELL

@@ -49,12 +49,12 @@ def redraw_figures(figures: Sequence[Path], store: "Store", out: Path, as_json: 
     return Status.TROUBLE if any(one.missing for one in drawn) else Status.WELL
 
 
-def _tell(one: "Redrawn") -> None:
-    say(f"{one.path}: {'the same bytes' if one.same else 'differs from the figure it was drawn from'}")
+def _tell(drawn: "Redrawn") -> None:
+    say(f"{drawn.path}: {'the same bytes' if drawn.same else 'differs from the figure it was drawn from'}")
     for words, runs in (
-        ("missing", one.missing),
-        ("stale, made by other code", one.stale),
-        ("computed again since the figure was drawn", one.changed),
+        ("missing", drawn.missing),
+        ("stale, made by other code", drawn.stale),
+        ("computed again since the figure was drawn", drawn.changed),
     ):
         if runs:
             complain(f"{words}: {', '.join(runs)}")

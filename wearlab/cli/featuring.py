@@ -20,7 +20,7 @@ def write_features(
         raise Stop(f"{out}: features are written as {' or '.join(ENDINGS)}")
     table = store.features(where, variables=variables)
     if as_json:
-        units = [{"name": one.name, "unit": one.unit_of(True) or None} for one in table.columns]
+        units = [{"name": column.name, "unit": column.unit_of(True) or None} for column in table.columns]
         values = table.to_dict(si=True)
         rows = [dict(zip(values, row, strict=True)) for row in zip(*values.values(), strict=True)]
         show_json({"columns": units, "rows": rows})

@@ -75,22 +75,22 @@ def _show_columns(store: "Store", wanted: RowsWanted, form: Format) -> None:
     if columns is None:
         known = store.names()
         columns = tuple(name for name in USUAL if name in known)
-    found = store.query(wanted.where, columns=columns, sort=wanted.sort, limit=wanted.limit)
-    places = [at for at, column in enumerate(found.columns) if column.name in ("status", "state")]
+    answer = store.query(wanted.where, columns=columns, sort=wanted.sort, limit=wanted.limit)
+    places = [at for at, column in enumerate(answer.columns) if column.name in ("status", "state")]
     if wanted.state is not None or places:
-        entries = store.entries(found["id"])
+        entries = store.entries(answer["id"])
         told = {run_id: state_of(store, entry) for run_id, entry in entries.items()}
-        kept = [r for r in found.records if wanted.state in (None, told[r[0]])]
-        found = replace(found, records=[_told(row, places, told[row[0]]) for row in kept])
+        kept = [r for r in answer.records if wanted.state in (None, told[r[0]])]
+        answer = replace(answer, records=[_told(row, places, told[row[0]]) for row in kept])
     if form is Format.CSV:
-        say(found.to_csv().rstrip("\n"))
+        say(answer.to_csv().rstrip("\n"))
     elif form is Format.JSON:
-        units = [{"name": column.name, "unit": column.unit or None} for column in found.columns]
-        values = found.to_dict(si=True)
+        units = [{"name": column.name, "unit": column.unit or None} for column in answer.columns]
+        values = answer.to_dict(si=True)
         in_rows = [dict(zip(values, row, strict=True)) for row in zip(*values.values(), strict=True)]
         show_json({"columns": units, "rows": in_rows})
     else:
-        heads, rows = found.displayed()
+        heads, rows = answer.displayed()
         _show_rows(heads, [(row[0][:SHORT_ID], *map(value_text, row[1:])) for row in rows])
 
 
@@ -120,10 +120,12 @@ def _rows(store: "Store", ids: Sequence[str] | None = None) -> list[dict[str, An
 
 def _once(members: Iterable[Member]) -> list[Member]:
     """Return each case of a campaign once, however often its file was extended and run again."""
-    found: dict[tuple[Any, ...], Member] = {}
-    for one in members:
-        found.setdefault((one.campaign, one.path, one.run, one.label, *one.position.items()), one)
-    return list(found.values())
+    known: dict[tuple[Any, ...], Member] = {}
+    for member in members:
+        known.setdefault(
+            (member.campaign, member.path, member.run, member.label, *member.position.items()), member
+        )
+    return list(known.values())
 
 
 def _row(store: "Store", member: Member, entry: Entry) -> dict[str, Any]:
@@ -169,10 +171,10 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _expected(row: Mapping[str, Any]) -> tuple[str, str]:
     """Return what the campaign expects and what was measured, a missed one marked."""
-    found = row["expected"]
-    if found is None:
+    expected = row["expected"]
+    if expected is None:
         return "", ""
-    return found["expected"], found["measured"] if found["met"] else f"MISSED {found['measured']}"
+    return expected["expected"], expected["measured"] if expected["met"] else f"MISSED {expected['measured']}"
 
 
 def state_of(store: "Store", entry: Entry) -> str:

@@ -35,21 +35,21 @@ def measure_accuracy(file: str, out: Path, error: float | None, as_json: bool) -
         out.mkdir(parents=True, exist_ok=True)
     begun = time.time()
     with refusing(GearError):
-        found = _studies(campaign, silent=as_json)
-    made = dataset(campaign.title, found, begun)
+        studies = _studies(campaign, silent=as_json)
+    made = dataset(campaign.title, studies, begun)
     with refusing(OSError):
         files = _write(made, out)
-    for one in found:
+    for one in studies:
         for note in one.notes:
             complain(f"{one.label}: {note}")
     if as_json:
-        show_json(_content(found, error, files))
+        show_json(_content(studies, error, files))
     else:
-        _tell(found, error)
+        _tell(studies, error)
         say()
         for path in files:
             say(str(path))
-    return Status.WELL if any(one.curves for one in found) else Status.TROUBLE
+    return Status.WELL if any(one.curves for one in studies) else Status.TROUBLE
 
 
 def _studies(campaign: "Campaign", *, silent: bool) -> list["Study"]:
@@ -84,22 +84,22 @@ def _write(made: Any, out: Path) -> list[Path]:
     return write_all({FILE: netcdf(made), **images}, out)
 
 
-def _tables(found: list["Study"], error: float | None) -> dict[str, tuple[tuple[str, ...], Any]]:
+def _tables(studies: list["Study"], error: float | None) -> dict[str, tuple[tuple[str, ...], Any]]:
     from wearlab.accuracy import table
 
     return {
-        "Reference": (table.REFERENCE_HEADS, table.reference_rows(found)),
-        "Work and precision": (table.CURVE_HEADS, table.curve_rows(found)),
-        "Beside other integrators": (table.PEER_HEADS, table.peer_rows(found)),
-        "Contact analyses of a life": (table.LIFE_HEADS, table.life_rows(found)),
-        "Cheapest setting": (table.CHEAPEST_HEADS, table.cheapest_rows(found, error)),
+        "Reference": (table.REFERENCE_HEADS, table.reference_rows(studies)),
+        "Work and precision": (table.CURVE_HEADS, table.curve_rows(studies)),
+        "Beside other integrators": (table.PEER_HEADS, table.peer_rows(studies)),
+        "Contact analyses of a life": (table.LIFE_HEADS, table.life_rows(studies)),
+        "Cheapest setting": (table.CHEAPEST_HEADS, table.cheapest_rows(studies, error)),
     }
 
 
-def _tell(found: list["Study"], error: float | None) -> None:
+def _tell(studies: list["Study"], error: float | None) -> None:
     from wearlab.accuracy.peers import missing_peers
 
-    for title, (heads, rows) in _tables(found, error).items():
+    for title, (heads, rows) in _tables(studies, error).items():
         if rows:
             say()
             show_table(heads, rows, title=title)
@@ -107,21 +107,21 @@ def _tell(found: list["Study"], error: float | None) -> None:
         say(f'\nnot installed: {", ".join(missing_peers())} (the extra "peers")')
 
 
-def _content(found: list["Study"], error: float | None, files: list[Path]) -> dict[str, Any]:
+def _content(studies: list["Study"], error: float | None, files: list[Path]) -> dict[str, Any]:
     return {
         **{
             title: [dict(zip(heads, row, strict=True)) for row in rows]
-            for title, (heads, rows) in _tables(found, error).items()
+            for title, (heads, rows) in _tables(studies, error).items()
         },
-        "curves": [row for one in found for row in _rungs(one)],
+        "curves": [row for one in studies for row in _rungs(one)],
         "files": [str(path) for path in files],
     }
 
 
-def _rungs(one: "Study") -> Iterator[dict[str, Any]]:
+def _rungs(measured: "Study") -> Iterator[dict[str, Any]]:
     """Yield every setting of every curve as plain numbers, times in seconds; None: not finite."""
-    for curve in one.curves:
+    for curve in measured.curves:
         named = {name: getattr(curve, name) for name in ("name", "knob", "quantity", "role", "fixed")}
         for rung in curve.rungs:
             numbers = {key: value if isfinite(value) else None for key, value in rung._asdict().items()}
-            yield {"case": one.label, **named, **numbers}
+            yield {"case": measured.label, **named, **numbers}

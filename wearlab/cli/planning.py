@@ -24,17 +24,17 @@ def plan_campaign(file: str, store: "Store", workers: int | None, retry: bool, a
 
     campaign = load_campaign(file)
     with refusing(*REFUSALS):
-        found = plan(campaign, store, workers=workers, retry=retry)
+        planned = plan(campaign, store, workers=workers, retry=retry)
     if as_json:
-        content = asdict(found) | {"runs": [run._asdict() for run in found.runs]}
-        show_json(content | {name: amount and amount._asdict() for name, amount in _amounts(found)})
+        content = asdict(planned) | {"runs": [run._asdict() for run in planned.runs]}
+        show_json(content | {name: amount and amount._asdict() for name, amount in _amounts(planned)})
     else:
-        _tell(found)
+        _tell(planned)
         if campaign.update is not None:
             _tell_update(campaign, store, workers)
-    for warning in found.warnings:
+    for warning in planned.warnings:
         complain(f"warning: {warning}")
-    return Status.TROUBLE if found.warnings else Status.WELL
+    return Status.TROUBLE if planned.warnings else Status.WELL
 
 
 def _tell_update(campaign: "Campaign", store: "Store", workers: int | None) -> None:
@@ -45,41 +45,41 @@ def _tell_update(campaign: "Campaign", store: "Store", workers: int | None) -> N
         tell_plan(campaign, store, workers)
 
 
-def _amounts(found: "Plan") -> "list[tuple[str, Amount | None]]":
-    return [("seconds", found.seconds), ("bytes", found.bytes)]
+def _amounts(planned: "Plan") -> "list[tuple[str, Amount | None]]":
+    return [("seconds", planned.seconds), ("bytes", planned.bytes)]
 
 
-def _tell(found: "Plan") -> None:
+def _tell(planned: "Plan") -> None:
     from wearlab.runner.plan import WORDS
 
-    say(found.title)
-    say(f"  {found.cases} cases, {len(found.runs)} distinct runs, {len(found.excluded)} excluded")
+    say(planned.title)
+    say(f"  {planned.cases} cases, {len(planned.runs)} distinct runs, {len(planned.excluded)} excluded")
     for state, words in WORDS.items():
-        if count := found.count(state):
+        if count := planned.count(state):
             say(f"  {count:>7} {words}")
-    if other := sum(run.other_code for run in found.runs):
+    if other := sum(run.other_code for run in planned.runs):
         say(f"  {other:>7} of the cached made by other code")
-    for keys, count in Counter(run.changed for run in found.runs if run.changed).items():
+    for keys, count in Counter(run.changed for run in planned.runs if run.changed).items():
         say(f"  {count:>7} of the new were run before with another {_some(keys)}")
-    for condition, count in Counter(condition for condition, _ in found.excluded).items():
+    for condition, count in Counter(condition for condition, _ in planned.excluded).items():
         say(f"  {count:>7} excluded by {condition}")
-    for run in found.runs:
+    for run in planned.runs:
         if run.state in ("failed", "refused", "lost"):
             where = ", ".join(f"{name}={value}" for name, value in run.position.items())
             say(f"  {run.state}: {run.label}{f' ({where})' if where else ''}")
-    if found.seconds is None and found.basis:
-        say(f"  {found.basis}")
+    if planned.seconds is None and planned.basis:
+        say(f"  {planned.basis}")
         return
-    if found.seconds is None or found.bytes is None:
-        to_do = any(run.state in ("new", "lost") for run in found.runs)
+    if planned.seconds is None or planned.bytes is None:
+        to_do = any(run.state in ("new", "lost") for run in planned.runs)
         say("  time and size unknown: no recorded runs to tell from" if to_do else "  nothing to do")
         return
-    about, least, most = (_time(value / found.workers) for value in found.seconds)
-    workers = "one worker" if found.workers == 1 else f"{found.workers} workers"
+    about, least, most = (_time(value / planned.workers) for value in planned.seconds)
+    workers = "one worker" if planned.workers == 1 else f"{planned.workers} workers"
     say(f"  time: about {about} with {workers} ({least} to {most})")
-    low, high = _size(found.bytes.low), _size(found.bytes.high)
-    say(f"  disk: about {_size(found.bytes.value)} ({low} to {high}), {_size(found.free)} free")
-    say(f"  from {found.basis}")
+    low, high = _size(planned.bytes.low), _size(planned.bytes.high)
+    say(f"  disk: about {_size(planned.bytes.value)} ({low} to {high}), {_size(planned.free)} free")
+    say(f"  from {planned.basis}")
 
 
 def _some(keys: "Sequence[str]") -> str:

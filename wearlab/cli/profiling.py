@@ -53,9 +53,9 @@ def draw_profile(
 
 
 def _pairs(given: Sequence[str], option: str) -> dict[str, str]:
-    pairs = [one.partition("=") for one in given]
+    pairs = [path.partition("=") for path in given]
     wrong = next(
-        (one for one, (_, sign, text) in zip(given, pairs, strict=True) if not sign or not text), None
+        (path for path, (_, sign, text) in zip(given, pairs, strict=True) if not sign or not text), None
     )
     if wrong is not None:
         raise Stop(f"{option} {wrong}: write NAME=TEXT, such as deviation=Abweichung")

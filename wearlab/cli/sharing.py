@@ -109,22 +109,22 @@ def prune_store(store: "Store", files: list[str], really: bool, as_json: bool) -
 
     kept = [case.id for file in files for case in load_campaign(file).cases]
     with refusing(*REFUSALS, OSError):
-        found = prunable(store, kept)
-        freed = prune(store, found) if really else 0
-    total = sum(run.bytes for run in found)
+        removable = prunable(store, kept)
+        freed = prune(store, removable) if really else 0
+    total = sum(run.bytes for run in removable)
     if as_json:
         show_json(
-            {"removed": really, "bytes": freed if really else total, "runs": [vars(run) for run in found]}
+            {"removed": really, "bytes": freed if really else total, "runs": [vars(run) for run in removable]}
         )
         return Status.WELL
-    rows = [(r.id[:SHORT_ID], r.state, f"{r.bytes / MEGABYTE:.2f} MB", r.reason) for r in found]
+    rows = [(r.id[:SHORT_ID], r.state, f"{r.bytes / MEGABYTE:.2f} MB", r.reason) for r in removable]
     if rows:
         show_table(("id", "state", "size", "why"), rows)
     if really:
-        say(f"{len(found)} runs removed, {freed / MEGABYTE:.1f} MB freed")
+        say(f"{len(removable)} runs removed, {freed / MEGABYTE:.1f} MB freed")
     else:
-        more = "; nothing was removed: --yes removes them" if found else ""
-        say(f"{len(found)} runs can go, {total / MEGABYTE:.1f} MB{more}")
+        more = "; nothing was removed: --yes removes them" if removable else ""
+        say(f"{len(removable)} runs can go, {total / MEGABYTE:.1f} MB{more}")
     return Status.WELL
 
 

@@ -116,13 +116,13 @@ def _as_shown(value: Any, attributes: Mapping[str, Any]) -> tuple[str, str]:
 
 def _groups(stored: Mapping[str, dict[str, Any]]) -> list[str]:
     """Return the names of what is stored along some dimension by their groups, in lines."""
-    found: dict[str, list[str]] = {}
+    groups: dict[str, list[str]] = {}
     order = {name: place for place, name in enumerate(VARIABLES)}
     for name in sorted(stored, key=lambda name: order.get(name, len(order))):
         if stored[name]["dims"] and stored[name]["dims"] != [name]:
-            found.setdefault(origin_of(name)[0] if name in VARIABLES else "others", []).append(name)
+            groups.setdefault(origin_of(name)[0] if name in VARIABLES else "others", []).append(name)
     lines = []
-    for group, names in found.items():
+    for group, names in groups.items():
         line = f"{group:<20}"
         for number, name in enumerate(names):
             if len(line) + len(name) > WIDEST:
@@ -139,12 +139,12 @@ def _in_file_units(path: str, value: Any) -> str:
     from wearlab.units import convert
 
     some = value if isinstance(value, list) else [value]
-    if not all(isinstance(one, int | float) and not isinstance(one, bool) for one in some):
+    if not all(isinstance(variant, int | float) and not isinstance(variant, bool) for variant in some):
         return _shortened(value)
     key = scene_key(re.sub(r"\[\d+\]", "", path), False)
     if not key.unit or not key.display_unit:
         return _shortened(value)
-    told = [f"{convert(float(one), key.unit, key.display_unit):.{DIGITS}g}" for one in some]
+    told = [f"{convert(float(variant), key.unit, key.display_unit):.{DIGITS}g}" for variant in some]
     if len(told) > FIRST + 1:
         told = [*told[:FIRST], f"… {len(told)} in all"]
     words = ", ".join(told)
@@ -156,7 +156,7 @@ def _shortened(value: Any) -> str:
     text = json.dumps(value, ensure_ascii=False)
     if not isinstance(value, list) or len(text) <= LONGEST_LIST:
         return text
-    first = ", ".join(json.dumps(one, ensure_ascii=False) for one in value[:FIRST])
+    first = ", ".join(json.dumps(element, ensure_ascii=False) for element in value[:FIRST])
     return f"[{first}, … {len(value)} in all]"
 
 
@@ -175,7 +175,7 @@ def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
         "id": entry.id,
         "state": state_of(store, entry),
         "verdict": entry.summary.get("verdict"),
-        "result": [one.text for one in headlines(entry.summary)],
+        "result": [headline.text for headline in headlines(entry.summary)],
         "campaigns": list(dict.fromkeys(f"{m.campaign} ({m.label})" for m in members)),
         "goes on from": [str(step) for step in lineage(store, entry)],
         "continued by": children(store, entry.id),
@@ -205,8 +205,8 @@ def _flat(scene: Any, path: str = "") -> list[tuple[str, Any]]:
         return [
             pair for key, value in scene.items() for pair in _flat(value, f"{path}.{key}" if path else key)
         ]
-    if isinstance(scene, list) and any(isinstance(one, dict) for one in scene):
-        return [pair for number, one in enumerate(scene) for pair in _flat(one, f"{path}[{number}]")]
+    if isinstance(scene, list) and any(isinstance(block, dict) for block in scene):
+        return [pair for number, block in enumerate(scene) for pair in _flat(block, f"{path}[{number}]")]
     return [] if scene is None else [(path, scene)]
 
 

@@ -52,12 +52,19 @@ def list_updates(store: "Store", as_json: bool) -> Status:
     with refusing(*REFUSALS):
         kept = kept_updates(store).values()
     if as_json:
-        show_json([one._asdict() for one in kept])
+        show_json([each_update._asdict() for each_update in kept])
     elif kept:
         rows = [
-            (one.id[:10], one.title, case, *_told(summary), str(len(one.runs)), one.recorded[:19])
-            for one in kept
-            for case, summary in one.summary.items()
+            (
+                each_update.id[:10],
+                each_update.title,
+                case,
+                *_told(summary),
+                str(len(each_update.runs)),
+                each_update.recorded[:19],
+            )
+            for each_update in kept
+            for case, summary in each_update.summary.items()
         ]
         heads = ("id", "campaign", "case", "last inspection", "remaining life", "90 %", "runs", "recorded")
         show_table(heads, rows)
@@ -112,9 +119,10 @@ def tell_update(campaign: "Campaign") -> None:
         return
     for study in studies(campaign):
         say(f"\nupdate of {study.label}")
-        for key, one in study.spec.unknown.items():
+        for key, prior in study.spec.unknown.items():
             cost = "" if key not in study.costly else f", {study.spec.draws} runs"
-            say(f"  unknown: {key}, before {one.at(0.05):.4g} to {one.at(0.95):.4g} {one.unit or ''}{cost}")
+            before = f"{prior.at(0.05):.4g} to {prior.at(0.95):.4g} {prior.unit or ''}"
+            say(f"  unknown: {key}, before {before}{cost}")
         for seen in study.seen:
             words = seen.data.label.replace("_", " ")
             say(f"  measured: {len(seen)} values of {words} in {seen.data.file.name}")
@@ -138,10 +146,10 @@ def tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None
         return
     say("\nwearlab update needs")
     for study in wanted:
-        found = plan(study.campaign(campaign.title), store, workers=workers)
-        states = ", ".join(f"{found.count(s)} {w}" for s, w in WORDS.items() if found.count(s))
-        time = "" if found.seconds is None else f", about {found.seconds.value / found.workers:.2g} s"
-        say(f"  {study.label}: {len(found.runs)} runs, {states}{time}")
+        planned = plan(study.campaign(campaign.title), store, workers=workers)
+        states = ", ".join(f"{planned.count(s)} {w}" for s, w in WORDS.items() if planned.count(s))
+        time = "" if planned.seconds is None else f", about {planned.seconds.value / planned.workers:.2g} s"
+        say(f"  {study.label}: {len(planned.runs)} runs, {states}{time}")
     say("  and as many longer ones where the measurements lie beyond them")
 
 
@@ -149,9 +157,9 @@ def _content(tree: "xr.DataTree") -> dict[str, Any]:
     from wearlab.store.image import plain
 
     names = ("predictions", "sample_stats", "calibration")
-    found: dict[str, Any] = {"id": tree.attrs["id"], "title": tree.attrs["title"]}
+    content: dict[str, Any] = {"id": tree.attrs["id"], "title": tree.attrs["title"]}
     for name in names:
         if name in tree.children:
             data = tree[name].to_dataset()
-            found[name] = {str(key): plain(value.values) for key, value in data.variables.items()}
-    return found
+            content[name] = {str(key): plain(value.values) for key, value in data.variables.items()}
+    return content

@@ -122,8 +122,8 @@ def _impossible(campaign: "Campaign") -> list[dict[str, Any]]:
             check_held(case.scene, gears)
         except GearError as error:
             expected = case.expect is not None and case.expect.verdict == "refused"
-            found = {"case": case_name(campaign, case), "id": case.id, "reason": str(error)}
-            refused.append({**found, "expected": expected})
+            impossible = {"case": case_name(campaign, case), "id": case.id, "reason": str(error)}
+            refused.append({**impossible, "expected": expected})
     return refused
 
 

@@ -29,14 +29,14 @@ def positions(run: xr.Dataset, on: str, name: str) -> tuple[Array, NDArray[np.in
     if "update" not in run.dims:
         return np.zeros(1), np.zeros(1, np.intp)
     if on == CYCLE:
-        found = run["cycle"].values if "cycle" in run else np.arange(run.sizes["update"], dtype=float)
+        position = run["cycle"].values if "cycle" in run else np.arange(run.sizes["update"], dtype=float)
     else:
         source = next((n for n in ("max_wear_depth", "wear_depth") if n in run), None)
         if source is None:
             raise CompareError(f"{name} has no wear depth to be aligned on; compare on cycle")
-        found = run[source].max([dim for dim in run[source].dims if dim != "update"]).values
-    rising = np.concatenate([[True], found[1:] > np.maximum.accumulate(found)[:-1]])
-    return np.asarray(found[rising], float), np.flatnonzero(rising)
+        position = run[source].max([dim for dim in run[source].dims if dim != "update"]).values
+    rising = np.concatenate([[True], position[1:] > np.maximum.accumulate(position)[:-1]])
+    return np.asarray(position[rising], float), np.flatnonzero(rising)
 
 
 def common(a: Array, b: Array, on: str) -> Array:
@@ -125,17 +125,17 @@ def _on_profile(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
             raise CompareError("the runs have different nodes and no path_position to match them")
         return b
     moved = b.transpose("flank", ..., "profile")
-    values = np.stack([_moved(*one) for one in zip(moved.values, own, wanted, strict=True)])
+    values = np.stack([_moved(*row) for row in zip(moved.values, own, wanted, strict=True)])
     kept = {name: c for name, c in moved.coords.items() if "profile" not in c.dims}
-    found = xr.DataArray(values, dims=moved.dims, coords=kept).transpose(*b.dims)
-    return found.assign_coords(path_position=a["path_position"])
+    placed = xr.DataArray(values, dims=moved.dims, coords=kept).transpose(*b.dims)
+    return placed.assign_coords(path_position=a["path_position"])
 
 
 def _moved(values: Array, own: Array, wanted: Array) -> Array:
     """Return (…, profile) values of one flank at other positions."""
     flat = values.reshape(-1, values.shape[-1])
-    found = [np.interp(wanted, own, one, left=np.nan, right=np.nan) for one in flat]
-    return np.reshape(found, (*values.shape[:-1], len(wanted)))
+    moved_values = [np.interp(wanted, own, row, left=np.nan, right=np.nan) for row in flat]
+    return np.reshape(moved_values, (*values.shape[:-1], len(wanted)))
 
 
 def _path(values: xr.DataArray) -> Array | None:

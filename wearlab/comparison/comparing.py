@@ -61,20 +61,20 @@ def compare(
 
 
 def _campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Dataset:
-    found, only_a, only_b = pairs(a, b)
-    if not found:
+    matched, only_a, only_b = pairs(a, b)
+    if not matched:
         raise CompareError(
             f"no run of {a.title!r} has a partner in {b.title!r}: "
             f"A has {_some(only_a)}; B has {_some(only_b)}"
         )
-    made = [_reduced(one, other, on, tolerance) for one, other in found]
+    made = [_reduced(left, other, on, tolerance) for left, other in matched]
     whole = xr.concat(made, "pair", join="outer", combine_attrs="drop", data_vars="all", coords="minimal")
     whole = whole.sel(quantity=[q.name for q in QUANTITIES if q.name in whole["quantity"]])
     whole = whole.assign_coords(
         {
             **described([str(name) for name in whole["quantity"].values]),
-            "pair": [one.name for one, _ in found],
-            "run_id": (("pair", "run"), [[one.id, other.id] for one, other in found]),
+            "pair": [left.name for left, _ in matched],
+            "run_id": (("pair", "run"), [[left.id, other.id] for left, other in matched]),
         }
     )
     return whole.assign_attrs(
@@ -85,7 +85,7 @@ def _campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Dataset:
         tolerance=tolerance,
         only_a=json.dumps(only_a, ensure_ascii=False),
         only_b=json.dumps(only_b, ensure_ascii=False),
-        scene_differences=_shared([str(one["scene_differences"].values) for one in made]),
+        scene_differences=_shared([str(compared["scene_differences"].values) for compared in made]),
     )
 
 
@@ -117,7 +117,9 @@ def _largest(values: Any) -> float:
 def _shared(texts: Sequence[str]) -> str:
     """Return the scene's differences that every pair has alike."""
     tables = [json.loads(text) for text in texts]
-    return json.dumps([one for one in tables[0] if all(one in t for t in tables[1:])], ensure_ascii=False)
+    return json.dumps(
+        [column for column in tables[0] if all(column in t for t in tables[1:])], ensure_ascii=False
+    )
 
 
 def _some(names: Sequence[str]) -> str:

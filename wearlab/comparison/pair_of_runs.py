@@ -37,7 +37,7 @@ def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.
         positions(r, on, s) for r, s in zip((a, b), SIDES, strict=True)
     )
     wanted = common(given_a, given_b, on)
-    found: dict[str, xr.DataArray] = {}
+    errors: dict[str, xr.DataArray] = {}
     relative: dict[str, Array] = {}
     for quantity in QUANTITIES:
         if quantity.source not in a or quantity.source not in b:
@@ -46,11 +46,11 @@ def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.
             at_positions(_of(quantity, a), given_a, states_a, wanted),
             at_positions(_of(quantity, b), given_b, states_b, wanted),
         )
-        found |= _side_by_side(quantity, *both)
-        relative[quantity.name] = _relative(*(one.values for one in both))
+        errors |= _side_by_side(quantity, *both)
+        relative[quantity.name] = _relative(*(run.values for run in both))
     if not relative:
         raise CompareError("the runs have no variable in common that is compared")
-    made = xr.Dataset(found | _scalars(a, b))
+    made = xr.Dataset(errors | _scalars(a, b))
     made = made.assign_coords({"run": list(SIDES), **_position_coordinates(a, b, wanted, on)})
     return _with_summary(made, relative, wanted, on, tolerance).assign_attrs(_said(a, b, on, tolerance))
 
@@ -153,5 +153,5 @@ def _said(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> dict[str, 
         "source_hash_b": str(b.attrs.get("source_hash", "")),
         "aligned_on": on,
         "tolerance": tolerance,
-        "scene_differences": json.dumps([one._asdict() for one in changed], ensure_ascii=False),
+        "scene_differences": json.dumps([key._asdict() for key in changed], ensure_ascii=False),
     }

@@ -69,10 +69,10 @@ def _spectrum(
         force = force.expand_dims("mesh_period", axis=-2)
     outer = [dim for dim in force.dims if dim not in ("mesh_period", "phase")]
     values = force.transpose(*outer, "mesh_period", "phase").values
-    found = np.array([_of_one(values[place], reduced) for place in np.ndindex(*values.shape[: len(outer)])])
-    shape = values.shape[: len(outer)] + found.shape[1:]
+    lines = np.array([_of_one(values[place], reduced) for place in np.ndindex(*values.shape[: len(outer)])])
+    shape = values.shape[: len(outer)] + lines.shape[1:]
     inside = {name: force[name] for name in outer if name in force.coords}
-    return xr.DataArray(found.reshape(shape), dims=[*outer, *coordinates], coords={**inside, **coordinates})
+    return xr.DataArray(lines.reshape(shape), dims=[*outer, *coordinates], coords={**inside, **coordinates})
 
 
 def _of_one(waves: Array, reduced: Callable[[Array, int], Array]) -> Array:

@@ -98,7 +98,7 @@ def _reader(store: "Store", run_id: str) -> Callable[[], xr.Dataset]:
 def _of_grid(grid: xr.Dataset, name: str) -> Side:
     dims = [str(dim) for dim in grid["run_id"].dims]
     members: dict[str, SideRun] = {}
-    absent = [str(one) for one in np.atleast_1d(grid.attrs.get("missing", []))]
+    absent = [str(missing) for missing in np.atleast_1d(grid.attrs.get("missing", []))]
     for point in np.ndindex(*grid["run_id"].shape):
         run_id = str(grid["run_id"].values[point])
         if not run_id or str(grid["status"].values[point]) != "done":
@@ -117,13 +117,13 @@ def _of_grid(grid: xr.Dataset, name: str) -> Side:
 
 def _point(grid: xr.Dataset, index: dict[str, int]) -> Callable[[], xr.Dataset]:
     def read() -> xr.Dataset:
-        one = grid.isel(index).drop_vars([d for d in index if d in grid.coords])
-        if "update" in one.dims and "n_updates" in one:
-            one = one.isel(update=slice(int(one["n_updates"])))
-        one = one.rename({f"{n}_values": n for n in ("phase",) if f"{n}_values" in one})
-        one = one.compute(scheduler="synchronous")
-        void = [n for n, v in one.data_vars.items() if v.dtype.kind == "f" and bool(v.isnull().all())]
-        return one.drop_vars(void).assign_attrs(id=str(one["run_id"].values))
+        run = grid.isel(index).drop_vars([d for d in index if d in grid.coords])
+        if "update" in run.dims and "n_updates" in run:
+            run = run.isel(update=slice(int(run["n_updates"])))
+        run = run.rename({f"{n}_values": n for n in ("phase",) if f"{n}_values" in run})
+        run = run.compute(scheduler="synchronous")
+        void = [n for n, v in run.data_vars.items() if v.dtype.kind == "f" and bool(v.isnull().all())]
+        return run.drop_vars(void).assign_attrs(id=str(run["run_id"].values))
 
     return read
 
@@ -170,11 +170,11 @@ def pairs(a: Side, b: Side) -> tuple[list[tuple[SideRun, SideRun]], list[str], l
     if len(a.members) == len(b.members) == 1:
         return [(a.members[0], b.members[0])], list(a.absent), list(b.absent)
     others = {member.key: member for member in b.members}
-    found = [(one, others[one.key]) for one in a.members if one.key in others]
-    taken = {one.key for one, _ in found}
-    return found, list(_left(a, taken)), list(_left(b, taken))
+    matched = [(own_member, others[own_member.key]) for own_member in a.members if own_member.key in others]
+    taken = {left.key for left, _ in matched}
+    return matched, list(_left(a, taken)), list(_left(b, taken))
 
 
-def _left(one: Side, taken: set[Key]) -> Iterator[str]:
-    yield from (member.name for member in one.members if member.key not in taken)
-    yield from one.absent
+def _left(of_side: Side, taken: set[Key]) -> Iterator[str]:
+    yield from (member.name for member in of_side.members if member.key not in taken)
+    yield from of_side.absent

@@ -52,7 +52,7 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     )
     if axis is None:
         raise CompareError(f'sobol_indices: needs a result along a [[sweep]] with sample.method = "{DESIGN}"')
-    inputs = [str(name) for name, one in result.coords.items() if one.dims == (axis,) and name != axis]
+    inputs = [str(name) for name, coord in result.coords.items() if coord.dims == (axis,) and name != axis]
     keys = [str(result[name].attrs.get("key", name)) for name in inputs]
     runs, width = result.sizes[axis], len(inputs)
     if runs % (width + 2):
@@ -61,7 +61,7 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     values = result.transpose(axis, *others).values.astype(float)
     table = values.reshape(runs // (width + 2), width + 2, -1)
     rng = np.random.default_rng(seed)
-    found = np.stack([_with_interval(table[:, :, k], rng) for k in range(table.shape[2])], axis=-1)
+    with_intervals = np.stack([_with_interval(table[:, :, k], rng) for k in range(table.shape[2])], axis=-1)
     shape = [result.sizes[dim] for dim in others]
     names = (
         "first_order",
@@ -73,27 +73,27 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     )
     variables = {
         name: (("input", *others), one.reshape(width, *shape), {"units": "1"})
-        for name, one in zip(names, found[:6], strict=True)
+        for name, one in zip(names, with_intervals[:6], strict=True)
     }
-    _warn(found, inputs, table.shape[0])
+    _warn(with_intervals, inputs, table.shape[0])
     points = np.isfinite(table).all(axis=1).sum(axis=0).reshape(shape)
     coordinates: dict[str, Any] = {"input": inputs, "key": ("input", keys)}
     coordinates |= {dim: result[dim].values for dim in others if dim in result.coords}
     return xr.Dataset({**variables, "points": (tuple(others), points, {"units": "1"})}, coordinates)
 
 
-def _warn(found: Array, inputs: list[str], points: int) -> None:
+def _warn(with_intervals: Array, inputs: list[str], points: int) -> None:
     """Say of which inputs the indices cannot be trusted, and why; found has shape (6, inputs, places)."""
-    _, first_low, first_high, _, total_low, total_high = found
+    _, first_low, first_high, _, total_low, total_high = with_intervals
     width = np.maximum(first_high - first_low, total_high - total_low)
     wide = (width > WIDE).any(axis=-1)
     beyond = ((first_low > total_high) | (first_high < 0.0) | (total_low > 1.0)).any(axis=-1)
     said = []
     if wide.any():
-        names = ", ".join(name for name, one in zip(inputs, wide, strict=True) if one)
+        names = ", ".join(name for name, share in zip(inputs, wide, strict=True) if share)
         said.append(f"the 95 % intervals of {names} are up to {np.nanmax(width):.2g} wide")
     if beyond.any():
-        names = ", ".join(name for name, one in zip(inputs, beyond, strict=True) if one)
+        names = ", ".join(name for name, share in zip(inputs, beyond, strict=True) if share)
         said.append(f"those of {names} contradict 0 ≤ first order ≤ total order ≤ 1")
     if said:
         warnings.warn(
@@ -112,7 +112,7 @@ def _with_interval(table: Array, rng: np.random.Generator) -> Array:
             f"sobol_indices: {len(whole)} of {len(table)} base points have all their runs; at least 2"
         )
     picked = rng.integers(len(whole), size=(RESAMPLES, len(whole)))
-    drawn = np.stack([indices(whole[one]) for one in picked])
+    drawn = np.stack([indices(whole[index]) for index in picked])
     tail = 50.0 * (1.0 - CONFIDENCE)
     low, high = np.nanpercentile(drawn, [tail, 100.0 - tail], axis=0)
     first, total = indices(whole)

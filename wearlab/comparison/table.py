@@ -18,8 +18,11 @@ ABSENT = "—"
 
 def scene_rows(comparison: xr.Dataset) -> list[Row]:
     """Return key, A, B and unit of every key of the scenes that differs."""
-    found = json.loads(comparison.attrs.get("scene_differences") or "[]")
-    return [(one["key"], _value(one["a"]), _value(one["b"]), one["units"] or "") for one in found]
+    differences = json.loads(comparison.attrs.get("scene_differences") or "[]")
+    return [
+        (difference["key"], _value(difference["a"]), _value(difference["b"]), difference["units"] or "")
+        for difference in differences
+    ]
 
 
 def quantity_rows(comparison: xr.Dataset) -> list[Row]:
@@ -61,13 +64,15 @@ def pair_rows(comparison: xr.Dataset) -> list[Row]:
     rows = []
     names = [str(name) for name in comparison["quantity_name"].values]
     for index, pair in enumerate(comparison["pair"].values):
-        one = comparison.isel(pair=index)
-        most = int(np.nanargmax(np.nan_to_num(one["largest_relative_difference"].values, nan=-1.0)))
-        lives = [_number(float(v)) for v in one["life"].values] if "life" in one else ["", ""]
-        first = one["first_difference"].values
+        compared = comparison.isel(pair=index)
+        most = int(np.nanargmax(np.nan_to_num(compared["largest_relative_difference"].values, nan=-1.0)))
+        lives = [_number(float(v)) for v in compared["life"].values] if "life" in compared else ["", ""]
+        first = compared["first_difference"].values
         earliest = int(np.nanargmin(first)) if np.isfinite(first).any() else None
-        share = _percent(float(one["largest_relative_difference"][most]))
-        where = (ABSENT, "") if earliest is None else (_place(one, float(first[earliest])), names[earliest])
+        share = _percent(float(compared["largest_relative_difference"][most]))
+        where = (
+            (ABSENT, "") if earliest is None else (_place(compared, float(first[earliest])), names[earliest])
+        )
         rows.append((str(pair), *lives, share, names[most], *where))
     return rows
 

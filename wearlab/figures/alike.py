@@ -29,10 +29,10 @@ def drawn_once(series: Sequence[Series], ask: Ask) -> tuple[list[Series], list[s
 
 def _along(series: list[Series], dim: str) -> tuple[list[Series], list[str]]:
     groups: dict[Label, dict[object, list[Series]]] = {}
-    for one in series:
-        if dim in one.key:
-            rest = tuple((name, label) for name, label in one.key.items() if name != dim)
-            groups.setdefault(one.key[dim], {}).setdefault((rest, one.look, one.text), []).append(one)
+    for curve in series:
+        if dim in curve.key:
+            rest = tuple((name, label) for name, label in curve.key.items() if name != dim)
+            groups.setdefault(curve.key[dim], {}).setdefault((rest, curve.look, curve.text), []).append(curve)
     if len(groups) < 2:
         return series, []
     spans = _spans(series)
@@ -42,18 +42,18 @@ def _along(series: list[Series], dim: str) -> tuple[list[Series], list[str]]:
         same.setdefault(first, []).append(label)
     dropped = {label for first, labels in same.items() for label in labels if label != first}
     notes = [
-        f"The same, drawn once as {first.text}: {', '.join(one.text for one in labels[1:])}."
+        f"The same, drawn once as {first.text}: {', '.join(other_label.text for other_label in labels[1:])}."
         for first, labels in same.items()
         if len(labels) > 1
     ]
-    return [one for one in series if one.key.get(dim) not in dropped], notes
+    return [curve for curve in series if curve.key.get(dim) not in dropped], notes
 
 
 def _spans(series: Sequence[Series]) -> dict[Scale, float]:
     """Return the range of all values of each scale."""
     ends: dict[Scale, list[float]] = {}
-    for one in series:
-        for scale, values in ((one.across, one.x), (one.up, one.y)):
+    for curve in series:
+        for scale, values in ((curve.across, curve.x), (curve.up, curve.y)):
             held = values[np.isfinite(values)]
             if len(held):
                 ends.setdefault(scale, []).extend((float(held.min()), float(held.max())))
@@ -64,11 +64,11 @@ def _alike(a: dict[object, list[Series]], b: dict[object, list[Series]], spans: 
     return a.keys() == b.keys() and all(
         len(a[key]) == len(b[key])
         and all(
-            one.across == two.across
-            and one.up == two.up
-            and _close(one.x, two.x, spans.get(one.across, 0.0))
-            and _close(one.y, two.y, spans.get(one.up, 0.0))
-            for one, two in zip(a[key], b[key], strict=True)
+            first.across == two.across
+            and first.up == two.up
+            and _close(first.x, two.x, spans.get(first.across, 0.0))
+            and _close(first.y, two.y, spans.get(first.up, 0.0))
+            for first, two in zip(a[key], b[key], strict=True)
         )
         for key in a
     )

@@ -38,13 +38,13 @@ def ended_of(name: str) -> Ended:
 
 def sampled_axes(grid: "xr.Dataset") -> list[str]:
     """Return the axes of a grid along which runs were drawn at random: of many places in no order."""
-    found = []
+    axes = []
     for dim in map(str, grid.run_id.dims):
         along = [v for v in grid.coords.values() if v.dims == (dim,) and v.dtype.kind in "fiu"]
         drawn = any(str(v.attrs.get("key", "")).endswith("errors.seed") or _is_unordered(v) for v in along)
         if drawn and grid.sizes[dim] >= FEWEST_SAMPLES:
-            found.append(dim)
-    return found
+            axes.append(dim)
+    return axes
 
 
 def _is_unordered(values: "xr.DataArray") -> bool:
@@ -67,36 +67,36 @@ def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> t
     if not dims:
         return list(series), []
     groups: dict[tuple[object, ...], list[Series]] = {}
-    for one in series:
-        key = {name: label for name, label in one.key.items() if name not in dims}
-        mine = (tuple(sorted(key.items())), one.look, one.text, one.across, one.up)
-        groups.setdefault(mine, []).append(replace(one, key=key))
+    for curve in series:
+        key = {name: label for name, label in curve.key.items() if name not in dims}
+        mine = (tuple(sorted(key.items())), curve.look, curve.text, curve.across, curve.up)
+        groups.setdefault(mine, []).append(replace(curve, key=key))
     most = max((len(group) for group in groups.values()), default=0)
     if most < FEWEST_SAMPLES:
         return list(series), []
     kinds = len({key for key, look, *_ in groups if look in ("line", "line-points")})
-    found: list[Series] = []
+    curves: list[Series] = []
     overlaid = banded_any = False
     for group in groups.values():
         if group[0].look in ("line", "line-points") and all(map(_runs_on, group)):
-            found += banded(group, ended, BANDS if kinds <= FEW_HUES else BANDS[:1])
+            curves += banded(group, ended, BANDS if kinds <= FEW_HUES else BANDS[:1])
             banded_any = True
         else:
             overlaid = True
             look = "hairline" if group[0].look in ("line", "line-points") else group[0].look
-            found += [replace(one, look=look) for one in group]
+            curves += [replace(curve, look=look) for curve in group]
     how = f"; {SAID[ended]}" if _ends_differ(groups.values()) else ""
     shares = "5–95 %" if kinds > FEW_HUES else "25–75 % and 5–95 %"
     notes = [f"Median and {shares} of up to {most} runs{how}."] if banded_any else []
-    return found, notes + ([f"All {most} runs laid over each other."] if overlaid else [])
+    return curves, notes + ([f"All {most} runs laid over each other."] if overlaid else [])
 
 
-def _runs_on(one: Series) -> bool:
-    return len(one.x) > 1 and bool(np.all(np.diff(one.x) >= 0.0))
+def _runs_on(curve: Series) -> bool:
+    return len(curve.x) > 1 and bool(np.all(np.diff(curve.x) >= 0.0))
 
 
 def _ends_differ(groups: Iterable[Sequence[Series]]) -> bool:
-    ends = [[float(one.x[-1]) for one in group if len(one.x)] for group in groups]
+    ends = [[float(curve.x[-1]) for curve in group if len(curve.x)] for group in groups]
     return any(some and not np.allclose(some, some[0]) for some in ends)
 
 
@@ -116,8 +116,8 @@ def banded(
     """
     first = group[0]
     x, values = _together(group, ended)
-    top = max(float(np.nanmax(one.y, initial=-np.inf)) for one in group)
-    found = []
+    top = max(float(np.nanmax(curve.y, initial=-np.inf)) for curve in group)
+    drawn = []
     for low, high in bands:
         ends = _quantile(values, low), np.minimum(_quantile(values, high), top)
         held = np.isfinite(ends[0])
@@ -125,22 +125,22 @@ def banded(
             held[np.flatnonzero(held)[-1] + 1] = True
             ends = np.minimum(ends[0], top), ends[1]
         edges = np.concatenate([x[held], x[held][::-1]]), np.concatenate([ends[0][held], ends[1][held][::-1]])
-        found.append(replace(first, x=edges[0], y=edges[1], look="area", text="", marks=()))
+        drawn.append(replace(first, x=edges[0], y=edges[1], look="area", text="", marks=()))
     median = _quantile(values, 0.5)
     held = np.isfinite(median)
-    return [*found, replace(first, x=x[held], y=median[held], look="line")]
+    return [*drawn, replace(first, x=x[held], y=median[held], look="line")]
 
 
 def _together(group: Sequence[Series], ended: Ended) -> tuple[Array, Array]:
     """Return common places and the value of every curve there: inf above, NaN where it says nothing."""
     first = group[0]
-    if all(one.x.shape == first.x.shape and np.allclose(one.x, first.x, rtol=1e-9) for one in group):
-        return first.x, np.stack([one.y for one in group])
-    starts, ends = (np.array([float(one.x[i]) for one in group]) for i in (0, -1))
+    if all(curve.x.shape == first.x.shape and np.allclose(curve.x, first.x, rtol=1e-9) for curve in group):
+        return first.x, np.stack([curve.y for curve in group])
+    starts, ends = (np.array([float(curve.x[i]) for curve in group]) for i in (0, -1))
     last = float(np.quantile(ends, BANDS[0][1], method="median_unbiased"))
     x = np.linspace(float(starts.min()), last, ACROSS)
     beyond = {"above": np.inf, "kept": None, "gone": np.nan}[ended]
-    values = [np.interp(x, one.x, one.y, left=np.nan, right=beyond) for one in group]
+    values = [np.interp(x, curve.x, curve.y, left=np.nan, right=beyond) for curve in group]
     return x, np.stack(values)
 
 
@@ -158,8 +158,8 @@ def _quantile(values: Array, probability: float) -> Array:
     columns = np.arange(values.shape[1])
     lower, upper, part = ordered[low, columns], ordered[high, columns], place - low
     with np.errstate(invalid="ignore"):
-        found = np.where(part > 0.0, (1.0 - part) * lower + part * upper, lower)
-    return np.where(count >= SHARE * len(values), found, np.nan)
+        quantile = np.where(part > 0.0, (1.0 - part) * lower + part * upper, lower)
+    return np.where(count >= SHARE * len(values), quantile, np.nan)
 
 
 def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> tuple[list[Series], list[str]]:
@@ -172,15 +172,15 @@ def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> tuple[list[
     """
     names = set(dims)
     runs: dict[Label, set[object]] = {}
-    for one in series:
-        if "update" in one.key:
-            place = tuple(sorted((name, label) for name, label in one.key.items() if name in names))
-            runs.setdefault(one.key["update"], set()).add(place)
+    for curve in series:
+        if "update" in curve.key:
+            place = tuple(sorted((name, label) for name, label in curve.key.items() if name in names))
+            runs.setdefault(curve.key["update"], set()).add(place)
     most = max((len(some) for some in runs.values()), default=0)
     rare = {label for label, some in runs.items() if len(some) < SHARE * most}
     if not rare:
         return list(series), []
-    kept = [one for one in series if one.key.get("update") not in rare]
+    kept = [curve for curve in series if curve.key.get("update") not in rare]
     words = f"{len(rare)} wear state{'s' if len(rare) > 1 else ''}"
     return kept, [f"Not drawn: {words} that less than half of the runs have."]
 
@@ -227,13 +227,13 @@ def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Seri
             members.setdefault(name, []).append(label)
     labels = {name: _common_label(name, some) for name, some in members.items()}
 
-    def renamed(one: Series) -> Series:
-        if "update" not in one.key:
-            return one
-        mine: tuple[object, ...] = tuple((k, label) for k, label in one.key.items() if k in names)
-        return replace(one, key={**one.key, "update": labels[place[mine][one.key["update"]]]})
+    def renamed(curve: Series) -> Series:
+        if "update" not in curve.key:
+            return curve
+        mine: tuple[object, ...] = tuple((k, label) for k, label in curve.key.items() if k in names)
+        return replace(curve, key={**curve.key, "update": labels[place[mine][curve.key["update"]]]})
 
-    return [renamed(one) for one in series]
+    return [renamed(curve) for curve in series]
 
 
 def _common_label(name: str, some: Sequence[Label]) -> Label:

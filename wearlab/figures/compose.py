@@ -111,10 +111,10 @@ def _cells(
     }
 
 
-def _fits(one: Series, roles: Mapping[str, str], row: Label | None, column: Label | None) -> bool:
+def _fits(curve: Series, roles: Mapping[str, str], row: Label | None, column: Label | None) -> bool:
     """Say whether a series belongs into a panel; what lacks the panel's dimension belongs into all."""
     return all(
-        wanted is None or one.key.get(roles[role], wanted) == wanted
+        wanted is None or curve.key.get(roles[role], wanted) == wanted
         for role, wanted in (("rows", row), ("cols", column))
     )
 
@@ -134,8 +134,8 @@ def _powers(series: Sequence[Series]) -> dict[tuple[str, str, str], int]:
     return powers
 
 
-def _scale(one: Series, side: str) -> tuple[str, str]:
-    scale = one.across if side == "x" else one.up
+def _scale(curve: Series, side: str) -> tuple[str, str]:
+    scale = curve.across if side == "x" else curve.up
     return scale.words, scale.units
 
 
@@ -174,12 +174,12 @@ def _hours(inside: Sequence[Series], power: int) -> float | None:
     return float(told.pop()) * 10.0**power if len(told) == 1 and "" not in told else None
 
 
-def _pen(one: Series, hue: str | None, pen: Mapping[Label, Pen]) -> Pen:
-    if one.look in BESIDE:
-        return BESIDE[one.look]
-    if hue is not None and hue in one.key and one.key[hue] in pen:
-        return pen[one.key[hue]]
-    return Pen(INK if one.look == "published" or (hue and one.look != "points") else ALONE, "-", "o")
+def _pen(curve: Series, hue: str | None, pen: Mapping[Label, Pen]) -> Pen:
+    if curve.look in BESIDE:
+        return BESIDE[curve.look]
+    if hue is not None and hue in curve.key and curve.key[hue] in pen:
+        return pen[curve.key[hue]]
+    return Pen(INK if curve.look == "published" or (hue and curve.look != "points") else ALONE, "-", "o")
 
 
 def _lettered(panels: list[Panel]) -> tuple[Panel, ...]:
@@ -211,6 +211,6 @@ def _legend(
         entries = [LegendEntry(alone or OURS, Pen(ALONE, "-", "o"), coloured[-1].look)]
     extra = {s.text: s for s in reversed(series) if s.text}
     own = BESIDE | {"area": Pen(ALONE), "line": Pen(ALONE), "line-points": Pen(ALONE, "-", "o")}
-    for text, one in sorted(reversed(extra.items()), key=lambda item: item[1].look):
-        entries.append(LegendEntry(text, own.get(one.look, Pen(INK, "", "o")), one.look))
+    for text, curve in sorted(reversed(extra.items()), key=lambda item: item[1].look):
+        entries.append(LegendEntry(text, own.get(curve.look, Pen(INK, "", "o")), curve.look))
     return tuple(entries)

@@ -159,7 +159,7 @@ def of_update(subject: str, store: "Store", ask: Ask) -> Plot:
     """
     kind = KINDS[ask.kind]
     cases = updated_cases(subject, store, ask, kind)
-    series = [one for case in cases for one in kind.series(case, ask) if len(one.x)]
+    series = [curve for case in cases for curve in kind.series(case, ask) if len(curve.x)]
     if not series:
         raise FigureError(f"{ask.name}: the update has nothing to show of it")
     return compose(series, ask, kind, ["case"], [ask.note] if ask.note else [])
@@ -178,14 +178,14 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     ask, one_case = _of_one_case(_with_defaults(ask, kind, grid), grid)
     picked = pick(grid, ask, all_cases=kind.all_cases)
     runs = _able(grid, ask, kind, picked)
-    series = [one for run in runs for one in kind.series(run, ask)]
-    series = [one for one in series if len(one.x)] or series
+    series = [curve for run in runs for curve in kind.series(run, ask)]
+    series = [curve for curve in series if len(curve.x)] or series
     if not series:
         raise FigureError(f"{ask.name}: no selected run has {' or '.join(ask.y or kind.also or kind.needs)}")
     dims = [str(dim) for dim in grid.run_id.dims]
     notes = [*one_case, *_left_out(runs, series), *_cases_left_out(grid, ask, kind)]
     series, alike = drawn_once(series, ask)
-    notes += [*alike, *dict.fromkeys(one.said for one in series if one.said)]
+    notes += [*alike, *dict.fromkeys(curve.said for curve in series if curve.said)]
     if ask.kind == "line" and ask.x in along_axes(grid):
         series = joined(states_in_common(series, dims), str(grid[ask.x].dims[0]))
     if kind.joined is not None:
@@ -211,7 +211,7 @@ def _sampled(grid: xr.Dataset, ask: Ask, series: list[Series]) -> tuple[list[Ser
     """Return series, the sampled axes along which they become bands (those no role names), and notes."""
     told = {ask.hue, ask.rows, ask.cols, ask.x}
     axes = [axis for axis in sampled_axes(grid) if axis not in told]
-    varied = [axis for axis in axes if any(axis in one.key for one in series)]
+    varied = [axis for axis in axes if any(axis in curve.key for curve in series)]
     if not varied:
         return series, [], []
     dims = list(map(str, grid.run_id.dims))
@@ -240,10 +240,10 @@ def _left_out(runs: Sequence[Run], series: Sequence[Series]) -> list[str]:
 def _most_places(series: Sequence[Series], dim: str) -> int:
     """Return how many places along a dimension are drawn of the run with most of them, 0: it is no key."""
     shown: dict[tuple[object, ...], set[Label]] = {}
-    for one in series:
-        if dim in one.key:
-            rest = tuple((name, label) for name, label in one.key.items() if name != dim)
-            shown.setdefault(rest, set()).add(one.key[dim])
+    for curve in series:
+        if dim in curve.key:
+            rest = tuple((name, label) for name, label in curve.key.items() if name != dim)
+            shown.setdefault(rest, set()).add(curve.key[dim])
     return max((len(some) for some in shown.values()), default=0)
 
 

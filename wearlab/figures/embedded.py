@@ -50,20 +50,20 @@ def _png(file: Path, data: bytes) -> dict[str, str]:
 
 
 def _svg(file: Path, data: bytes) -> dict[str, str]:
-    found = ElementTree.fromstring(data).find(f".//{DESCRIPTION}")
-    return _texts(found.text if found is not None else None)
+    description = ElementTree.fromstring(data).find(f".//{DESCRIPTION}")
+    return _texts(description.text if description is not None else None)
 
 
 def _pdf(file: Path, data: bytes) -> dict[str, str]:
-    found = SUBJECT.search(data)
-    if found is None:
+    subject = SUBJECT.search(data)
+    if subject is None:
         return {}
-    return _texts(ESCAPED.sub(lambda one: ESCAPES.get(one[1], one[1]), found[1]).decode("ascii"))
+    return _texts(ESCAPED.sub(lambda one: ESCAPES.get(one[1], one[1]), subject[1]).decode("ascii"))
 
 
 def _texts(text: str | None) -> dict[str, str]:
-    found = json.loads(text or "{}")
-    return {str(key): str(value) for key, value in found.items()} if isinstance(found, dict) else {}
+    texts = json.loads(text or "{}")
+    return {str(key): str(value) for key, value in texts.items()} if isinstance(texts, dict) else {}
 
 
 READERS: dict[bytes, Callable[[Path, bytes], dict[str, str]]] = {

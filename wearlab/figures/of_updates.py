@@ -21,19 +21,19 @@ NOT_DRAWN = ("remaining_useful_life", "wear_coefficient")
 
 
 def line(
-    one: Updated, x: Array, y: Array, across: Scale, up: Scale, look: str = "line", text: str = ""
+    update: Updated, x: Array, y: Array, across: Scale, up: Scale, look: str = "line", text: str = ""
 ) -> Series:
     """Return a curve of one case."""
-    hours = one.hours_per_cycle if across in (CYCLES, REST) else None
-    return Series(one.key, np.asarray(x, float), np.asarray(y, float), across, up, look, text, (), hours)  # type: ignore[arg-type]
+    hours = update.hours_per_cycle if across in (CYCLES, REST) else None
+    return Series(update.key, np.asarray(x, float), np.asarray(y, float), across, up, look, text, (), hours)  # type: ignore[arg-type]
 
 
-def area(one: Updated, x: Array, low: Array, high: Array, across: Scale, up: Scale) -> Series:
+def area(update: Updated, x: Array, low: Array, high: Array, across: Scale, up: Scale) -> Series:
     """Return the area between two curves of one case."""
     held = np.isfinite(low) & np.isfinite(high)
     outline = np.concatenate([x[held], x[held][::-1]]), np.concatenate([low[held], high[held][::-1]])
-    hours = one.hours_per_cycle if across in (CYCLES, REST) else None
-    return Series(one.key, *outline, across, up, "area", hours=hours)
+    hours = update.hours_per_cycle if across in (CYCLES, REST) else None
+    return Series(update.key, *outline, across, up, "area", hours=hours)
 
 
 def density(values: Array) -> tuple[Array, Array]:

@@ -32,23 +32,25 @@ def from_first(
     hue = roles.get("hue")
     if hue is None:
         raise FigureError(f'{ask.name}: y_as = "difference" needs a second curve; nothing varies by hue here')
-    if any(one.look in (*BESIDE, "published", "area") for one in series):
+    if any(curve.look in (*BESIDE, "published", "area") for curve in series):
         raise FigureError(
             f'{ask.name}: y_as = "difference" is for curves alone, without published points, bands and levels'
         )
     panels = [roles[role] for role in ("rows", "cols") if role in roles]
     first: dict[tuple[Label | None, ...], Series] = {}
-    for one in series:
-        first.setdefault(tuple(one.key.get(name) for name in panels), one)
-    found = [_less(one, first[tuple(one.key.get(name) for name in panels)], hue) for one in series]
-    return found, (_said(list(first.values()), hue),)
+    for curve in series:
+        first.setdefault(tuple(curve.key.get(name) for name in panels), curve)
+    differences = [
+        _less(curve, first[tuple(curve.key.get(name) for name in panels)], hue) for curve in series
+    ]
+    return differences, (_said(list(first.values()), hue),)
 
 
-def _less(one: Series, first: Series, hue: str) -> Series:
+def _less(curve: Series, first: Series, hue: str) -> Series:
     if not np.all(np.diff(first.x) >= 0.0):
         raise ValueError(f"abscissae of {first.key[hue].text} do not ascend")
-    at = first.y if np.array_equal(one.x, first.x) else np.interp(one.x, first.x, first.y)
-    return replace(one, y=one.y - at, up=Scale(f"change of {_within(one.up.words)}", one.up.units))
+    at = first.y if np.array_equal(curve.x, first.x) else np.interp(curve.x, first.x, first.y)
+    return replace(curve, y=curve.y - at, up=Scale(f"change of {_within(curve.up.words)}", curve.up.units))
 
 
 def _within(words: str) -> str:
@@ -56,8 +58,8 @@ def _within(words: str) -> str:
 
 
 def _said(first: Sequence[Series], hue: str) -> str:
-    low, high = min(np.nanmin(one.y) for one in first), max(np.nanmax(one.y) for one in first)
-    named = ", ".join(dict.fromkeys(one.key[hue].text for one in first))
+    low, high = min(np.nanmin(curve.y) for curve in first), max(np.nanmax(curve.y) for curve in first)
+    named = ", ".join(dict.fromkeys(curve.key[hue].text for curve in first))
     values = f"{low:.4g} to {high:.4g}{joined(first[0].up.units)}"
     return f"Drawn is the change from {named}, whose values run from {values}."
 
@@ -69,9 +71,9 @@ def require_positive(series: Sequence[Series], ask: Ask) -> None:
     ------
     FigureError : a value is not above zero
     """
-    for one in series:
-        least = float(np.nanmin(one.y, initial=np.inf))
+    for curve in series:
+        least = float(np.nanmin(curve.y, initial=np.inf))
         if least <= 0.0:
             raise FigureError(
-                f'{ask.name}: y_as = "logarithm": {one.up.words} reaches {least:.3g}; all must be above 0'
+                f'{ask.name}: y_as = "logarithm": {curve.up.words} reaches {least:.3g}; all must be above 0'
             )

@@ -77,9 +77,9 @@ def _said(numbers: Sequence[Label], facet: str) -> str:
     """Return what a bar shows, with the unit that its labels bear."""
     if facet == "update":
         return "wear cycles"
-    found = LEADING_NUMBER.fullmatch(numbers[-1].text)
+    numeral = LEADING_NUMBER.fullmatch(numbers[-1].text)
     words = facet.replace("_", " ")
-    return f"{words} ({found[1]})" if found and found[1] else words
+    return f"{words} ({numeral[1]})" if numeral and numeral[1] else words
 
 
 def beside_bar(labels: Sequence[Label | None]) -> list[Label | None]:

@@ -58,7 +58,7 @@ def published(source: Path | Points, series: Sequence[Series], hue: str | None, 
     dims = {(hue if name == "hue" else name): i for name, i in columns.items() if name not in ("x", "y")}
     keys = [tuple((dim, row[i].strip()) for dim, i in dims.items() if dim) for row in rows]
     for key in dict.fromkeys(keys):
-        inside = np.array([one == key for one in keys])
+        inside = np.array([each_key == key for each_key in keys])
         labels = {dim: _known(series, dim, text) for dim, text in key}
         yield Series(labels, x[inside], y[inside], first.across, first.up, "published", TEXT)
 

@@ -103,7 +103,7 @@ def texts(
     missing : names of the runs that had no data
     """
     code = {(e.wearlab_version or "", e.source_hash or "") for e in entries.values()}
-    found = {
+    told = {
         "Title": ask.title or KINDS[ask.kind].title,
         "campaign": asked.campaign.title,
         "campaign_hash": asked.hash,
@@ -117,7 +117,7 @@ def texts(
         "source_hash": ", ".join(sorted({source for _, source in code})),
         QUESTION: _json(_written(asked, entries)),
     }
-    return {key: text for key, text in found.items() if text}
+    return {key: text for key, text in told.items() if text}
 
 
 def _written(asked: Question, entries: "Mapping[str, Entry]") -> dict[str, Any]:
@@ -133,17 +133,17 @@ def _written(asked: Question, entries: "Mapping[str, Entry]") -> dict[str, Any]:
     }
 
 
-def asked_by(found: Mapping[str, str], file: Path) -> Question:
+def asked_by(told: Mapping[str, str], file: Path) -> Question:
     """Return the question that a figure's texts hold.
 
     Raises
     ------
     FigureError : they hold none, or one that this wearlab cannot read
     """
-    if QUESTION not in found:
+    if QUESTION not in told:
         raise FigureError(f"{file}: carries no question of wearlab: it was not drawn by 'wearlab figures'")
     try:
-        written = json.loads(found[QUESTION])
+        written = json.loads(told[QUESTION])
         if written["format"] != FORMAT:
             raise ValueError(f"question of format {written['format']!r}, this wearlab reads {FORMAT}")
         table, points = dict(written["table"]), written["points"]
@@ -154,8 +154,8 @@ def asked_by(found: Mapping[str, str], file: Path) -> Question:
             {key: value for key, value in table.items() if key in KEYS},
             None if points is None else Points(*map(str, points)),
             from_record(written["campaign"]),
-            found.get("campaign_text", ""),
-            found.get("campaign_hash", ""),
+            told.get("campaign_text", ""),
+            told.get("campaign_hash", ""),
             {str(run_id): str(sha256) for run_id, sha256 in written["runs"].items()},
             str(written.get("subject", "")),
         )

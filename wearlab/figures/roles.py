@@ -57,11 +57,11 @@ def laid_out(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence
 
 def _varied(series: Sequence[Series]) -> dict[str, list[Label]]:
     """Return the labels along every dimension that has more than one, in order."""
-    found: dict[str, dict[Label, None]] = {}
-    for one in series:
-        for name, label in one.key.items():
-            found.setdefault(name, {})[label] = None
-    ordered = {name: _in_order(list(labels)) for name, labels in found.items()}
+    varied: dict[str, dict[Label, None]] = {}
+    for curve in series:
+        for name, label in curve.key.items():
+            varied.setdefault(name, {})[label] = None
+    ordered = {name: _in_order(list(labels)) for name, labels in varied.items()}
     return {name: labels for name, labels in ordered.items() if len(labels) > 1}
 
 
@@ -78,7 +78,7 @@ def _roles(
     grid_dims: Sequence[str],
 ) -> dict[str, str]:
     """Return role → dimension: what was asked for, then the kind's preference, then whatever is free."""
-    known = {name for one in series for name in one.key}
+    known = {name for curve in series for name in curve.key}
     asked = {role: name for role in ROLES if (name := getattr(ask, role))}
     for role, name in asked.items():
         if name not in known:
@@ -150,13 +150,13 @@ def _folded(
         for i, place in enumerate(ranked)
     }
 
-    def folded(one: Series) -> Series:
-        if not all(dim in one.key for dim in dims):
-            return one
-        rest = {key: label for key, label in one.key.items() if key not in dims}
-        return replace(one, key={**rest, name: labels[tuple(one.key[dim] for dim in dims)]})
+    def folded(curve: Series) -> Series:
+        if not all(dim in curve.key for dim in dims):
+            return curve
+        rest = {key: label for key, label in curve.key.items() if key not in dims}
+        return replace(curve, key={**rest, name: labels[tuple(curve.key[dim] for dim in dims)]})
 
-    new = [folded(one) for one in series]
+    new = [folded(curve) for curve in series]
     kept = {key: some for key, some in varied.items() if key not in dims}
     return new, {**kept, name: list(labels.values())}, {**roles, role: name}
 

@@ -82,22 +82,22 @@ def pick(grid: "xr.Dataset", ask: Ask, *, all_cases: bool) -> Picked:
     ids, status = grid.run_id.values, grid.status.values
     wanted = [_wanted(grid, dim, ask, all_cases) for dim in dims]
     unsaid = () if "case" in (ask.hue, ask.rows, ask.cols, ask.x) else (BASE,)
-    found: dict[str, tuple[dict[str, int], dict[str, Label], str]] = {}
+    picked: dict[str, tuple[dict[str, int], dict[str, Label], str]] = {}
     missing: dict[str, str] = {}
     for point in itertools.product(*wanted):
         run_id = str(ids[point])
-        if not run_id or run_id in found or run_id in missing:
+        if not run_id or run_id in picked or run_id in missing:
             continue
         labels = _labels(grid, dims, point)
         if status[point] == "done":
-            found[run_id] = (dict(zip(dims, point, strict=True)), labels, run_id)
+            picked[run_id] = (dict(zip(dims, point, strict=True)), labels, run_id)
         else:
             told = dict.fromkeys(x.text for x in labels.values() if x.value not in unsaid)
             name = ", ".join(told) or run_id[:12]
             missing[run_id] = f"{name}: {status[point]}"
-    if not found and not missing:
+    if not picked and not missing:
         raise FigureError(f"{ask.name}: select = {dict(ask.select)} leaves no run")
-    return Picked(tuple(found.values()), tuple(missing.values()))
+    return Picked(tuple(picked.values()), tuple(missing.values()))
 
 
 def _wanted(grid: "xr.Dataset", dim: str, ask: Ask, all_cases: bool) -> list[int]:
@@ -168,7 +168,7 @@ def axis_named(grid: "xr.Dataset", name: str) -> str:
     """Return the axis or coordinate that a name means: itself, or the one of a key that ends so."""
     if name in grid.variables or name in grid.dims:
         return name
-    keys = {one: str(grid[one].attrs.get("key", "")) for one in along_axes(grid)}
+    keys = {axis: str(grid[axis].attrs.get("key", "")) for axis in along_axes(grid)}
     meant = [one for one, key in keys.items() if key == name or key.endswith(f".{name}")]
     return meant[0] if len(meant) == 1 else name
 
@@ -181,12 +181,12 @@ def axis_words(grid: "xr.Dataset", name: str) -> str:
 
 
 def _beside(grid: "xr.Dataset", point: Mapping[str, int]) -> dict[str, Label]:
-    found = {}
+    coordinates = {}
     for name in along_axes(grid):
         if name not in point:
             value = grid[name].isel(point, missing_dims="ignore").values[()]
-            found[name] = place(name, _plain(value), grid[name].attrs.get("units"))
-    return found
+            coordinates[name] = place(name, _plain(value), grid[name].attrs.get("units"))
+    return coordinates
 
 
 def _box(

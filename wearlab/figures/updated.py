@@ -54,15 +54,15 @@ def updated_cases(subject: str, store: "Store", ask: Ask, kind: Kind) -> list[Up
         if tree is None or not all(_has(tree, need) for need in kind.needs):
             continue
         groups = {name: node.to_dataset() for name, node in tree.children.items()}
-        found = _cases(groups)
+        updated = _cases(groups)
         wanted = ask.select.get("case")
         labels = [wanted] if isinstance(wanted, str) else wanted
-        kept = [one for one in found if not labels or not one.key or one.key["case"].value in labels]
+        kept = [one for one in updated if not labels or not one.key or one.key["case"].value in labels]
         if not kept:
             raise FigureError(f"{ask.name}: select.case: the update has no such case")
         return kept
     option = {"inspection": " --replay", "calibration": " --check 200"}
-    words = "".join(more for need, more in option.items() if any(need in one for one in kind.needs))
+    words = "".join(more for need, more in option.items() if any(need in needed for needed in kind.needs))
     raise FigureError(
         f"{ask.name}: no update of this campaign and its measurements as they stand is kept that shows it: "
         f"wearlab update FILE{words}"
@@ -82,7 +82,10 @@ def _cases(groups: dict[str, xr.Dataset]) -> list[Updated]:
     return [
         Updated(
             {"case": Label(str(label), str(label))},
-            {name: one.sel(case=label) if "case" in one.dims else one for name, one in groups.items()},
+            {
+                name: group.sel(case=label) if "case" in group.dims else group
+                for name, group in groups.items()
+            },
         )
         for label in predictions["case"].values.tolist()
     ]

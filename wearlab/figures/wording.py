@@ -78,11 +78,11 @@ def _as_fraction(text: str) -> str:
     over: list[str] = []
     under: list[str] = []
     for part in text.split():
-        found = re.fullmatch(r"([A-Za-zµ%]+)(-?\d+)?", part)
-        if found is None:
+        unit = re.fullmatch(r"([A-Za-zµ%]+)(-?\d+)?", part)
+        if unit is None:
             return text
-        power = int(found[2] or 1)
-        (over if power > 0 else under).append(found[1] + (f"^{abs(power)}" if abs(power) != 1 else ""))
+        power = int(unit[2] or 1)
+        (over if power > 0 else under).append(unit[1] + (f"^{abs(power)}" if abs(power) != 1 else ""))
     return "*".join(over or ["1"]) + "".join(f"/{part}" for part in under)
 
 

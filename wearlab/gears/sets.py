@@ -51,12 +51,12 @@ PLANETARY = SetDescriptor(
     central=("sun", "ring", "carrier"),
     roles=("sun", "carrier", "ring"),
 )
-SETS = {one.kind: one for one in (EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY)}
+SETS = {descriptor.kind: descriptor for descriptor in (EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY)}
 """Every kind of gear set, by name."""
 
 
 def _any(words: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(word for one in SETS.values() for word in getattr(one, words)))
+    return tuple(dict.fromkeys(word for descriptor in SETS.values() for word in getattr(descriptor, words)))
 
 
 UNSAID = SetDescriptor(

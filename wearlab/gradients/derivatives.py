@@ -50,25 +50,25 @@ def gradient(
     numbers = [number(given, key) for key in keys]
     lived = LivedSteps(given)
     values = wanted(names, lived)
-    here = {name: read(one, lived, lived.ends) for name, one in values.items()}
+    here = {name: read(quantity, lived, lived.ends) for name, quantity in values.items()}
     rows: dict[str, list[Any]] = {name: [] for name in values}
-    for one in numbers:
-        scene_there, step = one.moved(given)
+    for parameter in numbers:
+        scene_there, step = parameter.moved(given)
         ends = lived.moved(scene_there)
         for name, value in values.items():
             rows[name].append((read(value, lived, ends) - here[name]) / step)
-    found: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     for name, value in values.items():
         dims = () if value.read is None else ("update", *value.dims)
-        found[name] = (dims, here[name], {"units": value.unit})
+        variables[name] = (dims, here[name], {"units": value.unit})
         said = {"units": value.unit, "long_name": f"derivative of {name} by the parameter, in SI"}
-        found[f"d_{name}"] = (("parameter", *dims), np.stack(rows[name]), said)
+        variables[f"d_{name}"] = (("parameter", *dims), np.stack(rows[name]), said)
     coordinates: dict[str, Any] = {
         "parameter": list(keys),
-        "parameter_value": ("parameter", [one.value for one in numbers]),
-        "parameter_unit": ("parameter", [one.unit for one in numbers]),
+        "parameter_value": ("parameter", [parameter.value for parameter in numbers]),
+        "parameter_unit": ("parameter", [parameter.unit for parameter in numbers]),
     }
-    return xr.Dataset(found, coordinates | _labels(lived, lived.ends, values))
+    return xr.Dataset(variables, coordinates | _labels(lived, lived.ends, values))
 
 
 def _names(given: str | Sequence[str], what: str) -> tuple[str, ...]:
@@ -82,13 +82,13 @@ def _names(given: str | Sequence[str], what: str) -> tuple[str, ...]:
 
 def _labels(lived: LivedSteps, ends: Ends, values: dict[str, Value]) -> dict[str, Any]:
     """Return the coordinates of the dimensions that values have."""
-    dims = {dim for one in values.values() for dim in one.dims}
-    found: dict[str, Any] = {"cycle": ("update", [0.0, lived.cycle][: len(ends.states)])}
-    if all(one.read is None for one in values.values()):
+    dims = {dim for value in values.values() for dim in value.dims}
+    coordinates: dict[str, Any] = {"cycle": ("update", [0.0, lived.cycle][: len(ends.states)])}
+    if all(value.read is None for value in values.values()):
         return {}
     known = {
         "mesh": list(ends.parts.gears.mesh_names),
         "phase": ends.parts.phase,
         "flank": list(ends.parts.gears.flanks),
     }
-    return found | {dim: labels for dim, labels in known.items() if dim in dims}
+    return coordinates | {dim: labels for dim, labels in known.items() if dim in dims}

@@ -118,9 +118,9 @@ class LivedSteps:
         _, parts = self.frozen.build(scene)
         own = self.ends.parts
         same = all(
-            len(one.analysis.grid.position) == len(other.analysis.grid.position)
-            and np.array_equal(one.analysis.grid.intervals, other.analysis.grid.intervals)
-            for one, other in zip(own.kinds, parts.kinds, strict=True)
+            len(kind.analysis.grid.position) == len(other.analysis.grid.position)
+            and np.array_equal(kind.analysis.grid.intervals, other.analysis.grid.intervals)
+            for kind, other in zip(own.kinds, parts.kinds, strict=True)
         )
         if own.vibration is not None and parts.vibration is not None:
             one, other = (each.vibration.stages.grid.segment for each in (own, parts))  # type: ignore[union-attr]
@@ -139,7 +139,7 @@ class LivedSteps:
             start = known[len(memory)] if known is not None else near
             state = of.evaluate(of.split(wear), start or None)
             memory.append(state.responses or (near or ()))
-            if any(one.period == 0 for one in state.responses):
+            if any(response.period == 0 for response in state.responses):
                 raise GradientError("the response does not repeat on the way: it has no derivative")
             if known is not None and _periods(state.responses) != _periods(known[len(memory) - 1]):
                 raise GradientError("the response changes its period as this number moves")
@@ -157,14 +157,14 @@ class LivedSteps:
         return Ends(parts, (first, last), steps, memory)
 
     def _taken(self, wear: Array, rate_there: Array, rate: Callable[[Array], Array]) -> list[Step]:
-        node, found = Node(0.0, wear, rate_there), []
+        node, taken = Node(0.0, wear, rate_there), []
         for step in self.steps:
             try:
-                found.append(again(step, rate, node))
+                taken.append(again(step, rate, node))
             except StopWear as stop:
                 raise GradientError(f"the worn gears can no longer run: {stop.reason}") from stop
-            node = found[-1].end
-        return found
+            node = taken[-1].end
+        return taken
 
     def life_of(self, ends: Ends) -> float:
         """Return the cycle at which the depth limit is met, where it is within or next to the last step [1].
@@ -185,4 +185,4 @@ class LivedSteps:
 
 
 def _periods(responses: Responses) -> list[int]:
-    return [one.period for one in responses]
+    return [response.period for response in responses]

@@ -45,13 +45,13 @@ class Number(NamedTuple):
             raise GradientError(f"{self.key}: is 0, and no size of a step is known: give it a small value")
         value = self.value + step
         try:
-            found = scene.replace(self.key, f"{value!r} {self.unit}" if self.kind else value)
+            changed = scene.replace(self.key, f"{value!r} {self.unit}" if self.kind else value)
         except SceneError as error:
             raise GradientError("\n".join(error.problems)) from None
-        moved = number(found, self.key).value - self.value
+        moved = number(changed, self.key).value - self.value
         if not moved > 0.0:
             raise GradientError(f"{self.key}: {self.value:g} cannot be moved: it is no continuous number")
-        return found, moved
+        return changed, moved
 
 
 def number(scene: Scene, key: str) -> Number:
@@ -90,8 +90,8 @@ def _kind(part: Part | Scene, name: str) -> str:
 
 def _marks(annotation: Any) -> list[Any]:
     """Return the marks of an annotation, of all its alternatives."""
-    found = list(getattr(annotation, "__metadata__", ()))
+    marks = list(getattr(annotation, "__metadata__", ()))
     for inner in getattr(annotation, "__args__", ()):
-        found += _marks(inner)
+        marks += _marks(inner)
     origin = getattr(annotation, "__origin__", None)
-    return found + (_marks(origin) if hasattr(annotation, "__metadata__") else [])
+    return marks + (_marks(origin) if hasattr(annotation, "__metadata__") else [])

@@ -57,8 +57,8 @@ def _force(parts: Parts, state: WearState) -> Array:
 
 def _deflection(parts: Parts, state: WearState) -> Array:
     assert parts.vibration is not None and state.response is not None
-    found, _ = parts.vibration.deflection(state.response, parts.vibration.look(parts.phase))
-    return found.transpose(1, 0, 2)
+    deflection, _ = parts.vibration.deflection(state.response, parts.vibration.look(parts.phase))
+    return deflection.transpose(1, 0, 2)
 
 
 def _depth(parts: Parts, state: WearState) -> Array:
@@ -108,8 +108,8 @@ def wanted(names: tuple[str, ...], lived: LivedSteps) -> dict[str, Value]:
     return {name: VALUES[name] for name in names}
 
 
-def read(one: Value, lived: LivedSteps, ends: Ends) -> Array:
+def read(value: Value, lived: LivedSteps, ends: Ends) -> Array:
     """Return a value in every state, (n_states, …), of the ends of a life; the life itself is one number."""
-    if one.read is None:
+    if value.read is None:
         return np.asarray(lived.life_of(ends))
-    return np.stack([one.read(ends.parts, state) for state in ends.states])
+    return np.stack([value.read(ends.parts, state) for state in ends.states])

@@ -30,15 +30,15 @@ def again(step: Step, rate: Rate, start: Node) -> Step:
         raise ValueError("the wear rate jumps or wavers in this step: it cannot be taken again")
     if step.by == EULER:
         depth = start.depth + step.size * start.rate
-        found, slopes = rate(depth), (start.rate, start.rate)
-        end = Node(step.end.cycle, depth, found)
+        rate_at_end, slopes = rate(depth), (start.rate, start.rate)
+        end = Node(step.end.cycle, depth, rate_at_end)
     elif isinstance(step.by, rkc.Scheme):
         depth = rkc.step(rate, start.depth, start.rate, step.size, step.by)
         end = Node(step.end.cycle, depth, rate(depth))
         slopes = (start.rate, end.rate)
     else:
         begun = embedded.begin(rate, start.depth, start.rate, step.size)
-        depth, found, *_ = embedded.complete(rate, start.depth, start.rate, step.size, begun)
-        end = Node(step.end.cycle, depth, found)
-        slopes = (start.rate, found)
+        depth, rate_at_end, *_ = embedded.complete(rate, start.depth, start.rate, step.size, begun)
+        end = Node(step.end.cycle, depth, rate_at_end)
+        slopes = (start.rate, rate_at_end)
     return Step(start, end, slopes, np.zeros_like(depth), 1.0, step.by)

@@ -44,13 +44,13 @@ def scatter(rate_of: Callable[[Index], Array], meshes: int, periods: Sequence[in
     meshes : meshes of the kind
     periods : mesh periods of each response
     """
-    found, first = 0.0, 0
+    largest, first = 0.0, 0
     for count in periods:
         length = min(BLOCK, max(1, count // LEAST_BLOCKS))
         blocks = count // length
         if blocks >= LEAST_BLOCKS:
             row = first + count * np.arange(meshes)[:, None] + np.arange(length)
             means = np.stack([rate_of((row + length * block).ravel()) for block in range(blocks)])
-            found = max(found, float(means.std(axis=0, ddof=1).max() / np.sqrt(blocks)))
+            largest = max(largest, float(means.std(axis=0, ddof=1).max() / np.sqrt(blocks)))
         first += meshes * count
-    return found
+    return largest

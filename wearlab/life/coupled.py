@@ -58,12 +58,12 @@ def kinds_of(
     edges: Array,
 ) -> tuple[MeshKind, ...]:
     """Return the kinds of mesh of a set whose clock has breaks at ``edges``."""
-    found = []
+    kinds = []
     for kind, (analysis, law, patch) in enumerate(zip(analyses, laws, patches, strict=True)):
         own = of_kind(meshes, kind)
         when = tuple(instants_of(analysis.grid, meshes[i].lag, analysis.at_nodes, edges) for i in own)
-        found.append(MeshKind(analysis, law, patch, own, when))
-    return tuple(found)
+        kinds.append(MeshKind(analysis, law, patch, own, when))
+    return tuple(kinds)
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Coupled(ABC):
 
     def flat(self, wear: Sequence[Array]) -> Array:
         """Return depths or rates of every kind, each (2, n), as one array."""
-        return np.concatenate([one.ravel() for one in wear])
+        return np.concatenate([depths.ravel() for depths in wear])
 
     def split(self, flat: Array) -> Wear:
         """Return one array of depths or rates as those of every kind, each (2, n)."""
@@ -115,7 +115,7 @@ class Coupled(ABC):
 
     def entries(self, kind: int, gear: int) -> slice:
         """Return where a flank of a kind of mesh, 0 driving or 1 driven, lies in the flat array."""
-        sizes = [len(one.analysis.grid.position) for one in self.kinds]
+        sizes = [len(mesh_kind.analysis.grid.position) for mesh_kind in self.kinds]
         first = 2 * sum(sizes[:kind]) + gear * sizes[kind]
         return slice(first, first + sizes[kind])
 

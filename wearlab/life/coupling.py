@@ -56,24 +56,26 @@ class Coupling(Coupled):
         """
         clock = time.perf_counter()
         touching = [self._touching(kind, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
-        static = [one.analysis.quasistatic(one.nodes, one.analysis.at_nodes) for one in touching]
+        static = [flanks.analysis.quasistatic(flanks.nodes, flanks.analysis.at_nodes) for flanks in touching]
         clock = self._spent("contact", clock)
         self.account.counts["contact_analyses"] += 1
         responses = self._respond(self.vibration, touching, start or None) if self.vibration else ()
         forces = [
-            self._forces(kind, one, responses) if responses else still(one, state)
-            for kind, one, state in zip(self.kinds, touching, static, strict=True)
+            self._forces(kind, flanks, responses) if responses else still(flanks, state)
+            for kind, flanks, state in zip(self.kinds, touching, static, strict=True)
         ]
         clock = self._spent("dynamics", clock)
         states, noises = [], [0.0]
-        for depth, one, state, kind, force in zip(wear, touching, static, self.kinds, forces, strict=True):
-            tooth_force = self.load.at_nodes(one, state, force)
+        for depth, flanks, state, kind, force in zip(wear, touching, static, self.kinds, forces, strict=True):
+            tooth_force = self.load.at_nodes(flanks, state, force)
             rate = None if kind.law is None else _rate(kind, depth, force.weight, tooth_force)
             if kind.law is not None and any(response.period == 0 for response in responses):
-                rate_of = partial(self._rate_of, kind.law, one, state, force, depth)
+                rate_of = partial(self._rate_of, kind.law, flanks, state, force, depth)
                 noises.append(scatter(rate_of, len(kind.meshes), force.periods))
             states.append(
-                KindState(depth, one.nodes, state, one.series, force.weight, force.elastic, tooth_force, rate)
+                KindState(
+                    depth, flanks.nodes, state, flanks.series, force.weight, force.elastic, tooth_force, rate
+                )
             )
         self._spent("wear", clock)
         return WearState(tuple(states), responses, max(noises))
@@ -107,8 +109,8 @@ class Coupling(Coupled):
     def touching(self, state: WearState) -> list[Touching]:
         """Return the flanks of every kind of mesh in a wear state."""
         return [
-            Touching(kind.analysis, one.nodes, one.fitted)
-            for kind, one in zip(self.kinds, state.kind, strict=True)
+            Touching(kind.analysis, known.nodes, known.fitted)
+            for kind, known in zip(self.kinds, state.kind, strict=True)
         ]
 
     def _touching(self, kind: MeshKind, depth: Array) -> Touching:
@@ -123,7 +125,7 @@ class Coupling(Coupled):
     def _rate_of(
         self,
         law: PreparedLaw,
-        one: Touching,
+        flanks: Touching,
         static: Quasistatic,
         force: Forces,
         depth: Array,
@@ -132,7 +134,7 @@ class Coupling(Coupled):
         """Return the wear rate of some of the rows by themselves, (2, n) [m per cycle]."""
         weight = force.weight[rows] / force.weight[rows].sum()
         some = Forces(weight, force.elastic[rows], force.pair[rows])
-        return averaged_rate(law, weight, self.load.at_nodes(one, static, some), depth)
+        return averaged_rate(law, weight, self.load.at_nodes(flanks, static, some), depth)
 
     def _spent(self, stage: str, since: float) -> float:
         now = time.perf_counter()
@@ -141,15 +143,17 @@ class Coupling(Coupled):
 
     def _respond(self, vibration: Vibration, touching: list[Touching], start: Responses | None) -> Responses:
         responses = vibration.solve(touching, start)
-        self.account.counts["period_maps"] += sum(one.counts.period_maps for one in responses)
-        self.account.counts["right_hand_sides"] += sum(one.counts.right_hand_sides for one in responses)
+        self.account.counts["period_maps"] += sum(response.counts.period_maps for response in responses)
+        self.account.counts["right_hand_sides"] += sum(
+            response.counts.right_hand_sides for response in responses
+        )
         return responses
 
-    def _forces(self, kind: MeshKind, one: Touching, responses: Responses) -> Forces:
+    def _forces(self, kind: MeshKind, flanks: Touching, responses: Responses) -> Forces:
         """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle."""
         vibration = self.vibration
         assert vibration is not None
-        where = one.analysis.at_nodes
+        where = flanks.analysis.at_nodes
         rows: list[Array] = []
         weights: list[float] = []
         counts: list[int] = []
@@ -159,14 +163,14 @@ class Coupling(Coupled):
                 for mesh, when in zip(kind.meshes, kind.when, strict=True)
             ]
             periods = len(each[0])
-            rows += [row for found in each for row in found]
+            rows += [row for mesh_rows in each for row in mesh_rows]
             counts.append(periods)
             weights += [1.0 / (len(responses) * periods * len(each))] * (periods * len(each))
         backlash = backlash_of(vibration.system, int(kind.meshes[0]))
-        found = mesh_force(one, repeated(where, len(rows)), np.concatenate(rows), backlash)
+        acting = mesh_force(flanks, repeated(where, len(rows)), np.concatenate(rows), backlash)
         shape = (len(rows), len(where.phase))
         return Forces(
-            np.array(weights), found.elastic.reshape(shape), found.pair.reshape(*shape, -1), tuple(counts)
+            np.array(weights), acting.elastic.reshape(shape), acting.pair.reshape(*shape, -1), tuple(counts)
         )
 
 

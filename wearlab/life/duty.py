@@ -72,8 +72,8 @@ class DutyCoupling(Coupled):
             The first block's with the mixed rate; ``block`` holds them all.
         """
         starts = self.apart(start) if start else [None] * len(self.blocks)
-        found = tuple(one.evaluate(wear, near) for one, near in zip(self.blocks, starts, strict=True))
-        return mixed(found, self.weight)
+        states = tuple(block.evaluate(wear, near) for block, near in zip(self.blocks, starts, strict=True))
+        return mixed(states, self.weight)
 
     @property
     def work(self) -> int:
@@ -88,7 +88,7 @@ class DutyCoupling(Coupled):
     @property
     def shared(self) -> tuple[Any, ...]:
         """What responses belong to, block after block."""
-        return tuple(one for block in self.blocks for one in block.shared)
+        return tuple(thing for block in self.blocks for thing in block.shared)
 
     def wearing(self) -> "DutyCoupling":
         """Return what the wear rate needs of it: no responses where the static force wears."""
@@ -96,9 +96,9 @@ class DutyCoupling(Coupled):
 
     def resting(self) -> "DutyCoupling | None":
         """Return what wears under the static loads alone, None where it does so already."""
-        found = [block.resting() for block in self.blocks]
-        resting = tuple(one or block for one, block in zip(found, self.blocks, strict=True))
-        return replace(self, blocks=resting) if any(one is not None for one in found) else None
+        static = [block.resting() for block in self.blocks]
+        resting = tuple(still_block or block for still_block, block in zip(static, self.blocks, strict=True))
+        return replace(self, blocks=resting) if any(one is not None for one in static) else None
 
     def apart(self, responses: Responses) -> list[Responses]:
         """Return the responses of each block."""
@@ -108,15 +108,15 @@ class DutyCoupling(Coupled):
         return [responses[end - count : end] for end, count in zip(ends, counts, strict=True)]
 
 
-def mixed(found: tuple[WearState, ...], weight: Array) -> WearState:
+def mixed(states: tuple[WearState, ...], weight: Array) -> WearState:
     """Return the state of all blocks together: rates mixed, responses in a row."""
-    first = found[0]
+    first = states[0]
     kinds = first.kind
     if first.wears:
-        rates = [mixture(weight, [one.rate[k] for one in found]) for k in range(len(kinds))]
+        rates = [mixture(weight, [state.rate[k] for state in states]) for k in range(len(kinds))]
         kinds = tuple(kind._replace(rate=rate) for kind, rate in zip(kinds, rates, strict=True))
-    noise = float(np.hypot.reduce([w * one.noise for w, one in zip(weight, found, strict=True)]))
-    return WearState(kinds, tuple(r for one in found for r in one.responses), noise, found)
+    noise = float(np.hypot.reduce([w * state.noise for w, state in zip(weight, states, strict=True)]))
+    return WearState(kinds, tuple(r for state in states for r in state.responses), noise, states)
 
 
 def mixture(weight: Array, values: Sequence[Array]) -> Array:

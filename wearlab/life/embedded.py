@@ -92,5 +92,5 @@ def _seen(change: Array, way: Array, r: Array) -> float:
     Differences of rates of rising order are what ∂r/∂h makes of the rate once, twice, three times: a power
     iteration that costs nothing.
     """
-    length, found = float(np.linalg.norm(way)), float(np.linalg.norm(change))
-    return found / length if found > NOISE * float(np.linalg.norm(r)) and length > 0.0 else 0.0
+    length, moved = float(np.linalg.norm(way)), float(np.linalg.norm(change))
+    return moved / length if moved > NOISE * float(np.linalg.norm(r)) and length > 0.0 else 0.0

@@ -70,7 +70,7 @@ class Fixed:
 def stability_limit(node: Node, rate: CountedRate, scale: float) -> float:
     """Return Euler's longest stable step ``2/ρ`` at a state, infinite where nothing relaxes [cycles]."""
     memory = rate.remember()
-    found = spectrum(
+    seen = spectrum(
         rate,
         node.depth,
         random_direction(node.rate),
@@ -79,7 +79,7 @@ def stability_limit(node: Node, rate: CountedRate, scale: float) -> float:
         iterations=60,
     )
     rate.recall(memory)
-    return STABILITY_LIMIT / found.radius if found.radius > 0.0 else np.inf
+    return STABILITY_LIMIT / seen.radius if seen.radius > 0.0 else np.inf
 
 
 class EulerStepper:

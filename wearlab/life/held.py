@@ -39,8 +39,8 @@ def held_step(
     """
     first = still(node.depth)
     direction = direction if direction.size == first.size else random_direction(first)
-    found = spectrum(still, node.depth, direction, amplitude=amplitude)
-    scheme = rkc.stages_for(size * RADIUS_SAFETY * found.radius)
+    seen = spectrum(still, node.depth, direction, amplitude=amplitude)
+    scheme = rkc.stages_for(size * RADIUS_SAFETY * seen.radius)
     added = node.rate - first
 
     def reached(added_there: Array) -> Array:
@@ -59,7 +59,7 @@ def held_step(
     depth = reached(added_there)
     end = Node(node.cycle + size, depth, np.maximum(0.0, still(depth) + added_there))
     error, secant = depth - held, (depth - node.depth) / size
-    return Step(node, end, (secant, secant), error, 1.0, None, float(np.abs(error).max(initial=0.0))), found
+    return Step(node, end, (secant, secant), error, 1.0, None, float(np.abs(error).max(initial=0.0))), seen
 
 
 def coasting_step(still: Rate, node: Node, size: float, amplitude: float) -> Step:

@@ -214,24 +214,24 @@ def history(
     chosen = spread_over(len(life.cycle))
     asked = [wanted] if snapshots.asked else [(wanted[0][[0, -1]], wanted[1][[0, -1]])]
     asked.append((life.cycle[chosen], life.depth[chosen]))
-    found: dict[float, WearState | None] = {}
+    states: dict[float, WearState | None] = {}
 
     def keep(cycles: Array, depths: Array, most: float) -> None:
         for cycle, depth in zip(cycles, depths, strict=True):
-            if cycle not in found and coupling.work < most:
-                found[cycle] = _in_full(coupling, coupling.split(depth), _orbits_before(anchors, cycle))
+            if cycle not in states and coupling.work < most:
+                states[cycle] = _in_full(coupling, coupling.split(depth), _orbits_before(anchors, cycle))
 
-    for one in asked:
-        keep(*one, np.inf)
+    for wanted_states in asked:
+        keep(*wanted_states, np.inf)
     order = halving(len(wanted[0]))
     keep(wanted[0][order], wanted[1][order], coupling.work + kept_work)
-    kept, sampled = (_known(found, cycles) for cycles in (wanted[0], life.cycle[chosen]))
+    kept, sampled = (_known(states, cycles) for cycles in (wanted[0], life.cycle[chosen]))
     return kept._replace(life=life, sampled=sampled)
 
 
-def _known(found: dict[float, WearState | None], cycles: Array) -> History:
+def _known(states: dict[float, WearState | None], cycles: Array) -> History:
     """Return the states at some cycles, those that can run."""
-    known = {cycle: state for cycle in cycles if (state := found.get(cycle)) is not None}
+    known = {cycle: state for cycle in cycles if (state := states.get(cycle)) is not None}
     return History(np.array(list(known)), tuple(known.values()))
 
 

@@ -153,5 +153,5 @@ def shift_by(rate: CountedRate, across: Step, error: Array, memory: Any) -> floa
 def _is_beyond(rate: CountedRate, depth: Array, near: Array, far: Array, memory: Any) -> bool:
     """Whether the rate at a depth is nearer to that beyond a jump."""
     rate.recall(memory)
-    found = rate(np.maximum(depth, 0.0))
-    return bool(np.linalg.norm(found - far) < np.linalg.norm(found - near))
+    there = rate(np.maximum(depth, 0.0))
+    return bool(np.linalg.norm(there - far) < np.linalg.norm(there - near))

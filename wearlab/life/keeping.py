@@ -27,7 +27,7 @@ class _Writer(pickle.Pickler):
 
     def persistent_id(self, obj: Any) -> int | None:
         """Return the number of a shared object."""
-        return next((i for i, one in enumerate(self.shared) if one is obj), None)
+        return next((i for i, shared in enumerate(self.shared) if shared is obj), None)
 
 
 class _Reader(pickle.Unpickler):
@@ -44,11 +44,11 @@ class _Reader(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
         """Return a type of ours or what makes arrays; anything else in a checkpoint was not written by us."""
         room = module.split(".")[0]
-        found = super().find_class(module, name) if room in ("wearlab", "numpy") else None
-        ours = room == "wearlab" and isinstance(found, type)
+        named = super().find_class(module, name) if room in ("wearlab", "numpy") else None
+        ours = room == "wearlab" and isinstance(named, type)
         if not ours and (room != "numpy" or name not in MAKES_ARRAYS):
             raise pickle.UnpicklingError(f"{module}.{name} does not belong in a checkpoint")
-        return found
+        return named
 
 
 class Told(NamedTuple):
@@ -104,8 +104,8 @@ class Place:
     @property
     def kept(self) -> Any:
         """What an earlier process kept of this march, None: nothing."""
-        found = self.keeper.kept.get(self.key)
-        return None if found is None else _Reader(found, self.shared).load()
+        image = self.keeper.kept.get(self.key)
+        return None if image is None else _Reader(image, self.shared).load()
 
     def keep(self, told: Told, state: Callable[[], Any]) -> None:
         """Tell an accepted state, which can be kept."""

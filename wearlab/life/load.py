@@ -34,21 +34,21 @@ class Load(Protocol):
 
     moving: ClassVar[bool]
 
-    def at_nodes(self, one: Touching, static: Quasistatic, force: Forces) -> Array:
+    def at_nodes(self, flanks: Touching, static: Quasistatic, force: Forces) -> Array:
         """Return the force that wears each node of a kind of mesh, (n_rows, n) or (1, n) [N].
 
         Parameters
         ----------
-        one : the flanks in a wear state
+        flanks : the flanks in a wear state
         static : sharing of the static load at the phase nodes
         force : mesh and pair forces of the response, the static ones as one row without
         """
         ...
 
 
-def still(one: Touching, static: Quasistatic) -> Forces:
+def still(flanks: Touching, static: Quasistatic) -> Forces:
     """Return the static forces as one row."""
-    return Forces(np.ones(1), np.full((1, len(static.deflection)), one.analysis.load), static.force[None])
+    return Forces(np.ones(1), np.full((1, len(static.deflection)), flanks.analysis.load), static.force[None])
 
 
 def equivalent_force(analysis: ContactAnalysis, row: Array, elastic: Array, slope: float) -> float:

@@ -101,10 +101,10 @@ def growth_rate(
         largest = float(np.abs(v).max())
         w = (rate(h + amplitude * (1.0 + v / largest)) - base) * (largest / amplitude)
         for _ in range(2):  # twice is enough for orthogonality to rounding
-            for i, one in enumerate(basis):
-                share = float(one @ w)
+            for i, vector in enumerate(basis):
+                share = float(vector @ w)
                 upper[i, k] += share
-                w = w - share * one
+                w = w - share * vector
         upper[k + 1, k] = length = float(np.linalg.norm(w))
         if length <= 1e-10 * float(np.abs(upper).max()):
             iterations = k + 1
@@ -112,8 +112,8 @@ def growth_rate(
         basis.append(w / length)
     values, vectors = np.linalg.eig(upper[:iterations, :iterations])
     residual = upper[iterations, iterations - 1] * np.abs(vectors[-1])
-    found = values[residual <= FOUND * np.abs(values)]
-    return max(0.0, float(found.real.max(initial=0.0)))
+    eigenvalues = values[residual <= FOUND * np.abs(values)]
+    return max(0.0, float(eigenvalues.real.max(initial=0.0)))
 
 
 def random_direction(r: Array) -> Array:

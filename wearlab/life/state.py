@@ -44,8 +44,8 @@ class KindState(NamedTuple):
     @property
     def mean_tooth_force(self) -> Array:
         """Force on a pair at the node, averaged over the rows, (n,) [N]."""
-        one = len(self.tooth_force) == 1
-        return np.asarray(self.tooth_force[0] if one else self.weight @ self.tooth_force)
+        single = len(self.tooth_force) == 1
+        return np.asarray(self.tooth_force[0] if single else self.weight @ self.tooth_force)
 
 
 class WearState(NamedTuple):
@@ -72,14 +72,14 @@ class WearState(NamedTuple):
     @property
     def wear(self) -> Wear:
         """Wear depths of every kind of mesh."""
-        return tuple(one.wear for one in self.kind)
+        return tuple(kind.wear for kind in self.kind)
 
     @property
     def wears(self) -> bool:
         """Whether there is a wear law."""
-        return all(one.rate is not None for one in self.kind)
+        return all(kind.rate is not None for kind in self.kind)
 
     @property
     def rate(self) -> Wear:
         """Wear rates of every kind of mesh [m per cycle]."""
-        return tuple(one.rate for one in self.kind if one.rate is not None)
+        return tuple(kind.rate for kind in self.kind if kind.rate is not None)

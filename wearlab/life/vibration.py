@@ -58,10 +58,10 @@ class Vibration:
             if few is not None and sparse is not None:
                 response = self._touched(few, near, Between(kinds, sparse))
             return (response or self._solved(self.tables(kinds), near, self._between(kinds)),)
-        found: list[Response] = []
+        responses: list[Response] = []
         tables = None
         for angle, slow in enumerate(self.slow):
-            near = start[angle] if start is not None else (found[-1] if found else None)
+            near = start[angle] if start is not None else (responses[-1] if responses else None)
             response = None
             if few is not None and sparse is not None:
                 own = few._replace(error=few.error + slow)
@@ -70,8 +70,8 @@ class Vibration:
                 tables = tables or self.tables(kinds)
                 own = tables._replace(error=tables.error + slow)
                 response = self._solved(own, near, self._between(kinds, slow))
-            found.append(response)
-        return tuple(found)
+            responses.append(response)
+        return tuple(responses)
 
     def tables(self, kinds: Sequence[Touching]) -> StageTables:
         """Return the meshes at all stages."""
@@ -79,8 +79,8 @@ class Vibration:
         return tables if self.hunting == 1 else over_hunting_period(tables, self.stages, self.hunting)
 
     def _touched(self, tables: StageTables, start: Response | None, between: Between) -> Response | None:
-        found: Response | None = self.method.touching(self.system, tables, self.period, start, between)
-        return found
+        response: Response | None = self.method.touching(self.system, tables, self.period, start, between)
+        return response
 
     def _solved(self, tables: StageTables, start: Response | None, between: Between | None) -> Response:
         return replace(self.method.solve(self.system, tables, self.period, start), between=between)
@@ -106,14 +106,14 @@ class Vibration:
 
     def deflection(self, response: Response, when: Instants) -> tuple[Array, Array]:
         """Return δ and its rate, (n_periods, n_mesh, n_instants) [m], [m/s]."""
-        found = deflection_at(response, *self._over_periods(response, when))
-        delta, rate = (self._by_period(values, len(when.phase)) for values in found)
+        flat = deflection_at(response, *self._over_periods(response, when))
+        delta, rate = (self._by_period(values, len(when.phase)) for values in flat)
         return delta, rate
 
     def coordinates(self, response: Response, when: Instants) -> tuple[Array, Array]:
         """Return q and q̇, (n_periods, n, n_instants) [m], [m/s]."""
-        found = coordinates_at(response, *self._over_periods(response, when))
-        position, velocity = (self._by_period(values, len(when.phase)) for values in found)
+        flat = coordinates_at(response, *self._over_periods(response, when))
+        position, velocity = (self._by_period(values, len(when.phase)) for values in flat)
         return position, velocity
 
     def _over_periods(self, response: Response, when: Instants) -> tuple[StageGrid, Array, NDArray[np.int64]]:

@@ -47,12 +47,14 @@ class Between:
         """Return stiffness [N/m] and gap [m] of all pairs at fractions of steps, (n, n_mesh, n_pairs)."""
         grid, meshes = self.stages.grid, self.stages.meshes
         phase, middle = self._phase(step, fraction), grid.start[step] + 0.5 * grid.width[step]
-        pairs = max(one.analysis.grid.n_pairs if one.series is None else 1 for one in self.kinds)
+        pairs = max(
+            mesh_kind.analysis.grid.n_pairs if mesh_kind.series is None else 1 for mesh_kind in self.kinds
+        )
         stiffness, gap = np.zeros((2, len(phase), len(meshes), pairs))
-        for kind, one in enumerate(self.kinds):
+        for kind, mesh_kind in enumerate(self.kinds):
             own = of_kind(meshes, kind)
-            where = look_within(one.analysis.grid, [meshes[m].lag for m in own], phase[:, None], middle)
-            for values, table in zip(stage_springs(one, where), (stiffness, gap), strict=True):
+            where = look_within(mesh_kind.analysis.grid, [meshes[m].lag for m in own], phase[:, None], middle)
+            for values, table in zip(stage_springs(mesh_kind, where), (stiffness, gap), strict=True):
                 shaped = values.reshape(len(own), len(phase), -1).transpose(1, 0, 2)
                 table[:, own, : shaped.shape[2]] = shaped
         return stiffness, gap

@@ -75,13 +75,13 @@ def look(grid: ProfileGrid, lags: Sequence[float], phase: Array) -> Lookup:
 
 def look_within(grid: ProfileGrid, lags: Sequence[float], phase: Array, middle: Array) -> Lookup:
     """Return the look-up of phases (n, k) that lie within steps about ``middle`` (n,), mesh after mesh."""
-    found = []
+    times = []
     for lag in lags:
         turns = np.floor(middle - lag)
         segment = np.searchsorted(grid.breaks, middle - lag - turns, side="right") - 1
         own = phase - lag - turns[:, None]
-        found.append(lookup(grid, own, np.repeat(segment, phase.shape[1])))
-    return joined(found)
+        times.append(lookup(grid, own, np.repeat(segment, phase.shape[1])))
+    return joined(times)
 
 
 def joined(lookups: Sequence[Lookup]) -> Lookup:

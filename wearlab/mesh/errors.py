@@ -155,8 +155,8 @@ def mesh_error(
     random = np.random.default_rng(seed)
     drawn = [*(realised(member, random) for member in members), *parts]
     mesh = [(float(order), amplitude, phase) for order, amplitude, phase in harmonics]
-    mesh += [part for one in drawn for part in one.mesh]
-    slow = [part for one in drawn for part in one.slow]
+    mesh += [part for deviation in drawn for part in deviation.mesh]
+    slow = [part for deviation in drawn for part in deviation.slow]
     return MeshError(*np.array(mesh, float).reshape(-1, 3).T, *np.array(slow, float).reshape(-1, 3).T)
 
 

@@ -114,7 +114,9 @@ class GearSet:
     def flank(self, name: str) -> tuple[int, int]:
         """Return the kind of mesh and the gear (0 driving, 1 driven) of a flank."""
         return next(
-            (kind, one.flanks.index(name)) for kind, one in enumerate(self.kinds) if name in one.flanks
+            (kind, mesh_kind.flanks.index(name))
+            for kind, mesh_kind in enumerate(self.kinds)
+            if name in mesh_kind.flanks
         )
 
     def lever(self, kind: int) -> float:

@@ -36,7 +36,7 @@ class ProfileGrid(NamedTuple):
         and after E, in ascending order; ``first`` counts among these [m]
     before : number of nodes before A
     leading : which pair the first slot holds; pair j touches at ``s_A + (φ + j) p_b``
-    stages : pairs between A and E at most, ⌈ε⌉
+    most_pairs : pairs between A and E at most, ⌈ε⌉
     """
 
     breaks: Array
@@ -48,7 +48,7 @@ class ProfileGrid(NamedTuple):
     touching: Array
     before: int
     leading: int
-    stages: int
+    most_pairs: int
 
     @property
     def n_pairs(self) -> int:
@@ -61,13 +61,13 @@ class ProfileGrid(NamedTuple):
 
         One more where a pair still touches beyond E while the next but ⌈ε⌉ already touches before A.
         """
-        return self.stages + 1 + self._both_beyond
+        return self.most_pairs + 1 + self._both_beyond
 
     @property
     def _both_beyond(self) -> bool:
         of_number = dict(zip(self.pair_numbers.tolist(), self.first.T >= 0, strict=True))
         nowhere = np.zeros(len(self.first), dtype=bool)
-        return bool(np.any(of_number.get(-1, nowhere) & of_number.get(self.stages, nowhere)))
+        return bool(np.any(of_number.get(-1, nowhere) & of_number.get(self.most_pairs, nowhere)))
 
     def into_slots(self, values: Array, absent: float) -> Array:
         """Return values of the pairs (n_pairs, n) by slots of datasets (slots, n), leading first.
@@ -78,7 +78,7 @@ class ProfileGrid(NamedTuple):
         """
         found = np.full((self.slots, values.shape[1]), absent)
         for number, row in zip(self.pair_numbers, values, strict=True):
-            slot = self.stages - 1 - number if number < self.stages else self.slots - 1
+            slot = self.most_pairs - 1 - number if number < self.most_pairs else self.slots - 1
             present = ~np.isnan(row) if np.isnan(absent) else row != absent
             found[slot] = np.where(present, row, found[slot])
         return found

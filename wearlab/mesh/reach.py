@@ -88,11 +88,13 @@ def _corner_gap(driving: _Points, driven: _Points, x: Array, reach: Array, end: 
     corner = driven.reach[end]
     with np.errstate(invalid="ignore"):
         crosses = (reach[:, :-1] - corner) * (reach[:, 1:] - corner) <= 0.0
-    found = crosses.any(axis=1)
+    reached = crosses.any(axis=1)
     at, row = np.argmax(crosses, axis=1), np.arange(len(x))
     before, after = reach[row, at], reach[row, at + 1]
-    share = np.divide(corner - before, after - before, out=np.zeros(len(x)), where=found & (after != before))
+    share = np.divide(
+        corner - before, after - before, out=np.zeros(len(x)), where=reached & (after != before)
+    )
     s, w = (values[at] + share * (values[at + 1] - values[at]) for values in (driving.s, driving.w))
     with np.errstate(invalid="ignore"):
         _, q_n, q_u = point_seen(driving, driven, x, s, w)
-    return np.where(found, x - driven.s[end] - turned_to(driven, corner, q_n, q_u), np.inf)
+    return np.where(reached, x - driven.s[end] - turned_to(driven, corner, q_n, q_u), np.inf)

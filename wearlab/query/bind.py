@@ -129,9 +129,9 @@ class _Binder:
     def condition(self, tree: Any) -> Any:
         match tree:
             case All(conditions):
-                return All(tuple(self.condition(one) for one in conditions))
+                return All(tuple(self.condition(condition) for condition in conditions))
             case Some(conditions):
-                return Some(tuple(self.condition(one) for one in conditions))
+                return Some(tuple(self.condition(condition) for condition in conditions))
             case Not(inner):
                 return Not(self.condition(inner))
             case Missing(operand):
@@ -201,11 +201,11 @@ class _Binder:
             raise QueryError(str(error), self.text, given.at) from None
 
 
-def _same(one: str, other: str) -> bool:
-    if one == other or {one, other} <= set(PLAIN):
+def _same(name: str, other: str) -> bool:
+    if name == other or {name, other} <= set(PLAIN):
         return True
     try:
-        return math.isclose(float(convert(1.0, one, other)), 1.0)
+        return math.isclose(float(convert(1.0, name, other)), 1.0)
     except UnitError:
         return False
 

@@ -34,8 +34,8 @@ def holds(condition: Any, values: Mapping[str, Any]) -> bool | None:
         case Some(conditions):
             return _joined(conditions, values, True)
         case Not(inner):
-            found = holds(inner, values)
-            return None if found is None else not found
+            truth = holds(inner, values)
+            return None if truth is None else not truth
         case Missing(operand):
             return _value(operand, values) is None
         case Compare(sign, left, right):
@@ -46,11 +46,11 @@ def holds(condition: Any, values: Mapping[str, Any]) -> bool | None:
     raise AssertionError(condition)
 
 
-def compared(sign: str, one: Any, other: Any) -> bool:
+def compared(sign: str, value: Any, other: Any) -> bool:
     """Return ``one sign other``; numbers to the digits in which scenes are told apart."""
-    if sign != "contains" and _is_number(one) and _is_number(other):
-        return met(sign, one, other)
-    return SIGNS[sign](one, other)
+    if sign != "contains" and _is_number(value) and _is_number(other):
+        return met(sign, value, other)
+    return SIGNS[sign](value, other)
 
 
 def _is_number(value: Any) -> bool:
@@ -59,11 +59,11 @@ def _is_number(value: Any) -> bool:
 
 def _joined(conditions: tuple[Any, ...], values: Mapping[str, Any], decisive: bool) -> bool | None:
     unknown = False
-    for one in conditions:
-        found = holds(one, values)
-        if found is decisive:
+    for condition in conditions:
+        truths = holds(condition, values)
+        if truths is decisive:
             return decisive
-        unknown = unknown or found is None
+        unknown = unknown or truths is None
     return None if unknown else not decisive
 
 

@@ -133,8 +133,8 @@ class _Grammar:
         return word
 
     def fail(self, wanted: str) -> QueryError:
-        found = f"not {self.word.text!r}" if self.word.kind != "end" else "but it ends"
-        return QueryError(f"expected {wanted}, {found}", self.text, self.word.at)
+        word = f"not {self.word.text!r}" if self.word.kind != "end" else "but it ends"
+        return QueryError(f"expected {wanted}, {word}", self.text, self.word.at)
 
     def expect(self, sign: str, wanted: str) -> None:
         if not self.take("sign", sign):
@@ -145,16 +145,16 @@ class _Grammar:
             raise self.fail("'and', 'or' or the end")
 
     def condition(self, depth: int) -> Any:
-        found = [self.conjunction(depth)]
+        alternatives = [self.conjunction(depth)]
         while self.take("keyword", "or"):
-            found.append(self.conjunction(depth))
-        return found[0] if len(found) == 1 else Some(tuple(found))
+            alternatives.append(self.conjunction(depth))
+        return alternatives[0] if len(alternatives) == 1 else Some(tuple(alternatives))
 
     def conjunction(self, depth: int) -> Any:
-        found = [self.negation(depth)]
+        parts = [self.negation(depth)]
         while self.take("keyword", "and"):
-            found.append(self.negation(depth))
-        return found[0] if len(found) == 1 else All(tuple(found))
+            parts.append(self.negation(depth))
+        return parts[0] if len(parts) == 1 else All(tuple(parts))
 
     def negation(self, depth: int) -> Any:
         if depth > DEEPEST:
@@ -176,8 +176,8 @@ class _Grammar:
                 return All((first, self._compared(then.text, middle, self.operand())))
             return first
         negated = bool(self.take("keyword", "not"))
-        found = self._worded(left, negated)
-        return Not(found) if negated else found
+        worded = self._worded(left, negated)
+        return Not(worded) if negated else worded
 
     def _worded(self, left: Any, negated: bool) -> Any:
         if self.take("keyword", "in"):

@@ -60,7 +60,7 @@ def _is_text(annotation: Any) -> bool:
 
 
 def _unit(metadata: Iterable[Any]) -> Unit | None:
-    return next((one for one in metadata if isinstance(one, Unit)), None)
+    return next((mark for mark in metadata if isinstance(mark, Unit)), None)
 
 
 def _within(annotation: Any) -> Unit | None:

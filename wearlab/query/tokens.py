@@ -47,15 +47,15 @@ def tokens(text: str) -> list[Token]:
     """
     if len(text) > LONGEST:
         raise QueryError(f"{len(text)} characters, more than {LONGEST}", text[:40] + "…", 0)
-    found: list[Token] = []
+    read: list[Token] = []
     at = 0
     while at < len(text):
         if space := SPACE.match(text, at):
             at = space.end()
             continue
         token, at = _next(text, at)
-        found.append(token)
-    return [*found, Token("end", "", len(text))]
+        read.append(token)
+    return [*read, Token("end", "", len(text))]
 
 
 def _next(text: str, at: int) -> tuple[Token, int]:

@@ -87,7 +87,7 @@ def answer(
         )
         for case, summary in worn[:MOST_CASES]
     ]
-    flanks = {one.flank for one in cases if one.share}
+    flanks = {known_case.flank for known_case in cases if known_case.share}
     sentences = list(_sentences(cases, list(lives.values()), len(worn), limit, range_by))
     sentences += _begun(cases, [case for case, _ in worn[:MOST_CASES]])
     shown = tuple(cases) if len(worn) <= MOST_CASES else ()
@@ -98,7 +98,7 @@ def _varies_coefficient(campaign: "Campaign") -> bool:
     """Say whether the cases differ in their wear coefficient, so that they are the range themselves."""
     wears = [case.scene.wear for case in campaign.cases]
     given = [None if wear is None else getattr(wear, "coefficient", None) for wear in wears]
-    return any(one != given[0] for one in given)
+    return any(known_case != given[0] for known_case in given)
 
 
 def _deepest(store: "Store | None", case: "Case") -> dict[str, Any]:
@@ -119,11 +119,13 @@ def _deepest(store: "Store | None", case: "Case") -> dict[str, Any]:
 def _begun(cases: Sequence[CaseTold], asked: "Sequence[Case]") -> Iterator[str]:
     """Yield that the wear with which a flank begins counts, and where it comes from."""
     told: dict[tuple[str, str], list[float]] = {}
-    for one, case in zip(cases, asked, strict=True):
-        if one.begins > 0.0:
+    for known_case, case in zip(cases, asked, strict=True):
+        if known_case.begins > 0.0:
             initial = getattr(case.scene.wear, "initial", None)
-            given = None if initial is None else getattr(initial, one.flank, None)
-            told.setdefault((one.flank, initial_wear(given) if given else ""), []).append(one.begins)
+            given = None if initial is None else getattr(initial, known_case.flank, None)
+            told.setdefault((known_case.flank, initial_wear(given) if given else ""), []).append(
+                known_case.begins
+            )
     for (flank, whence), depths in told.items():
         low, high = (f"{1e6 * depth:.3g}" for depth in (min(depths), max(depths)))
         span = f"up to {high} µm" if low == high else f"up to {low} to {high} µm"
@@ -179,7 +181,7 @@ def _sentences(
     if not lives:
         yield f"No case reaches {limit} in the time that was asked for."
         return
-    flanks = {one.flank for one in cases if one.share and one.flank}
+    flanks = {case.flank for case in cases if case.share and case.flank}
     if len(flanks) == 1 and len(cases) == count and " on the " not in limit:
         limit = f"{limit} on the {next(iter(flanks))}"
     if len(lives) == 1:

@@ -50,16 +50,16 @@ def _runs(comparison: xr.Dataset) -> Plot:
 
 def _notes(comparison: xr.Dataset) -> tuple[str, ...]:
     changed = json.loads(comparison.attrs.get("scene_differences") or "[]")
-    words = [f"{one['key']} {_said(one, 'a')} → {_said(one, 'b')}" for one in changed[:6]]
+    words = [f"{key['key']} {_said(key, 'a')} → {_said(key, 'b')}" for key in changed[:6]]
     more = f" and {len(changed) - 6} more" if len(changed) > 6 else ""
     return (f"Asked differently: {'; '.join(words)}{more}.",) if words else ("No key of the scenes differs.",)
 
 
-def _said(one: dict[str, object], side: str) -> str:
-    value = one[side]
+def _said(difference: dict[str, object], side: str) -> str:
+    value = difference[side]
     if value is None:
         return "absent"
-    return f"{value:.6g} {one['units'] or ''}".rstrip() if isinstance(value, float) else str(value)
+    return f"{value:.6g} {difference['units'] or ''}".rstrip() if isinstance(value, float) else str(value)
 
 
 def _over_life(comparison: xr.Dataset) -> Iterator[Panel]:

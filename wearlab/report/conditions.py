@@ -44,7 +44,10 @@ class Conditions(NamedTuple):
 
 def conditions(campaign: "Campaign") -> Conditions:
     """Return operating conditions and wear law of a campaign's cases."""
-    told = [(case, {one[:3]: one.value for one in _quantities(case.scene)}) for case in campaign.cases]
+    told = [
+        (case, {quantity[:3]: quantity.value for quantity in _quantities(case.scene)})
+        for case in campaign.cases
+    ]
     keys = list(dict.fromkeys(key for _, own in told for key in own))
     values = {key: list(dict.fromkeys(own.get(key, "none") for _, own in told)) for key in keys}
     varying = [key for key in keys if len(values[key]) > 1]
@@ -89,7 +92,10 @@ def _load(scene: Scene) -> Iterator[Condition]:
     if several := operation.blocks or operation.stages:
         meaning = "conditions that take turns" if operation.blocks else "conditions in order"
         yield Condition("", meaning, "", str(len(several)))
-        torques, speeds = [one.torque for one in several], [RPM * one.speed for one in several]
+        torques, speeds = (
+            [condition.torque for condition in several],
+            [RPM * condition.speed for condition in several],
+        )
         yield Condition("T", f"torque on the {operation.input}", "N·m", _span(torques))
         yield Condition("n", f"speed of the {operation.input}", "rpm", _span(speeds))
     else:
@@ -119,9 +125,9 @@ def _wear(scene: Scene) -> Iterator[Condition]:
     if wear.coefficient is not None:
         yield Condition("", "wear law", "", f"{wear.law.chosen.capitalize()}, {wear.load.chosen} load")
         each = {member: wear.coefficient_of(member) for member in scene.gears.toothed}
-        alike = len({one.model_dump_json() for one in each.values()}) == 1
-        for member, one in list(each.items())[: 1 if alike else None]:
-            yield _coefficient(one, "" if alike else f" of the {member}")
+        alike = len({condition.model_dump_json() for condition in each.values()}) == 1
+        for member, condition in list(each.items())[: 1 if alike else None]:
+            yield _coefficient(condition, "" if alike else f" of the {member}")
     for name, initial in wear.initial or ():
         if initial is not None:
             yield Condition("", f"initial wear of the {name}", "", initial_wear(initial))
@@ -129,18 +135,23 @@ def _wear(scene: Scene) -> Iterator[Condition]:
         yield Condition("", "ends at", "", " or ".join(_ends(wear.until)))
 
 
-def _coefficient(one: Any, whose: str) -> Condition:
+def _coefficient(coefficient: Any, whose: str) -> Condition:
     """Return a wear coefficient: its number where it has one, else what it follows from."""
-    scaled = "" if one.factor == 1.0 else f" × {one.factor:.4g}"
-    if one.chosen == "constant":
-        return Condition("k", f"wear coefficient{whose}", "mm³/(N·m)", _number(PER_NM * one.value) + scaled)
-    if one.chosen == "hardness":
-        return Condition("K", f"wear coefficient{whose}", "", f"{_number(one.k)}{scaled} over the hardness")
-    if one.chosen == "calibrated":
-        life = f"calibrated: {_number(1e6 * one.depth)} µm on the {one.flank} in {one.life:.4g} cycles"
-        at = f"at {_number(one.torque)} N·m, {_number(RPM * one.speed)} rpm"
+    scaled = "" if coefficient.factor == 1.0 else f" × {coefficient.factor:.4g}"
+    if coefficient.chosen == "constant":
+        return Condition(
+            "k", f"wear coefficient{whose}", "mm³/(N·m)", _number(PER_NM * coefficient.value) + scaled
+        )
+    if coefficient.chosen == "hardness":
+        return Condition(
+            "K", f"wear coefficient{whose}", "", f"{_number(coefficient.k)}{scaled} over the hardness"
+        )
+    if coefficient.chosen == "calibrated":
+        depth = f"{_number(1e6 * coefficient.depth)} µm on the {coefficient.flank}"
+        life = f"calibrated: {depth} in {coefficient.life:.4g} cycles"
+        at = f"at {_number(coefficient.torque)} N·m, {_number(RPM * coefficient.speed)} rpm"
         return Condition("k", f"wear coefficient{whose}", "", f"{life} {at}{scaled}")
-    return Condition("k", f"wear coefficient{whose}", "", f"{one.chosen}{scaled}")
+    return Condition("k", f"wear coefficient{whose}", "", f"{coefficient.chosen}{scaled}")
 
 
 def initial_wear(initial: Any) -> str:

@@ -178,12 +178,12 @@ def _values(values: Sequence[Any], units: str | None) -> str:
 
 def _comparisons(campaign: "Campaign", store: "Store") -> dict[tuple[str, str, str], Comparison]:
     """Return how cases compare with what is expected of them, by run, label and place."""
-    found: dict[tuple[str, str, str], Comparison] = {}
+    comparisons: dict[tuple[str, str, str], Comparison] = {}
     for member in store.catalogue.members():
         if member.comparison is not None and member.campaign == campaign.title:
             key = (member.run, member.label, json.dumps(member.position, sort_keys=True))
-            found.setdefault(key, member.comparison)
-    return found
+            comparisons.setdefault(key, member.comparison)
+    return comparisons
 
 
 def _row(
@@ -204,8 +204,10 @@ def _row(
         places=tuple(where.get(axis.name, "all") for axis in campaign.axes),
         state=state,
         verdict=str(summary.get("verdict") or ""),
-        result=", ".join(one.text for one in told),
-        error=", ".join(f"{100 * one.error:.2g} % of the {one.of}" for one in told if one.error is not None),
+        result=", ".join(text.text for text in told),
+        error=", ".join(
+            f"{100 * text.error:.2g} % of the {text.of}" for text in told if text.error is not None
+        ),
         seconds=duration(entry.seconds) if entry and entry.seconds is not None else "",
         run=case.id,
         note=_note(entry),
@@ -235,36 +237,36 @@ def _dates(entries: "Mapping[str, Entry]") -> str:
 
 def _parts(campaign: "Campaign") -> Iterator[tuple[str, tuple[str, ...], tuple[str, ...]]]:
     """Yield the parts present and left out, of the first case of each label; equal ones together."""
-    found: dict[tuple[tuple[str, ...], tuple[str, ...]], list[str]] = {}
+    groups: dict[tuple[tuple[str, ...], tuple[str, ...]], list[str]] = {}
     labels: set[str] = set()
     for case in campaign.cases:
         if case.label not in labels:
             labels.add(case.label)
             parts = tuple(parts_present(case.scene)), tuple(parts_left_out(case.scene))
-            found.setdefault(parts, []).append(case.label)
-    for (present, absent), names in found.items():
+            groups.setdefault(parts, []).append(case.label)
+    for (present, absent), names in groups.items():
         yield ", ".join(names), present, absent
 
 
 def _gears(campaign: "Campaign") -> tuple[Geared, ...]:
     """Return table and drawings of each gear set that the cases have; none that cannot be built."""
-    found: dict[str, Sheet] = {}
+    sheets: dict[str, Sheet] = {}
     names: dict[str, list[str]] = {}
     for case in campaign.cases:
         key = case.scene.gears.model_dump_json()
-        if key in found:
+        if key in sheets:
             names[key].append(case.label)
             continue
-        if len(found) == MOST_SETS:
+        if len(sheets) == MOST_SETS:
             continue
         try:
-            found[key] = sheet(case.scene)
+            sheets[key] = sheet(case.scene)
         except ValueError:
             continue
         names[key] = [case.label]
-    several = len(found) > 1
+    several = len(sheets) > 1
     return tuple(
-        Geared(", ".join(dict.fromkeys(names[key])) if several else "", one) for key, one in found.items()
+        Geared(", ".join(dict.fromkeys(names[key])) if several else "", one) for key, one in sheets.items()
     )
 
 
@@ -284,7 +286,7 @@ def _lineage(
     campaign: "Campaign", store: "Store", entries: "Mapping[str, Entry]"
 ) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield the cases that rest on other runs, and which runs those are; equal ones together."""
-    found: dict[tuple[str, ...], list[str]] = {}
+    listed: dict[tuple[str, ...], list[str]] = {}
     for case in campaign.cases:
         if (entry := entries.get(case.id)) is None:
             continue
@@ -292,8 +294,8 @@ def _lineage(
         steps = (*map(str, lineage(store, entry)), *([f"run {by}, which calibrated it"] if by else []))
         if steps:
             name = ", ".join([case.label, *place(campaign, case).values()])
-            found.setdefault(steps, []).append(name)
-    for told, names in found.items():
+            listed.setdefault(steps, []).append(name)
+    for told, names in listed.items():
         yield "; ".join(names), told
 
 

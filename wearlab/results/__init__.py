@@ -7,7 +7,7 @@ from wearlab.variable import Result
 
 
 def _found() -> tuple[Result, ...]:
-    modules = [import_module(f"{__name__}.{one.name}") for one in iter_modules(__path__)]
+    modules = [import_module(f"{__name__}.{found_module.name}") for found_module in iter_modules(__path__)]
     return tuple(value for module in modules for value in vars(module).values() if isinstance(value, Result))
 
 

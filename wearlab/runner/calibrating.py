@@ -14,8 +14,8 @@ def calibrations(tasks: Iterable[Task]) -> dict[str, Task]:
     """Return the run that calibrates each task, by the id of the task that needs one."""
     from wearlab.scene.calibrating import calibrating  # managing runs needs no scenes
 
-    found = {task.id: calibrating(task.scene) for task in tasks}
-    return {needing: Task(scene.id, scene) for needing, scene in found.items() if scene is not None}
+    needed = {task.id: calibrating(task.scene) for task in tasks}
+    return {needing: Task(scene.id, scene) for needing, scene in needed.items() if scene is not None}
 
 
 def with_calibrations(tasks: Iterable[Task], needed: Mapping[str, Task], store: "Store") -> list[Task]:

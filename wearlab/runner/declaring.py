@@ -16,8 +16,8 @@ def plugins_of(scenes: Iterable[Any]) -> tuple[Plugin, ...]:
     ------
     PluginError : of one, only the options are known
     """
-    found = (scene.plugins_used() for scene in scenes if hasattr(scene, "plugins_used"))
-    return tuple(dict.fromkeys(plugin for one in found for plugin in one))
+    origins = (scene.plugins_used() for scene in scenes if hasattr(scene, "plugins_used"))
+    return tuple(dict.fromkeys(plugin for origin in origins for plugin in origin))
 
 
 def declare(plugins: Iterable[Plugin], store: Path) -> None:

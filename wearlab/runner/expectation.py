@@ -48,22 +48,22 @@ def compare(expectation: "Expectation", case: "Case", store: "Store", entry: "En
     modulus); of the response period, the one farthest from the expected.
     """
     verdict = _verdict(entry)
-    wanted, found, met = [], [], True
+    wanted, checks, met = [], [], True
     if expectation.verdict is not None:
         wanted.append(expectation.verdict)
-        found.append(verdict)
+        checks.append(verdict)
         met = verdict == expectation.verdict
     if expectation.end_reason is not None:
         reason = str((entry and entry.summary.get("end_reason")) or "none")
         wanted.append(f"end_reason = {expectation.end_reason}")
-        found.append(f"end_reason = {reason}")
+        checks.append(f"end_reason = {reason}")
         met = met and reason.startswith(expectation.end_reason)
-    for name, one in expectation.values.items():
-        measured = None if entry is None or entry.state != "done" else _measured(store, entry, name, one)
-        wanted.append(f"{name} = {one.written}")
-        found.append(f"{name} = {_shown(measured, one)}")
-        met = met and measured is not None and bool(abs(measured - one.value) <= one.tolerance)
-    return Comparison(verdict, ", ".join(wanted), ", ".join(found), met)
+    for name, value in expectation.values.items():
+        measured = None if entry is None or entry.state != "done" else _measured(store, entry, name, value)
+        wanted.append(f"{name} = {value.written}")
+        checks.append(f"{name} = {_shown(measured, value)}")
+        met = met and measured is not None and bool(abs(measured - value.value) <= value.tolerance)
+    return Comparison(verdict, ", ".join(wanted), ", ".join(checks), met)
 
 
 def _verdict(entry: "Entry | None") -> str:

@@ -129,7 +129,9 @@ def plan(campaign: "Campaign", store: "Store", *, workers: int | None = None, re
     to_do = [scenes[run.id] for run in runs.values() if run.state in again]
     seconds, size, basis = _estimate(store, to_do) if exists else (None, None, "")
     free = _free(store.path)
-    excluded = tuple((one.condition, place(campaign, one)) for one in getattr(campaign, "excluded", ()))
+    excluded = tuple(
+        (exclusion.condition, place(campaign, exclusion)) for exclusion in getattr(campaign, "excluded", ())
+    )
     return Plan(
         *(campaign.title, len(campaign.cases), tuple(runs.values()), excluded, seconds, size, basis),
         workers=max(1, min(workers or available_cores(), len(to_do))),
@@ -184,7 +186,9 @@ def least_bytes(scene: Any) -> int:
     numerics = table.get("numerics") or {}
     points = max((v for k in POINTS if isinstance(v := numerics.get(k), int)), default=FEWEST)
     snapshots = (table.get("wear") or {}).get("snapshots") or {}
-    states = 1 + max((len(one) for one in snapshots.values() if isinstance(one, list)), default=0)
+    states = 1 + max(
+        (len(snapshot) for snapshot in snapshots.values() if isinstance(snapshot, list)), default=0
+    )
     return int(states * points * ALONG_PHASE * FLOAT // 2)
 
 
@@ -197,7 +201,7 @@ def _warnings(count: int, size: Amount | None, least: int, free: int) -> Iterabl
 
 def _free(path: Path) -> int:
     """Return the free space of the disk that holds, or will hold, a folder."""
-    existing = next(one for one in (path.absolute(), *path.absolute().parents) if one.exists())
+    existing = next(folder for folder in (path.absolute(), *path.absolute().parents) if folder.exists())
     return shutil.disk_usage(existing).free
 
 

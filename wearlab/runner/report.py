@@ -79,7 +79,11 @@ class Report:
         return f"<Report: {self.headline}>"
 
     def __str__(self) -> str:
-        told = [f"{one.label}: {one.state}: {one.headline}" for one in self.troubled if one.state != "done"]
+        told = [
+            f"{outcome.label}: {outcome.state}: {outcome.headline}"
+            for outcome in self.troubled
+            if outcome.state != "done"
+        ]
         more = [f"and {len(told) - MOST_TOLD} more"] if len(told) > MOST_TOLD else []
         return "\n  ".join([self.headline, *told[:MOST_TOLD], *more])
 
@@ -94,7 +98,9 @@ class Report:
     def _repr_html_(self) -> str:
         from wearlab.store.html import table_html
 
-        rows = [(one.id[:10], one.label, one.state, one.headline) for one in self.troubled]
+        rows = [
+            (outcome.id[:10], outcome.label, outcome.state, outcome.headline) for outcome in self.troubled
+        ]
         table = table_html(("id", "case", "state", "reason"), rows) if rows else ""
         return f"<p><b>{self.headline}</b></p>{table}"
 

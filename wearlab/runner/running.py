@@ -305,9 +305,9 @@ def _report(
     compared = list(comparisons(campaign, store, store.entries(expecting)))
     store.catalogue.record_comparisons(key, compared)
     expected = tuple(
-        Expected(case.id, case.label, place(campaign, case), one)
-        for case, one in zip(campaign.cases, compared, strict=True)
-        if one is not None
+        Expected(case.id, case.label, place(campaign, case), checks)
+        for case, checks in zip(campaign.cases, compared, strict=True)
+        if checks is not None
     )
     return Report(
         len(labels),

@@ -103,10 +103,10 @@ class HandedOn:
 
     def last(self, run_id: str) -> bytes | None:
         """Return the last state of a run that somebody began."""
-        found: bytes | None = self._client.get_metadata([KEPT, run_id], default=None)
-        if found is not None:
+        image: bytes | None = self._client.get_metadata([KEPT, run_id], default=None)
+        if image is not None:
             self._told.add(run_id)
-        return found
+        return image
 
     def forget(self, run_id: str) -> None:
         """Let go of the state of a finished run."""

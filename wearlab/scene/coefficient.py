@@ -41,7 +41,7 @@ def _one_if_equal(each: Any) -> Any:
     """Return one coefficient where both members have the same."""
     if not isinstance(each, dict):
         return each
-    different = {canonical(one.model_dump()) for one in each.values()}
+    different = {canonical(coefficient.model_dump()) for coefficient in each.values()}
     return next(iter(each.values())) if len(different) == 1 else each
 
 

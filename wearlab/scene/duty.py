@@ -86,7 +86,7 @@ def _labels(stages: Any) -> Any:
     """Refuse no stages, stages without an end before the last, and two of one name."""
     if not stages:
         raise PydanticCustomError("stages", "there is no stage: give torque, speed and cycles of each")
-    open_ended = [number for number, one in enumerate(stages[:-1], 1) if one.cycles is None]
+    open_ended = [number for number, stage in enumerate(stages[:-1], 1) if stage.cycles is None]
     if open_ended:
         raise PydanticCustomError(
             "stages", "stage {number} needs 'cycles': only the last one may go on to wear.until",
@@ -100,7 +100,7 @@ def _labels(stages: Any) -> Any:
 
 def labels_of(stages: Any) -> list[str]:
     """Return the names of stages, their numbers where they have none."""
-    return [one.label or str(number) for number, one in enumerate(stages, 1)]
+    return [stage.label or str(number) for number, stage in enumerate(stages, 1)]
 
 
 def _written(value: Any) -> str:

@@ -17,7 +17,7 @@ def _of_the_set(value: Any, info: ValidationInfo) -> Any:
     variants = DynamicModel.slot.variants
     chosen = variants.get(model) if isinstance(model, str) else None
     if chosen is not None and kind and kind not in _kinds(chosen):
-        own = [name for name, one in variants.items() if kind in _kinds(one)]
+        own = [name for name, variant in variants.items() if kind in _kinds(variant)]
         raise PydanticCustomError(
             "not_of_the_set", "{model} does not belong to gears of kind {kind}; give {own}",
             {"model": repr(model), "kind": repr(kind), "own": " or ".join(map(repr, own))},

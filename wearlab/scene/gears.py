@@ -71,16 +71,16 @@ def _material(value: object) -> object:
     name = value if isinstance(value, str) else value.get("name") if isinstance(value, dict) else None
     if name is None:
         return value
-    found = known(name) if isinstance(name, str) else None
-    if found is None:
+    material = known(name) if isinstance(name, str) else None
+    if material is None:
         raise PydanticCustomError(
             "material", "{why}; or give youngs_modulus, poisson_ratio and density",
             {"why": not_a_name(name)},
         )  # fmt: skip
-    entry = MATERIALS[found]
+    entry = MATERIALS[material]
     own = {key: Stored(constant) for key, constant in zip(CONSTANTS, entry[:4], strict=True) if constant}
     beside = {k: v for k, v in value.items() if k != "name"} if isinstance(value, dict) else {}
-    return {**own, "name": found, **beside}
+    return {**own, "name": material, **beside}
 
 
 CONSTANTS = ("youngs_modulus", "poisson_ratio", "density", "hardness")

@@ -36,12 +36,12 @@ def essence(part: Part) -> dict[str, Any]:
     Which of several models it is stays there, default or not: the options of two models may share names.
     A part all of whose options are default is an empty table where no part is the default.
     """
-    found = {}
+    essential = {}
     for name, value in part.identifying().items():
         if value is None or (name != part.chooser and _is_default(type(part), name, value)):
             continue
-        found[name] = _essence(value)
-    return found
+        essential[name] = _essence(value)
+    return essential
 
 
 def _essence(value: Any) -> Any:
@@ -65,21 +65,21 @@ def _default(part: type[Part], name: str) -> tuple[Any, bool]:
     return field.get_default(call_default_factory=True), not field.is_required()
 
 
-def _alike(one: Any, other: Any) -> bool:
+def _alike(value: Any, other: Any) -> bool:
     """Say whether two values are the same in canonical JSON, by the first thing in which they differ."""
-    if one is other:
+    if value is other:
         return True
-    if type(one) is type(other):
-        if isinstance(one, Part):
-            own, theirs = Part.identifying(one), Part.identifying(other)
+    if type(value) is type(other):
+        if isinstance(value, Part):
+            own, theirs = Part.identifying(value), Part.identifying(other)
             return own.keys() == theirs.keys() and all(_alike(own[name], theirs[name]) for name in own)
-        if isinstance(one, float):
-            return bool(one == other) or _number(one) == _number(other)
-        if isinstance(one, str | int):
-            return bool(one == other)
-    elif one is None or other is None or isinstance(one, str) or isinstance(other, str):
+        if isinstance(value, float):
+            return bool(value == other) or _number(value) == _number(other)
+        if isinstance(value, str | int):
+            return bool(value == other)
+    elif value is None or other is None or isinstance(value, str) or isinstance(other, str):
         return False
-    return canonical({"": _dumped(one)}) == canonical({"": _dumped(other)})
+    return canonical({"": _dumped(value)}) == canonical({"": _dumped(other)})
 
 
 def _dumped(value: Any) -> Any:

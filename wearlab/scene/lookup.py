@@ -28,13 +28,13 @@ def parts_at(path: Path) -> tuple[type[Part], ...]:
     """Return the parts that may stand at a path; none where a plain value or nothing stands."""
     if not path:
         return (Sections,)
-    found: list[type[Part]] = []
+    parts: list[type[Part]] = []
     for part in parts_at(path[:-1]):
         if path[-1] in part.model_fields:
-            found += parts_in(part.model_fields[path[-1]].annotation)
+            parts += parts_in(part.model_fields[path[-1]].annotation)
         elif part.per_member and path[-1] in MEMBERS:
-            found.append(part)
-    return tuple(dict.fromkeys(found))
+            parts.append(part)
+    return tuple(dict.fromkeys(parts))
 
 
 @cache
@@ -83,9 +83,9 @@ def nearest_place(key: str) -> Path | None:
     level: list[Path] = [()]
     while level:
         below = [(*path, name) for path in level for part in parts_at(path) for name in part.model_fields]
-        found = next((path for path in below if path[-1] == key), None)
-        if found is not None:
-            return found
+        nearest = next((path for path in below if path[-1] == key), None)
+        if nearest is not None:
+            return nearest
         level = list(dict.fromkeys(path for path in below if parts_at(path)))
     return None
 

@@ -26,8 +26,8 @@ RANGE = (263.15, 423.15)  # K, where ASTM D341 is drawn
 
 def _grade(value: object) -> object:
     """Read ``"ISO VG 220"`` as 220."""
-    found = GRADE.fullmatch(value.strip()) if isinstance(value, str) else None
-    number = int(found[1]) if found else value
+    grade = GRADE.fullmatch(value.strip()) if isinstance(value, str) else None
+    number = int(grade[1]) if grade else value
     if isinstance(number, int) and not isinstance(number, bool) and number in oil.GRADES:
         return number
     raise PydanticCustomError(
@@ -104,11 +104,11 @@ class Lubricant(Part):
             raise PydanticCustomError(
                 "lubricant", "a grade or datasheet needs temperature, such as '60 degC' (-10 to 150 degC)", {}
             )
-        found = {
+        properties = {
             "viscosity": oil.dynamic_viscosity(words, self.temperature),
             "pressure_viscosity": self.pressure_viscosity or oil.pressure_viscosity(words, self.temperature),
         }
-        self.__dict__.update(found)  # frozen from here on
+        self.__dict__.update(properties)  # frozen from here on
         return self
 
     def _words(self) -> oil.Oil | None:

@@ -96,9 +96,9 @@ def _nearest_path(key: str, table: Table) -> str:
 
 def paths(table: Table, above: str = "") -> list[str]:
     """Return every dotted path of a table, tables included."""
-    found = []
+    leaves = []
     for key, value in table.items():
-        found.append(f"{above}{key}")
+        leaves.append(f"{above}{key}")
         if isinstance(value, dict):
-            found += paths(value, f"{above}{key}.")
-    return found
+            leaves += paths(value, f"{above}{key}.")
+    return leaves

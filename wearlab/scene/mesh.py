@@ -91,8 +91,12 @@ class OneMesh(Part):
 
     def identifying(self) -> dict[str, Any]:
         """Return the options that tell this part from others: not an onset of contact that goes by itself."""
-        found = super().identifying()
-        return found | {"extended_contact": None} if self.extended_contact == self._corners_known else found
+        identity = super().identifying()
+        return (
+            identity | {"extended_contact": None}
+            if self.extended_contact == self._corners_known
+            else identity
+        )
 
 
 OWN_MESHES = PLANETARY.sections
@@ -120,7 +124,7 @@ class MeshSection(OneMesh):
         names = OneMesh.model_fields
         general = OneMesh.model_construct(**{name: getattr(self, name) for name in names})
         each = {key: getattr(self, key) or general for key in OWN_MESHES}
-        if len({canonical(one.model_dump()) for one in each.values()}) == 1:
+        if len({canonical(section.model_dump()) for section in each.values()}) == 1:
             return each[OWN_MESHES[0]].identifying()
         return dict(each)
 
@@ -132,7 +136,7 @@ class MeshSection(OneMesh):
             return written
         general = {key: value for key, value in written.items() if key not in OWN_MESHES}
         each = {key: general if written[key] is None else written[key] for key in OWN_MESHES}
-        if len({canonical(one) for one in each.values()}) == 1:
+        if len({canonical(section) for section in each.values()}) == 1:
             return each[OWN_MESHES[0]]
         first, second = each.values()
         shared = {

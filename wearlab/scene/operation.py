@@ -91,16 +91,16 @@ class Operation(Part):
     @property
     def largest_torque(self) -> float:
         """The largest torque of all conditions that share these flanks [N m]."""
-        of_blocks = [one.torque for one in self.blocks]
-        of_stages = [one.torque for one in self.stages]
+        of_blocks = [block.torque for block in self.blocks]
+        of_stages = [stage.torque for stage in self.stages]
         return float(max([self.torque, self._largest_torque or 0.0, *of_blocks, *of_stages]))
 
     def alone(self, torque: float, speed: float, largest_torque: float | None = None) -> "Operation":
         """Return one condition alone; of several that share flanks it knows the largest torque."""
         changed = {"torque": torque, "speed": speed, "power": None, "duty": None, "stage": None}
-        one = self.model_copy(update=changed)
-        one._largest_torque = largest_torque
-        return one
+        condition = self.model_copy(update=changed)
+        condition._largest_torque = largest_torque
+        return condition
 
     @property
     def blocks(self) -> tuple[DutyBlock, ...]:

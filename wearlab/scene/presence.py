@@ -17,7 +17,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         if wear is None or wear.coefficient is None
         else [wear.coefficient_of(m) for m in scene.gears.toothed]
     )
-    models = sorted({one.chosen for one in coefficients})
+    models = sorted({coefficient.chosen for coefficient in coefficients})
     return {
         "gears": scene.gears.kind,
         "flank modifications": "" if modified else None,
@@ -38,7 +38,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "duty": f"{len(scene.operation.blocks)} conditions" if scene.operation.duty else None,
         "stages": f"{len(scene.operation.stages)} in order" if scene.operation.stage else None,
         "film": "" if oil else None,
-        "film in the coefficient": "" if any(one.film for one in coefficients) else None,
+        "film in the coefficient": "" if any(coefficient.film for coefficient in coefficients) else None,
         "initial wear": None if wear is None or wear.initial is None else "",
         "start from another run": None if scene.start is None else str(scene.start.run)[:10],
         "wear": f"{' and '.join(models)} coefficient, {wear.load.chosen} load" if wear and models else None,

@@ -48,8 +48,12 @@ class SceneError(ValueError):
 
 def problems_of(error: ValidationError) -> list[str]:
     """Return one line for each of pydantic's errors; what depends on an unknown kind of gears can wait."""
-    errors = [dict(one) for one in error.errors(include_url=False)]
-    kind = [one for one in errors if one["loc"] == ("gears",) and str(one["type"]).startswith("union_tag")]
+    errors = [dict(problem) for problem in error.errors(include_url=False)]
+    kind = [
+        problem
+        for problem in errors
+        if problem["loc"] == ("gears",) and str(problem["type"]).startswith("union_tag")
+    ]
     return [_line(one) for one in kind or errors]
 
 

@@ -176,7 +176,9 @@ def _calibrated(scene: Sections) -> Problems:
     if scene.wear is None or scene.wear.coefficient is None:
         return
     if isinstance(scene.wear.coefficient, dict):
-        if any(isinstance(one, CalibratedCoefficient) for one in scene.wear.coefficient.values()):
+        if any(
+            isinstance(coefficient, CalibratedCoefficient) for coefficient in scene.wear.coefficient.values()
+        ):
             yield "wear.coefficient", "'calibrated' is one coefficient for all members, not one of several"
         return
     given, flanks = scene.wear.coefficient, scene.gears.descriptor.flanks
@@ -209,8 +211,8 @@ def _needs(scene: Sections) -> Problems:
         return
     each = [scene.wear.coefficient_of(member) for member in _toothed(scene)]
     asking = dict.fromkeys(
-        [("film = true", one.film_model.needs) for one in each if one.film_model is not None]
-        + [(repr(one.chosen), one.needs) for one in each]
+        [("film = true", section.film_model.needs) for section in each if section.film_model is not None]
+        + [(repr(section.chosen), section.needs) for section in each]
         + [(repr(scene.wear.law.chosen), scene.wear.law.needs)]
     )
     for needed, check in NEEDED.items():

@@ -195,9 +195,9 @@ def parts_within(value: Any) -> Iterator[Variant]:
     if isinstance(value, Variant):
         yield value
     if isinstance(value, Part):
-        yield from (one for name in type(value).model_fields for one in parts_within(getattr(value, name)))
+        yield from (part for name in type(value).model_fields for part in parts_within(getattr(value, name)))
     elif isinstance(value, dict):
-        yield from (one for inner in value.values() for one in parts_within(inner))
+        yield from (part for inner in value.values() for part in parts_within(inner))
 
 
 def _renew() -> None:

@@ -32,19 +32,19 @@ def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Search]:
     if vibration.slow is not None or len(parts.meshes) > 1:
         return []
     clock, account = time.perf_counter(), parts.coupling.account
-    found: list[Search] = []
+    searches: list[Search] = []
     left, steps = MOST_STEPS, len(vibration.stages.grid.width)
     for number, state in enumerate(states):
         share = max(left // (len(states) - number), 0)
-        one = Search()
+        others = Search()
         if state.response is not None:
             whole = vibration.on_all_stages(state.response, parts.coupling.touching(state))
-            one = coexisting(whole, vibration.method, share)
-        left -= one.periods * steps
-        found.append(one)
+            others = coexisting(whole, vibration.method, share)
+        left -= others.periods * steps
+        searches.append(others)
     account.seconds["dynamics"] += time.perf_counter() - clock
-    account.counts["period_maps"] += sum(one.periods for one in found)
-    return found
+    account.counts["period_maps"] += sum(search.periods for search in searches)
+    return searches
 
 
 def attractor_values(searches: Sequence[Search]) -> Values:
@@ -52,11 +52,11 @@ def attractor_values(searches: Sequence[Search]) -> Values:
     if not searches:
         return {}
     values: Values = {
-        "attractor_search": [searched(one) for one in searches],
-        "count_attractor_starts": sum(one.starts for one in searches),
-        "count_attractor_periods": sum(one.periods for one in searches),
+        "attractor_search": [searched(search) for search in searches],
+        "count_attractor_starts": sum(search.starts for search in searches),
+        "count_attractor_periods": sum(search.periods for search in searches),
     }
-    return values | _values_of([one.rival for one in searches])
+    return values | _values_of([search.rival for search in searches])
 
 
 def searched(search: Search) -> str:
@@ -85,6 +85,6 @@ def _values_of(others: Sequence[Response | None]) -> Values:
 
 def _described(other: Response) -> Array:
     """Return period, largest multiplier, and the smallest and largest force of every mesh."""
-    found = extremes(other)
+    described = extremes(other)
     largest = float(abs(other.multipliers[0])) if len(other.multipliers) else np.nan
-    return np.concatenate([[float(other.period), largest], found.least, found.largest])
+    return np.concatenate([[float(other.period), largest], described.least, described.largest])

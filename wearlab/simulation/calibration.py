@@ -84,11 +84,11 @@ def _lived(scene: Scene) -> CalibrationLife:
     return _LIVES[alone.id]
 
 
-def calibrated_values(found: Calibration | None) -> dict[str, float]:
+def calibrated_values(values: Calibration | None) -> dict[str, float]:
     """Return the coefficient that was calibrated, and its error."""
-    if found is None:
+    if values is None:
         return {}
     return {
-        "calibrated_wear_coefficient": found.value,
-        "error_estimate_wear_coefficient": found.error,
+        "calibrated_wear_coefficient": values.value,
+        "error_estimate_wear_coefficient": values.error,
     }

@@ -31,23 +31,28 @@ def along_duty(blocks: Sequence[xr.Dataset]) -> xr.Dataset:
 def in_order(stages: Sequence[xr.Dataset]) -> xr.Dataset:
     """Return the datasets of stages in order: states along ``update``, all else along ``stage``."""
     alike = _alike(stages)
-    states = [one.drop_vars([name for name in one if "update" not in one[name].dims]) for one in alike]
-    others = [one.drop_vars([name for name in one if "update" in one[name].dims]) for one in alike]
+    states = [
+        dataset.drop_vars([name for name in dataset if "update" not in dataset[name].dims])
+        for dataset in alike
+    ]
+    others = [
+        dataset.drop_vars([name for name in dataset if "update" in dataset[name].dims]) for dataset in alike
+    ]
     joined = xr.concat(states, "update", join="exact").merge(xr.concat(others, "stage", join="exact"))
     return _as_before(stages[0], joined, "stage")
 
 
 def _as_before(first: xr.Dataset, joined: xr.Dataset, new: str) -> xr.Dataset:
     """Return the joined variables in their usual order of dimensions; what no condition alters without it."""
-    found = {}
-    for name, one in joined.data_vars.items():
-        if new in one.dims and name in OF_THE_FLANKS:
-            one = one.isel({new: 0})
-        elif new in one.dims:
-            old = [dim for dim in one.dims if dim not in ("update", new)]
-            one = one.transpose(*(dim for dim in ("update", new) if dim in one.dims), *old)
-        found[name] = one.assign_attrs(first[name].attrs if name in first else one.attrs)
-    return xr.Dataset(found)
+    restored = {}
+    for name, var in joined.data_vars.items():
+        if new in var.dims and name in OF_THE_FLANKS:
+            var = var.isel({new: 0})
+        elif new in var.dims:
+            old = [dim for dim in var.dims if dim not in ("update", new)]
+            var = var.transpose(*(dim for dim in ("update", new) if dim in var.dims), *old)
+        restored[name] = var.assign_attrs(first[name].attrs if name in first else var.attrs)
+    return xr.Dataset(restored)
 
 
 def _alike(each: Sequence[xr.Dataset]) -> list[xr.Dataset]:
@@ -55,20 +60,22 @@ def _alike(each: Sequence[xr.Dataset]) -> list[xr.Dataset]:
 
     A variable that one condition lacks (another attractor) is NaN there.
     """
-    bare = [one.drop_vars(list(one.coords)) for one in each]
-    names = dict.fromkeys(name for one in bare for name in one.data_vars)
-    periods = max((one.sizes.get("mesh_period", 0) for one in bare), default=0)
-    found = []
-    for one in bare:
-        if 0 < one.sizes.get("mesh_period", 0) < periods:
-            one = one.pad(mesh_period=(0, periods - one.sizes["mesh_period"]), constant_values=np.nan)
+    bare = [dataset.drop_vars(list(dataset.coords)) for dataset in each]
+    names = dict.fromkeys(name for dataset in bare for name in dataset.data_vars)
+    periods = max((dataset.sizes.get("mesh_period", 0) for dataset in bare), default=0)
+    alike = []
+    for dataset in bare:
+        if 0 < dataset.sizes.get("mesh_period", 0) < periods:
+            dataset = dataset.pad(
+                mesh_period=(0, periods - dataset.sizes["mesh_period"]), constant_values=np.nan
+            )
         for name in names:
-            if name not in one:
+            if name not in dataset:
                 other = next(two[name] for two in bare if name in two)
-                shape = [one.sizes.get(dim, other.sizes[dim]) for dim in other.dims]
-                one = one.assign({name: (other.dims, np.full(shape, np.nan))})
-        found.append(one)
-    return found
+                shape = [dataset.sizes.get(dim, other.sizes[dim]) for dim in other.dims]
+                dataset = dataset.assign({name: (other.dims, np.full(shape, np.nan))})
+        alike.append(dataset)
+    return alike
 
 
 def condition_coordinates(scene: Scene, lived: History) -> Values:

@@ -35,10 +35,10 @@ def departures(scene: Scene, parts: Parts) -> str:
 
 
 def _lines(scene: Scene, parts: Parts) -> Iterator[str]:
-    sections = {one.section: one for one in parts.gears.kinds}
-    for section, one in sections.items():
+    sections = {kind.section: kind for kind in parts.gears.kinds}
+    for section, part in sections.items():
         mesh = scene.mesh.of(section)
-        name = " and ".join(gear.name for gear in one.pair.gears)
+        name = " and ".join(gear.name for gear in part.pair.gears)
         stiffness = f"stiffness: {mesh.stiffness.departure}"
         yield f"{name}, {stiffness}" if len(sections) > 1 else stiffness
         if mesh.excitation.by_pairs:

@@ -14,6 +14,6 @@ def energy_values(parts: Parts, vibration: Vibration, response: Response) -> Val
     """Return every term of the balance of energy [W], its residual and the efficiency, where flanks rub."""
     if vibration.nominal is None or parts.friction is None:
         return {}
-    found = energy_balance(response, vibration.nominal)
-    values: Values = {f"energy_{name}": power for name, power in found._asdict().items()}
-    return values | {"residual_energy": found.residual, "efficiency": found.efficiency}
+    balance = energy_balance(response, vibration.nominal)
+    values: Values = {f"energy_{name}": power for name, power in balance._asdict().items()}
+    return values | {"residual_energy": balance.residual, "efficiency": balance.efficiency}

@@ -34,9 +34,9 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Val
     ``contact_loss`` (update, member, mesh), how far the first-order form is off (update, mesh) and
     ``unloaded_transmission_angle`` (update, mesh, phase); NaN for members not in a mesh.
     """
-    if all(_meeting(one.analysis) is None for one in parts.kinds):
+    if all(_meeting(kind.analysis) is None for kind in parts.kinds):
         return {}
-    slots = max(one.analysis.grid.slots for one in parts.kinds)
+    slots = max(kind.analysis.grid.slots for kind in parts.kinds)
     shape = (len(states), len(parts.gears.members), len(parts.meshes))
     phases = len(parts.phase)
     values: Values = {
@@ -73,30 +73,30 @@ def _one_state(
 ) -> None:
     """Fill in what one mesh does in one state."""
     kind = parts.meshes[mesh].kind
-    one, analysis = parts.gears.kinds[kind], parts.kinds[kind].analysis
+    kind_of_set, analysis = parts.gears.kinds[kind], parts.kinds[kind].analysis
     gaps = _meeting(analysis)
     assert gaps is not None
     relation = mesh_relation(gaps, state.wear, where.phase, analysis.grid.pair_numbers)
     engaged = _engaged(scene, parts, kind, relation, state, where)
     grid = analysis.grid
     values["engaged"][update, mesh, : grid.slots] = grid.into_slots(engaged.astype(float), 0.0)
-    contact = scene.mesh.of(one.section).contact
+    contact = scene.mesh.of(kind_of_set.section).contact
     values["single_contact_share"][update, mesh] = (
         single_share(gaps.flanks, state.wear, contact.threshold)
         if contact.by_threshold
         else np.mean(engaged.sum(axis=0) == 1)
     )
     values["unloaded_transmission_angle"][update, mesh] = (
-        relation.unloaded_error / one.pair.driven.base_radius
+        relation.unloaded_error / kind_of_set.pair.driven.base_radius
     )
     for name, value in _first_order(gaps.flanks, state.wear).items():
         values[name][update, mesh] = value
-    loss = contact_loss(one.pair, relation.contact_angle, engaged)
+    loss = contact_loss(kind_of_set.pair, relation.contact_angle, engaged)
     turned, touched = (
         meshing_range(angles, engaged) for angles in (relation.rotation_angle, relation.contact_angle)
     )
     touched_alone, turned_alone = lone_ranges(gaps.flanks, state.wear)
-    for gear, body in enumerate(one.pair.gears):
+    for gear, body in enumerate(kind_of_set.pair.gears):
         member = parts.gears.members.index(body.name)
         for name, angles in (
             ("contact_angle", relation.contact_angle),

@@ -8,9 +8,9 @@ from wearlab.simulation.label import joined, labelled, parts_of
 
 def with_results(run: xr.Dataset) -> xr.Dataset:
     """Return the dataset with what `wearlab.results` finds from its variables, labelled as declared."""
-    found = {
-        one.name: one.of(run).transpose(*one.variable.dims).values
-        for one in RESULTS
-        if all(name in run for name in one.needs)
+    results = {
+        result.name: result.of(run).transpose(*result.variable.dims).values
+        for result in RESULTS
+        if all(name in run for name in result.needs)
     }
-    return joined(parts_of(run), labelled(found, {})) if found else run
+    return joined(parts_of(run), labelled(results, {})) if results else run

@@ -23,7 +23,7 @@ class Labelled(NamedTuple):
     @property
     def sizes(self) -> dict[str, int]:
         """Length of each dimension."""
-        return {str(dim): n for one in self.variables.values() for dim, n in one.sizes.items()}
+        return {str(dim): n for variable in self.variables.values() for dim, n in variable.sizes.items()}
 
 
 def labelled(values: Mapping[str, Any], coordinates: Mapping[str, Any]) -> Labelled:

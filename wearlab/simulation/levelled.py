@@ -29,11 +29,11 @@ def levelled(drive: Array, step: float, answer: Callable[[Array], Array | None])
     def product(v: Array) -> Array:
         nonlocal told
         unit = float(np.abs(v).max()) / size
-        found = answer(v / unit) if unit > 0.0 and told else None
-        if found is None:
+        answered = answer(v / unit) if unit > 0.0 and told else None
+        if answered is None:
             told = told and unit == 0.0
             return v
-        return np.asarray(v - step * unit * found)
+        return np.asarray(v - step * unit * answered)
 
     if size == 0.0:
         return drive

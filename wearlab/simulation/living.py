@@ -64,18 +64,18 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> History:
     if scene.wear is None or (scene.wear.until is None and not scene.operation.stages):
         only = single_state(first.coupling, wear)._replace(worn_first=worn_first)
         return only._replace(stages=(only,), seconds=np.zeros(1))
-    found: list[History] = []
+    histories: list[History] = []
     cycles, seconds, reason = 0.0, 0.0, ""
     for stage in stages:
         limits, ends = _limits(scene, stage, cycles, seconds)
         try:
             lived = _marched(scene, stage.first, stage.coupling, wear, limits, cycles)
         except StopWear as stop:
-            if not found:
+            if not histories:
                 raise
             reason = stop.reason
             break
-        found.append(lived)
+        histories.append(lived)
         assert lived.life is not None
         wear = stage.coupling.split(lived.life.depth[-1])
         cycles += float(lived.life.cycle[-1])
@@ -83,8 +83,8 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> History:
         reason = lived.life.end_reason
         if reason != "cycles" or ends:
             break
-    found[0] = found[0]._replace(worn_first=worn_first)
-    return _joined(found, stages, reason)
+    histories[0] = histories[0]._replace(worn_first=worn_first)
+    return _joined(histories, stages, reason)
 
 
 def _seconds(stage: Stage, cycles: float) -> float:
@@ -144,22 +144,22 @@ def _after(snapshots: Snapshots, cycles: float) -> Snapshots:
     return snapshots._replace(cycles=left, only=snapshots.asked)
 
 
-def _joined(found: list[History], stages: Sequence[Stage], reason: str) -> History:
+def _joined(histories: list[History], stages: Sequence[Stage], reason: str) -> History:
     """Return histories one after another; a later stage's first state is the end of the stage before."""
-    lasted = [float(_life(one).cycle[-1]) for one in found]
+    lasted = [float(_life(one).cycle[-1]) for one in histories]
     starts = np.cumsum([0.0, *lasted])
     clock = np.cumsum([0.0, *(_seconds(stage, n) for stage, n in zip(stages, lasted, strict=False))])
-    whole = found[0]._replace(stages=tuple(found))
-    kept = [whole.kept(stage) for stage in range(len(found))]
+    whole = histories[0]._replace(stages=tuple(histories))
+    kept = [whole.kept(stage) for stage in range(len(histories))]
     begun = list(zip(stages, kept, starts, clock, strict=False))
     seconds = [
-        before + np.array([_seconds(stage, float(cycle)) for cycle in one.cycle])
-        for stage, one, _, before in begun
+        before + np.array([_seconds(stage, float(cycle)) for cycle in stage_parts.cycle])
+        for stage, stage_parts, _, before in begun
     ]
     return whole._replace(
-        cycle=np.concatenate([start + one.cycle for _, one, start, _ in begun]),
+        cycle=np.concatenate([start + stage_parts.cycle for _, stage_parts, start, _ in begun]),
         state=tuple(state for one in kept for state in one.state),
-        life=_one_life([_life(one) for one in found], starts, reason),
+        life=_one_life([_life(one) for one in histories], starts, reason),
         sampled=None,
         seconds=np.concatenate(seconds),
     )
@@ -174,12 +174,12 @@ def _one_life(lives: list[Life], starts: Array, reason: str) -> Life:
     """Return marches one after another as one."""
     if len(lives) == 1:
         return lives[0]
-    end = np.cumsum([0.0, *(float(one.accumulated_error[-1]) for one in lives[:-1])])
+    end = np.cumsum([0.0, *(float(life.accumulated_error[-1]) for life in lives[:-1])])
     begun = list(zip(lives, starts, strict=False))
 
     def row(name: str, before: Sequence[float] | Array) -> Array:
-        each = [getattr(one, name) + b for one, b in zip(lives, before, strict=False)]
-        return np.concatenate([each[0], *(one[1:] for one in each[1:])])
+        each = [getattr(life, name) + b for life, b in zip(lives, before, strict=False)]
+        return np.concatenate([each[0], *(later[1:] for later in each[1:])])
 
     none = np.zeros(len(lives))
     return replace(
@@ -189,15 +189,19 @@ def _one_life(lives: list[Life], starts: Array, reason: str) -> Life:
         rate=row("rate", none),
         error=row("error", none),
         accumulated_error=row("accumulated_error", end),
-        snapshot_cycle=np.concatenate([one.snapshot_cycle + start for one, start in begun]),
-        snapshot_depth=np.concatenate([one.snapshot_depth for one in lives]),
+        snapshot_cycle=np.concatenate([stage_parts.snapshot_cycle + start for stage_parts, start in begun]),
+        snapshot_depth=np.concatenate([life.snapshot_depth for life in lives]),
         end_reason=reason,
-        jumps=tuple(jump._replace(cycle=jump.cycle + start) for one, start in begun for jump in one.jumps),
-        saw_tooth=any(one.saw_tooth for one in lives),
-        wave_growth=max(one.wave_growth for one in lives),
-        hurried=any(one.hurried for one in lives),
-        count_rate_evaluations=sum(one.count_rate_evaluations for one in lives),
-        count_rejected=sum(one.count_rejected for one in lives),
+        jumps=tuple(
+            jump._replace(cycle=jump.cycle + start)
+            for stage_parts, start in begun
+            for jump in stage_parts.jumps
+        ),
+        saw_tooth=any(life.saw_tooth for life in lives),
+        wave_growth=max(life.wave_growth for life in lives),
+        hurried=any(life.hurried for life in lives),
+        count_rate_evaluations=sum(life.count_rate_evaluations for life in lives),
+        count_rejected=sum(life.count_rejected for life in lives),
     )
 
 

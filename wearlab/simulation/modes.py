@@ -28,21 +28,21 @@ def modes_table(scene: Scene) -> list[dict[str, Any]]:
     if scene.dynamics is None:
         raise Refused("the scene has no [dynamics]: nothing vibrates")
     try:
-        found = build_modes(build(scene))
+        table = build_modes(build(scene))
     except GearError as error:
         raise Refused(str(error)) from error
-    rows, excited = [], found.modes.excited()
-    for mode in range(len(found.modes.frequency)):
-        shape = np.abs(found.modes.shape[mode])
-        share = found.modes.participation[mode].max()
+    rows, excited = [], table.modes.excited()
+    for mode in range(len(table.modes.frequency)):
+        shape = np.abs(table.modes.shape[mode])
+        share = table.modes.participation[mode].max()
         rows.append(
             {
                 "mode": mode + 1,
-                "natural_frequency [Hz]": float(found.modes.frequency[mode]),
-                **({} if found.kinds is None else {"kind": found.kinds[mode]}),
+                "natural_frequency [Hz]": float(table.modes.frequency[mode]),
+                **({} if table.kinds is None else {"kind": table.kinds[mode]}),
                 "moves": ", ".join(
                     name
-                    for name, size in zip(found.coordinates, shape, strict=True)
+                    for name, size in zip(table.coordinates, shape, strict=True)
                     if size > 0.3 * shape.max()
                 ),
                 "excited by the mesh": bool(excited[mode]),
@@ -50,7 +50,7 @@ def modes_table(scene: Scene) -> list[dict[str, Any]]:
             }
             | {
                 f"critical speed, order {order + 1} [rpm]": float(speeds[mode] * 30.0 / np.pi)
-                for order, speeds in enumerate(found.critical_speed)
+                for order, speeds in enumerate(table.critical_speed)
             }
         )
     return rows

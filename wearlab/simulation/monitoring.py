@@ -52,12 +52,13 @@ def monitoring_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     names, vibration = parts.requested, parts.vibration
     if not names or vibration is None:
         return {}
-    kept = math.lcm(*(_periods(vibration, one) for state in states for one in state.responses))
+    kept = math.lcm(*(_periods(vibration, response) for state in states for response in state.responses))
     lines = np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
-    found = [
-        [_of_response(parts, vibration, one, names, lines) for one in state.responses] for state in states
+    per_state = [
+        [_of_response(parts, vibration, response, names, lines) for response in state.responses]
+        for state in states
     ]
-    values = {name: _stacked([[one[name] for one in row] for row in found]) for name in names}
+    values = {name: _stacked([[signal[name] for signal in row] for row in per_state]) for name in names}
     return values | ({"order": lines} if any(name.endswith("_orders") for name in names) else {})
 
 
@@ -130,9 +131,11 @@ def uncarried(parts: Parts, states: Sequence[WearState]) -> list[str]:
     vibration = parts.vibration
     if vibration is None or not any(name.startswith(ACCELERATION) for name in parts.requested):
         return []
-    kept = math.lcm(*(_periods(vibration, one) for state in states for one in state.responses))
+    kept = math.lcm(*(_periods(vibration, response) for state in states for response in state.responses))
     lines = np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
-    lowest = min(carried_order(vibration, one, lines) for state in states for one in state.responses)
+    lowest = min(
+        carried_order(vibration, response, lines) for state in states for response in state.responses
+    )
     if math.isinf(lowest):
         return []
     return [
@@ -158,12 +161,12 @@ def _signal(
     turns, grid = vibration.hunting, vibration.grid_of(response)
     segments = int(grid.segment[-1]) + 1
     over = np.repeat(np.arange(turns), len(phase))
-    found = read(
+    signal = read(
         response, hunting_grid(grid, turns), np.tile(phase, turns) + over,
         np.tile(segment, turns) + segments * over,
     )  # fmt: skip
-    apart = found.reshape(*found.shape[:2], turns, len(phase)).transpose(0, 2, 1, 3)
-    return apart.reshape(-1, found.shape[1], len(phase))
+    apart = signal.reshape(*signal.shape[:2], turns, len(phase)).transpose(0, 2, 1, 3)
+    return apart.reshape(-1, signal.shape[1], len(phase))
 
 
 def order_lines(signal: Array, phase: Array, weight: Array, lines: Array) -> NDArray[np.complex128]:
@@ -184,12 +187,12 @@ def order_lines(signal: Array, phase: Array, weight: Array, lines: Array) -> NDA
     rest = np.exp(-2j * np.pi / periods * np.outer(np.arange(periods), phase))
     turned = np.fft.fft(signal, axis=0) / periods * (rest * weight)[:, None]
     whole, wave = np.exp(-2j * np.pi * phase), np.ones(len(phase), complex)
-    found = np.empty((int(count.max()) // periods + 1, periods, signal.shape[1]), complex)
-    for order in found:
+    spectra = np.empty((int(count.max()) // periods + 1, periods, signal.shape[1]), complex)
+    for order in spectra:
         order[:] = 2.0 * (turned @ wave)
         wave *= whole
     amplitude = np.zeros((signal.shape[1], len(lines)), complex)
-    amplitude[:, own] = found.reshape(-1, signal.shape[1])[count[own]].T
+    amplitude[:, own] = spectra.reshape(-1, signal.shape[1])[count[own]].T
     return amplitude
 
 
@@ -203,8 +206,8 @@ def _over(values: Array, size: Array) -> Array:
 
 def _stacked(rows: list[list[Array]]) -> Array:
     """Stack states and, where there are several, error angles; shorter responses are padded with NaN."""
-    flat = [one for row in rows for one in row]
-    same = len({one.shape for one in flat}) == 1
+    flat = [signal for row in rows for signal in row]
+    same = len({signal.shape for signal in flat}) == 1
     each = np.stack(flat) if same else padded(flat, 1)
     angles = len(rows[0])
     return each if angles == 1 else each.reshape(len(rows), angles, *each.shape[1:])

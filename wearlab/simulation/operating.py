@@ -63,25 +63,25 @@ def stages_of(scene: Scene) -> tuple[Stage, ...]:
     if operation.stages:
         return tuple(
             _stage(
-                (in_condition(scene, one.torque, one.speed, operation.largest_torque),),
+                (in_condition(scene, stage.torque, stage.speed, operation.largest_torque),),
                 (1.0,),
                 label,
-                one.cycles,
+                stage.cycles,
             )
-            for label, one in zip(labels_of(operation.stages), operation.stages, strict=True)
+            for label, stage in zip(labels_of(operation.stages), operation.stages, strict=True)
         )
     if not operation.blocks:
         return (_stage((scene,), (1.0,)),)
     each = tuple(
-        in_condition(scene, one.torque, one.speed, operation.largest_torque) for one in operation.blocks
+        in_condition(scene, block.torque, block.speed, operation.largest_torque) for block in operation.blocks
     )
-    return (_stage(each, tuple(one.share for one in operation.blocks)),)
+    return (_stage(each, tuple(block.share for block in operation.blocks)),)
 
 
 def _stage(
     scenes: tuple[Scene, ...], share: tuple[float, ...], label: str = "", cycles: float | None = None
 ) -> Stage:
-    parts = tuple(build(one) for one in scenes)
+    parts = tuple(build(scene) for scene in scenes)
     return Stage(label, scenes, parts, *_together(parts, share), cycles)
 
 
@@ -89,7 +89,7 @@ def _together(parts: tuple[Parts, ...], share: tuple[float, ...]) -> tuple[DutyS
     """Return the shares of the conditions, and what they couple to."""
     if len(parts) == 1:
         return DutyShares(np.ones(1), parts[0].speed), parts[0].coupling
-    shares = duty_shares(share, [one.speed for one in parts])
+    shares = duty_shares(share, [part.speed for part in parts])
     return shares, coupled(parts, shares)
 
 
@@ -97,5 +97,5 @@ def coupled(parts: tuple[Parts, ...], shares: DutyShares) -> Coupled:
     """Return conditions that take turns as one coupling."""
     if len(parts) == 1:
         return parts[0].coupling
-    couplings = tuple(one.coupling for one in parts)
+    couplings = tuple(part.coupling for part in parts)
     return DutyCoupling(couplings[0].kinds, couplings, shares.weight)

@@ -35,7 +35,7 @@ def response_values(scene: Scene, parts: Parts, state: WearState) -> Values:
     ordered = [sorted(points, key=lambda point: point.speed) for points in branches]
     rows = [[_described(wanted, point) for point in points] for points in ordered]
     values = {
-        f"response_{name}": _stacked([[row[name] for row in one] for one in rows], name)
+        f"response_{name}": _stacked([[row[name] for row in line] for line in rows], name)
         for name in rows[0][0]
     }
     account = parts.coupling.account
@@ -124,11 +124,11 @@ def order_amplitudes(values: Array) -> Array:
         count = periods // LINES
         pieces, periods = list(values[: count * LINES].reshape(count, -1)), LINES
     power = np.mean([np.abs(np.fft.rfft(piece) * 2.0 / len(piece)) ** 2 for piece in pieces], axis=0)
-    found = np.zeros(ORDERS * LINES + 1)
+    amplitude = np.zeros(ORDERS * LINES + 1)
     most = min(len(power) - 1, ORDERS * periods, periods * phases // 2)
     for line in range(1, most + 1):
-        found[round(line * LINES / periods)] = np.sqrt(power[line])
-    return found[1:]
+        amplitude[round(line * LINES / periods)] = np.sqrt(power[line])
+    return amplitude[1:]
 
 
 def _stacked(rows: list[list[Any]], name: str) -> Array:
@@ -143,8 +143,8 @@ def _jump_values(jumps: list[list[JumpOfResponse]]) -> Values:
     if not most:
         return {}
     speed, extent = np.full((2, len(jumps), most, 2), np.nan)
-    for row, found in enumerate(jumps):
-        for column, jump in enumerate(found):
+    for row, place in enumerate(jumps):
+        for column, jump in enumerate(place):
             speed[row, column] = jump.before, jump.after
             extent[row, column] = jump.extent_before, jump.extent_after
     return {

@@ -130,9 +130,9 @@ def _of_condition(
         values |= {"error_estimate_mesh_force": mesh, "error_estimate_mesh_force_max": largest}
         if "bearing_force" in values:
             values["error_estimate_bearing_force"] = bearing
-    found = other_attractors(parts, states)
-    others += found
-    values |= attractor_values(found)
+    coexisting = other_attractors(parts, states)
+    others += coexisting
+    values |= attractor_values(coexisting)
     if scene.dynamics is not None and scene.dynamics.response is not None:
         values |= response_values(scene, parts, states[0])
     along = {name: values.pop(name) for name in ALONG_SPEED if name in values}

@@ -32,7 +32,7 @@ POINT_TOLERANCE = 1e-12
 
 def coordinates(parts: Parts) -> Values:
     """Return the labels of the dimensions and the places of the nodes on each flank."""
-    slots = max(one.analysis.grid.slots for one in parts.kinds)
+    slots = max(mesh_kind.analysis.grid.slots for mesh_kind in parts.kinds)
     position, radius, roll, beyond = [], [], [], []
     for kind, gear in parts.gears.flank_places:
         one = parts.kinds[kind]
@@ -59,13 +59,15 @@ def coordinates(parts: Parts) -> Values:
 
 def along(values: Sequence[Array]) -> Array:
     """Stack values along the nodes of each flank, NaN where one kind of mesh has fewer nodes than another."""
-    longest = max(one.shape[-1] for one in values)
+    longest = max(value.shape[-1] for value in values)
     return np.stack(
         [
-            np.pad(one, [(0, 0)] * (one.ndim - 1) + [(0, longest - one.shape[-1])], constant_values=np.nan)
-            if one.shape[-1] < longest
-            else one
-            for one in values
+            np.pad(
+                value, [(0, 0)] * (value.ndim - 1) + [(0, longest - value.shape[-1])], constant_values=np.nan
+            )
+            if value.shape[-1] < longest
+            else value
+            for value in values
         ],
         axis=-2,
     )
@@ -81,15 +83,15 @@ def characteristic_points(parts: Parts) -> list[Any]:
 
     One list (n,) for the two flanks of a pair; a list for each flank where meshes of several kinds differ.
     """
-    longest = max(len(one.analysis.grid.position) for one in parts.kinds)
-    found = []
-    for one in parts.kinds:
+    longest = max(len(mesh_kind.analysis.grid.position) for mesh_kind in parts.kinds)
+    points = []
+    for mesh_kind in parts.kinds:
         letters = [""] * longest
-        for letter, where in one.pair.path._asdict().items():
-            for node in np.flatnonzero(np.abs(one.analysis.grid.position - where) < POINT_TOLERANCE):
+        for letter, where in mesh_kind.pair.path._asdict().items():
+            for node in np.flatnonzero(np.abs(mesh_kind.analysis.grid.position - where) < POINT_TOLERANCE):
                 letters[node] = letter
-        found.append(letters)
-    return found[0] if len(found) == 1 else [found[kind] for kind, _ in parts.gears.flank_places]
+        points.append(letters)
+    return points[0] if len(points) == 1 else [points[kind] for kind, _ in parts.gears.flank_places]
 
 
 def mesh_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
@@ -103,7 +105,10 @@ def mesh_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
         "mesh_phase_offset": gears.mesh_lags,
         "static_mesh_force": [gears.kinds[mesh.kind].load for mesh in parts.meshes],
         "residual_load_share": [
-            max(_share_residual(gears.kinds[k].load, one.static) for k, one in enumerate(state.kind))
+            max(
+                _share_residual(gears.kinds[k].load, kind_state.static)
+                for k, kind_state in enumerate(state.kind)
+            )
             for state in states
         ],
     }
@@ -112,25 +117,27 @@ def mesh_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
 
 def _of_mesh(parts: Parts, mesh: int, states: tuple[WearState, ...]) -> dict[str, Array]:
     """Return the contact analysis of one mesh, every array with the updates first."""
-    one = parts.meshes[mesh]
-    kind, where = parts.kinds[one.kind], parts.look(mesh, parts.phase)
-    solved = [kind.analysis.quasistatic(state.kind[one.kind].nodes, where) for state in states]
-    prescribed = one.error.value(where.phase) + parts.constant_error[mesh]
+    own = parts.meshes[mesh]
+    kind, where = parts.kinds[own.kind], parts.look(mesh, parts.phase)
+    solved = [kind.analysis.quasistatic(state.kind[own.kind].nodes, where) for state in states]
+    prescribed = own.error.value(where.phase) + parts.constant_error[mesh]
     values = {
-        "mesh_stiffness": np.stack([found.tangent for found in solved]),
-        "secant_stiffness": np.stack([_secant(kind.analysis.load, found) for found in solved]),
-        "static_transmission_error": np.stack([found.deflection for found in solved]) + prescribed,
-        "unloaded_transmission_error": np.stack([found.unloaded for found in solved]) + prescribed,
-        "pair_stiffness": np.stack([pair_slots(found.stiffness, kind.analysis.grid) for found in solved]),
-        "load_share": np.stack([pair_slots(load_share(found), kind.analysis.grid) for found in solved]),
+        "mesh_stiffness": np.stack([shared.tangent for shared in solved]),
+        "secant_stiffness": np.stack([_secant(kind.analysis.load, shared) for shared in solved]),
+        "static_transmission_error": np.stack([shared.deflection for shared in solved]) + prescribed,
+        "unloaded_transmission_error": np.stack([shared.unloaded for shared in solved]) + prescribed,
+        "pair_stiffness": np.stack([pair_slots(shared.stiffness, kind.analysis.grid) for shared in solved]),
+        "load_share": np.stack([pair_slots(load_share(shared), kind.analysis.grid) for shared in solved]),
     }
-    return values | _static_harmonics(parts, mesh, [state.kind[one.kind].static for state in states])
+    return values | _static_harmonics(parts, mesh, [state.kind[own.kind].static for state in states])
 
 
 def _meshes_together(values: Sequence[Array]) -> Array:
     """Stack (n_updates, …) of every mesh along a new second axis; absent pair slots are 0."""
-    shape = np.max([one.shape for one in values], axis=0)
-    padded = [np.pad(one, [(0, n - m) for n, m in zip(shape, one.shape, strict=True)]) for one in values]
+    shape = np.max([value.shape for value in values], axis=0)
+    padded = [
+        np.pad(value, [(0, n - m) for n, m in zip(shape, value.shape, strict=True)]) for value in values
+    ]
     return np.stack(padded, axis=1)
 
 
@@ -152,33 +159,31 @@ def pair_slots(values: Array, grid: ProfileGrid) -> Array:
 
 
 def _static_harmonics(parts: Parts, mesh: int, states: Sequence[Quasistatic]) -> dict[str, Array]:
-    one = parts.meshes[mesh]
-    phase, weight = parts.kinds[one.kind].analysis.grid.phase_nodes
-    prescribed = one.error.value(phase) + parts.constant_error[mesh]
-    clock = phase + one.lag
+    own = parts.meshes[mesh]
+    phase, weight = parts.kinds[own.kind].analysis.grid.phase_nodes
+    prescribed = own.error.value(phase) + parts.constant_error[mesh]
+    clock = phase + own.lag
     stiffness = [harmonics(clock, weight, state.tangent, parts.harmonics) for state in states]
     ste = [harmonics(clock, weight, state.deflection + prescribed, parts.harmonics) for state in states]
-    found = _harmonic_values("stiffness", stiffness) | _harmonic_values("ste", ste)
-    return found | {"ste_peak_to_peak": np.array([np.ptp(state.deflection + prescribed) for state in states])}
+    values = _harmonic_values("stiffness", stiffness) | _harmonic_values("ste", ste)
+    return values | {
+        "ste_peak_to_peak": np.array([np.ptp(state.deflection + prescribed) for state in states])
+    }
 
 
-def _harmonic_values(name: str, found: list[Harmonics]) -> dict[str, Array]:
+def _harmonic_values(name: str, amplitude: list[Harmonics]) -> dict[str, Array]:
     return {
-        f"{name}_mean": np.array([one.mean for one in found]),
-        f"{name}_rms": np.array([one.rms for one in found]),
-        f"{name}_harmonics": np.stack([one.amplitude for one in found]),
-        f"{name}_harmonics_phase": np.stack([one.phase for one in found]),
+        f"{name}_mean": np.array([one.mean for one in amplitude]),
+        f"{name}_rms": np.array([one.rms for one in amplitude]),
+        f"{name}_harmonics": np.stack([one.amplitude for one in amplitude]),
+        f"{name}_harmonics_phase": np.stack([one.phase for one in amplitude]),
     }
 
 
 def _slow_error(parts: Parts) -> Values:
     """Return the once-per-revolution errors over equally weighted member angles, when there are any."""
-    found = parts.gears.slow_errors(parts.meshes)
-    return (
-        {}
-        if found is None
-        else {"slow_error": found.T, "error_weight": np.full(len(found), 1.0 / len(found))}
-    )
+    rows = parts.gears.slow_errors(parts.meshes)
+    return {} if rows is None else {"slow_error": rows.T, "error_weight": np.full(len(rows), 1.0 / len(rows))}
 
 
 def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
@@ -189,8 +194,8 @@ def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     def on_both(of_force: Callable[[KindParts, Array], Array]) -> Array:
         """Return what both flanks of a mesh have in common, (n_updates, n_flanks, n)."""
         each = [
-            np.stack([of_force(one, force) for force in found])
-            for one, found in zip(parts.kinds, forces, strict=True)
+            np.stack([of_force(kind, force) for force in path])
+            for kind, path in zip(parts.kinds, forces, strict=True)
         ]
         return by_flank(parts, [np.stack([one, one], axis=1) for one in each])
 
@@ -198,13 +203,13 @@ def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     values: Values = {
         "tooth_force": on_both(lambda one, force: force),
         "contact_pressure": on_both(lambda one, force: factor * mean_pressure(force, one.path)),
-        "sliding_velocity": steady * by_flank(parts, [sliding_velocity(one.path) for one in parts.kinds]),
-        "specific_sliding": steady * by_flank(parts, [one.path.specific_sliding for one in parts.kinds]),
+        "sliding_velocity": steady * by_flank(parts, [sliding_velocity(kind.path) for kind in parts.kinds]),
+        "specific_sliding": steady * by_flank(parts, [kind.path.specific_sliding for kind in parts.kinds]),
     }
-    if all(one.film is not None for one in parts.kinds):
+    if all(kind.film is not None for kind in parts.kinds):
         values["film_thickness"] = on_both(lambda one, force: _thickness(one, force)[0])
         values["lambda_ratio"] = on_both(lambda one, force: _thickness(one, force)[1])
-    laws = [one.law for one in parts.kinds]
+    laws = [kind.law for kind in parts.kinds]
     if all(law is not None for law in laws):
         values["effective_wear_coefficient"] = by_flank(
             parts,
@@ -212,24 +217,24 @@ def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
                 np.stack(
                     [
                         effective_coefficient(law, force, state.kind[k].wear)
-                        for force, state in zip(found, states, strict=True)
+                        for force, state in zip(path, states, strict=True)
                     ]
                 )
-                for k, (law, found) in enumerate(zip(laws, forces, strict=True))
+                for k, (law, path) in enumerate(zip(laws, forces, strict=True))
                 if law is not None
             ],
         )
     return values
 
 
-def _thickness(one: KindParts, force: Array) -> tuple[Array, Array]:
+def _thickness(kind: KindParts, force: Array) -> tuple[Array, Array]:
     """Return film thickness [m] and λ [1] along the path, both (n,)."""
-    assert one.film is not None
-    ratio = None if one.law is None else lambda_ratio(one.law, force)
+    assert kind.film is not None
+    ratio = None if kind.law is None else lambda_ratio(kind.law, force)
     if ratio is not None:
-        return ratio * one.film.roughness, ratio
-    thickness = film_thickness(one.film, one.path, force)
-    return thickness, thickness / one.film.roughness
+        return ratio * kind.film.roughness, ratio
+    thickness = film_thickness(kind.film, kind.path, force)
+    return thickness, thickness / kind.film.roughness
 
 
 def wear_values(parts: Parts, lived: History) -> Values:
@@ -237,7 +242,7 @@ def wear_values(parts: Parts, lived: History) -> Values:
     states = lived.state
     gears, kinds = parts.gears, range(len(parts.kinds))
     depth = by_flank(parts, [np.stack([state.kind[k].wear for state in states]) for k in kinds])
-    modification = by_flank(parts, [one.modification for one in parts.kinds])
+    modification = by_flank(parts, [mesh_kind.modification for mesh_kind in parts.kinds])
     passes = np.array([gears.kinds[kind].passes[gear] for kind, gear in gears.flank_places])
     values: Values = {
         "wear_depth": depth,
@@ -264,14 +269,14 @@ def preset_depth(scene: Scene, parts: Parts, states: tuple[WearState, ...]) -> A
         return None
     asked = [(depth, snapshots.flank) for depth in snapshots.depths]
     asked += [] if limit.depth is None else [(limit.depth, limit.flank)]
-    found = np.full((len(states), len(gears.flank_places)), np.nan)
+    depths = np.full((len(states), len(gears.flank_places)), np.nan)
     entries = [coupling.entries(*place) for place in gears.flank_places]
-    for row, state in zip(found, states, strict=True):
+    for row, state in zip(depths, states, strict=True):
         wear = coupling.flat(state.wear)
         for depth, flank in asked:
             if abs(float(wear[flank].max()) - depth) <= LANDED * depth:
                 row[np.argmax([_deepest(wear, own, flank) for own in entries])] = depth
-    return found
+    return depths
 
 
 def _deepest(wear: Array, own: slice, among: slice | NDArray[np.int64]) -> float:
@@ -284,16 +289,16 @@ def _deepest(wear: Array, own: slice, among: slice | NDArray[np.int64]) -> float
 def _worn_mass(parts: Parts, states: tuple[WearState, ...]) -> Array:
     """Return the mass worn off every member, both its flanks together, (n_updates, n_members) [kg]."""
     total = np.zeros((len(states), len(parts.gears.members)))
-    for kind, one in enumerate(parts.kinds):
-        found = worn_mass(
+    for kind, mesh_kind in enumerate(parts.kinds):
+        mass = worn_mass(
             np.stack([state.kind[kind].wear for state in states]),
-            one.path,
-            density=[gear.material.density for gear in one.pair.gears],
-            teeth=[gear.teeth for gear in one.pair.gears],
+            mesh_kind.path,
+            density=[gear.material.density for gear in mesh_kind.pair.gears],
+            teeth=[gear.teeth for gear in mesh_kind.pair.gears],
         )
-        for gear, own in enumerate(one.pair.gears):
+        for gear, own in enumerate(mesh_kind.pair.gears):
             for column in parts.gears.columns_of(own.name):
-                total[:, column] += found[:, gear]
+                total[:, column] += mass[:, gear]
     return total
 
 

@@ -59,7 +59,7 @@ def trust_values(
         "verdict": verdict(lived, searches),
         "validity": "\n".join(dict.fromkeys([*_flags(stages, lived), *_cut_off(searches), *told])),
     }
-    doubts = dict.fromkeys(doubt for one in estimates for doubt in one.doubts)
+    doubts = dict.fromkeys(doubt for estimate in estimates for doubt in estimate.doubts)
     values["estimate_quality"] = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
     life = lived.life
     if life is not None:
@@ -83,10 +83,10 @@ def accumulated(
     What the run inherits from the one it goes on from [m] is added like an earlier stage.
     """
     before, depths = inherited, []
-    for number, one in enumerate(estimates):
-        assert one.wear_depth is not None
-        depths.append(before + one.wear_depth[1 if number else 0 :])
-        last, before = before, before + float(one.wear_depth[-1])
+    for number, estimate in enumerate(estimates):
+        assert estimate.wear_depth is not None
+        depths.append(before + estimate.wear_depth[1 if number else 0 :])
+        last, before = before, before + float(estimate.wear_depth[-1])
     of_life, life = estimates[-1].life, whole.life
     fastest = 0.0 if life is None else float(life.rate[-1].max(initial=0.0))
     if of_life is not None and fastest > 0.0:
@@ -132,22 +132,22 @@ def verdict(lived: History, searches: Sequence[Search] = ()) -> str:
     ):
         if any(holds(response.verdict) for response in responses):
             return word
-    largest = [abs(one.multipliers[0]) for one in responses if one.verdict.attracting is False]
+    largest = [abs(orbit.multipliers[0]) for orbit in responses if orbit.verdict.attracting is False]
     if largest:
         return "unstable" if max(largest) > 1.0 + BEYOND else BARELY
-    return "coexisting" if any(one.rival is not None for one in searches) else "completed"
+    return "coexisting" if any(search.rival is not None for search in searches) else "completed"
 
 
 def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
     """Return limits of validity that show only once the scene has run."""
     flags: list[str] = []
-    for kind, one in enumerate(parts.kinds):
+    for kind, mesh_kind in enumerate(parts.kinds):
         state = max(lived.state, key=lambda state: float(state.kind[kind].static.deflection.max()))
-        found = state.kind[kind]
+        worst = state.kind[kind]
         flags += reached_limits(
-            one.pair, one.analysis, state.wear[kind], found.nodes.gap, found.static.deflection
+            mesh_kind.pair, mesh_kind.analysis, state.wear[kind], worst.nodes.gap, worst.static.deflection
         )
-        flags += cut_short(one.pair, one.analysis, found.nodes)
+        flags += cut_short(mesh_kind.pair, mesh_kind.analysis, worst.nodes)
     flags += uncarried(parts, lived.state)
     if parts.vibration is not None and len(parts.meshes) > 1:
         flags.append("coexisting attractors of a set of several meshes are not looked for")

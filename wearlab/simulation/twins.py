@@ -65,12 +65,12 @@ def carried(fine: ProfileGrid, values: Array, rough: ProfileGrid) -> Array:
     where = lookup(fine, phases, segment)
     pairs = rough.pairs_at_phase_nodes
     present = pairs >= 0
-    found = np.empty((len(values), len(rough.touching)))
-    for row, one in zip(found, fine.beyond(values), strict=True):
+    depths = np.empty((len(values), len(rough.touching)))
+    for row, one in zip(depths, fine.beyond(values), strict=True):
         at_phases = np.empty(pairs.shape)
         interpolate(fine.first, where, np.ascontiguousarray(one), 0.0, at_phases)
         row[pairs[present]] = at_phases[present]
-    return found[:, rough.on_flank]
+    return depths[:, rough.on_flank]
 
 
 def rougher(
@@ -92,7 +92,7 @@ def rougher(
         again = rough.coupling.evaluate(wear, start)
     except StopWear:
         return None
-    if [one.period for one in again.responses] != [one.period for one in responses]:
+    if [response.period for response in again.responses] != [response.period for response in responses]:
         return None
     rate = None
     if state.wears and again.wears:
@@ -102,19 +102,19 @@ def rougher(
 
 def _touch_all_along(responses: Responses) -> bool:
     """Whether one pass was exact: no flank parted."""
-    return all(one.period == 1 and one.counts.newton_iterations == 1 for one in responses)
+    return all(response.period == 1 and response.counts.newton_iterations == 1 for response in responses)
 
 
 def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
     return tuple(
-        carried(fine.analysis.grid, one, other.analysis.grid)
-        for fine, one, other in zip(parts.kinds, values, rough.kinds, strict=True)
+        carried(fine.analysis.grid, value, other.analysis.grid)
+        for fine, value, other in zip(parts.kinds, values, rough.kinds, strict=True)
     )
 
 
 def flank_of_nodes(parts: Parts) -> NDArray[np.int64]:
     """Return which flank each entry of the flat wear is on."""
-    sizes = [len(one.analysis.grid.position) for one in parts.kinds for _ in (0, 1)]
+    sizes = [len(kind.analysis.grid.position) for kind in parts.kinds for _ in (0, 1)]
     return np.repeat(np.arange(len(sizes)), sizes)
 
 
@@ -136,12 +136,12 @@ def _of_share(scene: Scene, parts: Parts, own: History, share: float) -> list[Ro
     rough = rough_parts(scene, parts, share)
     if rough is None:
         return [None] * len(own.state)
-    found: list[Rougher | None] = []
+    rough_states: list[Rougher | None] = []
     before: Rougher | None = None
     for cycle, state in zip(own.cycle, own.state, strict=True):
-        found.append(rougher(parts, rough, float(cycle), state, before))
-        before = found[-1] or before
-    return found
+        rough_states.append(rougher(parts, rough, float(cycle), state, before))
+        before = rough_states[-1] or before
+    return rough_states
 
 
 def is_periodic(state: WearState) -> bool:

@@ -47,17 +47,21 @@ def dynamic_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     angles = len(states[0].responses)
     each = []
     for angle in range(angles):
-        found = [_response_values(parts, vibration, state, state.responses[angle]) for state in states]
+        responses = [_response_values(parts, vibration, state, state.responses[angle]) for state in states]
         each.append(
             {
-                name: stacked([np.asarray(one[name]) for one in found], along_periods.get(name, 1))
-                for name in found[0]
+                name: stacked(
+                    [np.asarray(response[name]) for response in responses], along_periods.get(name, 1)
+                )
+                for name in responses[0]
             }
         )
     asked = monitoring_values(parts, states)
     if angles == 1:
         return each[0] | asked
-    return {name: np.moveaxis(stacked([one[name] for one in each], None), 0, 1) for name in each[0]} | asked
+    return {
+        name: np.moveaxis(stacked([values[name] for values in each], None), 0, 1) for name in each[0]
+    } | asked
 
 
 def stacked(arrays: list[Array], along: int | None) -> Array:
@@ -74,15 +78,15 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
     deflection, rate = vibration.deflection(response, when)
     position, velocity = vibration.coordinates(response, when)
     touching = parts.coupling.touching(state)
-    found = [
+    meshes = [
         _mesh_response(parts, vibration, touching, mesh, deflection[:, mesh], rate[:, mesh])
         for mesh in range(len(parts.meshes))
     ]
-    pairs = max(one["pair_force"].shape[0] for one in found)
-    for one in found:
-        short = pairs - one["pair_force"].shape[0]
-        one["pair_force"] = np.pad(one["pair_force"], ((0, short), (0, 0), (0, 0)))
-    values: Values = {name: np.stack([one[name] for one in found]) for name in found[0]}
+    pairs = max(each_mesh["pair_force"].shape[0] for each_mesh in meshes)
+    for each_mesh in meshes:
+        short = pairs - each_mesh["pair_force"].shape[0]
+        each_mesh["pair_force"] = np.pad(each_mesh["pair_force"], ((0, short), (0, 0), (0, 0)))
+    values: Values = {name: np.stack([each_mesh[name] for each_mesh in meshes]) for name in meshes[0]}
     transmission = transmission_error(vibration, position)
     if transmission is not None:
         series = _over_periods(transmission + parts.constant_error[0], parts.phase, parts.harmonics)
@@ -92,7 +96,7 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
     means = [mean_moments(parts, vibration, touching, kind, response) for kind in range(len(touching))]
     if parts.gears.shares:
         of_kinds = zip(parts.gears.kinds, means, strict=True)
-        values["mesh_load_factor"] = np.concatenate([load_factors(*one) for one in of_kinds])
+        values["mesh_load_factor"] = np.concatenate([load_factors(*mesh_kind) for mesh_kind in of_kinds])
     values |= {
         **extreme_values(parts, response),
         "response_period": response.period * vibration.hunting,
@@ -106,8 +110,10 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
     if parts.wohler_slope is not None:
         equivalent = [
             parts.gears.lever(k)
-            * equivalent_force(parts.kinds[k].analysis, one.weight, one.elastic, parts.wohler_slope)
-            for k, one in enumerate(state.kind)
+            * equivalent_force(
+                parts.kinds[k].analysis, kind_state.weight, kind_state.elastic, parts.wohler_slope
+            )
+            for k, kind_state in enumerate(state.kind)
         ]
         values["equivalent_load"] = [equivalent[mesh.kind] for mesh in parts.meshes]
     if has_bearings(parts):
@@ -124,9 +130,13 @@ def phase_forces(parts: Parts, state: WearState, response: Response) -> Array:
     touching = parts.coupling.touching(state)
     each = [
         elastic_force(
-            vibration.system, mesh, touching[one.kind], parts.look(mesh, parts.phase), deflection[:, mesh]
+            vibration.system,
+            mesh,
+            touching[each_mesh.kind],
+            parts.look(mesh, parts.phase),
+            deflection[:, mesh],
         )
-        for mesh, one in enumerate(parts.meshes)
+        for mesh, each_mesh in enumerate(parts.meshes)
     ]
     return np.stack(each, axis=1)
 
@@ -158,15 +168,15 @@ def _mesh_response(
 
 def extreme_values(parts: Parts, response: Response) -> Values:
     """Return the extreme forces of every mesh and the time it is apart, from the steps of its response."""
-    found = extremes(response)
+    extremes_found = extremes(response)
     static = np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
     return {
-        "mesh_force_min": found.least,
-        "mesh_force_max": found.largest,
+        "mesh_force_min": extremes_found.least,
+        "mesh_force_max": extremes_found.largest,
         "dynamic_factor": np.divide(
-            found.largest, static, out=np.full(len(static), np.nan), where=static > 0.0
+            extremes_found.largest, static, out=np.full(len(static), np.nan), where=static > 0.0
         ),
-        "separation_fraction": found.separated,
+        "separation_fraction": extremes_found.separated,
     }
 
 
@@ -178,15 +188,15 @@ def mean_moments(
     phase, segment, weight = within_steps(grid)
     middle = grid.start + 0.5 * grid.width
     deflection, rate = vibration.deflection(response, Instants(phase, segment))
-    found = []
+    values = []
     for mesh in parts.coupling.kinds[kind].meshes:
         where = look_within(
             mine.analysis.grid, [parts.meshes[mesh].lag], phase.reshape(len(middle), -1), middle
         )
         loads = mesh_loads(vibration.system, mesh, mine, where, deflection[:, mesh], rate[:, mesh])
         each = moments(loads, mine, parts.kinds[kind].pair, where, parts.friction)
-        found.append((each @ weight).mean(axis=1))
-    return np.array(found)
+        values.append((each @ weight).mean(axis=1))
+    return np.array(values)
 
 
 def transmission_error(vibration: Vibration, position: Array) -> Array | None:
@@ -206,7 +216,7 @@ def _over_periods(values: Array, phase: Array, count: int) -> Harmonics:
 
 def has_bearings(parts: Parts) -> bool:
     """Whether a member moves on its support."""
-    return parts.vibration is not None and any(one.bears for one in parts.vibration.system.supports)
+    return parts.vibration is not None and any(support.bears for support in parts.vibration.system.supports)
 
 
 def _sense_of_axes(parts: Parts) -> Array:
@@ -217,19 +227,19 @@ def _sense_of_axes(parts: Parts) -> Array:
 def _as_parts(response: Response, count: int) -> Array:
     """Return the multipliers by descending modulus, (count, 2) real and imaginary, NaN when aperiodic."""
     values = np.full((count, 2), np.nan)
-    found = response.multipliers[np.argsort(-np.abs(response.multipliers), kind="stable")]
-    values[: len(found)] = np.stack([found.real, found.imag], axis=1)
+    multipliers = response.multipliers[np.argsort(-np.abs(response.multipliers), kind="stable")]
+    values[: len(multipliers)] = np.stack([multipliers.real, multipliers.imag], axis=1)
     return values
 
 
-def mode_values(found: SceneModes) -> Values:
+def mode_values(modes: SceneModes) -> Values:
     """Return natural frequencies and the speeds at which the mesh frequency meets them."""
     values = {
-        "natural_frequency": found.modes.frequency,
-        "critical_speed": found.critical_speed[0],
-        "mode_participation": found.modes.participation.T,
+        "natural_frequency": modes.modes.frequency,
+        "critical_speed": modes.critical_speed[0],
+        "mode_participation": modes.modes.participation.T,
     }
-    return values if found.kinds is None else values | {"mode_kind": list(found.kinds)}
+    return values if modes.kinds is None else values | {"mode_kind": list(modes.kinds)}
 
 
 def attractor(lived: History) -> NDArray[np.float64]:
@@ -238,7 +248,7 @@ def attractor(lived: History) -> NDArray[np.float64]:
     The count rises where the wear rate jumped, and where the period of the response changes.
     """
     jumps = [] if lived.life is None else [jump.cycle for jump in lived.life.jumps]
-    periods = [tuple(one.period for one in state.responses) for state in lived.state]
+    periods = [tuple(response.period for response in state.responses) for state in lived.state]
     branch = [1]
     for (before, after), (start, end) in zip(pairwise(periods), pairwise(lived.cycle), strict=True):
         passed = sum(start < jump <= end for jump in jumps)

@@ -114,7 +114,7 @@ def _further(joint: Rougher, error: Array, stepping: float) -> Array:
 
 def _worn_by(twins: Sequence[Rougher], off: Array) -> tuple[WearState | None, ...]:
     """Return the twins worn by so much further, None where one responds otherwise or not at all."""
-    found: list[WearState | None] = []
+    states: list[WearState | None] = []
     for twin in twins:
         worse: WearState | None = twin.state
         if not np.isfinite(off).all():
@@ -125,9 +125,11 @@ def _worn_by(twins: Sequence[Rougher], off: Array) -> tuple[WearState | None, ..
                 worse = coupling.evaluate(
                     coupling.split(np.maximum(0.0, twin.wear + off)), twin.state.responses
                 )
-                if [one.period for one in worse.responses] != [one.period for one in twin.state.responses]:
+                if [response.period for response in worse.responses] != [
+                    response.period for response in twin.state.responses
+                ]:
                     worse = None
             except StopWear:
                 worse = None
-        found.append(worse)
-    return tuple(found)
+        states.append(worse)
+    return tuple(states)

@@ -81,7 +81,7 @@ def _aligned(
 ) -> xr.DataArray:
     shared = [dim for dim in variable.dims if dim in progress.dims and dim != UPDATE]
     own = [dim for dim in variable.dims if dim not in (*shared, UPDATE)]
-    found: xr.DataArray = xr.apply_ufunc(
+    aligned: xr.DataArray = xr.apply_ufunc(
         _interpolated,
         progress,
         variable.astype(float),
@@ -93,9 +93,9 @@ def _aligned(
         dask_gufunc_kwargs={"output_sizes": {on: len(values)}},
         keep_attrs="override",
     )
-    extra = [dim for dim in found.dims if dim not in variable.dims and dim != on]
+    extra = [dim for dim in aligned.dims if dim not in variable.dims and dim != on]
     order = [*extra, *(on if dim == UPDATE else dim for dim in variable.dims)]
-    return found.transpose(*order).assign_attrs(variable.attrs)
+    return aligned.transpose(*order).assign_attrs(variable.attrs)
 
 
 def _interpolated(x: NDArray[Any], y: NDArray[Any], at: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -115,8 +115,8 @@ def _interpolated(x: NDArray[Any], y: NDArray[Any], at: NDArray[np.float64]) -> 
 def _rising(x: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Say which values are beyond all before them."""
     before = np.concatenate([[-np.inf], np.maximum.accumulate(x)[:-1]])
-    found: NDArray[np.bool_] = x > before
-    return found
+    rising: NDArray[np.bool_] = x > before
+    return rising
 
 
 def _line(x: NDArray[Any], y: NDArray[Any], at: NDArray[np.float64]) -> NDArray[np.float64]:

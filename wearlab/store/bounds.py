@@ -20,9 +20,9 @@ def refuse_links(path: str | Path) -> None:
     StoreError : one is
     """
     folder = os.path.dirname(path)
-    for one in (path, folder, os.path.dirname(folder)):
-        if os.path.islink(one):
-            raise StoreError(f"{one}: is a link; a store reads and writes its own files only")
+    for place in (path, folder, os.path.dirname(folder)):
+        if os.path.islink(place):
+            raise StoreError(f"{place}: is a link; a store reads and writes its own files only")
 
 
 def refuse_oversized(path: str | Path, claimed: int, size: int | None = None) -> None:

@@ -118,8 +118,12 @@ class Catalogue(Memberships):
                 for row in self.read(f"{FROM_BOTH} ORDER BY started, id")
             }
         wanted = list(dict.fromkeys(ids))
-        found = {row[0]: row for row in self.read_many(f"{FROM_BOTH} WHERE id IN", wanted)}
-        return {one: understood(_of(one), self._read_entry, found[one]) for one in wanted if one in found}
+        by_id = {row[0]: row for row in self.read_many(f"{FROM_BOTH} WHERE id IN", wanted)}
+        return {
+            run_id: understood(_of(run_id), self._read_entry, by_id[run_id])
+            for run_id in wanted
+            if run_id in by_id
+        }
 
     def heads(self, ids: Iterable[str]) -> dict[str, Head]:
         """Return the states of the known runs among ``ids``, in that order: little even for many runs."""
@@ -128,8 +132,8 @@ class Catalogue(Memberships):
             "SELECT id, state, owner, size, source_hash, coalesce(length(warnings) > 2, 0) "
             "FROM runs LEFT JOIN documents USING (number) WHERE id IN"
         )
-        found = {row[0]: understood(_of(row[0]), _head, row) for row in self.read_many(question, wanted)}
-        return {run_id: found[run_id] for run_id in wanted if run_id in found}
+        known = {row[0]: understood(_of(row[0]), _head, row) for row in self.read_many(question, wanted)}
+        return {run_id: known[run_id] for run_id in wanted if run_id in known}
 
     def placed(self, ids: Iterable[str]) -> list[Placed]:
         """Return what a grid needs of the known runs among ``ids``."""
@@ -137,8 +141,8 @@ class Catalogue(Memberships):
             "SELECT id, state, sha256, layout, reason, dictionary, packed "
             "FROM runs LEFT JOIN documents USING (number) WHERE id IN"
         )
-        found = self.read_many(question, list(dict.fromkeys(ids)))
-        return [understood(_of(row[0]), self._read_placed, row) for row in found]
+        answer = self.read_many(question, list(dict.fromkeys(ids)))
+        return [understood(_of(row[0]), self._read_placed, row) for row in answer]
 
     def _read_placed(self, row: tuple[Any, ...]) -> Placed:
         run_id, state, sha256, layout, reason, *packed = row
@@ -162,17 +166,17 @@ class Catalogue(Memberships):
 
     def matching(self, prefix: str) -> list[str]:
         """Return the ids that begin with ``prefix``."""
-        found = self.read(
+        ids = self.read(
             "SELECT id FROM runs WHERE id >= ? AND id < ? ORDER BY id", [prefix, prefix + chr(0x10FFFF)]
         )
-        return [row[0] for row in found]
+        return [row[0] for row in ids]
 
     def layouts(self, keys: Iterable[str]) -> dict[str, dict[str, Any]]:
         """Return the tables of variables with these keys."""
         wanted = sorted(set(keys))
-        found = dict(self.read_many("SELECT key, layout FROM layouts WHERE key IN", wanted))
+        known = dict(self.read_many("SELECT key, layout FROM layouts WHERE key IN", wanted))
         what = "a table of variables in the catalogue"
-        return {key: understood(what, lambda one: rows.layout(found[one]), key) for key in wanted}
+        return {key: understood(what, lambda one: rows.layout(known[one]), key) for key in wanted}
 
     def claim(self, wanted: Sequence[str], owner: str, free: Callable[[Head], bool]) -> dict[str, str | None]:
         """Mark runs as running here, as `record` does."""
@@ -277,11 +281,11 @@ class Catalogue(Memberships):
             return sum(self._delete(connection, "id = ?", run_id) for run_id in ids)
 
     def _delete(self, connection: sqlite3.Connection, condition: str, value: str) -> int:
-        found = connection.execute(f"SELECT number FROM runs WHERE {condition}", (value,))
-        numbers = [row[0] for row in found]
+        run_numbers = connection.execute(f"SELECT number FROM runs WHERE {condition}", (value,))
+        numbers = [row[0] for row in run_numbers]
         self._facts.forget(connection, numbers)
         for table in ("runs", "documents"):
-            connection.executemany(f"DELETE FROM {table} WHERE number = ?", ((one,) for one in numbers))
+            connection.executemany(f"DELETE FROM {table} WHERE number = ?", ((number,) for number in numbers))
         return len(numbers)
 
     def clear_runs(self) -> None:

@@ -98,7 +98,7 @@ def _case(member: "Member") -> str:
 
 
 def _other_titles(members: "Sequence[Member]", chosen: "Member") -> list[str]:
-    return list(dict.fromkeys(one.campaign for one in members if one.campaign != chosen.campaign))
+    return list(dict.fromkeys(member.campaign for member in members if member.campaign != chosen.campaign))
 
 
 def _title(facts: dict[str, str]) -> str:
@@ -107,7 +107,7 @@ def _title(facts: dict[str, str]) -> str:
 
 
 def _authors(facts: dict[str, str]) -> list[str]:
-    return [one.strip() for one in facts.get("author", "").split(";") if one.strip()]
+    return [author.strip() for author in facts.get("author", "").split(";") if author.strip()]
 
 
 def citation(facts: dict[str, str]) -> str:

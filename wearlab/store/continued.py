@@ -109,5 +109,5 @@ def hermite(t: float, h0: Any, h1: Any, r0: Any, r1: Any) -> tuple[Array, float]
     bend = t * (1.0 - t)
     cubic = linear + bend * ((1.0 - t) * (r0 - (h1 - h0)) - t * (r1 - (h1 - h0)))
     parabolas = linear + bend * (r0 - (h1 - h0)), linear - bend * (r1 - (h1 - h0))
-    error = max(float(np.nanmax(np.abs(cubic - one))) for one in parabolas)
+    error = max(float(np.nanmax(np.abs(cubic - parabola))) for parabola in parabolas)
     return np.clip(cubic, np.minimum(h0, h1), np.maximum(h0, h1)), error

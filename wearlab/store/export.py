@@ -77,7 +77,7 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
     dates = sorted(entry.started for entry in entries.values() if entry.started)
     code = sorted({(e.wearlab_version or "", e.source_hash or "") for e in entries.values()} - {("", "")})
     metadata = getattr(campaign, "metadata", None) or {}
-    found = {
+    attributes = {
         "Conventions": CONVENTIONS,
         "title": campaign.title,
         "summary": f"{len(entries)} runs of coupled gear wear and dynamics, by sweep axes and case",
@@ -91,9 +91,9 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
         "missing": "; ".join(np.atleast_1d(grid.attrs.get("missing", [])).tolist()),
     }
     if calibrations := sorted({one for entry in entries.values() if (one := calibration_of(entry))}):
-        found["calibration"] = "; ".join(calibrations)
-    found |= {ACDD[key]: str(value) for key, value in metadata.items() if key in ACDD}
-    return {key: value for key, value in found.items() if value}
+        attributes["calibration"] = "; ".join(calibrations)
+    attributes |= {ACDD[key]: str(value) for key, value in metadata.items() if key in ACDD}
+    return {key: value for key, value in attributes.items() if value}
 
 
 def _netcdf(
@@ -181,12 +181,12 @@ def _fill(file: netCDF4.Dataset, name: str, variable: xr.Variable) -> None:
 
 def _points(grid: xr.Dataset) -> dict[str, list[Point]]:
     """Return where each run stands; a broadcast case stands at many points."""
-    found: dict[str, list[Point]] = {}
+    points: dict[str, list[Point]] = {}
     ids = grid["run_id"].values
     for point in np.ndindex(*ids.shape):
         if str(ids[point]):
-            found.setdefault(str(ids[point]), []).append(point)
-    return found
+            points.setdefault(str(ids[point]), []).append(point)
+    return points
 
 
 def _place(

@@ -59,8 +59,8 @@ class Facts:
     def _number(self, connection: sqlite3.Connection, source: str, name: str, kind: str) -> tuple[int, str]:
         """Return the number of a key and its kind; histories and rates stand beside the value so named."""
         stored = name + MARKS.get(kind, "")
-        found = self._numbers.get((source, stored))
-        if found is None:
+        number = self._numbers.get((source, stored))
+        if number is None:
             from wearlab.query.result_keys import key_of
 
             key = key_of(name, source, kind)
@@ -69,9 +69,9 @@ class Facts:
                 "VALUES (?, ?, ?, ?, ?, ?)",
                 (stored, source, kind, key.unit, key.quantity, key.display_unit),
             )
-            found = connection.execute("SELECT number, kind FROM keys WHERE name = ?", (stored,)).fetchone()
-            self._numbers[source, stored] = found
-        return found
+            number = connection.execute("SELECT number, kind FROM keys WHERE name = ?", (stored,)).fetchone()
+            self._numbers[source, stored] = number
+        return number
 
 
 def facts_of(scene: str, summary: Mapping[str, Any], histories: Mapping[str, bytes]) -> Iterator[Fact]:

@@ -62,7 +62,7 @@ class Source:
         kept = {what: one for what, one in told.items() if not (twice and what.startswith(twice))}
         return self._named(kept, states)
 
-    def _named(self, found: Mapping[str, Array], states: int) -> dict[Column, Array]:
+    def _named(self, named: Mapping[str, Array], states: int) -> dict[Column, Array]:
         return {
             Column(
                 f"{self.name}{what and '_'}{what}{end}",
@@ -70,7 +70,7 @@ class Source:
                 INDICATORS.get(what) or self.display_units,
             ): np.broadcast_to(values[:, place], states)
             for place, end in enumerate(self.ends)
-            for what, values in found.items()
+            for what, values in named.items()
         }
 
 
@@ -92,17 +92,17 @@ def sources(
     return [
         Source(
             name,
-            tuple(one["dims"]),
-            str(one["attrs"].get("units", "")),
-            str(one["attrs"].get("display_units", "")),
-            _ends([dim for dim in one["dims"] if dim in NAMED], labels, sizes),
+            tuple(variable["dims"]),
+            str(variable["attrs"].get("units", "")),
+            str(variable["attrs"].get("display_units", "")),
+            _ends([dim for dim in variable["dims"] if dim in NAMED], labels, sizes),
         )
-        for name, one in variables.items()
-        if np.dtype(one["dtype"]).kind in "fiu"
-        and not one["coordinate"]
+        for name, variable in variables.items()
+        if np.dtype(variable["dtype"]).kind in "fiu"
+        and not variable["coordinate"]
         and declared_key(name) is not None
         and (not name.startswith(LEFT_OUT) if wanted is None else name in wanted)
-        and set(one["dims"]) <= {STATE, *NAMED, *ALONG}
+        and set(variable["dims"]) <= {STATE, *NAMED, *ALONG}
     ]
 
 

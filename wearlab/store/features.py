@@ -77,7 +77,7 @@ def _plan(
 ) -> tuple[int, tuple[Column, ...], list[Source]]:
     """Return the number of wear states, the times and the sources of runs that are alike."""
     known, lengths = layout["variables"], json.loads(sizes or "{}")
-    times = tuple(one for one in TIMES if one.name in known and known[one.name]["dims"] == [STATE])
+    times = tuple(time for time in TIMES if time.name in known and known[time.name]["dims"] == [STATE])
     return lengths.get(STATE, 1), times, sources(known, layout["labels"], lengths, wanted)
 
 
@@ -89,12 +89,16 @@ def _block(
 ) -> tuple[int, Values]:
     """Return the rows of one run: their number, and the values of each column."""
     states, times, of = plan
-    stored = read_variables(path, [*(one.name for one in times), *(one.name for one in of)], run.sha256)
+    stored = read_variables(
+        path, [*(time.name for time in times), *(feature.name for feature in of)], run.sha256
+    )
     block: Values = {RUN: [run.id] * states, NUMBER: list(range(states))}
-    block |= {one: _plain(stored[one.name]) for one in times}
+    block |= {time: _plain(stored[time.name]) for time in times}
     block |= {column: [value] * states for column, value in given.items()}
-    for one in of:
-        block |= {column: _plain(values) for column, values in one.columns(stored[one.name], states).items()}
+    for feature in of:
+        block |= {
+            column: _plain(values) for column, values in feature.columns(stored[feature.name], states).items()
+        }
     return states, block
 
 
@@ -103,7 +107,9 @@ def _plain(values: NDArray[Any]) -> list[float | None]:
     numbers: list[float | None] = np.asarray(values, float).tolist()
     if np.isfinite(values).all():
         return numbers
-    return [one if known else None for one, known in zip(numbers, np.isfinite(values).tolist(), strict=True)]
+    return [
+        number if known else None for number, known in zip(numbers, np.isfinite(values).tolist(), strict=True)
+    ]
 
 
 def _refuse_unknown(variables: Sequence[str] | None, columns: Iterable[Column], known: set[str]) -> None:
@@ -113,7 +119,7 @@ def _refuse_unknown(variables: Sequence[str] | None, columns: Iterable[Column], 
             near = get_close_matches(name, sorted(known), 1)
             meant = f"did you mean {near[0]!r}?" if near else "'wearlab variables' lists them"
             raise StoreError(f"features: {name!r}: there is no such variable; {meant}")
-        if not any(one.startswith(name) for one in present):
+        if not any(feature.startswith(name) for feature in present):
             raise StoreError(f"features: {name!r}: no run here has it as numbers at its wear states")
 
 

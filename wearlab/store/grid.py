@@ -255,11 +255,11 @@ def _states(
     states, why, named = (
         np.asarray(np.array([*texts, ""], object)[points], object) for texts in (status, reasons, ids)
     )
-    for one in getattr(campaign, "excluded", ()):
-        place = _place(one, axes)
+    for exclusion in getattr(campaign, "excluded", ()):
+        place = _place(exclusion, axes)
         free = np.broadcast_to(points[place] < 0, np.shape(states[place]))
         states[place] = np.where(free, EXCLUDED, states[place])
-        why[place] = np.where(free, one.condition, why[place])
+        why[place] = np.where(free, exclusion.condition, why[place])
     lengths = [grid.groups[file.group].sizes.get(UPDATE, 1) for file in grid.files]
     updates = np.array([*lengths, 0], np.int64)[grid.numbers]
     dims = grid.dims
@@ -275,9 +275,9 @@ def _axis_coordinates(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> Va
     coordinates: Variables = {}
     for axis in campaign.axes:
         own: list[tuple[str, Axis | Coordinate]] = [(axis.name, axis), *axis.coordinates.items()]
-        for name, one in own:
-            units = {} if not one.units else {"units": one.units}
-            coordinates[name] = (axis.name, list(one.values), {**units, "key": one.key})
+        for name, values in own:
+            units = {} if not values.units else {"units": values.units}
+            coordinates[name] = (axis.name, list(values.values), {**units, "key": values.key})
     if "case" in axes:
         coordinates["case"] = ("case", axes["case"])
     return coordinates

@@ -33,8 +33,8 @@ def indicators(signal: Array) -> dict[str, Array]:
     and of the shape of what does not move.
     """
     held = np.isfinite(signal).all(axis=-1, keepdims=True)
-    found = held.sum(axis=(-2, -1))
-    periods = np.where(found > 0, found, np.nan)
+    reached = held.sum(axis=(-2, -1))
+    periods = np.where(reached > 0, reached, np.nan)
     count = periods * signal.shape[-1]
     kept = np.where(held, signal, 0.0)
     mean = kept.sum(axis=(-2, -1)) / count

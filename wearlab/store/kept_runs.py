@@ -99,10 +99,10 @@ class KeptRuns:
         """
         from wearlab.store.reading import read_run
 
-        found = self.find(run_id)
-        if found.state != "done":
-            raise StoreError(f"run {found.id} has no data: {found.state}")
-        return read_run(self.files.path(found.id), found.sha256)
+        head = self.find(run_id)
+        if head.state != "done":
+            raise StoreError(f"run {head.id} has no data: {head.state}")
+        return read_run(self.files.path(head.id), head.sha256)
 
     def find(self, prefix: str) -> Entry:
         """Return the one run whose id begins so, or that alone meets a condition, ``"torque = 5 N*m"``.
@@ -115,10 +115,10 @@ class KeptRuns:
 
         condition = any(sign in CONDITION for sign in prefix)
         try:
-            found = self.query(prefix, columns=())["id"] if condition else self.catalogue.matching(prefix)
+            matching = self.query(prefix, columns=())["id"] if condition else self.catalogue.matching(prefix)
         except QueryError as error:
             raise StoreError(f"run: {error}") from error
-        matches = found if prefix else []
+        matches = matching if prefix else []
         if len(matches) != 1:
             some = ", ".join(match[:12] for match in matches[:4])
             many = f"{len(matches)} runs {'meet this' if condition else 'begin so'}: {some}"

@@ -66,7 +66,11 @@ class Memberships(Database):
 
     def record_comparisons(self, campaign: str, comparisons: Sequence[Comparison | None]) -> None:
         """Write how a campaign's cases, in their order, compare with what it expects of them."""
-        rows = [(campaign, number, *one) for number, one in enumerate(comparisons) if one is not None]
+        rows = [
+            (campaign, number, *comparison)
+            for number, comparison in enumerate(comparisons)
+            if comparison is not None
+        ]
         with self._transaction() as connection:
             connection.execute("DELETE FROM expectations WHERE campaign = ?", (campaign,))
             connection.executemany("INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", rows)
@@ -84,14 +88,14 @@ class Memberships(Database):
             "FROM members JOIN campaigns ON campaign = key"
         )
         if runs is None:
-            found = self.read(question)
+            rows = self.read(question)
         else:
-            found = list(self.read_many(f"{question} WHERE run IN", runs))
-        found.sort(key=itemgetter(5, 6))
-        found.sort(key=lambda row: str(row[7]), reverse=True)
+            rows = list(self.read_many(f"{question} WHERE run IN", runs))
+        rows.sort(key=itemgetter(5, 6))
+        rows.sort(key=lambda row: str(row[7]), reverse=True)
         return [
             understood("a campaign in the catalogue", _member, row, compared.get((row[5], row[6])))
-            for row in found
+            for row in rows
         ]
 
 
@@ -112,10 +116,10 @@ def _member(row: tuple[Any, ...], comparison: Comparison | None) -> Member:
 def _texts(document: str | None) -> dict[str, str]:
     """Return a table of texts; nothing where a stranger's catalogue holds anything else."""
     try:
-        found = json.loads(document or "{}")
+        texts = json.loads(document or "{}")
     except (ValueError, TypeError, RecursionError):
         return {}
-    return {str(key): str(text) for key, text in found.items()} if isinstance(found, dict) else {}
+    return {str(key): str(text) for key, text in texts.items()} if isinstance(texts, dict) else {}
 
 
 def key_of(text: str) -> str:

@@ -111,14 +111,14 @@ def _take(store: "Store", other: "Store", entry: "Entry", owner: str, made: Merg
 def _updates(store: "Store", other: "Store", made: Merged) -> int:
     """Copy the updates that we do not have, each compared with its hash; return how many came."""
     ours, count = kept_updates(store), 0
-    for one in kept_updates(other).values():
-        if one.id in ours:
+    for update in kept_updates(other).values():
+        if update.id in ours:
             continue
         try:
-            adopt_update(store, other, one)
+            adopt_update(store, other, update)
             count += 1
         except (StoreError, OSError) as error:
-            made.damaged[one.id[:40]] = str(error)
+            made.damaged[update.id[:40]] = str(error)
     return count
 
 

@@ -80,10 +80,10 @@ def _named_coordinates(dataset: xr.Dataset) -> tuple[Mapping[str, dict[str, str]
         if name in along or name in variable.dims:
             continue
         dims = frozenset(variable.dims)
-        found = [one for one, its in along.items() if its <= dims]
-        if found:
-            named[str(name)] = {"coordinates": " ".join(found)}
-            left.difference_update(found)
+        coordinates = [known_name for known_name, its in along.items() if its <= dims]
+        if coordinates:
+            named[str(name)] = {"coordinates": " ".join(coordinates)}
+            left.difference_update(coordinates)
     return named, {"coordinates": " ".join(sorted(left))} if left else {}
 
 

@@ -93,17 +93,17 @@ def read_variables(path: str, names: Iterable[str], sha256: str | None = None) -
     StoreError : the file is gone, altered or damaged, or has no such variable of numbers or texts
     """
     source = touch.source(path, sha256)
-    found: dict[str, NDArray[Any]] = {}
+    variables: dict[str, NDArray[Any]] = {}
     name = ""
     try:
         with _one_door, h5py.File(source, "r", locking=False) as file:
             for name in names:
-                found[name] = _values(file, path, name)
+                variables[name] = _values(file, path, name)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         if isinstance(error, StoreError):
             raise
         raise StoreError(f"{path}: {name} cannot be read ({error}); try 'wearlab verify'") from error
-    return found
+    return variables
 
 
 def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
@@ -113,18 +113,18 @@ def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
     """
     key = name.encode()
     hard = key in file.id and file.id.links.get_info(key).type == h5py.h5l.TYPE_HARD
-    found = h5py.h5o.open(file.id, key) if hard else None
-    if not isinstance(found, h5py.h5d.DatasetID) or _leads_elsewhere(found):
+    dataset = h5py.h5o.open(file.id, key) if hard else None
+    if not isinstance(dataset, h5py.h5d.DatasetID) or _leads_elsewhere(dataset):
         raise StoreError(f"{path}: {name} is no variable of this file")
-    dtype = found.dtype
-    refuse_oversized(path, math.prod(found.shape) * dtype.itemsize)
+    dtype = dataset.dtype
+    refuse_oversized(path, math.prod(dataset.shape) * dtype.itemsize)
     if h5py.check_string_dtype(dtype) is not None:
-        return np.asarray(h5py.Dataset(found).asstr()[()], object)
+        return np.asarray(h5py.Dataset(dataset).asstr()[()], object)
     if dtype.kind not in "biuf" or dtype.subdtype is not None:
         raise StoreError(f"{path}: {name} holds neither numbers nor texts")
-    values = np.empty(found.shape, dtype)
+    values = np.empty(dataset.shape, dtype)
     if values.size:
-        found.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
+        dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
     return values
 
 

@@ -39,11 +39,11 @@ class State(NamedTuple):
 def address_of(path: str | os.PathLike[str]) -> str | None:
     """Return the address that a path is, None where it is a folder; a slash lost on the way is put back."""
     text = os.fspath(path)
-    found = ADDRESS.fullmatch(text)
-    if found is None or os.path.exists(text):
+    address = ADDRESS.fullmatch(text)
+    if address is None or os.path.exists(text):
         return None
-    root = "/" if found[1] in ("file", "local") else ""
-    return f"{found[1]}://{root}{found[2].rstrip('/')}"
+    root = "/" if address[1] in ("file", "local") else ""
+    return f"{address[1]}://{root}{address[2].rstrip('/')}"
 
 
 def copies() -> Path:

@@ -31,34 +31,34 @@ def understood(what: str, read: Callable[..., Read], *values: Any) -> Read:
 
 def table(text: Any) -> dict[str, Any]:
     """Return a table that is kept as JSON, empty where there is none."""
-    found = json.loads(optional_text(text) or "{}")
-    if not isinstance(found, dict):
+    document = json.loads(optional_text(text) or "{}")
+    if not isinstance(document, dict):
         raise ValueError(f"{str(text)[:20]!r} is no table")
-    return found
+    return document
 
 
 def place(text: Any) -> dict[str, Any]:
     """Return a case's place in its campaign: a name, number or yes or no along each axis."""
-    found = table(text)
-    if not all(value is None or isinstance(value, str | int | float) for value in found.values()):
+    document = table(text)
+    if not all(value is None or isinstance(value, str | int | float) for value in document.values()):
         raise ValueError(f"{str(text)[:20]!r} is no place")
-    return found
+    return document
 
 
 def texts(text: Any) -> tuple[str, ...]:
     """Return a list that is kept as JSON, as texts."""
-    found = json.loads(optional_text(text) or "[]")
-    if not isinstance(found, list):
+    document = json.loads(optional_text(text) or "[]")
+    if not isinstance(document, list):
         raise ValueError(f"{str(text)[:20]!r} is no list")
-    return tuple(map(str, found))
+    return tuple(map(str, document))
 
 
 def lengths(text: Any) -> dict[str, int]:
     """Return the lengths of dimensions."""
-    found = table(text)
-    if not all(isinstance(n, int) and n >= 0 for n in found.values()):
+    document = table(text)
+    if not all(isinstance(n, int) and n >= 0 for n in document.values()):
         raise ValueError(f"{str(text)[:20]!r} are no lengths of dimensions")
-    return found
+    return document
 
 
 def optional_text(value: Any) -> str | None:
@@ -77,12 +77,12 @@ def optional_number(value: Any) -> Any:
 
 def layout(text: Any) -> dict[str, Any]:
     """Return a table of variables: dims, type and attributes of each, and the labels of dimensions."""
-    found = table(text)
-    for name, variable in found["variables"].items():
+    document = table(text)
+    for name, variable in document["variables"].items():
         plain = isinstance(variable["dims"], list) and all(isinstance(dim, str) for dim in variable["dims"])
         if not (plain and isinstance(variable["attrs"], dict) and isinstance(variable["dtype"], str)):
             raise ValueError(f"variable {name[:20]!r}")
         variable.setdefault("coordinate", False)
-    if not all(isinstance(labels, list) for labels in found["labels"].values()):
+    if not all(isinstance(labels, list) for labels in document["labels"].values()):
         raise ValueError("labels of a dimension are no list")
-    return found
+    return document

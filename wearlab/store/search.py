@@ -96,8 +96,8 @@ class CatalogueSearch:
         from wearlab.query.result_keys import declared_key
         from wearlab.query.scene_keys import declared_scene_key
 
-        if (found := declared_key(name) or declared_scene_key(name)) is not None:
-            return found
+        if (declared := declared_key(name) or declared_scene_key(name)) is not None:
+            return declared
         if not self.catalogue.read(f"SELECT 1 {OF_AXES} WHERE j.key = ? LIMIT 1", (name,)):
             return None
         self.axes.add(name)
@@ -124,18 +124,18 @@ class CatalogueSearch:
         first = [(name, self.vocabulary.keys[name]) for name in ("id", "status")]
         shown = dict(first + asked)
         by = read_column(sort.lstrip("-"), self.vocabulary) if sort else None
-        heads = tuple(_column(text, one) for text, one in shown.items())
+        heads = tuple(_column(text, column) for text, column in shown.items())
         for walk in self._walks(condition, by, limit):
             question = _Question(self, condition, walk)
-            wanted = ", ".join(question.value(one) for one in shown.values())
+            wanted = ", ".join(question.value(column) for column in shown.values())
             order = question.order(by, sort) if sort else question.run
             tail = " LIMIT ?" if limit is not None else ""
             text = f"SELECT {wanted} {question.source} ORDER BY {order}{tail}"
             values = (*question.values, *(() if limit is None else (limit,)))
-            found = self.catalogue.read(text, values)
-            if not walk.leaves_out or len(found) == limit:
+            rows = self.catalogue.read(text, values)
+            if not walk.leaves_out or len(rows) == limit:
                 break
-        return Table(heads, found)
+        return Table(heads, rows)
 
     def _walks(self, condition: Any, by: Any, limit: int | None) -> Iterator["Walk"]:
         """Yield the ways to go through the runs, the quickest first; the last finds all of them.
@@ -144,7 +144,7 @@ class CatalogueSearch:
         key, along that order, until as many meet the condition; runs without that key come after all others.
         """
         fitting = _walkable(condition, self)
-        met = {id(one): self._met(one) for one in fitting}
+        met = {id(row): self._met(row) for row in fitting}
         driver = min(fitting, key=lambda one: met[id(one)], default=None)
         share = min(1.0, met[id(driver)] / max(1, self.runs)) if driver is not None else 1.0
         named = by.name if isinstance(by, Key) and by.name in self.numbers else None
@@ -196,7 +196,7 @@ class _Question:
         if walk.driver is not None:
             tests.append(self.beside("d.value", walk.driver.sign, walk.driver.right.value))
         self.walked = " AND ".join(tests)
-        tests += [self.condition(one) for one in _parts(condition) if one is not walk.driver]
+        tests += [self.condition(part) for part in _parts(condition) if part is not walk.driver]
         self.where = " AND ".join(tests)
 
     @property
@@ -229,9 +229,9 @@ class _Question:
     def condition(self, tree: Any) -> str:
         match tree:
             case All(conditions):
-                return f"({' AND '.join(self.condition(one) for one in conditions)})"
+                return f"({' AND '.join(self.condition(condition) for condition in conditions)})"
             case Some(conditions):
-                return f"({' OR '.join(self.condition(one) for one in conditions)})"
+                return f"({' OR '.join(self.condition(condition) for condition in conditions)})"
             case Not(inner):
                 return f"(NOT {self.condition(inner)})"
             case Missing(Key(name)) if name in MEMBERS:
@@ -285,7 +285,7 @@ class _Question:
         if name == OTHER_CODE:
             from wearlab.sources import present_hashes
 
-            known = ", ".join(self.mark(one) for one in present_hashes())
+            known = ", ".join(self.mark(known_hash) for known_hash in present_hashes())
             return f"(nullif(r.source_hash, '') NOT IN ({known}))"
         if name in self.search.axes:
             on_axis = f"{OF_AXES} WHERE m.run = r.id AND j.key = {self.mark(name)}"
@@ -297,10 +297,10 @@ class _Question:
         history, cycle = (self._looked_up(name + MARKS["history"]) for name in (inner.left.name, CYCLE))
         sign, limit = self.mark(inner.sign), self.mark(inner.right.value)
         beyond = self.mark(edge(inner.sign, inner.right.value))
-        found = f"first_cycle({sign}, {limit}, {history}, {cycle}, {beyond})"
+        expression = f"first_cycle({sign}, {limit}, {history}, {cycle}, {beyond})"
         if inner.sign not in (">", ">="):
-            return found
-        return f"(CASE WHEN {self._fact(inner.left.name)} {SIGNS[inner.sign]} {beyond} THEN {found} END)"
+            return expression
+        return f"(CASE WHEN {self._fact(inner.left.name)} {SIGNS[inner.sign]} {beyond} THEN {expression} END)"
 
     def _looked_up(self, name: str) -> str:
         """Return the expression of a value that is read only where it is needed."""
@@ -330,13 +330,13 @@ class _Question:
 def _walkable(condition: Any, search: CatalogueSearch) -> list[Compare]:
     """Return the comparisons of which one must be walked through to meet a condition."""
     parts = _parts(condition)
-    return [one for one in parts if _is_walkable(one, search)]
+    return [part for part in parts if _is_walkable(part, search)]
 
 
 def _parts(condition: Any) -> list[Any]:
     """Return what must hold, each by itself, for a condition."""
     parts = list(condition.conditions) if isinstance(condition, All) else [condition] if condition else []
-    return parts + [one for whole in parts for one in _needed(whole)]
+    return parts + [key for whole in parts for key in _needed(whole)]
 
 
 def _needed(whole: Any) -> Iterator[Compare]:
@@ -389,26 +389,26 @@ def _named(tree: Any) -> list[Key]:
     """Return the keys that a condition names, each once."""
     match tree:
         case All(conditions) | Some(conditions):
-            found = [key for one in conditions for key in _named(one)]
+            names = [key for condition in conditions for key in _named(condition)]
         case Not(inner):
-            found = _named(inner)
+            names = _named(inner)
         case Missing(operand):
-            found = _named(operand)
+            names = _named(operand)
         case Compare(_, left, right):
-            found = _named(left) + _named(right)
+            names = _named(left) + _named(right)
         case FirstCycle(inner):
-            found = _named(inner)
+            names = _named(inner)
         case Key():
-            found = [tree]
+            names = [tree]
         case _:
-            found = []
-    return list(dict.fromkeys(found))
+            names = []
+    return list(dict.fromkeys(names))
 
 
-def _column(text: str, one: Any) -> Column:
-    if isinstance(one, FirstCycle):
+def _column(text: str, column: Any) -> Column:
+    if isinstance(column, FirstCycle):
         return Column(text)
-    return Column(text, one.unit, one.display_unit, one.is_path)
+    return Column(text, column.unit, column.display_unit, column.is_path)
 
 
 __all__ = ["CatalogueSearch", "QueryError"]

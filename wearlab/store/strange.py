@@ -89,27 +89,27 @@ class _Walk:
         """Look at a group and all that it holds."""
         self.attributes(group, where)
         for key in group:
-            self.one(group, key, f"{where}/{key.decode(errors='replace')}", depth)
+            self.visit(group, key, f"{where}/{key.decode(errors='replace')}", depth)
 
-    def one(self, group: Any, key: bytes, where: str, depth: int) -> None:
+    def visit(self, group: Any, key: bytes, where: str, depth: int) -> None:
         if group.links.get_info(key).type != h5py.h5l.TYPE_HARD:
             self.refuse(where, "is a link to elsewhere")
-        found = h5o.open(group, key)
-        information = h5o.get_info(found)
+        entry = h5o.open(group, key)
+        information = h5o.get_info(entry)
         address = (information.fileno, information.addr)
         if address in self.seen or len(self.seen) >= MOST or depth >= DEEPEST:
             known = address in self.seen
             self.refuse(where, f"is {self.seen[address]} once more" if known else "is one of too many")
         self.seen[address] = where
-        if isinstance(found, h5g.GroupID):
-            self.enter(found, where, depth + 1)
-        elif isinstance(found, h5d.DatasetID):
-            self.variable(found, where)
+        if isinstance(entry, h5g.GroupID):
+            self.enter(entry, where, depth + 1)
+        elif isinstance(entry, h5d.DatasetID):
+            self.variable(entry, where)
         else:
             self.refuse(where, "is a type and no variable")
 
-    def variable(self, found: Any, where: str) -> None:
-        made, kind = found.get_create_plist(), found.get_type()
+    def variable(self, dataset: Any, where: str) -> None:
+        made, kind = dataset.get_create_plist(), dataset.get_type()
         layout = made.get_layout()
         if layout == h5d.VIRTUAL or made.get_external_count():
             self.refuse(where, "has its values in other files")
@@ -117,9 +117,9 @@ class _Walk:
             self.refuse(where, "holds neither numbers, as a run has them, nor texts")
         if layout == h5d.CHUNKED:
             self.chunks(made, kind.get_size(), where)
-        self.attributes(found, where)
+        self.attributes(dataset, where)
         if self.echoes and _is_long(kind):
-            self.texts(found, where)
+            self.texts(dataset, where)
 
     def chunks(self, made: Any, width: int, where: str) -> None:
         """Refuse filters that no run has, and chunks that are far larger than the file."""
@@ -128,25 +128,25 @@ class _Walk:
         if len(used) > len(set(used)) or not set(used) <= set(FILTERS):
             self.refuse(where, "is stored by other filters than a run")
 
-    def attributes(self, found: Any, where: str) -> None:
-        count = h5a.get_num_attrs(found)
+    def attributes(self, entry: Any, where: str) -> None:
+        count = h5a.get_num_attrs(entry)
         if count > MOST_ATTRIBUTES:
             self.refuse(where, f"has {count} attributes")
         for number in range(count) if self.echoes else ():
-            one = h5a.open(found, index=number)
-            kind, many = one.get_type(), math.prod(one.shape)
+            attribute = h5a.open(entry, index=number)
+            kind, many = attribute.get_type(), math.prod(attribute.shape)
             if not _is_long(kind):
                 continue
             if many == 1 and kind.get_class() == h5t.STRING:
-                holder = h5py.Group(found) if isinstance(found, h5g.GroupID) else h5py.Dataset(found)
-                self.spend(len(holder.attrs[one.name]), where)
+                holder = h5py.Group(entry) if isinstance(entry, h5g.GroupID) else h5py.Dataset(entry)
+                self.spend(len(holder.attrs[attribute.name]), where)
             elif many > MOST_DIMS:  # what names the dimensions has fewer
                 self.spend(many * self.largest, where)
 
-    def texts(self, found: Any, where: str) -> None:
+    def texts(self, entry: Any, where: str) -> None:
         """Read texts of any length a few at a time, until they take more than they may."""
-        variable, count = h5py.Dataset(found), math.prod(found.shape)
-        if len(found.shape) != 1 or count * self.largest <= HARMLESS:
+        variable, count = h5py.Dataset(entry), math.prod(entry.shape)
+        if len(entry.shape) != 1 or count * self.largest <= HARMLESS:
             self.spend(count * self.largest, where)
             return
         some = max(1, HARMLESS // self.largest)

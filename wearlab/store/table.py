@@ -80,8 +80,8 @@ class Table:
         """
         values = zip(*self.records, strict=True) if self.records else ((),) * len(self.columns)
         return {
-            column.name: _converted(list(one), column.unit, column.unit_of(si))
-            for column, one in zip(self.columns, values, strict=True)
+            column.name: _converted(list(value), column.unit, column.unit_of(si))
+            for column, value in zip(self.columns, values, strict=True)
         }
 
     def to_pandas(self, *, si: bool = False) -> "pd.DataFrame":
@@ -94,7 +94,9 @@ class Table:
         import pandas as pd
 
         frame = pd.DataFrame(self.to_dict(si=si), columns=[column.name for column in self.columns])
-        frame.attrs["units"] = {one.name: one.unit_of(si) for one in self.columns if one.unit}
+        frame.attrs["units"] = {
+            each_column.name: each_column.unit_of(si) for each_column in self.columns if each_column.unit
+        }
         return frame
 
     def displayed(self, *, si: bool = False) -> tuple[list[str], list[tuple[Any, ...]]]:
@@ -127,17 +129,17 @@ class Table:
         import numpy as np
         import xarray as xr
 
-        found = {}
+        variables = {}
         for column, values in zip(self.columns, self.to_dict(si=si).values(), strict=True):
             if any(isinstance(value, str) for value in values):
                 data = np.array(["" if value is None else str(value) for value in values])
             else:
                 data = np.array([np.nan if value is None else value for value in values], float)
             unit = column.unit_of(si)
-            found[column.name] = ("run", data, {"units": unit} if unit else {})
-        if "id" in found:
-            return xr.Dataset(found).rename_vars(id="run").set_coords("run")
-        return xr.Dataset({name: ("row", *one[1:]) for name, one in found.items()})
+            variables[column.name] = ("run", data, {"units": unit} if unit else {})
+        if "id" in variables:
+            return xr.Dataset(variables).rename_vars(id="run").set_coords("run")
+        return xr.Dataset({name: ("row", *variable[1:]) for name, variable in variables.items()})
 
 
 def _converted(values: list[Any], unit: str, wanted: str) -> list[Any]:

@@ -35,18 +35,18 @@ def content(path: str | Path, sha256: str | None) -> bytes:
     StoreError : the file is gone, a link, or not what was written
     """
     refuse_links(path)
-    status, found = _read(path)
-    if sha256 not in (None, hashlib.sha256(found).hexdigest()) and fetch(Path(path)):
-        status, found = _read(path)  # it was computed again where it comes from
+    status, document = _read(path)
+    if sha256 not in (None, hashlib.sha256(document).hexdigest()) and fetch(Path(path)):
+        status, document = _read(path)  # it was computed again where it comes from
     if sha256 is not None:
-        if hashlib.sha256(found).hexdigest() != sha256:
+        if hashlib.sha256(document).hexdigest() != sha256:
             _known.pop(str(path), None)
             raise StoreError(
                 f"{path}: is not what was written: its bytes do not have the recorded hash {sha256[:12]}…; "
                 "'wearlab verify' names all such files, 'wearlab run' computes anew what is removed"
             )
         _known[str(path)] = _mark(status, sha256)
-    return found
+    return document
 
 
 def _read(path: str | Path) -> tuple[os.stat_result, bytes]:

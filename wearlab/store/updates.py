@@ -158,13 +158,13 @@ def _entry(row: tuple[Any, ...]) -> KeptUpdate:
 
 def updates_of(store: KeptRuns, subject: str) -> list[KeptUpdate]:
     """Return the updates that are of something, by its identity, the latest first."""
-    return [one for one in reversed(kept_updates(store).values()) if one.subject == subject]
+    return [update for update in reversed(kept_updates(store).values()) if update.subject == subject]
 
 
 def find_update(store: KeptRuns, prefix: str) -> KeptUpdate | None:
     """Return the update whose id begins so, None without one or with several."""
-    found = [one for one in kept_updates(store).values() if prefix and one.id.startswith(prefix)]
-    return found[0] if len(found) == 1 else None
+    matching = [update for update in kept_updates(store).values() if prefix and update.id.startswith(prefix)]
+    return matching[0] if len(matching) == 1 else None
 
 
 def read_update(store: KeptRuns, update_id: str) -> "xr.DataTree | None":
@@ -200,37 +200,37 @@ def load_tree(path: Path) -> "xr.DataTree":
         raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
 
 
-def adopt_update(store: KeptRuns, other: KeptRuns, one: KeptUpdate) -> None:
+def adopt_update(store: KeptRuns, other: KeptRuns, update: KeptUpdate) -> None:
     """Take in another store's update, as it lies there.
 
     Raises
     ------
     StoreError : its file is gone, or is not what was sealed in it
     """
-    files, path = update_files(store), update_files(other).path(one.id)
-    if not files.is_name(one.id) or not path.is_file():
-        raise StoreError(f"{other.path}: update {one.id[:40]} has no file")
+    files, path = update_files(store), update_files(other).path(update.id)
+    if not files.is_name(update.id) or not path.is_file():
+        raise StoreError(f"{other.path}: update {update.id[:40]} has no file")
     refuse_links(path)
     content = path.read_bytes()
     tree = load_tree(path)
-    sealed = tree.attrs.get(SEAL) == seal_of(tree) and tree.attrs.get("id") == one.id
-    if hashlib.sha256(content).hexdigest() != one.sha256 or not sealed:
+    sealed = tree.attrs.get(SEAL) == seal_of(tree) and tree.attrs.get("id") == update.id
+    if hashlib.sha256(content).hexdigest() != update.sha256 or not sealed:
         raise StoreError(f"{path}: its content is not what was sealed in it")
     with store.presence() as presence:
-        files.write([Image(one.id, content, one.sha256)], presence.token)
-    _record(store, (*one[:-2], json.dumps(list(one.runs)), json.dumps(one.summary)))
+        files.write([Image(update.id, content, update.sha256)], presence.token)
+    _record(store, (*update[:-2], json.dumps(list(update.runs)), json.dumps(update.summary)))
 
 
 def verify_updates(store: KeptRuns) -> Iterator[Problem]:
     """Yield everything wrong with the updates of a store."""
     files, known = update_files(store), kept_updates(store)
-    for one in known.values():
-        path = files.path(one.id)
+    for update in known.values():
+        path = files.path(update.id)
         if not path.is_file():
             yield Problem(path, "missing", "the catalogue knows this update, but there is no file")
-        elif path.stat().st_size != one.size:
-            yield Problem(path, "truncated", f"{path.stat().st_size} bytes instead of {one.size}")
-        elif hash_of(path) != one.sha256:
+        elif path.stat().st_size != update.size:
+            yield Problem(path, "truncated", f"{path.stat().st_size} bytes instead of {update.size}")
+        elif hash_of(path) != update.sha256:
             yield Problem(path, "altered", "its bytes are not those that were written")
     for path in files:
         if path.suffix == ".part":

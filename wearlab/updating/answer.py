@@ -85,13 +85,13 @@ class Answer:
         post = self.posterior
         mass = post.density() * (1.0 if post.grid is None else post.grid.weights)
         factor = np.exp(post.log_factor)
-        found = 0.0
+        risk = 0.0
         for run, own in zip(post.histories, mass, strict=True):
             if run.limit_cycle > run.end * (1.0 + 1e-12):
-                found += float(own.sum())
+                risk += float(own.sum())
             else:
-                found += float(own[run.own_cycle(np.array(self.now), factor) > run.end].sum())
-        return found
+                risk += float(own[run.own_cycle(np.array(self.now), factor) > run.end].sum())
+        return risk
 
     @cached_property
     def _of_factor(self) -> tuple[Array, Array, Array]:

@@ -165,7 +165,7 @@ def _profile(run: StoredRun, seen: Observed, places: Array, keep: NDArray[np.boo
 
 
 def _on_flank(values: StoredVariable, where: str | None, place: str) -> StoredVariable:
-    known = [str(one) for one in values.known("flank")]
+    known = [str(flank) for flank in values.known("flank")]
     if where is None and len(known) == 1:
         return values.at("flank", 0)
     if where not in known:

@@ -29,6 +29,6 @@ def days_of(days: Days, remaining: Array, now: float, seconds_per_cycle: float) 
     ahead = ((now + remaining) * hour - since) / days.hours_per_year * DAYS_A_YEAR
     most = float((LAST - np.datetime64(days.day)).astype(int))
     return [
-        str(np.datetime64(days.day) + np.timedelta64(int(np.floor(one)), "D")) if one < most else NEVER
-        for one in ahead
+        str(np.datetime64(days.day) + np.timedelta64(int(np.floor(task)), "D")) if task < most else NEVER
+        for task in ahead
     ]

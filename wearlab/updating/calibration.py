@@ -55,21 +55,21 @@ def calibrated(
             ranks["factor"].append(answer.factor_below(float(truths.factor[t])))
         over = answer.passed if life <= answer.now and answer.drifting is not None else None
         ranks["life"].append(answer.life_below(life) if over is None else float(rng.random() * over))
-    found: dict[str, xr.Variable] = {}
+    variables: dict[str, xr.Variable] = {}
     for name, values in ranks.items():
         if values:
             rank = np.array(values)
-            found[f"{name}_rank"] = xr.Variable(
+            variables[f"{name}_rank"] = xr.Variable(
                 "twin",
                 rank,
                 {"units": "1", "long_name": f"posterior probability of less {name} than the truth"},
             )
             for width in WIDTHS:
                 inside = np.abs(rank - 0.5) <= 0.5 * width
-                found[f"{name}_coverage_{100 * width:.0f}"] = xr.Variable(
+                variables[f"{name}_coverage_{100 * width:.0f}"] = xr.Variable(
                     (), float(inside.mean()), {"units": "1", "long_name": "share of intervals with the truth"}
                 )
-    return xr.Dataset(found, {"twin": ("twin", np.arange(n), {"units": "1", "long_name": "twin"})})
+    return xr.Dataset(variables, {"twin": ("twin", np.arange(n), {"units": "1", "long_name": "twin"})})
 
 
 def twin(

@@ -58,7 +58,7 @@ def below(
     own = [np.sqrt(variance[..., 0 if variance.shape[-1] == 1 else value]) for value in values]
     if len(values) == 1:
         return _one_below(room[..., values[0]], own[0], mean, spread)
-    ratio = max(float(np.max(spread / one)) for one in own)
+    ratio = max(float(np.max(spread / row)) for row in own)
     z, log_weight = _rule(int(np.clip(PANELS * np.ceil(0.5 * ratio), PANELS, FINEST)))
     u = mean[..., None] + spread[..., None] * z
     logs = log_weight

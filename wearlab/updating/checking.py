@@ -49,7 +49,7 @@ def surprises(post: Posterior, draws: Draws, number: int) -> list[Inspected]:
     steps: list[Inspected] = []
     for i in np.unique(draws.run):
         mine = draws.of_run(int(i))
-        found = log_likelihood(
+        likelihood = log_likelihood(
             block,
             post.histories[int(i)],
             number,
@@ -59,8 +59,8 @@ def surprises(post: Posterior, draws: Draws, number: int) -> list[Inspected]:
             steps=True,
         ).steps
         if not steps:
-            steps = [Inspected(one.count, *(np.empty(len(draws)) for _ in range(7))) for one in found]
-        for whole, part in zip(steps, found, strict=True):
+            steps = [Inspected(one.count, *(np.empty(len(draws)) for _ in range(7))) for one in likelihood]
+        for whole, part in zip(steps, likelihood, strict=True):
             for name in part.__dataclass_fields__:
                 if name != "count":
                     getattr(whole, name)[mine] = getattr(part, name)
@@ -76,17 +76,17 @@ def checks(post: Posterior, draws: Draws, most: int = 2000) -> list[Check]:
     draws : from it
     most : inspections of a block that are checked one by one; more are too many to be read
     """
-    found = []
+    values = []
     for number, block in enumerate(post.blocks):
         if not len(block.rows):
             continue
         times = inspections_of(block, post.histories[0], number)
         if len(times) > most:
             continue
-        for one, step in zip(times, surprises(post, draws, number), strict=True):
+        for time, step in zip(times, surprises(post, draws, number), strict=True):
             if step.count:
                 p = float(np.mean(gammaincc(0.5 * step.count, 0.5 * step.chi_square)))
             else:  # nothing but values below their limits
                 p = float(np.mean(np.exp(step.log_likelihood)))
-            found.append(Check(number, one.cycle, step.count, p, float(np.median(step.surprise))))
-    return found
+            values.append(Check(number, time.cycle, step.count, p, float(np.median(step.surprise))))
+    return values

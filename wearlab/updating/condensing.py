@@ -109,8 +109,8 @@ def log_likelihood(
     flat = np.ravel(factor)
     spread = np.broadcast_to(sd, shape).reshape(flat.size, -1)
     pieces = np.array_split(np.arange(flat.size), max(flat.size * told.node.size // PIECE, 1))
-    found = [_of_factors(told, history, asked, flat[some], spread[some], relative) for some in pieces]
-    return np.concatenate(found).reshape(shape)
+    parts = [_of_factors(told, history, asked, flat[some], spread[some], relative) for some in pieces]
+    return np.concatenate(parts).reshape(shape)
 
 
 def _of_factors(
@@ -154,8 +154,8 @@ def _added(square: Array, count: Array, model: Array, sd: Array, relative: float
             + count.sum(axis=(1, 2))[:, None] * np.log(2.0 * np.pi * variance)
         )
     own = (relative * model) ** 2
-    found = np.empty(sd.shape)
-    for j, one in enumerate(sd.T):
-        variance = np.where(count != 0.0, one[:, None, None] ** 2 + own, 1.0)
-        found[:, j] = (square / variance + count * np.log(2.0 * np.pi * variance)).sum(axis=(1, 2))
-    return found
+    total = np.empty(sd.shape)
+    for j, column in enumerate(sd.T):
+        variance = np.where(count != 0.0, column[:, None, None] ** 2 + own, 1.0)
+        total[:, j] = (square / variance + count * np.log(2.0 * np.pi * variance)).sum(axis=(1, 2))
+    return total

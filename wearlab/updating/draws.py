@@ -62,7 +62,7 @@ def drawn(answer: Answer, n: int, rng: np.random.Generator) -> Draws:
         drift.append(own_drift)
     shuffled = rng.permutation(n)
     run, factor = run[shuffled], np.exp(log_factor)[shuffled]
-    sd, drift = [one[shuffled] for one in sd], [one[shuffled] for one in drift]
+    sd, drift = [scale[shuffled] for scale in sd], [scale[shuffled] for scale in drift]
     life = _lives(answer, run, factor, tuple(sd), tuple(drift), rng)
     return Draws(run, factor, tuple(sd), tuple(drift), life)
 
@@ -70,13 +70,13 @@ def drawn(answer: Answer, n: int, rng: np.random.Generator) -> Draws:
 def _factors(post: Posterior, run: NDArray[np.intp], rng: np.random.Generator) -> Array:
     if post.grid is None:
         return np.log([post.histories[i].factor for i in run])
-    found = np.empty(len(run))
+    factors = np.empty(len(run))
     for i in np.unique(run):
         mine = np.flatnonzero(run == i)
         places, below = post.grid.below(np.exp(post.log_density[i] - post.log_evidence[i]))
         u = (rng.permutation(len(mine)) + rng.random(len(mine))) / len(mine)
-        found[mine] = np.interp(u * below[-1], below, places)
-    return found
+        factors[mine] = np.interp(u * below[-1], below, places)
+    return factors
 
 
 def _spreads(
@@ -84,7 +84,7 @@ def _spreads(
 ) -> tuple[Array, Array]:
     """Return draws of the unknown spreads of a block given the factor; the known ones as they are."""
     block, (sd_grid, drift_grid) = post.blocks[number], post.spreads[number]
-    known = tuple(float(values(one, None)[0]) for one in (block.sd, block.drift))
+    known = tuple(float(values(parameter, None)[0]) for parameter in (block.sd, block.drift))
     n = len(run)
     sd, drift = np.full(n, known[0]), np.full(n, known[1])
     if sd_grid is None and drift_grid is None:

@@ -101,11 +101,11 @@ def filtered(
     total, mean, spread = (np.zeros(()) for _ in range(3))  # each grows to the lanes that it depends on
     kept: list[Inspected] = []
     last = start
-    for one in inspections:
-        before, before_spread = mean, spread + rate * (one.cycle - last)
-        last = one.cycle
-        under = one.values[:0] if hidden is None else hidden.among(one.values)
-        told = one.values if not len(under) else np.setdiff1d(one.values, under)
+    for inspection in inspections:
+        before, before_spread = mean, spread + rate * (inspection.cycle - last)
+        last = inspection.cycle
+        under = inspection.values[:0] if hidden is None else hidden.among(inspection.values)
+        told = inspection.values if not len(under) else np.setdiff1d(inspection.values, under)
         whole = before_spread + offset_variance  # of W and the offset together
         shared, shared_spread = before, whole
         off, expected, chi, gained = (np.zeros(()) for _ in range(4))

@@ -15,9 +15,9 @@ AHEAD = 1.25  # times the 95 % quantile of the life up to which it is
 P = np.array(QUANTILES)
 
 
-def predictions(one: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset:
+def predictions(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset:
     """Return exact quantiles of life and remaining life, and those of draws of depth and mass over cycles."""
-    post, answer = one.posterior, one.answer
+    post, answer = outcome.posterior, outcome.answer
     life = answer.life(P)
     run = post.histories[0]
     end = life[-1] if np.isfinite(life[-1]) else life[2]
@@ -27,15 +27,17 @@ def predictions(one: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset:
     cycles = np.linspace(run.start, last, PLACES)
     along = ("cycle", "quantile")
     hours = run.seconds_per_cycle
-    found = {
+    variables = {
         "life_quantile": variable(life, "1", "cycles to the limit", ("quantile",)),
         "remaining_useful_life_quantile": variable(
             answer.remaining(P), "1", "cycles from the last inspection to the limit", ("quantile",)
         ),
         "factor_quantile": variable(answer.factor(P), "1", "factor on the wear coefficient", ("quantile",)),
-        "prior_life_quantile": variable(one.prior.life(P), "1", "cycles to the limit, before", ("quantile",)),
+        "prior_life_quantile": variable(
+            outcome.prior.life(P), "1", "cycles to the limit, before", ("quantile",)
+        ),
         "prior_factor_quantile": variable(
-            one.prior.factor(P), "1", "factor on the wear coefficient, before", ("quantile",)
+            outcome.prior.factor(P), "1", "factor on the wear coefficient, before", ("quantile",)
         ),
         "now": xr.Variable((), answer.now, {"units": "1", "long_name": "cycle of the last inspection"}),
         "seconds_per_cycle": xr.Variable((), hours, {"units": "s", "long_name": "operating time of a cycle"}),
@@ -43,26 +45,26 @@ def predictions(one: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset:
             (),
             run.level,
             {
-                "units": VARIABLES[one.study.limit.quantity].units,
+                "units": VARIABLES[outcome.study.limit.quantity].units,
                 "long_name": "wear that ends the life",
-                "quantity": one.study.limit.quantity,
-                "where": one.study.limit.where or "",
+                "quantity": outcome.study.limit.quantity,
+                "where": outcome.study.limit.where or "",
             },
         ),
     }
-    days = one.study.spec.days
+    days = outcome.study.spec.days
     if days is not None:
         about = f"day on which the limit is reached, at {days.hours_per_year:g} operating hours a year"
         ends = days_of(days, answer.remaining(P), answer.now - run.start, hours)
-        found["end_of_life_quantile"] = xr.Variable("quantile", ends, {"long_name": about})
-    quantity = one.study.limit.quantity
+        variables["end_of_life_quantile"] = xr.Variable("quantile", ends, {"long_name": about})
+    quantity = outcome.study.limit.quantity
     for name in run.beside:
         drifting = answer.drifting if name == quantity else None
-        each = over_cycles(post, one.draws, name, cycles, drifting, rng)
-        before = over_cycles(one.prior.posterior, one.prior_draws, name, cycles, drifting, rng)
+        each = over_cycles(post, outcome.draws, name, cycles, drifting, rng)
+        before = over_cycles(outcome.prior.posterior, outcome.prior_draws, name, cycles, drifting, rng)
         meta = {"display_units": VARIABLES[name].display_units}
         for prefix, values in (("", each), ("prior_", before)):
-            found[f"{prefix}{name}_quantile"] = variable(
+            variables[f"{prefix}{name}_quantile"] = variable(
                 np.quantile(values, P, axis=1).T,
                 VARIABLES[name].units,
                 VARIABLES[name].long_name,
@@ -72,6 +74,6 @@ def predictions(one: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset:
     told = {"quantile": "probability of less", "cycle": "cycle"}
     coords = {"quantile": P, "cycle": cycles}
     return xr.Dataset(
-        found,
+        variables,
         {n: (n, values, {"units": "1", "long_name": told[n]}) for n, values in coords.items()},
     )

@@ -79,14 +79,14 @@ def _margins(
                 sums[n][1].append(np.log(np.einsum("i,ijk->k", share, each)) + highest)
     spread_margins: list[list[Array | None]] = []
     for n, pair in enumerate(axes.spreads):
-        found: list[Array | None] = []
+        margins: list[Array | None] = []
         for side in (0, 1):
             axis = pair[side]
             if axis is None or not sums[n][side]:
-                found.append(None)
+                margins.append(None)
             else:
-                found.append(log_sum(np.stack(sums[n][side], axis=1)) - np.log(axis.weights))
-        spread_margins.append(found)
+                margins.append(log_sum(np.stack(sums[n][side], axis=1)) - np.log(axis.weights))
+        spread_margins.append(margins)
     return np.asarray(np.max(np.stack(along_factor), axis=0)), spread_margins
 
 
@@ -175,7 +175,7 @@ def _each_spread(
     change: Callable[[Quadrature, Array], tuple[Quadrature, bool]],
 ) -> tuple[tuple[SpreadGrids, ...], bool]:
     """Return the grids of the spreads, each changed by its margin, and whether any was."""
-    found, changed = [], False
+    parts, changed = [], False
     for pair, each in zip(spreads, margins, strict=True):
         new: list[Quadrature | None] = []
         for axis, margin in zip(pair, each, strict=True):
@@ -183,8 +183,8 @@ def _each_spread(
                 axis, less = change(axis, margin)
                 changed |= less
             new.append(axis)
-        found.append((new[0], new[1]))
-    return tuple(found), changed
+        parts.append((new[0], new[1]))
+    return tuple(parts), changed
 
 
 def _spread_shrunk(axis: Quadrature, margin: Array) -> tuple[Quadrature, bool]:

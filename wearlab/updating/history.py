@@ -100,7 +100,7 @@ def history_of(
         start=float(cycle[0]),
         end=float(cycle[-1]),
         seconds_per_cycle=per_cycle(run, "operating_hours"),
-        asked=tuple(asked_of(run, one, keep, limit, ended) for one in seen),
+        asked=tuple(asked_of(run, inspection, keep, limit, ended) for inspection in seen),
         limit=ended,
         level=limit.value,
         limit_cycle=limit_cycle,
@@ -112,16 +112,16 @@ def history_of(
 
 def _beside(run: StoredRun, limit: Limit, ended: RunCurve, keep: NDArray[np.bool_]) -> dict[str, RunCurve]:
     """Return depth and mass of the gear that ends the life, where the run has them."""
-    found: dict[str, RunCurve] = {}
+    curves: dict[str, RunCurve] = {}
     member = None if limit.where is None else limit.where.split("-")[0]
     flank = limit.where if limit.quantity == "max_wear_depth" else member
     for name, dim, where in (("max_wear_depth", "flank", flank), ("worn_mass", "member", member)):
         if name == limit.quantity and where == limit.where:
-            found[name] = ended
+            curves[name] = ended
         elif name in run and (where is None or where in run[name].labels.get(dim, ())):
             with suppress(UpdateError):
-                found[name] = curve_of(run, name, where, {}, keep, "")
-    return found
+                curves[name] = curve_of(run, name, where, {}, keep, "")
+    return curves
 
 
 def _factor(scene: Mapping[str, Any]) -> float:

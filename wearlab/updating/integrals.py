@@ -20,8 +20,8 @@ def conditional(
     drift: Quadrature | None,
 ) -> Array:
     """Return log p(y_b, ln sd, ln drift | factor) with the weights of the grids, (factors, sds, drifts)."""
-    found = on_grids(history, block, number, log_factor, sd, drift).log_likelihood
-    return np.asarray(found + log_prior(block.sd, sd)[:, None] + log_prior(block.drift, drift))
+    factors = on_grids(history, block, number, log_factor, sd, drift).log_likelihood
+    return np.asarray(factors + log_prior(block.sd, sd)[:, None] + log_prior(block.drift, drift))
 
 
 def on_grids(

@@ -94,16 +94,16 @@ def keep(
 
     about = subject(wanted)
     name = identity(about, replay=replay, check=check)
-    runs = list(dict.fromkeys(run.id for one in outcomes for run in one.posterior.histories))
-    summary = {one.study.label: _summary(one) for one in outcomes}
+    runs = list(dict.fromkeys(run.id for outcome in outcomes for run in outcome.posterior.histories))
+    summary = {outcome.study.label: _summary(outcome) for outcome in outcomes}
     tree.attrs |= {"id": name, "subject": about, "runs": " ".join(runs), "summary": json.dumps(summary)}
     tree.attrs[SEAL] = seal_of(tree)
     keep_update(store, name, tree, campaign.title, about, runs, summary)
     return tree
 
 
-def _summary(one: "UpdateOutcome") -> dict[str, float]:
+def _summary(outcome: "UpdateOutcome") -> dict[str, float]:
     import numpy as np
 
-    low, middle, high = one.answer.remaining(np.array([0.05, 0.5, 0.95]))
-    return {"now": one.answer.now, "remaining_5": low, "remaining_50": middle, "remaining_95": high}
+    low, middle, high = outcome.answer.remaining(np.array([0.05, 0.5, 0.95]))
+    return {"now": outcome.answer.now, "remaining_5": low, "remaining_50": middle, "remaining_95": high}

@@ -57,7 +57,7 @@ def display_of(block: Block) -> str:
     return "um" if name == THICKNESS else VARIABLES[name].display_units
 
 
-def name_of(one: UpdateOutcome, number: int) -> str:
+def name_of(outcome: UpdateOutcome, number: int) -> str:
     """Return what the values of a block are called: quantity and place, and its number where two share it."""
-    names = [block.name.replace("-", "_") for block in one.posterior.blocks]
+    names = [block.name.replace("-", "_") for block in outcome.posterior.blocks]
     return names[number] if names.count(names[number]) == 1 else f"{names[number]}_{number + 1}"

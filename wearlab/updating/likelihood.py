@@ -67,7 +67,11 @@ class Block:
     @property
     def spreads(self) -> tuple[Spread, ...]:
         """Those that have a prior."""
-        return tuple(one for one in (self.sd, self.drift) if one is not None and one.prior is not None)
+        return tuple(
+            parameter
+            for parameter in (self.sd, self.drift)
+            if parameter is not None and parameter.prior is not None
+        )
 
     @property
     def name(self) -> str:
@@ -116,12 +120,12 @@ def modelled(block: Block, history: RunHistory, number: int, factor: Array) -> A
     asked = history.asked[number]
     cycle, column = asked.cycle[block.rows], asked.column[block.rows]
     f = np.asarray(factor)[..., None]
-    found = asked.curve.at(history.own_cycle(cycle, f), column)
+    depth = asked.curve.at(history.own_cycle(cycle, f), column)
     since = block.data.since
     if since is None:
-        return found
+        return depth
     first = _previous(cycle, history.start) if since == PREVIOUS else np.full_like(cycle, float(since))
-    return np.asarray(found - asked.curve.at(history.own_cycle(first, f), column))
+    return np.asarray(depth - asked.curve.at(history.own_cycle(first, f), column))
 
 
 def _previous(cycle: Array, start: float) -> Array:

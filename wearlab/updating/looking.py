@@ -27,13 +27,13 @@ MOST = 2000
 ENDS = (0.05, 0.95)
 
 
-def virtual_inspection(one: "UpdateOutcome", rng: np.random.Generator) -> xr.Dataset | None:
+def virtual_inspection(outcome: "UpdateOutcome", rng: np.random.Generator) -> xr.Dataset | None:
     """Return the expected width of the remaining life's 90 % interval over the time of one more inspection.
 
     The inspection is one of the first block that has no places on the flank. None where there is no such
     block, or where no life is left to look at.
     """
-    answer, post = one.answer, one.posterior
+    answer, post = outcome.answer, outcome.posterior
     number = next(
         (n for n, b in enumerate(post.blocks) if b.seen.place_kind is None and not b.data.since), None
     )
@@ -43,9 +43,9 @@ def virtual_inspection(one: "UpdateOutcome", rng: np.random.Generator) -> xr.Dat
     looks = np.linspace(answer.now, end, LOOKS + 1)[1:]
     width = np.empty((len(INSTRUMENTS), len(looks)))
     present = float(np.ptp(answer.remaining(np.array(ENDS))))
-    known = _known(answer, one.draws, number)
+    known = _known(answer, outcome.draws, number)
     for k, look in enumerate(looks):
-        value, life, sd = _states(answer, one.draws, number, known, float(look), rng)
+        value, life, sd = _states(answer, outcome.draws, number, known, float(look), rng)
         for j, instrument in enumerate(INSTRUMENTS):
             width[j, k] = expected_width(value, life - look, instrument * sd, rng) / present
     return xr.Dataset(
@@ -73,13 +73,13 @@ def virtual_inspection(one: "UpdateOutcome", rng: np.random.Generator) -> xr.Dat
 
 def _known(answer: Answer, draws: Draws, number: int) -> list[tuple[int, NDArray[np.intp], Filtered]]:
     """Return for some draws what is known of the drift at the last inspection: run, which draws, drift."""
-    post, some, found = answer.posterior, np.arange(min(len(draws), MOST)), []
+    post, some, known = answer.posterior, np.arange(min(len(draws), MOST)), []
     for i in map(int, np.unique(draws.run[some])):
         mine = some[draws.run[some] == i]
         sd, drift = draws.sd[number][mine], draws.drift[number][mine]
         last = log_likelihood(post.blocks[number], post.histories[i], number, draws.factor[mine], sd, drift)
-        found.append((i, mine, last))
-    return found
+        known.append((i, mine, last))
+    return known
 
 
 def _states(

@@ -37,10 +37,10 @@ def made_up(
     value = model + spread * rng.standard_normal(len(rows))
     last = float(block.data.since) if isinstance(block.data.since, float) else run.start
     strayed = 0.0
-    for one in inspections_of(block, run, number):
-        step = np.sqrt(drift**2 / PER * (one.cycle - last)) * rng.standard_normal()
+    for inspection in inspections_of(block, run, number):
+        step = np.sqrt(drift**2 / PER * (inspection.cycle - last)) * rng.standard_normal()
         strayed = step if block.data.since == PREVIOUS else strayed + step
-        value[one.values] += strayed + error.offset_sd * rng.standard_normal()
-        last = one.cycle
+        value[inspection.values] += strayed + error.offset_sd * rng.standard_normal()
+        last = inspection.cycle
     hidden = value < block.seen.below[rows]  # of which a file says no more than the limit of detection
     return np.where(hidden, np.nan, value), float(strayed), last

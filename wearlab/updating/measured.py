@@ -23,41 +23,41 @@ STATISTICS = {
 }
 
 
-def observed_data(one: UpdateOutcome) -> xr.Dataset:
+def observed_data(outcome: UpdateOutcome) -> xr.Dataset:
     """Return what was measured, with its errors as the posterior has them."""
-    found: dict[str, xr.Variable] = {}
+    variables: dict[str, xr.Variable] = {}
     coords: dict[str, xr.Variable] = {}
-    run = one.posterior.histories[0]
-    for number, block in enumerate(one.posterior.blocks):
-        name, dim = name_of(one, number), f"observation_{name_of(one, number)}"
+    run = outcome.posterior.histories[0]
+    for number, block in enumerate(outcome.posterior.blocks):
+        name, dim = name_of(outcome, number), f"observation_{name_of(outcome, number)}"
         about = {"units": block.data.si, "display_units": display_of(block), "file": block.data.file.name}
         told = {
             "long_name": f"measured: {name.replace('_', ' ')}",
             "accumulating": int(block.drift is not None),
         }
-        found[name] = xr.Variable(dim, block.seen.value, about | told)
+        variables[name] = xr.Variable(dim, block.seen.value, about | told)
         coords[f"cycle_{name}"] = xr.Variable(dim, run.asked[number].cycle, INSPECTED)
-        sd = np.hypot(np.median(one.draws.sd[number]), block.seen.sd)
+        sd = np.hypot(np.median(outcome.draws.sd[number]), block.seen.sd)
         sd = np.hypot(sd, block.data.error.relative * np.nan_to_num(block.seen.value))
-        found[f"sd_{name}"] = xr.Variable(
+        variables[f"sd_{name}"] = xr.Variable(
             dim, np.hypot(sd, block.data.error.offset_sd), {**about, "long_name": "error, posterior median"}
         )
         if block.seen.censored.any():
             hidden = {"long_name": "limit of detection"}
-            found[f"below_{name}"] = xr.Variable(dim, block.seen.below, about | hidden)
+            variables[f"below_{name}"] = xr.Variable(dim, block.seen.below, about | hidden)
         if block.seen.place_kind is not None:
             kind = block.seen.place_kind
             coords[f"{kind}_{name}"] = xr.Variable(dim, block.seen.place, attributes(kind))
-    found["observed_life"] = xr.Variable(
-        (), observed_life(one), {"units": "1", "long_name": "cycle at which the limit was measured"}
+    variables["observed_life"] = xr.Variable(
+        (), observed_life(outcome), {"units": "1", "long_name": "cycle at which the limit was measured"}
     )
-    return xr.Dataset(found, coords)
+    return xr.Dataset(variables, coords)
 
 
-def observed_life(one: UpdateOutcome) -> float:
+def observed_life(outcome: UpdateOutcome) -> float:
     """Return the cycle at which measurements of the limit's own quantity reach it, NaN where they do not."""
-    limit, run = one.study.limit, one.posterior.histories[0]
-    for number, block in enumerate(one.posterior.blocks):
+    limit, run = outcome.study.limit, outcome.posterior.histories[0]
+    for number, block in enumerate(outcome.posterior.blocks):
         same = block.data.quantity == limit.quantity and limit.where in (None, block.data.where)
         if not same or block.data.since is not None or block.seen.censored.any():
             continue
@@ -74,37 +74,39 @@ def observed_life(one: UpdateOutcome) -> float:
     return float("nan")
 
 
-def statistics_of(one: UpdateOutcome) -> xr.Dataset:
+def statistics_of(outcome: UpdateOutcome) -> xr.Dataset:
     """Return what is known about the update itself: evidence, checks of the inspections, notes."""
-    found: dict[str, Any] = {
+    variables: dict[str, Any] = {
         name: xr.Variable((), value, {"units": "1", "long_name": STATISTICS[name]})
-        for name, value in one.stats.items()
+        for name, value in outcome.stats.items()
     }
     coords: dict[str, Any] = {}
-    for number in range(len(one.posterior.blocks)):
-        own = [check for check in one.checks if check.block == number]
+    for number in range(len(outcome.posterior.blocks)):
+        own = [check for check in outcome.checks if check.block == number]
         if own:
-            name = name_of(one, number)
+            name = name_of(outcome, number)
             dim = f"inspection_{name}"
-            found[f"check_p_{name}"] = xr.Variable(
+            variables[f"check_p_{name}"] = xr.Variable(
                 dim,
                 [check.p for check in own],
                 {"units": "1", "long_name": "probability of values at least as far off"},
             )
-            found[f"surprise_{name}"] = xr.Variable(
+            variables[f"surprise_{name}"] = xr.Variable(
                 dim,
                 [check.surprise for check in own],
                 {"units": "1", "long_name": "measured less expected, over the standard deviation expected"},
             )
             about = "what to think of the inspection"
-            found[f"check_{name}"] = xr.Variable(dim, [check.words for check in own], {"long_name": about})
+            variables[f"check_{name}"] = xr.Variable(
+                dim, [check.words for check in own], {"long_name": about}
+            )
             coords[f"cycle_{name}"] = xr.Variable(dim, [check.cycle for check in own], INSPECTED)
-    weight = one.posterior.weight
+    weight = outcome.posterior.weight
     if len(weight) > 1:
         about = "posterior probability of each run"
-        found["run_weight"] = xr.Variable("run", weight, {"units": "1", "long_name": about})
-        runs = [run.id for run in one.posterior.histories]
-        found["run_id"] = xr.Variable("run", runs, {"long_name": "identity of each run"})
+        variables["run_weight"] = xr.Variable("run", weight, {"units": "1", "long_name": about})
+        runs = [run.id for run in outcome.posterior.histories]
+        variables["run_id"] = xr.Variable("run", runs, {"long_name": "identity of each run"})
     about = "what a reader must know, most important first"
-    found["notes"] = xr.Variable((), " | ".join(one.notes), {"long_name": about})
-    return xr.Dataset(found, coords)
+    variables["notes"] = xr.Variable((), " | ".join(outcome.notes), {"long_name": about})
+    return xr.Dataset(variables, coords)

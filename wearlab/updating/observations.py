@@ -87,7 +87,7 @@ def read_observations(data: Data) -> Observed:
     if unknown:
         raise UpdateError(f"{data.place}.units.{min(unknown)}: the file has no such column")
     wanted = {"time": CLOCKS[clock], "place": PLACE_UNITS.get(place_kind or "", "1")}
-    found = {
+    columns = {
         name: _column(data, header[1], body, column, wanted.get(name, data.si), name)
         for name, column in names.items()
         if column is not None
@@ -97,12 +97,12 @@ def read_observations(data: Data) -> Observed:
     seen = Observed(
         data,
         clock,
-        found["time"],
-        found["value"],
-        np.nan_to_num(found.get("sd", np.zeros(len(body)))),
-        found.get("below", nothing),
+        columns["time"],
+        columns["value"],
+        np.nan_to_num(columns.get("sd", np.zeros(len(body)))),
+        columns.get("below", nothing),
         place_kind,
-        found.get("place", nothing),
+        columns.get("place", nothing),
         row,
         hashlib.sha256(content).hexdigest(),
     )
@@ -126,7 +126,7 @@ def _rows(content: bytes, data: Data) -> list[tuple[int, list[str]]]:
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line[0] != "#"]
     if not lines:
         raise UpdateError(f"{data.file}: has no header line")
-    separator = next((one for one in SEPARATORS if one and one in lines[0][1]), ",")
+    separator = next((mark for mark in SEPARATORS if mark and mark in lines[0][1]), ",")
     rows = [
         (n, [cell.strip() for cell in row])
         for n, line in lines

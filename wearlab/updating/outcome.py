@@ -66,12 +66,12 @@ class UpdateOutcome:
 
 def blocks_of(study: "MeasuredCase", runs: Sequence[RunHistory]) -> tuple[Block, ...]:
     """Return the observations of a study with their errors; the runs' own error where it counts."""
-    found = []
+    blocks = []
     for seen in study.seen:
         block = block_of(seen, accumulating=study.spec.discrepancy == ACCUMULATING)
         counts = len(seen) > 0 and numerical_share(block, runs[0]) > MATTERS
-        found.append(replace(block, numerical=runs[0].numerical_of(seen.data.quantity) if counts else 0.0))
-    return tuple(found)
+        blocks.append(replace(block, numerical=runs[0].numerical_of(seen.data.quantity) if counts else 0.0))
+    return tuple(blocks)
 
 
 def answered(
@@ -146,7 +146,7 @@ def _stats(
     rng: np.random.Generator,
 ) -> dict[str, float]:
     post = answer.posterior
-    found = {
+    stats = {
         "log_evidence": post.evidence,
         "effective_runs": post.effective_runs,
         "runs": float(len(post.histories)),
@@ -166,8 +166,8 @@ def _stats(
         alternative = posterior(post.histories, other, study.prior, log_proposal).evidence
         with_drift = study.spec.discrepancy == ACCUMULATING
         gain = post.evidence - alternative
-        found["log_evidence_of_drift"] = gain if with_drift else -gain
-    return found
+        stats["log_evidence_of_drift"] = gain if with_drift else -gain
+    return stats
 
 
 def prior_p(before: Answer, draws: Draws, blocks: Sequence[Block], rng: np.random.Generator) -> float:

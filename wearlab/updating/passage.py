@@ -39,7 +39,7 @@ class Passage:
 
     def below(self, cycle: Array) -> Array:
         """Return the probability of a shorter life, (q,)."""
-        return np.array([self._below(one) for one in np.atleast_1d(cycle)])
+        return np.array([self._below(limit) for limit in np.atleast_1d(cycle)])
 
     def _below(self, cycle: float) -> float:
         ahead = cycle - self.now
@@ -56,10 +56,10 @@ class Passage:
         middle = float(np.median(self.mean))
         ladder = middle * np.exp(np.linspace(-np.log(LONGEST), np.log(LONGEST), TIMES))
         known = np.array([self._below(self.now + t) for t in ladder])
-        found = np.empty(p.shape)
+        quantiles = np.empty(p.shape)
         for n, one in np.ndenumerate(p):
-            found[n] = self._one(float(one), ladder, known)
-        return found
+            quantiles[n] = self._one(float(one), ladder, known)
+        return quantiles
 
     def _one(self, p: float, ladder: Array, known: Array) -> float:
         if p <= self.over:

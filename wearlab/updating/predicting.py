@@ -27,14 +27,14 @@ def over_cycles(
     drifting : the block whose drift the quantity follows, None without one
     rng : of the paths of the drift
     """
-    found = np.empty((len(cycles), len(draws)))
+    depths = np.empty((len(cycles), len(draws)))
     for i in np.unique(draws.run):
         run, mine = post.histories[int(i)], draws.of_run(int(i))
         own = run.own_cycle(cycles[:, None], draws.factor[mine])
-        found[:, mine] = _curve(run, curve).at(own)
+        depths[:, mine] = _curve(run, curve).at(own)
     if drifting is not None:
-        found += _drifts(post, draws, drifting, cycles, rng)
-    return found
+        depths += _drifts(post, draws, drifting, cycles, rng)
+    return depths
 
 
 def _curve(run: RunHistory, name: str) -> RunCurve:
@@ -48,12 +48,12 @@ def _drifts(post: Posterior, draws: Draws, number: int, cycles: Array, rng: np.r
     history = post.histories[0]
     known, paths = [history.start], [np.zeros(n)]
     if len(block.rows):
-        times = [one.cycle for one in inspections_of(block, history, number)]
+        times = [inspection.cycle for inspection in inspections_of(block, history, number)]
         drawn = smoothed_paths(surprises(post, draws, number), times, rate, rng)
         first = 1 if times[0] <= history.start else 0
         known += times[first:]
         paths += list(drawn[first:])
-    found = np.empty((len(cycles), n))
+    drifts = np.empty((len(cycles), n))
     at, w, after = known[0], paths[0], 1
     for k, cycle in enumerate(cycles):  # a Brownian bridge, place by place, from one inspection to the next
         while after < len(known) and known[after] <= cycle:
@@ -66,28 +66,28 @@ def _drifts(post: Posterior, draws: Draws, number: int, cycles: Array, rng: np.r
             mean, spread = w, rate * step
         w = mean + np.sqrt(np.maximum(spread, 0.0)) * rng.standard_normal(n)
         at = max(at, float(cycle))
-        found[k] = w
-    return found
+        drifts[k] = w
+    return drifts
 
 
 def replicated(post: Posterior, draws: Draws, number: int, rng: np.random.Generator) -> Array:
     """Return measurements as they could have come out, (draws, values) [SI]."""
     block, n = post.blocks[number], len(draws)
-    found = np.empty((n, len(block.rows)))
+    depths = np.empty((n, len(block.rows)))
     for i in np.unique(draws.run):
         mine = draws.of_run(int(i))
-        found[mine] = modelled(block, post.histories[int(i)], number, draws.factor[mine])
+        depths[mine] = modelled(block, post.histories[int(i)], number, draws.factor[mine])
     seen, error = block.seen, block.data.error
     relative = np.hypot(error.relative, block.numerical)
-    model = found.copy()
+    model = depths.copy()
     times = inspections_of(block, post.histories[0], number)
     if np.any(draws.drift[number] > 0.0) and block.data.since is None:
         rate = draws.drift[number] ** 2 / PER
         paths = smoothed_paths(surprises(post, draws, number), [t.cycle for t in times], rate, rng)
-        for one, w in zip(times, paths, strict=True):
-            found[:, one.values] += w[:, None]
+        for time, w in zip(times, paths, strict=True):
+            depths[:, time.values] += w[:, None]
     if error.offset_sd:
-        for one in times:
-            found[:, one.values] += error.offset_sd * rng.standard_normal((n, 1))
+        for time in times:
+            depths[:, time.values] += error.offset_sd * rng.standard_normal((n, 1))
     spread = np.sqrt(draws.sd[number][:, None] ** 2 + seen.sd[block.rows] ** 2 + (relative * model) ** 2)
-    return np.asarray(found + spread * rng.standard_normal(found.shape))
+    return np.asarray(depths + spread * rng.standard_normal(depths.shape))

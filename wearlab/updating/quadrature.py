@@ -51,10 +51,10 @@ class Quadrature:
         before = np.concatenate([np.zeros((*whole.shape[:-1], 1)), np.cumsum(whole, axis=-1)], axis=-1)
         at_points = before[..., :-1, None] + within
         at = np.concatenate([self.edges[:-1, None], self.points.reshape(panels, POINTS)], axis=1)
-        found = np.concatenate([before[..., :-1, None], at_points], axis=-1)
+        weights = np.concatenate([before[..., :-1, None], at_points], axis=-1)
         return (
             np.concatenate([at.ravel(), self.edges[-1:]]),
-            np.concatenate([found.reshape(*density.shape[:-1], -1), before[..., -1:]], axis=-1),
+            np.concatenate([weights.reshape(*density.shape[:-1], -1), before[..., -1:]], axis=-1),
         )
 
 

@@ -38,10 +38,10 @@ def inspection_cycles(post: Posterior) -> Array:
     """Return the cycles of all inspections, whichever block they belong to."""
     run = post.histories[0]
     cycles = [run.asked[n].cycle[block.rows] for n, block in enumerate(post.blocks)]
-    found = np.unique(np.concatenate(cycles)) if cycles else np.zeros(0)
-    if len(found) <= MOST:
-        return found
-    return np.asarray(found[np.linspace(0, len(found) - 1, MOST).astype(int)])
+    cycles_found = np.unique(np.concatenate(cycles)) if cycles else np.zeros(0)
+    if len(cycles_found) <= MOST:
+        return cycles_found
+    return np.asarray(cycles_found[np.linspace(0, len(cycles_found) - 1, MOST).astype(int)])
 
 
 def up_to(post: Posterior, cycle: float) -> tuple[Block, ...]:
@@ -77,7 +77,7 @@ def replayed(study: "MeasuredCase", post: Posterior) -> xr.Dataset:
         rest.append(answer.remaining(p))
         factor.append(answer.factor(p))
         evidence.append(answer.posterior.evidence)
-        last = [one.p for one in checks(answer.posterior, known) if one.cycle == cycle]
+        last = [made_check.p for made_check in checks(answer.posterior, known) if made_check.cycle == cycle]
         check.append(min(last, default=np.nan))
         known = drawn(answer, DRAWS, rng)
     dims = ("inspection", "quantile")
@@ -90,7 +90,7 @@ def replayed(study: "MeasuredCase", post: Posterior) -> xr.Dataset:
         "check_p_forward": ("inspection", np.array(check, float)),
     }
     return xr.Dataset(
-        {name: (*one, {"units": "1", "long_name": ABOUT[name]}) for name, one in values.items()},
+        {name: (*value, {"units": "1", "long_name": ABOUT[name]}) for name, value in values.items()},
         {
             "inspection": ("inspection", cycles, {"units": "1", "long_name": ABOUT["inspection"]}),
             "quantile": ("quantile", p, {"units": "1", "long_name": "probability of less"}),
@@ -112,13 +112,13 @@ def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
     truth = end - before["inspection"]
     rest = before["remaining_useful_life_quantile"]
     off = np.abs(rest.sel(quantile=0.5) - truth) / truth
-    found = {"replay_inspections": float(len(truth)), "replay_mean_error": float(off.mean())}
+    score = {"replay_inspections": float(len(truth)), "replay_mean_error": float(off.mean())}
     for width in (50, 90):
         low, high = 0.5 - 0.005 * width, 0.5 + 0.005 * width
         inside = (rest.sel(quantile=low, method="nearest") <= truth) & (
             truth <= rest.sel(quantile=high, method="nearest")
         )
-        found[f"replay_in_{width}"] = float(inside.sum())
+        score[f"replay_in_{width}"] = float(inside.sum())
     return xr.Dataset(
-        {name: ((), value, {"units": "1", "long_name": ABOUT[name]}) for name, value in found.items()}
+        {name: ((), value, {"units": "1", "long_name": ABOUT[name]}) for name, value in score.items()}
     )

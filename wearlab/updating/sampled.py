@@ -24,38 +24,40 @@ from wearlab.updating.study import FACTOR, plain
 MOST_VALUES = 2_000_000  # of a variable with a value for each draw and observation
 
 
-def sample(one: UpdateOutcome, post: Posterior, draws: Draws, life_from: float) -> xr.Dataset:
+def sample(outcome: UpdateOutcome, post: Posterior, draws: Draws, life_from: float) -> xr.Dataset:
     """Return equally probable draws of everything unknown, and of the life counted from a cycle."""
-    names = names_of(list(one.study.spec.unknown))
-    found: dict[str, xr.Variable] = {}
+    names = names_of(list(outcome.study.spec.unknown))
+    variables: dict[str, xr.Variable] = {}
     for key, name in names.items():
         if key == FACTOR:
-            found[name] = variable(draws.factor, "1", "factor on the wear coefficient")
+            variables[name] = variable(draws.factor, "1", "factor on the wear coefficient")
             continue
-        written = one.study.drawn[key]
-        values = np.array([plain(written[i]) for i in one.which])[draws.run]
-        own = one.study.spec.unknown[key].unit
+        written = outcome.study.drawn[key]
+        values = np.array([plain(written[i]) for i in outcome.which])[draws.run]
+        own = outcome.study.spec.unknown[key].unit
         scale, unit = si_unit(own)
-        found[name] = variable(scale * values, unit, key, display_units=own or "1")
+        variables[name] = variable(scale * values, unit, key, display_units=own or "1")
     k = np.array([run.coefficient for run in post.histories])[draws.run] * draws.factor
-    found["wear_coefficient"] = variable(
+    variables["wear_coefficient"] = variable(
         k, "m2 N-1", "wear coefficient, the largest along the flank at the first state"
     )
-    found["life"] = variable(draws.life, "1", "cycles to the limit")
+    variables["life"] = variable(draws.life, "1", "cycles to the limit")
     rest = np.maximum(draws.life - life_from, 0.0)
-    found["remaining_useful_life"] = variable(rest, "1", "cycles from the last inspection to the limit")
+    variables["remaining_useful_life"] = variable(rest, "1", "cycles from the last inspection to the limit")
     for number, block in enumerate(post.blocks):
         for spread, values in ((block.sd, draws.sd[number]), (block.drift, draws.drift[number])):
             if spread is not None and spread.prior is not None:
                 about = "standard error of a value" if spread is block.sd else "drift within a million cycles"
-                found[spread.name] = variable(values, block.data.si, about, display_units=display_of(block))
-    return xr.Dataset(found, draws_of(len(draws)))
+                variables[spread.name] = variable(
+                    values, block.data.si, about, display_units=display_of(block)
+                )
+    return xr.Dataset(variables, draws_of(len(draws)))
 
 
-def _some(one: UpdateOutcome, values: int) -> Draws:
+def _some(outcome: UpdateOutcome, values: int) -> Draws:
     """Return as many draws as can be kept with so many values each."""
-    count = max(min(len(one.draws), MOST_VALUES // max(values, 1)), 1)
-    d = one.draws
+    count = max(min(len(outcome.draws), MOST_VALUES // max(values, 1)), 1)
+    d = outcome.draws
     return Draws(
         d.run[:count],
         d.factor[:count],
@@ -65,11 +67,11 @@ def _some(one: UpdateOutcome, values: int) -> Draws:
     )
 
 
-def replicas(one: UpdateOutcome, number: int, rng: np.random.Generator) -> xr.Dataset:
+def replicas(outcome: UpdateOutcome, number: int, rng: np.random.Generator) -> xr.Dataset:
     """Return measurements of a block as they could have come out, of every draw; of fewer for very many."""
-    block, name = one.posterior.blocks[number], name_of(one, number)
-    draws = _some(one, max(len(each.rows) for each in one.posterior.blocks))
-    values = replicated(one.posterior, draws, number, rng)
+    block, name = outcome.posterior.blocks[number], name_of(outcome, number)
+    draws = _some(outcome, max(len(each.rows) for each in outcome.posterior.blocks))
+    values = replicated(outcome.posterior, draws, number, rng)
     about = "measurements as they could have come out"
     data = variable(
         values, block.data.si, about, (*CHAIN, f"observation_{name}"), display_units=display_of(block)
@@ -77,28 +79,28 @@ def replicas(one: UpdateOutcome, number: int, rng: np.random.Generator) -> xr.Da
     return xr.Dataset({name: data}, draws_of(len(draws)))
 
 
-def pointwise(one: UpdateOutcome, number: int) -> xr.Dataset:
+def pointwise(outcome: UpdateOutcome, number: int) -> xr.Dataset:
     """Return the log likelihood of each inspection given those before it; their sum is that of the block."""
-    post, name = one.posterior, name_of(one, number)
+    post, name = outcome.posterior, name_of(outcome, number)
     block = post.blocks[number]
     times = inspections_of(block, post.histories[0], number)
-    coords = draws_of(len(one.draws))
+    coords = draws_of(len(outcome.draws))
     if len(times) > 500:
-        values = np.empty(len(one.draws))
-        for i in np.unique(one.draws.run):
-            mine = one.draws.of_run(int(i))
+        values = np.empty(len(outcome.draws))
+        for i in np.unique(outcome.draws.run):
+            mine = outcome.draws.of_run(int(i))
             for some in np.array_split(mine, max(len(mine) * len(block.rows) // MOST_VALUES, 1)):
                 values[some] = log_likelihood(
                     block,
                     post.histories[int(i)],
                     number,
-                    one.draws.factor[some],
-                    one.draws.sd[number][some],
-                    one.draws.drift[number][some],
+                    outcome.draws.factor[some],
+                    outcome.draws.sd[number][some],
+                    outcome.draws.drift[number][some],
                 ).log_likelihood
         about = "log likelihood of all its values together"
         return xr.Dataset({name: variable(values, "1", about)}, coords)
-    steps = surprises(post, one.draws, number)
+    steps = surprises(post, outcome.draws, number)
     values = np.stack([step.log_likelihood for step in steps], axis=-1)
     about = "log likelihood of an inspection given those before it"
     dim = f"inspection_{name}"

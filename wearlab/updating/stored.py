@@ -36,13 +36,17 @@ class StoredVariable:
 
     def at(self, dim: str, index: "int | list[int]") -> "StoredVariable":
         """Return the values at a place of a dim, which goes with it, or at some places."""
-        dims = self.dims if isinstance(index, list) else tuple(one for one in self.dims if one != dim)
+        dims = (
+            self.dims
+            if isinstance(index, list)
+            else tuple(own_dim for own_dim in self.dims if own_dim != dim)
+        )
         return StoredVariable(np.take(self.values, index, axis=self.dims.index(dim)), dims, self.labels)
 
     def largest(self, dim: str) -> "StoredVariable":
         """Return the largest along a dim, of those that are numbers."""
-        found = np.fmax.reduce(self.values, axis=self.dims.index(dim))
-        return StoredVariable(found, tuple(one for one in self.dims if one != dim), self.labels)
+        top = np.fmax.reduce(self.values, axis=self.dims.index(dim))
+        return StoredVariable(top, tuple(own_dim for own_dim in self.dims if own_dim != dim), self.labels)
 
     def known(self, dim: str) -> list[Any]:
         """Return the labels of a dim, numbers from 0 on where it has none."""
@@ -61,8 +65,8 @@ class StoredRun:
         labels = {str(dim): run[dim].values.tolist() for dim in run.dims if dim in run.coords}
         return cls(
             {
-                str(name): _labelled(np.asarray(one.values), tuple(map(str, one.dims)), labels)
-                for name, one in run.variables.items()
+                str(name): _labelled(np.asarray(variable.values), tuple(map(str, variable.dims)), labels)
+                for name, variable in run.variables.items()
             }
         )
 
@@ -90,7 +94,7 @@ def read_runs(store: "Store", ids: Collection[str], names: Collection[str]) -> d
 
     placed = {run.id: run for run in store.catalogue.placed(ids) if run.state == "done" and run.layout}
     layouts = store.catalogue.layouts(str(run.layout) for run in placed.values())
-    found = {}
+    runs = {}
     for run_id, run in placed.items():
         layout = layouts[str(run.layout)]
         dims = {name: layout["variables"][name]["dims"] for name in names if name in layout["variables"]}
@@ -99,7 +103,7 @@ def read_runs(store: "Store", ids: Collection[str], names: Collection[str]) -> d
         for name, values in arrays.items():
             if values.ndim != len(dims[name]):
                 raise StoreError(f"{path}: {name} is not as the catalogue says; 'wearlab reindex' mends it")
-        found[run_id] = StoredRun(
+        runs[run_id] = StoredRun(
             {name: _labelled(values, tuple(dims[name]), layout["labels"]) for name, values in arrays.items()}
         )
-    return found
+    return runs

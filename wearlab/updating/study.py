@@ -61,7 +61,7 @@ class MeasuredCase:
     @property
     def costly(self) -> dict[str, Distribution]:
         """The unknowns that cost runs."""
-        return {key: one for key, one in self.spec.unknown.items() if key != FACTOR}
+        return {key: prior for key, prior in self.spec.unknown.items() if key != FACTOR}
 
     def scenes(self, most: int | None = None) -> tuple[Scene, ...]:
         """Return the scenes of its runs: one, or one a draw, of the first draws where ``most`` says so."""
@@ -69,13 +69,13 @@ class MeasuredCase:
         if not self.drawn:
             return (base,)
         lean = _lean(base, self)
-        found = []
+        asked = []
         for i in range(len(next(iter(self.drawn.values()))[:most])):
             scene = lean
             for key, values in self.drawn.items():
                 scene = scene.replace(key, values[i])
-            found.append(scene)
-        return tuple(found)
+            asked.append(scene)
+        return tuple(asked)
 
     def campaign(self, title: str) -> Campaign:
         """Return its runs as a campaign with the axis ``draw``."""
@@ -94,10 +94,14 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
     spec = campaign.update
     if spec is None:
         raise UpdateError("update: the campaign has no [update] section: nothing was measured")
-    seen = tuple(read_observations(one) for one in spec.data)
-    found = []
+    seen = tuple(read_observations(block) for block in spec.data)
+    made = []
     for case in campaign.cases:
-        own = tuple(one for one in seen if not one.data.cases or case.label in one.data.cases)
+        own = tuple(
+            inspections
+            for inspections in seen
+            if not inspections.data.cases or case.label in inspections.data.cases
+        )
         label = ", ".join([case.label, *(f"{k}={v}" for k, v in place(campaign, case).items())])
         about = "" if len(campaign.cases) == 1 else f"case {label!r}: "
         if case.scene.wear is None or case.scene.wear.until is None:
@@ -112,8 +116,8 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
                 'as "wear.coefficient.sun.factor"; it costs runs, as the other flanks go on as they are'
             )
         study = MeasuredCase(label, case.scene, spec, _limit(case.scene, spec, about), own, {})
-        found.append(replace(study, drawn=drawn_values(study, spec.draws)))
-    return tuple(found)
+        made.append(replace(study, drawn=drawn_values(study, spec.draws)))
+    return tuple(made)
 
 
 def drawn_values(study: MeasuredCase, n: int) -> dict[str, tuple[Any, ...]]:
@@ -139,19 +143,21 @@ def _lengthened(scene: Scene, times: float) -> Scene:
     if times == 1.0 or scene.wear is None or scene.wear.until is None:
         return scene
     until = scene.wear.until
-    found = scene
+    longer = scene
     if until.depth is not None:
-        found = found.replace("wear.until.depth", f"{until.depth * times!r} m")
+        longer = longer.replace("wear.until.depth", f"{until.depth * times!r} m")
     for key in ("cycles", "mesh_cycles", "hours"):
         value = getattr(until, key)
         if value is not None:
-            found = found.replace(f"wear.until.{key}", value * times)
+            longer = longer.replace(f"wear.until.{key}", value * times)
     snapshots = scene.wear.snapshots
     if snapshots is not None and snapshots.depth is not None:
         last = snapshots.depth[-1]
-        more = [float(one) for one in np.arange(last, last * times, 0.1 * last)[1:]]
-        found = found.replace("wear.snapshots.depth", [f"{one!r} m" for one in (*snapshots.depth, *more)])
-    return found
+        more = [float(depth) for depth in np.arange(last, last * times, 0.1 * last)[1:]]
+        longer = longer.replace(
+            "wear.snapshots.depth", [f"{depth!r} m" for depth in (*snapshots.depth, *more)]
+        )
+    return longer
 
 
 def _lean(scene: Scene, study: MeasuredCase) -> Scene:
@@ -162,9 +168,9 @@ def _lean(scene: Scene, study: MeasuredCase) -> Scene:
 def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
     """Return the variables that an update reads."""
     names = {limit.quantity, "max_wear_depth", "effective_wear_coefficient", *ALWAYS}
-    for one in seen:
-        profile = one.data.quantity in ("wear_depth", THICKNESS)
-        names |= {"wear_depth", "wear_rate"} if profile else {one.data.quantity}
+    for inspections in seen:
+        profile = inspections.data.quantity in ("wear_depth", THICKNESS)
+        names |= {"wear_depth", "wear_rate"} if profile else {inspections.data.quantity}
     return names
 
 
@@ -197,22 +203,22 @@ def _read(
 ) -> tuple[tuple[RunHistory, ...], NDArray[np.intp]]:
     """Return the histories of all draws that have data."""
     wanted = needed(study.seen, study.limit) | {"cycle", "operating_hours"}
-    wanted |= {one.place_kind for one in study.seen if one.place_kind}
-    wanted |= {one.clock for one in study.seen if one.clock == "mesh_cycles"}
-    wanted |= {"roll_angle" for one in study.seen if one.data.quantity == THICKNESS}
+    wanted |= {block.place_kind for block in study.seen if block.place_kind}
+    wanted |= {block.clock for block in study.seen if block.clock == "mesh_cycles"}
+    wanted |= {"roll_angle" for block in study.seen if block.data.quantity == THICKNESS}
     wanted -= {"verdict", "end_reason"}  # for people
     ids = [scene.id for scene in scenes]
     runs = read_runs(store, dict.fromkeys(ids), wanted)
-    found, which = [], []
+    read, which = [], []
     for i, (run_id, scene) in enumerate(zip(ids, scenes, strict=True)):
         if run_id not in runs:
             continue
         try:
-            found.append(history_of(runs[run_id], run_id, scene.model_dump(), study.seen, study.limit))
+            read.append(history_of(runs[run_id], run_id, scene.model_dump(), study.seen, study.limit))
             which.append(i)
         except UpdateError:
             if i == 0:
                 raise
-    if not found:
+    if not read:
         raise UpdateError(f"{study.label}: none of its {len(scenes)} runs has data")
-    return tuple(found), np.array(which, np.intp)
+    return tuple(read), np.array(which, np.intp)

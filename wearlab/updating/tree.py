@@ -31,12 +31,12 @@ def tree_of(
     replay : also the answers as after every inspection
     check : number of twins that calibrate the study
     """
-    each = [_groups(one, replay, check) for one in outcomes]
+    each = [_groups(outcome, replay, check) for outcome in outcomes]
     names = list(dict.fromkeys(name for groups in each for name in groups))
     if len(each) == 1:
         joined = each[0]
     else:
-        labels = xr.Variable("case", [one.study.label for one in outcomes], {"long_name": "case"})
+        labels = xr.Variable("case", [outcome.study.label for outcome in outcomes], {"long_name": "case"})
         joined = {
             name: xr.concat(
                 [groups.get(name, xr.Dataset()) for groups in each],
@@ -50,7 +50,7 @@ def tree_of(
             for name in names
         }
     root = xr.Dataset(attrs=_attributes(campaign, outcomes))
-    return xr.DataTree.from_dict({"/": root, **{f"/{name}": one for name, one in joined.items()}})
+    return xr.DataTree.from_dict({"/": root, **{f"/{name}": dataset for name, dataset in joined.items()}})
 
 
 def _attributes(campaign: Campaign, outcomes: Sequence[UpdateOutcome]) -> dict[str, Any]:
@@ -73,44 +73,44 @@ def _attributes(campaign: Campaign, outcomes: Sequence[UpdateOutcome]) -> dict[s
         "source_hash": source_hash(),
         "discrepancy": spec.discrepancy,
         "seed": spec.seed,
-        "same_measurements": int(len({_measurements(one) for one in outcomes}) == 1),
+        "same_measurements": int(len({_measurements(outcome) for outcome in outcomes}) == 1),
         "Conventions": "CF-1.11, ACDD-1.3",
-        **{f"notes_{n}": " | ".join(one.notes) for n, one in enumerate(outcomes) if one.notes},
+        **{f"notes_{n}": " | ".join(outcome.notes) for n, outcome in enumerate(outcomes) if outcome.notes},
     }
 
 
-def _measurements(one: UpdateOutcome) -> tuple[tuple[str, str], ...]:
-    return tuple((seen.data.label, seen.fingerprint) for seen in one.study.seen)
+def _measurements(outcome: UpdateOutcome) -> tuple[tuple[str, str], ...]:
+    return tuple((seen.data.label, seen.fingerprint) for seen in outcome.study.seen)
 
 
-def _groups(one: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Dataset]:
-    rng = np.random.default_rng([one.study.spec.seed, 1])
-    post = one.posterior
-    found = {
-        "posterior": sample(one, post, one.draws, life_from=one.answer.now),
-        "prior": sample(one, one.prior.posterior, one.prior_draws, life_from=one.answer.now),
-        "predictions": predictions(one, rng),
-        "observed_data": observed_data(one),
-        "sample_stats": statistics_of(one),
+def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Dataset]:
+    rng = np.random.default_rng([outcome.study.spec.seed, 1])
+    post = outcome.posterior
+    groups = {
+        "posterior": sample(outcome, post, outcome.draws, life_from=outcome.answer.now),
+        "prior": sample(outcome, outcome.prior.posterior, outcome.prior_draws, life_from=outcome.answer.now),
+        "predictions": predictions(outcome, rng),
+        "observed_data": observed_data(outcome),
+        "sample_stats": statistics_of(outcome),
     }
     told = [n for n, block in enumerate(post.blocks) if len(block.rows)]
     if told:
-        found["posterior_predictive"] = xr.merge(
-            [replicas(one, n, rng) for n in told], compat="override", combine_attrs="override"
+        groups["posterior_predictive"] = xr.merge(
+            [replicas(outcome, n, rng) for n in told], compat="override", combine_attrs="override"
         )
-        found["log_likelihood"] = xr.merge(
-            [pointwise(one, n) for n in told], compat="override", combine_attrs="override"
+        groups["log_likelihood"] = xr.merge(
+            [pointwise(outcome, n) for n in told], compat="override", combine_attrs="override"
         )
-    ahead = virtual_inspection(one, rng)
+    ahead = virtual_inspection(outcome, rng)
     if ahead is not None:
-        found["virtual_inspection"] = ahead
+        groups["virtual_inspection"] = ahead
     if replay:
-        again = replayed(one.study, post)
-        found["predictions"] = (
-            found["predictions"].drop_vars(list(again.data_vars), errors="ignore").merge(again)
+        again = replayed(outcome.study, post)
+        groups["predictions"] = (
+            groups["predictions"].drop_vars(list(again.data_vars), errors="ignore").merge(again)
         )
-        end = float(found["observed_data"]["observed_life"])
-        found["sample_stats"] = found["sample_stats"].merge(scored(again, end))
+        end = float(groups["observed_data"]["observed_life"])
+        groups["sample_stats"] = groups["sample_stats"].merge(scored(again, end))
     if check:
-        found["calibration"] = calibrated(one.study, post, check)
-    return found
+        groups["calibration"] = calibrated(outcome.study, post, check)
+    return groups

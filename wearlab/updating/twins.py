@@ -62,13 +62,13 @@ def twin_files(
     return texts, float(run.limit_cycle)
 
 
-def _whole(found: Sequence[MeasuredCase]) -> MeasuredCase:
+def _whole(sample: Sequence[MeasuredCase]) -> MeasuredCase:
     """Return a study with the data of all cases, each block once."""
     seen: dict[tuple[object, ...], Observed] = {}
-    for study in found:
-        for one in study.seen:
-            seen.setdefault((one.data.file, one.data.columns.value, one.data.label), one)
-    first = found[0]
+    for study in sample:
+        for block in study.seen:
+            seen.setdefault((block.data.file, block.data.columns.value, block.data.label), block)
+    first = sample[0]
     return MeasuredCase(first.label, first.scene, first.spec, first.limit, tuple(seen.values()), {})
 
 

@@ -64,8 +64,8 @@ def update(
     if known is not None:
         return known
     outcomes = [updated(campaign.title, study, store, progress, workers) for study in wanted]
-    found = tree_of(campaign, outcomes, replay=replay, check=check)
-    return keep(campaign, wanted, outcomes, found, store, replay=replay, check=check)
+    tree = tree_of(campaign, outcomes, replay=replay, check=check)
+    return keep(campaign, wanted, outcomes, tree, store, replay=replay, check=check)
 
 
 def updated(
@@ -125,7 +125,7 @@ def _again(
 def scores_of(study: MeasuredCase) -> Array:
     """Return the standard scores of a study's draws, (draws, keys)."""
     columns = [
-        scores(np.array([plain(one) for one in values]), study.costly[key])
+        scores(np.array([plain(value) for value in values]), study.costly[key])
         for key, values in study.drawn.items()
     ]
     return np.stack(columns, axis=1)

@@ -46,8 +46,8 @@ def proposed(
     normal = np.array([[STANDARD.inv_cdf(float(p)) for p in row] for row in inside])
     z = mean + normal @ np.linalg.cholesky(covariance).T
     return {
-        key: tuple(written(one.at(STANDARD.cdf(float(x))), one.unit) for x in z[:, column])
-        for column, (key, one) in enumerate(distributions.items())
+        key: tuple(written(distribution.at(STANDARD.cdf(float(x))), distribution.unit) for x in z[:, column])
+        for column, (key, distribution) in enumerate(distributions.items())
     }
 
 

@@ -29,7 +29,7 @@ def told(tree: xr.DataTree) -> list[str]:
 def answers(tree: xr.DataTree) -> list[str]:
     """Return a sentence a case: when the limit is reached, as far as the measurements tell."""
     labels = _labels(tree)
-    found = []
+    lines = []
     for label in labels:
         predictions = group(tree, "predictions", label)
         limit = predictions["limit"]
@@ -39,14 +39,14 @@ def answers(tree: xr.DataTree) -> list[str]:
         where = f" on the {limit.attrs['where']}" if limit.attrs["where"] else ""
         second = float(predictions["seconds_per_cycle"])
         rest = _last(predictions["remaining_useful_life_quantile"])
-        low, _, middle, _, high = (_time(second * float(one)) for one in rest)
+        low, _, middle, _, high = (_time(second * float(name)) for name in rest)
         day = ""
         if "end_of_life_quantile" in predictions:
             first, _, likely, _, latest_day = map(str, predictions["end_of_life_quantile"].values)
             day = f" on {likely}, with 90 % between {first} and {latest_day}:"
         text = f"{wear}{where} is reached{day} {middle} after the last inspection (90 %: {low} to {high})."
-        found.append(text if label is None else f"{label}: {text}")
-    return found
+        lines.append(text if label is None else f"{label}: {text}")
+    return lines
 
 
 def believed(tree: xr.DataTree) -> list[str]:
@@ -67,15 +67,15 @@ def _time(seconds: float) -> str:
 
 def _labels(tree: xr.DataTree) -> list[str | None]:
     predictions = tree["predictions"].to_dataset()
-    return [str(one) for one in predictions["case"].to_numpy()] if "case" in predictions.dims else [None]
+    return [str(case) for case in predictions["case"].to_numpy()] if "case" in predictions.dims else [None]
 
 
 def group(tree: xr.DataTree, name: str, label: str | None) -> xr.Dataset:
     """Return a group of one case; an empty dataset where the update has no such group."""
     if name not in tree.children:
         return xr.Dataset()
-    found = tree[name].to_dataset()
-    return found.sel(case=label) if label is not None and "case" in found.dims else found
+    dataset = tree[name].to_dataset()
+    return dataset.sel(case=label) if label is not None and "case" in dataset.dims else dataset
 
 
 def _case(tree: xr.DataTree, label: str | None) -> Iterator[str]:
@@ -133,7 +133,7 @@ def _quantiles(values: xr.DataArray) -> np.ndarray:
 
 def _line(name: str, q: np.ndarray, unit: str, hours: float = float("nan")) -> str:
     def text(scale: float, unit: str) -> str:
-        low, quarter, middle, three, high = (f"{scale * one:.4g}" for one in q)
+        low, quarter, middle, three, high = (f"{scale * value:.4g}" for value in q)
         end = f" {unit}" if unit else ""
         return f"{middle}{end} (50 %: {quarter} to {three}; 90 %: {low} to {high})"
 
@@ -225,15 +225,15 @@ def _evidence(gain: float) -> str:
     )
 
 
-def _calibration(found: xr.Dataset) -> Iterator[str]:
-    n = found.sizes["twin"]
+def _calibration(dataset: xr.Dataset) -> Iterator[str]:
+    n = dataset.sizes["twin"]
     yield f"check by {n} synthetic twins of this study:"
     for name in ("factor", "life"):
-        if f"{name}_rank" not in found:
+        if f"{name}_rank" not in dataset:
             continue
         parts = []
         for width in (50, 90):
-            share = float(found[f"{name}_coverage_{width}"])
+            share = float(dataset[f"{name}_coverage_{width}"])
             sigma = np.sqrt(width / 100 * (1 - width / 100) / n)
             verdict = "as it should" if abs(share - width / 100) <= 3.0 * sigma else "NOT AS IT SHOULD"
             parts.append(f"{width} % intervals hold the truth in {100 * share:.1f} %, {verdict}")

@@ -194,7 +194,7 @@ def _coefficients(arc: Array, half_width: Array, orders: NDArray[np.int64]) -> c
     left, right = t[:-1][inside], t[1:][inside]
     row = np.arange(len(orders))[:, None] * n + contact[:-1][inside]
     values = np.concatenate([right * plain - slope, slope - left * plain], axis=None)
-    columns = [np.broadcast_to(node[felt[one][inside]], row.shape) for one in (slice(-1), slice(1, None))]
+    columns = [np.broadcast_to(node[felt[side][inside]], row.shape) for side in (slice(-1), slice(1, None))]
     entries = (values, (np.tile(row.ravel(), 2), np.concatenate(columns, axis=None)))
     return csr_array(entries, shape=(len(orders) * n, n))
 

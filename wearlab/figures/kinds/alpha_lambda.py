@@ -12,31 +12,31 @@ from wearlab.figures.updated import Updated
 CONE = 0.2
 
 
-def _alpha_lambda(one: Updated, ask: Ask) -> Iterator[Series]:
-    predictions = one["predictions"]
+def _alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
+    predictions = update["predictions"]
     rest = predictions["remaining_useful_life_quantile"].transpose("quantile", "inspection").values
     x = predictions["inspection"].values
     held = np.isfinite(rest).all(axis=0)
     x, rest = x[held], rest[:, held]
-    truth = float(one["observed_data"]["observed_life"])
+    truth = float(update["observed_data"]["observed_life"])
     top = 2.5 * (truth if np.isfinite(truth) else float(np.nanmax(rest[2])))
     shown = np.minimum(rest, top)
-    yield area(one, x, shown[0], shown[4], CYCLES, REST)
-    yield area(one, x, shown[1], shown[3], CYCLES, REST)
-    yield line(one, x, shown[2], CYCLES, REST, "line-points", "foreseen: median, 50 and 90 %")
+    yield area(update, x, shown[0], shown[4], CYCLES, REST)
+    yield area(update, x, shown[1], shown[3], CYCLES, REST)
+    yield line(update, x, shown[2], CYCLES, REST, "line-points", "foreseen: median, 50 and 90 %")
     if np.isfinite(truth):
         ends = np.array([x[0], truth])
         for share in (1.0 - CONE, 1.0, 1.0 + CONE):
-            yield line(one, ends, share * (truth - ends), CYCLES, REST, "reference", "what came, ±20 %")
-    for (text, rule), look in zip(_simple(one, x).items(), ("dashed", "dash-dot"), strict=False):
+            yield line(update, ends, share * (truth - ends), CYCLES, REST, "reference", "what came, ±20 %")
+    for (text, rule), look in zip(_simple(update, x).items(), ("dashed", "dash-dot"), strict=False):
         ok = np.isfinite(rule) & (rule >= 0.0)
         if ok.any():
-            yield line(one, x[ok], np.minimum(rule[ok], top), CYCLES, REST, look, text)
+            yield line(update, x[ok], np.minimum(rule[ok], top), CYCLES, REST, look, text)
 
 
-def _simple(one: Updated, inspections: Array) -> dict[str, Array]:
+def _simple(update: Updated, inspections: Array) -> dict[str, Array]:
     """Return the remaining life by the ratio of wear to cycles, and by a line through three points."""
-    observed, limit = one["observed_data"], one["predictions"]["limit"]
+    observed, limit = update["observed_data"], update["predictions"]["limit"]
     name = next((str(n) for n in observed.data_vars if str(n).startswith(limit.attrs["quantity"])), None)
     if name is None:
         return {}

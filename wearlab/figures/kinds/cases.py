@@ -38,27 +38,27 @@ def listed(series: list[Series]) -> list[Series]:
     ------
     FigureError : more names than can be read
     """
-    names = tuple(dict.fromkeys(one.key["run"].text for one in series))
+    names = tuple(dict.fromkeys(curve.key["run"].text for curve in series))
     if len(names) > MOST:
         raise FigureError(
             f"cases: {len(names)} runs cannot be told by name (at most {MOST}): narrow them with select, or "
             "take histogram or scatter"
         )
     groups: dict[tuple[tuple[str, Label], ...], list[Series]] = {}
-    for one in series:
-        key = tuple((dim, label) for dim, label in one.key.items() if dim != "run")
-        groups.setdefault(key, []).append(one)
-    found = []
+    for curve in series:
+        key = tuple((dim, label) for dim, label in curve.key.items() if dim != "run")
+        groups.setdefault(key, []).append(curve)
+    rows = []
     for key, group in groups.items():
-        places = np.array([1.0 + names.index(one.key["run"].text) for one in group])
-        values = np.concatenate([one.x for one in group])
-        found.append(replace(group[0], key=dict(key), x=values, y=places, names=names))
+        places = np.array([1.0 + names.index(curve.key["run"].text) for curve in group])
+        values = np.concatenate([curve.x for curve in group])
+        rows.append(replace(group[0], key=dict(key), x=values, y=places, names=names))
     if len(groups) == 1 and len(names) > 1:
         ends = np.array([0.5, len(names) + 0.5])
-        first = found[0]
+        first = rows[0]
         level = np.full(2, first.x[0])
-        found.append(replace(first, key={}, x=level, y=ends, look="reference", text=names[0]))
-    return found
+        rows.append(replace(first, key={}, x=level, y=ends, look="reference", text=names[0]))
+    return rows
 
 
 CASES = Kind(

@@ -94,13 +94,13 @@ def _kept(key: Mapping[str, Label], ask: Ask) -> dict[str, Label]:
 
 def _samples(series: list[Series]) -> list[list[Series]]:
     groups: dict[tuple[object, ...], list[Series]] = {}
-    for one in series:
-        groups.setdefault(tuple(sorted(one.key.items())), []).append(one)
+    for curve in series:
+        groups.setdefault(tuple(sorted(curve.key.items())), []).append(curve)
     return list(groups.values())
 
 
 def _values(group: Sequence[Series]) -> Array:
-    values = np.concatenate([one.x for one in group])
+    values = np.concatenate([curve.x for curve in group])
     held = values[np.isfinite(values)]
     if len(held) < FEWEST:
         raise FigureError(f"a distribution needs at least {FEWEST} runs; there are {len(held)}")
@@ -110,29 +110,29 @@ def _values(group: Sequence[Series]) -> Array:
 def _histograms(series: list[Series]) -> list[Series]:
     """Return the outline of every sample, its quantiles as marks and their confidence above it."""
     groups = _samples(series)
-    found: list[Series] = []
+    curves: list[Series] = []
     for group in groups:
         values, first = _values(group), group[0]
         edges, counts = histogram(values)
         x, y = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])
-        found.append(Series(first.key, x, y, first.across, COUNT, "area"))
+        curves.append(Series(first.key, x, y, first.across, COUNT, "area"))
         for probability in QUANTILES:
-            found += _quantile(values, probability, float(counts.max()), first, marked=len(groups) == 1)
-    return found
+            curves += _quantile(values, probability, float(counts.max()), first, marked=len(groups) == 1)
+    return curves
 
 
 def _quantile(values: Array, probability: float, top: float, first: Series, *, marked: bool) -> list[Series]:
     """Return the line of a quantile, the strip of its confidence over the bars, its name above the panel."""
-    found, name = quantile(values, probability), f"{100 * probability:g} %"
-    band = np.array([found.low, found.low, found.high, found.high])
+    mark, name = quantile(values, probability), f"{100 * probability:g} %"
+    band = np.array([mark.low, mark.low, mark.high, mark.high])
     sides = top * np.array([STRIP[0], STRIP[1], STRIP[1], STRIP[0]])
-    marks = (Mark(found.value, name),) if marked else ()
-    said = f"{name}: {_said(found, first.across.units)}" if marked else ""
+    marks = (Mark(mark.value, name),) if marked else ()
+    said = f"{name}: {_said(mark, first.across.units)}" if marked else ""
     return [
         Series(first.key, band, sides, first.across, COUNT, "area", said),
         Series(
             first.key,
-            np.full(2, found.value),
+            np.full(2, mark.value),
             np.array([0.0, sides[1]]),
             first.across,
             COUNT,
@@ -142,10 +142,10 @@ def _quantile(values: Array, probability: float, top: float, first: Series, *, m
     ]
 
 
-def _said(found: Quantile, units: str) -> str:
+def _said(marked: Quantile, units: str) -> str:
     """Return a quantile and its interval in words, large counts in thousands or millions."""
-    power = 0 if units != "1" or found.value < 1e4 else 3 if found.value < 1e6 else 6
-    value, low, high = (f"{one / 10**power:.3g}" for one in found)
+    power = 0 if units != "1" or marked.value < 1e4 else 3 if marked.value < 1e6 else 6
+    value, low, high = (f"{one / 10**power:.3g}" for one in marked)
     return f"{value} ({low}–{high}){joined(units) if units != '1' else COUNT_WORDS[power]}"
 
 
@@ -157,21 +157,21 @@ def _probabilities(series: list[Series]) -> list[Series]:
     """
     from scipy.stats import beta, norm
 
-    found: list[Series] = []
+    curves: list[Series] = []
     for group in _samples(series):
         values, first = np.sort(_values(group)), group[0]
         n = len(values)
         rank = np.arange(1, n + 1)
         scores = norm.ppf((rank - 0.5) / n)
-        found.append(Series(first.key, np.log10(values), scores, _logarithm(first.across), SCORE, "dots"))
+        curves.append(Series(first.key, np.log10(values), scores, _logarithm(first.across), SCORE, "dots"))
         logs = np.log10(values)
         mean, spread = float(logs.mean()), float(logs.std(ddof=1))
         limits = [mean + spread * norm.ppf(beta.ppf(p, rank, n + 1 - rank)) for p in (TAIL, 1.0 - TAIL)]
         outline = np.concatenate([limits[0], limits[1][::-1]]), np.concatenate([scores, scores[::-1]])
         ends = scores[[0, -1]]
-        found.append(Series(first.key, *outline, _logarithm(first.across), SCORE, "area"))
-        found.append(Series(first.key, mean + spread * ends, ends, _logarithm(first.across), SCORE, "line"))
-    return found
+        curves.append(Series(first.key, *outline, _logarithm(first.across), SCORE, "area"))
+        curves.append(Series(first.key, mean + spread * ends, ends, _logarithm(first.across), SCORE, "line"))
+    return curves
 
 
 def _logarithm(scale: Scale) -> Scale:
@@ -194,12 +194,12 @@ def _bands(series: list[Series]) -> list[Series]:
     Between its wear states a run is taken as straight. A line ends where it would tell the value of a run
     that has ended; a remaining life ends at zero.
     """
-    found: list[Series] = []
+    curves: list[Series] = []
     for group in _samples(series):
         if len(group) < FEWEST:
             raise FigureError(f"a distribution needs at least {FEWEST} runs; there are {len(group)}")
-        found += banded(group, getattr(group[0], "ended", "gone"))
-    return found
+        curves += banded(group, getattr(group[0], "ended", "gone"))
+    return curves
 
 
 def _kind(

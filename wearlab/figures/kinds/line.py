@@ -24,9 +24,15 @@ def _line(run: Run, ask: Ask) -> Iterator[Series]:
     for order, name in enumerate(ask.y):
         if name in run.data:
             extra = {"variable": Label(float(order), name)} if several else {}
-            for one in _curves(run, name, ask):
+            for curve in _curves(run, name, ask):
                 yield Series(
-                    {**one.key, **extra}, one.x, one.y, one.across, one.up, one.look, marks=one.marks
+                    {**curve.key, **extra},
+                    curve.x,
+                    curve.y,
+                    curve.across,
+                    curve.up,
+                    curve.look,
+                    marks=curve.marks,
                 )
 
 
@@ -94,11 +100,11 @@ def joined(series: list[Series], axis: str) -> list[Series]:
 
     Points whose places were drawn at random stay points.
     """
-    series = [replace(one, key={k: v for k, v in one.key.items() if k != axis}) for one in series]
+    series = [replace(curve, key={k: v for k, v in curve.key.items() if k != axis}) for curve in series]
     groups: dict[tuple[object, ...], list[Series]] = {}
-    for one in series:
-        groups.setdefault((tuple(sorted(one.key.items())), one.up, one.look), []).append(one)
-    places = np.concatenate([one.x for one in series])
+    for curve in series:
+        groups.setdefault((tuple(sorted(curve.key.items())), curve.up, curve.look), []).append(curve)
+    places = np.concatenate([curve.x for curve in series])
     if not np.isfinite(places).any():
         raise FigureError(
             f'x = {axis!r} has names, not numbers: kind = "cases" draws a number beside each name'
@@ -109,7 +115,7 @@ def joined(series: list[Series], axis: str) -> list[Series]:
 
 def _join(group: list[Series], ends: Array) -> Series:
     first = group[0]
-    x, y = (np.concatenate([getattr(one, side) for one in group]) for side in ("x", "y"))
+    x, y = (np.concatenate([getattr(curve, side) for curve in group]) for side in ("x", "y"))
     if np.isnan(x).all():
         return Series(first.key, ends, np.full(2, y[0]), first.across, first.up, "line")
     held = np.isfinite(x) & np.isfinite(y)

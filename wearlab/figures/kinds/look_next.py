@@ -9,11 +9,11 @@ from wearlab.figures.updated import Updated
 from wearlab.figures.wording import Label
 
 
-def _look_next(one: Updated, ask: Ask) -> Iterator[Series]:
-    data = one["virtual_inspection"]
+def _look_next(update: Updated, ask: Ask) -> Iterator[Series]:
+    data = update["virtual_inspection"]
     up = Scale("expected width of the 90 % interval of the remaining life, over that now", "1")
     for k, sd in enumerate(data["instrument"].values):
-        key = {**one.key, "instrument": Label(float(sd), f"{float(sd):g} × the error")}
+        key = {**update.key, "instrument": Label(float(sd), f"{float(sd):g} × the error")}
         y = data["expected_width"].transpose("instrument", "look").values[k]
         yield Series(key, data["look"].values, y, CYCLES, up, "line-points")
 

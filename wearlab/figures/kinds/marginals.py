@@ -11,16 +11,16 @@ from wearlab.figures.updated import Updated
 from wearlab.figures.wording import Label
 
 
-def _marginals(one: Updated, ask: Ask) -> Iterator[Series]:
-    for name in unknowns_of(one["posterior"], ask):
+def _marginals(update: Updated, ask: Ask) -> Iterator[Series]:
+    for name in unknowns_of(update["posterior"], ask):
         for group, look in (("prior", "reference"), ("posterior", "line")):
-            values, across = logs(one[group][name])
+            values, across = logs(update[group][name])
             values = values[np.isfinite(values)]
             if len(values) < 2:
                 continue
             x, y = density(values)
             y = y / y.max()
-            key = {**one.key, "variable": Label(name, words(name))}
+            key = {**update.key, "variable": Label(name, words(name))}
             if look == "line":
                 outline = np.concatenate([x, x[::-1]]), np.concatenate([y, np.zeros_like(y)])
                 yield Series(key, *outline, across, DENSITY, "area")

@@ -61,20 +61,20 @@ def _together(series: list[Series]) -> list[Series]:
             place = tuple(sorted(item for item in one.key.items() if item[0] != "order"))
             frequencies.setdefault(place, []).append(float(one.y[0]))
     some = list(frequencies.values())
-    alike = all(len(one) == len(some[0]) and np.allclose(one, some[0], rtol=ALIKE) for one in some)
+    alike = all(len(curve) == len(some[0]) and np.allclose(curve, some[0], rtol=ALIKE) for curve in some)
     if not alike and len(some) <= MOST_APART:
         return series
-    found: dict[object, Series] = {}
+    by_mode: dict[object, Series] = {}
     longest = sorted(series, key=lambda one: -float(one.x[-1]))
     for one in longest:
         key = {name: label for name, label in one.key.items() if name == "order"}
         same = (tuple(key), tuple(key.values()), one.text, *(f"{x:.6g}" for x in one.y))
-        found.setdefault(same if one.look != "points" else id(one), replace(one, key=key))
+        by_mode.setdefault(same if one.look != "points" else id(one), replace(one, key=key))
     lines: dict[Label, Series] = {}
-    for one in found.values():
+    for one in by_mode.values():
         if "order" in one.key:
             lines.setdefault(one.key["order"], one)
-    others = [one for one in found.values() if "order" not in one.key]
+    others = [one for one in by_mode.values() if "order" not in one.key]
     return [*(lines[order] for order in sorted(lines)), *others]
 
 

@@ -12,13 +12,13 @@ from wearlab.figures.wording import Label
 MOST_DOTS = 1500
 
 
-def _pairs(one: Updated, ask: Ask) -> Iterator[Series]:
-    data = one["posterior"]
+def _pairs(update: Updated, ask: Ask) -> Iterator[Series]:
+    data = update["posterior"]
     names = [name for name in unknowns_of(data, ask) if name != "life"]
     names = names if len(names) > 1 else ["factor", "life"]
     for a, b in combinations(names, 2):
         (x, across), (y, up) = logs(data[a]), logs(data[b])
-        key = {**one.key, "variable": Label(f"{a}, {b}", f"{words(a)}, {words(b)}")}
+        key = {**update.key, "variable": Label(f"{a}, {b}", f"{words(a)}, {words(b)}")}
         yield Series(key, x[:MOST_DOTS], y[:MOST_DOTS], across, up, "dots")
 
 

@@ -15,8 +15,8 @@ from wearlab.units import convert
 AHEAD = 1.5  # times the limit up to which a fan is drawn
 
 
-def _fan(one: Updated, ask: Ask) -> Iterator[Series]:
-    predictions = one["predictions"]
+def _fan(update: Updated, ask: Ask) -> Iterator[Series]:
+    predictions = update["predictions"]
     name = ask.y[0] if ask.y else str(predictions["limit"].attrs["quantity"])
     if f"{name}_quantile" not in predictions:
         raise FigureError(
@@ -35,20 +35,20 @@ def _fan(one: Updated, ask: Ask) -> Iterator[Series]:
     for row in before[[0, 2, 4]]:
         held = row <= top
         if held.sum() > 1:
-            yield line(one, x[held], row[held], CYCLES, up, "reference", "before: median, 5 and 95 %")
+            yield line(update, x[held], row[held], CYCLES, up, "reference", "before: median, 5 and 95 %")
     clipped = np.minimum(q, top)
-    yield area(one, x, clipped[0], clipped[4], CYCLES, up)
-    yield area(one, x, clipped[1], clipped[3], CYCLES, up)
+    yield area(update, x, clipped[0], clipped[4], CYCLES, up)
+    yield area(update, x, clipped[1], clipped[3], CYCLES, up)
     held = q[2] <= top
-    yield line(one, x[held], q[2][held], CYCLES, up, text="now: median, 50 and 90 %")
+    yield line(update, x[held], q[2][held], CYCLES, up, text="now: median, 50 and 90 %")
     if limit is not None:
-        yield line(one, x[[0, -1]], np.full(2, limit), CYCLES, up, "level", "limit")
-    yield from _measured(one, name, scale, up)
+        yield line(update, x[[0, -1]], np.full(2, limit), CYCLES, up, "level", "limit")
+    yield from _measured(update, name, scale, up)
 
 
-def _measured(one: Updated, name: str, scale: float, up: Scale) -> Iterator[Series]:
+def _measured(update: Updated, name: str, scale: float, up: Scale) -> Iterator[Series]:
     """Yield measurements of a quantity with bars of one standard error."""
-    observed = one["observed_data"]
+    observed = update["observed_data"]
     for block in map(str, observed.data_vars):
         if not block.startswith(name) or f"sd_{block}" not in observed:
             continue
@@ -57,8 +57,8 @@ def _measured(one: Updated, name: str, scale: float, up: Scale) -> Iterator[Seri
         for at, value, error in zip(x, y, sd, strict=True):
             if np.isfinite(value):
                 bar = np.array([value - error, value + error])
-                yield line(one, np.full(2, at), bar, CYCLES, up, "hairline")
-        yield line(one, x, y, CYCLES, up, "points")
+                yield line(update, np.full(2, at), bar, CYCLES, up, "hairline")
+        yield line(update, x, y, CYCLES, up, "points")
 
 
 POSTERIOR_FAN = update_kind(

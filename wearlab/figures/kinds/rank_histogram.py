@@ -14,16 +14,16 @@ BINS = 10
 BAND = 0.95
 
 
-def _ranks(one: Updated, ask: Ask) -> Iterator[Series]:
+def _ranks(update: Updated, ask: Ask) -> Iterator[Series]:
     from scipy.stats import binom
 
-    data = one["calibration"]
+    data = update["calibration"]
     for name in ("factor", "life"):
         if f"{name}_rank" not in data:
             continue
         ranks = finite(data[f"{name}_rank"])
         counts, edges = np.histogram(ranks, BINS, (0.0, 1.0))
-        key = {**one.key, "variable": Label(name, name)}
+        key = {**update.key, "variable": Label(name, name)}
         across = Scale(f"posterior probability of a smaller {name} than the true one", "1")
         up = Scale("twins", "1")
         x, y = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])

@@ -11,20 +11,20 @@ from wearlab.figures.plot import Mark, Series
 from wearlab.figures.updated import Updated, finite
 
 
-def _remaining(one: Updated, ask: Ask) -> Iterator[Series]:
+def _remaining(update: Updated, ask: Ask) -> Iterator[Series]:
     from wearlab.updating.words import latest
 
-    rest = finite(one["posterior"]["remaining_useful_life"])
+    rest = finite(update["posterior"]["remaining_useful_life"])
     x, y = density(rest)
     y = y / y.max()
-    yield area(one, x, np.zeros_like(y), y, REST, DENSITY)
-    yield line(one, x, y, REST, DENSITY)
-    last = latest(one["predictions"]["remaining_useful_life_quantile"])
-    days = one["predictions"].get("end_of_life_quantile")
+    yield area(update, x, np.zeros_like(y), y, REST, DENSITY)
+    yield line(update, x, y, REST, DENSITY)
+    last = latest(update["predictions"]["remaining_useful_life_quantile"])
+    days = update["predictions"].get("end_of_life_quantile")
     for n, (p, at) in enumerate(zip(last["quantile"].values, last.values, strict=True)):
         if p in (0.05, 0.5, 0.95) and np.isfinite(at):
             text = "5, 50 and 95 %"
-            level = line(one, np.full(2, at), np.array([0.0, 1.05]), REST, DENSITY, "level", text)
+            level = line(update, np.full(2, at), np.array([0.0, 1.05]), REST, DENSITY, "level", text)
             marks = () if days is None else (Mark(float(at), str(days.values[n])),)
             yield replace(level, marks=marks)
 

@@ -11,10 +11,10 @@ from wearlab.figures.updated import Updated
 from wearlab.figures.wording import Label
 
 
-def _residuals(one: Updated, ask: Ask) -> Iterator[Series]:
-    for name in map(str, one["posterior_predictive"].data_vars):
-        x, y = _left_over(one, name)
-        key = {**one.key, "variable": Label(name, words(name))}
+def _residuals(update: Updated, ask: Ask) -> Iterator[Series]:
+    for name in map(str, update["posterior_predictive"].data_vars):
+        x, y = _left_over(update, name)
+        key = {**update.key, "variable": Label(name, words(name))}
         up = Scale(f"{words(name)}: what is left over, in standard deviations", "1")
         yield Series(key, x, y, CYCLES, up, "points")
         for level in (-2.0, 0.0, 2.0):
@@ -24,16 +24,16 @@ def _residuals(one: Updated, ask: Ask) -> Iterator[Series]:
             )
 
 
-def _left_over(one: Updated, name: str) -> tuple[Array, Array]:
+def _left_over(update: Updated, name: str) -> tuple[Array, Array]:
     """Return cycles and what is left over there, in standard deviations.
 
     Wear that strays by itself explains every value: there, what those before an inspection led to expect.
     """
-    observed, stats = one["observed_data"], one["sample_stats"]
+    observed, stats = update["observed_data"], update["sample_stats"]
     if observed[name].attrs.get("accumulating", 0) and f"surprise_{name}" in stats:
         x, y = stats[f"cycle_{name}"].values, stats[f"surprise_{name}"].values
         return x[np.isfinite(y)], y[np.isfinite(y)]
-    made = one["posterior_predictive"][name].values
+    made = update["posterior_predictive"][name].values
     made = made.reshape(-1, made.shape[-1])
     held = np.isfinite(observed[name].values) & np.isfinite(made).any(axis=0)
     middle, spread = np.nanmean(made[:, held], axis=0), np.nanstd(made[:, held], axis=0)

@@ -63,21 +63,21 @@ def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale]:
 def _gathered(series: list[Series]) -> list[Series]:
     """Join the points that nothing tells apart; a case without a place on x becomes a level."""
     groups: dict[tuple[object, ...], list[Series]] = {}
-    for one in series:
-        groups.setdefault(tuple(sorted(one.key.items())), []).append(one)
+    for curve in series:
+        groups.setdefault(tuple(sorted(curve.key.items())), []).append(curve)
     look: Look = "dots" if len(series) > MANY else "points"
-    places = np.concatenate([one.x for one in series])
+    places = np.concatenate([curve.x for curve in series])
     placed = places[np.isfinite(places)]
-    found = []
+    gathered = []
     for group in groups.values():
-        x, y = (np.concatenate([getattr(one, side) for one in group]) for side in ("x", "y"))
+        x, y = (np.concatenate([getattr(curve, side) for curve in group]) for side in ("x", "y"))
         if placed.size and np.isnan(x).all():
             ends = np.array([placed.min(), placed.max()])
-            found += [replace(group[0], x=ends, y=np.full(2, level), look="line") for level in y]
+            gathered += [replace(group[0], x=ends, y=np.full(2, level), look="line") for level in y]
             continue
         held = np.isfinite(x) & np.isfinite(y)
-        found.append(replace(group[0], x=x[held], y=y[held], look=look))
-    return found
+        gathered.append(replace(group[0], x=x[held], y=y[held], look=look))
+    return gathered
 
 
 def _polyline(run: Run, ask: Ask) -> Iterator[Series]:
@@ -105,7 +105,7 @@ def _head(run: Run, name: str) -> str:
 
 def _ranged(series: list[Series]) -> list[Series]:
     """Put every axis on its own range; its words and its ends stand above it."""
-    table = np.array([one.y for one in series])
+    table = np.array([curve.y for curve in series])
     low, high = table.min(axis=0), table.max(axis=0)
     width = np.where(high > low, high - low, 1.0)
     marks = tuple(
@@ -113,7 +113,7 @@ def _ranged(series: list[Series]) -> list[Series]:
         for mark, a, b in zip(series[0].marks, low, high, strict=True)
         for words, _, units in [mark.text.partition("|")]
     )
-    return [replace(one, y=(one.y - low) / width, up=SHARE, marks=marks) for one in series]
+    return [replace(curve, y=(curve.y - low) / width, up=SHARE, marks=marks) for curve in series]
 
 
 SCATTER = Kind(

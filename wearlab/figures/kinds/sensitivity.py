@@ -59,8 +59,8 @@ def ranked(series: list[Series]) -> list[Series]:
     FigureError : nothing varies
     """
     cases: dict[str, list[float]] = defaultdict(list)
-    for one in series:
-        cases[one.key["influence"].text].append(float(one.x[0]))
+    for curve in series:
+        cases[curve.key["influence"].text].append(float(curve.x[0]))
     base = cases.pop("", [])
     if len(base) == 0 and len(cases) > 1 and any(len(v) > 1 for v in cases.values()):
         # one case without a colon in its name is the base of the others
@@ -68,7 +68,7 @@ def ranked(series: list[Series]) -> list[Series]:
         base = cases.pop(alone[0]) if alone else []
     level = [float(np.mean(base))] if base else []
     groups = {what: np.sort(values + level) for what, values in cases.items()}
-    groups |= _of_axes([one for one in series if not one.key["influence"].text])
+    groups |= _of_axes([curve for curve in series if not curve.key["influence"].text])
     groups = {what: values for what, values in groups.items() if len(values) > 1}
     if not groups:
         raise FigureError(
@@ -77,39 +77,39 @@ def ranked(series: list[Series]) -> list[Series]:
         )
     order = sorted(groups, key=lambda what: np.ptp(groups[what]), reverse=True)
     first = series[0]
-    found = [
+    ranks = [
         Series(
             {}, groups[what], np.full(len(groups[what]), float(rank)), first.across, RANK, "line-points",
-            names=tuple(one.replace("_", " ") for one in order),
+            names=tuple(curve.replace("_", " ") for curve in order),
         )
         for rank, what in enumerate(order, 1)
     ]  # fmt: skip
     if level:
         ends = np.array([0.5, len(order) + 0.5])
         words = "base" if len(base) == 1 else "mean of the base runs"
-        found.append(Series({}, np.full(2, level[0]), ends, first.across, RANK, "reference", words))
-    return found
+        ranks.append(Series({}, np.full(2, level[0]), ends, first.across, RANK, "reference", words))
+    return ranks
 
 
 def _of_axes(outcomes: Sequence[Series]) -> dict[str, Array]:
     """Return the mean results along every axis and every key that advances with one."""
-    values = np.array([float(one.x[0]) for one in outcomes])
-    places = [one.places for one in outcomes if isinstance(one, Dependence)]
+    values = np.array([float(outcome.x[0]) for outcome in outcomes])
+    places = [outcome.places for outcome in outcomes if isinstance(outcome, Dependence)]
     if len(places) < len(outcomes) or not places:
         return {}
-    found = {}
+    spread = {}
     for name in dict.fromkeys(name for place in places for name in place):
         at = [place.get(name) for place in places]
         distinct = list(dict.fromkeys(at))
         if len(distinct) < 2 or (len(distinct) == len(at) and name in ("seed", "sample", "run")):
             continue
         if len(distinct) <= MOST_PLACES or any(isinstance(x, str) for x in distinct):
-            means = [values[[x == one for x in at]].mean() for one in distinct]
+            means = [values[[x == curve for x in at]].mean() for curve in distinct]
         else:
             bins = min(MOST_BINS, len(values) // LEAST_IN_BIN)
             means = [values[some].mean() for some in np.array_split(np.argsort(np.array(at, float)), bins)]
-        found[name] = np.sort(np.array(means, float))
-    return found
+        spread[name] = np.sort(np.array(means, float))
+    return spread
 
 
 SENSITIVITY = Kind(

@@ -27,14 +27,14 @@ class Equivalent:
 
     wohler_slope: float
 
-    def at_nodes(self, one: "Touching", static: "Quasistatic", force: "Forces") -> "Array":
+    def at_nodes(self, flanks: "Touching", static: "Quasistatic", force: "Forces") -> "Array":
         """Return the force on a pair at every node, (1, n) [N]."""
         from wearlab.life.load import equivalent_force
 
-        analysis = one.analysis
+        analysis = flanks.analysis
         equivalent = equivalent_force(analysis, force.weight, force.elastic, self.wohler_slope)
         loads = np.full(len(static.deflection), equivalent)
-        state = analysis.quasistatic(one.nodes, analysis.at_nodes, loads)
+        state = analysis.quasistatic(flanks.nodes, analysis.at_nodes, loads)
         return analysis.force_at_nodes(state.force)[None]
 
 

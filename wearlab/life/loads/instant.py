@@ -20,9 +20,9 @@ class Instant:
 
     moving: ClassVar[bool] = True
 
-    def at_nodes(self, one: "Touching", static: "Quasistatic", force: "Forces") -> "Array":
+    def at_nodes(self, flanks: "Touching", static: "Quasistatic", force: "Forces") -> "Array":
         """Return the force on a pair at every node, (n_rows, n) [N]."""
-        return np.stack([one.analysis.force_at_nodes(pair) for pair in force.pair])
+        return np.stack([flanks.analysis.force_at_nodes(pair) for pair in force.pair])
 
 
 class InstantLoad(LoadModel):

@@ -19,9 +19,9 @@ class Static:
 
     moving: ClassVar[bool] = False
 
-    def at_nodes(self, one: "Touching", static: "Quasistatic", force: "Forces") -> "Array":
+    def at_nodes(self, flanks: "Touching", static: "Quasistatic", force: "Forces") -> "Array":
         """Return the force on a pair at every node, (1, n) [N]."""
-        return one.analysis.force_at_nodes(static.force)[None]
+        return flanks.analysis.force_at_nodes(static.force)[None]
 
 
 class StaticLoad(LoadModel):

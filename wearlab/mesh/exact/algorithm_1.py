@@ -47,7 +47,7 @@ def algorithm_1(
     gamma1, R1, lam1 = local_points(pair, 0, driving, s)
     gamma2, R2, lam2 = local_points(pair, 1, driven, s)
     side = driving.side * driven.side
-    found = FlankContact(s.copy(), *(np.full(points, np.nan) for _ in range(3)))
+    touching = FlankContact(s.copy(), *(np.full(points, np.nan) for _ in range(3)))
     for begin in range(0, points, BLOCK):
         rows = np.arange(begin, min(begin + BLOCK, points))
         turned = gamma2 + lam2 - lam1[rows, None]
@@ -60,7 +60,7 @@ def algorithm_1(
         # line 11, the line of centres as the driving tooth sees it, counted counter-clockwise
         phi1 = -np.arctan2(driven.side * u[at], driven.side * n[at])
         phi2 = phi1 + lam2[at[1]] - lam1[rows]
-        found.driven[rows] = s[at[1]]
-        found.x_driving[rows] = position_of(pair, 0, driving.side * phi1)
-        found.x_driven[rows] = position_of(pair, 1, driven.side * phi2)
-    return found
+        touching.driven[rows] = s[at[1]]
+        touching.x_driving[rows] = position_of(pair, 0, driving.side * phi1)
+        touching.x_driven[rows] = position_of(pair, 1, driven.side * phi2)
+    return touching

@@ -174,8 +174,8 @@ class DisplacementBeyond:
         removed = wear + self.flanks.modification
         gap = self.flanks.grid.beyond(removed.sum(axis=0))
         for part, one in self.corners:
-            found = one.gap(removed)
-            gap[part] += found[:-1] - found[-1]
+            least = one.gap(removed)
+            gap[part] += least[:-1] - least[-1]
         return gap
 
 
@@ -197,11 +197,11 @@ class AlgorithmOneGaps(MeetingGaps):
 
         Between the points found it is interpolated; beyond the last of them their points and gap are kept.
         """
-        found = algorithm_1(self.flanks.pair, *self.flanks.worn(wear), self.points)
-        have = np.flatnonzero(np.isfinite(found.gap))
-        order = have[np.argsort(found.x_driving[have])]
-        at = found.x_driving[order]
+        touching = algorithm_1(self.flanks.pair, *self.flanks.worn(wear), self.points)
+        have = np.flatnonzero(np.isfinite(touching.gap))
+        order = have[np.argsort(touching.x_driving[have])]
+        at = touching.x_driving[order]
         first, second, gap = (
-            np.interp(x, at, values[order]) for values in (found.driving, found.driven, found.gap)
+            np.interp(x, at, values[order]) for values in (touching.driving, touching.driven, touching.gap)
         )
         return FlankContact(first, second, x, x - gap)

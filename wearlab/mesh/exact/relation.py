@@ -70,13 +70,13 @@ def mesh_relation(gaps: MeetingGaps, wear: Array, phase: Array, numbers: NDArray
     pair, reach = gaps.flanks.pair, gaps.flanks.grid.touching
     x = pair.path.A + (phase + np.asarray(numbers)[:, None]) * pair.base_pitch
     near = (x >= reach[0]) & (x <= reach[-1])
-    found = gaps.contact(wear, x[near])
+    touching = gaps.contact(wear, x[near])
     driving, driven, x_driven, gap = (np.full(x.shape, fill) for fill in (np.nan, np.nan, np.nan, np.inf))
     driving[near], driven[near], x_driven[near], gap[near] = (
-        found.driving,
-        found.driven,
-        found.x_driven,
-        found.gap,
+        touching.driving,
+        touching.driven,
+        touching.x_driven,
+        touching.gap,
     )
     return MeshRelation(
         np.stack([contact_angle(pair, i, where) for i, where in enumerate((driving, driven))]),
@@ -134,9 +134,9 @@ def lone_ranges(flanks: WornFlanks, wear: Array) -> tuple[Array, Array]:
         _where_partners_end(worn, position[inside], position[min(max(outside, 0), LONE_POINTS - 1)])
         for inside, outside in ((have[0], have[0] - 1), (have[-1], have[-1] + 1))
     ]
-    found = tangency(*worn, np.array(ends))
-    touched = [contact_angle(pair, i, s) for i, s in enumerate((found.driving, found.driven))]
-    turned = [rotation_angle(pair, i, x) for i, x in enumerate((found.x_driving, found.x_driven))]
+    touching = tangency(*worn, np.array(ends))
+    touched = [contact_angle(pair, i, s) for i, s in enumerate((touching.driving, touching.driven))]
+    turned = [rotation_angle(pair, i, x) for i, x in enumerate((touching.x_driving, touching.x_driven))]
     return np.stack(touched), np.stack(turned)
 
 
@@ -168,12 +168,12 @@ def single_share(flanks: WornFlanks, wear: Array, threshold: float) -> float:
     Y23, the multi-tooth mesh rule of 3.2.1.
     """
     pair, worn = flanks.pair, flanks.worn(wear)
-    found = tangency(*worn, np.linspace(pair.path.A, pair.path.E, LONE_POINTS))
-    alone = found.x_driving[np.isfinite(found.gap)]
+    touching = tangency(*worn, np.linspace(pair.path.A, pair.path.E, LONE_POINTS))
+    alone = touching.x_driving[np.isfinite(touching.gap)]
     if not len(alone):
         return float("nan")
     phase = (np.arange(SHARE_PHASES) + 0.5) / SHARE_PHASES
-    numbers = np.arange(-1, flanks.grid.stages + 1)
+    numbers = np.arange(-1, flanks.grid.most_pairs + 1)
     x = pair.path.A + (phase + numbers[:, None]) * pair.base_pitch
     near = (x >= alone.min()) & (x <= alone.max())
     gap = np.full(x.shape, np.inf)

@@ -106,18 +106,18 @@ def pair_compliance(
     that one is out of the path
     """
     s = np.asarray(position, dtype=float)
-    found = solved or tuple(gear_compliance(gear, options) for gear in pair.gears)
+    compliances = solved or tuple(gear_compliance(gear, options) for gear in pair.gears)
     own, shared = np.zeros(len(s)), np.zeros((pairs - 1, len(s)))
-    for index, (gear, one) in enumerate(zip(pair.gears, found, strict=True)):
+    for index, (gear, compliance) in enumerate(zip(pair.gears, compliances, strict=True)):
         flank = LoadedFlank(gear)
-        here = one.weights(flank.parameter(pair.radius(index, s)))
-        own += here @ one.own / gear.face_width
+        here = compliance.weights(flank.parameter(pair.radius(index, s)))
+        own += here @ compliance.own / gear.face_width
         for apart in range(1, pairs):
             ahead = s + apart * pair.base_pitch
             inside = ahead <= pair.path.E + recess + DISTANCE_SLACK * pair.base_pitch
             touched = np.minimum(ahead[inside], pair.path.E) if recess else ahead[inside]
-            there = one.weights(flank.parameter(pair.radius(index, touched)))
-            both = _across(one, apart, here[inside], there, leads=index == DRIVING)
+            there = compliance.weights(flank.parameter(pair.radius(index, touched)))
+            both = _across(compliance, apart, here[inside], there, leads=index == DRIVING)
             shared[apart - 1, inside] += both / gear.face_width
     return own, shared
 

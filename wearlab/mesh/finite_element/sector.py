@@ -45,8 +45,8 @@ class Sector:
             on &= np.isclose(across, u)
         if v is not None:
             on &= np.isclose(along, v)
-        found = np.flatnonzero(on)
-        return found[np.argsort(along[found] if u is not None else across[found])]
+        numbers = np.flatnonzero(on)
+        return numbers[np.argsort(along[numbers] if u is not None else across[numbers])]
 
 
 def mesh_lines(chart: Chart, refinement: int) -> tuple[Array, Array]:

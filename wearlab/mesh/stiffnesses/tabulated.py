@@ -68,8 +68,8 @@ class TabulatedStiffness(StiffnessModel):
 
     def jumps(self, pair: "GearPair") -> tuple[float, ...]:
         """Return the phases at which the table has two values."""
-        found = self.curve(pair).jumps
-        return tuple(found) if self.of_mesh else tuple(x % 1.0 for x in found)
+        places = self.curve(pair).jumps
+        return tuple(places) if self.of_mesh else tuple(x % 1.0 for x in places)
 
     def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
         """Return the table's values at the nodes."""

@@ -154,7 +154,7 @@ def _cut_off(analysis: ContactAnalysis, gap: Array, deflection: float) -> bool:
     inside = analysis.grid.on_flank
     outermost = [gap[0]] if inside.start > 0 else []
     outermost += [gap[-1]] if inside.stop < len(gap) else []
-    return any(deflection > one for one in outermost)
+    return any(deflection > corner for corner in outermost)
 
 
 def check_initial_wear(scene: Scene, gears: GearSet) -> None:

@@ -32,7 +32,7 @@ def _member(scene: Scene, gears: GearSet, name: str) -> MemberError:
     total = tooth = 0.0
     if grade is not None:
         ratio = min(
-            one.pair.contact_ratio for one in gears.kinds if gear.name in {g.name for g in one.pair.gears}
+            kind.pair.contact_ratio for kind in gears.kinds if gear.name in {g.name for g in kind.pair.gears}
         )
         *_, tooth, total = allowed(grade, gear.module, 2.0 * gear.reference_radius, ratio)
     if given is None:
@@ -91,7 +91,7 @@ def _of_planetary(scene: Scene, gears: GearSet) -> list[MeshError]:
     planets = [realised(_member(scene, gears, "planet"), random) for _ in angles]
     ring = realised(_member(scene, gears, "ring"), random)
     pins = _pins(scene, angles, random)
-    found = []
+    rows = []
     for mesh, name in enumerate(gears.mesh_names):
         kind, n = gears.mesh_kinds[mesh], mesh % len(angles)
         alpha = gears.kinds[kind].pair.working_pressure_angle
@@ -103,8 +103,8 @@ def _of_planetary(scene: Scene, gears: GearSet) -> list[MeshError]:
                 ring.turned(angles[n]),
                 *(pin.turned(alpha) for pin in pins[n]),
             ]
-        found.append(mesh_error((), _harmonics(scene, name), parts=tuple(parts)))
-    return found
+        rows.append(mesh_error((), _harmonics(scene, name), parts=tuple(parts)))
+    return rows
 
 
 def _pins(scene: Scene, angles: Any, random: Any) -> list[list[Realisation]]:
@@ -121,12 +121,12 @@ def _pins(scene: Scene, angles: Any, random: Any) -> list[list[Realisation]]:
         *(planet.planet_position if planet else ()),
     ]
     directions = random.uniform(0.0, 2 * math.pi, len(shared))
-    found = []
+    pins = []
     for angle in angles:
         moved = [
             AT_REST.of(amount, angle - direction)
             for amount, direction in zip(shared, directions, strict=True)
         ]
         moved += [AT_REST.of(amount, random.uniform(0.0, 2 * math.pi)) for amount in own]
-        found.append([one for one in moved if len(one.slow)])
-    return found
+        pins.append([axis for axis in moved if len(axis.slow)])
+    return pins

@@ -117,7 +117,7 @@ def modifications(pair: GearPair, position: Array) -> Array:
 
 def kinks(pair: GearPair) -> tuple[float, ...]:
     """Return the path positions at which a relief begins or ends [m]."""
-    found = []
+    places = []
     for index, gear in enumerate(pair.gears):
         if gear.modification is None:
             continue
@@ -125,5 +125,5 @@ def kinks(pair: GearPair) -> tuple[float, ...]:
         for item, at_tip in ((gear.modification.tip_relief, True), (gear.modification.root_relief, False)):
             if item is not None:
                 at_end = at_tip == towards_recess
-                found.append(pair.path.E - item.length if at_end else pair.path.A + item.length)
-    return tuple(found)
+                places.append(pair.path.E - item.length if at_end else pair.path.A + item.length)
+    return tuple(places)

@@ -28,10 +28,10 @@ MOST_MORE_POINTS = 60
 def build_analyses(scene: Scene, gears: GearSet) -> tuple[ContactAnalysis, ...]:
     """Return the contact analysis of every kind of mesh at the static load of the scene."""
     points = profile_points(scene)
-    reach = [_reach(scene, one, points) for one in gears.kinds]
-    matched = matched_points([one.pair for one in gears.kinds], points, reach)
+    reach = [_reach(scene, kind, points) for kind in gears.kinds]
+    matched = matched_points([kind.pair for kind in gears.kinds], points, reach)
     return tuple(
-        _analysis(scene, one, n, far) for one, n, far in zip(gears.kinds, matched, reach, strict=True)
+        _analysis(scene, kind, n, far) for kind, n, far in zip(gears.kinds, matched, reach, strict=True)
     )
 
 
@@ -39,50 +39,50 @@ def matched_points(pairs: Sequence[GearPair], points: int, reach: Sequence[Exten
     """Return the points to ask for on each path so that all have equally many nodes, as near as can be."""
     if len(pairs) == 1:
         return [points]
-    found: list[dict[int, int]] = [{} for _ in pairs]
+    matched: list[dict[int, int]] = [{} for _ in pairs]
     for asked in range(points, points + MOST_MORE_POINTS):
-        for pair, far, nodes in zip(pairs, reach, found, strict=True):
+        for pair, far, nodes in zip(pairs, reach, matched, strict=True):
             grid = profile_grid(pair, asked, kinks(pair), extension=far)
             nodes.setdefault(len(grid.position), asked)
-        if common := set(found[0]).intersection(*found[1:]):
-            return [nodes[min(common)] for nodes in found]
+        if common := set(matched[0]).intersection(*matched[1:]):
+            return [nodes[min(common)] for nodes in matched]
     return [points] * len(pairs)
 
 
-def build_analysis(scene: Scene, one: PairOfSet, points: int | None = None) -> ContactAnalysis:
+def build_analysis(scene: Scene, kind: PairOfSet, points: int | None = None) -> ContactAnalysis:
     """Return the contact analysis of one kind of mesh at its static load, on as many nodes as asked for."""
     points = points or profile_points(scene)
-    return _analysis(scene, one, points, _reach(scene, one, points))
+    return _analysis(scene, kind, points, _reach(scene, kind, points))
 
 
-def _reach(scene: Scene, one: PairOfSet, points: int) -> Extension:
+def _reach(scene: Scene, kind: PairOfSet, points: int) -> Extension:
     """Return how far beyond A and E the nodes of a mesh reach."""
-    if not scene.mesh.of(one.section).extended_contact:
+    if not scene.mesh.of(kind.section).extended_contact:
         return NO_EXTENSION
-    plain = replace(_analysis(scene, one, points, NO_EXTENSION), load=largest_load(scene, one))
-    return extension_wanted(scene, one.pair, plain)
+    plain = replace(_analysis(scene, kind, points, NO_EXTENSION), load=largest_load(scene, kind))
+    return extension_wanted(scene, kind.pair, plain)
 
 
-def largest_load(scene: Scene, one: PairOfSet) -> float:
+def largest_load(scene: Scene, kind: PairOfSet) -> float:
     """Return the static normal force of a mesh in the heaviest of conditions that share its flanks [N]."""
     here, most = scene.operation.torque, scene.operation.largest_torque
     if most == here:
-        return one.load
+        return kind.load
     if here > 0.0:
-        return one.load * most / here
+        return kind.load * most / here
     heaviest = scene.model_copy(update={"operation": scene.operation.alone(most, scene.operation.speed)})
-    return next(found.load for found in build_set(heaviest).kinds if found.section == one.section)
+    return next(kinds.load for kinds in build_set(heaviest).kinds if kinds.section == kind.section)
 
 
-def _analysis(scene: Scene, one: PairOfSet, points: int, extension: Extension) -> ContactAnalysis:
-    pair, mesh = one.pair, scene.mesh.of(one.section)
+def _analysis(scene: Scene, kind: PairOfSet, points: int, extension: Extension) -> ContactAnalysis:
+    pair, mesh = kind.pair, scene.mesh.of(kind.section)
     grid = profile_grid(pair, points, kinks(pair), mesh.stiffness.jumps(pair), extension)
     stiffness = mesh.stiffness.build(pair, grid)
     return ContactAnalysis(
         grid,
         stiffness,
         modifications(pair, grid.position).sum(axis=0),
-        one.load,
+        kind.load,
         mesh.contact.engagement_gap(pair),
         mesh.contact.build(flanks_of(pair, grid), mesh.extended_contact),
     )
@@ -98,14 +98,14 @@ def profile_points(scene: Scene) -> int:
 
 def build_excitation(scene: Scene, gears: GearSet) -> Excitation:
     """Return how the mesh force reaches the dynamics, the same for every kind of mesh."""
-    found: Excitation = scene.mesh.of(gears.kinds[0].section).excitation.build()
-    return found
+    excitation: Excitation = scene.mesh.of(gears.kinds[0].section).excitation.build()
+    return excitation
 
 
 def build_meshes(scene: Scene, gears: GearSet) -> tuple[Mesh, ...]:
     """Return the meshes on their clock, each with one realisation of its errors."""
-    found = build_errors(scene, gears)
+    errors = build_errors(scene, gears)
     return tuple(
         Mesh(kind, float(lag), error)
-        for kind, lag, error in zip(gears.mesh_kinds, gears.mesh_lags, found, strict=True)
+        for kind, lag, error in zip(gears.mesh_kinds, gears.mesh_lags, errors, strict=True)
     )

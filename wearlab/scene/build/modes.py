@@ -37,15 +37,15 @@ class SceneModes(NamedTuple):
 def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
     """Return the modes of a scene with dynamics, with the mean stiffness of its unworn mesh."""
     assert parts.vibration is not None
-    mean = [mean_stiffness(one.analysis, unworn(one.analysis)) for one in parts.kinds]
+    mean = [mean_stiffness(kind.analysis, unworn(kind.analysis)) for kind in parts.kinds]
     stiffness = np.array([mean[mesh.kind] for mesh in parts.meshes])
-    found = modes(parts.vibration.system, stiffness)
+    system_modes = modes(parts.vibration.system, stiffness)
     return SceneModes(
-        found,
-        critical_speeds(found.frequency, parts.gears.input_teeth, orders),
+        system_modes,
+        critical_speeds(system_modes.frequency, parts.gears.input_teeth, orders),
         stiffness,
         parts.vibration.system.coordinates,
-        mode_kinds(parts.vibration.system, found) if _moves_in_plane(parts.vibration.system) else None,
+        mode_kinds(parts.vibration.system, system_modes) if _moves_in_plane(parts.vibration.system) else None,
     )
 
 

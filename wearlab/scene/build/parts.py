@@ -104,8 +104,8 @@ class Parts:
 
     def look(self, mesh: int, phases: Array) -> Lookup:
         """Return the look-up of clock phases (n,) among the nodes of a mesh."""
-        one = self.meshes[mesh]
-        return look(self.kinds[one.kind].analysis.grid, [one.lag], phases)
+        own = self.meshes[mesh]
+        return look(self.kinds[own.kind].analysis.grid, [own.lag], phases)
 
     def instants(self, phases: Array) -> Instants:
         """Return clock phases (n,) as instants."""
@@ -123,17 +123,19 @@ def build(scene: Scene) -> Parts:
     gears = build_set(scene)
     analyses = build_analyses(scene, gears)
     meshes = build_meshes(scene, gears)
-    edges = breaks_on_clock([one.grid for one in analyses], meshes)
+    edges = breaks_on_clock([contact.grid for contact in analyses], meshes)
     kinds = tuple(_kind(scene, gears, kind, analysis) for kind, analysis in enumerate(analyses))
     patches = [
         None
         if scene.wear is None
-        else scene.wear.contact_patch.build(PatchSetting(one.analysis, one.path, one.law))
-        for one in kinds
+        else scene.wear.contact_patch.build(PatchSetting(mesh_kind.analysis, mesh_kind.path, mesh_kind.law))
+        for mesh_kind in kinds
     ]
     vibration = build_vibration(scene, gears, analyses, meshes, edges)
     coupling = Coupling(
-        kinds_of(analyses, [one.law for one in kinds], patches, meshes, edges), vibration, build_load(scene)
+        kinds_of(analyses, [mesh_kind.law for mesh_kind in kinds], patches, meshes, edges),
+        vibration,
+        build_load(scene),
     )
     count = scene.numerics.phase_points or PHASE_POINTS
     wear: Any = scene.wear
@@ -161,15 +163,17 @@ def _friction(scene: Scene) -> float | None:
 
 
 def _kind(scene: Scene, gears: GearSet, kind: int, analysis: ContactAnalysis) -> KindParts:
-    one = gears.kinds[kind]
-    path = build_path(one, analysis.grid.position, scene.mesh.of(one.section).face_load_factor)
+    gears_of_kind = gears.kinds[kind]
+    path = build_path(
+        gears_of_kind, analysis.grid.position, scene.mesh.of(gears_of_kind.section).face_load_factor
+    )
     return KindParts(
-        pair=one.pair,
+        pair=gears_of_kind.pair,
         analysis=analysis,
-        modification=modifications(one.pair, analysis.grid.position),
+        modification=modifications(gears_of_kind.pair, analysis.grid.position),
         path=path,
-        law=build_law(scene, one.pair, path),
-        film=build_film(scene, one.pair),
+        law=build_law(scene, gears_of_kind.pair, path),
+        film=build_film(scene, gears_of_kind.pair),
     )
 
 
@@ -181,12 +185,12 @@ def _constant_error(scene: Scene, meshes: Sequence[Mesh]) -> Array:
 def _validity(scene: Scene, gears: GearSet, analyses: Sequence[ContactAnalysis]) -> tuple[str, ...]:
     """Return assumed values and limits of validity that the scene touches, one line each."""
     flags = list(gears.assumed)
-    for one, analysis in zip(gears.kinds, analyses, strict=True):
-        flags += contact_flags(scene, one.section, one.pair, analysis)
-        stiffness = scene.mesh.of(one.section).stiffness
-        said = stiffness.flags(one.pair, one.key("stiffness"))
+    for kind, analysis in zip(gears.kinds, analyses, strict=True):
+        flags += contact_flags(scene, kind.section, kind.pair, analysis)
+        stiffness = scene.mesh.of(kind.section).stiffness
+        said = stiffness.flags(kind.pair, kind.key("stiffness"))
         flags += [flag for flag in said if flag not in flags]
-    if any(build_film(scene, one.pair) is not None for one in gears.kinds):
+    if any(build_film(scene, kind.pair) is not None for kind in gears.kinds):
         flags.append("roughness: R_q = 1.25 R_a assumed")
     if scene.wear is not None and scene.wear.coefficient is not None:
         flags.append(

@@ -45,13 +45,13 @@ class SpeedResponse:
         assert vibration is not None
         assert scene.operation.speed is not None
         period = parts.gears.period * scene.operation.speed / speed
-        analyses = [one.analysis for one in parts.kinds]
+        analyses = [kind.analysis for kind in parts.kinds]
         stiffest = np.array([self.state.kind[mesh.kind].static.tangent.max() for mesh in parts.meshes])
         grid = steps_grid(scene, analyses, parts.meshes, parts.edges, vibration.system, stiffest, period)
         return replace(
             vibration,
             stages=stages(
-                [one.grid for one in analyses],
+                [analysis.grid for analysis in analyses],
                 parts.meshes,
                 parts.edges,
                 grid,
@@ -64,9 +64,9 @@ class SpeedResponse:
 
     def mesh_at(self, speed: float) -> tuple[System, StageTables, float]:
         """Return system, tables and duration of a mesh period at a speed [rad/s]."""
-        one = self.vibration(speed)
-        tables = stage_tables(self.parts.coupling.touching(self.state), one.stages, one.fluctuation)
-        return one.system, tables, one.period
+        moving = self.vibration(speed)
+        tables = stage_tables(self.parts.coupling.touching(self.state), moving.stages, moving.fluctuation)
+        return moving.system, tables, moving.period
 
 
 def build_response(scene: Scene, parts: Parts, state: WearState) -> SpeedResponse:

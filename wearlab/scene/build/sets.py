@@ -94,16 +94,16 @@ def _body(gear: Gear) -> Body:
 
 def _turning(speeds: TrainSpeeds, sense: float, bodies: dict[str, Body], angles: Array) -> dict[str, float]:
     """Return the nominal rotation of a planetary set as seen from outside: planets travel with their pins."""
-    found = {
+    speed = {
         "sun.u": sense * speeds.sun * bodies["sun"].radius,
         "ring.u": sense * speeds.ring * bodies["ring"].radius,
         "carrier.u": sense * speeds.carrier * bodies["carrier"].radius,
     }
     for n, angle in enumerate(angles):
-        found[f"planet-{n + 1}.u"] = sense * speeds.planet * bodies["planet"].radius
-        found[f"planet-{n + 1}.x"] = -np.sin(angle) * found["carrier.u"]
-        found[f"planet-{n + 1}.y"] = np.cos(angle) * found["carrier.u"]
-    return found
+        speed[f"planet-{n + 1}.u"] = sense * speeds.planet * bodies["planet"].radius
+        speed[f"planet-{n + 1}.x"] = -np.sin(angle) * speed["carrier.u"]
+        speed[f"planet-{n + 1}.y"] = np.cos(angle) * speed["carrier.u"]
+    return speed
 
 
 def _of_pair(scene: Scene) -> GearSet:

@@ -53,7 +53,7 @@ def sheet(scene: Scene) -> Sheet:
     GearError : there can be no such gears
     """
     gears = build_set(scene)
-    pairs = [one.pair for one in gears.kinds]
+    pairs = [kind.pair for kind in gears.kinds]
     drawn = tuple((" and ".join(gear.name for gear in pair.gears), drawing(pair)) for pair in pairs)
     return Sheet(tuple(gears.gears), tuple(gear_rows(scene, gears)), drawn)
 
@@ -71,12 +71,12 @@ def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
         ("m_n", "module", "mm", 1e3 * scene.gears.module),
         ("α_n", "pressure angle", "°", math.degrees(scene.gears.pressure_angle)),
     ]
-    for one in gears.kinds:
-        tail = "" if len(gears.kinds) == 1 else f", {' and '.join(gear.name for gear in one.pair.gears)}"
+    for kind in gears.kinds:
+        tail = "" if len(gears.kinds) == 1 else f", {' and '.join(gear.name for gear in kind.pair.gears)}"
         shared += [
-            ("a_w", f"working centre distance{tail}", "mm", 1e3 * one.pair.centre_distance),
-            ("α_wt", f"working pressure angle{tail}", "°", math.degrees(one.pair.working_pressure_angle)),
-            ("ε_α", f"transverse contact ratio{tail}", "", one.pair.contact_ratio),
+            ("a_w", f"working centre distance{tail}", "mm", 1e3 * kind.pair.centre_distance),
+            ("α_wt", f"working pressure angle{tail}", "°", math.degrees(kind.pair.working_pressure_angle)),
+            ("ε_α", f"transverse contact ratio{tail}", "", kind.pair.contact_ratio),
         ]
     for symbol, meaning, unit, value in shared:
         yield GearRow(symbol, meaning, unit, (_said(value, unit),))
@@ -84,9 +84,11 @@ def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
         yield GearRow(symbol, meaning, unit, tuple(_said(of(gear), unit) for gear in gears.gears.values()))
     given: dict[str, Any] = scene.gears.gears()
     materials = [given[name].material or scene.gears.material for name in gears.gears]
-    yield GearRow("", "material", "", tuple(one.name or "as given" for one in materials))
-    if any(one.hardness for one in materials):
-        values = (f"{one.hardness / KGF_PER_MM2:.0f}" if one.hardness else "" for one in materials)
+    yield GearRow("", "material", "", tuple(material.name or "as given" for material in materials))
+    if any(material.hardness for material in materials):
+        values = (
+            f"{material.hardness / KGF_PER_MM2:.0f}" if material.hardness else "" for material in materials
+        )
         yield GearRow("HV", "hardness of the flanks", "HV", tuple(values))
     if any(given[name].roughness_ra for name in gears.gears):
         values = (f"{1e6 * r:.3g}" if (r := given[name].roughness_ra) else "" for name in gears.gears)

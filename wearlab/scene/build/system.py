@@ -17,7 +17,7 @@ ANY = 1e8
 def build_system(scene: Scene, gears: GearSet, stiffness: Array) -> System:
     """Return the system of ``dynamics.model``; damping ratios refer to mean stiffnesses (n_mesh,) [N/m]."""
     assert scene.dynamics is not None
-    meshes = tuple(scene.mesh.of(one.section) for one in gears.kinds)
+    meshes = tuple(scene.mesh.of(kind.section) for kind in gears.kinds)
     return scene.dynamics.build(InMotion(gears, meshes, scene.operation, stiffness))
 
 

@@ -64,14 +64,14 @@ def build_vibration(
     if scene.dynamics is None:
         return None
     healthy = [unworn(analysis) for analysis in analyses]
-    mean = [mean_stiffness(one, state) for one, state in zip(analyses, healthy, strict=True)]
+    mean = [mean_stiffness(contact, state) for contact, state in zip(analyses, healthy, strict=True)]
     stiffest = np.array([float(healthy[mesh.kind].tangent.max()) for mesh in meshes])
     system = build_system(scene, gears, np.array([mean[mesh.kind] for mesh in meshes]))
     _check_definite(system, np.array([mean[mesh.kind] for mesh in meshes]))
     grid = steps_grid(scene, analyses, meshes, edges, system, stiffest, gears.period)
     few = touching_grid(scene, gears, analyses, meshes, edges, system, stiffest, grid)
     slow = slow_errors(scene, gears, meshes, system)
-    grids, friction = [one.grid for one in analyses], build_friction(scene, gears)
+    grids, friction = [contact.grid for contact in analyses], build_friction(scene, gears)
     return Vibration(
         system=system,
         method=patient(METHODS[scene.dynamics.method](scene), system, len(grid.width)),
@@ -165,13 +165,13 @@ def few_steps(
     tables = [(mesh, one) for mesh in meshes if given_by_table(one := analyses[mesh.kind])]
     if not tables:
         return stage_grid(edges[:-1], steps, SIZES[0])
-    points = np.concatenate([(one.stiffness.bends + mesh.lag) % 1.0 for mesh, one in tables])
+    points = np.concatenate([(table.stiffness.bends + mesh.lag) % 1.0 for mesh, table in tables])
 
     def stiffness(phase: Array, middle: float) -> Array:
         inside = np.array([middle])
-        where = [look_within(one.grid, [mesh.lag], phase[None], inside) for mesh, one in tables]
-        found = [one.stiffness.at_phases(at) for (_, one), at in zip(tables, where, strict=True)]
-        return np.array([one.sum(axis=1) for one in found if one is not None])
+        where = [look_within(table.grid, [mesh.lag], phase[None], inside) for mesh, table in tables]
+        each = [table.stiffness.at_phases(at) for (_, table), at in zip(tables, where, strict=True)]
+        return np.array([one.sum(axis=1) for one in each if one is not None])
 
     return landing_grid(edges[:-1], steps, SIZES[0], points, stiffness, missing, most)
 
@@ -291,12 +291,12 @@ def slow_errors(scene: Scene, gears: GearSet, meshes: Sequence[Mesh], system: Sy
     at_angles = gears.slow_errors(meshes)
     if at_angles is None or scene.errors is None:
         return None
-    found = scene.errors.slow.rows(meshes, at_angles)
-    if found is None:
+    rows = scene.errors.slow.rows(meshes, at_angles)
+    if rows is None:
         return None
     free = system.direction @ null_space(system.total_stiffness)
-    taken_up = free @ np.linalg.lstsq(free, found.T, rcond=None)[0] if free.size else np.zeros_like(found.T)
-    return None if np.abs(taken_up - found.T).max() <= TAKEN_UP * np.abs(found).max() else found
+    taken_up = free @ np.linalg.lstsq(free, rows.T, rcond=None)[0] if free.size else np.zeros_like(rows.T)
+    return None if np.abs(taken_up - rows.T).max() <= TAKEN_UP * np.abs(rows).max() else rows
 
 
 def unworn(analysis: ContactAnalysis) -> Quasistatic:
