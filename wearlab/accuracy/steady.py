@@ -20,7 +20,7 @@ from wearlab.mesh.excitation import Touching, stages
 from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
-from wearlab.scene.build.vibration import MOST_STEPS, build_friction, few_steps, fluctuation
+from wearlab.scene.build.vibration import MOST_STEPS, OnClock, build_friction, few_steps, fluctuation
 from wearlab.simulation.run import initial_wear
 from wearlab.wear.initials.quadratic import quadratic
 
@@ -90,7 +90,7 @@ class Steady:
             return self.with_steps(steps, Periodic())
         parts, marched = self.parts, self.with_steps(max(FEWEST, steps), Periodic())
         analyses = [kind.analysis for kind in self.kinds]
-        grid = few_steps(analyses, parts.meshes, parts.edges, steps, TABLE_MISSED, MOST_STEPS)
+        grid = few_steps(OnClock(analyses, parts.meshes, parts.edges), steps, TABLE_MISSED, MOST_STEPS)
         assert grid is not None
         grids, friction = [analysis.grid for analysis in analyses], build_friction(self.scene, parts.gears)
         few = stages(grids, parts.meshes, parts.edges, grid, friction)

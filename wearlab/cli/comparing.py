@@ -14,8 +14,7 @@ ENDINGS = ("png", "svg", "pdf")
 
 
 def compare_two(
-    a: str,
-    b: str,
+    sides: tuple[str, str],
     store: "Store",
     on: str,
     tolerance: float,
@@ -26,7 +25,7 @@ def compare_two(
 
     Parameters
     ----------
-    a, b : campaign files, ids of runs, or conditions that one run meets
+    sides : campaign files, ids of runs, or conditions that one run meets
     store : where their runs are
     on : cycle or wear_depth
     tolerance : relative
@@ -38,7 +37,7 @@ def compare_two(
     if files[1] is not None and _ending(files[1]) not in ENDINGS:
         raise Stop(f"--figure {files[1]}: a figure ends in .png, .svg or .pdf")
     with refusing(*REFUSALS, CompareError):
-        left, right = _meant(a, store), _meant(b, store)
+        left, right = (_meant(side, store) for side in sides)
         comparison = compare(left, right, on=on, tolerance=tolerance, store=store)  # type: ignore[arg-type]
     written = _write(comparison, *files)
     if as_json:

@@ -32,7 +32,7 @@ def draw_profile(
         check_format(ending)
         table = machine_table(file)
         x, y, abscissa, ordinate = profile_table(given, None)
-        write(figure, profile_figure(file.name, x, y, abscissa, ordinate, table.understood, ending))
+        write(figure, profile_figure(file.name, (x, abscissa), (y, ordinate), table.understood, ending))
     headers = [str(table.meant(name, mapped)) for name in (x, y)]
     told = {
         "file": str(file),

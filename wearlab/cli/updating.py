@@ -141,7 +141,7 @@ def tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None
     if campaign.update is None:
         return
     wanted = studies(campaign)
-    if store.path.exists() and kept(campaign, wanted, store, replay=False, check=0) is not None:
+    if store.path.exists() and kept(wanted, store, replay=False, check=0) is not None:
         say("\nwearlab update: made before, it would be read")
         return
     say("\nwearlab update needs")

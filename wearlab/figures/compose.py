@@ -1,6 +1,6 @@
 """Series find their panels and pens: what varies becomes hue, columns or rows."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 
@@ -53,7 +53,8 @@ def compose(
         inside = [s for s in series if _fits(s, roles, row, column)]
         if inside:
             named = [x.text for x in (column, row) if x and not _tells_itself(roles, x, varied)]
-            panels.append(_panel(inside, r, c, ", ".join(dict.fromkeys(named)), hue, pen, powers))
+            title = ", ".join(dict.fromkeys(named))
+            panels.append(_panel(inside, (r, c), title, lambda curve: _pen(curve, hue, pen), powers))
     bar = bar_of([h for h in hues if h is not None], hue)
     ups = {s.up.words for s in series}
     return Plot(
@@ -141,23 +142,20 @@ def _scale(curve: Series, side: str) -> tuple[str, str]:
 
 def _panel(
     inside: Sequence[Series],
-    row: int,
-    column: int,
+    place: tuple[int, int],
     title: str,
-    hue: str | None,
-    pen: Mapping[Label, Pen],
+    pen: Callable[[Series], Pen],
     powers: Mapping[tuple[str, str, str], int],
 ) -> Panel:
     first = next((s for s in inside if s.look not in BESIDE), inside[0])
     across, up = powers[("x", *_scale(first, "x"))], powers[("y", *_scale(first, "y"))]
     curves = [
-        Curve(s.x / 10.0**across, s.y / 10.0**up, _pen(s, hue, pen), s.look)
+        Curve(s.x / 10.0**across, s.y / 10.0**up, pen(s), s.look)
         for s in sorted(inside, key=lambda s: s.look == "published")
     ]
     marks = {mark: None for s in inside for mark in s.marks}
     return Panel(
-        row,
-        column,
+        *place,
         title,
         axis_label(*first.across, across),
         axis_label(*first.up, up),

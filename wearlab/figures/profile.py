@@ -19,27 +19,27 @@ SHOWN = {
 MARKED = 60
 
 
-def profile_figure(
-    name: str, x: str, y: str, abscissa: Sequence[float], ordinate: Sequence[float], note: str, ending: str
-) -> bytes:
+Column = tuple[str, Sequence[float]]
+
+
+def profile_figure(name: str, across: Column, up: Column, note: str, ending: str) -> bytes:
     """Return the figure of a measured flank.
 
     Parameters
     ----------
     name : of the file
-    x, y : what abscissa and ordinate are
-    abscissa, ordinate : (n,) [m] or [rad]
+    across, up : abscissa and ordinate: what they are, and (n,) values [m] or [rad]
     note : how the file was read
     ending : png, svg or pdf
     """
     values, labels = [], []
-    for quantity, given in ((x, abscissa), (y, ordinate)):
+    for quantity, given in (across, up):
         words, stored, wanted = SHOWN[quantity]
         shown = converted(np.asarray(given, float), stored, wanted)
         power = power_of_ten([shown], wanted)
         values.append(shown / 10.0**power)
         labels.append(axis_label(words, wanted, power))
-    look = "line-points" if len(abscissa) <= MARKED else "line"
+    look = "line-points" if len(across[1]) <= MARKED else "line"
     curve = Curve(values[0], values[1], Pen("#0072B2", "-", "o"), look)  # type: ignore[arg-type]
     zero = Curve(values[0][[0, -1]], np.zeros(2), Pen("#7a7a7a", ":"), "reference")
     panel = Panel(0, 0, "", labels[0], labels[1], (zero, curve))

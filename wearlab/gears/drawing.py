@@ -48,7 +48,12 @@ def half_tooth(gear: Gear) -> tuple[Array, Array]:
 
 
 def working_half_angle(gear: Gear, radius: float) -> float:
-    """Return half the tooth's angle at a radius on the involute [rad]."""
+    """Return half the tooth's angle at a radius on the involute [rad].
+
+    References
+    ----------
+    ISO 21771, the tooth thickness half angle.
+    """
     x, y = involute_point(gear, load_angle(gear, np.array([radius])))
     return float(np.arctan2(y, x)[0])
 

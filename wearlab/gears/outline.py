@@ -58,6 +58,10 @@ def involute_point(gear: Gear, angle: ArrayLike) -> tuple[Array, Array]:
     Returns
     -------
     height x and half thickness y, each (n,) [m]
+
+    References
+    ----------
+    Y23 Eq. 25 for y and Eq. 27 for x, without wear: its α1 is λ, its d is x − r_b cosα2.
     """
     lam = np.asarray(angle, dtype=float)
     rolled = lam + _start_angle(gear)
@@ -67,7 +71,12 @@ def involute_point(gear: Gear, angle: ArrayLike) -> tuple[Array, Array]:
 
 
 def involute_rise(gear: Gear, angle: ArrayLike) -> Array:
-    """Return the height gained per load angle on the involute, dx/dλ = r_b (λ + α2) cosλ, (n,) [m/rad]."""
+    """Return the height gained per load angle on the involute, dx/dλ = r_b (λ + α2) cosλ, (n,) [m/rad].
+
+    References
+    ----------
+    Y23 Eqs. 34–36, whose integrands hold (α2 − α) cosα with α = −λ.
+    """
     lam = np.asarray(angle, dtype=float)
     return gear.base_radius * (lam + _start_angle(gear)) * np.cos(lam)
 

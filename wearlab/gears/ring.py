@@ -63,7 +63,7 @@ def build_ring(
     space = math.pi / (2 * spec.teeth) + 2.0 * profile_shift * math.tan(pressure_angle) / spec.teeth
     space += involute(pressure_angle)
     wanted = 0.0 if spec.root_profile == "radial" else spec.fillet_radius_coefficient * module
-    fillet, fillet_flag = _fitting_fillet(spec.name, wanted, r_b, r_a, r_f, space, module)
+    fillet, fillet_flag = _fitting_fillet(spec.name, wanted, (r_b, r_a, r_f), space, module)
     root_profile: RootProfile = "fillet" if fillet > 0.0 else "radial"
     own_material, width = own_of(spec, basics)
     mass, inertia, mass_flag = solid(spec, own_material.density, width, rim, r)
@@ -165,9 +165,19 @@ def _form_radius(r_b: float, r_f: float, fillet: float) -> float:
 
 
 def _fitting_fillet(
-    name: str, wanted: float, r_b: float, r_a: float, r_f: float, space: float, module: float
+    name: str, wanted: float, radii: tuple[float, float, float], space: float, module: float
 ) -> tuple[float, tuple[str, ...]]:
-    """Return the wanted fillet radius, or the largest that two flanks of one tooth space leave room for."""
+    """Return the wanted fillet radius, or the largest that two flanks of one tooth space leave room for.
+
+    Parameters
+    ----------
+    name : of the ring
+    wanted : fillet radius [m]
+    radii : of the base, tip and root circle [m]
+    space : half the angle of a tooth space on the base circle [rad]
+    module : m [m]
+    """
+    r_b, r_a, r_f = radii
     width = _centre_half_angle(0.0, r_b, r_f, space)
     if width <= 0.0:
         raise GearError(

@@ -95,7 +95,7 @@ def try_fourth_order(
     """
 
     def tried(end: Node, error: Array) -> Trial:
-        return _tried(node, end, size, error, allowed, 4, EMBEDDED)
+        return Trial(node, end, size, error, _ratio(error, allowed(node, end)), 4, EMBEDDED)
 
     begun = embedded.begin(rate, node.depth, node.rate, size)
     known.told(rate, begun.seen)
@@ -114,11 +114,8 @@ def try_stiff(rate: CountedRate, known: KnownSpectrum, node: Node, size: float, 
     depth = rkc.step(rate, node.depth, node.rate, size, scheme)
     end = Node(node.cycle + size, depth, rate(depth))
     error = rkc.local_error(node.depth, depth, node.rate, end.rate, size)
-    return _tried(node, end, size, error, allowed, 2, scheme)
+    return Trial(node, end, size, error, _ratio(error, allowed(node, end)), 2, scheme)
 
 
-def _tried(
-    node: Node, end: Node, size: float, error: Array, allowed: Allowed, order: int, by: rkc.Scheme | str
-) -> Trial:
-    ratio = float(np.abs(error).max(initial=0.0)) / allowed(node, end)
-    return Trial(node, end, size, error, ratio, order, by)
+def _ratio(error: Array, allowed: float) -> float:
+    return float(np.abs(error).max(initial=0.0)) / allowed

@@ -228,6 +228,10 @@ def body_coupling(gear: Gear, radius: ArrayLike, other: ArrayLike, teeth_apart: 
     Returns
     -------
     (n,) ratio between −1 and 1 [1]; 1 for a tooth with itself
+
+    References
+    ----------
+    Michell 1899, for the displacements; Sainsot, Velex & Duverger 2004, for the tractions on the root circle.
     """
     first, second = np.broadcast_arrays(np.asarray(radius, dtype=float), np.asarray(other, dtype=float))
     low, high = np.minimum(first, second), np.maximum(first, second)

@@ -125,23 +125,32 @@ def separations(pair: GearPair, gear: int, x: Array, s: Array) -> tuple[Array, A
 def _apart(pair: GearPair, gear: int, own: Array, x: Array, s: Array) -> tuple[Array, Array]:
     """Return the distance of points of a gear turned to ``own`` from its mate turned to x, and s' [m]."""
     other = 1 - gear
-    pitch_point, along, centre = _frame(pair)
-    place = _turned(pair, gear, own, s, pitch_point, along, centre)
-    theirs = _position_at(pair, other, np.abs(place - centre[other]), pitch_point, along, centre)
-    mate = _turned(pair, other, x, theirs, pitch_point, along, centre)
+    frame = _frame(pair)
+    centre = frame.centre
+    place = _turned(pair, gear, own, s, frame)
+    theirs = _position_at(pair, other, np.abs(place - centre[other]), frame)
+    mate = _turned(pair, other, x, theirs, frame)
     angle = np.angle((place - centre[other]) / (mate - centre[other]))
     # the driven flank lies ahead of the driving one in the sense in which each gear turns
     ahead = _sense(pair, other) * (1.0 if gear == DRIVEN else -1.0)
     return ahead * pair.gears[other].base_radius * angle, theirs
 
 
-def _frame(pair: GearPair) -> tuple[complex, complex, tuple[complex, complex]]:
-    """Return the pitch point, the unit vector along the line of action, and the centres (driving, driven)."""
+class _Frame(NamedTuple):
+    """A pair in the plane of complex numbers: pitch point, unit vector along the line of action, centres."""
+
+    pitch: complex
+    along: complex
+    centre: tuple[complex, complex]
+
+
+def _frame(pair: GearPair) -> _Frame:
     alpha = pair.working_pressure_angle
     first, second = (gear.base_radius / math.cos(alpha) for gear in pair.gears)
     towards = -1.0 if pair.driving.internal else 1.0
     apart = first - second if pair.internal else first + second
-    return complex(first), complex(towards * math.sin(alpha), math.cos(alpha)), (0j, complex(apart))
+    along = complex(towards * math.sin(alpha), math.cos(alpha))
+    return _Frame(complex(first), along, (0j, complex(apart)))
 
 
 def _sense(pair: GearPair, gear: int) -> float:
@@ -149,19 +158,15 @@ def _sense(pair: GearPair, gear: int) -> float:
     return -1.0 if gear == DRIVEN and not pair.internal else 1.0
 
 
-def _turned(
-    pair: GearPair, gear: int, x: Array, s: Array, pitch: complex, along: complex, centre: tuple[complex, ...]
-) -> NDArray[np.complex128]:
-    arm = pitch + s * along - centre[gear]
+def _turned(pair: GearPair, gear: int, x: Array, s: Array, frame: _Frame) -> NDArray[np.complex128]:
+    arm = frame.pitch + s * frame.along - frame.centre[gear]
     turn = _sense(pair, gear) * (x - s) / pair.gears[gear].base_radius
-    return np.asarray(centre[gear] + arm * np.exp(1j * turn))
+    return np.asarray(frame.centre[gear] + arm * np.exp(1j * turn))
 
 
-def _position_at(
-    pair: GearPair, gear: int, distance: Array, pitch: complex, along: complex, centre: tuple[complex, ...]
-) -> Array:
+def _position_at(pair: GearPair, gear: int, distance: Array, frame: _Frame) -> Array:
     """Return the path position at which a gear touches at a distance from its centre [m]."""
-    foot = -((pitch - centre[gear]) * along.conjugate()).real
+    foot = -((frame.pitch - frame.centre[gear]) * frame.along.conjugate()).real
     side = np.sign(0.5 * (pair.path.A + pair.path.E) - foot)
     base = pair.gears[gear].base_radius
     return np.asarray(foot + side * np.sqrt(np.maximum(0.0, distance**2 - base**2)))

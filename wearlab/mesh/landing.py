@@ -7,6 +7,7 @@ resolve it, do not.
 
 from collections.abc import Callable, Iterator
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +26,21 @@ APART = 1e-5
 """Least phase between two cuts, beyond which no group is cut further [1]."""
 
 
+class Tables(NamedTuple):
+    """Mesh stiffnesses that are read off tables.
+
+    Parameters
+    ----------
+    points : (k,) phases of the points of all tables [1]
+    stiffness : the mesh stiffnesses
+    """
+
+    points: Array
+    stiffness: Stiffness
+
+
 def landing_grid(
-    breaks: Array, steps: int, multiple: int, points: Array, stiffness: Stiffness, missing: float, most: int
+    breaks: Array, steps: int, multiple: int, tables: Tables, missing: float, most: int
 ) -> StageGrid | None:
     """Cut one mesh period into steps that land on breaks and, where that takes it, on points of tables.
 
@@ -35,8 +49,7 @@ def landing_grid(
     breaks : (n,) ascending phases in [0, 1) at which something jumps; 0 is added when missing [1]
     steps : no step is longer than one of so many
     multiple : equal steps that make a group; a group has its ends and middles as nodes
-    points : (k,) phases of the points of all tables [1]
-    stiffness : the mesh stiffnesses
+    tables : what bends the stiffnesses
     missing : what the groups' polynomials may miss of them in the mean over the period, over their size [1]
     most : steps beyond which there is no such grid
 
@@ -45,9 +58,10 @@ def landing_grid(
     StageGrid, or None.
     """
     edges = np.unique(np.concatenate([[0.0], np.asarray(breaks, float), [1.0]]))
-    points, starts, widths, segments, total = np.unique(points), [], [], [], 0
+    tables = tables._replace(points=np.unique(tables.points))
+    starts, widths, segments, total = [], [], [], 0
     for index, (low, high) in enumerate(pairwise(edges)):
-        for begin, end in _groups(low, high, multiple, points, stiffness, missing, 1.0 / steps):
+        for begin, end in _groups(low, high, multiple, tables, missing, 1.0 / steps):
             total += multiple
             if total > most:
                 return None
@@ -62,8 +76,7 @@ def _groups(
     low: float,
     high: float,
     multiple: int,
-    points: Array,
-    stiffness: Stiffness,
+    tables: Tables,
     missing: float,
     longest: float,
 ) -> Iterator[tuple[float, float]]:
@@ -71,8 +84,8 @@ def _groups(
     middle, waiting = 0.5 * (low + high), [(low, high)]
     while waiting:
         begin, end = waiting.pop()
-        inside = points[(points > begin + APART) & (points < end - APART)]
-        missed = (end - begin) * _missed(begin, end, multiple, inside, lambda x: stiffness(x, middle))
+        inside = tables.points[(tables.points > begin + APART) & (tables.points < end - APART)]
+        missed = (end - begin) * _missed(begin, end, multiple, inside, lambda x: tables.stiffness(x, middle))
         if missed > SHARE * missing:
             cut = 0.5 * (begin + end)
             cut = float(inside[np.abs(inside - cut).argmin()]) if len(inside) else cut

@@ -59,7 +59,7 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Val
             continue
         where = parts.look(index, parts.phase)
         for update, state in enumerate(states):
-            _one_state(scene, parts, values, index, update, state.kind[mesh.kind], where)
+            _one_state(scene, parts, values, (update, index), state.kind[mesh.kind], where)
     return values
 
 
@@ -69,9 +69,10 @@ def _meeting(analysis: ContactAnalysis) -> MeetingGaps | None:
 
 
 def _one_state(
-    scene: Scene, parts: Parts, values: Values, mesh: int, update: int, state: KindState, where: Lookup
+    scene: Scene, parts: Parts, values: Values, place: tuple[int, int], state: KindState, where: Lookup
 ) -> None:
-    """Fill in what one mesh does in one state."""
+    """Fill in what one mesh does in one state: ``place`` is (update, mesh)."""
+    update, mesh = place
     kind = parts.meshes[mesh].kind
     kind_of_set, analysis = parts.gears.kinds[kind], parts.kinds[kind].analysis
     gaps = _meeting(analysis)

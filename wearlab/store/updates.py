@@ -71,23 +71,15 @@ def seal_of(tree: "xr.DataTree") -> str:
 
 
 def keep_update(
-    store: KeptRuns,
-    update_id: str,
-    tree: "xr.DataTree",
-    title: str,
-    subject: str,
-    runs: Sequence[str],
-    summary: Mapping[str, Any],
+    store: KeptRuns, tree: "xr.DataTree", title: str, runs: Sequence[str], summary: Mapping[str, Any]
 ) -> Path:
     """Write an update and record it; what is there under this identity is replaced.
 
     Parameters
     ----------
     store : where it is kept
-    update_id : hash of all that it depends on
-    tree : the update, sealed
+    tree : the update, sealed; its attributes tell its identity, and that of what it is of
     title : of the campaign
-    subject : identity of what it is of
     runs : ids of the runs that it was made from
     summary : what a list shows of it
 
@@ -95,7 +87,7 @@ def keep_update(
     ------
     StoreError : the disk or the catalogue refuses; nothing half-written remains
     """
-    files = update_files(store)
+    files, update_id = update_files(store), str(tree.attrs["id"])
     image = _image(tree, store.path)
     sha256 = hashlib.sha256(image).hexdigest()
     with store.presence() as presence:
@@ -103,7 +95,7 @@ def keep_update(
     row = (
         update_id,
         title,
-        subject,
+        tree.attrs["subject"],
         len(image),
         sha256,
         now(),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from wearlab.updating.answer import Answer
 from wearlab.updating.draws import Draws, drawn
 from wearlab.updating.likelihood import PER, Block
-from wearlab.updating.making import made_up
+from wearlab.updating.making import Truth, made_up
 from wearlab.updating.outcome import answered, unseen
 from wearlab.updating.passage import present_state
 from wearlab.updating.posterior import Posterior
@@ -90,7 +90,7 @@ def twin(
     made, life = [], float(run.life(factor)[0])
     for number, block in enumerate(post.blocks):
         sd, drift = float(truths.sd[number][t]), float(truths.drift[number][t])
-        value, w, last = made_up(block, run, number, float(factor[0]), sd, drift, rng)
+        value, w, last = made_up(block, run, number, Truth(float(factor[0]), sd, drift), rng)
         values = block.seen.value.copy()
         values[block.rows] = value
         made.append(replace(block, seen=replace(block.seen, value=values)))

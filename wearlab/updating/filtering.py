@@ -11,6 +11,7 @@ Values below a limit of detection come after the others of their inspection, see
 """
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,13 +74,26 @@ class Inspected:
     variance: Array
 
 
+class SharedError(NamedTuple):
+    """Errors that values have in common.
+
+    Parameters
+    ----------
+    offset_variance : of the error that an inspection's values share
+    rate : (…) variance of W per cycle
+    start : cycle at which W is 0
+    """
+
+    offset_variance: float
+    rate: Array
+    start: float
+
+
 def filtered(
     residual: Array,
     variance: Array,
     inspections: list[Inspection],
-    offset_variance: float,
-    rate: Array,
-    start: float,
+    shared_error: SharedError,
     *,
     hidden: Hidden | None = None,
     steps: bool = False,
@@ -91,12 +105,11 @@ def filtered(
     residual : (…, n) measured minus model; leading dimensions are lanes
     variance : (…, n) or (…, 1) of the independent errors; lanes are broadcast
     inspections : in order of time
-    offset_variance : of the error that an inspection's values share
-    rate : (…) variance of W per cycle
-    start : cycle at which W is 0
+    shared_error : what values have in common
     hidden : values of which only a limit is known
     steps : whether each inspection's surprise is kept
     """
+    offset_variance, rate, start = shared_error
     lanes = np.broadcast_shapes(residual.shape[:-1], variance.shape[:-1], np.shape(rate))
     total, mean, spread = (np.zeros(()) for _ in range(3))  # each grows to the lanes that it depends on
     kept: list[Inspected] = []

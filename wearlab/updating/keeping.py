@@ -69,9 +69,7 @@ def code() -> str:
     return hash_of(sorted(Path(__file__).parent.glob("*.py")))
 
 
-def kept(
-    campaign: Campaign, wanted: Sequence[MeasuredCase], store: "Store", *, replay: bool, check: int
-) -> "xr.DataTree | None":
+def kept(wanted: Sequence[MeasuredCase], store: "Store", *, replay: bool, check: int) -> "xr.DataTree | None":
     """Return the update when it was made before, None otherwise."""
     from wearlab.store.updates import read_update
 
@@ -79,26 +77,31 @@ def kept(
 
 
 def keep(
-    campaign: Campaign,
-    wanted: Sequence[MeasuredCase],
-    outcomes: "Sequence[UpdateOutcome]",
-    tree: "xr.DataTree",
     store: "Store",
+    tree: "xr.DataTree",
+    outcomes: "Sequence[UpdateOutcome]",
+    title: str,
     *,
-    replay: bool,
-    check: int,
+    name: str,
+    about: str,
 ) -> "xr.DataTree":
-    """Write an update into the store; return it with its identity and seal."""
+    """Write an update into the store; return it with its identity and seal.
+
+    Parameters
+    ----------
+    store : where it is kept
+    tree, outcomes : the update, and what it was made of
+    title : of the campaign
+    name, about : identity of the update, and of what it is of
+    """
     from wearlab.store.seal import SEAL
     from wearlab.store.updates import keep_update, seal_of
 
-    about = subject(wanted)
-    name = identity(about, replay=replay, check=check)
     runs = list(dict.fromkeys(run.id for outcome in outcomes for run in outcome.posterior.histories))
     summary = {outcome.study.label: _summary(outcome) for outcome in outcomes}
     tree.attrs |= {"id": name, "subject": about, "runs": " ".join(runs), "summary": json.dumps(summary)}
     tree.attrs[SEAL] = seal_of(tree)
-    keep_update(store, name, tree, campaign.title, about, runs, summary)
+    keep_update(store, tree, title, runs, summary)
     return tree
 
 

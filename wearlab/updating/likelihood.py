@@ -13,7 +13,7 @@ from wearlab.updating import condensing
 from wearlab.updating.asking import Asked
 from wearlab.updating.censoring import Hidden
 from wearlab.updating.condensing import SIZE, condensed
-from wearlab.updating.filtering import LOG_TWO_PI, Filtered, Inspection, filtered
+from wearlab.updating.filtering import LOG_TWO_PI, Filtered, Inspection, SharedError, filtered
 from wearlab.updating.history import RunHistory
 from wearlab.updating.observations import Observed
 
@@ -179,8 +179,8 @@ def log_likelihood(
     if censored.any():
         residual = np.where(censored, 0.0, residual)
         hidden = Hidden(censored, np.where(censored, block.seen.below[block.rows], 0.0) - model)
-    own = block.data.error.offset_sd**2
-    return filtered(residual, variance, times, own, rate, start, hidden=hidden, steps=steps)
+    shared = SharedError(block.data.error.offset_sd**2, rate, start)
+    return filtered(residual, variance, times, shared, hidden=hidden, steps=steps)
 
 
 def _condenses(block: Block, asked: Asked, sd: Array, rate: Array) -> bool:

@@ -122,7 +122,8 @@ def outcome(
     before = answered(study, runs, unseen(blocks), log_proposal)
     prior_draws = drawn(before, study.spec.draws, rng)
     checked = tuple(checks(answer.posterior, draws))
-    stats = _stats(study, answer, before, prior_draws, blocks, log_proposal, rng)
+    foreseen = prior_p(before, prior_draws, blocks, rng)
+    stats = _stats(study, answer, blocks, log_proposal, foreseen)
     return UpdateOutcome(
         study,
         answer,
@@ -139,11 +140,9 @@ def outcome(
 def _stats(
     study: "MeasuredCase",
     answer: Answer,
-    before: Answer,
-    prior_draws: Draws,
     blocks: tuple[Block, ...],
     log_proposal: Array | None,
-    rng: np.random.Generator,
+    prior_predictive_p: float,
 ) -> dict[str, float]:
     post = answer.posterior
     stats = {
@@ -158,7 +157,7 @@ def _stats(
         "numerical_share": max(
             (numerical_share(b, post.histories[0]) for b in blocks if len(b.seen)), default=0.0
         ),
-        "prior_predictive_p": prior_p(before, prior_draws, blocks, rng),
+        "prior_predictive_p": prior_predictive_p,
         "contradiction": contradiction(study, post.histories, blocks, log_proposal),
     }
     if any(block.data.error.drift is not None for block in blocks):

@@ -18,7 +18,7 @@ from wearlab.units import convert
 from wearlab.updating.errors import UpdateError
 from wearlab.updating.history import history_of
 from wearlab.updating.likelihood import block_of
-from wearlab.updating.making import made_up
+from wearlab.updating.making import Truth, made_up
 from wearlab.updating.observations import Observed
 from wearlab.updating.stored import StoredRun
 from wearlab.updating.study import MeasuredCase, studies
@@ -56,7 +56,8 @@ def twin_files(
             raise UpdateError(f"{seen.data.file}: goes on beyond the twin's run, {run.end:g} cycles")
         block = block_of(seen, accumulating=True)
         drift = 0.0 if block.drift is None else block.drift.known
-        value, _, _ = made_up(block, run, number, run.factor, block.sd.known, drift, rng)
+        truth_of_block = Truth(run.factor, block.sd.known, drift)
+        value, _, _ = made_up(block, run, number, truth_of_block, rng)
         file = Path(seen.data.file)
         texts[file] = _with(texts.get(file, file.read_text(encoding="utf-8")), seen, value)
     return texts, float(run.limit_cycle)

@@ -1,7 +1,7 @@
 """``wearlab update``: from a campaign's measurements to a remaining life with an interval."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,30 +56,57 @@ def update(
     UpdateError : nothing was measured, a file cannot be read, or no run has data
     StoreError : the store cannot be read or written
     """
-    from wearlab.updating.keeping import keep, kept
+    from wearlab.store.updates import read_update
+    from wearlab.updating.keeping import identity, keep, subject
     from wearlab.updating.tree import tree_of
 
     wanted = studies(campaign)
-    known = kept(campaign, wanted, store, replay=replay, check=check)
+    about = subject(wanted)
+    name = identity(about, replay=replay, check=check)
+    known = read_update(store, name)
     if known is not None:
         return known
-    outcomes = [updated(campaign.title, study, store, progress, workers) for study in wanted]
+    making = Making(campaign.title, store, progress, workers)
+    outcomes = [updated(study, making) for study in wanted]
     tree = tree_of(campaign, outcomes, replay=replay, check=check)
-    return keep(campaign, wanted, outcomes, tree, store, replay=replay, check=check)
+    return keep(store, tree, outcomes, campaign.title, name=name, about=about)
 
 
-def updated(
-    title: str, study: MeasuredCase, store: "Store", progress: bool = True, workers: int | None = None
-) -> UpdateOutcome:
+class Making(NamedTuple):
+    """How the runs of an update are made.
+
+    Parameters
+    ----------
+    title : of the campaign
+    store : where they are kept
+    progress : whether a bar is shown
+    workers : processes [the cores]
+    """
+
+    title: str
+    store: "Store"
+    progress: bool = True
+    workers: int | None = None
+
+    def run(self, study: MeasuredCase) -> tuple[tuple[RunHistory, ...], NDArray[np.intp]]:
+        """Return the histories of a study, and the number of the draw that each one is."""
+        from wearlab.runner import run
+
+        campaign = study.campaign(self.title)
+        run(campaign, self.store, progress=self.progress, workers=self.workers)
+        return histories(study, self.store)
+
+
+def updated(study: MeasuredCase, making: Making) -> UpdateOutcome:
     """Update one case: run what is missing, make runs longer, draw once more where few carry the weight."""
-    runs, which = _run(title, study, store, progress, workers)
+    runs, which = making.run(study)
     while True:
         answer = answered(study, runs, blocks_of(study, runs))
         if answer.beyond <= ENOUGH or study.longer >= MOST_LONGER:
             break
         try:
             longer = replace(study, longer=2.0 * study.longer)
-            after = _run(title, longer, store, progress, workers)
+            after = making.run(longer)
         except (SceneError, UpdateError):
             break
         if after[0][0].end <= runs[0].end * 1.01:
@@ -87,29 +114,12 @@ def updated(
         study, (runs, which) = longer, after
     proposal = None
     if len(runs) > 1 and answer.posterior.effective_runs < min(FEWEST, 0.5 * len(runs)):
-        study, runs, which, proposal = _again(
-            title, study, answer.posterior.weight, which, store, progress, workers
-        )
+        study, runs, which, proposal = _again(study, answer.posterior.weight, which, making)
     return outcome(study, runs, which, proposal)
 
 
-def _run(
-    title: str, study: MeasuredCase, store: "Store", progress: bool, workers: int | None
-) -> tuple[tuple[RunHistory, ...], NDArray[np.intp]]:
-    from wearlab.runner import run
-
-    run(study.campaign(title), store, progress=progress, workers=workers)
-    return histories(study, store)
-
-
 def _again(
-    title: str,
-    study: MeasuredCase,
-    weight: Array,
-    which: NDArray[np.intp],
-    store: "Store",
-    progress: bool,
-    workers: int | None,
+    study: MeasuredCase, weight: Array, which: NDArray[np.intp], making: Making
 ) -> tuple[MeasuredCase, tuple[RunHistory, ...], NDArray[np.intp], Array]:
     """Return the study with a second round of draws, its runs, and how they were drawn."""
     first = len(next(iter(study.drawn.values())))
@@ -117,7 +127,7 @@ def _again(
     mean, covariance = fitted(z, weight)
     more = proposed(mean, covariance, study.costly, first, study.spec.seed)
     both = replace(study, drawn={key: (*values, *more[key]) for key, values in study.drawn.items()})
-    runs, which = _run(title, both, store, progress, workers)
+    runs, which = making.run(both)
     proposal = log_mixture(scores_of(both)[which], mean, covariance, first, first)
     return both, runs, which, proposal
 

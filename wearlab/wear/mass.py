@@ -17,6 +17,10 @@ def worn_area(depth: ArrayLike, path: WearPath) -> Array:
     ----------
     depth : (..., 2, n) wear depth along the normal, (driving, driven) [m]
     path : WearPath
+
+    References
+    ----------
+    Litvin & Fuentes, for the curvature of an involute.
     """
     return np.asarray(np.sum(np.asarray(depth, float) * path.arc_weight, axis=-1))
 

@@ -78,6 +78,10 @@ def wear_path(
     ------
     ValueError
         When a radius of curvature is not positive: a flank cannot touch at its base circle.
+
+    References
+    ----------
+    W23 Eq. 47, for v.
     """
     rho = np.ascontiguousarray(curvature, float)
     z, r_b = np.asarray(teeth, float), np.asarray(base_radius, float)
@@ -117,7 +121,12 @@ def contact_modulus(youngs_modulus: ArrayLike, poisson_ratio: ArrayLike) -> floa
 
 
 def sliding_velocity(path: WearPath) -> Array:
-    """Return ``v_own − v_other`` of each flank, (2, n) [m/s]."""
+    """Return ``v_own − v_other`` of each flank, (2, n) [m/s].
+
+    References
+    ----------
+    W23 Eq. 47, there without its sign.
+    """
     return np.asarray(path.surface_velocity - path.surface_velocity[::-1])
 
 

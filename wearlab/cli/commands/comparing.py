@@ -28,4 +28,4 @@ def compare(
     """Compare two runs or two campaigns: what was asked and what came out differently."""
     from wearlab.cli.comparing import compare_two
 
-    return compare_two(a, b, Store(store), on, tolerance, (out, figure), json)
+    return compare_two((a, b), Store(store), on, tolerance, (out, figure), json)

@@ -204,8 +204,7 @@ def _bands(series: list[Series]) -> list[Series]:
 
 def _kind(
     name: str,
-    title: str,
-    titled: str,
+    titles: tuple[str, str],
     shows: str,
     needs: tuple[str, ...],
     series: Callable[[Run, Ask], Iterator[Series]],
@@ -213,7 +212,7 @@ def _kind(
 ) -> Kind:
     return Kind(
         name=name,
-        title=title,
+        title=titles[0],
         shows=shows,
         needs=needs,
         dims=("update",) if "cycle" in needs else (),
@@ -222,15 +221,14 @@ def _kind(
         one_flank="cycle" in needs,
         joined=together,
         y=needs[0],
-        titled=titled,
+        titled=titles[1],
         along_x="cycle" not in needs,
     )
 
 
 HISTOGRAM = _kind(
     "histogram",
-    "Distribution of the life",
-    "Distribution of the {}",
+    ("Distribution of the life", "Distribution of the {}"),
     "how one number of each run is distributed, with its 5, 50 and 95 % quantiles and their 95 % confidence",
     ("life",),
     _one_number,
@@ -238,8 +236,7 @@ HISTOGRAM = _kind(
 )
 PROBABILITY = _kind(
     "probability",
-    "Log-normal probability plot",
-    "Log-normal probability plot: {}",
+    ("Log-normal probability plot", "Log-normal probability plot: {}"),
     "one number of each run in order against the score of its rank, beside the log-normal law with the same "
     "mean and spread of the logarithms; 95 % of each rank of such a sample lies in the band",
     ("life",),
@@ -248,8 +245,7 @@ PROBABILITY = _kind(
 )
 QUANTILE_BANDS = _kind(
     "quantile-bands",
-    "Largest wear depth of all runs",
-    "{} of all runs",
+    ("Largest wear depth of all runs", "{} of all runs"),
     "median, 25–75 % and 5–95 % bands of a variable over the cycles, of all runs; a run "
     "at its limit counts as deeper",
     ("max_wear_depth", "cycle"),

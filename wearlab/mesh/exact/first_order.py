@@ -34,7 +34,12 @@ class Errors(NamedTuple):
 
 
 def errors_in_both_forms(flanks: WornFlanks, wear: Array) -> Errors:
-    """Return the unloaded transmission error of wear (2, n) [m] in both forms."""
+    """Return the unloaded transmission error of wear (2, n) [m] in both forms.
+
+    References
+    ----------
+    Y23 Eq. 62 for the exact one, there as an angle of the driven gear.
+    """
     grid = flanks.grid
     displacement = grid.beyond((wear + flanks.modification).sum(axis=0))
     exact = minimum_gap(*flanks.worn(wear), grid.touching).gap

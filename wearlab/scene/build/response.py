@@ -15,7 +15,7 @@ from wearlab.mesh.excitation import stage_tables, stages
 from wearlab.mesh.stages import StageTables
 from wearlab.scene import Scene
 from wearlab.scene.build.parts import Parts
-from wearlab.scene.build.vibration import build_friction, fluctuation, steps_grid
+from wearlab.scene.build.vibration import OnClock, build_friction, fluctuation, steps_grid
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,8 @@ class SpeedResponse:
         period = parts.gears.period * scene.operation.speed / speed
         analyses = [kind.analysis for kind in parts.kinds]
         stiffest = np.array([self.state.kind[mesh.kind].static.tangent.max() for mesh in parts.meshes])
-        grid = steps_grid(scene, analyses, parts.meshes, parts.edges, vibration.system, stiffest, period)
+        clock = OnClock(analyses, parts.meshes, parts.edges)
+        grid = steps_grid(scene, clock, vibration.system, stiffest, period)
         return replace(
             vibration,
             stages=stages(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from wearlab.mesh.clock import Mesh, look_within
 from wearlab.mesh.contact import ContactAnalysis, Quasistatic
 from wearlab.mesh.excitation import Friction, stages
 from wearlab.mesh.gear_set import GearSet
-from wearlab.mesh.landing import landing_grid
+from wearlab.mesh.landing import Tables, landing_grid
 from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.mesh.stiffness import GivenStiffness
 from wearlab.scene import Scene
@@ -53,6 +53,32 @@ MOST_FOR_MESH = 2000
 """Steps beyond which a finer mesh table is no reason for more."""
 
 
+class OnClock(NamedTuple):
+    """The meshes of a set on its clock.
+
+    Parameters
+    ----------
+    analyses : contact of every kind of mesh
+    meshes : the meshes
+    edges : phases between which every mesh is smooth, 0 first and 1 last [1]
+    """
+
+    analyses: Sequence[ContactAnalysis]
+    meshes: Sequence[Mesh]
+    edges: Array
+
+    @property
+    def breaks(self) -> Array:
+        """Phases at which something jumps [1]."""
+        return self.edges[:-1]
+
+    @property
+    def tabled(self) -> list[tuple[Mesh, ContactAnalysis]]:
+        """The meshes whose stiffness is given by a table."""
+        pairs = ((mesh, self.analyses[mesh.kind]) for mesh in self.meshes)
+        return [(mesh, analysis) for mesh, analysis in pairs if given_by_table(analysis)]
+
+
 def build_vibration(
     scene: Scene,
     gears: GearSet,
@@ -68,8 +94,9 @@ def build_vibration(
     stiffest = np.array([float(healthy[mesh.kind].tangent.max()) for mesh in meshes])
     system = build_system(scene, gears, np.array([mean[mesh.kind] for mesh in meshes]))
     _check_definite(system, np.array([mean[mesh.kind] for mesh in meshes]))
-    grid = steps_grid(scene, analyses, meshes, edges, system, stiffest, gears.period)
-    few = touching_grid(scene, gears, analyses, meshes, edges, system, stiffest, grid)
+    clock = OnClock(analyses, meshes, edges)
+    grid = steps_grid(scene, clock, system, stiffest, gears.period)
+    few = touching_grid(scene, gears, clock, system, stiffest, grid)
     slow = slow_errors(scene, gears, meshes, system)
     grids, friction = [contact.grid for contact in analyses], build_friction(scene, gears)
     return Vibration(
@@ -86,17 +113,9 @@ def build_vibration(
     )
 
 
-def steps_grid(
-    scene: Scene,
-    analyses: Sequence[ContactAnalysis],
-    meshes: tuple[Mesh, ...],
-    edges: Array,
-    system: System,
-    stiffness: Array,
-    period: float,
-) -> StageGrid:
+def steps_grid(scene: Scene, clock: OnClock, system: System, stiffness: Array, period: float) -> StageGrid:
     """Return the steps: as many as asked for, or as system and meshes need at the scene's tolerance."""
-    breaks, tolerance = edges[:-1], scene.numerics.tolerance
+    breaks, tolerance = clock.breaks, scene.numerics.tolerance
     turned = fastest_rate(system, stiffness) * period
     exact = scene.dynamics is not None and scene.dynamics.follows_orbits and not in_registers(system)
     if scene.numerics.steps_per_period is not None:
@@ -112,7 +131,7 @@ def steps_grid(
     rule, multiple = (exact_steps_per_period, SIZES[0]) if exact else (steps_per_period, 2)
     steps = min(rule(system, stiffness, period, tolerance, len(breaks)), MOST_STEPS)
     grid = stage_grid(breaks, steps, multiple)
-    while len(grid.width) < MOST_FOR_MESH and _missing(analyses, meshes, edges, grid) > RESOLVED * tolerance:
+    while len(grid.width) < MOST_FOR_MESH and _missing(clock, grid) > RESOLVED * tolerance:
         steps = int(np.ceil(RISE * steps))
         grid = stage_grid(breaks, steps, multiple)
     return grid
@@ -121,9 +140,7 @@ def steps_grid(
 def touching_grid(
     scene: Scene,
     gears: GearSet,
-    analyses: Sequence[ContactAnalysis],
-    meshes: tuple[Mesh, ...],
-    edges: Array,
+    clock: OnClock,
     system: System,
     stiffness: Array,
     marched: StageGrid,
@@ -136,44 +153,37 @@ def touching_grid(
     assert scene.dynamics is not None
     if not scene.dynamics.follows_orbits or not in_registers(system):
         return None
-    if scene.operation.torque_fluctuation is not None or hunting_period(scene, gears, meshes) > 1:
+    if scene.operation.torque_fluctuation is not None or hunting_period(scene, gears, clock.meshes) > 1:
         return None
     steps, tolerance, period = len(marched.width), scene.numerics.tolerance, gears.period
     if scene.numerics.steps_per_period is not None:
         tolerance = min(COARSEST, runge_kutta_error(system, stiffness, period, steps))
-    wanted = exact_steps_per_period(system, stiffness, period, tolerance, len(edges) - 1)
-    return few_steps(analyses, meshes, edges, wanted, RESOLVED * tolerance, steps)
+    wanted = exact_steps_per_period(system, stiffness, period, tolerance, len(clock.breaks))
+    return few_steps(clock, wanted, RESOLVED * tolerance, steps)
 
 
-def few_steps(
-    analyses: Sequence[ContactAnalysis],
-    meshes: Sequence[Mesh],
-    edges: Array,
-    steps: int,
-    missing: float,
-    most: int,
-) -> StageGrid | None:
+def few_steps(clock: OnClock, steps: int, missing: float, most: int) -> StageGrid | None:
     """Return about so many steps for collocation, more where stiffnesses from tables bend.
 
     Parameters
     ----------
-    analyses, meshes, edges : the meshes, and the breaks of the clock
+    clock : the meshes
     steps : the number of steps that the motion asks for
     missing : what the polynomials over groups of steps may miss of a table in the mean [1]
     most : steps beyond which tables have none
     """
-    tables = [(mesh, one) for mesh in meshes if given_by_table(one := analyses[mesh.kind])]
+    tables = clock.tabled
     if not tables:
-        return stage_grid(edges[:-1], steps, SIZES[0])
+        return stage_grid(clock.breaks, steps, SIZES[0])
     points = np.concatenate([(table.stiffness.bends + mesh.lag) % 1.0 for mesh, table in tables])
 
     def stiffness(phase: Array, middle: float) -> Array:
         inside = np.array([middle])
         where = [look_within(table.grid, [mesh.lag], phase[None], inside) for mesh, table in tables]
         each = [table.stiffness.at_phases(at) for (_, table), at in zip(tables, where, strict=True)]
-        return np.array([one.sum(axis=1) for one in each if one is not None])
+        return np.array([pairs.sum(axis=1) for pairs in each if pairs is not None])
 
-    return landing_grid(edges[:-1], steps, SIZES[0], points, stiffness, missing, most)
+    return landing_grid(clock.breaks, steps, SIZES[0], Tables(points, stiffness), missing, most)
 
 
 def given_by_table(analysis: ContactAnalysis) -> bool:
@@ -235,10 +245,8 @@ def patient(method: Method, system: System, steps: int) -> Method:
     )
 
 
-def _missing(
-    analyses: Sequence[ContactAnalysis], meshes: Sequence[Mesh], edges: Array, grid: StageGrid
-) -> float:
-    return max(unresolved(analyses[mesh.kind], mesh, grid) for mesh in meshes)
+def _missing(clock: OnClock, grid: StageGrid) -> float:
+    return max(unresolved(clock.analyses[mesh.kind], mesh, grid) for mesh in clock.meshes)
 
 
 def unresolved(analysis: ContactAnalysis, mesh: Mesh, grid: StageGrid) -> float:
