@@ -84,7 +84,7 @@ def test_what_a_neighbour_cannot_speak_for_is_solved_anew() -> None:
         np.testing.assert_array_equal(warm.state, cold.state)
     assert first.near is not None
     lively = 1.0 - 0.5 * CLEAR
-    near = replace(first.near, multipliers=np.array([lively + 0.0j]))
+    near = replace(first.near, derivative=first.near.derivative * lively / abs(first.near.multipliers[0]))
     assert not near.resembles(system, given, PERIOD)
 
 

@@ -135,7 +135,10 @@ def test_plans_of_old_gears_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> No
     known = [room.Known(SYSTEM, on, PERIOD * (1 + k)) for k in range(4)]
     shared, own = np.zeros(1_000), [np.zeros(1_000) for _ in known]
     for one, table in zip(known, own, strict=True):
-        one._plans[b"", b""] = SimpleNamespace(groups=((shared, table),))
+        one._plans |= {
+            (b"one", b""): SimpleNamespace(tables=shared),
+            (b"", b""): SimpleNamespace(tables=table),
+        }
     monkeypatch.setattr(room, "_known", list(known))
     for most, left in ((shared.nbytes * 5, 4), (shared.nbytes * 3, 2), (0, 1)):
         monkeypatch.setattr(room, "KEPT_BYTES", most)

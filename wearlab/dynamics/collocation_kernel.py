@@ -151,12 +151,30 @@ def inputs_at_stages(direction: Any, law: Any, push: Any, found: Any, rows: int,
 
 
 @jit_inner
+def places_of(begin: int, steps: int, states: int, inputs: int, meshes: int) -> tuple[int, int, int, int]:
+    """Return where effect, sense and feed of a group begin in the tables, and where the last ends.
+
+    ``begin``: where its transition does; see `wearlab.dynamics.collocation.Group` for their shapes.
+    """
+    effect = begin + steps * states * states
+    sense = effect + steps * states * (2 * steps + 1) * inputs
+    feed = sense + states * 2 * steps * meshes
+    return effect, sense, feed, feed + (2 * steps + 1) * inputs * 2 * steps * meshes
+
+
+@jit_inner
 def over_group(
-    transition: Any, effect: Any, sense: Any, feed: Any, direction: Any, inputs: Any, first: int, work: Any,
-    law: Any, push: Any, stages: Any, one: Any,
+    tables: Any, group: Any, direction: Any, inputs: Any, work: Any, law: Any, push: Any, stages: Any,
+    one: Any,
 ) -> None:  # fmt: skip
     """Find the map over one group, ``one`` (2n, columns), and its stages' inputs."""
-    states, rows = sense.shape
+    (first, steps, begin), states, count = group, len(one), inputs.load.shape[2]
+    rows, ends = 2 * steps * len(direction), steps * states
+    at_effect, at_sense, at_feed, end = places_of(begin, steps, states, count, len(direction))
+    transition = tables[begin:at_effect].reshape((ends, states))
+    effect = tables[at_effect:at_sense].reshape((ends, (2 * steps + 1) * count))
+    sense = tables[at_sense:at_feed].reshape((states, rows))
+    feed = tables[at_feed:end].reshape(((2 * steps + 1) * count, rows))
     unknowns, columns = padded(rows), one.shape[1]
     matrix = work[: unknowns * (unknowns + columns)].reshape((unknowns + columns, unknowns))
     fill(sense, feed, direction, inputs, first, law, push, matrix)
@@ -172,33 +190,29 @@ def over_group(
 
 @jit_inner(allocates=True)
 def over_groups(
-    groups: Any, first: Any, size: Any, slot: Any, direction: Any, inputs: Any, stages: Any, maps: Any,
-    whole: Any,
-) -> None:  # fmt: skip
+    tables: Any, groups: Any, direction: Any, inputs: Any, stages: Any, maps: Any, whole: Any
+) -> None:
     """Find the maps over all groups.
 
     Parameters
     ----------
+    tables, groups : see `wearlab.dynamics.collocation.Cut`
     stages : (n_groups, most inputs, columns) filled with the inputs at the stages
     maps : (n_groups, 2n, columns) filled with the map over each group
     whole : (2n, columns) filled with the map over all
     """
-    four, two, one = groups
     states, columns = whole.shape
-    unknowns = padded(four.sense.shape[2])
+    most = 2 * groups[:, 1].max() * len(direction)
+    unknowns = padded(most)
     work = np.empty(unknowns * (unknowns + columns))
-    law, push = scratch_of(direction, inputs, four.sense.shape[2])
+    law, push = scratch_of(direction, inputs, most)
     by_state, carried = np.empty((states, states)), np.empty((states, columns))
     whole[:, :] = 0.0
     for row in range(states):
         whole[row, row] = 1.0
-    for at in range(len(first)):
-        x, step = slot[at], maps[at]
-        group = four if size[at] == 0 else (two if size[at] == 1 else one)
-        over_group(
-            group.transition[x], group.effect[x], group.sense[x], group.feed[x], direction, inputs,
-            first[at], work, law, push, stages[at], step,
-        )  # fmt: skip
+    for at in range(len(groups)):
+        step = maps[at]
+        over_group(tables, groups[at], direction, inputs, work, law, push, stages[at], step)
         for row in range(states):
             for col in range(states):
                 by_state[row, col] = step[row, col]
@@ -229,41 +243,40 @@ def starts_of_groups(maps: Any, stages: Any, given: Any, starts: Any, inputs: An
 
 @jit_inner(allocates=True)
 def path_over_groups(
-    groups: Any, first: Any, size: Any, slot: Any, starts: Any, inputs: Any, states: Any
+    tables: Any, groups: Any, meshes: int, count: int, starts: Any, inputs: Any, states: Any
 ) -> None:
     """Fill ``states`` (n_steps + 1, 2n) from the groups' starts and inputs, groups alike in one product."""
-    four, two, one = groups
     rows, begin = states.shape[1], 0
     write(starts[0], states[0])
-    if len(four.effect[0]) * four.effect.shape[2] <= SMALL:
-        for at in range(len(first)):
-            x = slot[at]
-            group = four if size[at] == 0 else (two if size[at] == 1 else one)
-            transition, effect = group.transition[x], group.effect[x]
-            for step in range(len(effect) // rows):
-                for row in range(rows):
-                    total, line = 0.0, step * rows + row
-                    for col in range(rows):
-                        total += transition[line, col] * starts[at, col]
-                    for col in range(effect.shape[1]):
-                        total += effect[line, col] * inputs[at, col]
-                    states[first[at] + 1 + step, row] = total
-        return
-    while begin < len(first):
-        end = begin + 1
-        while end < len(first) and slot[end] == slot[begin] and size[end] == size[begin]:
+    while begin < len(groups):
+        end, (first, steps, where) = begin + 1, groups[begin]
+        while end < len(groups) and groups[end, 2] == where:
             end += 1
-        x = slot[begin]
-        group = four if size[begin] == 0 else (two if size[begin] == 1 else one)
-        effect, alike, low = group.effect[x], end - begin, first[begin] + 1
-        pushed = np.empty((alike, effect.shape[1]))
-        for at in range(alike):
-            write(inputs[begin + at, : effect.shape[1]], pushed[at])
-        moved, driven = np.empty((alike, len(effect))), np.empty((alike, len(effect)))
-        np.dot(starts[begin:end], group.transition[x].T, moved)
-        np.dot(pushed, effect.T, driven)
-        steps = len(effect) // rows
-        for at in range(alike):
-            for line in range(len(effect)):
-                states[low + at * steps + line // rows, line % rows] = moved[at, line] + driven[at, line]
+        at_effect, at_sense, _, _ = places_of(where, steps, rows, count, meshes)
+        stages = (2 * steps + 1) * count
+        transition = tables[where:at_effect].reshape((steps * rows, rows))
+        effect = tables[at_effect:at_sense].reshape((steps * rows, stages))
+        if len(effect) * stages <= SMALL:
+            for at in range(begin, end):
+                for step in range(steps):
+                    for row in range(rows):
+                        total, line = 0.0, step * rows + row
+                        for col in range(rows):
+                            total += transition[line, col] * starts[at, col]
+                        for col in range(stages):
+                            total += effect[line, col] * inputs[at, col]
+                        states[groups[at, 0] + 1 + step, row] = total
+        else:
+            alike = end - begin
+            pushed = np.empty((alike, stages))
+            for at in range(alike):
+                write(inputs[begin + at, :stages], pushed[at])
+            moved, driven = np.empty((alike, len(effect))), np.empty((alike, len(effect)))
+            np.dot(starts[begin:end], transition.T, moved)
+            np.dot(pushed, effect.T, driven)
+            for at in range(alike):
+                for step in range(steps):
+                    for row in range(rows):
+                        line = step * rows + row
+                        states[first + 1 + at * steps + step, row] = moved[at, line] + driven[at, line]
         begin = end

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.collocation import joined_steps
 from wearlab.dynamics.collocation_inputs import inputs_of
+from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.neighbour_factors import Drifts, Factors, drifts_of, factors_of
 from wearlab.dynamics.neighbour_kernel import correct, path_of, resembles
 from wearlab.dynamics.system import System
@@ -68,7 +69,6 @@ class Neighbour:
     derivative : the same where loads take the columns of held coordinates
     held : (n_balance,) coordinates whose place the sizes of loads take
     scale : (2n,) sizes of the states
-    multipliers : its multipliers, largest first
     """
 
     system: System
@@ -80,11 +80,15 @@ class Neighbour:
     derivative: Array
     held: Index
     scale: Array
-    multipliers: NDArray[np.complex128]
 
     def __getstate__(self) -> dict[str, object]:
         """Return the case alone: what it was asked for is megabytes, and soon computed again."""
         return {one.name: getattr(self, one.name) for one in fields(self)}
+
+    @cached_property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Its multipliers, largest first."""
+        return multipliers_of(self.system, self.balance, self.derivative)
 
     @cached_property
     def factors(self) -> Factors:
@@ -150,8 +154,9 @@ def corrected(near: Neighbour, system: System, tables: StageTables, period: floa
     inputs = inputs_of(system, near.balance, tables, period, known.mean, known.shares)
     law = np.empty((*known.felt.shape[:2], inputs.law.shape[2]))
     starts, felt, sizes = known.starts.copy(), known.felt.copy(), near.start[len(near.whole) + 1 :].copy()
+    first = np.ascontiguousarray(known.cut.groups[:, 0])
     count = correct(
-        inputs, known.inputs, known.cut.first, known.stages, known.direction, known.by_state, known.by_input,
+        inputs, known.inputs, first, known.stages, known.direction, known.by_state, known.by_input,
         near.inverse, near.held, (MOST, SHRINKS, LEFT), law, starts, felt, sizes,
     )  # fmt: skip
     multipliers = near.multipliers_after(law) if count else None
@@ -160,6 +165,6 @@ def corrected(near: Neighbour, system: System, tables: StageTables, period: floa
     path = np.empty((len(tables.width) + 1, starts.shape[1]))
     path_of(known.cut, inputs, known.stages, starts, felt, sizes, path)
     scale = near.scale
-    apart = (path[known.cut.first + known.stages // 2] - starts[1:]) / scale
+    apart = (path[first + known.stages // 2] - starts[1:]) / scale
     closure = float(np.abs(apart).max() / np.abs(starts / scale).max())
     return Found(path, sizes, multipliers, closure, count) if closure <= CLOSED else None

@@ -64,13 +64,13 @@ def factors_of(
     assert cut is not None
     inputs = inputs_of(system, balance, tables, period, mean, shares)
     moving = inputs.law.shape[2] if len(shares) == len(shares.T) else len(basis)
-    (meshes, n), groups = direction.shape, len(cut.first)
+    (meshes, n), groups = direction.shape, len(cut.groups)
     by_state = np.empty((groups, 2 * n + (MOST_STAGES - 1) * meshes, len(given)))
     by_input = np.empty((*by_state.shape[:2], MOST_STAGES * moving))
     answers_of_groups(*cut, direction, inputs, moving, by_state, by_input)
     starts, felt = np.empty((groups + 1, 2 * n)), np.empty((groups, MOST_STAGES, meshes))
     over_period(by_state, direction, given.copy(), np.zeros(by_state.shape[:2]), starts, felt)
-    stages = 2 * np.array(SIZES)[cut.size] + 1
+    stages = 2 * cut.groups[:, 1] + 1
     return Factors(mean, shares, direction, inputs, cut, stages, by_state, by_input, starts, felt)
 
 

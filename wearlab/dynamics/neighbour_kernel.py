@@ -13,6 +13,7 @@ from wearlab.dynamics.collocation_kernel import (
     padded,
     path_over_groups,
     place,
+    places_of,
     scratch_of,
 )
 from wearlab.dynamics.elimination import eliminate
@@ -21,13 +22,19 @@ from wearlab.dynamics.registers import write
 
 @jit_inner(allocates=True)
 def answers_of_group(
-    transition: Any, effect: Any, sense: Any, feed: Any, direction: Any, inputs: Any, first: int, moving: int,
-    work: Any, by_state: Any, by_input: Any,
+    tables: Any, group: Any, direction: Any, inputs: Any, moving: int, work: Any, by_state: Any,
+    by_input: Any,
 ) -> None:  # fmt: skip
     """Fill the answers of one group, see `answers_of_groups`."""
-    states, rows = sense.shape
+    (first, steps, begin), (meshes, n) = group, direction.shape
     count, given = inputs.load.shape[2], by_state.shape[1]
-    unknowns, stages = padded(rows), rows // len(direction) + 1
+    states, rows, stages = 2 * n, 2 * steps * meshes, 2 * steps + 1
+    at_effect, at_sense, at_feed, at_end = places_of(begin, steps, states, count, meshes)
+    transition = tables[begin:at_effect].reshape((steps * states, states))
+    effect = tables[at_effect:at_sense].reshape((steps * states, stages * count))
+    sense = tables[at_sense:at_feed].reshape((states, rows))
+    feed = tables[at_feed:at_end].reshape((stages * count, rows))
+    unknowns = padded(rows)
     columns = given + stages * moving
     matrix = work[: unknowns * (unknowns + columns)].reshape((unknowns + columns, unknowns))
     law, push = scratch_of(direction, inputs, rows)
@@ -57,9 +64,8 @@ def answers_of_group(
 
 @jit(allocates=True)
 def answers_of_groups(
-    groups: Any, first: Any, size: Any, slot: Any, direction: Any, inputs: Any, moving: int, by_state: Any,
-    by_input: Any,
-) -> None:  # fmt: skip
+    tables: Any, groups: Any, direction: Any, inputs: Any, moving: int, by_state: Any, by_input: Any
+) -> None:
     """Fill what end and stages of every group answer to its start and to additional inputs.
 
     Parameters
@@ -69,16 +75,10 @@ def answers_of_groups(
         first, by start, tables and loads of size one
     by_input : (n_groups, …, most stages · moving) the same by additional inputs at all stages
     """
-    four, two, one = groups
-    unknowns = padded(four.sense.shape[2])
+    unknowns = padded(2 * groups[:, 1].max() * len(direction))
     work = np.empty(unknowns * (unknowns + by_state.shape[2] + by_input.shape[2]))
-    for at in range(len(first)):
-        x = slot[at]
-        group = four if size[at] == 0 else (two if size[at] == 1 else one)
-        answers_of_group(
-            group.transition[x], group.effect[x], group.sense[x], group.feed[x], direction, inputs, first[at],
-            moving, work, by_state[at], by_input[at],
-        )  # fmt: skip
+    for at in range(len(groups)):
+        answers_of_group(tables, groups[at], direction, inputs, moving, work, by_state[at], by_input[at])
 
 
 @jit(allocates=True)
@@ -217,12 +217,12 @@ def over_period(by_state: Any, direction: Any, given: Any, answer: Any, starts: 
 @jit(allocates=True)
 def path_of(cut: Any, inputs: Any, stages: Any, starts: Any, felt: Any, sizes: Any, states: Any) -> None:
     """Fill ``states`` (n_steps + 1, 2n) from the groups' starts and d·q at all stages."""
-    load, meshes, first = inputs.load, felt.shape[2], cut.first
+    load, meshes, groups = inputs.load, felt.shape[2], cut.groups
     count = load.shape[2]
     found = np.empty((len(felt), felt.shape[1] * count))
-    for at in range(len(first)):
+    for at in range(len(groups)):
         for stage in range(stages[at]):
-            step, where = place(first[at], stage, stages[at] - 1)
+            step, where = place(groups[at, 0], stage, stages[at] - 1)
             here, now = step if len(load) > 1 else 0, where if load.shape[1] > 1 else 0
             for a in range(count):
                 total = load[here, now, a, 0]
@@ -234,7 +234,7 @@ def path_of(cut: Any, inputs: Any, stages: Any, starts: Any, felt: Any, sizes: A
                 force = inputs.push[step, where, channel]
                 force -= inputs.law[step, where, channel] * felt[at, stage, channel % meshes]
                 found[at, stage * count + inputs.to[x]] += inputs.share[x] * force
-    path_over_groups(cut.groups, first, cut.size, cut.slot, starts, found, states)
+    path_over_groups(cut.tables, groups, meshes, count, starts, found, states)
 
 
 @jit

@@ -76,9 +76,9 @@ class Known:
 
     @property
     def sizes(self) -> dict[int, int]:
-        """Memory of each of the tables of its plans, some of which share theirs [bytes]."""
+        """Memory of the tables of its plans, some of which share theirs [bytes]."""
         plans = (plan for plan in self._plans.values() if plan is not None)
-        return {id(table): table.nbytes for plan in plans for group in plan.groups for table in group}
+        return {id(plan.tables): plan.tables.nbytes for plan in plans}
 
     def _made(
         self, tables: StageTables, joined: NDArray[np.bool_], power: NDArray[np.int64]
@@ -193,7 +193,7 @@ def touching_orbit(
     if code != FOUND or not left <= resolved:
         return None
     balance, near, multipliers = known.balance, None, None
-    if not known.small or not attracting:
+    if not attracting or balance is not None:
         multipliers = multipliers_of(system, balance, derivative)
         largest = abs(multipliers[0])
         if not largest <= 1.0 + margin:
@@ -201,7 +201,7 @@ def touching_orbit(
         attracting = bool(largest < 1.0 - margin)
     if balance is not None:
         balance = balance._replace(size=given[rows + 1 :])
-    if not known.small and multipliers is not None:
+    if not known.small:
         near = Neighbour(
             system,
             known.balance,
@@ -212,7 +212,6 @@ def touching_orbit(
             derivative,
             plan.held,
             plan.scale,
-            multipliers,
         )
     return Response(
         1,

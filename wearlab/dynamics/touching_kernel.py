@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.compiled import jit, jit_inner
-from wearlab.dynamics.collocation import SIZES, SMOOTH, Group
+from wearlab.dynamics.collocation import SIZES, SMOOTH
 from wearlab.dynamics.collocation_inputs import Inputs, tabulate
 from wearlab.dynamics.collocation_kernel import (
     largest_of,
@@ -34,7 +34,7 @@ class TouchingPlan(NamedTuple):
 
     Parameters
     ----------
-    groups, first, size, slot : groups of steps, see `wearlab.dynamics.collocation.Cut`
+    tables, groups : groups of steps, see `wearlab.dynamics.collocation.Cut`
     joined : (n_steps − 1,) where no table jumps from step to step
     power : (n_mesh,) mean mesh stiffnesses in powers, see `wearlab.dynamics.collocation.mean_powers`
     mean : (n_mesh,) stiffness that the linear part holds [N/m]
@@ -46,10 +46,8 @@ class TouchingPlan(NamedTuple):
     static : (n,) state from which coordinates are counted, so that the constant load is no input; or 0 [m]
     """
 
-    groups: tuple[Group, ...]
-    first: Index
-    size: Index
-    slot: Index
+    tables: Array
+    groups: Index
     joined: NDArray[np.bool_]
     power: Index
     mean: Array
@@ -167,7 +165,7 @@ def shift(static: Any, direction: Any, law: Any, push: Any) -> None:
 
 
 @jit_inner
-def unresolved(entering: Any, size: Any, count: int) -> float:
+def unresolved(entering: Any, groups: Any, count: int) -> float:
     """Return the part of the inputs that alternates from stage to stage, over their size: the largest.
 
     A polynomial through 2J + 1 stages is as good as its highest differences are small.
@@ -175,8 +173,8 @@ def unresolved(entering: Any, size: Any, count: int) -> float:
     worst = 0.0
     for a in range(count):
         scale, found = 0.0, 0.0
-        for group in range(len(size)):
-            last = 2 * SIZES[size[group]]
+        for group in range(len(groups)):
+            last = 2 * groups[group, 1]
             factor, total, weights = 1.0, 0.0, 0.0
             for stage in range(last + 1):
                 value = entering[group, stage * count + a]
@@ -257,15 +255,15 @@ def orbit_of(
     )  # fmt: skip
     shift(plan.static, plan.direction, law, push)
     inputs = Inputs(plan.share, plan.to, plan.of, law, push, plan.load)
-    count, groups = plan.load.shape[2], len(plan.first)
+    count, groups = plan.load.shape[2], len(plan.groups)
     stages = np.empty((groups, (2 * SIZES[0] + 1) * count, columns))
     maps = np.empty((groups, rows, columns))
-    over_groups(plan.groups, plan.first, plan.size, plan.slot, plan.direction, inputs, stages, maps, whole)
+    over_groups(plan.tables, plan.groups, plan.direction, inputs, stages, maps, whole)
     if not closed_by(whole, plan.held, plan.scale, given, derivative) > REGULAR:
         return SINGULAR, 0.0, 0.0, False
     starts, entering = np.empty((groups + 1, rows)), np.zeros((groups, stages.shape[1]))
     starts_of_groups(maps, stages, given.copy(), starts, entering)
-    path_over_groups(plan.groups, plan.first, plan.size, plan.slot, starts, entering, path)
+    path_over_groups(plan.tables, plan.groups, len(plan.direction), count, starts, entering, path)
     for row in range(rows // 2):
         given[row] += plan.static[row]
         for step in range(steps + 1):
@@ -277,5 +275,5 @@ def orbit_of(
         apart = max(apart, abs(path[steps, row] - path[0, row]) / plan.scale[row])
         for step in range(steps + 1):
             size = max(size, abs(path[step, row]) / plan.scale[row])
-    left = unresolved(entering, plan.size, count)
+    left = unresolved(entering, plan.groups, count)
     return FOUND, apart / max(size, 1e-300), left, contracts(derivative, plan.scale, bound)
