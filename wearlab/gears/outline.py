@@ -6,11 +6,14 @@ the way from root to tip, and falls in a ring, whose teeth point inwards.
 """
 
 import math
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wearlab.gears.gear import Gear
+from wearlab.gears.specification import RootProfile
 from wearlab.gears.trochoid import Rounding
 
 Array = NDArray[np.float64]
@@ -88,12 +91,7 @@ def root_half_angle(gear: Gear) -> float:
     ----------
     Sainsot, Velex & Duverger 2004, for θ_f.
     """
-    if gear.root_profile == "trochoid":
-        return _rounding_offset(gear) / gear.reference_radius
-    if gear.root_profile == "fillet":
-        centre = gear.root_radius - gear.fillet_radius
-        return gear.half_angle(centre) + gear.fillet_radius / gear.base_radius
-    return gear.half_angle(max(gear.root_radius, gear.base_radius))
+    return ROOTS[gear.root_profile].half_angle(gear)
 
 
 def root_curve(gear: Gear, fraction: ArrayLike) -> tuple[Array, Array, Array]:
@@ -123,12 +121,28 @@ def root_curve(gear: Gear, fraction: ArrayLike) -> tuple[Array, Array, Array]:
     ----------
     Litvin & Fuentes, Gear Geometry and Applied Theory, 2nd ed., 6.4: generation by a rounded rack.
     """
-    t = np.asarray(fraction, dtype=float)
-    if gear.root_profile == "trochoid":
-        return _trochoid(gear, t)
-    if gear.root_profile == "fillet":
-        return _fillet(gear, t)
-    half, start = root_half_angle(gear), gear.root_radius
+    return ROOTS[gear.root_profile].curve(gear, np.asarray(fraction, dtype=float))
+
+
+class Root(NamedTuple):
+    """A kind of root curve.
+
+    Parameters
+    ----------
+    half_angle : θ_f, as :func:`root_half_angle` returns it
+    curve : of t in [0, 1], as :func:`root_curve` returns it
+    """
+
+    half_angle: Callable[[Gear], float]
+    curve: Callable[[Gear, Array], tuple[Array, Array, Array]]
+
+
+def _radial_angle(gear: Gear) -> float:
+    return gear.half_angle(max(gear.root_radius, gear.base_radius))
+
+
+def _radial(gear: Gear, t: Array) -> tuple[Array, Array, Array]:
+    half, start = _radial_angle(gear), gear.root_radius
     rise = gear.form_radius - start
     radius = start + rise * t
     return radius * math.cos(half), radius * math.sin(half), np.full_like(t, rise * math.cos(half))
@@ -138,6 +152,10 @@ def _rounding_offset(gear: Gear) -> float:
     """Distance of the rounding's centre from the tooth's centre line along the pitch line, b [m]."""
     alpha, rho = gear.pressure_angle, gear.fillet_radius
     return math.pi * gear.module / 4 + (gear.dedendum - rho) * math.tan(alpha) + rho / math.cos(alpha)
+
+
+def _trochoid_angle(gear: Gear) -> float:
+    return _rounding_offset(gear) / gear.reference_radius
 
 
 def _trochoid(gear: Gear, t: Array) -> tuple[Array, Array, Array]:
@@ -157,13 +175,25 @@ def _trochoid(gear: Gear, t: Array) -> tuple[Array, Array, Array]:
     return x, y, rise * span
 
 
+def _fillet_angle(gear: Gear) -> float:
+    centre = gear.root_radius - gear.fillet_radius
+    return gear.half_angle(centre) + gear.fillet_radius / gear.base_radius
+
+
 def _fillet(gear: Gear, t: Array) -> tuple[Array, Array, Array]:
-    rho, half = gear.fillet_radius, root_half_angle(gear)
+    rho, half = gear.fillet_radius, _fillet_angle(gear)
     centre = gear.root_radius - rho
     span = float(load_angle(gear, gear.form_radius)) - math.pi / 2 - half
     tau = half + span * t
     x, y = centre * math.cos(half) + rho * np.cos(tau), centre * math.sin(half) + rho * np.sin(tau)
     return x, y, -rho * np.sin(tau) * span
+
+
+ROOTS: dict[RootProfile, Root] = {
+    "trochoid": Root(_trochoid_angle, _trochoid),
+    "fillet": Root(_fillet_angle, _fillet),
+    "radial": Root(_radial_angle, _radial),
+}
 
 
 def half_thickness(gear: Gear, height: ArrayLike) -> Array:

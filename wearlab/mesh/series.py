@@ -28,9 +28,9 @@ NARROW = 3.0
 
 def plane_of(asked: str, pair: GearPair) -> Plane:
     """Return the plane state in which a pair is computed."""
-    if asked == "by-width":
-        return "strain" if pair.face_width >= NARROW * pair.driving.module else "stress"
-    return "strain" if asked == "strain" else "stress"
+    by_width: Plane = "strain" if pair.face_width >= NARROW * pair.driving.module else "stress"
+    planes: dict[str, Plane] = {"by-width": by_width, "strain": "strain", "stress": "stress"}
+    return planes[asked]
 
 
 def finite_element(asked: Any, pair: GearPair, grid: ProfileGrid) -> FiniteElement:
@@ -61,17 +61,18 @@ def potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> Potential
     ----------
     L16, W23, Y23: ``1/k = 1/k_h + Σ (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``; L16 prints Eq. 16 inverted.
     """
-    body = body_compliance if given.foundation == "annulus" else foundation_compliance
     gears = [in_plane(gear, given.plane) for gear in pair.gears]
     teeth = [
-        tooth_flexibility(gear, pair.radius(i, grid.loaded), shear_factor=given.shear_factor, body=body)
+        tooth_flexibility(
+            gear, pair.radius(i, grid.loaded), shear_factor=given.shear_factor, body=BODIES[given.foundation]
+        )
         for i, gear in enumerate(gears)
     ]
     coupling, partner = _coupling(given, gears, pair, grid)
     return PotentialEnergy(
         teeth=(teeth[0], teeth[1]),
         hertz=_hertz(given, pair, grid),
-        foundation=given.foundation != "none",
+        foundation=given.bodies_yield,
         correction=tuple(given.correction),
         coupling=coupling,
         partner=partner,
@@ -80,9 +81,16 @@ def potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> Potential
 
 
 def _hertz(given: Any, pair: GearPair, grid: ProfileGrid) -> HertzContact:
+    return CONTACTS[given.hertz](pair, grid)
+
+
+def _constant(pair: GearPair, grid: ProfileGrid) -> HertzContact:
     first, second = (gear.material for gear in pair.gears)
-    if given.hertz == "yang-sun":
-        return ConstantContact(yang_sun(first, second, pair.face_width))
+    return ConstantContact(yang_sun(first, second, pair.face_width))
+
+
+def _load_dependent(pair: GearPair, grid: ProfileGrid) -> HertzContact:
+    first, second = (gear.material for gear in pair.gears)
     return WeberContact(
         equivalent_radius=pair.equivalent_curvature(grid.loaded),
         depth=np.stack(
@@ -94,12 +102,16 @@ def _hertz(given: Any, pair: GearPair, grid: ProfileGrid) -> HertzContact:
     )
 
 
+CONTACTS = {"yang-sun": _constant, "weber": _load_dependent}
+BODIES = {"sainsot": foundation_compliance, "annulus": body_compliance, "none": foundation_compliance}
+
+
 def _coupling(
     given: Any, gears: Sequence[Gear], pair: GearPair, grid: ProfileGrid
 ) -> tuple[Array, NDArray[np.int64]]:
     """Return for each gear what neighbouring pairs share of its body, and who the neighbour is."""
     n = len(grid.touching)
-    if given.coupling == "none" or given.foundation == "none":
+    if not given.bodies_shared:
         return np.zeros((0, 2, n)), np.zeros((0, n), dtype=np.int64)
     ratios, partners = [], []
     pairs = grid.pairs_at_phase_nodes

@@ -51,12 +51,15 @@ def response_values(scene: Scene, parts: Parts, state: WearState) -> Values:
     return values | labels | _jump_values(jumps)
 
 
+ORDER = {"up": slice(None), "down": slice(None, None, -1)}
+
+
 def _branches(wanted: SpeedResponse) -> list[list[Point]]:
     """Follow each direction; the second one starts where the first has ended."""
     start = _loaded(wanted)
     branches: list[list[Point]] = []
     for direction in wanted.directions:
-        speeds = wanted.speeds if direction == "up" else wanted.speeds[::-1]
+        speeds = wanted.speeds[ORDER[direction]]
         branches.append(wanted.continuation.follow(wanted.mesh_at, list(speeds), start))
         start = branches[-1][-1].response.end
     return branches
@@ -64,7 +67,7 @@ def _branches(wanted: SpeedResponse) -> list[list[Point]]:
 
 def _loaded(wanted: SpeedResponse) -> Array:
     """Return the state from which the first speed starts: the steady response there, (2n,)."""
-    first = wanted.speeds[0] if wanted.directions[0] == "up" else wanted.speeds[-1]
+    first = wanted.speeds[ORDER[wanted.directions[0]]][0]
     return wanted.continuation.method.solve(*wanted.mesh_at(float(first))).end
 
 

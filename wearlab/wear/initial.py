@@ -1,11 +1,13 @@
 """Flanks worn before the first cycle as measured: from points of a profile to depths at the nodes."""
 
+from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wearlab.gears.errors import GearError
+from wearlab.gears.gear import Gear
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.curve import PiecewiseCurve
 
@@ -97,24 +99,28 @@ def path_position(pair: GearPair, gear: int, along: Along, abscissa: ArrayLike) 
         When a diameter lies below the base circle.
     """
     x = np.asarray(abscissa, float)
-    if along == "path_position":
+    if along not in CURVATURES:
         return x
-    if along == "roll_length":  # ρ itself
-        at_pitch, further = pair.curvature(np.array([0.0, 1.0]))[gear]
-        return np.asarray((x - at_pitch) / (further - at_pitch))
-    body = pair.gears[gear]
-    if along == "diameter":
-        square = (0.5 * x) ** 2 - body.base_radius**2
-        if square.min() < 0.0:
-            raise GearError(
-                f"{body.name}: a measured diameter of {1e3 * x.min():.6g} mm lies below the base circle, "
-                f"{2e3 * body.base_radius:.6g} mm; leave out points off the involute"
-            )
-        rho = np.sqrt(square)
-    else:
-        rho = body.base_radius * x
     at_pitch, further = pair.curvature(np.array([0.0, 1.0]))[gear]
-    return np.asarray((rho - at_pitch) / (further - at_pitch))
+    return np.asarray((CURVATURES[along](pair.gears[gear], x) - at_pitch) / (further - at_pitch))
+
+
+def _at_diameter(body: Gear, diameter: Array) -> Array:
+    square = (0.5 * diameter) ** 2 - body.base_radius**2
+    if square.min() < 0.0:
+        raise GearError(
+            f"{body.name}: a measured diameter of {1e3 * diameter.min():.6g} mm lies below the base circle, "
+            f"{2e3 * body.base_radius:.6g} mm; leave out points off the involute"
+        )
+    return np.sqrt(square)
+
+
+CURVATURES: dict[Along, Callable[[Gear, Array], Array]] = {
+    "diameter": _at_diameter,
+    "roll_angle": lambda body, angle: body.base_radius * angle,
+    "roll_length": lambda body, length: length,
+}
+"""Radius of curvature (n,) [m] of points of a flank, by what tells where they are."""
 
 
 def _along_path(profile: MeasuredProfile, pair: GearPair, gear: int) -> tuple[Array, Array]:
@@ -136,20 +142,30 @@ def continued(where: Array, depth: Array, begin: float, end: float, how: Continu
     for side, place, outside in ((0, begin, where[0] > begin), (-1, end, where[-1] < end)):
         if not outside:
             continue
-        edge = where[side]
-        if how == "zero":
-            new_x, new_y = np.array([edge, place]), np.zeros(2)
-        elif how == "hold":
-            new_x, new_y = np.array([place]), depth[[side]]
-        else:
-            near = np.abs(where - edge) <= max(END_SHARE * np.ptp(where), np.sort(np.abs(where - edge))[1])
-            slope, level = np.polyfit(where[near] - edge, depth[near], 1)
-            new_x, new_y = np.array([place]), np.array([level + slope * (place - edge)])
+        new_x, new_y = BEYOND[how](where, depth, side, place)
         if side == 0:
             x, y = [new_x[::-1], *x], [new_y[::-1], *y]
         else:
             x, y = [*x, new_x], [*y, new_y]
     return np.concatenate(x), np.concatenate(y)
+
+
+def _zero(where: Array, depth: Array, side: int, place: float) -> tuple[Array, Array]:
+    return np.array([where[side], place]), np.zeros(2)
+
+
+def _hold(where: Array, depth: Array, side: int, place: float) -> tuple[Array, Array]:
+    return np.array([place]), depth[[side]]
+
+
+def _slope(where: Array, depth: Array, side: int, place: float) -> tuple[Array, Array]:
+    edge = where[side]
+    near = np.abs(where - edge) <= max(END_SHARE * np.ptp(where), np.sort(np.abs(where - edge))[1])
+    slope, level = np.polyfit(where[near] - edge, depth[near], 1)
+    return np.array([place]), np.array([level + slope * (place - edge)])
+
+
+BEYOND = {"zero": _zero, "hold": _hold, "slope": _slope}
 
 
 def _load_angle(pair: GearPair, gear: int, position: Array) -> Array:

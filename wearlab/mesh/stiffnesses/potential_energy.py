@@ -54,6 +54,16 @@ class PotentialEnergyStiffness(StiffnessModel):
     )
 
     @property
+    def bodies_yield(self) -> bool:
+        """Whether the wheel bodies are elastic."""
+        return self.foundation != "none"
+
+    @property
+    def bodies_shared(self) -> bool:
+        """Whether simultaneous pairs share them."""
+        return self.bodies_yield and self.coupling == "shared"
+
+    @property
     def departure(self) -> str:
         """How far it is known to be off: whether pairs share the bodies decides."""
         table = "tests/validation/defaults_table.py"
