@@ -28,7 +28,7 @@ DISTINCT = 1e-2
 RELEASES = ((-1.0, True), (-2.0, True), (-1.0, False), (2.0, False), (-8.0, True), (3.0, True))
 """Approach of the flanks at release over the mean deflection; of all coordinates, or of one alone."""
 MOST_STEPS = 30_000_000
-"""Bound on the integration steps of all searches in one condition of operation: some ten seconds."""
+"""Bound on the integration steps of a search, where nobody gives another."""
 
 
 class Search(NamedTuple):

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.coexisting import MOST_STEPS, Search, coexisting
+from wearlab.dynamics.coexisting import Search, coexisting
 from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
 from wearlab.life.state import WearState
 from wearlab.scene.build import Parts
+from wearlab.simulation.work import most_searched
 
 Array = NDArray[np.float64]
 Values = dict[str, Any]
@@ -33,7 +34,7 @@ def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Search]:
         return []
     clock, account = time.perf_counter(), parts.coupling.account
     searches: list[Search] = []
-    left, steps = MOST_STEPS, len(vibration.stages.grid.width)
+    left, steps = most_searched(vibration.system), len(vibration.stages.grid.width)
     for number, state in enumerate(states):
         share = max(left // (len(states) - number), 0)
         others = Search()

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.structure import in_registers
-from wearlab.dynamics.system import System
 from wearlab.life.coupled import Coupled
 from wearlab.life.history import History, history, single_state, worn_by_law
 from wearlab.life.limits import Limits, Snapshots, StopWear
@@ -20,26 +18,9 @@ from wearlab.scene.build.wear import build_limits, build_snapshots
 from wearlab.simulation.continued import continued_wear
 from wearlab.simulation.errors import Refused
 from wearlab.simulation.operating import Stage
+from wearlab.simulation.work import KEPT_SHARE, most_work
 
 Array = NDArray[np.float64]
-
-MOST_WORK = 2e9
-"""Bound on the work of a march over cycles, units of about 15 ns. Kept states, estimates and the search for
-other attractors come on top."""
-KEPT_SHARE = 0.25
-"""Work on kept states that nobody asked for, over the former."""
-USUAL = 1e-4
-"""Tolerance below which a march may do more, as it has to."""
-OF_A_STEP = 10
-"""Units of a right-hand side that do not grow with the square of the coordinates."""
-OF_A_LARGE_STEP, LARGE = 60.0, 0.1
-"""The same for a system too large for registers, and its units for the square, which goes by whole vectors:
-measured on planetary sets of 6, 18 and 21 coordinates whose teeth part."""
-FRICTIONAL = 2.0
-"""What tooth friction multiplies a right-hand side by: two more channels a mesh, two to four times as long in
-registers and 1.3 to 1.7 times beyond."""
-IN_REGISTERS = 4.0 / 3.0
-"""Units of the same count for a system in registers; as many right-hand sides as before tangents counted."""
 
 
 def live(scene: Scene, parts: Parts) -> History:
@@ -109,7 +90,7 @@ def _marched(
     scene: Scene, parts: Parts, coupling: Coupled, wear: Wear, limits: Limits, before: float = 0.0
 ) -> History:
     assert scene.wear is not None
-    most_work = _most_work(scene, parts)
+    most = most_work(scene, parts)
     return history(
         coupling,
         wear,
@@ -117,25 +98,9 @@ def _marched(
         method=scene.wear.step.build(),
         snapshots=_after(build_snapshots(scene, parts.gears, coupling), before),
         tolerance=scene.numerics.cycle_tolerance or scene.numerics.tolerance,
-        most_work=most_work,
-        kept_work=KEPT_SHARE * most_work,
+        most_work=most,
+        kept_work=KEPT_SHARE * most,
     )
-
-
-def _most_work(scene: Scene, parts: Parts) -> float:
-    """Return the right-hand sides after which a life ends."""
-    if scene.numerics.most_right_hand_sides is not None:
-        return float(scene.numerics.most_right_hand_sides)
-    if parts.vibration is None:
-        return np.inf
-    return MOST_WORK / _units(parts.vibration.system) * max(1.0, (USUAL / scene.numerics.tolerance) ** 0.5)
-
-
-def _units(system: System) -> float:
-    """Return the work of a right-hand side."""
-    square = len(system.load) ** 2
-    units = IN_REGISTERS * (square + OF_A_STEP) if in_registers(system) else LARGE * square + OF_A_LARGE_STEP
-    return units if system.friction_constant is None else FRICTIONAL * units
 
 
 def _after(snapshots: Snapshots, cycles: float) -> Snapshots:
@@ -236,7 +201,7 @@ def initial_wear(scene: Scene, parts: Parts, coupling: Coupled | None = None) ->
             wear,
             by_law,
             tolerance=scene.numerics.tolerance,
-            most_work=_most_work(scene, parts),
+            most_work=most_work(scene, parts),
         )
     except ValueError as error:
         raise Refused(str(error)) from error

@@ -1,0 +1,50 @@
+"""What a run may do: bounds on its right-hand sides, by what one of them costs. Never on seconds."""
+
+import numpy as np
+
+from wearlab.dynamics.structure import in_registers
+from wearlab.dynamics.system import System
+from wearlab.scene import Scene
+from wearlab.scene.build import Parts
+
+MOST_WORK = 2e9
+"""Bound on the work of a march over cycles, units of about 15 ns. Kept states, estimates and the search for
+other attractors come on top."""
+KEPT_SHARE = 0.1
+"""Work on kept states that nobody asked for, over the former; what is read off them takes as long again."""
+SEARCH_SHARE = 0.4
+"""Work of all searches for other attractors in one condition of operation, over the former."""
+RHS_PER_STEP = 4
+USUAL = 1e-4
+"""Tolerance below which a march may do more, as it has to."""
+OF_A_STEP = 10
+"""Units of a right-hand side that do not grow with the square of the coordinates."""
+OF_A_LARGE_STEP, LARGE = 60.0, 0.1
+"""The same for a system too large for registers, and its units for the square, which goes by whole vectors:
+measured on planetary sets of 6, 18 and 21 coordinates whose teeth part."""
+FRICTIONAL = 2.0
+"""What tooth friction multiplies a right-hand side by: two more channels a mesh, two to four times as long in
+registers and 1.3 to 1.7 times beyond."""
+IN_REGISTERS = 4.0 / 3.0
+"""Units of the same count for a system in registers; as many right-hand sides as before tangents counted."""
+
+
+def most_work(scene: Scene, parts: Parts) -> float:
+    """Return the right-hand sides after which a life ends."""
+    if scene.numerics.most_right_hand_sides is not None:
+        return float(scene.numerics.most_right_hand_sides)
+    if parts.vibration is None:
+        return np.inf
+    return MOST_WORK / units(parts.vibration.system) * max(1.0, (USUAL / scene.numerics.tolerance) ** 0.5)
+
+
+def most_searched(system: System) -> int:
+    """Return the integration steps of all searches for other attractors in one condition of operation."""
+    return int(SEARCH_SHARE * MOST_WORK / (RHS_PER_STEP * units(system)))
+
+
+def units(system: System) -> float:
+    """Return the work of a right-hand side."""
+    square = len(system.load) ** 2
+    work = IN_REGISTERS * (square + OF_A_STEP) if in_registers(system) else LARGE * square + OF_A_LARGE_STEP
+    return work if system.friction_constant is None else FRICTIONAL * work
