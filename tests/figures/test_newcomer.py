@@ -9,8 +9,8 @@ from made_up import SPEEDS, Axis, Campaign, Case, put, run
 from wearlab.figures import FigureError
 from wearlab.figures.ask import read
 from wearlab.figures.drawing import plotted
+from wearlab.figures.panels import _sides, strokes
 from wearlab.figures.plot import Mark, Panel, Pen
-from wearlab.figures.render import _sides, _strokes
 from wearlab.store import Store
 
 
@@ -59,7 +59,7 @@ def test_a_hue_of_cases_that_were_dropped_is_left_out_and_said(ended):
 
 
 def test_published_points_are_hollow_and_larger_than_ours():
-    published, ours = _strokes(Pen("#000000", "", "o"), "published"), _strokes(Pen("#000000"), "points")
+    published, ours = strokes(Pen("#000000", "", "o"), "published"), strokes(Pen("#000000"), "points")
     assert published["mfc"] == "none" and published["ms"] > ours["ms"]
 
 
