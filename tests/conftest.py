@@ -5,7 +5,34 @@ from pathlib import Path
 
 import pytest
 
-sys.path[:0] = [str(Path(__file__).parent / folder) for folder in ("support", "validation")]
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE / folder) for folder in ("support", "validation")]
+
+LONG = (
+    "dynamics/test_against_scipy.py",
+    "figures/test_any_campaign.py",
+    "gradients/test_gradient.py",
+    "dynamics/test_friction.py",
+    "test_extremes.py",
+    "runner/test_faults.py",
+    "dynamics/test_exact_steps.py",
+    "simulation/test_friction.py",
+    "simulation/test_options.py",
+    "simulation/test_bearing_forces.py",
+)
+"""Files of the longest tests; half of them compile kernels, neighbours not the same ones."""
+
+
+def pytest_configure(config):
+    """Keep xdist from beginning with the files of most tests: these are not the long ones."""
+    config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(items):
+    """Begin with the long files: a worker that is given one last would keep all waiting for it."""
+    place = {HERE / name: number for number, name in enumerate(LONG)}
+
+    items.sort(key=lambda item: place.get(item.path, len(LONG)))
 
 
 @pytest.fixture(autouse=True)

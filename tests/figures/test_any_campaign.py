@@ -61,8 +61,12 @@ def sampled(count=COUNT):
     return swept(count, Axis("sample", values, "m^2/N", "wear.coefficient.value"))
 
 
+def plot_of(store, campaign, **wishes):
+    return plotted(store.open(campaign), read(SimpleNamespace(**wishes), 1, None))[0]
+
+
 def seen(store, campaign, **wishes):
-    plot = plotted(store.open(campaign), read(SimpleNamespace(**wishes), 1, None))[0]
+    plot = plot_of(store, campaign, **wishes)
     assert rendered(plot, {"Title": plot.title})[:4] == b"\x89PNG"
     return plot
 
@@ -82,7 +86,7 @@ def test_every_kind_draws_samples(many, kind):
 
 def test_two_axes_and_two_flanks_fold_into_panels(many):
     """Was KeyError: 4, the columns."""
-    plot = seen(many, swept(4), kind="wear-profile")
+    plot = plot_of(many, swept(4), kind="wear-profile")
     assert (plot.rows, plot.columns) == (4, 2)
     assert [panel.title for panel in plot.panels[:2]] == ["(a) 100 N·m, pinion", "(b) 100 N·m, gear"]
     assert len(plot.panels) == 8
@@ -96,7 +100,7 @@ def test_three_things_more_than_there_are_roles(many):
     cases = tuple(
         Case("base", f"{2 * i + j:032d}", {"torque": i, "ratio": j}) for i in range(3) for j in range(2)
     )
-    plot = seen(many, Campaign(cases, axes), kind="wear-profile")
+    plot = plot_of(many, Campaign(cases, axes), kind="wear-profile")
     curves = [curve for panel in plot.panels for curve in panel.curves]
     assert len(curves) == 3 * 2 * 2 * 3
     assert any("100 N·m" in panel.title and "ratio 2" in panel.title for panel in plot.panels)
@@ -120,34 +124,34 @@ def test_many_places_get_a_bar_of_colours_instead_of_a_legend(many):
 
 
 def test_what_has_many_places_takes_the_hue_from_what_has_few(many):
-    plot = seen(many, swept(COUNT), kind="mesh-force")
+    plot = plot_of(many, swept(COUNT), kind="mesh-force")
     assert plot.bar is not None and len(plot.panels) == 3
     assert len({curve.pen.colour for curve in plot.panels[0].curves if curve.look == "line"}) == COUNT
 
 
 def test_too_many_panels_are_thinned_and_it_is_said(many):
-    plot = seen(many, swept(COUNT), kind="mesh-force", hue="update", cols="torque")
+    plot = plot_of(many, swept(COUNT), kind="mesh-force", hue="update", cols="torque")
     assert len(plot.panels) == MOST_PANELS
     assert any(f"{MOST_PANELS} of {COUNT} places shown" in note for note in plot.notes)
 
 
 def test_wear_states_of_runs_that_wear_differently_are_told_by_their_cycles(many):
     """Were "wear state 0" to "wear state 2"."""
-    plot = seen(many, swept(2), kind="wear-profile", select={"flank": "gear"})
+    plot = plot_of(many, swept(2), kind="wear-profile", select={"flank": "gear"})
     assert [entry.text.split(" (")[0] for entry in plot.legend] == [
         "unworn", "3 million cycles", "3.03 million cycles", "100 million cycles", "101 million cycles",
     ]  # fmt: skip
-    panels = [panel.title for panel in seen(many, swept(4), kind="along-path").panels]
+    panels = [panel.title for panel in plot_of(many, swept(4), kind="along-path").panels]
     assert panels[0] == "(a) unworn"
     assert panels[1].startswith("(b) last state: 100 million cycles") and "103 million cycles" in panels[1]
 
 
 def test_wear_states_tell_hours_and_so_does_an_axis(many):
-    plot = seen(many, swept(1), kind="wear-profile", select={"flank": "gear"})
+    plot = plot_of(many, swept(1), kind="wear-profile", select={"flank": "gear"})
     assert [entry.text for entry in plot.legend][1] == "3 million cycles (50 h)"
-    (panel,) = seen(many, swept(1), kind="max-wear").panels
+    (panel,) = plot_of(many, swept(1), kind="max-wear").panels
     assert panel.hours == pytest.approx(1e6 / 60.0 / 1000.0)  # the axis shows millions of cycles
-    assert seen(many, swept(2), kind="max-wear").panels[0].hours is None  # other speeds, other hours
+    assert plot_of(many, swept(2), kind="max-wear").panels[0].hours is None  # other speeds, other hours
 
 
 def test_a_case_that_is_not_drawn_is_named(store, campaign, plot):
@@ -173,12 +177,12 @@ def test_many_cases_are_told_by_their_order(many):
     ],
 )
 def test_the_title_tells_what_is_drawn(many, kind, y, title):
-    assert seen(many, swept(3), kind=kind, y=y).title.startswith(title)
+    assert plot_of(many, swept(3), kind=kind, y=y).title.startswith(title)
 
 
 def test_another_variable_must_run_along_what_the_kind_shows(many):
     with pytest.raises(FigureError, match=r"y = 'life' does not run along profile.*kind = \"line\""):
-        seen(many, swept(2), kind="wear-profile", y="life")
+        plot_of(many, swept(2), kind="wear-profile", y="life")
 
 
 def test_a_run_at_its_limit_is_not_flat():
@@ -196,7 +200,7 @@ def test_a_run_at_its_limit_is_not_flat():
 
 def test_x_is_found_by_the_key_that_was_swept(many):
     """Was refused: the block has a name of its own."""
-    plot = seen(many, sampled(), kind="line", y="life", x="value")
+    plot = plot_of(many, sampled(), kind="line", y="life", x="value")
     (panel,) = plot.panels
     assert panel.x_label == "Coefficient value ($10^{-14}$\N{NO-BREAK SPACE}m²/N)"
     (curve,) = panel.curves
@@ -204,7 +208,7 @@ def test_x_is_found_by_the_key_that_was_swept(many):
 
 
 def test_one_number_a_run_is_drawn_over_the_sweep(many):
-    (panel,) = seen(many, swept(4), kind="line", y="life").panels
+    (panel,) = plot_of(many, swept(4), kind="line", y="life").panels
     assert panel.x_label == "Torque (N·m)" and panel.curves[0].x.tolist() == list(TORQUES[:4])
 
 
@@ -260,7 +264,7 @@ def test_a_fault_of_ours_in_one_figure_stops_no_other(many, monkeypatch, tmp_pat
 
 def test_what_is_not_sampled_is_never_a_band(many):
     """Was: three modes of four torques, "median and 5–95 % of up to 12 runs"."""
-    plot = seen(many, swept(5), kind="natural-modes")
+    plot = plot_of(many, swept(5), kind="natural-modes")
     assert not any("Median" in note for note in plot.notes)
     assert {entry.look for entry in plot.legend} == {"line", "points", "reference"}
 
@@ -272,7 +276,7 @@ def test_states_of_few_samples_are_left_out_and_it_is_said(many, tmp_path):
     for index in range(COUNT):
         data = made(index)
         put(store, f"{index:032d}", data if index else _with_a_state_more(data))
-    plot = seen(store, sampled(), kind="wear-profile", select={"flank": "gear"})
+    plot = plot_of(store, sampled(), kind="wear-profile", select={"flank": "gear"})
     assert len(plot.legend) == 3
     assert "Not drawn: 1 wear state that less than half of the runs have." in plot.notes
 
@@ -298,7 +302,7 @@ def test_a_set_that_turns_freely_and_one_under_a_duty_have_modes(many, tmp_path)
     put(store, f"{1:032d}", duty)
     for index, modes in ((0, 2), (1, 3)):
         cases = (Case("base", f"{index:032d}"),)
-        (panel,) = seen(store, Campaign(cases), kind="natural-modes").panels
+        (panel,) = plot_of(store, Campaign(cases), kind="natural-modes").panels
         level = [curve for curve in panel.curves if curve.look == "reference"]
         assert len({float(curve.y[0]) for curve in level}) == modes
         assert all(np.isfinite(curve.y).all() for curve in panel.curves)
@@ -312,7 +316,7 @@ def test_natural_frequencies_that_differ_stand_side_by_side(many, tmp_path):
         for name in MODES:
             data[name] = data[name] * (1.0 + index)
         put(store, f"{index:032d}", data)
-    assert len(seen(store, swept(2), kind="natural-modes").panels) == 2
+    assert len(plot_of(store, swept(2), kind="natural-modes").panels) == 2
 
 
 def test_many_speeds_of_a_response_are_thinned_and_it_is_said(many, tmp_path):
@@ -322,7 +326,7 @@ def test_many_speeds_of_a_response_are_thinned_and_it_is_said(many, tmp_path):
     data = run(1000.0).isel(response_speed=[0, 1, 2, 3, 4, 5, 5, 5])
     speeds = ("response_speed", np.linspace(80.0, 180.0, 8), data["response_speed"].attrs)
     put(store, f"{0:032d}", data.assign_coords(response_speed=speeds))
-    plot = seen(store, swept(1), kind="poincare")
+    plot = plot_of(store, swept(1), kind="poincare")
     assert "6 of 8 speeds are drawn, spread over all; select.response_speed names others." in plot.notes
 
 
@@ -333,4 +337,4 @@ def test_what_is_absent_says_what_makes_it(store, campaign, plot):
 
 def test_a_distribution_of_two_says_which_figure(many):
     with pytest.raises(FigureError, match=r"figure 1 \(histogram\): a distribution needs at least 3 runs"):
-        seen(many, swept(2), kind="histogram")
+        plot_of(many, swept(2), kind="histogram")

@@ -69,7 +69,7 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
         **{"response_speed": 6, "direction": 2, "strobe": 4, "order": 8, "jump": 1, "edge": 2},
         **sizes,
     }
-    data = xr.Dataset()
+    made: dict[str, Any] = {}
     for name, variable in VARIABLES.items():
         known = all(dim in length for dim in variable.dims)
         if not known or variable.units == "" or name.startswith(SKIPPED):
@@ -78,7 +78,7 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
             continue
         shape = [length[dim] for dim in variable.dims]
         size = 1e8 if variable.units == "N m-1" else 1.0
-        data[name] = (variable.dims, size * (1.0 + rng.random(shape)), attributes(name))
+        made[name] = (variable.dims, size * (1.0 + rng.random(shape)), attributes(name))
     given: dict[str, Any] = {
         "cycle": CYCLES[: length["update"]], "phase": PHASE, "path_position": np.stack([S, S]),
         "operating_hours": 60.0 * CYCLES[: length["update"]] / (speed or 1000.0),
@@ -91,12 +91,14 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
         "critical_speed": 2 * np.pi * np.array([2000.0, 3000.0, 4000.0]) / 50,
     }  # fmt: skip
     for name, values in given.items():
-        if name in data:
-            values = np.broadcast_to(values, data[name].shape)
-            data[name] = (data[name].dims, values, data[name].attrs)
+        if name in made:
+            dims, before, attrs = made[name]
+            made[name] = (dims, np.broadcast_to(values, np.shape(before)), attrs)
+    data = xr.Dataset(made)  # at once: variable by variable it would be merged anew each time
     if speed is not None:  # period two only in the last state
-        for name in [n for n in data if "mesh_period" in data[n].dims and n != "pair_force"]:
-            data[name] = data[name].where((data.mesh_period == 0) | (data["update"] == 2))
+        there = (data.mesh_period == 0) | (data["update"] == 2)
+        twice = [n for n in data if "mesh_period" in data[n].dims and n != "pair_force"]
+        data = data.assign({name: data[name].where(there) for name in twice})
         data["dynamic_mesh_force"] *= speed
     labels = {
         "flank": ["pinion", "gear"],
