@@ -11,7 +11,6 @@ by one; the figure shows all.
 import json
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Sequence
 from itertools import count
 from pathlib import Path
@@ -19,6 +18,7 @@ from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
+from processor_time import least
 
 import wearlab as wl
 from wearlab.scene import Scene
@@ -26,7 +26,6 @@ from wearlab.scene.build import build
 from wearlab.simulation import simulate
 
 matplotlib.use("Agg")
-REPEATS = 4
 SPUR = {
     "gears": {
         "kind": "external-pair",
@@ -60,17 +59,6 @@ class Growth(NamedTuple):
         """Slope of the time over the size, log over log, of the last half of the points."""
         half = len(self.sizes) // 2
         return float(np.polyfit(np.log(self.sizes[half:]), np.log(self.seconds[half:]), 1)[0])
-
-
-def least(work: Callable[[], object]) -> float:
-    """Return the least processor time of several repeats, after one that warms up [s]."""
-    work()
-    times = []
-    for _ in range(REPEATS):
-        begun = time.process_time()
-        work()
-        times.append(time.process_time() - begun)
-    return min(times)
 
 
 def spur(**more: Any) -> Scene:

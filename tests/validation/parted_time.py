@@ -8,11 +8,11 @@ every state and the median and the largest ratio.
 """
 
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from processor_time import least
 
 from wearlab.accuracy.steady import Steady, steady
 from wearlab.scene import Scene
@@ -24,7 +24,6 @@ WORN = {
     "sun": {"depth": "2 um", "shape": "quadratic"},
     "planet-sun": {"depth": "0.7 um", "shape": "quadratic"},
 }
-REPEATS = 3
 
 
 class StateTime(NamedTuple):
@@ -44,17 +43,6 @@ class StateTime(NamedTuple):
     period: int
     cold: float
     warm: float
-
-
-def least(action: Callable[[], object]) -> float:
-    """Return the least processor time of some repeats, the first not counted [s]."""
-    action()
-    taken = []
-    for _ in range(REPEATS):
-        begun = time.process_time()
-        action()
-        taken.append(time.process_time() - begun)
-    return min(taken)
 
 
 def state_time(problem: Steady, speed: float, torque: float) -> StateTime:

@@ -118,11 +118,11 @@ def _joined(histories: list[History], stages: Sequence[Stage], reason: str) -> H
     kept = [whole.kept(stage) for stage in range(len(histories))]
     begun = list(zip(stages, kept, starts, clock, strict=False))
     seconds = [
-        before + np.array([_seconds(stage, float(cycle)) for cycle in stage_parts.cycle])
-        for stage, stage_parts, _, before in begun
+        before + np.array([_seconds(stage, float(cycle)) for cycle in lived.cycle])
+        for stage, lived, _, before in begun
     ]
     return whole._replace(
-        cycle=np.concatenate([start + stage_parts.cycle for _, stage_parts, start, _ in begun]),
+        cycle=np.concatenate([start + lived.cycle for _, lived, start, _ in begun]),
         state=tuple(state for one in kept for state in one.state),
         life=_one_life([_life(one) for one in histories], starts, reason),
         sampled=None,
@@ -154,14 +154,10 @@ def _one_life(lives: list[Life], starts: Array, reason: str) -> Life:
         rate=row("rate", none),
         error=row("error", none),
         accumulated_error=row("accumulated_error", end),
-        snapshot_cycle=np.concatenate([stage_parts.snapshot_cycle + start for stage_parts, start in begun]),
+        snapshot_cycle=np.concatenate([life.snapshot_cycle + start for life, start in begun]),
         snapshot_depth=np.concatenate([life.snapshot_depth for life in lives]),
         end_reason=reason,
-        jumps=tuple(
-            jump._replace(cycle=jump.cycle + start)
-            for stage_parts, start in begun
-            for jump in stage_parts.jumps
-        ),
+        jumps=tuple(jump._replace(cycle=jump.cycle + start) for life, start in begun for jump in life.jumps),
         saw_tooth=any(life.saw_tooth for life in lives),
         wave_growth=max(life.wave_growth for life in lives),
         hurried=any(life.hurried for life in lives),
