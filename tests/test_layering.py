@@ -18,6 +18,7 @@ ROAD = (
     *(
         "version",
         "sources",
+        "arrays",
         "cache",
         "regular",
         "compiled",

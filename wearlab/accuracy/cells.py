@@ -10,15 +10,13 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.dynamics.structure import force_vectors
 from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.excitation import Friction, Touching, stage_tables, stages
 from wearlab.mesh.stages import StageGrid, StageTables
-
-Array = NDArray[np.float64]
 
 DEGREE = 4
 NEVER = 1e300
@@ -57,7 +55,7 @@ class Motion(NamedTuple):
     edges: Array
     coefficients: Array
     breaks: Array
-    first_cell: NDArray[np.int64]
+    first_cell: Index
     pairs: int
     period: float
     gated: bool
@@ -106,7 +104,7 @@ def motion(
     )
 
 
-def _edges(kinds: Sequence[Touching], vibration: Vibration) -> tuple[Array, NDArray[np.int64]]:
+def _edges(kinds: Sequence[Touching], vibration: Vibration) -> tuple[Array, Index]:
     """Return cell edges (n_cells + 1,) and the smooth segment of each cell.
 
     One mesh bends at its nodes; of several meshes the bends are too many and too small to be told.

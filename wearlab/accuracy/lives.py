@@ -4,10 +4,10 @@ import time
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from wearlab.accuracy.ladder import timing
+from wearlab.arrays import Array, Index
 from wearlab.life.adaptive import Adaptive
 from wearlab.life.counted import CountedRate
 from wearlab.life.history import SetRate
@@ -19,8 +19,6 @@ from wearlab.scene.build import Parts, build
 from wearlab.scene.build.wear import build_limits
 from wearlab.simulation.run import initial_wear
 from wearlab.simulation.twins import flank_of_nodes
-
-Array = NDArray[np.float64]
 
 TIGHT = 3e-8
 SECOND_METHOD = 1e-8
@@ -59,7 +57,7 @@ class TimedLife(NamedTuple):
 
     cycle: float
     depth: Array
-    flank: NDArray[np.int64]
+    flank: Index
     analyses: int
     seconds: float
     saw_tooth: bool

@@ -5,13 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from wearlab.accuracy.ladder import COARSEST, FLOOR
+from wearlab.arrays import Array
 from wearlab.figures.palette import DASHES, MARKERS, NAMES
 from wearlab.figures.plot import Curve, LegendEntry, Panel, Pen, Plot
-
-Array = NDArray[np.float64]
 
 COLOURS = dict(zip(("periodic", "Euler", "rk4", "rk45", "newmark"), NAMES, strict=False)) | {
     "adaptive": NAMES[0]

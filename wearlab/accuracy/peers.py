@@ -14,15 +14,14 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from wearlab.accuracy.cells import Motion, starting_state
 from wearlab.accuracy.ladder import SHARE, Rung, WorkPrecision, fine_enough
 from wearlab.accuracy.motion import motion_of
 from wearlab.accuracy.reference import Reference
 from wearlab.accuracy.steady import Steady, relative_error
+from wearlab.arrays import Array
 
-Array = NDArray[np.float64]
 Rates = Callable[[float, Array], Array]
 
 METHODS = ("RK45", "DOP853")

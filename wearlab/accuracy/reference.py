@@ -8,12 +8,12 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from wearlab.accuracy.cells import Motion
 from wearlab.accuracy.motion import approaches, motion_held
 from wearlab.accuracy.steady import Steady, relative_error
+from wearlab.arrays import Array
 from wearlab.dynamics.balance import balance_of, true_derivative
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
@@ -21,8 +21,6 @@ from wearlab.dynamics.shooting import Shooting
 from wearlab.dynamics.steps import exact_steps_per_period, steps_per_period
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
-
-Array = NDArray[np.float64]
 
 TIGHT = 1e-10
 LANDING_TOLERANCE = 3e-13

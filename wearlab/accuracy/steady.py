@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wearlab.accuracy.cells import Motion, motion
+from wearlab.arrays import Array
 from wearlab.dynamics.collocation import SIZES
 from wearlab.dynamics.mesh_loads import elastic_force
 from wearlab.dynamics.periodic import Periodic
@@ -23,8 +23,6 @@ from wearlab.scene.build import Parts, build
 from wearlab.scene.build.vibration import MOST_STEPS, OnClock, build_friction, few_steps, fluctuation
 from wearlab.simulation.run import initial_wear
 from wearlab.wear.initials.quadratic import quadratic
-
-Array = NDArray[np.float64]
 
 FEWEST = 32
 TABLE_MISSED = 2e-6

@@ -6,12 +6,12 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wearlab.accuracy.ladder import LONG, SHARE, Rung, WorkPrecision, fine_enough, timing
 from wearlab.accuracy.peers import peer_curves
 from wearlab.accuracy.reference import Reference, marching_steps, reference, stiffest_meshes, tight_steps
 from wearlab.accuracy.steady import Steady, relative_error, steady
+from wearlab.arrays import Array
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.steps import fastest_rate
@@ -19,8 +19,6 @@ from wearlab.gears.errors import GearError
 from wearlab.life.vibration import Vibration
 from wearlab.scene import Scene
 from wearlab.scene.mesh import OWN_MESHES
-
-Array = NDArray[np.float64]
 
 STEPS = (8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 96, 128, 192, 256, 384, 448, 512, 640, 768, 1024)
 MARCHED_STEPS = tuple(2**power for power in range(5, 16))

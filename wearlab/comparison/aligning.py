@@ -4,9 +4,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.comparison.errors import CompareError
 
-Array = NDArray[np.float64]
 CYCLE, WEAR_DEPTH = "cycle", "wear_depth"
 SAME = 1e-9  # two positions that differ by less, relative to the longest, are one
 LABELLED = ("flank", "mesh", "member")

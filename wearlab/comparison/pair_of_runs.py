@@ -4,15 +4,14 @@ import json
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.comparison.aligning import CYCLE, at_positions, common, positions, same_nodes
 from wearlab.comparison.errors import CompareError
 from wearlab.comparison.quantities import QUANTITIES, SCALARS, Quantity, attributes, described
 from wearlab.comparison.scenes import differences
 from wearlab.schema import attributes as declared
 
-Array = NDArray[np.float64]
 SIDES = ("A", "B")
 
 

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.schema import VARIABLES
 
-Array = NDArray[np.float64]
 ORDERS = 10
 
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.comparison.errors import CompareError
 
 DESIGN = "sobol-indices"
@@ -14,7 +14,6 @@ RESAMPLES = 1000
 CONFIDENCE = 0.95
 WIDE = 0.2
 """Width of an interval from which on an index says little."""
-Array = NDArray[np.float64]
 
 
 class SobolWarning(UserWarning):

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.units import convert
 
 Row = tuple[str, ...]
@@ -40,7 +40,7 @@ def quantity_rows(comparison: xr.Dataset) -> list[Row]:
     return rows + [_scalar_row(comparison, name) for name in ("life", "service_life") if name in comparison]
 
 
-def _farthest(both: NDArray[np.float64]) -> tuple[int, tuple[float, float]]:
+def _farthest(both: Array) -> tuple[int, tuple[float, float]]:
     """Return the state at which two arrays (2, states, …) differ most, and their values there."""
     apart = np.abs(both[1] - both[0])
     if not np.isfinite(apart).any():

@@ -5,20 +5,18 @@ from functools import cache
 
 import numpy as np
 from numpy.polynomial import Legendre
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.dynamics.between import parabola
 from wearlab.dynamics.response import Response, accelerations, coordinates_at, step_of
 from wearlab.mesh.stages import StageGrid
-
-Array = NDArray[np.float64]
 
 NODES = 4
 """Nodes within a step, its ends among them."""
 
 
 def mesh_acceleration_at(
-    response: Response, grid: StageGrid, phase: Array, segment: NDArray[np.int64] | None = None
+    response: Response, grid: StageGrid, phase: Array, segment: Index | None = None
 ) -> Array:
     """Return the relative acceleration of both bodies along each line of action, (n_kept, n_mesh, n) [m/s²].
 
@@ -54,7 +52,7 @@ def mesh_acceleration_at(
     return np.ascontiguousarray(found.transpose(0, 2, 1))
 
 
-def within_steps(grid: StageGrid, nodes: int = NODES) -> tuple[Array, NDArray[np.int64], Array]:
+def within_steps(grid: StageGrid, nodes: int = NODES) -> tuple[Array, Index, Array]:
     """Return phases within and at both ends of all steps, their segments, and weights of a mean over them.
 
     Lobatto's rule, of order ``2 nodes − 2`` on each smooth segment: (nodes · n_steps,) each. A wave that

@@ -8,13 +8,11 @@ this way (zero mean rigid-body acceleration); without, balanced loads leave noth
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.compiled import jit_inner
 from wearlab.dynamics.rigid import rigid_modes
 from wearlab.dynamics.system import System
-
-Array = NDArray[np.float64]
 
 
 class Balance(NamedTuple):
@@ -30,7 +28,7 @@ class Balance(NamedTuple):
     gain : (n_rigid,) acceleration of a rotation by its load of size one
     """
 
-    held: NDArray[np.int64]
+    held: Index
     response: Array
     size: Array
     home: Array
@@ -93,7 +91,7 @@ def _free(system: System) -> Array:
     return rigid_modes(system)
 
 
-def _pivots(shapes: Array) -> NDArray[np.int64]:
+def _pivots(shapes: Array) -> Index:
     """Return one coordinate a shape, those by which the shapes are told apart best."""
     left, found = shapes.copy(), []
     for row in range(len(shapes)):

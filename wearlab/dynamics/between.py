@@ -3,12 +3,9 @@
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.mesh.stages import StageTables
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class TablesWithin(Protocol):

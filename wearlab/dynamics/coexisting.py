@@ -9,15 +9,13 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.period_map import LOCATED
 from wearlab.dynamics.periodic import Periodic, periods_of
 from wearlab.dynamics.response import Response, Verdict
 from wearlab.dynamics.rigid import rigid_modes
 from wearlab.dynamics.shooting import Orbit, Shooting
-
-Array = NDArray[np.float64]
 
 BLOCK = 50
 """Most mesh periods between two looks whether the flanks have fallen back."""

@@ -13,8 +13,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags, Index
 from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.collocation_kernel import part_at_jumps
 from wearlab.dynamics.frozen import Frozen
@@ -28,8 +28,6 @@ from wearlab.dynamics.propagator import (
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 SIZES = (4, 2, 1)
 SMOOTH = 1e-9
 """Jump between two steps, over the largest value, up to which it is rounding."""
@@ -69,7 +67,7 @@ class Cut(NamedTuple):
 
 
 def cut_of(
-    system: System, width: Array, period: float, mean: Array, basis: Array, joined: NDArray[np.bool_]
+    system: System, width: Array, period: float, mean: Array, basis: Array, joined: Flags
 ) -> Cut | None:
     """Return the groups of a period's steps; None: the steps are too long for the series.
 
@@ -103,7 +101,7 @@ def basis_of(system: System, balance: Balance | None, *, shifted: bool = False) 
     return system.mass.T, np.asarray(np.linalg.solve(system.mass, vectors.T), np.float64)
 
 
-def joined_steps(tables: StageTables) -> NDArray[np.bool_]:
+def joined_steps(tables: StageTables) -> Flags:
     """Whether each step but the last is as long as the next, and no table jumps between them."""
     joined = tables.width[1:] == tables.width[:-1]
     for table in (tables.stiffness, tables.gap, tables.sliding):
@@ -112,7 +110,7 @@ def joined_steps(tables: StageTables) -> NDArray[np.bool_]:
     return joined
 
 
-def _cut(joined: NDArray[np.bool_]) -> tuple[Index, Index]:
+def _cut(joined: Flags) -> tuple[Index, Index]:
     """Return first step and size, as an index of `SIZES`, of groups of equal steps with no jump inside."""
     ends = np.flatnonzero(np.r_[~joined, True]) + 1
     size = [part for steps in np.diff(np.r_[0, ends]) for part in _parts(int(steps))]

@@ -3,15 +3,12 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class Inputs(NamedTuple):

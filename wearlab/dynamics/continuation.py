@@ -10,15 +10,14 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.periodic import Periodic, periods_of
 from wearlab.dynamics.response import Response, Verdict
 from wearlab.dynamics.shooting import Orbit, Shooting
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
-Array = NDArray[np.float64]
 MeshAt = Callable[[float], tuple[System, StageTables, float]]
 
 SUDDEN = 0.05

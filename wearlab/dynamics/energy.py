@@ -13,13 +13,12 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.between import parabola
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.system import System
 
-Array = NDArray[np.float64]
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
 NEARBY = 1e-3
 """Fraction of a step over which the rates of stiffness and gap are taken, to both sides [1]."""

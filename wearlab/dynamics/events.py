@@ -9,8 +9,8 @@ monodromy is the derivative of the map computed.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags
 from wearlab.compiled import jit_inner
 from wearlab.dynamics.flanks import behind, in_path, part_law, row_product, slope_within, within
 from wearlab.dynamics.registers import copy
@@ -39,11 +39,11 @@ class Scratch(NamedTuple):
     contact : (n_mesh, n_pairs + 1) flanks that touch
     """
 
-    mesh: NDArray[np.float64]
-    push: NDArray[np.float64]
-    part: NDArray[np.float64]
-    cut: NDArray[np.float64]
-    contact: NDArray[np.bool_]
+    mesh: Array
+    push: Array
+    part: Array
+    cut: Array
+    contact: Flags
 
 
 def scratch(n: int, meshes: int, channels: int, pairs: int, width: int) -> Scratch:

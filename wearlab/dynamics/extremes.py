@@ -10,12 +10,10 @@ from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.within import forces_within
-
-Array = NDArray[np.float64]
 
 FRACTIONS = np.linspace(0.0, 1.0, 9)
 """Where within each step is looked first."""
@@ -80,7 +78,7 @@ def _of_periods(response: Response, kept: slice) -> Extremes:
     )
 
 
-def _nearest(low: Array, high: Array) -> Iterator[tuple[int, NDArray[np.int64]]]:
+def _nearest(low: Array, high: Array) -> Iterator[tuple[int, Index]]:
     """Yield periods and the steps in them that come nearest to an extreme of any mesh.
 
     Parameters

@@ -6,9 +6,9 @@ Zero torque is the case: without contact the relative rotation floats, and every
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from wearlab.arrays import Array
+
 PeriodMap = Callable[[Array], tuple[Array, Array]]
 
 

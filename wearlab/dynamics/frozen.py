@@ -1,13 +1,14 @@
 """Arrays that can be looked up by their content, so that work on equal systems is done once."""
 
 import numpy as np
-from numpy.typing import NDArray
+
+from wearlab.arrays import Array
 
 
 class Frozen:
     """An array as a key: equal when shape and bytes are."""
 
-    def __init__(self, array: NDArray[np.float64]) -> None:
+    def __init__(self, array: Array) -> None:
         self.array = np.ascontiguousarray(array, float)
         self._key = (self.array.shape, self.array.tobytes())
 

@@ -8,15 +8,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags
 from wearlab.dynamics.system import System
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.excitation import Touching, mesh_force
 from wearlab.mesh.gear_set import PairOfSet
 from wearlab.mesh.profile import Lookup, interpolate
-
-Array = NDArray[np.float64]
 
 
 class MeshLoads(NamedTuple):
@@ -67,9 +65,7 @@ def backlash_of(system: System, mesh: int) -> float | None:
     return None if system.backlash is None else float(system.backlash[mesh])
 
 
-def flanks_touch(
-    flanks: Touching, where: Lookup, deflection: Array, backlash: float | None
-) -> NDArray[np.bool_]:
+def flanks_touch(flanks: Touching, where: Lookup, deflection: Array, backlash: float | None) -> Flags:
     """Return whether any flank, drive or back, is in contact, (n_periods, n)."""
     if flanks.series is not None:
         contact = np.asarray(deflection > 0.0)

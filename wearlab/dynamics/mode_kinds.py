@@ -3,12 +3,11 @@
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.modes import Modes
 from wearlab.dynamics.system import System
 
-Array = NDArray[np.float64]
 Kind = Literal["rigid-body", "rotational", "translational", "planet", "mixed"]
 ALIKE = 1e-7
 """Relative distance of two natural frequencies that count as one."""

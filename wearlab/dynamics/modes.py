@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from wearlab.arrays import Array, Flags
 from wearlab.dynamics.system import System
 
-Array = NDArray[np.float64]
 MeshStiffness = Mapping[str, float] | Array | float
 RIGID = 1e-6
 """Frequency over the highest one below which a mode is a rigid-body mode."""
@@ -32,7 +31,7 @@ class Modes(NamedTuple):
     shape: Array
     participation: Array
 
-    def excited(self, threshold: float = 1e-6) -> NDArray[np.bool_]:
+    def excited(self, threshold: float = 1e-6) -> Flags:
         """Whether a mesh excites each mode, (n_modes,)."""
         return np.asarray((self.participation > threshold).any(axis=1))
 

@@ -1,16 +1,14 @@
 """Floquet multipliers of a period map."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.lapack import dgeev
 
+from wearlab.arrays import Array, Complex
 from wearlab.dynamics.balance import Balance, true_derivative
 from wearlab.dynamics.system import System
 
-Array = NDArray[np.float64]
 
-
-def multipliers_of(system: System, balance: Balance | None, derivative: Array) -> NDArray[np.complex128]:
+def multipliers_of(system: System, balance: Balance | None, derivative: Array) -> Complex:
     """Return the multipliers, largest first; position and speed of a free rotation are left out.
 
     Parameters

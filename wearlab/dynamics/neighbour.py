@@ -12,8 +12,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Complex, Flags, Index
 from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.collocation import joined_steps
 from wearlab.dynamics.collocation_inputs import inputs_of
@@ -23,8 +23,6 @@ from wearlab.dynamics.neighbour_kernel import correct, path_of, resembles
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 NEAR = 0.01
 """Change of the stiffness, over the largest, up to which a neighbour is worth a try."""
 MOST = 4
@@ -52,7 +50,7 @@ class Found(NamedTuple):
 
     path: Array
     sizes: Array
-    multipliers: NDArray[np.complex128]
+    multipliers: Complex
     closure: float
     corrections: int
 
@@ -86,7 +84,7 @@ class Neighbour:
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
     @cached_property
-    def multipliers(self) -> NDArray[np.complex128]:
+    def multipliers(self) -> Complex:
         """Its multipliers, largest first."""
         return multipliers_of(self.system, self.balance, self.derivative)
 
@@ -109,7 +107,7 @@ class Neighbour:
         return np.ascontiguousarray(np.linalg.inv(scaled) / self.scale * self.scale[:, None])
 
     @cached_property
-    def joined(self) -> NDArray[np.bool_]:
+    def joined(self) -> Flags:
         """Where no jump parts its steps."""
         return joined_steps(self.tables)
 
@@ -124,7 +122,7 @@ class Neighbour:
             return False
         return bool((joined_steps(tables) == self.joined).all())
 
-    def multipliers_after(self, law: Array) -> NDArray[np.complex128] | None:
+    def multipliers_after(self, law: Array) -> Complex | None:
         """Return the multipliers after a change of the mesh law, None where they come near 1 or move far.
 
         The leading ones follow to first order; those less than half as large, which decide nothing, stay.

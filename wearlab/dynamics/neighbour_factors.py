@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eig
 
+from wearlab.arrays import Array, Complex, Index
 from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.collocation import SIZES, Cut, basis_of, cut_of, joined_steps
 from wearlab.dynamics.collocation_inputs import Inputs, inputs_of
@@ -14,9 +14,6 @@ from wearlab.dynamics.propagator import mean_stiffness
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
 LEADING = 0.5
 """Multipliers that follow the change of the mesh, as a share of the largest."""
 MOST_STAGES = 2 * SIZES[0] + 1

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.balance import rebalance
 from wearlab.dynamics.events import Scratch, scratch
@@ -19,7 +19,6 @@ from wearlab.dynamics.structure import kernel_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
-Array = NDArray[np.float64]
 MOST_ITERATIONS = 12
 ONE_COLUMN = (0,)
 

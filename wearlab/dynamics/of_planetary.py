@@ -3,14 +3,13 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics import planetary
 from wearlab.dynamics.models import InMotion
 from wearlab.dynamics.spur import mesh_damping_of
 from wearlab.gears.train import Train
 
-Array = NDArray[np.float64]
 ByMember = dict[str, float]
 
 NEVER = 1.0

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from wearlab.arrays import Array, Index
+
 DEGREE = 8
 
 
@@ -42,7 +42,7 @@ class Path(NamedTuple):
     coefficient: Array
     length: Array
 
-    def at(self, step: NDArray[np.int64], fraction: Array) -> tuple[Array, Array]:
+    def at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
         """Return the signals and their rates at fractions of steps, both (n_kept, n, n_signals)."""
         two, x = step // 2, (step % 2 - 1 + fraction)[:, None]
         value = self.coefficient[DEGREE][:, two]

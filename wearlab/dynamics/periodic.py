@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.between import TablesWithin
 from wearlab.dynamics.period_map import MIDDLE, TOUCHING, TOUCHING_FIRST
 from wearlab.dynamics.response import Response, Verdict
@@ -17,7 +17,6 @@ from wearlab.dynamics.system import System
 from wearlab.dynamics.touching import halved, touching_orbit
 from wearlab.mesh.stages import StageTables
 
-Array = NDArray[np.float64]
 CLEAR = 0.005
 """Distance of the largest multiplier from 1 that lets a neighbour's derivative speak for an orbit: chords
 shrink as fast as they must only where no multiplier has gone a fifth of its way to 1."""

@@ -4,10 +4,11 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.dynamics.planetary_mesh import CENTRAL, U, bearing_vectors, coordinates, mesh_vectors
 from wearlab.dynamics.rigid import require_held
 from wearlab.dynamics.supports import Support, damping_of, grounded, stiffness_of
-from wearlab.dynamics.system import Array, System
+from wearlab.dynamics.system import System
 
 MEMBERS = (*CENTRAL, "planet")
 MESHES = ("sun_planet", "planet_ring")

@@ -9,9 +9,9 @@ and carrier speed change sign.)
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from wearlab.arrays import Array
+
 CENTRAL = ("sun", "ring", "carrier")
 X, Y, U = 0, 1, 2
 

@@ -4,11 +4,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.dynamics.planetary import MESHES, effective_masses
 from wearlab.dynamics.planetary_mesh import CENTRAL, U, mesh_vectors
 from wearlab.dynamics.rigid import require_held
 from wearlab.dynamics.supports import damping_of, grounded, stiffness_of
-from wearlab.dynamics.system import Array, System
+from wearlab.dynamics.system import System
 
 
 def planetary_torsional(

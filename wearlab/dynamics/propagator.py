@@ -14,15 +14,14 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.frozen import Frozen
 from wearlab.dynamics.system import System
 from wearlab.gears.errors import GearError
 from wearlab.mesh.stages import StageTables
 
-Array = NDArray[np.float64]
 GRID = 0.05
 """Relative distance of the mean stiffnesses that share tables: they need be no exact means."""
 LARGEST_ANGLE = 6.0

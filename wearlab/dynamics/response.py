@@ -5,8 +5,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Complex, Index
 from wearlab.dynamics.balance import balance_of
 from wearlab.dynamics.between import Parabolas, TablesWithin
 from wearlab.dynamics.multipliers import multipliers_of
@@ -16,8 +16,6 @@ from wearlab.mesh.stages import StageGrid, StageTables
 
 if TYPE_CHECKING:
     from wearlab.dynamics.neighbour import Neighbour
-
-Array = NDArray[np.float64]
 
 
 class Verdict(NamedTuple):
@@ -77,7 +75,7 @@ class Response:
 
     period: int
     state: Array
-    found_multipliers: NDArray[np.complex128] | None
+    found_multipliers: Complex | None
     verdict: Verdict
     counts: Counts
     residual: float
@@ -89,7 +87,7 @@ class Response:
     between: TablesWithin | None = None
 
     @cached_property
-    def multipliers(self) -> NDArray[np.complex128]:
+    def multipliers(self) -> Complex:
         """Floquet multipliers over m periods, largest first; empty when not computed or aperiodic."""
         if self.found_multipliers is not None:
             return self.found_multipliers
@@ -130,9 +128,7 @@ def split_periods(path: Array, periods: int) -> Array:
     return np.stack([path[k * steps : (k + 1) * steps + 1] for k in range(periods)])
 
 
-def step_of(
-    grid: StageGrid, phase: Array, segment: NDArray[np.int64] | None = None, side: str = "right"
-) -> NDArray[np.int64]:
+def step_of(grid: StageGrid, phase: Array, segment: Index | None = None, side: str = "right") -> Index:
     """Return the step that holds each phase, (n,).
 
     Parameters
@@ -156,7 +152,7 @@ def deflection_at(
     response: Response,
     grid: StageGrid,
     phase: Array,
-    segment: NDArray[np.int64] | None = None,
+    segment: Index | None = None,
     side: str = "right",
 ) -> tuple[Array, Array]:
     """Return mesh deflection δ and its rate at any phases, (n_kept, n_mesh, n_phases) [m], [m/s].
@@ -182,7 +178,7 @@ def coordinates_at(
     response: Response,
     grid: StageGrid,
     phase: Array,
-    segment: NDArray[np.int64] | None = None,
+    segment: Index | None = None,
     side: str = "right",
 ) -> tuple[Array, Array]:
     """Return all coordinates q and q̇ at any phases, (n_kept, n, n_phases) [m], [m/s]; see `deflection_at`."""

@@ -3,13 +3,12 @@
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from wearlab.arrays import Array
 from wearlab.dynamics.frozen import Frozen
 from wearlab.dynamics.system import System
 
-Array = NDArray[np.float64]
 NOTHING = 1e-9
 """Stiffness of a rigid motion over the largest of its kind (eigenvalues of K against M)."""
 MOVES = 1e-3

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.events import scratch
 from wearlab.dynamics.march_kernel import march_periods
 from wearlab.dynamics.period_map import LOCATED
@@ -13,8 +13,6 @@ from wearlab.dynamics.steady import Marching
 from wearlab.dynamics.structure import in_registers, kernel_of, padded_width, width_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

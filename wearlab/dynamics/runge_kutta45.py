@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.balance import rebalance
 from wearlab.dynamics.motion import acceleration
@@ -15,8 +15,6 @@ from wearlab.dynamics.steady import Marching
 from wearlab.dynamics.structure import kernel_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
-
-Array = NDArray[np.float64]
 
 NODES = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
 WEIGHTS = np.array(

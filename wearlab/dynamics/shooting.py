@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
+from wearlab.arrays import Array, Complex
 from wearlab.dynamics.balance import found_load
 from wearlab.dynamics.family import nearest_orbit
 from wearlab.dynamics.multipliers import multipliers_of
@@ -18,7 +18,6 @@ from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
-Array = NDArray[np.float64]
 RHS_PER_STEP = 4
 RHS_PER_CHANGE = 25
 """Right-hand sides that locating a change of contact is worth in a large system: about 0.05 ms."""
@@ -49,7 +48,7 @@ class Orbit:
 
     periods: int
     state: Array
-    multipliers: NDArray[np.complex128]
+    multipliers: Complex
     residual: float
     unique: bool = True
     derivative: Array | None = None
@@ -177,7 +176,7 @@ class Shooting:
         closure = self._distance(strobe[-1], strobe[0]) / (self._distance(strobe[0]) or 1.0)
         return Orbit(periods, split_periods(orbit, periods), multipliers, closure, unique, monodromy)
 
-    def multipliers(self, derivative: Array) -> NDArray[np.complex128]:
+    def multipliers(self, derivative: Array) -> Complex:
         """Return the multipliers, largest first; position and speed of a free rotation are left out."""
         return multipliers_of(self.system, self.kernel.balance, derivative)
 
@@ -235,7 +234,7 @@ class Shooting:
         self,
         period: int,
         state: Array,
-        multipliers: NDArray[np.complex128],
+        multipliers: Complex,
         verdict: Verdict,
         residual: float,
         derivative: Array | None = None,

@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.dynamics.supports import damping_of, grounded, stiffness_of
-from wearlab.dynamics.system import Array, System
+from wearlab.dynamics.system import System
 
 
 class GearSupport(NamedTuple):

@@ -5,15 +5,14 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.balance import found_load
 from wearlab.dynamics.response import Counts, Response, Verdict
 from wearlab.dynamics.structure import Kernel
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
-Array = NDArray[np.float64]
 BLOCK = 96
 
 

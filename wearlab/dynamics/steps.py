@@ -1,13 +1,11 @@
 """How many steps a mesh period takes: a rule, never the user's guess."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Complex
 from wearlab.dynamics.collocation import LARGEST_TURN, SIZES
 from wearlab.dynamics.propagator import largest_rate
 from wearlab.dynamics.system import System
-
-Array = NDArray[np.float64]
 
 RIGID = 1e-5
 """Size of the eigenvalues of a free rotation, over the largest."""
@@ -47,7 +45,7 @@ def slowest_decay(system: System, mesh_stiffness: Array | float) -> float:
     return max(0.0, float((-vibrating.real).min()))
 
 
-def _eigenvalues(system: System, mesh_stiffness: Array | float) -> NDArray[np.complex128]:
+def _eigenvalues(system: System, mesh_stiffness: Array | float) -> Complex:
     """Return the eigenvalues of the equation of motion, (2n,) [1/s]."""
     stiffness, damping = _normalised(system, mesh_stiffness)
     n = len(stiffness)

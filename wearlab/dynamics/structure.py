@@ -11,15 +11,14 @@ direction and have force vectors of their own.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags
 from wearlab.dynamics.balance import Balance, balance_of
 from wearlab.dynamics.dense_step import MATRICES
 from wearlab.dynamics.propagator import Propagator, propagator_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
-Array = NDArray[np.float64]
 Row = tuple[float, ...]
 LARGEST_IN_REGISTERS = 4
 SMOOTH = 1e-9
@@ -85,7 +84,7 @@ class Propagated(NamedTuple):
     load: Array
     loads: Array
     tables: Propagator
-    paired: NDArray[np.bool_]
+    paired: Flags
     dense: Dense
     sense: Array
     feed: Array
@@ -240,7 +239,7 @@ def _propagated(
     )
 
 
-def _paired(tables: StageTables) -> NDArray[np.bool_]:
+def _paired(tables: StageTables) -> Flags:
     """Return whether each step and the next are equally long, and the mesh the same on both sides between."""
     paired = np.zeros(len(tables.width), bool)
     k = tables.stiffness

@@ -2,12 +2,8 @@
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from wearlab.arrays import Array
 from wearlab.dynamics.supports import Support
-
-Array = NDArray[np.float64]
 
 
 class System(NamedTuple):

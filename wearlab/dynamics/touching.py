@@ -3,8 +3,8 @@
 from collections import OrderedDict
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags, Index
 from wearlab.dynamics.balance import balance_of, found_load
 from wearlab.dynamics.between import TablesWithin
 from wearlab.dynamics.collocation import basis_of, cut_of
@@ -25,7 +25,6 @@ from wearlab.dynamics.touching_kernel import (
 )
 from wearlab.mesh.stages import StageTables
 
-Array = NDArray[np.float64]
 RHS_PER_STEP = 2
 KEPT_SYSTEMS, KEPT_PLANS, KEPT_BYTES = 16, 16, 256_000_000
 """Systems that are remembered, plans of each, and what all may hold: some are megabytes."""
@@ -80,9 +79,7 @@ class Known:
         plans = (plan for plan in self._plans.values() if plan is not None)
         return {id(plan.tables): plan.tables.nbytes for plan in plans}
 
-    def _made(
-        self, tables: StageTables, joined: NDArray[np.bool_], power: NDArray[np.int64]
-    ) -> TouchingPlan | None:
+    def _made(self, tables: StageTables, joined: Flags, power: Index) -> TouchingPlan | None:
         system, mean = self.system, np.exp(GRID * power)
         static = static_shift(system, mean) if self.small else None
         shifted = static is not None

@@ -3,8 +3,8 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags, Index
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.collocation import SIZES, SMOOTH
 from wearlab.dynamics.collocation_inputs import Inputs, tabulate
@@ -17,9 +17,6 @@ from wearlab.dynamics.collocation_kernel import (
 )
 from wearlab.dynamics.newton import solve_linear
 from wearlab.dynamics.propagator import GRID
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 FOUND, PARTED, SINGULAR, ANOTHER_PLAN = 0, 1, 2, 3
 """The orbit is there; a flank parts on it; orbits are not alone; the tables ask for another plan."""
@@ -48,7 +45,7 @@ class TouchingPlan(NamedTuple):
 
     tables: Array
     groups: Index
-    joined: NDArray[np.bool_]
+    joined: Flags
     power: Index
     mean: Array
     direction: Array

@@ -3,11 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.dynamics.response import Response
-
-Array = NDArray[np.float64]
 
 FAR = 1.0
 """Clearance of a pair that is out of the path [m]."""
@@ -31,7 +29,7 @@ class ForcesWithin(NamedTuple):
 
 
 def forces_within(
-    response: Response, x: Array, kept: slice = slice(None), steps: NDArray[np.int64] | None = None
+    response: Response, x: Array, kept: slice = slice(None), steps: Index | None = None
 ) -> ForcesWithin:
     """Return the forces of all meshes at fractions of steps.
 

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
-from wearlab.figures.plot import Array, Scale, Series
+from wearlab.figures.plot import Scale, Series
 from wearlab.figures.wording import Label
 
 SYMMETRIC = ("mesh", "bearing")  # dimensions along which planets repeat themselves

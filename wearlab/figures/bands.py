@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from wearlab.figures.plot import Array, Series
+from wearlab.arrays import Array
+from wearlab.figures.plot import Series
 from wearlab.figures.wording import Label
 
 if TYPE_CHECKING:

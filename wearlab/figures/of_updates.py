@@ -5,10 +5,11 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import xarray as xr
 
+from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
-from wearlab.figures.plot import Array, Scale, Series
+from wearlab.figures.plot import Scale, Series
 from wearlab.figures.updated import Updated
 from wearlab.figures.wording import typeset
 from wearlab.units import convert

@@ -5,11 +5,10 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.figures.wording import Label
 
-Array = NDArray[np.float64]
 Look = Literal[
     "line",
     "line-points",

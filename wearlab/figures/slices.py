@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError
-from wearlab.figures.plot import Array, Scale
+from wearlab.figures.plot import Scale
 from wearlab.figures.runs import Run
 from wearlab.figures.wording import Label, converted, place
 from wearlab.units import UnitError

@@ -5,13 +5,12 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
 from wearlab.gears.outline import involute_point, load_angle, root_curve
 from wearlab.gears.pair import GearPair
 
-Array = NDArray[np.float64]
 POINTS = 24
 WIDE, HIGH = 9.0, 5.6  # of what is seen, in modules
 TEETH = 5  # drawn on each side

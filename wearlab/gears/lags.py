@@ -17,12 +17,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
 from wearlab.gears.pair import GearPair
-
-Array = NDArray[np.float64]
 
 
 def mesh_phase_offsets(

@@ -10,13 +10,12 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
 from wearlab.gears.specification import RootProfile
 from wearlab.gears.trochoid import Rounding
-
-Array = NDArray[np.float64]
 
 
 def load_angle(gear: Gear, radius: ArrayLike) -> Array:

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
-
-Array = NDArray[np.float64]
 
 DRIVING, DRIVEN = 0, 1
 

@@ -4,9 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from wearlab.arrays import Array
 from wearlab.gears.build import build_gear
 from wearlab.gears.errors import GearError
 from wearlab.gears.external import assemble_external, check_basics, check_pair
@@ -23,8 +21,6 @@ from wearlab.gears.train import Central, Train
 
 ONE_DISTANCE, TWO_DISTANCES = 0.005, 0.1
 """How far pins may be from the centre distance, as a share: where there is one, where a paper prints two."""
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

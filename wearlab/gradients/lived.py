@@ -4,14 +4,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.gears.errors import GearError
 from wearlab.gradients.errors import GradientError
 from wearlab.life.again import again
 from wearlab.life.coupled import Coupled
 from wearlab.life.history import History
-from wearlab.life.limits import Index, StopWear
+from wearlab.life.limits import Flanks, StopWear
 from wearlab.life.state import WearState
 from wearlab.life.step import Node, Step, depth_at
 from wearlab.life.vibration import Responses
@@ -20,8 +20,6 @@ from wearlab.scene.build import Parts, build
 from wearlab.scene.build.mesh import profile_points
 from wearlab.scene.build.wear import build_limits
 from wearlab.simulation.living import initial_wear, live
-
-Array = NDArray[np.float64]
 
 
 class HeldNumerics(NamedTuple):
@@ -108,7 +106,7 @@ class LivedSteps:
         self.ends = self._ends(parts, None)
 
     @property
-    def counts(self) -> Index:
+    def counts(self) -> Flanks:
         """Which entries of the flat wear a depth limit looks at."""
         coupling = self.ends.parts.coupling
         return build_limits(self.scene, self.ends.parts.gears, coupling).flank
@@ -177,7 +175,7 @@ class LivedSteps:
         change = depth_at(ends.steps[-1], self.cycle)[counts][deepest] - here[deepest]
         return self.cycle - float(change / self._slope(steps[-1], counts, deepest))
 
-    def _slope(self, step: Step, counts: Index, node: int) -> float:
+    def _slope(self, step: Step, counts: Flanks, node: int) -> float:
         half = 1e-4 * step.size
         before, after = max(step.start.cycle, self.cycle - half), min(step.end.cycle, self.cycle + half)
         low, high = (depth_at(step, cycle)[counts][node] for cycle in (before, after))

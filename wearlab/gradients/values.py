@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.extremes import Extremes, extremes
 from wearlab.gradients.errors import GradientError
 from wearlab.gradients.lived import Ends, LivedSteps
@@ -14,7 +14,6 @@ from wearlab.scene.build import Parts
 from wearlab.simulation.static import by_flank
 from wearlab.simulation.vibration import phase_forces
 
-Array = NDArray[np.float64]
 Reading = Callable[[Parts, WearState], Array]
 
 

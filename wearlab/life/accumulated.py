@@ -1,11 +1,9 @@
 """The error of a life: what its steps leave behind, carried along where wear accelerates."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life.step import Step
-
-Array = NDArray[np.float64]
 
 
 class AccumulatedError:

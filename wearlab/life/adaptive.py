@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wearlab.life import embedded
 from wearlab.life.counted import CountedRate, Rate
@@ -36,8 +35,6 @@ from wearlab.life.schedule import MOST_HURRIED, Schedule
 from wearlab.life.spectrum import random_direction
 from wearlab.life.step import Node, Step
 from wearlab.life.trial import LARGEST_GROWTH, Trial, fitting, try_fourth_order, try_stiff
-
-Array = NDArray[np.float64]
 
 STEPS_PER_SPECTRUM = 12
 STEPS_BEFORE_STIFF = 3

@@ -3,12 +3,11 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life import embedded, rkc
 from wearlab.life.step import EULER, Node, Step
 
-Array = NDArray[np.float64]
 Rate = Callable[[Array], Array]
 
 

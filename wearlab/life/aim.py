@@ -1,12 +1,10 @@
 """How far the next step may go: to the limit in cycles, or just past that in depth."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life.limits import Limits
 from wearlab.life.step import Node, Step
-
-Array = NDArray[np.float64]
 
 AIM = 1.1
 """How far past the expected crossing of a depth limit the last step aims."""

@@ -3,12 +3,9 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.wear.law import PreparedLaw, wear_rate
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 BLOCK = 20
 """Mesh periods of an aperiodic response that are averaged before their scatter counts as independent."""

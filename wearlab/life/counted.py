@@ -4,11 +4,10 @@ from collections.abc import Callable
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life.limits import OutOfEvaluations, StopWear
 
-Array = NDArray[np.float64]
 Rate = Callable[[Array], Array]
 
 

@@ -6,16 +6,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.life.state import Wear, WearState
 from wearlab.life.vibration import Responses
 from wearlab.mesh.clock import Instants, Mesh, instants_of, of_kind
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import Patch
-
-Array = NDArray[np.float64]
 
 
 @dataclass
@@ -46,7 +44,7 @@ class MeshKind:
     analysis: ContactAnalysis
     law: PreparedLaw | None
     patch: Patch | None
-    meshes: NDArray[np.int64]
+    meshes: Index
     when: tuple[Instants, ...]
 
 

@@ -6,8 +6,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.dynamics.mesh_loads import backlash_of
 from wearlab.life.averaging import averaged_rate, scatter
 from wearlab.life.coupled import Account, Coupled, MeshKind
@@ -21,8 +21,6 @@ from wearlab.mesh.contact import Quasistatic
 from wearlab.mesh.excitation import Touching, mesh_force
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -129,7 +127,7 @@ class Coupling(Coupled):
         static: Quasistatic,
         force: Forces,
         depth: Array,
-        rows: NDArray[np.int64],
+        rows: Index,
     ) -> Array:
         """Return the wear rate of some of the rows by themselves, (2, n) [m per cycle]."""
         weight = force.weight[rows] / force.weight[rows].sum()

@@ -5,14 +5,12 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life.coupled import Account, Coupled
 from wearlab.life.coupling import Coupling
 from wearlab.life.state import Wear, WearState
 from wearlab.life.vibration import Responses
-
-Array = NDArray[np.float64]
 
 
 class DutyShares(NamedTuple):

@@ -14,9 +14,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from wearlab.arrays import Array
+
 Rate = Callable[[Array], Array]
 
 REACH = 2.5

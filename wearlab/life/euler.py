@@ -7,15 +7,13 @@ Source: L16 Eq. 21–24; W23 §3.2; PHYSICS §8.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life.counted import CountedRate
 from wearlab.life.jump import Jump
 from wearlab.life.sawtooth import grows_saw, swings
 from wearlab.life.spectrum import random_direction, spectrum
 from wearlab.life.step import EULER, Node, Step, growth
-
-Array = NDArray[np.float64]
 
 STABILITY_LIMIT = 2.0
 

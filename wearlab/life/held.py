@@ -14,13 +14,12 @@ what jumps to and fro has none, and counts as scatter too.
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life import rkc
 from wearlab.life.spectrum import RADIUS_SAFETY, Spectrum, random_direction, spectrum
 from wearlab.life.step import Node, Step
 
-Array = NDArray[np.float64]
 Rate = Callable[[Array], Array]
 
 

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.life.coupled import Coupled
 from wearlab.life.limits import Limits, Snapshots, StopWear
 from wearlab.life.march import Method, evolve
@@ -14,8 +14,6 @@ from wearlab.life.state import Wear, WearState
 from wearlab.life.step import Node
 from wearlab.life.vibration import Responses
 from wearlab.life.worn import worn
-
-Array = NDArray[np.float64]
 
 MOST_EVALUATIONS = 5_000
 """Bound on the rates of one life at a tolerance of 1e-3; an ordinary life takes about a hundred."""
@@ -58,7 +56,7 @@ class History(NamedTuple):
         return History(self.cycle[chosen], tuple(self.state[k] for k in chosen))
 
     @property
-    def stage_of(self) -> NDArray[np.int64]:
+    def stage_of(self) -> Index:
         """Number of the stage that each state belongs to, from 0, (m,)."""
         return np.repeat(
             np.arange(len(self.stages)), [len(self.kept(k).cycle) for k in range(len(self.stages))]

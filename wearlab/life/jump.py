@@ -3,13 +3,10 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life.counted import CountedRate
 from wearlab.life.step import Node, Step, growth
-
-Array = NDArray[np.float64]
-
 
 CONTINUOUS = 0.2
 """Distance of a rate from both sides, over theirs from each other, that belongs to neither side."""

@@ -13,14 +13,12 @@ the average is all that can be known.
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life import rkc
 from wearlab.life.counted import CountedRate
 from wearlab.life.spectrum import RADIUS_SAFETY, Spectrum, growth_rate, random_direction, spectrum
 from wearlab.life.step import Node
-
-Array = NDArray[np.float64]
 
 STEEP, SLOPE = 3.0, 0.75
 """Growth of the spectral radius from one look to the next that may be a jump of the rate, and how much of

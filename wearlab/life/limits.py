@@ -3,10 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = slice | NDArray[np.int64]
+from wearlab.arrays import Index
+
+Flanks = slice | Index
+"""Which of the flanks, along their axis."""
 
 EVERYWHERE = slice(None)
 
@@ -53,7 +54,7 @@ class Limits(NamedTuple):
 
     cycles: float | None = None
     depth: float | None = None
-    flank: Index = EVERYWHERE
+    flank: Flanks = EVERYWHERE
 
     def checked(self) -> "Limits":
         """Return the limits, or raise ValueError when there is none or one is not positive."""
@@ -78,7 +79,7 @@ class Snapshots(NamedTuple):
 
     cycles: tuple[float, ...] = ()
     depths: tuple[float, ...] = ()
-    flank: Index = EVERYWHERE
+    flank: Flanks = EVERYWHERE
     only: bool = False
 
     @property

@@ -3,13 +3,11 @@
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.mesh.contact import ContactAnalysis, Quasistatic
 from wearlab.mesh.excitation import Touching
 from wearlab.wear.miner import equivalent_load
-
-Array = NDArray[np.float64]
 
 
 class Forces(NamedTuple):

@@ -8,8 +8,9 @@ from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.life.accumulated import AccumulatedError
 from wearlab.life.adaptive import Adaptive
 from wearlab.life.aim import longest_step
@@ -21,7 +22,6 @@ from wearlab.life.limits import Limits, OutOfEvaluations, Snapshots, StopWear
 from wearlab.life.record import Life, read_off
 from wearlab.life.step import Node, Step, crossing, depth_at
 
-Array = NDArray[np.float64]
 Method = Adaptive | Euler | Fixed
 
 ELASTIC_SCALE = 1e-6

@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life.jump import Jump
 from wearlab.life.limits import Snapshots
 from wearlab.life.step import Node, Step, crossing, depth_at
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,8 @@ the whole flank swings from step to step. Either mark is enough.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from wearlab.arrays import Array
 
 WORST_ZIGZAG = 0.2
 """Share of node-to-node alternation in the wear of one step that counts as a saw (a single jump has 0.03)."""

@@ -4,9 +4,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from wearlab.arrays import Array
 
 RADIUS_SAFETY = 1.15
 """Margin on the spectral radius, which a power iteration tells from below."""

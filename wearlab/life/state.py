@@ -3,14 +3,13 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.response import Response
 from wearlab.life.vibration import Responses
 from wearlab.mesh.contact import Nodes, Quasistatic
 from wearlab.mesh.excitation import AlongPhase
 
-Array = NDArray[np.float64]
 Wear = tuple[Array, ...]
 """Wear depths of every kind of mesh, each (2, n) ordered (driving, driven) [m]."""
 

@@ -3,12 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from wearlab.life.limits import Index
+from wearlab.arrays import Array
+from wearlab.life.limits import Flanks
 from wearlab.life.rkc import Scheme
-
-Array = NDArray[np.float64]
 
 EMBEDDED, EULER = "fourth order", "Euler"
 """Methods of a step beside those of `wearlab.life.rkc`."""
@@ -74,7 +72,7 @@ def depth_at(step: Step, cycle: float) -> Array:
     return np.asarray(step.start.depth + np.clip(inner, 0.0, rise))
 
 
-def crossing(step: Step, depth: float, flank: Index) -> float:
+def crossing(step: Step, depth: float, flank: Flanks) -> float:
     """Return the cycle in the step at which the largest depth on the flank reaches ``depth`` [1].
 
     By bisection to round-off: the largest depth never decreases.

@@ -4,14 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life import embedded, rkc
 from wearlab.life.counted import CountedRate
 from wearlab.life.known_spectrum import KnownSpectrum
 from wearlab.life.step import EMBEDDED, Node, Step, growth
 
-Array = NDArray[np.float64]
 Allowed = Callable[[Node, Node], float]
 """The largest local error of a step between two states that is allowed [m]."""
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.dynamics.response import Response, coordinates_at, deflection_at
 from wearlab.dynamics.system import System
 from wearlab.mesh.between import Between
@@ -14,7 +14,6 @@ from wearlab.mesh.clock import Instants, instants
 from wearlab.mesh.excitation import Excitation, Stages, Touching, stage_tables
 from wearlab.mesh.stages import StageGrid, StageTables
 
-Array = NDArray[np.float64]
 Responses = tuple[Response, ...]
 
 
@@ -116,7 +115,7 @@ class Vibration:
         position, velocity = (self._by_period(values, len(when.phase)) for values in flat)
         return position, velocity
 
-    def _over_periods(self, response: Response, when: Instants) -> tuple[StageGrid, Array, NDArray[np.int64]]:
+    def _over_periods(self, response: Response, when: Instants) -> tuple[StageGrid, Array, Index]:
         if self.hunting == 1:
             return self.grid_of(response), when.phase, when.segment
         segments = int(self.stages.grid.segment[-1]) + 1

@@ -3,14 +3,13 @@
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.life.counted import Rate
 from wearlab.life.limits import Limits
 from wearlab.life.march import ELASTIC_SCALE, evolve
 from wearlab.life.record import Life
-
-Array = NDArray[np.float64]
 
 
 def worn(

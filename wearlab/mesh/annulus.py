@@ -15,13 +15,12 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
 from wearlab.gears.materials import Material
 from wearlab.gears.outline import load_angle, root_half_angle
-
-Array = NDArray[np.float64]
 
 KEPT_BODIES = 64  # whose responses are remembered: a sweep of loads has the same bodies throughout
 MODES_PER_ARC = 60.0  # Fourier modes times θ_f: the energy of mode n falls as n^-3

@@ -3,12 +3,10 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.profile import Extension
-
-Array = NDArray[np.float64]
 
 FURTHEST = 0.95
 """Base pitches beyond either end at most: no second pair comes before the one that approaches A."""

@@ -3,12 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
 from wearlab.gears.outline import load_angle, root_half_angle
-
-Array = NDArray[np.float64]
 
 BORE_RANGE = (1.4, 7.0)
 ANGLE_RANGE = (0.01, 0.12)

@@ -8,13 +8,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.mesh.errors import MeshError
 from wearlab.mesh.profile import SAME_PHASE, Lookup, ProfileGrid, lookup
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 INSIDE = 1e-6
 """How far into its segment a phase is moved to find the segment of the clock it belongs to, of its width."""

@@ -4,14 +4,12 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags, Index
 from wearlab.mesh.exact.gaps import Gaps
 from wearlab.mesh.pair_stiffness import PairStiffness
 from wearlab.mesh.profile import Lookup, ProfileGrid, interpolate, lookup
 from wearlab.mesh.sharing import share
-
-Array = NDArray[np.float64]
 
 HERTZ_ITERATIONS = 30
 HERTZ_TOLERANCE = 1e-8
@@ -80,7 +78,7 @@ class ContactAnalysis:
     engagement_gap: float = np.inf
     gaps: Gaps | None = None
     _at_nodes: Lookup = field(init=False, repr=False)
-    _touching: tuple[NDArray[np.bool_], NDArray[np.int64]] = field(init=False, repr=False)
+    _touching: tuple[Flags, Index] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         phases, _ = self.grid.phase_nodes

@@ -10,13 +10,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Complex, Index
 from wearlab.gears.pair import DRIVEN, DRIVING, GearPair
 from wearlab.mesh.beyond import beyond_path
 from wearlab.mesh.profile import Extension
-
-Array = NDArray[np.float64]
 
 NEAR_TIP = 0.3
 """Base pitches from the tip within which a worn flank may touch beyond the path."""
@@ -41,7 +39,7 @@ class Corner(NamedTuple):
     """
 
     gear: int
-    own: NDArray[np.int64]
+    own: Index
     separation: Array
     mate: Array
     position: Array
@@ -158,7 +156,7 @@ def _sense(pair: GearPair, gear: int) -> float:
     return -1.0 if gear == DRIVEN and not pair.internal else 1.0
 
 
-def _turned(pair: GearPair, gear: int, x: Array, s: Array, frame: _Frame) -> NDArray[np.complex128]:
+def _turned(pair: GearPair, gear: int, x: Array, s: Array, frame: _Frame) -> Complex:
     arm = frame.pitch + s * frame.along - frame.centre[gear]
     turn = _sense(pair, gear) * (x - s) / pair.gears[gear].base_radius
     return np.asarray(frame.centre[gear] + arm * np.exp(1j * turn))

@@ -4,9 +4,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from wearlab.arrays import Array, Index
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,7 @@ class PiecewiseCurve:
         object.__setattr__(self, "_pieces", tuple(pieces))
 
     @property
-    def _cuts(self) -> NDArray[np.int64]:
+    def _cuts(self) -> Index:
         return np.flatnonzero(np.diff(self.x) == 0) + 1
 
     @property

@@ -11,8 +11,8 @@ from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.compiled import jit
 from wearlab.mesh.clock import Mesh, look_within, of_kind
 from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
@@ -23,7 +23,6 @@ from wearlab.mesh.sharing import equivalent_springs, share
 from wearlab.mesh.stages import StageGrid, StageTables
 from wearlab.mesh.stiffness import PairStiffness
 
-Array = NDArray[np.float64]
 Combination = Literal["min", "max", "mean"]
 LoadedOrNot = Literal["unloaded", "loaded"]
 
@@ -322,7 +321,7 @@ def springs_at_stages(
                     gap_out[step, stage, mesh, p] = apart if present else 0.0
 
 
-def _hand_on(one: Touching, where: Lookup, meshes: NDArray[np.int64], of_pairs: tuple[Array, Array]) -> None:
+def _hand_on(one: Touching, where: Lookup, meshes: Index, of_pairs: tuple[Array, Array]) -> None:
     """Turn Λμ and Λμ s of the pairs of a kind of mesh into those of its equivalent springs, in place."""
     steps, pairs = len(of_pairs[0]), one.analysis.grid.n_pairs
     part = np.empty((len(where.phase), pairs, pairs))

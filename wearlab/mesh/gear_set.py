@@ -5,14 +5,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.clock import Mesh
 from wearlab.mesh.errors import quadrature
-
-Array = NDArray[np.float64]
 
 
 class Body(NamedTuple):

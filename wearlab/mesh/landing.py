@@ -10,11 +10,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.mesh.stages import StageGrid
 
-Array = NDArray[np.float64]
 Stiffness = Callable[[Array, float], Array]
 """Mesh stiffnesses (n_mesh, n) at phases (n,) of the clock, on the side of a phase inside the segment."""
 

@@ -8,11 +8,9 @@ Modulating at the mesh frequency itself makes the average of ``f`` differ from `
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.mesh.harmonics import harmonics
-
-Array = NDArray[np.float64]
 
 
 class Modulation(NamedTuple):

@@ -3,12 +3,11 @@
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+
+from wearlab.arrays import Array
 
 if TYPE_CHECKING:
     from wearlab.mesh.profile import Lookup
-
-Array = NDArray[np.float64]
 
 
 class PairStiffness(Protocol):

@@ -8,13 +8,10 @@ nodes, and the two sides of a jump (B, D) are two nodes at one position.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.compiled import jit
 from wearlab.gears.pair import GearPair
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 SAME_PHASE = 1e-9
 MINIMUM_INTERVALS = 4

@@ -6,15 +6,13 @@ nodes with straight lines between, and the tip corner is met exactly; kinematics
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.gears.pair import DRIVING, GearPair
 from wearlab.mesh.beyond import beyond_path
 from wearlab.mesh.exact.flank import healthy_reach, side_of
 from wearlab.mesh.exact.kinematics import point_seen, turned_to
 from wearlab.mesh.profile import Extension
-
-Array = NDArray[np.float64]
 
 SCAN = 33
 CLOSE = 2e-3

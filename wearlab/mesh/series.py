@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.gears.gear import Gear
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
@@ -17,8 +17,6 @@ from wearlab.mesh.hertz import yang_sun
 from wearlab.mesh.profile import ProfileGrid
 from wearlab.mesh.stiffness import ConstantContact, HertzContact, PotentialEnergy, WeberContact
 from wearlab.mesh.tooth import tooth_flexibility
-
-Array = NDArray[np.float64]
 
 REFINEMENT = 2
 """Of the elements of a scene: within 0.4 % of the teeth's compliance, in a third of a second a pair."""
@@ -106,9 +104,7 @@ CONTACTS = {"yang-sun": _constant, "weber": _load_dependent}
 BODIES = {"sainsot": foundation_compliance, "annulus": body_compliance, "none": foundation_compliance}
 
 
-def _coupling(
-    given: Any, gears: Sequence[Gear], pair: GearPair, grid: ProfileGrid
-) -> tuple[Array, NDArray[np.int64]]:
+def _coupling(given: Any, gears: Sequence[Gear], pair: GearPair, grid: ProfileGrid) -> tuple[Array, Index]:
     """Return for each gear what neighbouring pairs share of its body, and who the neighbour is."""
     n = len(grid.touching)
     if not given.bodies_shared:

@@ -6,11 +6,9 @@ still a sum of one-sided springs, and that equivalent is what the dynamics integ
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.compiled import jit, jit_inner
-
-Array = NDArray[np.float64]
 
 
 @jit(allocates=True)

@@ -9,9 +9,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from wearlab.arrays import Array, Index
 
 
 class StageGrid(NamedTuple):
@@ -26,7 +25,7 @@ class StageGrid(NamedTuple):
 
     start: Array
     width: Array
-    segment: NDArray[np.int64]
+    segment: Index
 
     @property
     def phase(self) -> Array:

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.mesh.curve import PiecewiseCurve
 from wearlab.mesh.hertz import weber_compliances
 from wearlab.mesh.pair_stiffness import PairStiffness
 from wearlab.mesh.profile import Lookup, ProfileGrid, lookup
 from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
-
-Array = NDArray[np.float64]
 
 
 class SectionVanished(ValueError):
@@ -104,7 +102,7 @@ class PotentialEnergy(PairStiffness):
     foundation: bool
     correction: tuple[float, float]
     coupling: Array
-    partner: NDArray[np.int64]
+    partner: Index
     scale: float
 
     @property

@@ -19,14 +19,13 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.compiled import jit
 from wearlab.gears.gear import Gear
 from wearlab.gears.outline import involute_point, involute_rise, load_angle, root_curve, root_half_angle
 from wearlab.mesh.body import foundation_compliance
-
-Array = NDArray[np.float64]
 
 INNER_POINTS = 2  # Gauss points between neighbouring nodes: fourth order in their distance
 ROOT_POINTS = 48  # Gauss points over the root curve, and over the involute below the lowest node

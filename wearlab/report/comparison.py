@@ -5,14 +5,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.figures.palette import NAMES
 from wearlab.figures.plot import Curve, LegendEntry, Panel, Pen, Plot
 from wearlab.figures.render import rendered
 from wearlab.figures.wording import axis_label, converted, cycles, power_of_ten
 
-Array = NDArray[np.float64]
 PENS = {"A": Pen(NAMES[0], "-", "o", 1.5), "B": Pen(NAMES[1], "--", "s", 1.0)}
 WAVES = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
 SHOWN_PAIRS = 40

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.coexisting import Search, coexisting
 from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.periodic import Periodic
@@ -15,7 +15,6 @@ from wearlab.life.state import WearState
 from wearlab.scene.build import Parts
 from wearlab.simulation.work import most_searched
 
-Array = NDArray[np.float64]
 Values = dict[str, Any]
 
 

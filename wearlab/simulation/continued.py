@@ -1,15 +1,14 @@
 """Flanks as another run left them."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life.state import Wear
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.scene.start import is_replaced
 from wearlab.simulation.errors import Refused
 
-Array = NDArray[np.float64]
 APART = 1e-9  # of the path: the two nodes of a step of the wear stand so far apart
 BEYOND = 1e-6  # of the path: nodes at its ends may differ by so much
 

@@ -3,11 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from wearlab.life.limits import Index
-
-Array = NDArray[np.float64]
+from wearlab.arrays import Array, Index
+from wearlab.life.limits import Flanks
 
 DEEPEST = 0.95
 """Share of the largest depth from which a node counts as one that may end the life."""
@@ -32,10 +30,10 @@ class End(NamedTuple):
     deepest: float
     rate: float
     between: float
-    flanks: NDArray[np.int64]
+    flanks: Index
 
 
-def end_of(depth: Array, rate: Array, flank: NDArray[np.int64], counts: Index) -> End:
+def end_of(depth: Array, rate: Array, flank: Index, counts: Flanks) -> End:
     """Return the end of a life.
 
     Parameters

@@ -8,8 +8,8 @@ import time
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.extremes import extremes
 from wearlab.life.history import History
 from wearlab.life.limits import ENDS_OF_WORK
@@ -27,8 +27,6 @@ from wearlab.simulation.twins import (
     twins_of,
 )
 from wearlab.simulation.wear_off import ErrorOfWear, WornFurther
-
-Array = NDArray[np.float64]
 
 DEPTH_SHARE, LIFE_SHARE = 1.75, 1.0
 """Weights of the rougher twin's change of rate, set on seed 1 of `tests/validation/estimates.py`."""

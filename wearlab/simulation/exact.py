@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags
 from wearlab.life.state import KindState, WearState
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.exact.first_order import depth_of_disagreement, errors_in_both_forms
@@ -22,7 +22,6 @@ from wearlab.mesh.profile import Lookup
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 
-Array = NDArray[np.float64]
 Values = dict[str, Any]
 
 
@@ -126,7 +125,7 @@ def _first_order(flanks: WornFlanks, wear: Array) -> dict[str, float]:
 
 def _engaged(
     scene: Scene, parts: Parts, kind: int, relation: MeshRelation, state: KindState, where: Lookup
-) -> NDArray[np.bool_]:
+) -> Flags:
     """Return which pairs are engaged, (n_pairs, n_phases): by load, or by the threshold of the scene."""
     one = parts.gears.kinds[kind]
     contact = scene.mesh.of(one.section).contact

@@ -8,8 +8,8 @@ reading it off the steps of the twin changes of it.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.acceleration import within_steps
 from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.mesh_loads import elastic_force
@@ -19,8 +19,6 @@ from wearlab.life.state import WearState
 from wearlab.mesh.clock import Instants, look_within
 from wearlab.mesh.excitation import Touching
 from wearlab.scene.build import Parts
-
-Array = NDArray[np.float64]
 
 FORCE_SHARE = 2.0
 """Weight of the change by half the steps and nodes, set on seed 1 of `tests/validation/estimates.py`."""

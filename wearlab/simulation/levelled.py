@@ -3,10 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, gmres
 
-Array = NDArray[np.float64]
+from wearlab.arrays import Array
 
 MOST_ANSWERS, CLOSE = 10, 0.05
 """Most rates that one step asks for, and the residual over the drive at which it asks for no more."""

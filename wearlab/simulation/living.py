@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life.coupled import Coupled
 from wearlab.life.history import History, history, single_state, worn_by_law
 from wearlab.life.limits import Limits, Snapshots, StopWear
@@ -19,8 +19,6 @@ from wearlab.simulation.continued import continued_wear
 from wearlab.simulation.errors import Refused
 from wearlab.simulation.operating import Stage
 from wearlab.simulation.work import KEPT_SHARE, most_work
-
-Array = NDArray[np.float64]
 
 
 def live(scene: Scene, parts: Parts) -> History:

@@ -13,8 +13,8 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Complex, Index
 from wearlab.dynamics.acceleration import NODES, mesh_acceleration_at, within_steps
 from wearlab.dynamics.response import Response, deflection_at, step_of
 from wearlab.life.state import WearState
@@ -23,9 +23,8 @@ from wearlab.mesh.stages import StageGrid
 from wearlab.scene.build import Parts
 from wearlab.simulation.label import padded
 
-Array = NDArray[np.float64]
 Values = dict[str, Array]
-Read = Callable[[Response, StageGrid, Array, NDArray[np.int64]], Array]
+Read = Callable[[Response, StageGrid, Array, Index], Array]
 
 HARMONICS, LINES = 40, 200
 """Mesh orders that a spectrum covers at least, and lines that it has at least."""
@@ -90,7 +89,7 @@ def _of_response(
     return values
 
 
-def _nodes(vibration: Vibration, response: Response, lines: Array) -> tuple[Array, NDArray[np.int64], Array]:
+def _nodes(vibration: Vibration, response: Response, lines: Array) -> tuple[Array, Index, Array]:
     """Return phases, segments and weights of a mean, as many within a step as the highest line asks for."""
     grid = vibration.grid_of(response)
     turn = 2.0 * np.pi * float(lines[-1]) * float(grid.width.max())
@@ -145,18 +144,14 @@ def uncarried(parts: Parts, states: Sequence[WearState]) -> list[str]:
     ]
 
 
-def _approach_at(
-    response: Response, grid: StageGrid, phase: Array, segment: NDArray[np.int64] | None = None
-) -> Array:
+def _approach_at(response: Response, grid: StageGrid, phase: Array, segment: Index | None = None) -> Array:
     """Return the projections d·q of the meshes, (n_kept, n_mesh, n) [m]."""
     step = step_of(grid, phase, segment)
     position, _ = response.approach.at(step, (phase - grid.start[step]) / grid.width[step])
     return np.ascontiguousarray(position.transpose(0, 2, 1))
 
 
-def _signal(
-    vibration: Vibration, response: Response, phase: Array, segment: NDArray[np.int64], read: Read
-) -> Array:
+def _signal(vibration: Vibration, response: Response, phase: Array, segment: Index, read: Read) -> Array:
     """Return what a response does at phases of every mesh period, (n_periods, n_mesh, n)."""
     turns, grid = vibration.hunting, vibration.grid_of(response)
     segments = int(grid.segment[-1]) + 1
@@ -169,7 +164,7 @@ def _signal(
     return apart.reshape(-1, signal.shape[1], len(phase))
 
 
-def order_lines(signal: Array, phase: Array, weight: Array, lines: Array) -> NDArray[np.complex128]:
+def order_lines(signal: Array, phase: Array, weight: Array, lines: Array) -> Complex:
     """Return the complex amplitudes of a signal on lines of the mesh order, (n_mesh, n_lines).
 
     A signal of P periods has lines at multiples of 1/P; on others it is 0. The integrals are taken over the

@@ -4,8 +4,8 @@ import time
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.continuation import JumpOfResponse, Point
 from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.mesh_loads import elastic_force
@@ -16,7 +16,6 @@ from wearlab.scene.build import Parts
 from wearlab.scene.build.response import SpeedResponse, build_response
 from wearlab.simulation.vibration import transmission_error
 
-Array = NDArray[np.float64]
 Values = dict[str, Any]
 
 SAMPLES = 64

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.life.history import History
 from wearlab.life.state import WearState
 from wearlab.mesh.contact import Quasistatic
@@ -20,8 +20,6 @@ from wearlab.wear.film import film_thickness
 from wearlab.wear.law import effective_coefficient, lambda_ratio
 from wearlab.wear.mass import worn_mass
 from wearlab.wear.path import sliding_velocity
-
-Array = NDArray[np.float64]
 
 LANDED = 1e-6
 """How near, relatively, a state is to the depth at which it was asked for."""
@@ -279,7 +277,7 @@ def preset_depth(scene: Scene, parts: Parts, states: tuple[WearState, ...]) -> A
     return depths
 
 
-def _deepest(wear: Array, own: slice, among: slice | NDArray[np.int64]) -> float:
+def _deepest(wear: Array, own: slice, among: slice | Index) -> float:
     """Return the largest wear on one flank, of those entries that count [m]."""
     counts = np.zeros(len(wear), bool)
     counts[among] = True

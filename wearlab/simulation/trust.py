@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.coexisting import Search
 from wearlab.life.history import History
 from wearlab.scene.build import Parts
@@ -15,7 +15,6 @@ from wearlab.simulation.estimates import Estimates
 from wearlab.simulation.monitoring import uncarried
 from wearlab.simulation.operating import Stage
 
-Array = NDArray[np.float64]
 Values = dict[str, Any]
 
 ENDS_AS_ASKED = ("cycles", "depth")

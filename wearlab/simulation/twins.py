@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.gears.errors import GearError
 from wearlab.life.history import History
 from wearlab.life.limits import StopWear
@@ -14,8 +14,6 @@ from wearlab.mesh.profile import ProfileGrid, interpolate, lookup
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.mesh import profile_points
-
-Array = NDArray[np.float64]
 
 COARSENED = 0.5
 LESS_COARSENED = 0.75
@@ -40,7 +38,7 @@ class Rougher(NamedTuple):
     cycle: float
     wear: Array
     rate: Array | None
-    flank: NDArray[np.int64]
+    flank: Index
     parts: Parts
     state: WearState
     weight: float = 1.0
@@ -112,7 +110,7 @@ def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
     )
 
 
-def flank_of_nodes(parts: Parts) -> NDArray[np.int64]:
+def flank_of_nodes(parts: Parts) -> Index:
     """Return which flank each entry of the flat wear is on."""
     sizes = [len(kind.analysis.grid.position) for kind in parts.kinds for _ in (0, 1)]
     return np.repeat(np.arange(len(sizes)), sizes)

@@ -4,8 +4,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.acceleration import within_steps
 from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.mesh_loads import (
@@ -32,7 +32,6 @@ from wearlab.simulation.label import padded
 from wearlab.simulation.monitoring import monitoring_values
 from wearlab.simulation.static import pair_slots
 
-Array = NDArray[np.float64]
 Values = dict[str, Any]
 
 
@@ -242,7 +241,7 @@ def mode_values(modes: SceneModes) -> Values:
     return values if modes.kinds is None else values | {"mode_kind": list(modes.kinds)}
 
 
-def attractor(lived: History) -> NDArray[np.float64]:
+def attractor(lived: History) -> Array:
     """Return which branch each kept response is on, counted from 1 along the life, (n_updates,).
 
     The count rises where the wear rate jumped, and where the period of the response changes.

@@ -11,14 +11,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.life.limits import StopWear
 from wearlab.life.state import WearState
 from wearlab.simulation.levelled import levelled
 from wearlab.simulation.twins import Rougher
-
-Array = NDArray[np.float64]
 
 WORN_FORCE_SHARE = 1.2
 """Weight of the error of the wear in what wear changes of the forces, set on seed 1."""

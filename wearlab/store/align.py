@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from wearlab.arrays import Array, Flags
 from wearlab.store.errors import StoreError
 
 On = Literal["cycle", "wear_depth", "life_fraction"]
@@ -69,16 +70,14 @@ def _progress(grid: xr.Dataset, on: str) -> xr.DataArray:
     return share.assign_attrs(units="1", long_name="share of the life")
 
 
-def _values(progress: xr.DataArray, on: str) -> NDArray[np.float64]:
+def _values(progress: xr.DataArray, on: str) -> Array:
     finite = progress.values[np.isfinite(progress.values)]
     if not finite.size or finite.min() == finite.max():
         raise StoreError(f"align: the runs have one value of {on} only; give at = [...]")
     return np.linspace(finite.min(), finite.max(), STEPS)
 
 
-def _aligned(
-    variable: xr.DataArray, progress: xr.DataArray, values: NDArray[np.float64], on: str
-) -> xr.DataArray:
+def _aligned(variable: xr.DataArray, progress: xr.DataArray, values: Array, on: str) -> xr.DataArray:
     shared = [dim for dim in variable.dims if dim in progress.dims and dim != UPDATE]
     own = [dim for dim in variable.dims if dim not in (*shared, UPDATE)]
     aligned: xr.DataArray = xr.apply_ufunc(
@@ -98,7 +97,7 @@ def _aligned(
     return aligned.transpose(*order).assign_attrs(variable.attrs)
 
 
-def _interpolated(x: NDArray[Any], y: NDArray[Any], at: NDArray[np.float64]) -> NDArray[np.float64]:
+def _interpolated(x: NDArray[Any], y: NDArray[Any], at: Array) -> Array:
     """Interpolate y (…, own…, update) over x (…, update) at common values, run by run."""
     lead = np.broadcast_shapes(x.shape[:-1], y.shape[: x.ndim - 1])
     x = np.broadcast_to(x, lead + x.shape[-1:])
@@ -112,14 +111,14 @@ def _interpolated(x: NDArray[Any], y: NDArray[Any], at: NDArray[np.float64]) -> 
     return result
 
 
-def _rising(x: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _rising(x: Array) -> Flags:
     """Say which values are beyond all before them."""
     before = np.concatenate([[-np.inf], np.maximum.accumulate(x)[:-1]])
-    rising: NDArray[np.bool_] = x > before
+    rising: Flags = x > before
     return rising
 
 
-def _line(x: NDArray[Any], y: NDArray[Any], at: NDArray[np.float64]) -> NDArray[np.float64]:
+def _line(x: NDArray[Any], y: NDArray[Any], at: Array) -> Array:
     left = np.clip(np.searchsorted(x, at, side="right") - 1, 0, max(len(x) - 2, 0))
     right = np.minimum(left + 1, len(x) - 1)
     width = np.where(right > left, x[right] - x[left], 1.0)

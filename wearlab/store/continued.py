@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.scene.start import StartWear
 from wearlab.store.errors import StoreError
 
@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
     from wearlab.scene.start import Start
 
-Array = NDArray[np.float64]
 ERROR = "error_estimate_wear_depth"
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.query.result_keys import declared_key
 from wearlab.store.indicators import INDICATORS, indicators
 from wearlab.store.table import Column
@@ -25,7 +26,6 @@ ALONG = ("mesh_period", "phase")
 LEFT_OUT = ("run_time", "count", "residual", "error_weight", "secant_stiffness", "excitation")
 HARMONICS = ("mesh_stiffness", "static_transmission_error", "dynamic_transmission_error")
 """Signals whose RMS and amplitudes at mesh orders the dataset has already, jumps between phases included."""
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

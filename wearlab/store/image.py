@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.store.calibration import CALIBRATION, CALIBRATION_LIFE
 from wearlab.store.netcdf import encoded
 from wearlab.store.seal import sealed
@@ -104,7 +105,7 @@ def _largest(values: NDArray[Any], choose: Any) -> Any:
     return choose.reduce(values, axis=None) if values.size else math.nan
 
 
-def _history(values: NDArray[np.float64]) -> bytes:
+def _history(values: Array) -> bytes:
     """Return the values at each wear state; the lowest, then the highest, where there are several."""
     if values.ndim == 1:
         return values.tobytes()

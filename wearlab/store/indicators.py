@@ -1,7 +1,8 @@
 """What condition monitoring takes from a signal over whole mesh periods."""
 
 import numpy as np
-from numpy.typing import NDArray
+
+from wearlab.arrays import Array
 
 ORDERS = 5
 STILL = 1e-12  # of the mean: what moves less does not move
@@ -13,7 +14,6 @@ INDICATORS = {
     "kurtosis": "1",
 }
 """Name → unit, "" for that of the signal."""
-Array = NDArray[np.float64]
 
 
 def indicators(signal: Array) -> dict[str, Array]:

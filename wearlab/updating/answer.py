@@ -10,14 +10,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.updating.likelihood import Block
 from wearlab.updating.passage import Passage
 from wearlab.updating.posterior import Posterior
 from wearlab.updating.quadrature import quantile
 
-Array = NDArray[np.float64]
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags
 from wearlab.campaign.measured import THICKNESS, Limit
 from wearlab.updating.curve import RunCurve
 from wearlab.updating.errors import UpdateError
 from wearlab.updating.observations import Observed
 from wearlab.updating.stored import StoredRun, StoredVariable
 
-Array = NDArray[np.float64]
 TINY = 1e-12
 
 
@@ -34,7 +34,7 @@ class Asked:
     cycle: Array
 
 
-def asked_of(run: StoredRun, seen: Observed, keep: NDArray[np.bool_], limit: Limit, ended: RunCurve) -> Asked:
+def asked_of(run: StoredRun, seen: Observed, keep: Flags, limit: Limit, ended: RunCurve) -> Asked:
     """Return what a block of observations asks of a run, whose states that count are ``keep``.
 
     Where the block is of the quantity that ends the life, its curve is the one that is known already.
@@ -64,7 +64,7 @@ def curve_of(
     name: str,
     where: str | None,
     select: Mapping[str, Any],
-    keep: NDArray[np.bool_],
+    keep: Flags,
     place: str,
 ) -> RunCurve:
     """Return a scalar over the cycles."""
@@ -138,7 +138,7 @@ def _rate_at_the_deepest(run: StoredRun, where: str | None) -> Array:
     return np.asarray(fast[np.arange(len(at)), at])
 
 
-def _profile(run: StoredRun, seen: Observed, places: Array, keep: NDArray[np.bool_]) -> RunCurve:
+def _profile(run: StoredRun, seen: Observed, places: Array, keep: Flags) -> RunCurve:
     """Return the wear at places on a flank over the cycles; of a thickness, what the arc has lost."""
     data = seen.data
     depth = _on_flank(run["wear_depth"], data.where, data.place)

@@ -1,12 +1,11 @@
 """The day on which a life ends, from the operating hours until then."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.campaign.measured import Days
 from wearlab.units import HOUR
 
-Array = NDArray[np.float64]
 DAYS_A_YEAR = 365.2425
 LAST = np.datetime64("9999-12-31")
 NEVER = "never"

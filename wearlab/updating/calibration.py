@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from wearlab.updating.answer import Answer
 from wearlab.updating.draws import Draws, drawn
@@ -24,7 +23,6 @@ from wearlab.updating.posterior import Posterior
 if TYPE_CHECKING:
     from wearlab.updating.study import MeasuredCase
 
-Array = NDArray[np.float64]
 WIDTHS = (0.5, 0.9)
 
 

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from wearlab.arrays import Array, Flags
+
 REACH = 7.0  # standard deviations of u that are integrated over
 PANELS, POINTS = 14, 6
 FINEST = 280  # panels for u that is spread far wider than the values
@@ -33,7 +34,7 @@ class Hidden:
     room : (…, n) limit of detection minus model; of others anything finite
     """
 
-    which: NDArray[np.bool_]
+    which: Flags
     room: Array
 
     def among(self, values: NDArray[np.intp]) -> NDArray[np.intp]:

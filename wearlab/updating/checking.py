@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import gammaincc
 
 from wearlab.updating.draws import Draws
@@ -11,7 +10,6 @@ from wearlab.updating.filtering import Inspected
 from wearlab.updating.likelihood import inspections_of, log_likelihood
 from wearlab.updating.posterior import Posterior
 
-Array = NDArray[np.float64]
 FLAGGED, DOUBTFUL = 0.01, 0.05
 
 

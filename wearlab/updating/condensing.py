@@ -16,10 +16,10 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.updating.asking import Asked
 from wearlab.updating.history import RunHistory
 
-Array = NDArray[np.float64]
 SIZE = 128  # values of a bin
 NODES = 12  # exact for a cubic squared times a variance that goes with it
 SMOOTH = 0.1  # relative change of the model in a bin up to which its variance is smooth

@@ -7,7 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from wearlab.arrays import Array
+
 TABLE = 20_000  # places of a table of crossings
 BITS = 53  # bisections to round-off
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.updating.answer import Answer
 from wearlab.updating.integrals import conditional, log_prior, values
 from wearlab.updating.likelihood import PER, log_likelihood
@@ -12,7 +13,6 @@ from wearlab.updating.passage import present_state
 from wearlab.updating.posterior import Posterior
 from wearlab.updating.quadrature import Quadrature
 
-Array = NDArray[np.float64]
 PIECE = 400  # draws whose errors are drawn at once
 
 

@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.updating.censoring import Hidden, below
 
-Array = NDArray[np.float64]
 LOG_TWO_PI = float(np.log(2.0 * np.pi))
 
 

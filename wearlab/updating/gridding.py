@@ -12,13 +12,13 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.updating.history import RunHistory
 from wearlab.updating.integrals import conditional, log_sum
 from wearlab.updating.likelihood import Block, Spread
 from wearlab.updating.prior import Prior
 from wearlab.updating.quadrature import POINTS, Quadrature, at_edges
 
-Array = NDArray[np.float64]
 SpreadGrids = tuple[Quadrature | None, Quadrature | None]
 COARSE = 61  # points of the factor while its range is narrowed
 SPREAD_PANELS = 3

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags
 from wearlab.campaign.measured import Limit
 from wearlab.updating.asking import TINY, Asked, asked_of, curve_of, per_cycle
 from wearlab.updating.curve import RunCurve
@@ -16,8 +16,6 @@ from wearlab.updating.errors import UpdateError
 from wearlab.updating.observations import Observed
 from wearlab.updating.scaling import refuse_what_does_not_scale
 from wearlab.updating.stored import StoredRun
-
-Array = NDArray[np.float64]
 
 WHOLE = ("max_wear_depth", "worn_mass")  # quantities that are one number of a gear
 
@@ -110,7 +108,7 @@ def history_of(
     )
 
 
-def _beside(run: StoredRun, limit: Limit, ended: RunCurve, keep: NDArray[np.bool_]) -> dict[str, RunCurve]:
+def _beside(run: StoredRun, limit: Limit, ended: RunCurve, keep: Flags) -> dict[str, RunCurve]:
     """Return depth and mass of the gear that ends the life, where the run has them."""
     curves: dict[str, RunCurve] = {}
     member = None if limit.where is None else limit.where.split("-")[0]

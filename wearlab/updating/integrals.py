@@ -1,14 +1,12 @@
 """The likelihood of a block on the grids of its unknown errors, and sums over them by their logs."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.updating.filtering import Filtered
 from wearlab.updating.history import RunHistory
 from wearlab.updating.likelihood import Block, Spread, log_likelihood
 from wearlab.updating.quadrature import Quadrature
-
-Array = NDArray[np.float64]
 
 
 def conditional(

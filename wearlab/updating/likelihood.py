@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags
 from wearlab.campaign.distributions import Distribution
 from wearlab.campaign.measured import PREVIOUS, Data
 from wearlab.units import convert
@@ -17,7 +18,6 @@ from wearlab.updating.filtering import LOG_TWO_PI, Filtered, Inspection, SharedE
 from wearlab.updating.history import RunHistory
 from wearlab.updating.observations import Observed
 
-Array = NDArray[np.float64]
 PER = 1e6  # cycles over which ``drift`` is said
 MANY = 4000  # values from which independent ones are summed in pieces
 PIECE = 2000
@@ -223,9 +223,7 @@ def _variance(block: Block, model: Array, sd: Array) -> Array:
     return square + (relative * model) ** 2 if relative else square
 
 
-def _independent(
-    residual: Array, variance: Array, model: Array, censored: NDArray[np.bool_], below: Array
-) -> Array:
+def _independent(residual: Array, variance: Array, model: Array, censored: Flags, below: Array) -> Array:
     """Return the sum of the logs of independent normal densities; of probabilities where values are below."""
     n = residual.shape[-1]
     if variance.shape[-1] == 1 and not censored.any():

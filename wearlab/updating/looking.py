@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.updating.answer import Answer
 from wearlab.updating.draws import Draws
 from wearlab.updating.filtering import Filtered
@@ -19,7 +20,6 @@ from wearlab.updating.passage import present_state
 if TYPE_CHECKING:
     from wearlab.updating.outcome import UpdateOutcome
 
-Array = NDArray[np.float64]
 LOOKS = 9
 INSTRUMENTS = (0.3, 1.0, 3.0)  # times the error of the block
 TRUTHS = 100

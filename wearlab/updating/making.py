@@ -3,13 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.campaign.measured import PREVIOUS
 from wearlab.updating.history import RunHistory
 from wearlab.updating.likelihood import PER, Block, inspections_of, modelled
-
-Array = NDArray[np.float64]
 
 
 class Truth(NamedTuple):

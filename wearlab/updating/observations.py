@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags, Index
 from wearlab.campaign.measured import WHEN, WHERE, Data
 from wearlab.machine_table import SEPARATORS, decoded
 from wearlab.units import UnitError, convert
 from wearlab.updating.errors import UpdateError
 
-Array = NDArray[np.float64]
 LARGEST = 200_000_000  # bytes of a file
 PLACE_UNITS = {"diameter": "m", "roll_angle": "rad", "path_position": "m"}
 CLOCKS = {"cycle": "1", "hours": "s", "mesh_cycles": "1"}
@@ -46,14 +45,14 @@ class Observed:
     below: Array
     place_kind: str | None
     place: Array
-    row: NDArray[np.int64]
+    row: Index
     fingerprint: str
 
     def __len__(self) -> int:
         return len(self.time)
 
     @property
-    def censored(self) -> NDArray[np.bool_]:
+    def censored(self) -> Flags:
         """Which values were below the limit of detection."""
         return np.isnan(self.value)
 
@@ -183,7 +182,7 @@ def _refuse_impossible(seen: Observed, names: dict[str, str | None]) -> None:
     """Refuse what cannot be a measurement, by row and column."""
     file = seen.data.file
 
-    def refuse(wrong: NDArray[np.bool_], name: str, values: Array, said: str) -> None:
+    def refuse(wrong: Flags, name: str, values: Array, said: str) -> None:
         if wrong.any():
             i = int(np.argmax(wrong))
             shown = "" if math.isnan(values[i]) else f"{values[i]:g} "

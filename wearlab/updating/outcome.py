@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.updating.answer import Answer, drifting_block
 from wearlab.updating.checking import Check, checks
 from wearlab.updating.draws import Draws, drawn
@@ -25,7 +26,6 @@ from wearlab.updating.posterior import Posterior, posterior
 if TYPE_CHECKING:
     from wearlab.updating.study import MeasuredCase
 
-Array = NDArray[np.float64]
 ACCUMULATING = "accumulating"
 TENSION = 3.0  # standard deviations of ln k between two files that contradict each other
 FAR = 3.0  # standard errors beyond which a value is odd

@@ -4,12 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtr
 
+from wearlab.arrays import Array
 from wearlab.updating.history import RunHistory
 from wearlab.updating.integrals import log_prior, log_sum, on_grids, values
 from wearlab.updating.likelihood import PER
 from wearlab.updating.posterior import Posterior
 
-Array = NDArray[np.float64]
 LEAST = 1e-8  # probability of a run that still counts for a life with a drift
 DROPPED = 1e-5  # probability of all nodes within a run that do not
 TAIL = 1e-7  # probability at either end of the plane of laws that is moved to its edge

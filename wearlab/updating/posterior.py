@@ -9,16 +9,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.updating.gridding import ROUNDS, Axes, SpreadGrids, axes_of, wider_than
 from wearlab.updating.history import RunHistory
 from wearlab.updating.integrals import conditional, log_sum
 from wearlab.updating.likelihood import Block
 from wearlab.updating.prior import Prior
 from wearlab.updating.quadrature import Quadrature
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """What the posterior says of the wear over the cycles, and of measurements that could have been made."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.updating.checking import surprises
 from wearlab.updating.curve import RunCurve
 from wearlab.updating.draws import Draws
@@ -10,8 +10,6 @@ from wearlab.updating.filtering import smoothed_paths
 from wearlab.updating.history import RunHistory
 from wearlab.updating.likelihood import PER, inspections_of, modelled
 from wearlab.updating.posterior import Posterior
-
-Array = NDArray[np.float64]
 
 
 def over_cycles(

@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.campaign.distributions import SMALLEST, Distribution
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

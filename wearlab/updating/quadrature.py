@@ -9,9 +9,9 @@ from functools import cache
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from wearlab.arrays import Array
+
 POINTS = 12  # of a panel
 
 

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.updating.answer import QUANTILES, Answer
 from wearlab.updating.checking import checks
 from wearlab.updating.draws import drawn
@@ -17,7 +17,6 @@ from wearlab.updating.posterior import Posterior
 if TYPE_CHECKING:
     from wearlab.updating.study import MeasuredCase
 
-Array = NDArray[np.float64]
 ABOUT = {
     "life_quantile": "cycles to the limit",
     "remaining_useful_life_quantile": "cycles from the inspection to the limit",

@@ -24,7 +24,6 @@ from wearlab.updating.stored import read_runs
 if TYPE_CHECKING:
     from wearlab.store import Store
 
-Array = NDArray[np.float64]
 FACTOR = "wear.coefficient.factor"
 DRAW = "draw"
 ALWAYS = ("life", "verdict", "end_reason", "error_estimate_life", "error_estimate_wear_depth")

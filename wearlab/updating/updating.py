@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.campaign import Campaign
 from wearlab.scene import SceneError
 from wearlab.updating.errors import UpdateError
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
     from wearlab.store import Store
 
-Array = NDArray[np.float64]
 ENOUGH = 1e-3  # posterior probability beyond the stored runs that they are not made longer for
 MOST_LONGER = 8.0  # times its own limits that a run is made to last
 

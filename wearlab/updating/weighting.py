@@ -9,12 +9,11 @@ Guibas 1995), so that none of the first is lost.
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.campaign.distributions import Distribution
 from wearlab.campaign.sampling import written
 
-Array = NDArray[np.float64]
 WIDER = 1.5  # times the posterior's own spread
 FEWEST = 100.0  # effective runs below which more are drawn
 STANDARD = NormalDist()

@@ -9,13 +9,12 @@ Source: PHYSICS §7; W23 Eq. 39, 45–47; L16 Eq. 19. The peak pressure instead 
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.compiled import jit
 from wearlab.wear.path import WearPath
 from wearlab.wear.pressures.peak import PeakPressure
-
-Array = NDArray[np.float64]
 
 
 @jit(allocates=True)

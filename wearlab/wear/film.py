@@ -9,12 +9,11 @@ Source: Dowson, Proc. IMechE 182 (1967) 151–167; PHYSICS §7.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.wear.path import WearPath, rolling_velocity
 from wearlab.wear.setting import PowerOfLoad
-
-Array = NDArray[np.float64]
 
 LIGHTEST_LOAD = 1e-8
 """Dimensionless load W below which the film no longer grows (the regression's contact is elastic): keeps an

@@ -4,14 +4,14 @@ from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.gears.errors import GearError
 from wearlab.gears.gear import Gear
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.curve import PiecewiseCurve
 
-Array = NDArray[np.float64]
 Along = Literal["diameter", "roll_angle", "roll_length", "path_position"]
 Continuation = Literal["refuse", "hold", "slope", "zero"]
 Zero = Literal["as-measured", "max", "pitch", "tip", "root", "line"]

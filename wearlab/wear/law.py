@@ -8,8 +8,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.compiled import jit
 from wearlab.slots import VariantError
 from wearlab.wear.archard import contact_half_width, mean_pressure, wear_per_cycle
@@ -19,7 +19,6 @@ from wearlab.wear.projections import ProjectionModel
 from wearlab.wear.projections.normal import NormalProjection
 from wearlab.wear.setting import FlankState, PowerOfLoad
 
-Array = NDArray[np.float64]
 Coefficient = PowerOfLoad | Callable[[FlankState], Array]
 """k of one flank along the path: a power of the load, or a function of the flank's state [m²/N]."""
 NAN = float("nan")

@@ -23,15 +23,13 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array, eye_array, hstack
 from scipy.sparse.linalg import splu
 
+from wearlab.arrays import Array, Index
 from wearlab.wear.patch import TwoWay, felt_matrix, remembered, spread_matrix
 from wearlab.wear.path import WearPath
 from wearlab.wear.smear import ascending
-
-Array = NDArray[np.float64]
 
 FIRST_ORDER = 2
 LEAST_ORDERS, MOST_ORDERS = 4, 32
@@ -172,7 +170,7 @@ def nearest(arc: Array) -> Array:
     return np.maximum(np.append(step, step[-1]), np.insert(step, 0, step[0]))
 
 
-def _coefficients(arc: Array, half_width: Array, orders: NDArray[np.int64]) -> csr_array:
+def _coefficients(arc: Array, half_width: Array, orders: Index) -> csr_array:
     """Return ``∫ φ_i T_n/√(a² − x²) dx`` for every order, contact j and node i, (orders · n, n).
 
     φ_i are the hats of linear interpolation between nodes at ascending arcs (n,), mirrored at both ends.
@@ -199,7 +197,7 @@ def _coefficients(arc: Array, half_width: Array, orders: NDArray[np.int64]) -> c
     return csr_array(entries, shape=(len(orders) * n, n))
 
 
-def _integrals(theta: Array, orders: NDArray[np.int64]) -> tuple[Array, Array]:
+def _integrals(theta: Array, orders: Index) -> tuple[Array, Array]:
     """Return the integrals of T_n/√(1 − t²) and of t times it between successive t = cos θ, (k, m − 1).
 
     Parameters

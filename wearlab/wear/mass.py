@@ -1,11 +1,10 @@
 """Material worn off a gear."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.wear.path import WearPath
-
-Array = NDArray[np.float64]
 
 
 def worn_area(depth: ArrayLike, path: WearPath) -> Array:

@@ -21,9 +21,10 @@ from functools import cached_property, wraps
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
+from wearlab.arrays import Array
 from wearlab.wear.archard import contact_half_width
 from wearlab.wear.path import WearPath
 from wearlab.wear.smear import spreading
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from wearlab.mesh.contact import ContactAnalysis
     from wearlab.wear.law import PreparedLaw
 
-Array = NDArray[np.float64]
 Made = TypeVar("Made")
 KEPT, MOST_NODES = 8, 400
 """Matrices of patches that a process remembers, and the nodes beyond which it does not: some 30 MB in all."""

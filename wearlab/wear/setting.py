@@ -3,11 +3,10 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.wear.path import WearPath
-
-Array = NDArray[np.float64]
 
 
 class Setting(NamedTuple):

@@ -15,12 +15,10 @@ as a → 0, and no value turns negative. What would fall off either end of the p
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.compiled import jit, jit_inner
 from wearlab.wear.path import WearPath
-
-Array = NDArray[np.float64]
 
 
 def average_over_contact_width(increment: Array, half_width: Array, path: WearPath) -> Array:

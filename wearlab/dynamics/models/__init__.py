@@ -11,7 +11,8 @@ from wearlab.options import NOT_NEGATIVE, POSITIVE, Count, Number, Part, Speed, 
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
-    from wearlab.dynamics.system import Array, System
+    from wearlab.arrays import Array
+    from wearlab.dynamics.system import System
     from wearlab.mesh.gear_set import GearSet
 
 METHOD = "how the steady response is found; periodic is shooting, the others march as the papers do"

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.of_updates import CYCLES, REST, area, line, update_kind
-from wearlab.figures.plot import Array, Series
+from wearlab.figures.plot import Series
 from wearlab.figures.updated import Updated
 
 CONE = 0.2

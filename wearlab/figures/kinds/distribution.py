@@ -11,12 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.bands import Ended, banded, ended_of
 from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import Kind
 from wearlab.figures.kinds.cycles import hours_a_cycle
-from wearlab.figures.plot import Array, Mark, Scale, Series
+from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, lone, shown, slices
 from wearlab.figures.wording import Label, joined

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.kind import Kind
-from wearlab.figures.plot import Array, Mark, Scale, Series
+from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, slices, thinned
 

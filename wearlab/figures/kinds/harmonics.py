@@ -4,9 +4,10 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.kind import Kind, Role
-from wearlab.figures.plot import Array, Scale, Series
+from wearlab.figures.plot import Scale, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, slices
 from wearlab.figures.wording import Label, ordinal

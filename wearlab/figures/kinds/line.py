@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
 from wearlab.figures.kinds.path import POSITIONS, along_path
-from wearlab.figures.plot import Array, Look, Scale, Series
+from wearlab.figures.plot import Look, Scale, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, shown, slices, thinned
 from wearlab.figures.wording import Label

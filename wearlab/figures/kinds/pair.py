@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.kind import Kind
 from wearlab.figures.kinds.engagement import ENGAGEMENT, contact_ratio, entry_phase, path_marks
-from wearlab.figures.plot import Array, Series
+from wearlab.figures.plot import Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import Slice, companion, slices, thinned
 

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.of_updates import CYCLES, update_kind, words
-from wearlab.figures.plot import Array, Scale, Series
+from wearlab.figures.plot import Scale, Series
 from wearlab.figures.updated import Updated
 from wearlab.figures.wording import Label
 

@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
-from wearlab.figures.plot import Array, Look, Mark, Scale, Series
+from wearlab.figures.plot import Look, Mark, Scale, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import Slice, companion, lone, slices
 from wearlab.figures.wording import Label, typeset

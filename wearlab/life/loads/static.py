@@ -8,7 +8,8 @@ from wearlab.life.loads import LoadModel
 from wearlab.options import option
 
 if TYPE_CHECKING:
-    from wearlab.life.load import Array, Forces
+    from wearlab.arrays import Array
+    from wearlab.life.load import Forces
     from wearlab.mesh.contact import Quasistatic
     from wearlab.mesh.excitation import Touching
 

@@ -1,14 +1,11 @@
 """Algorithm 1 of Y23 as published: every point of one flank against every point of the other."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.exact.angles import local_points, position_of
 from wearlab.mesh.exact.flank import Flank
 from wearlab.mesh.exact.tangency import FlankContact
-
-Array = NDArray[np.float64]
 
 PUBLISHED_POINTS = 1849
 CENTRE_TOLERANCE = 1e-5

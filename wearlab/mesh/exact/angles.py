@@ -6,13 +6,12 @@ others a constant lies between them, and errors are told as differences x_drivin
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.gears.involute import involute
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at, side_of
-
-Array = NDArray[np.float64]
 
 
 def contact_angle(pair: GearPair, gear: int, position: ArrayLike) -> Array:

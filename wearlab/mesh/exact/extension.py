@@ -3,14 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.mesh.beyond import beyond_path
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.profile import Extension
-
-Array = NDArray[np.float64]
 
 SCAN = 32
 CLOSE = 1e-12

@@ -3,12 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.exact.minimum_gap import minimum_gap
-
-Array = NDArray[np.float64]
 
 AGREEMENT = 0.05
 SHALLOWEST, DEEPEST = 1e-8, 1e-3

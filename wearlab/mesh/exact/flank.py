@@ -15,15 +15,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Index
 from wearlab.compiled import jit, jit_inner
 from wearlab.gears.pair import DRIVING, GearPair
 from wearlab.mesh.profile import ProfileGrid
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
 
 BELOW_ACTIVE = 0.1
 """Base pitches below its active part that a flank is described."""

@@ -6,8 +6,8 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.corners import Corner, corner
@@ -17,8 +17,6 @@ from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.exact.tangency import FlankContact
 from wearlab.mesh.profile import ProfileGrid
 from wearlab.mesh.stiffness import SectionVanished
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

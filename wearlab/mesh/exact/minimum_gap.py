@@ -8,7 +8,7 @@ the flanks are smooth and convex to each other the answer is that of :mod:`.tang
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
@@ -16,8 +16,6 @@ from wearlab.mesh.exact.kinematics import corner_gap, rotation_gap
 from wearlab.mesh.exact.minimiser import smallest_within
 from wearlab.mesh.exact.tangency import FlankContact
 from wearlab.mesh.exact.trace import may_touch, trace, traced_gap
-
-Array = NDArray[np.float64]
 
 
 def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact:

@@ -3,17 +3,14 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags, Index
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.exact.angles import contact_angle, rotation_angle
 from wearlab.mesh.exact.flank import Flank
 from wearlab.mesh.exact.gaps import MeetingGaps, WornFlanks
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.exact.tangency import tangency
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 SHARE_PHASES = 400
 LONE_POINTS = 1849
@@ -52,7 +49,7 @@ class MeshRelation(NamedTuple):
         return np.asarray(self.gap - self.unloaded_error < threshold * pair.driven.base_radius)
 
 
-def mesh_relation(gaps: MeetingGaps, wear: Array, phase: Array, numbers: NDArray[np.int64]) -> MeshRelation:
+def mesh_relation(gaps: MeetingGaps, wear: Array, phase: Array, numbers: Index) -> MeshRelation:
     """Return where the pairs touch at phases, each on its own.
 
     Parameters

@@ -10,16 +10,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array, Flags, Index
 from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 from wearlab.mesh.exact.kinematics import along_normal, corner_gap, rotation_gap
 from wearlab.mesh.exact.minimiser import smallest_within
 from wearlab.mesh.exact.tangency import excess_distance, root_near
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 STEP = 1e-13  # [m] by which wear jumps at an edge
 KINK = 1e-8  # change of dw/ds at a kink
@@ -61,7 +58,7 @@ class Trace(NamedTuple):
     """
 
     x: Array
-    grows: NDArray[np.bool_]
+    grows: Flags
     furthest: Array
     nearest: Array
     unknown: Index

@@ -9,11 +9,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.mesh.finite_element.flank import Lengths, LoadedFlank, lengths
-
-Array = NDArray[np.float64]
 
 STEEPEST = math.radians(45.0)
 BELOW_ROOT = 0.6  # how far the root's shape reaches into the body, in modules

@@ -7,12 +7,11 @@ runs along it: 0 at the root circle, 1 where the involute begins, 2 at the tip e
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
 from wearlab.gears.outline import involute_point, load_angle, root_curve
-
-Array = NDArray[np.float64]
 
 TABLE = 4001  # points from which lengths along the flank are read
 

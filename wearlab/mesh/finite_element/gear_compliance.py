@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
 from wearlab.mesh.finite_element.flank import LoadedFlank, Wear
 from wearlab.mesh.finite_element.half_plane import half_plane_compliance
 from wearlab.mesh.finite_element.options import Options
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -22,13 +22,11 @@ Vedmar & Henriksson, J. Mech. Des. 120 (1998) 665–673: elements for the tooth,
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.gears.materials import Material
 from wearlab.mesh.finite_element.options import Plane
 from wearlab.mesh.finite_element.patch import patch_rule
-
-Array = NDArray[np.float64]
 
 
 def half_plane_compliance(material: Material, plane: Plane, half_width: float, depth: Array) -> Array:

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.gears.pair import DRIVING, GearPair
 from wearlab.mesh.finite_element.cache import gear_compliance
 from wearlab.mesh.finite_element.flank import LoadedFlank
@@ -14,8 +14,6 @@ from wearlab.mesh.finite_element.options import Options
 from wearlab.mesh.pair_stiffness import PairStiffness
 from wearlab.mesh.stiffness import HertzContact, SectionVanished
 from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
-
-Array = NDArray[np.float64]
 
 DISTANCE_SLACK = 1e-9
 

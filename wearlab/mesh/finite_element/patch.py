@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from wearlab.arrays import Array
 
 
 def patch_rule(points: int = 24) -> tuple[Array, Array]:

@@ -3,17 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2, asm
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
+from wearlab.arrays import Array, Index
 from wearlab.gears.materials import Material
 from wearlab.mesh.finite_element.chart import DEEP, Chart
 from wearlab.mesh.finite_element.options import Plane
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 INNER = 5.0  # element on the centre line over element on the flank
 

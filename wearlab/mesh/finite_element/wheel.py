@@ -20,13 +20,12 @@ Thomas, Int. J. Numer. Methods Eng. 14 (1979) 81–102: rotationally periodic st
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse.linalg import SuperLU, splu
 
+from wearlab.arrays import Array, Index
 from wearlab.mesh.finite_element.patch import patch_rule
 from wearlab.mesh.finite_element.sector import Sector
-
-Array = NDArray[np.float64]
 
 
 def wheel_compliance(sector: Sector, loads: Array, teeth_apart: int) -> Array:
@@ -81,7 +80,7 @@ def _solve(factors: SuperLU, columns: Array) -> Array:
     return np.stack([factors.solve(column) for column in np.ascontiguousarray(columns.T)], axis=1)
 
 
-def _cut(sector: Sector, side: float) -> NDArray[np.int64]:
+def _cut(sector: Sector, side: float) -> Index:
     """Unknowns on a radial cut, x and y node by node, without the clamped end."""
     nodes = sector.nodes(u=side)[1:]
     return sector.dofs[:, nodes].T.ravel()
@@ -133,7 +132,7 @@ def flank_loads(
     return loads
 
 
-def _quadratic(nodes: Array, v: Array) -> tuple[NDArray[np.int64], Array]:
+def _quadratic(nodes: Array, v: Array) -> tuple[Index, Array]:
     """Return the element of each v and the values of its three shape functions there."""
     ends = nodes[::2]
     element = np.clip(np.searchsorted(ends, v, side="right") - 1, 0, len(ends) - 2)

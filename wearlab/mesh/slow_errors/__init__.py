@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, ClassVar
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
+    from wearlab.arrays import Array
     from wearlab.mesh.clock import Mesh
-    from wearlab.mesh.gear_set import Array
 
 
 class SlowErrorModel(Variant):

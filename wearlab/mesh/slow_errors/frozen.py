@@ -9,8 +9,8 @@ from wearlab.mesh.slow_errors import SlowErrorModel
 from wearlab.options import option
 
 if TYPE_CHECKING:
+    from wearlab.arrays import Array
     from wearlab.mesh.clock import Mesh
-    from wearlab.mesh.gear_set import Array
 
 
 class FrozenErrors(SlowErrorModel):

@@ -1,8 +1,8 @@
 """``mesh.contact``, ``mesh.extended_contact`` → where gaps of worn flanks come from, how far they reach."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.gears.errors import GearError
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
@@ -15,8 +15,6 @@ from wearlab.mesh.profile import Extension, ProfileGrid
 from wearlab.mesh.reach import Folded, reach_beyond
 from wearlab.scene import Scene
 from wearlab.scene.build.gears import modifications
-
-Array = NDArray[np.float64]
 
 LARGEST_STATIC = 2.0
 """Times its static deflection that a quasi-static mesh may deflect, worn or with errors."""

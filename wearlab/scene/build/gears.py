@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.gears.external import external_pair
 from wearlab.gears.internal import internal_pair
 from wearlab.gears.materials import Material
@@ -15,8 +15,6 @@ from wearlab.gears.planetary import Carrier, PlanetarySet, planetary_set
 from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, SetDescriptor
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.scene import Scene
-
-Array = NDArray[np.float64]
 
 GIVEN = (
     "teeth",

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.clock import Mesh
@@ -17,8 +16,6 @@ from wearlab.scene.build.contact import extension_wanted, flanks_of
 from wearlab.scene.build.errors import build_errors
 from wearlab.scene.build.gears import kinks, modifications
 from wearlab.scene.build.sets import build_set
-
-Array = NDArray[np.float64]
 
 NODES_AT_DEFAULT = 201
 DEFAULT_TOLERANCE = 1e-3

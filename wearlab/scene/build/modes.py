@@ -3,15 +3,13 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.mode_kinds import mode_kinds
 from wearlab.dynamics.modes import Modes, critical_speeds, modes
 from wearlab.dynamics.system import System
 from wearlab.scene.build.parts import Parts
 from wearlab.scene.build.vibration import mean_stiffness, unworn
-
-Array = NDArray[np.float64]
 
 
 class SceneModes(NamedTuple):

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.gears.pair import GearPair
 from wearlab.life.coupled import kinds_of
 from wearlab.life.coupling import Coupling
@@ -27,8 +27,6 @@ from wearlab.wear.film import Film
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import PatchSetting
 from wearlab.wear.path import WearPath
-
-Array = NDArray[np.float64]
 
 HARMONICS = 10
 PHASE_POINTS = 256

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.continuation import Continuation
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.system import System
@@ -16,8 +16,6 @@ from wearlab.mesh.stages import StageTables
 from wearlab.scene import Scene
 from wearlab.scene.build.parts import Parts
 from wearlab.scene.build.vibration import OnClock, build_friction, fluctuation, steps_grid
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

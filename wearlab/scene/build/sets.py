@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
 from wearlab.gears.pair import GearPair
 from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SetDescriptor
@@ -13,9 +13,6 @@ from wearlab.gears.train import Train, TrainSpeeds
 from wearlab.mesh.gear_set import Body, GearSet, PairOfSet
 from wearlab.scene import Scene
 from wearlab.scene.build.gears import build_pair, build_planetary
-
-Array = NDArray[np.float64]
-
 
 APART = "planet: its two meshes deflect apart, as if they shared no body"
 

@@ -1,14 +1,12 @@
 """``[dynamics]`` → the system in its one form, by the model chosen."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.dynamics.models import InMotion
 from wearlab.dynamics.system import System
 from wearlab.mesh.gear_set import GearSet
 from wearlab.scene import Scene
-
-Array = NDArray[np.float64]
 
 ANY = 1e8
 """A mesh stiffness, where its size is of no account [N/m]."""

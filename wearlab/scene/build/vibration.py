@@ -5,9 +5,9 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import null_space
 
+from wearlab.arrays import Array
 from wearlab.dynamics.collocation import SIZES
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.modes import modes
@@ -33,8 +33,6 @@ from wearlab.mesh.stiffness import GivenStiffness
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
 from wearlab.scene.build.system import build_system
-
-Array = NDArray[np.float64]
 
 RESOLVED = 0.3
 """Share of the tolerance that the stages may miss of mesh stiffness and error."""

@@ -4,8 +4,8 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.compiled import compiled_if_possible
 from wearlab.gears.pair import GearPair
 from wearlab.life.coupled import Coupled
@@ -21,8 +21,6 @@ from wearlab.wear.film import Film, composite_rq
 from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
 from wearlab.wear.path import WearPath, contact_modulus, wear_path
 from wearlab.wear.setting import PowerOfLoad, Setting
-
-Array = NDArray[np.float64]
 
 
 def build_film(scene: Scene, pair: GearPair) -> Film | None:

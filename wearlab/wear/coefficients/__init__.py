@@ -10,7 +10,8 @@ from wearlab.slots import Slot, Variant
 from wearlab.wear.films import FilmModel
 
 if TYPE_CHECKING:
-    from wearlab.wear.setting import Array, FlankState, PowerOfLoad, Setting
+    from wearlab.arrays import Array
+    from wearlab.wear.setting import FlankState, PowerOfLoad, Setting
 
 STANDARD_FILM = "dowson-higginson"
 

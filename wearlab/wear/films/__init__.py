@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, ClassVar
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
-    from wearlab.wear.setting import Array, PowerOfLoad, Setting
+    from wearlab.arrays import Array
+    from wearlab.wear.setting import PowerOfLoad, Setting
 
 
 class FilmModel(Variant):

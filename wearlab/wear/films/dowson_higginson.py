@@ -3,9 +3,10 @@
 from collections.abc import Callable
 from typing import Literal
 
+from wearlab.arrays import Array
 from wearlab.options import option
 from wearlab.wear.films import FilmModel
-from wearlab.wear.setting import Array, Setting
+from wearlab.wear.setting import Setting
 
 
 class DowsonHigginsonFilm(FilmModel):

@@ -7,8 +7,8 @@ from wearlab.options import NOT_NEGATIVE, Alternatives, Depth, option
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
+    from wearlab.arrays import Array
     from wearlab.gears.pair import GearPair
-    from wearlab.wear.path import Array
 
 
 class InitialModel(Variant):

@@ -13,8 +13,8 @@ from wearlab.tables import read_profile
 from wearlab.wear.initials import InitialModel
 
 if TYPE_CHECKING:
+    from wearlab.arrays import Array
     from wearlab.gears.pair import GearPair
-    from wearlab.wear.path import Array
 
 
 class ProfileUnits(Part):

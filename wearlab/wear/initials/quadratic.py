@@ -8,8 +8,8 @@ from wearlab.options import option
 from wearlab.wear.initials import ShapedWear
 
 if TYPE_CHECKING:
+    from wearlab.arrays import Array
     from wearlab.gears.pair import GearPair
-    from wearlab.wear.path import Array
 
 
 class QuadraticWear(ShapedWear):

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, ClassVar
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
-    from wearlab.wear.path import Array, WearPath
+    from wearlab.arrays import Array
+    from wearlab.wear.path import WearPath
 
 
 class ProjectionModel(Variant):

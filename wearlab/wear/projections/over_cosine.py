@@ -8,7 +8,8 @@ from wearlab.options import option
 from wearlab.wear.projections import ProjectionModel
 
 if TYPE_CHECKING:
-    from wearlab.wear.path import Array, WearPath
+    from wearlab.arrays import Array
+    from wearlab.wear.path import WearPath
 
 
 class OverCosine(ProjectionModel):

@@ -1,0 +1,9 @@
+"""What arrays hold: one name a kind of number."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+Complex = NDArray[np.complex128]
