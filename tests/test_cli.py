@@ -13,7 +13,9 @@ import pytest
 from fake_campaign import alter, sweep
 
 import wearlab
-from wearlab.cli import app, output, working
+from wearlab.cli import app, output, sound
+from wearlab.cli.commands import modes
+from wearlab.cli.commands import running as run_command
 from wearlab.runner import Interrupted, running
 from wearlab.store import Store
 
@@ -42,8 +44,9 @@ def command(capsys, tmp_path, monkeypatch):
 def campaign(monkeypatch):
     """Let every FILE be a fake campaign, which cases of this process compute; return how to set it."""
     current = {"campaign": sweep(3)}
-    monkeypatch.setattr(working, "load_campaign", lambda file: current["campaign"])
-    monkeypatch.setattr(working, "_refuse_the_impossible", lambda campaign: None)
+    for home in (run_command, modes, sound):
+        monkeypatch.setattr(home, "load_campaign", lambda file: current["campaign"])
+    monkeypatch.setattr(run_command, "refuse_the_impossible", lambda campaign: None)
     monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
     original = wearlab.runner.run
 
@@ -334,7 +337,7 @@ def test_a_scheduler_that_does_not_answer(command, monkeypatch):
 
 
 def test_a_fault_of_ours_keeps_its_traceback(command, monkeypatch):
-    monkeypatch.setattr(working, "load_campaign", lambda file: 1 / 0)
+    monkeypatch.setattr(sound, "load_campaign", lambda file: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         command("check", "any.toml")
 

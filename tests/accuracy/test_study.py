@@ -11,7 +11,7 @@ from wearlab.accuracy.dataset import dataset, netcdf
 from wearlab.accuracy.ladder import Rung, WorkPrecision
 from wearlab.accuracy.pages import pages
 from wearlab.accuracy.study import Study, cheapest_setting, comparison, knob_settings
-from wearlab.cli.measuring import _content
+from wearlab.cli.commands.measuring import _content
 from wearlab.figures.render import rendered
 
 

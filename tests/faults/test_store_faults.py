@@ -202,8 +202,8 @@ def test_a_clock_that_was_set_back(store, monkeypatch, capsys):
 
 TWICE = """
 import os, signal, sys, time
-from wearlab.cli import working
 from wearlab.cli.app import main
+from wearlab.cli.commands import running
 
 def stubborn(*words):
     try:
@@ -213,7 +213,7 @@ def stubborn(*words):
         print("farewell", flush=True)
         time.sleep(60)
 
-working.run_campaign = stubborn
+running.load_campaign = stubborn
 sys.argv = ["wearlab", "run", "any.toml"]
 main()
 """

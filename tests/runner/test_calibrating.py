@@ -5,7 +5,7 @@ import json
 import pytest
 
 from wearlab.campaign.given import campaign_of
-from wearlab.cli.showing import show_run
+from wearlab.cli.commands.showing import show_run
 from wearlab.runner import run
 from wearlab.runner.calibrating import calibrations
 from wearlab.runner.plan import plan

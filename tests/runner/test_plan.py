@@ -8,7 +8,8 @@ import pytest
 from fake_campaign import Campaign, alter, sweep
 
 from wearlab.campaign import load
-from wearlab.cli import app, planning
+from wearlab.cli import app
+from wearlab.cli.commands import planning
 from wearlab.runner import plan as planner
 from wearlab.runner.plan import Amount, differing, least_bytes, parts_of, plan
 from wearlab.runner.worker import Task, execute

@@ -19,8 +19,8 @@ from wearlab.cli.streams import FULL, fill_closed, nowhere
 from wearlab.store.errors import StoreError
 
 FIRST = (
-    *("campaigns", "runs", "drawing", "comparing", "reporting"),
-    *("dynamics", "measuring", "describing", "sharing"),
+    *("checking", "planning", "running", "listing", "showing", "drawing", "comparing", "reporting"),
+    *("modes", "measuring", "describing", "sharing"),
 )
 """The order in which help lists the files of ``commands``; others follow by name."""
 

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from wearlab.cli.output import Status
+from wearlab.cli.output import Status, Stop, load_plugins, say, show_json
 from wearlab.cli.registry import app
 
 
@@ -22,6 +22,15 @@ def schema(
     figures: Annotated[bool, typer.Option("--figures", help="List the kinds of figures instead.")] = False,
 ) -> Status:
     """Print the JSON Schema of campaign files: every option with unit, default and meaning."""
-    from wearlab.cli.working import show_schema
+    if figures:
+        from wearlab.figures import KINDS
 
-    return show_schema(file, added, figures)
+        show_json(sorted(KINDS))
+        return Status.WELL
+    from wearlab.campaign import added_json, schema_json
+
+    if added and file is None:
+        raise Stop("--added needs a campaign FILE that names plug-ins")
+    plugins = () if file is None else load_plugins(file)
+    say(added_json(plugins) if added else schema_json())
+    return Status.WELL

@@ -1,4 +1,4 @@
-"""Pages about campaigns."""
+"""A campaign as one page."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from wearlab.cli.options import STORE, File, Json, StoreFolder
-from wearlab.cli.output import Status
+from wearlab.cli.output import REFUSALS, Status, load_campaign, refusing, say, show_json
 from wearlab.cli.registry import app
 from wearlab.store import Store
 
@@ -14,13 +14,22 @@ from wearlab.store import Store
 @app.command()
 def report(
     file: File,
-    store: StoreFolder = STORE,
+    folder: StoreFolder = STORE,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The page.", show_default="FILE's name, .html")
     ] = None,
     json: Json = False,
 ) -> Status:
     """Write one self-contained HTML page about FILE and its stored runs."""
-    from wearlab.cli.reporting import write_report
+    from wearlab.report.page import report as page_of
+    from wearlab.store.files import write_whole
 
-    return write_report(file, Store(store), out, json)
+    store, campaign = Store(folder), load_campaign(file)
+    path = out or Path(f"{Path(file).stem}.html")
+    with refusing(*REFUSALS, OSError):
+        write_whole(path, page_of(campaign, store).encode())
+    if json:
+        show_json({"file": str(path)})
+    else:
+        say(str(path))
+    return Status.WELL

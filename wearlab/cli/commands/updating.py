@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from wearlab.cli.options import STORE, File, Json, StoreFolder, Workers
-from wearlab.cli.output import Status
+from wearlab.cli.output import REFUSALS, Status, load_campaign, refusing, say, show_json
 from wearlab.cli.registry import app
 from wearlab.store import Store
 
@@ -13,7 +13,7 @@ from wearlab.store import Store
 @app.command()
 def update(
     file: File,
-    store: StoreFolder = STORE,
+    folder: StoreFolder = STORE,
     replay: Annotated[
         bool, typer.Option("--replay", help="Answer as it would have been after every inspection too.")
     ] = False,
@@ -24,6 +24,18 @@ def update(
     json: Json = False,
 ) -> Status:
     """Infer wear coefficient and remaining life from FILE's measurements, with intervals."""
-    from wearlab.cli.updating import update_campaign
+    from wearlab.cli.updates import content
+    from wearlab.updating import UpdateError
+    from wearlab.updating import update as updated
+    from wearlab.updating.words import told
 
-    return update_campaign(file, Store(store), replay, check, workers, json)
+    store, campaign = Store(folder), load_campaign(file)
+    with refusing(*REFUSALS, UpdateError):
+        tree = updated(campaign, store, replay=replay, check=check, progress=not json, workers=workers)
+    if json:
+        show_json(content(tree))
+    else:
+        for line in told(tree):
+            say(line)
+        say(f"\nkept as update {str(tree.attrs['id'])[:10]}")
+    return Status.WELL

@@ -1,4 +1,4 @@
-"""``update``: what measurements say, in words or as JSON."""
+"""Kept updates: what measurements said, in words or as JSON."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -6,7 +6,6 @@ from wearlab.cli.output import (
     REFUSALS,
     Status,
     complain,
-    load_campaign,
     refusing,
     say,
     show_json,
@@ -24,25 +23,6 @@ if TYPE_CHECKING:
     from wearlab.store.updates import KeptUpdate
 
 REMAINING = ("remaining_5", "remaining_50", "remaining_95")
-
-
-def update_campaign(
-    file: str, store: "Store", replay: bool, check: int, workers: int | None, as_json: bool
-) -> Status:
-    """Update a campaign by its measurements and tell what came out."""
-    from wearlab.updating import UpdateError, update
-    from wearlab.updating.words import told
-
-    campaign = load_campaign(file)
-    with refusing(*REFUSALS, UpdateError):
-        tree = update(campaign, store, replay=replay, check=check, progress=not as_json, workers=workers)
-    if as_json:
-        show_json(_content(tree))
-    else:
-        for line in told(tree):
-            say(line)
-        say(f"\nkept as update {str(tree.attrs['id'])[:10]}")
-    return Status.WELL
 
 
 def list_updates(store: "Store", as_json: bool) -> Status:
@@ -90,7 +70,7 @@ def show_update(store: "Store", one: "KeptUpdate", as_json: bool) -> Status:
         complain(f"update {one.id}: its file has gone; wearlab update makes it anew")
         return Status.TROUBLE
     if as_json:
-        show_json(_content(tree) | {"runs": one.runs, "sha256": one.sha256, "recorded": one.recorded})
+        show_json(content(tree) | {"runs": one.runs, "sha256": one.sha256, "recorded": one.recorded})
         return Status.WELL
     for line in told(tree):
         say(line)
@@ -153,7 +133,8 @@ def tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None
     say("  and as many longer ones where the measurements lie beyond them")
 
 
-def _content(tree: "xr.DataTree") -> dict[str, Any]:
+def content(tree: "xr.DataTree") -> dict[str, Any]:
+    """Return what `--json` tells of an update."""
     from wearlab.store.image import plain
 
     names = ("predictions", "sample_stats", "calibration")

@@ -1,30 +1,33 @@
-"""``ls`` and ``verify``: what is in a store."""
+"""What a store holds."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
+import typer
+
+from wearlab.cli.options import STORE, Condition, Json, StoreFolder
 from wearlab.cli.output import (
+    REFUSALS,
     Format,
     Status,
     complain,
     first_line,
+    refusing,
     say,
     seconds_text,
     show_json,
     show_table,
+    split_columns,
     value_text,
 )
+from wearlab.cli.registry import app
 from wearlab.sources import is_other_code
+from wearlab.store import Store
 from wearlab.store.catalogue import Entry, Member
 from wearlab.store.headline import headlines
 
-if TYPE_CHECKING:
-    from wearlab.store import Store
-
 SHORT_ID = 10
-
-
 HEADS = (
     *("id", "campaign", "case", "differs by", "state", "result", "error", "time", "note"),
     *("expected", "measured"),
@@ -48,6 +51,38 @@ class RowsWanted(NamedTuple):
     sort: str | None = None
     limit: int | None = None
     state: str | None = None
+
+
+@app.command()
+def ls(
+    folder: StoreFolder = STORE,
+    state: Annotated[
+        str | None,
+        typer.Option(
+            metavar="STATE", help="Only runs that are done, failed, refused, running, interrupted or lost."
+        ),
+    ] = None,
+    where: Condition = "",
+    columns: Annotated[
+        str | None, typer.Option(metavar="A,B", help="What to show, such as speed,life.")
+    ] = None,
+    sort: Annotated[str | None, typer.Option(metavar="A", help="By a column; -A turns the order.")] = None,
+    limit: Annotated[int | None, typer.Option(metavar="N", min=0, help="At most so many.")] = None,
+    updates: Annotated[bool, typer.Option("--updates", help="The updates in place of the runs.")] = False,
+    format: Annotated[Format, typer.Option(help="How to write it.")] = Format.TABLE,
+    json: Json = False,
+) -> Status:
+    """List the runs of a store: all, or those that meet a condition."""
+    store = Store(folder)
+    if updates:
+        from wearlab.cli.updates import list_updates
+
+        return list_updates(store, json or format is Format.JSON)
+    from wearlab.query.errors import QueryError
+
+    wanted = RowsWanted(where, split_columns(columns), sort, limit, state)
+    with refusing(*REFUSALS, QueryError):
+        return list_runs(store, wanted, Format.JSON if json else format)
 
 
 def list_runs(store: "Store", wanted: RowsWanted, form: Format) -> Status:
@@ -190,16 +225,3 @@ def _note(row: Mapping[str, Any]) -> str:
     notes += [f"{len(row['warnings'])} warnings"] if row["warnings"] else []
     notes += ["made by other code"] if row["other_code"] else []
     return "; ".join(notes)
-
-
-def verify_store(store: "Store", as_json: bool) -> Status:
-    """Compare every file with its recorded hash."""
-    problems = store.verify()
-    done = sum(entry.state == "done" for entry in store.entries().values())
-    if as_json:
-        show_json([{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems])
-    else:
-        for problem in problems:
-            say(f"{problem.kind:<11}{problem.path}: {problem.message}")
-        say(f"{done} runs compared, {len(problems)} problems")
-    return Status.TROUBLE if problems else Status.WELL

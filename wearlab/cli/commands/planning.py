@@ -1,10 +1,15 @@
-"""``plan``: what would be done with a campaign, before it is done."""
+"""What would be done with a campaign, before it is done."""
 
 from collections import Counter
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
+import typer
+
+from wearlab.cli.options import STORE, File, Json, StoreFolder, Workers
 from wearlab.cli.output import REFUSALS, Status, complain, load_campaign, refusing, say, show_json
+from wearlab.cli.registry import app
+from wearlab.store import Store
 from wearlab.units import HOUR, MINUTE
 
 if TYPE_CHECKING:
@@ -12,20 +17,27 @@ if TYPE_CHECKING:
 
     from wearlab.campaign import Campaign
     from wearlab.runner.plan import Amount, Plan
-    from wearlab.store import Store
 
 SHOWN = 6
 UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 
 
-def plan_campaign(file: str, store: "Store", workers: int | None, retry: bool, as_json: bool) -> Status:
-    """Show what ``run`` would compute, how long it takes and how much it writes."""
-    from wearlab.runner.plan import plan
+@app.command()
+def plan(
+    file: File,
+    folder: StoreFolder = STORE,
+    workers: Workers = None,
+    retry: Annotated[bool, typer.Option("--retry", help="Count failed and refused cases too.")] = False,
+    json: Json = False,
+) -> Status:
+    """Show what run would do with FILE: new, cached, excluded, failed before; time and disk space."""
+    from wearlab.runner.plan import plan as planned_of
 
+    store = Store(folder)
     campaign = load_campaign(file)
     with refusing(*REFUSALS):
-        planned = plan(campaign, store, workers=workers, retry=retry)
-    if as_json:
+        planned = planned_of(campaign, store, workers=workers, retry=retry)
+    if json:
         content = asdict(planned) | {"runs": [run._asdict() for run in planned.runs]}
         show_json(content | {name: amount and amount._asdict() for name, amount in _amounts(planned)})
     else:
@@ -38,7 +50,7 @@ def plan_campaign(file: str, store: "Store", workers: int | None, retry: bool, a
 
 
 def _tell_update(campaign: "Campaign", store: "Store", workers: int | None) -> None:
-    from wearlab.cli.updating import tell_plan
+    from wearlab.cli.updates import tell_plan
     from wearlab.updating import UpdateError
 
     with refusing(*REFUSALS, UpdateError):

@@ -1,22 +1,29 @@
-"""``show``: one run, what came out of it and what was asked."""
+"""One run, what came out of it and what was asked."""
 
-import json
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from json import dumps, loads
+from typing import Annotated, Any
 
-from wearlab.cli.listing import state_of
-from wearlab.cli.output import Status, say, seconds_text, show_json, show_table, value_text
-from wearlab.origins import origin_of
-from wearlab.schema import VARIABLES
+import typer
+
+from wearlab.cli.commands.listing import state_of
+from wearlab.cli.options import STORE, Json, Run, StoreFolder
+from wearlab.cli.output import (
+    REFUSALS,
+    Status,
+    refusing,
+    say,
+    seconds_text,
+    show_json,
+    show_table,
+    value_text,
+)
+from wearlab.cli.registry import app
 from wearlab.sources import is_other_code
+from wearlab.store import Store
 from wearlab.store.catalogue import Entry
-from wearlab.store.cite import WHO
 from wearlab.store.headline import headlines
-from wearlab.units import convert
-
-if TYPE_CHECKING:
-    from wearlab.store import Store
 
 LONGEST_TEXT = 24  # characters of a text in a table of values
 LONGEST_LIST = 100  # characters of a list in one line
@@ -25,6 +32,20 @@ DIGITS = 6  # of a value
 FIRST = 3  # items of a longer one
 FOR_MACHINES = ("count_", "run_time_")  # how it was computed, rather than what
 TOLD = ("verdict", "end_reason", "life", "service_life")  # by the head
+
+
+@app.command()
+def show(
+    run: Run,
+    folder: StoreFolder = STORE,
+    variables: Annotated[
+        bool, typer.Option("--variables", help="Describe every stored variable: dimensions, unit, meaning.")
+    ] = False,
+    json: Json = False,
+) -> Status:
+    """Show one run: results, what they are worth, its scene, what is stored."""
+    with refusing(*REFUSALS):
+        return show_run(Store(folder), run, json, variables=variables)
 
 
 def show_run(store: "Store", prefix: str, as_json: bool, *, variables: bool = False) -> Status:
@@ -37,7 +58,7 @@ def show_run(store: "Store", prefix: str, as_json: bool, *, variables: bool = Fa
     as_json : print everything for machines
     variables : describe every variable
     """
-    from wearlab.cli.updating import show_update
+    from wearlab.cli.updates import show_update
     from wearlab.store.updates import find_update
 
     update = find_update(store, prefix)
@@ -47,7 +68,7 @@ def show_run(store: "Store", prefix: str, as_json: bool, *, variables: bool = Fa
     layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
     stored = layouts[entry.layout]["variables"] if entry.layout else {}
     facts = _facts(store, entry)
-    scene = json.loads(entry.scene or "{}")
+    scene = loads(entry.scene or "{}")
     if as_json:
         content = {
             **facts,
@@ -107,6 +128,8 @@ def _results(stored: Mapping[str, dict[str, Any]], entry: Entry) -> list[tuple[s
 
 def _as_shown(value: Any, attributes: Mapping[str, Any]) -> tuple[str, str]:
     """Return a value in the unit in which it is shown, and that unit."""
+    from wearlab.units import convert
+
     unit = str(attributes.get("units", ""))
     shown = str(attributes.get("display_units", unit))
     if isinstance(value, int | float) and shown not in (unit, "", "1"):
@@ -116,6 +139,9 @@ def _as_shown(value: Any, attributes: Mapping[str, Any]) -> tuple[str, str]:
 
 def _groups(stored: Mapping[str, dict[str, Any]]) -> list[str]:
     """Return the names of what is stored along some dimension by their groups, in lines."""
+    from wearlab.origins import origin_of
+    from wearlab.schema import VARIABLES
+
     groups: dict[str, list[str]] = {}
     order = {name: place for place, name in enumerate(VARIABLES)}
     for name in sorted(stored, key=lambda name: order.get(name, len(order))):
@@ -153,10 +179,10 @@ def _in_file_units(path: str, value: Any) -> str:
 
 def _shortened(value: Any) -> str:
     """Return a value of a scene as JSON; of a long list its first items and how many there are."""
-    text = json.dumps(value, ensure_ascii=False)
+    text = dumps(value, ensure_ascii=False)
     if not isinstance(value, list) or len(text) <= LONGEST_LIST:
         return text
-    first = ", ".join(json.dumps(element, ensure_ascii=False) for element in value[:FIRST])
+    first = ", ".join(dumps(element, ensure_ascii=False) for element in value[:FIRST])
     return f"[{first}, … {len(value)} in all]"
 
 
@@ -167,6 +193,7 @@ def _is_long(value: Any) -> bool:
 
 def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
     from wearlab.store.calibration import calibration_of
+    from wearlab.store.cite import WHO
     from wearlab.store.lineage import calibrated_by, children, lineage
 
     members = store.catalogue.members([entry.id])
@@ -191,12 +218,8 @@ def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
         "wearlab": entry.wearlab_version,
         "model version": entry.summary.get("model_version"),
         "commit": entry.summary.get("commit"),
-        "made by": "other code" if _is_of_other_code(entry) else "this code",
+        "made by": "other code" if is_other_code(entry.source_hash) else "this code",
     }
-
-
-def _is_of_other_code(entry: Entry) -> bool:
-    return is_other_code(entry.source_hash)
 
 
 def _flat(scene: Any, path: str = "") -> list[tuple[str, Any]]:
