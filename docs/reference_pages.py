@@ -130,8 +130,7 @@ def _meaning(option: dict[str, Any]) -> str:
 
 def variables() -> str:
     """Return every variable of a dataset, group by group."""
-    from wearlab.origins import origin_of
-    from wearlab.schema import DIMENSIONS, VARIABLES
+    from wearlab.schema import DIMENSIONS, VARIABLES, origin_of
 
     groups: dict[str, list[tuple[Any, ...]]] = {}
     for name, one in VARIABLES.items():

@@ -33,7 +33,6 @@ ROAD = (
         "variable",
         "results",
         "schema",
-        "origins",
         "gears",
         "mesh",
         "dynamics",

@@ -26,6 +26,21 @@ class Variable(NamedTuple):
     comment: str = ""
 
 
+class Group(NamedTuple):
+    """Variables that one part of a scene makes.
+
+    Parameters
+    ----------
+    name : what lists call them
+    needs : what must be there for them to be made
+    variables : name → declaration
+    """
+
+    name: str
+    needs: str
+    variables: dict[str, Variable]
+
+
 class Result(NamedTuple):
     """A variable that follows from others of the same run.
 

@@ -12,8 +12,7 @@ from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.select import index_of, narrow
 from wearlab.figures.wording import Label, converted, cycles, place
-from wearlab.origins import origin_of
-from wearlab.schema import VARIABLES
+from wearlab.schema import VARIABLES, origin_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -139,8 +139,7 @@ def _as_shown(value: Any, attributes: Mapping[str, Any]) -> tuple[str, str]:
 
 def _groups(stored: Mapping[str, dict[str, Any]]) -> list[str]:
     """Return the names of what is stored along some dimension by their groups, in lines."""
-    from wearlab.origins import origin_of
-    from wearlab.schema import VARIABLES
+    from wearlab.schema import VARIABLES, origin_of
 
     groups: dict[str, list[str]] = {}
     order = {name: place for place, name in enumerate(VARIABLES)}

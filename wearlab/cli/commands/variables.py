@@ -20,8 +20,7 @@ def variables(
     json: Json = False,
 ) -> Status:
     """List the variables of datasets: name, dims, unit, meaning, and what makes them."""
-    from wearlab.origins import origin_of
-    from wearlab.schema import VARIABLES
+    from wearlab.schema import VARIABLES, origin_of
 
     word = like.lower()
     known = {

@@ -1,0 +1,165 @@
+"""What moves: forces, orbits, friction, powers, accelerations, modes."""
+
+from wearlab.variable import Group, Variable
+
+_RESPONSE = ("update", "mesh", "mesh_period", "phase")
+_STATE = ("update", "mesh")
+
+MOTION = {
+    "dynamic_mesh_force": Variable(
+        _RESPONSE, "N", "N", "dynamic mesh force", "elastic; drive minus back flank, 0 in separation"
+    ),
+    "mesh_damping_force": Variable(_RESPONSE, "N", "N", "damping force of the mesh"),
+    "mesh_deflection": Variable(_RESPONSE, "m", "um", "mesh deflection δ = d·q − e"),
+    "mesh_deflection_rate": Variable(_RESPONSE, "m s-1", "mm/s", "rate of the mesh deflection"),
+    "dynamic_transmission_error": Variable(
+        _RESPONSE, "m", "um", "dynamic transmission error r_b1 θ1 − r_b2 θ2"
+    ),
+    "pair_force": Variable(
+        ("update", "mesh", "pair", "mesh_period", "phase"), "N", "N", "force on each pair's drive flank"
+    ),
+    "bearing_force": Variable(
+        ("update", "member", "axis", "mesh_period", "phase"),
+        "N",
+        "N",
+        "force of the bearing on the member",
+        "a pair: y along the line of action, as the driving gear pushes the driven; a planetary set: x, y of "
+        "the carrier's frame, a planet's bearing that on its pin, against the centrifugal force too",
+    ),
+    "dte_harmonics": Variable(
+        (*_STATE, "harmonic"), "m", "um", "harmonic amplitude of the dynamic transmission error"
+    ),
+    "dte_rms": Variable(_STATE, "m", "um", "RMS of the dynamic transmission error fluctuation"),
+    "poincare_deflection": Variable(
+        ("update", "mesh", "mesh_period"), "m", "um", "mesh deflection once per mesh period"
+    ),
+    "poincare_rate": Variable(
+        ("update", "mesh", "mesh_period"), "m s-1", "mm/s", "rate of the mesh deflection once per mesh period"
+    ),
+    "mesh_force_min": Variable(
+        _STATE, "N", "N", "smallest dynamic mesh force", "of all steps, both sides of every jump"
+    ),
+    "mesh_force_max": Variable(
+        _STATE, "N", "N", "largest dynamic mesh force", "of all steps, both sides of every jump"
+    ),
+    "dynamic_factor": Variable(
+        _STATE, "1", "1", "largest dynamic over static mesh force", "of all steps, both sides of every jump"
+    ),
+    "separation_fraction": Variable(_STATE, "1", "%", "fraction of time without drive-flank contact"),
+    "mesh_load_factor": Variable(
+        _STATE, "1", "1", "mean force of a mesh over the mean of its kind", "1: the planets share alike"
+    ),
+    "equivalent_load": Variable(_STATE, "N m", "N*m", "equivalent torque by Miner's rule (L16 Eq. 25)"),
+    "response_period": Variable(("update",), "1", "1", "mesh periods per response period", "0: aperiodic"),
+    "floquet_multiplier": Variable(
+        ("update", "multiplier", "part"), "1", "1", "Floquet multipliers of the response"
+    ),
+    "attractor": Variable(
+        ("update",), "1", "1", "branch of the response", "changes where the response jumps"
+    ),
+    "coexisting_period": Variable(
+        ("update",),
+        "1",
+        "1",
+        "mesh periods per period of another attractor",
+        "0: aperiodic; NaN: released flanks return to the response stored",
+    ),
+    "coexisting_multiplier": Variable(
+        ("update",), "1", "1", "largest modulus of the Floquet multipliers of the other attractor"
+    ),
+    "coexisting_force_min": Variable(_STATE, "N", "N", "smallest mesh force of the other attractor"),
+    "coexisting_force_max": Variable(_STATE, "N", "N", "largest mesh force of the other attractor"),
+    "attractor_search": Variable(
+        ("update",),
+        "",
+        "",
+        "what the search for another attractor came to",
+        "none found, another found, cut off by its bound on the work, not looked for",
+    ),
+}
+
+MODE_KINDS = {
+    "mode_kind": Variable(
+        ("mode",), "", "", "what moves: rigid-body, rotational, translational, planet or mixed"
+    ),
+}
+
+FRICTION = {
+    "friction_force": Variable(
+        _RESPONSE, "N", "N", "friction on the driving flank", "positive in recess, negative in approach"
+    ),
+    "efficiency": Variable(("update",), "1", "%", "output over input power"),
+    "energy_input": Variable(("update",), "W", "W", "mean power of the loads that drive"),
+    "energy_output": Variable(("update",), "W", "W", "mean power that loads and torsional supports take"),
+    "energy_friction": Variable(("update",), "W", "W", "mean power lost in tooth friction"),
+    "energy_bearing_damping": Variable(("update",), "W", "W", "mean power lost in the dampers of supports"),
+    "energy_mesh_damping": Variable(("update",), "W", "W", "mean power lost in the dampers of the meshes"),
+    "energy_parametric": Variable(
+        ("update",), "W", "W", "mean power that changing mesh stiffness takes from the motion", "−Σ ½ k̇ x²"
+    ),
+    "energy_moving_gaps": Variable(
+        ("update",), "W", "W", "mean power that moving gaps and errors take from the motion", "Σ F (ġ + ė)"
+    ),
+    "energy_stored": Variable(
+        ("update",), "W", "W", "mean power that goes into the motion", "0 unless the response is aperiodic"
+    ),
+    "residual_energy": Variable(
+        ("update",), "1", "1", "power that the terms do not account for, over the input power"
+    ),
+}
+
+ON_REQUEST = {
+    "mesh_acceleration": Variable(
+        _RESPONSE, "m s-2", "m/s^2", "relative acceleration of both bodies along the line of action", "d·q̈"
+    ),
+    "mesh_acceleration_orders": Variable(
+        (*_STATE, "order"), "m s-2", "m/s^2", "order amplitude of the mesh acceleration"
+    ),
+    "mesh_acceleration_rms": Variable(_STATE, "m s-2", "m/s^2", "RMS of the mesh acceleration"),
+    "mesh_acceleration_peak_to_peak": Variable(_STATE, "m s-2", "m/s^2", "range of the mesh acceleration"),
+    "mesh_acceleration_crest_factor": Variable(
+        _STATE, "1", "1", "largest magnitude of the mesh acceleration over its RMS"
+    ),
+    "mesh_acceleration_kurtosis": Variable(
+        _STATE, "1", "1", "kurtosis of the mesh acceleration", "mean a⁴ over the square of mean a²"
+    ),
+    "mesh_acceleration_harmonic_energy": Variable(
+        _STATE,
+        "m2 s-4",
+        "m^2/s^4",
+        "mean square of the mesh acceleration at whole mesh orders",
+        "of its average over the mesh periods",
+    ),
+    "mesh_acceleration_sideband_energy": Variable(
+        _STATE,
+        "m2 s-4",
+        "m^2/s^4",
+        "mean square of the mesh acceleration between the mesh orders",
+        "of what does not repeat every mesh period: slow errors that turn, subharmonics, aperiodic motion",
+    ),
+    "mesh_deflection_orders": Variable(
+        (*_STATE, "order"), "m", "um", "order amplitude of the mesh deflection"
+    ),
+}
+
+MODES = {
+    "natural_frequency": Variable(("mode",), "Hz", "Hz", "natural frequency at the mean mesh stiffness"),
+    "critical_speed": Variable(
+        ("mode",), "rad s-1", "rpm", "speed of the input member at which mesh and natural frequency meet"
+    ),
+    "mode_participation": Variable(
+        ("mesh", "mode"),
+        "1",
+        "1",
+        "share of a mode in the compliance the mesh sees",
+        "0: the mesh does not excite it",
+    ),
+}
+
+GROUPS = (
+    Group("dynamics", "[dynamics]", MOTION),
+    Group("dynamics", "[dynamics]", MODE_KINDS),
+    Group("dynamics", "dynamics.friction", FRICTION),
+    Group("dynamics", "[dynamics], where [store] variables names it", ON_REQUEST),
+    Group("dynamics", "[dynamics]", MODES),
+)

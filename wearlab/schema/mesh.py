@@ -1,0 +1,136 @@
+"""What a mesh is and carries without motion: stiffness, transmission errors, angles of contact."""
+
+from wearlab.variable import Group, Variable
+
+_MESH = ("update", "mesh", "phase")
+_PAIR = ("update", "mesh", "pair", "phase")
+_TURNING = ("update", "member", "mesh", "pair", "phase")
+_STATE = ("update", "mesh")
+
+QUASISTATIC = {
+    "mesh_stiffness": Variable(
+        _MESH, "N m-1", "N/um", "time-varying mesh stiffness", "tangent, loaded pairs"
+    ),
+    "secant_stiffness": Variable(_MESH, "N m-1", "N/um", "secant mesh stiffness F/(δ − e)"),
+    "static_transmission_error": Variable(_MESH, "m", "um", "static transmission error under load"),
+    "unloaded_transmission_error": Variable(_MESH, "m", "um", "unloaded transmission error"),
+    "pair_stiffness": Variable(_PAIR, "N m-1", "N/um", "stiffness of one tooth pair"),
+    "load_share": Variable(_PAIR, "1", "1", "share of the static mesh force"),
+}
+
+EXACT = {
+    "contact_angle": Variable(
+        _TURNING,
+        "rad",
+        "rad",
+        "angle of the touching point on the flank",
+        "roll angle − half tooth angle (ring: half space angle) at the base circle; Y23's α1, α1′",
+    ),
+    "rotation_angle": Variable(
+        _TURNING,
+        "rad",
+        "rad",
+        "rotation of the tooth's centre line from the line of centres",
+        "a ring's: of the tooth space's; each pair as if it touched alone; Y23's φ1, φ2",
+    ),
+    "engaged": Variable(_PAIR, "1", "1", "whether the pair is engaged", "by mesh.contact.engagement"),
+    "meshing_range": Variable(
+        ("update", "member", "mesh", "end"),
+        "rad",
+        "rad",
+        "rotation at which a pair engages and leaves",
+        "at the stored phases, from A to E unless contact is extended; `validity` says where it stops",
+    ),
+    "contact_range": Variable(
+        ("update", "member", "mesh", "end"),
+        "rad",
+        "rad",
+        "contact angle at which a pair engages and leaves",
+        "at the stored phases, from A to E unless contact is extended; `validity` says where it stops",
+    ),
+    "single_contact_share": Variable(
+        _STATE,
+        "1",
+        "%",
+        "share of the mesh period with one pair engaged",
+        "by load; with engagement = threshold by Y23's rule, flank on flank also beyond A and E",
+    ),
+    "lone_meshing_range": Variable(
+        ("update", "member", "mesh", "end"),
+        "rad",
+        "rad",
+        "rotation over which a pair alone would touch",
+        "flank on flank, with a common tangent",
+    ),
+    "lone_contact_range": Variable(
+        ("update", "member", "mesh", "end"), "rad", "rad", "contact angle over which a pair alone would touch"
+    ),
+    "contact_loss": Variable(
+        ("update", "member", "mesh"), "1", "%", "share of the active flank that never touches"
+    ),
+    "unloaded_transmission_angle": Variable(
+        _MESH, "rad", "rad", "unloaded transmission error of the driven gear", "Y23 Eq. 62"
+    ),
+    "first_order_excess": Variable(
+        _STATE,
+        "1",
+        "%",
+        "by how much first-order contact overestimates the unloaded error",
+        "largest of min(h₁ + h₂) over the path of contact, against the largest of the exact form",
+    ),
+    "first_order_depth": Variable(
+        _STATE,
+        "m",
+        "um",
+        "wear depth beyond which first-order contact is 5 % off",
+        "by the largest unloaded error, with wear of this shape; missing without wear or up to 1 mm",
+    ),
+}
+
+IN_NUMBERS = {
+    "mesh_frequency": Variable(("mesh",), "Hz", "Hz", "mesh frequency"),
+    "contact_ratio": Variable(("mesh",), "1", "1", "transverse contact ratio"),
+    "mesh_phase_offset": Variable(("mesh",), "1", "1", "phase of the mesh on the common clock"),
+    "static_mesh_force": Variable(("mesh",), "N", "N", "static normal force of the mesh"),
+    "stiffness_mean": Variable(_STATE, "N m-1", "N/um", "mean mesh stiffness"),
+    "stiffness_rms": Variable(_STATE, "N m-1", "N/um", "RMS of the mesh stiffness fluctuation"),
+    "stiffness_harmonics": Variable(
+        (*_STATE, "harmonic"), "N m-1", "N/um", "harmonic amplitude of the mesh stiffness"
+    ),
+    "stiffness_harmonics_phase": Variable(
+        (*_STATE, "harmonic"), "rad", "deg", "harmonic phase of the mesh stiffness"
+    ),
+    "ste_mean": Variable(_STATE, "m", "um", "mean static transmission error"),
+    "ste_rms": Variable(_STATE, "m", "um", "RMS of the static transmission error fluctuation"),
+    "ste_peak_to_peak": Variable(_STATE, "m", "um", "range of the static transmission error"),
+    "ste_harmonics": Variable(
+        (*_STATE, "harmonic"), "m", "um", "harmonic amplitude of the static transmission error"
+    ),
+    "ste_harmonics_phase": Variable(
+        (*_STATE, "harmonic"), "rad", "deg", "harmonic phase of the static transmission error"
+    ),
+}
+
+SERIES = {
+    "excitation_stiffness": Variable(
+        _MESH, "N m-1", "N/um", "mesh stiffness as the dynamics received it", "series excitations only"
+    ),
+    "excitation_error": Variable(
+        _MESH, "m", "um", "transmission error as the dynamics received it", "series excitations only"
+    ),
+}
+
+SLOW_ERRORS = {
+    "slow_error": Variable(
+        ("mesh", "error_angle"), "m", "um", "once-per-revolution error", "constant over one mesh period"
+    ),
+    "error_weight": Variable(("error_angle",), "1", "1", "quadrature weight of the error angle"),
+}
+
+GROUPS = (
+    Group("mesh", "every run", QUASISTATIC),
+    Group("mesh", 'mesh.contact = "exact" or "algorithm-1"', EXACT),
+    Group("mesh", "every run", IN_NUMBERS),
+    Group("mesh", "mesh.excitation by series", SERIES),
+    Group("mesh", "[errors]", SLOW_ERRORS),
+)
