@@ -26,7 +26,7 @@ class Variable(NamedTuple):
     comment: str = ""
 
 
-class Group(NamedTuple):
+class VariableGroup(NamedTuple):
     """Variables that one part of a scene makes.
 
     Parameters

@@ -8,7 +8,7 @@ import pytest
 from wearlab.accuracy.cells import Motion
 from wearlab.accuracy.motion import approaches, motion_held, motion_of
 from wearlab.accuracy.steady import Steady, steady
-from wearlab.mesh.excitation import stage_tables
+from wearlab.mesh.tabulation import stage_tables
 from wearlab.scene import Scene
 
 
@@ -17,7 +17,7 @@ def by_hand(problem: Steady, time: float, y: np.ndarray) -> np.ndarray:
     vibration, system = problem.vibration, problem.vibration.system
     phase = (time / vibration.period) % 1.0
     where = problem.parts.look(0, np.array([phase]))
-    stages = replace(vibration.stages, grid=_one_step(phase), where=(_thrice(where),))
+    stages = replace(vibration.sampling, grid=_one_step(phase), where=(_thrice(where),))
     tables = stage_tables(problem.kinds, stages, None)
     k, g = tables.stiffness[0, 0, 0], tables.gap[0, 0, 0]
     n, d = len(system.load), system.direction[0]

@@ -7,7 +7,7 @@ from made_pair import PAIR as MADE
 from wearlab.accuracy.steady import steady
 from wearlab.dynamics.between import parabola
 from wearlab.mesh.between import Between
-from wearlab.mesh.excitation import stage_tables
+from wearlab.mesh.tabulation import stage_tables
 from wearlab.scene import Scene
 
 PAIR = MADE | {"errors": {"harmonic": [{"order": 3, "amplitude": "2 um"}]}}
@@ -18,7 +18,7 @@ SERIES = {"model": "fourier", "stiffness_harmonics": 5, "error_harmonics": 5}
 def test_it_is_the_table_at_the_stages_and_smooth_between(excitation) -> None:
     mesh = PAIR["mesh"] | ({"excitation": excitation} if excitation else {})
     problem = steady(Scene.from_mapping(PAIR | {"mesh": mesh}))
-    stages = problem.vibration.stages
+    stages = problem.vibration.sampling
     tables, slow = stage_tables(problem.kinds, stages, None), np.array([3e-6])
     between = Between(problem.kinds, stages, slow)
     steps = len(tables.width)

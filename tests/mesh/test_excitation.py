@@ -7,19 +7,13 @@ from wearlab.mesh.clock import Mesh, breaks_on_clock, instants_of
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.curve import constant
 from wearlab.mesh.errors import mesh_error
-from wearlab.mesh.excitation import (
-    Fourier,
-    Modulated,
-    Pairs,
-    Touching,
-    combined_error,
-    mesh_force,
-    stage_tables,
-    stages,
-)
+from wearlab.mesh.excitation import Fourier, Modulated, Pairs, Touching, combined_error
+from wearlab.mesh.force import mesh_force
 from wearlab.mesh.profile import lookup, profile_grid
+from wearlab.mesh.sampling import sampling
 from wearlab.mesh.stages import stage_grid
 from wearlab.mesh.stiffness import GivenStiffness
+from wearlab.mesh.tabulation import stage_tables
 
 K, LOAD = 2.4e8, 4824.0
 
@@ -53,7 +47,7 @@ def test_steps_land_on_breaks_in_pairs():
 
 def test_pairs_are_tabulated_with_both_sides_of_every_jump(pair, grid, analysis, nodes):
     meshes = (Mesh(0, 0.0, mesh_error((), ((2, 1e-6, 0.3),))),)
-    at = stages([grid], meshes, grid.breaks, stage_grid(grid.breaks[:-1], 60))
+    at = sampling([grid], meshes, grid.breaks, stage_grid(grid.breaks[:-1], 60))
     tables = stage_tables([Touching(analysis, nodes, Pairs().prepare(analysis, nodes))], at, None)
     phase = at.grid.phase
     for slot, ahead in ((0, 1), (1, 0)):
@@ -107,7 +101,7 @@ def test_combination_rules(analysis, nodes):
 def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, nodes, excitation):
     series = excitation.prepare(analysis, nodes)
     meshes = (Mesh(0, 0.0, mesh_error((), ((1, 1e-6, 0.0),))),)
-    at = stages([grid], meshes, grid.breaks, stage_grid(grid.breaks[:-1], 40))
+    at = sampling([grid], meshes, grid.breaks, stage_grid(grid.breaks[:-1], 40))
     tables = stage_tables([Touching(analysis, nodes, series)], at, None)
     phase = at.grid.phase
     assert tables.stiffness.shape[2:] == (1, 1) and not tables.gap.any()
@@ -129,7 +123,7 @@ def test_a_mesh_that_lags_repeats_the_first_later_on_the_clock(pair, grid, analy
     lag = 0.37
     meshes = (Mesh(0, 0.0, mesh_error(())), Mesh(0, lag, mesh_error((), ((1, 1e-6, 0.2),))))
     edges = breaks_on_clock([grid], meshes)
-    at = stages([grid], meshes, edges, stage_grid(edges[:-1], 80))
+    at = sampling([grid], meshes, edges, stage_grid(edges[:-1], 80))
     tables = stage_tables([Touching(analysis, nodes, None)], at, None)
     own = (at.grid.phase[:, 1] - lag) % 1.0
     compliance, gap, _ = analysis.at(nodes, lookup(grid, own))

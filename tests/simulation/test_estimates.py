@@ -40,8 +40,8 @@ def test_values_carried_between_grids_keep_their_shape() -> None:
     assert rough is not None
     fine, coarse = parts.kinds[0].analysis.grid, rough.kinds[0].analysis.grid
     assert 0.4 < len(coarse.position) / len(fine.position) < 0.65
-    assert rough.vibration is None or len(rough.vibration.stages.grid.width) < 0.7 * len(
-        parts.vibration.stages.grid.width  # type: ignore[union-attr]
+    assert rough.vibration is None or len(rough.vibration.sampling.grid.width) < 0.7 * len(
+        parts.vibration.sampling.grid.width  # type: ignore[union-attr]
     )
     wave = np.stack([1.0 + (1e2 * fine.position) ** 3, np.sin(300.0 * fine.position)])
     there = np.stack([1.0 + (1e2 * coarse.position) ** 3, np.sin(300.0 * coarse.position)])

@@ -31,7 +31,7 @@ def scene(**sections):
 
 def steps(order, amplitude="3 um"):
     harmonic = {"order": order, "amplitude": amplitude}
-    return len(build(scene(errors={"harmonic": [harmonic]})).vibration.stages.grid.width)
+    return len(build(scene(errors={"harmonic": [harmonic]})).vibration.sampling.grid.width)
 
 
 def test_steps_rise_until_they_see_a_high_order_error():
@@ -52,7 +52,7 @@ def test_a_ramp_that_no_step_hits_is_resolved(tmp_path):
             "model": "tabulated", "of": "mesh", "file": str(table), "units": {"stiffness": "N/um"}
         }  # fmt: skip
         mesh = SCENE["mesh"] | {"stiffness": stiffness}
-        return build(scene(mesh=mesh)).vibration.stages.grid
+        return build(scene(mesh=mesh)).vibration.sampling.grid
 
     assert len(grid(0.004).width) > 1.5 * len(grid(0.1).width)
 

@@ -21,9 +21,12 @@ from wearlab.dynamics.system import System
 from wearlab.mesh.clock import Mesh, look_within
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.errors import MeshError
-from wearlab.mesh.excitation import Touching, mesh_force, stage_tables, stages
+from wearlab.mesh.excitation import Touching
+from wearlab.mesh.force import mesh_force
 from wearlab.mesh.profile import lookup
+from wearlab.mesh.sampling import sampling
 from wearlab.mesh.stages import stage_grid
+from wearlab.mesh.tabulation import stage_tables
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_analysis
 from wearlab.scene.build.sets import PairOfSet
@@ -144,7 +147,7 @@ def moving(analysis: ContactAnalysis, moved: Mover) -> Moving:
     grid, mass = analysis.grid, np.array([moved.mass])
     touching = Touching(analysis, analysis.nodes(np.zeros((2, len(grid.position)))), None)
     mesh, steps = Mesh(0, 0.0, MeshError(*np.zeros((6, 0)))), stage_grid(grid.breaks[:-1], STEPS)
-    tables = stage_tables([touching], stages([grid], (mesh,), grid.breaks, steps), None)
+    tables = stage_tables([touching], sampling([grid], (mesh,), grid.breaks, steps), None)
     none, one = np.zeros((1, 1)), np.eye(1)
     damping = np.array([moved.damping])
     load = np.array([analysis.load])

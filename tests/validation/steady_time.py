@@ -65,7 +65,7 @@ def steady_time(scene: Scene, error: float = ERROR, budget: float = 1.0) -> Stea
             started = problem.solve(vibration, near)
             first = time.perf_counter() - begun
         return SteadyTime(
-            len(vibration.stages.grid.width),
+            len(vibration.sampling.grid.width),
             found,
             relative_error(problem.force_of(vibration, started), known),
             timing(lambda: problem.solve(vibration), most=200, budget=budget),  # noqa: B023

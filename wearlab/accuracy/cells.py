@@ -15,8 +15,10 @@ from wearlab.arrays import Array, Index
 from wearlab.dynamics.structure import force_vectors
 from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
-from wearlab.mesh.excitation import Friction, Touching, stage_tables, stages
+from wearlab.mesh.excitation import Touching
+from wearlab.mesh.sampling import Friction, sampling
 from wearlab.mesh.stages import StageGrid, StageTables
+from wearlab.mesh.tabulation import stage_tables
 
 DEGREE = 4
 NEVER = 1e300
@@ -74,7 +76,7 @@ def motion(
     system : its structure with all loads known
     friction : of the flanks, None without
     """
-    given = vibration.stages
+    given = vibration.sampling
     edges, segment = _edges(kinds, vibration)
     width = np.diff(edges)
     halves = StageGrid(
@@ -83,7 +85,7 @@ def motion(
         np.repeat(segment, 2),
     )
     grids = [kind.analysis.grid for kind in kinds]
-    tables = stage_tables(kinds, stages(grids, given.meshes, given.edges, halves, friction), None)
+    tables = stage_tables(kinds, sampling(grids, given.meshes, given.edges, halves, friction), None)
     meshes, inverse = len(given.meshes), np.linalg.inv(system.mass)
     return Motion(
         inverse @ system.total_stiffness,
@@ -110,12 +112,12 @@ def _edges(kinds: Sequence[Touching], vibration: Vibration) -> tuple[Array, Inde
     One mesh bends at its nodes; of several meshes the bends are too many and too small to be told.
     """
     inner = np.empty(0)
-    if len(vibration.stages.meshes) == 1:
+    if len(vibration.sampling.meshes) == 1:
         analysis = kinds[0].analysis
         inner = analysis.grid.phase_nodes[0]
         inner = np.concatenate([inner, analysis.stiffness.bends])
-    edges, segments = [vibration.stages.edges[:1]], []
-    for index, (low, high) in enumerate(pairwise(vibration.stages.edges)):
+    edges, segments = [vibration.sampling.edges[:1]], []
+    for index, (low, high) in enumerate(pairwise(vibration.sampling.edges)):
         inside = np.unique(np.round(inner[(inner > low + 1e-9) & (inner < high - 1e-9)], 12))
         if not len(inner):
             inside = np.linspace(low, high, CELLS_PER_SEGMENT + 1)[1:-1]

@@ -16,7 +16,8 @@ from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import look
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.excitation import Touching, stages
+from wearlab.mesh.excitation import Touching
+from wearlab.mesh.sampling import sampling
 from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
@@ -72,7 +73,7 @@ class Steady:
         return replace(
             self.vibration,
             method=chosen,
-            stages=stages(grids, parts.meshes, parts.edges, grid, friction),
+            sampling=sampling(grids, parts.meshes, parts.edges, grid, friction),
             fluctuation=fluctuation(self.scene, grid.phase),
             slow=None,
             touching=None,
@@ -91,7 +92,7 @@ class Steady:
         grid = few_steps(OnClock(analyses, parts.meshes, parts.edges), steps, TABLE_MISSED, MOST_STEPS)
         assert grid is not None
         grids, friction = [analysis.grid for analysis in analyses], build_friction(self.scene, parts.gears)
-        few = stages(grids, parts.meshes, parts.edges, grid, friction)
+        few = sampling(grids, parts.meshes, parts.edges, grid, friction)
         return replace(marched, touching=few)
 
     def solve(self, vibration: Vibration, start: Response | None = None) -> Response:

@@ -104,7 +104,7 @@ def marched_curve(
         settled = problem.with_steps(steps, method(SETTLED))
         error = _error(problem, known, settled)
         vibration = problem.with_steps(steps, method(max(SETTLED, min(1e-2, SHARE * error))))
-        rungs.append(_rung(problem, known, vibration, len(vibration.stages.grid.width)))
+        rungs.append(_rung(problem, known, vibration, len(vibration.sampling.grid.width)))
     return WorkPrecision(
         name, "steps_per_period", "mesh_force", "as published", tuple(rungs), f'method = "{name}"'
     )

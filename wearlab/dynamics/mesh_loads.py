@@ -12,7 +12,8 @@ import numpy as np
 from wearlab.arrays import Array, Flags
 from wearlab.dynamics.system import System
 from wearlab.gears.pair import GearPair
-from wearlab.mesh.excitation import Touching, mesh_force
+from wearlab.mesh.excitation import Touching
+from wearlab.mesh.force import mesh_force
 from wearlab.mesh.gear_set import PairOfSet
 from wearlab.mesh.profile import Lookup, interpolate
 

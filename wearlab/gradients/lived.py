@@ -55,7 +55,7 @@ def frozen(scene: Scene) -> HeldNumerics:
     steps = scene.numerics.steps_per_period
     if scene.dynamics is not None and steps is None:
         vibration = build(scene).vibration
-        steps = None if vibration is None else len(vibration.stages.grid.width)
+        steps = None if vibration is None else len(vibration.sampling.grid.width)
     return HeldNumerics(profile_points(scene), steps)
 
 
@@ -121,7 +121,7 @@ class LivedSteps:
             for kind, other in zip(own.kinds, parts.kinds, strict=True)
         )
         if own.vibration is not None and parts.vibration is not None:
-            one, other = (each.vibration.stages.grid.segment for each in (own, parts))  # type: ignore[union-attr]
+            one, other = (each.vibration.sampling.grid.segment for each in (own, parts))  # type: ignore[union-attr]
             same = same and np.array_equal(one, other)
         if not same:
             raise GradientError("nodes or steps come and go as this number moves: give another value of it")

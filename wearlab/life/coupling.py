@@ -18,7 +18,8 @@ from wearlab.life.state import KindState, Wear, WearState
 from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh.clock import repeated
 from wearlab.mesh.contact import Quasistatic
-from wearlab.mesh.excitation import Touching, mesh_force
+from wearlab.mesh.excitation import Touching
+from wearlab.mesh.force import mesh_force
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw
 
@@ -94,7 +95,8 @@ class Coupling(Coupled):
         moves = self.vibration
         if moves is None:
             return ()
-        return moves.system, moves.stages, moves.touching or moves.stages, *(k.analysis for k in self.kinds)
+        grids = moves.sampling, moves.touching or moves.sampling
+        return moves.system, *grids, *(k.analysis for k in self.kinds)
 
     def wearing(self) -> "Coupling":
         """Return what the wear rate needs of it: no response where the static force wears."""

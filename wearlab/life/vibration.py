@@ -11,8 +11,10 @@ from wearlab.dynamics.response import Response, coordinates_at, deflection_at
 from wearlab.dynamics.system import System
 from wearlab.mesh.between import Between
 from wearlab.mesh.clock import Instants, instants
-from wearlab.mesh.excitation import Excitation, Stages, Touching, stage_tables
+from wearlab.mesh.excitation import Excitation, Touching
+from wearlab.mesh.sampling import Sampling
 from wearlab.mesh.stages import StageGrid, StageTables
+from wearlab.mesh.tabulation import stage_tables
 
 Responses = tuple[Response, ...]
 
@@ -26,26 +28,26 @@ class Vibration:
     system : the one form
     method : how a response is found
     excitation : how the mesh forces reach the system
-    stages : where the integrator asks for the meshes
+    sampling : where the integrator asks for the meshes
     period : duration of one mesh period [s]
     fluctuation : (n_steps, 3) factor on the fluctuating load [1], or None
     hunting : mesh periods after which the same teeth meet, when the slow errors turn; else 1
     slow : (n_angles, n_mesh) once-per-revolution errors at equally weighted angles of the members, each held
         over a mesh period [m]; None: nothing answers to them
     nominal : (n,) speeds of the coordinates as the set turns on the whole [m/s], None where x alone moves
-    touching : stages for responses whose flanks never part, which are looked for first; None: on ``stages``
+    touching : stages for responses whose flanks never part, which are looked for first; None: on ``sampling``
     """
 
     system: System
     method: Any
     excitation: Excitation
-    stages: Stages
+    sampling: Sampling
     period: float
     fluctuation: Array | None
     hunting: int = 1
     slow: Array | None = None
     nominal: Array | None = None
-    touching: Stages | None = None
+    touching: Sampling | None = None
 
     def solve(self, kinds: Sequence[Touching], start: Responses | None) -> Responses:
         """Return the steady responses of one wear state, each from its own of a neighbouring state."""
@@ -74,8 +76,8 @@ class Vibration:
 
     def tables(self, kinds: Sequence[Touching]) -> StageTables:
         """Return the meshes at all stages."""
-        tables = stage_tables(kinds, self.stages, self.fluctuation)
-        return tables if self.hunting == 1 else over_hunting_period(tables, self.stages, self.hunting)
+        tables = stage_tables(kinds, self.sampling, self.fluctuation)
+        return tables if self.hunting == 1 else over_hunting_period(tables, self.sampling, self.hunting)
 
     def _touched(self, tables: StageTables, start: Response | None, between: Between) -> Response | None:
         response: Response | None = self.method.touching(self.system, tables, self.period, start, between)
@@ -86,12 +88,12 @@ class Vibration:
 
     def _between(self, kinds: Sequence[Touching], slow: Array | None = None) -> Between | None:
         """Return what the tables of all stages are taken of, None where slow errors turn in them."""
-        return Between(kinds, self.stages, slow) if self.hunting == 1 else None
+        return Between(kinds, self.sampling, slow) if self.hunting == 1 else None
 
     def grid_of(self, response: Response) -> StageGrid:
         """Return the steps of one mesh period that a response was found on."""
         few = self.touching
-        return self.stages.grid if few is None or not _of(few.grid, response) else few.grid
+        return self.sampling.grid if few is None or not _of(few.grid, response) else few.grid
 
     def on_all_stages(self, response: Response, kinds: Sequence[Touching]) -> Response:
         """Return a response on the stages from which flanks may part: found anew if it was on fewer."""
@@ -101,7 +103,7 @@ class Vibration:
 
     def look(self, phase: Array) -> Instants:
         """Return phases of the clock (n,) as instants."""
-        return instants(self.stages.edges, phase)
+        return instants(self.sampling.edges, phase)
 
     def deflection(self, response: Response, when: Instants) -> tuple[Array, Array]:
         """Return δ and its rate, (n_periods, n_mesh, n_instants) [m], [m/s]."""
@@ -118,10 +120,10 @@ class Vibration:
     def _over_periods(self, response: Response, when: Instants) -> tuple[StageGrid, Array, Index]:
         if self.hunting == 1:
             return self.grid_of(response), when.phase, when.segment
-        segments = int(self.stages.grid.segment[-1]) + 1
+        segments = int(self.sampling.grid.segment[-1]) + 1
         turns = np.repeat(np.arange(self.hunting), len(when.phase))
         return (
-            hunting_grid(self.stages.grid, self.hunting),
+            hunting_grid(self.sampling.grid, self.hunting),
             np.tile(when.phase, self.hunting) + turns,
             np.tile(when.segment, self.hunting) + segments * turns,
         )
@@ -150,11 +152,11 @@ def hunting_grid(grid: StageGrid, periods: int) -> StageGrid:
     )
 
 
-def over_hunting_period(tables: StageTables, stages: Stages, periods: int) -> StageTables:
+def over_hunting_period(tables: StageTables, sampling: Sampling, periods: int) -> StageTables:
     """Repeat the tables of one mesh period and add the slow errors, which turn with their members."""
-    phase = hunting_grid(stages.grid, periods).phase
+    phase = hunting_grid(sampling.grid, periods).phase
     slow, slow_rate = (
-        np.stack([turning(mesh.error)(phase) for mesh in stages.meshes], axis=-1)
+        np.stack([turning(mesh.error)(phase) for mesh in sampling.meshes], axis=-1)
         for turning in (lambda error: error.slow, lambda error: error.slow_rate)
     )
     repeated = {

@@ -11,7 +11,9 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.mesh.clock import look_within, of_kind
-from wearlab.mesh.excitation import Stages, Touching, stage_springs
+from wearlab.mesh.excitation import Touching
+from wearlab.mesh.sampling import Sampling
+from wearlab.mesh.tabulation import stage_springs
 
 
 @dataclass(frozen=True)
@@ -21,17 +23,17 @@ class Between:
     Parameters
     ----------
     kinds : the flanks of each kind of mesh
-    stages : the steps
+    sampling : the steps, and where they look
     slow : (n_mesh,) errors held over the mesh period, beside the periodic ones [m]; None: none
     """
 
     kinds: Sequence[Touching]
-    stages: Stages
+    sampling: Sampling
     slow: Array | None = None
 
     def errors(self, step: Index, fraction: Array) -> tuple[Array, Array]:
         """Return prescribed errors and their rates by phase at fractions of steps, both (n, n_mesh) [m]."""
-        phase, meshes = self._phase(step, fraction), self.stages.meshes
+        phase, meshes = self._phase(step, fraction), self.sampling.meshes
         error, rate = np.zeros((2, len(phase), len(meshes)))
         for at, mesh in enumerate(meshes):
             own, series = phase - mesh.lag, self.kinds[mesh.kind].series
@@ -42,7 +44,7 @@ class Between:
 
     def springs(self, step: Index, fraction: Array) -> tuple[Array, Array]:
         """Return stiffness [N/m] and gap [m] of all pairs at fractions of steps, (n, n_mesh, n_pairs)."""
-        grid, meshes = self.stages.grid, self.stages.meshes
+        grid, meshes = self.sampling.grid, self.sampling.meshes
         phase, middle = self._phase(step, fraction), grid.start[step] + 0.5 * grid.width[step]
         pairs = max(
             mesh_kind.analysis.grid.n_pairs if mesh_kind.series is None else 1 for mesh_kind in self.kinds
@@ -57,5 +59,5 @@ class Between:
         return stiffness, gap
 
     def _phase(self, step: Index, fraction: Array) -> Array:
-        grid = self.stages.grid
+        grid = self.sampling.grid
         return np.asarray(grid.start[step] + fraction * grid.width[step])

@@ -113,4 +113,4 @@ Duty = Annotated[
     BeforeValidator(_blocks),
     AfterValidator(_shares),
 ]
-Stages = Annotated[tuple[OperationStage, ...], AfterValidator(_labels)]
+OperationStages = Annotated[tuple[OperationStage, ...], AfterValidator(_labels)]

@@ -18,7 +18,7 @@ from wearlab.options import (
     Torque,
     option,
 )
-from wearlab.scene.duty import Duty, DutyBlock, OperationStage, Stages
+from wearlab.scene.duty import Duty, DutyBlock, OperationStage, OperationStages
 from wearlab.scene.members import set_in
 from wearlab.units import rounded
 
@@ -79,7 +79,7 @@ class Operation(Part):
         derived="torque and speed alone",
         source="wearlab",
     )
-    stage: Stages | None = option(
+    stage: OperationStages | None = option(
         None,
         "conditions in order, one after another; wear carries over",
         derived="torque and speed alone",

@@ -1,6 +1,6 @@
 """Along what results stand: cycles, times, places on flanks, conditions of operation."""
 
-from wearlab.variable import Group, Variable
+from wearlab.variable import Variable, VariableGroup
 
 EVERYWHERE = {
     "cycle": Variable(("update",), "1", "1", "revolutions of the reference gear relative to the carrier"),
@@ -54,7 +54,7 @@ SIDES = {
 }
 
 GROUPS = (
-    Group("coordinates", "every run", EVERYWHERE),
-    Group("coordinates", "operation.duty or operation.stage", CONDITIONS),
-    Group("coordinates", "every run", SIDES),
+    VariableGroup("coordinates", "every run", EVERYWHERE),
+    VariableGroup("coordinates", "operation.duty or operation.stage", CONDITIONS),
+    VariableGroup("coordinates", "every run", SIDES),
 )

@@ -1,6 +1,6 @@
 """What moves: forces, orbits, friction, powers, accelerations, modes."""
 
-from wearlab.variable import Group, Variable
+from wearlab.variable import Variable, VariableGroup
 
 _RESPONSE = ("update", "mesh", "mesh_period", "phase")
 _STATE = ("update", "mesh")
@@ -157,9 +157,9 @@ MODES = {
 }
 
 GROUPS = (
-    Group("dynamics", "[dynamics]", MOTION),
-    Group("dynamics", "[dynamics]", MODE_KINDS),
-    Group("dynamics", "dynamics.friction", FRICTION),
-    Group("dynamics", "[dynamics], where [store] variables names it", ON_REQUEST),
-    Group("dynamics", "[dynamics]", MODES),
+    VariableGroup("dynamics", "[dynamics]", MOTION),
+    VariableGroup("dynamics", "[dynamics]", MODE_KINDS),
+    VariableGroup("dynamics", "dynamics.friction", FRICTION),
+    VariableGroup("dynamics", "[dynamics], where [store] variables names it", ON_REQUEST),
+    VariableGroup("dynamics", "[dynamics]", MODES),
 )

@@ -1,6 +1,6 @@
 """How long it lasts, and what the run is worth: verdict, errors, residuals, counts."""
 
-from wearlab.variable import Group, Variable
+from wearlab.variable import Variable, VariableGroup
 
 LIFE = {
     "life": Variable((), "1", "1", "cycles to the depth limit"),
@@ -73,6 +73,6 @@ TRUST = {
 }
 
 GROUPS = (
-    Group("life", "wear.until", LIFE),
-    Group("trust", "every run", TRUST),
+    VariableGroup("life", "wear.until", LIFE),
+    VariableGroup("trust", "every run", TRUST),
 )

@@ -1,6 +1,6 @@
 """What a mesh is and carries without motion: stiffness, transmission errors, angles of contact."""
 
-from wearlab.variable import Group, Variable
+from wearlab.variable import Variable, VariableGroup
 
 _MESH = ("update", "mesh", "phase")
 _PAIR = ("update", "mesh", "pair", "phase")
@@ -128,9 +128,9 @@ SLOW_ERRORS = {
 }
 
 GROUPS = (
-    Group("mesh", "every run", QUASISTATIC),
-    Group("mesh", 'mesh.contact = "exact" or "algorithm-1"', EXACT),
-    Group("mesh", "every run", IN_NUMBERS),
-    Group("mesh", "mesh.excitation by series", SERIES),
-    Group("mesh", "[errors]", SLOW_ERRORS),
+    VariableGroup("mesh", "every run", QUASISTATIC),
+    VariableGroup("mesh", 'mesh.contact = "exact" or "algorithm-1"', EXACT),
+    VariableGroup("mesh", "every run", IN_NUMBERS),
+    VariableGroup("mesh", "mesh.excitation by series", SERIES),
+    VariableGroup("mesh", "[errors]", SLOW_ERRORS),
 )

@@ -1,6 +1,6 @@
 """The response over the speed of the input member."""
 
-from wearlab.variable import Group, Variable
+from wearlab.variable import Variable, VariableGroup
 
 _OVER_SPEED = ("mesh", "direction", "response_speed")
 
@@ -40,4 +40,4 @@ OVER_SPEED = {
     ),
 }
 
-GROUPS = (Group("response over speed", "dynamics.response", OVER_SPEED),)
+GROUPS = (VariableGroup("response over speed", "dynamics.response", OVER_SPEED),)

@@ -1,6 +1,6 @@
 """What wears, and what acts along the path of contact."""
 
-from wearlab.variable import Group, Variable
+from wearlab.variable import Variable, VariableGroup
 
 _WEAR = ("update", "flank", "profile")
 
@@ -30,8 +30,8 @@ COEFFICIENT = {
 }
 
 GROUPS = (
-    Group("wear", "[wear], or initial wear", WORN),
-    Group("along the path", "every run", ON_THE_FLANK),
-    Group("along the path", "[lubricant] and roughness_ra", LUBRICATED),
-    Group("along the path", "[wear]", COEFFICIENT),
+    VariableGroup("wear", "[wear], or initial wear", WORN),
+    VariableGroup("along the path", "every run", ON_THE_FLANK),
+    VariableGroup("along the path", "[lubricant] and roughness_ra", LUBRICATED),
+    VariableGroup("along the path", "[wear]", COEFFICIENT),
 )

@@ -33,7 +33,7 @@ def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Search]:
         return []
     clock, account = time.perf_counter(), parts.coupling.account
     searches: list[Search] = []
-    left, steps = most_searched(vibration.system), len(vibration.stages.grid.width)
+    left, steps = most_searched(vibration.system), len(vibration.sampling.grid.width)
     for number, state in enumerate(states):
         share = max(left // (len(states) - number), 0)
         others = Search()

@@ -85,7 +85,7 @@ def _of_responses(
     parts: Parts, rough: Parts, states: tuple[WearState, WearState, WearState], at: int, weight: float
 ) -> ForceErrors:
     assert parts.vibration is not None
-    phase, segment, _ = within_steps(parts.vibration.stages.grid, NODES)
+    phase, segment, _ = within_steps(parts.vibration.sampling.grid, NODES)
     when = Instants(phase, segment)
     own, twin, worse = (
         forces_of(physics, state, state.responses[at], when)

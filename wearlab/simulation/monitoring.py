@@ -138,7 +138,7 @@ def uncarried(parts: Parts, states: Sequence[WearState]) -> list[str]:
     if math.isinf(lowest):
         return []
     return [
-        f"mesh acceleration: {len(vibration.stages.grid.width)} steps a mesh period carry orders up to "
+        f"mesh acceleration: {len(vibration.sampling.grid.width)} steps a mesh period carry orders up to "
         f"{lowest:.3g}; spectra end there, while RMS, peak, crest factor and kurtosis hold more: raise "
         "numerics.steps_per_period"
     ]

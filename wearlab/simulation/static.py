@@ -9,7 +9,7 @@ from wearlab.arrays import Array, Index
 from wearlab.life.history import History
 from wearlab.life.state import WearState
 from wearlab.mesh.contact import Quasistatic
-from wearlab.mesh.excitation import load_share
+from wearlab.mesh.force import load_share
 from wearlab.mesh.harmonics import Harmonics, harmonics
 from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene

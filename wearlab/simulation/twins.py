@@ -48,7 +48,7 @@ def rough_parts(scene: Scene, parts: Parts, share: float = COARSENED) -> Parts |
     """Return the scene's physics with a share of the steps and of the nodes, None when that cannot be."""
     changed: dict[str, int] = {"profile_points": max(9, int(share * profile_points(scene)))}
     if parts.vibration is not None:
-        changed["steps_per_period"] = max(4, int(share * len(parts.vibration.stages.grid.width)))
+        changed["steps_per_period"] = max(4, int(share * len(parts.vibration.sampling.grid.width)))
     numerics = scene.numerics.model_copy(update=changed)
     try:
         return build(scene.model_copy(update={"numerics": numerics}))

@@ -11,8 +11,9 @@ from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.system import System
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration
-from wearlab.mesh.excitation import stage_tables, stages
+from wearlab.mesh.sampling import sampling
 from wearlab.mesh.stages import StageTables
+from wearlab.mesh.tabulation import stage_tables
 from wearlab.scene import Scene
 from wearlab.scene.build.parts import Parts
 from wearlab.scene.build.vibration import OnClock, build_friction, fluctuation, steps_grid
@@ -49,7 +50,7 @@ class SpeedResponse:
         grid = steps_grid(scene, clock, vibration.system, stiffest, period)
         return replace(
             vibration,
-            stages=stages(
+            sampling=sampling(
                 [analysis.grid for analysis in analyses],
                 parts.meshes,
                 parts.edges,
@@ -64,7 +65,7 @@ class SpeedResponse:
     def mesh_at(self, speed: float) -> tuple[System, StageTables, float]:
         """Return system, tables and duration of a mesh period at a speed [rad/s]."""
         moving = self.vibration(speed)
-        tables = stage_tables(self.parts.coupling.touching(self.state), moving.stages, moving.fluctuation)
+        tables = stage_tables(self.parts.coupling.touching(self.state), moving.sampling, moving.fluctuation)
         return moving.system, tables, moving.period
 
 

@@ -25,9 +25,9 @@ from wearlab.gears.errors import GearError
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Mesh, look_within
 from wearlab.mesh.contact import ContactAnalysis, Quasistatic
-from wearlab.mesh.excitation import Friction, stages
 from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.landing import Tables, landing_grid
+from wearlab.mesh.sampling import Friction, sampling
 from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.mesh.stiffness import GivenStiffness
 from wearlab.scene import Scene
@@ -101,8 +101,8 @@ def build_vibration(
         system=system,
         method=patient(METHODS[scene.dynamics.method](scene), system, len(grid.width)),
         excitation=build_excitation(scene, gears),
-        stages=stages(grids, meshes, edges, grid, friction),
-        touching=None if few is None else stages(grids, meshes, edges, few, friction),
+        sampling=sampling(grids, meshes, edges, grid, friction),
+        touching=None if few is None else sampling(grids, meshes, edges, few, friction),
         period=gears.period,
         fluctuation=fluctuation(scene, grid.phase),
         hunting=hunting_period(scene, gears, meshes),
