@@ -14,7 +14,7 @@ from wearlab.simulation.estimates import estimated
 from wearlab.simulation.levelled import levelled
 from wearlab.simulation.living import live
 from wearlab.simulation.operating import stages_of
-from wearlab.simulation.twins import carried, rough_parts
+from wearlab.simulation.twins import between_nodes, carried, rough_parts
 
 SMALL = Scene.from_mapping({
     "gears": {
@@ -48,6 +48,21 @@ def test_values_carried_between_grids_keep_their_shape() -> None:
     found = carried(fine, wave, coarse)
     np.testing.assert_allclose(found[0], there[0], rtol=1e-12)
     np.testing.assert_allclose(found[1], there[1], atol=1e-4)
+
+
+def test_what_every_second_node_does_not_tell_of_the_wear() -> None:
+    parts = build(SMALL)
+    rough = rough_parts(SMALL, parts)
+    assert rough is not None
+    place = parts.kinds[0].analysis.grid.position
+    cubic = np.stack([1.0 + (1e2 * place) ** 3, (50.0 * place) ** 2])
+    assert between_nodes(parts, (cubic,), rough) < 1e-11
+    middle, wide = int(0.3 * len(place)), 2.0 * float(np.diff(place).max())
+    missed = [
+        between_nodes(parts, (np.stack([np.abs(place - place[at]), cubic[1]]),), rough)
+        for at in (middle, middle + 1)
+    ]
+    assert 0.1 * wide < max(missed) < 0.5 * wide  # a corner at one of two neighbours is at no rough node
 
 
 def test_what_nodes_miss_of_the_deepest_place() -> None:

@@ -2,7 +2,7 @@
 
 A force that pairs enter and leave is largest at a jump as often as not. Jumps of every mesh, lagging ones
 too, lie between two steps, and both sides of each are among what is looked at. Within a step the force is
-smooth; the few steps that come nearest to an extreme are looked into closely.
+smooth; the few steps that come nearest to an extreme are looked into closely about where they do.
 """
 
 from collections.abc import Iterator
@@ -13,12 +13,12 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.response import Response
-from wearlab.dynamics.within import forces_within
+from wearlab.dynamics.within import forces_at, forces_within
 
 FRACTIONS = np.linspace(0.0, 1.0, 9)
 """Where within each step is looked first."""
-CLOSELY = np.linspace(0.0, 1.0, 129)
-"""Where within the steps that come nearest to an extreme."""
+CLOSELY = np.linspace(-FRACTIONS[1], FRACTIONS[1], 33)
+"""Where about the look that comes nearest to an extreme in a step."""
 NEAREST = 6
 """Steps of every mesh, of all periods, that are looked into closely for its largest and smallest force."""
 AT_ONCE = 2_000_000
@@ -65,33 +65,38 @@ def _over_periods(response: Response) -> Extremes:
 
 def _of_periods(response: Response, kept: slice) -> Extremes:
     forces, width = forces_within(response, FRACTIONS, kept), response.tables.width
-    low, high = forces.elastic.min(axis=1), forces.elastic.max(axis=1)
     closely = [
-        forces_within(response, CLOSELY, slice(kept.start + turn, kept.start + turn + 1), steps).elastic
-        for turn, steps in _nearest(low, high)
+        forces_at(response, step, fraction, slice(kept.start + turn, kept.start + turn + 1)).elastic[0]
+        for turn, step, fraction in _nearest(forces.elastic)
     ]
     apart = _positive_share(forces.clearance).mean(axis=0)
     return Extremes(
-        np.min([low.min(axis=(0, 1)), *(one.min(axis=(0, 1, 2)) for one in closely)], axis=0),
-        np.max([high.max(axis=(0, 1)), *(one.max(axis=(0, 1, 2)) for one in closely)], axis=0),
+        np.min([forces.elastic.min(axis=(0, 1, 2)), *(one.min(axis=0) for one in closely)], axis=0),
+        np.max([forces.elastic.max(axis=(0, 1, 2)), *(one.max(axis=0) for one in closely)], axis=0),
         width @ apart / width.sum(),
     )
 
 
-def _nearest(low: Array, high: Array) -> Iterator[tuple[int, Index]]:
-    """Yield periods and the steps in them that come nearest to an extreme of any mesh.
+def _nearest(elastic: Array) -> Iterator[tuple[int, Index, Array]]:
+    """Yield periods, and steps and fractions in them about where an extreme of any mesh comes nearest.
 
     Parameters
     ----------
-    low, high : (n_periods, n_steps, n_mesh) least and largest force seen in each step [N]
+    elastic : (n_periods, n_fractions, n_steps, n_mesh) forces [N]
     """
-    steps, meshes = low.shape[1:]
-    nearest = min(NEAREST, low.shape[0] * steps)
-    one_after_another = np.stack([low, -high]).reshape(2, -1, meshes)
-    near = np.argpartition(one_after_another, nearest - 1, axis=1)[:, :nearest]
-    turn, step = np.divmod(np.unique(near), steps)
+    periods, _, steps, meshes = elastic.shape
+    nearest = min(NEAREST, periods * steps)
+    places = []
+    for signed in (elastic, -elastic):
+        look = signed.argmin(axis=1).reshape(-1, meshes)
+        least = signed.min(axis=1).reshape(-1, meshes)
+        near = np.argpartition(least, nearest - 1, axis=0)[:nearest]
+        places.append(near * len(FRACTIONS) + np.take_along_axis(look, near, axis=0))
+    turn, place = np.divmod(np.unique(places), steps * len(FRACTIONS))
     for own in np.unique(turn):
-        yield int(own), step[turn == own]
+        step, look = np.divmod(place[turn == own], len(FRACTIONS))
+        about = np.clip(FRACTIONS[look, None] + CLOSELY, 0.0, 1.0)
+        yield int(own), np.repeat(step, len(CLOSELY)), about.ravel()
 
 
 def _positive_share(values: Array) -> Array:

@@ -12,7 +12,7 @@ FAR = 1.0
 
 
 class ForcesWithin(NamedTuple):
-    """Meshes at fractions of every step, (n_kept, n_fractions, n_steps, n_mesh).
+    """Meshes anywhere within the steps, (n_kept, …, n_mesh).
 
     Fraction 0 of a step and fraction 1 of the one before are the two sides of a jump.
 
@@ -28,10 +28,15 @@ class ForcesWithin(NamedTuple):
     clearance: Array
 
 
-def forces_within(
-    response: Response, x: Array, kept: slice = slice(None), steps: Index | None = None
-) -> ForcesWithin:
-    """Return the forces of all meshes at fractions of steps.
+def forces_within(response: Response, x: Array, kept: slice = slice(None)) -> ForcesWithin:
+    """Return the forces of all meshes at fractions x (n_fractions,) of every step, (…, n_steps, …)."""
+    steps = len(response.tables.width)
+    found = forces_at(response, np.tile(np.arange(steps), len(x)), np.repeat(x, steps), kept)
+    return ForcesWithin(*(one.reshape(len(one), len(x), steps, -1) for one in found))
+
+
+def forces_at(response: Response, step: Index, fraction: Array, kept: slice = slice(None)) -> ForcesWithin:
+    """Return the forces of all meshes at fractions of steps, both (n,).
 
     ``W = Σ_p k_p max(0, δ − g_p) − Σ_p k_p max(0, −j_bn − δ)``, damping ``c δ̇``: the path's polynomials
     give d·q, and what the tables were taken of k, g and e.
@@ -39,21 +44,17 @@ def forces_within(
     Parameters
     ----------
     response : the response
-    x : (n_fractions,) [1]
+    step, fraction : where, (n,) [1]
     kept : which of the kept periods
-    steps : (n_steps,) which steps; None: all
     """
-    system, tables = response.system, response.tables
-    steps = np.arange(len(tables.width)) if steps is None else steps
-    shape = (len(x), len(steps), len(system.direction))
-    at, fraction = np.tile(steps, len(x)), np.repeat(x, len(steps))
-    path = response.approach
+    system, path = response.system, response.approach
     path = path._replace(coefficient=path.coefficient[:, kept])
-    position, velocity = path.at(at, fraction)
-    error, error_rate = response.within.errors(at, fraction)
-    delta = (position - error).reshape(-1, *shape)
-    rate = (velocity - error_rate / response.mesh_period).reshape(-1, *shape)
-    stiffness, gap = (one.reshape(*shape, -1) for one in response.within.springs(at, fraction))
+    position, velocity = (
+        one.reshape(-1, len(step), len(system.direction)) for one in path.at(step, fraction)
+    )
+    error, error_rate = response.within.errors(step, fraction)
+    delta, rate = position - error, velocity - error_rate / response.mesh_period
+    stiffness, gap = response.within.springs(step, fraction)
     present = stiffness > 0.0
     apart = np.where(present, gap - delta[..., None], FAR)
     elastic = (stiffness * np.where(present, np.maximum(-apart, 0.0), 0.0)).sum(axis=-1)

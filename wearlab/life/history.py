@@ -75,8 +75,9 @@ class History(NamedTuple):
 
 
 def spread_over(count: int) -> list[int]:
-    """Return which of so many states are sampled: the first, the last, some between."""
-    return sorted({round(at) for at in np.linspace(0, count - 1, min(count, MOST_SAMPLES))})
+    """Return which of so many states are sampled: the first, the last, some between, fewer of few."""
+    sampled = min(count, 2 + count // 3, MOST_SAMPLES)
+    return sorted({round(at) for at in np.linspace(0, count - 1, sampled)})
 
 
 def halving(count: int) -> list[int]:

@@ -33,6 +33,8 @@ from wearlab.simulation.trust import trust_values
 
 __all__ = ["initial_wear", "live", "simulate"]
 
+Values = dict[str, Any]
+
 LABELS: dict[str, Any] = {"axis": ["x", "y"], "part": ["real", "imaginary"]}
 ALONG_STATES = ("mesh_cycles", "operating_hours", "preset_depth")
 ALONG_SPEED = ("response_speed", "direction", "order", "edge", "end")
@@ -78,11 +80,15 @@ def _dataset(
     """Return what every condition of operation says for itself, and what is the life's."""
     reached = stages[: len(lived.stages)]
     inherited = inherited_error(scene, stages[0].first)
-    estimates = [estimated(stage, own, inherited) for stage, own in zip(reached, lived.stages, strict=True)]
     others: list[Search] = []
-    each = [
-        [_of_condition(stage, k, block, lived, estimates[k], others) for block in range(len(stage.parts))]
+    found = [
+        [_of_condition(stage, k, block, lived, others) for block in range(len(stage.parts))]
         for k, stage in enumerate(reached)
+    ]
+    estimates = [estimated(stage, own, inherited) for stage, own in zip(reached, lived.stages, strict=True)]
+    each = [
+        [_with_errors(values, own, block, len(lived.kept(k).cycle)) for block, values in enumerate(found[k])]
+        for k, own in enumerate(estimates)
     ]
     conditions = each[0][0]
     if scene.operation.duty is not None:
@@ -112,28 +118,30 @@ def _dataset(
     return dataset.drop_vars(left_out) if left_out else dataset
 
 
-def _of_condition(
-    stage: Stage, number: int, block: int, lived: History, estimates: Estimates, others: list[Search]
-) -> Labelled:
-    """Return the contact, the dynamics and the errors of the kept states in one condition."""
+def _of_condition(stage: Stage, number: int, block: int, lived: History, others: list[Search]) -> Values:
+    """Return the contact and the dynamics of the kept states in one condition."""
     scene, parts = stage.scenes[block], stage.parts[block]
-    own = lived.kept(number).in_block(block)
-    states = own.state
+    states = lived.kept(number).in_block(block).state
     values = named.mesh_values(parts, states) | named.path_values(parts, states)
     values |= exact_values(scene, parts, states)
     if parts.vibration is not None:
         values |= vibrating.dynamic_values(parts, states)
         values |= vibrating.mode_values(build_modes(parts))
         values["count_steps_per_period"] = len(parts.vibration.grid_of(states[0].responses[0]).width)
-    if estimates.force is not None:
-        mesh, largest, bearing = (error[-len(states) :] for error in estimates.force[block])
-        values |= {"error_estimate_mesh_force": mesh, "error_estimate_mesh_force_max": largest}
-        if "bearing_force" in values:
-            values["error_estimate_bearing_force"] = bearing
     coexisting = other_attractors(parts, states)
     others += coexisting
     values |= attractor_values(coexisting)
     if scene.dynamics is not None and scene.dynamics.response is not None:
         values |= response_values(scene, parts, states[0])
+    return values
+
+
+def _with_errors(values: Values, estimates: Estimates, block: int, kept: int) -> Labelled:
+    """Return the values of so many kept states in one condition with the errors of their forces."""
+    if estimates.force is not None:
+        mesh, largest, bearing = (error[-kept:] for error in estimates.force[block])
+        values |= {"error_estimate_mesh_force": mesh, "error_estimate_mesh_force_max": largest}
+        if "bearing_force" in values:
+            values["error_estimate_bearing_force"] = bearing
     along = {name: values.pop(name) for name in ALONG_SPEED if name in values}
     return labelled(values, along)

@@ -33,6 +33,7 @@ class Rougher(NamedTuple):
     flank : (n_rough,) which flank each node is on
     parts, state : the rougher physics and what the state is there
     weight : what its changes are worth as ones of half the steps and nodes [1]
+    between : what its nodes alone do not tell of the wear between them, at most [m]
     """
 
     cycle: float
@@ -42,6 +43,12 @@ class Rougher(NamedTuple):
     parts: Parts
     state: WearState
     weight: float = 1.0
+    between: float = 0.0
+
+    def scaled(self, weight: float) -> "Rougher":
+        """Return the twin with changes that are worth so much as ones of half the steps and nodes [1]."""
+        rate = None if self.rate is None else weight * self.rate
+        return self._replace(rate=rate, weight=weight, between=weight * self.between)
 
 
 def rough_parts(scene: Scene, parts: Parts, share: float = COARSENED) -> Parts | None:
@@ -95,7 +102,9 @@ def rougher(
     rate = None
     if state.wears and again.wears:
         rate = rough.coupling.flat(again.rate) - rough.coupling.flat(_carried(parts, state.rate, rough))
-    return Rougher(cycle, rough.coupling.flat(again.wear), rate, flank_of_nodes(rough), rough, again)
+    flat = rough.coupling.flat(again.wear)
+    between = between_nodes(parts, state.wear, rough)
+    return Rougher(cycle, flat, rate, flank_of_nodes(rough), rough, again, between=between)
 
 
 def _touch_all_along(responses: Responses) -> bool:
@@ -108,6 +117,12 @@ def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
         carried(fine.analysis.grid, value, other.analysis.grid)
         for fine, value, other in zip(parts.kinds, values, rough.kinds, strict=True)
     )
+
+
+def between_nodes(parts: Parts, wear: Wear, rough: Parts) -> float:
+    """Return by how much wear is missed when it is carried to rougher nodes and back [m]."""
+    back = _carried(rough, _carried(parts, wear, rough), parts)
+    return max(float(np.abs(one - own).max()) for one, own in zip(back, wear, strict=True))
 
 
 def flank_of_nodes(parts: Parts) -> Index:
@@ -123,10 +138,7 @@ def twins_of(scene: Scene, parts: Parts, block: int, lived: History) -> list[Rou
     if any(twins) or not any(map(is_periodic, own.state)):
         return twins
     return [
-        twin._replace(rate=None if twin.rate is None else SCALED * twin.rate, weight=SCALED)
-        if twin is not None
-        else None
-        for twin in _of_share(scene, parts, own, LESS_COARSENED)
+        None if twin is None else twin.scaled(SCALED) for twin in _of_share(scene, parts, own, LESS_COARSENED)
     ]
 
 

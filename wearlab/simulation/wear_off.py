@@ -33,12 +33,14 @@ class WornFurther(NamedTuple):
     error : (n_rough,) error of the wear with its sign [m]
     drive : (n_rough,) change of the rate by half the steps and nodes, None without a wear law [m per cycle]
     worse : the twin worn by as much further, in every condition; None where it responds otherwise
+    between : what every second node does not tell of the wear between them [m]
     """
 
     cycle: float
     error: Array
     drive: Array | None
     worse: tuple[WearState | None, ...]
+    between: float = 0.0
 
 
 class ErrorOfWear:
@@ -70,7 +72,7 @@ class ErrorOfWear:
             error = levelled(error, step, lambda off: self._answer(twins, _worn_by(twins, off)))
             again = _worn_by(twins, _further(joint, error, stepping))
             worse = worse if None in again else again
-        self.before = WornFurther(joint.cycle, error, joint.rate, worse)
+        self.before = WornFurther(joint.cycle, error, joint.rate, worse, joint.between)
         return self.before
 
     def _driven(self, joint: Rougher) -> Array:
