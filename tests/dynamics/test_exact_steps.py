@@ -368,7 +368,7 @@ def test_a_trajectory_alone_is_that_beside_its_tangents() -> None:
     set_start(marcher.kernel.balance, alone, smooth.state[0, 0], 1)
     changes = over_period(
         marcher.kernel,
-        shooting.tables,
+        marcher.tables,
         PERIOD,
         np.uint64(1),
         marcher.width,

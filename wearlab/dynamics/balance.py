@@ -37,6 +37,12 @@ class Balance(NamedTuple):
     gain: Array
 
 
+def no_balance(n: int) -> Balance:
+    """Return what the kernels take for a system of ``n`` coordinates that leaves no load to find."""
+    none, rows = np.empty(0), np.empty((0, n))
+    return Balance(np.empty(0, np.int64), rows, none, none, rows, rows, none)
+
+
 def balance_of(system: System, period: float) -> Balance | None:
     """Return the loads to find, scaled to move the set by about a metre in a period; None: nothing is free.
 
@@ -103,7 +109,7 @@ def _pivots(shapes: Array) -> Index:
 
 def found_load(system: System, balance: Balance | None) -> System:
     """Return the system with the loads that the shooting found."""
-    if balance is None:
+    if balance is None or not len(balance.held):
         return system
     return system._replace(load=system.load + system.mass @ (balance.size @ balance.response))
 

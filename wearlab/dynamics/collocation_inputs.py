@@ -47,9 +47,9 @@ def inputs_of(
     channels = meshes if system.friction_constant is None else 3 * meshes
     law, push = np.empty((2, steps, stages, channels))
     load = load_of(system, balance, tables, shares)
-    friction = None if system.friction_constant is None else (tables.sliding, tables.moment)
+    rubbing = tables.filled
     tabulate(
-        tables.stiffness, tables.gap, tables.error, tables.error_rate, friction, mean,
+        tables.stiffness, tables.gap, tables.error, tables.error_rate, rubbing.sliding, rubbing.moment, mean,
         system.mesh_damping / period, law, push,
     )  # fmt: skip
     to, of = np.ascontiguousarray(np.nonzero(shares[:, :channels]))
@@ -76,12 +76,13 @@ def load_of(
 
 @jit
 def tabulate(
-    stiffness: Any, gap: Any, error: Any, error_rate: Any, friction: Any, mean: Any, damping: Any, law: Any,
-    push: Any,
+    stiffness: Any, gap: Any, error: Any, error_rate: Any, sliding: Any, moment: Any, mean: Any, damping: Any,
+    law: Any, push: Any,
 ) -> None:  # fmt: skip
     """Fill ``law`` and ``push`` with ``Σ_p k_p − k̄`` and ``Σ_p k_p (g_p + e) + c ė`` of every mesh.
 
-    ``friction``: Λμ and Λμ s of all pairs, whose channels are ``Σ_p Λμ_p F_p`` and ``Σ_p Λμ_p s_p F_p``.
+    ``sliding``, ``moment``: Λμ and Λμ s of all pairs, for the channels ``Σ_p Λμ_p F_p`` and
+    ``Σ_p Λμ_p s_p F_p``, where there are any.
     """
     steps, stages, meshes, pairs = stiffness.shape
     for step in range(steps):
@@ -93,11 +94,11 @@ def tabulate(
                     total += k
                     held += k * (gap[step, stage, m, p] + error[step, stage, m])
                 law[step, stage, m], push[step, stage, m] = total, held
-                if friction is not None:
-                    for channel in range(2):
+                if law.shape[2] > meshes:
+                    for channel, shares in enumerate((sliding, moment)):
                         total, held = 0.0, 0.0
                         for p in range(pairs):
-                            k = friction[channel][step, stage, m, p] * stiffness[step, stage, m, p]
+                            k = shares[step, stage, m, p] * stiffness[step, stage, m, p]
                             total += k
                             held += k * (gap[step, stage, m, p] + error[step, stage, m])
                         at = (channel + 1) * meshes + m

@@ -86,11 +86,9 @@ def contact_behind_differs(backlash: Any, m: int, deflection: float, contact: bo
 
 
 @jit_inner
-def gated(gate: Any, damping: float, touching: bool) -> float:
+def gated(gate: bool, damping: float, touching: bool) -> float:
     """Return a mesh's damping, or its damping force: always there, or only while flanks touch."""
-    if gate is None:
-        return damping
-    return damping if touching else 0.0
+    return damping if touching or not gate else 0.0
 
 
 @jit_inner
@@ -180,12 +178,14 @@ def _push_load_input(
 
 @jit_inner
 def add_fluctuation(
-    structure: Any, fluctuation: Any, table: Any, step: int, stage: int, x: float, w: int, push: Any
+    fluctuation: Any, kernel: Any, table: Any, step: int, stage: int, x: float, w: int, push: Any
 ) -> int:
     """Add the fluctuating load to ``push``; return the number of loads so far."""
     if fluctuation is None:
         return 1
-    push_load(structure, fluctuation, 1, stage, 0, within(table[step], x), w, push)
+    if not kernel.fluctuates:
+        return 1
+    push_load(kernel.structure, fluctuation, 1, stage, 0, within(table[step], x), w, push)
     return 2
 
 
@@ -207,9 +207,7 @@ def start_law(kernel: Any, tables: Any, step: int, a: float, b: float, width: An
     for stage in range(3):
         x = a + 0.5 * stage * (b - a)
         begin_push(kernel.structure, stage, w, push)
-        loads = add_fluctuation(
-            kernel.structure, kernel.fluctuation, tables.fluctuation, step, stage, x, w, push
-        )
+        loads = add_fluctuation(kernel.fluctuation, kernel, tables.fluctuation, step, stage, x, w, push)
         add_balance(kernel.structure, kernel.balance, loads, stage, w, push)
 
 
@@ -236,7 +234,7 @@ def finish_stage(
 
 @jit_inner
 def friction_stage(
-    friction: Any, kernel: Any, tables: Any, step: int, stage: int, x: float, m: int, e: float, contact: Any,
+    sliding: Any, kernel: Any, tables: Any, step: int, stage: int, x: float, m: int, e: float, contact: Any,
     width: Any, mesh: Any, push: Any,
 ) -> None:  # fmt: skip
     """Fill the two friction channels of mesh ``m`` at one stage, fraction ``x`` of the step.
@@ -245,13 +243,13 @@ def friction_stage(
     ----------
     B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
     """
-    if friction is not None:
-        channels, meshes = len(kernel.channels), len(kernel.mesh_damping)
+    channels, meshes = len(kernel.channels), len(kernel.mesh_damping)
+    if sliding is not None and channels > meshes:
         k_a, w_a, k_b, w_b = 0.0, 0.0, 0.0, 0.0
         for p in range(len(kernel.pairs)):
             if contact[m, p]:
                 k = within(tables.stiffness[step, :, m, p], x)
-                rubs = k * within(tables.sliding[step, :, m, p], x)
+                rubs = k * within(sliding[step, :, m, p], x)
                 arm = k * within(tables.moment[step, :, m, p], x)
                 gap = within(tables.gap[step, :, m, p], x) + e
                 k_a += rubs
@@ -289,7 +287,7 @@ def mesh_law(
                 kernel, stage, m, k, w_m, every, e, rate, contact[m, pairs], damping, width, mesh, push
             )
             friction_stage(
-                kernel.friction, kernel, tables, step, stage, 0.5 * stage, m, e, contact, width, mesh, push
+                tables.sliding, kernel, tables, step, stage, 0.5 * stage, m, e, contact, width, mesh, push
             )
 
 
@@ -325,4 +323,4 @@ def part_law(
             finish_stage(
                 kernel, stage, m, k, w_m, every, e, rate, contact[m, pairs], damping, width, mesh, push
             )
-            friction_stage(kernel.friction, kernel, tables, step, stage, x, m, e, contact, width, mesh, push)
+            friction_stage(tables.sliding, kernel, tables, step, stage, x, m, e, contact, width, mesh, push)

@@ -40,9 +40,9 @@ def _unmeshed_dense(structure: Any, state: Any, out: Any) -> None:
 
 
 @jit_inner
-def fluctuating(fluctuation: Any, table: Any, step: int, x: float, out: Any) -> None:
+def fluctuating(fluctuation: Any, kernel: Any, table: Any, step: int, x: float, out: Any) -> None:
     """Add the fluctuating load at fraction ``x`` of the step."""
-    if fluctuation is not None:
+    if fluctuation is not None and kernel.fluctuates:
         factor = within(table[step], x)
         for row in range(len(out)):
             out[row] += factor * fluctuation[row]
@@ -72,7 +72,7 @@ def mesh_force_at(
 
 @jit_inner
 def add_friction_at(
-    friction: Any, kernel: Any, tables: Any, step: int, x: float, m: int, q: float, out: Any
+    sliding: Any, kernel: Any, tables: Any, step: int, x: float, m: int, q: float, out: Any
 ) -> None:
     """Add the acceleration by the friction of mesh ``m`` at fraction ``x`` for ``q = d·q``.
 
@@ -80,14 +80,14 @@ def add_friction_at(
     ----------
     B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
     """
-    if friction is not None:
-        n, meshes = len(out), len(kernel.mesh_damping)
+    n, meshes = len(out), len(kernel.mesh_damping)
+    if sliding is not None and len(kernel.channels) > meshes:
         delta = q - within(tables.error[step, :, m], x)
         for p in range(len(kernel.pairs)):
             approach = delta - within(tables.gap[step, :, m, p], x)
             k = within(tables.stiffness[step, :, m, p], x)
             if approach > 0.0 and k > 0.0:
-                force = k * approach * within(tables.sliding[step, :, m, p], x)
+                force = k * approach * within(sliding[step, :, m, p], x)
                 arm = k * approach * within(tables.moment[step, :, m, p], x)
                 for row in range(n):
                     out[row] -= kernel.structure.response[(meshes + m) * n + row] * force
@@ -109,7 +109,7 @@ def acceleration(kernel: Any, tables: Any, step: int, x: float, period: float, s
     n = len(out)
     structure = kernel.structure
     unmeshed(structure, state, out)
-    fluctuating(kernel.fluctuation, tables.fluctuation, step, x, out)
+    fluctuating(kernel.fluctuation, kernel, tables.fluctuation, step, x, out)
     add_balance_at(kernel.balance, out)
     for m in range(len(kernel.mesh_damping)):
         q, v = 0.0, 0.0
@@ -119,4 +119,4 @@ def acceleration(kernel: Any, tables: Any, step: int, x: float, period: float, s
         force = mesh_force_at(kernel, tables, step, x, period, m, q, v)
         for row in range(n):
             out[row] -= structure.response[m * n + row] * force
-        add_friction_at(kernel.friction, kernel, tables, step, x, m, q, out)
+        add_friction_at(tables.sliding, kernel, tables, step, x, m, q, out)

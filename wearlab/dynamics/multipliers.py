@@ -20,6 +20,8 @@ def multipliers_of(system: System, balance: Balance | None, derivative: Array) -
     ----------
     Floquet, Ann. Sci. Éc. Norm. Supér. 12 (1883) 47–88.
     """
+    if balance is not None and not len(balance.held):
+        balance = None
     matrix = derivative if balance is None else true_derivative(system, balance, derivative)
     real, imaginary, *_ = dgeev(matrix, compute_vl=0, compute_vr=0)
     found = real + 1j * imaginary

@@ -15,7 +15,7 @@ from wearlab.dynamics.newton import solve_linear
 from wearlab.dynamics.registers import write
 from wearlab.dynamics.response import split_periods
 from wearlab.dynamics.steady import Marching
-from wearlab.dynamics.structure import kernel_of
+from wearlab.dynamics.structure import kernel_of, tables_for
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -37,7 +37,7 @@ class Newmark(Marching):
 
 class _NewmarkMarcher:
     def __init__(self, system: System, tables: StageTables, period: float) -> None:
-        self.tables, self.period = tables, period
+        self.tables, self.period = tables_for(system, tables), period
         meshes, pairs = tables.stiffness.shape[2:]
         self.kernel = kernel_of(system, pairs, 1, None, period)
         self.scratch: Scratch = scratch(len(system.load), meshes, len(self.kernel.channels), pairs, 1)

@@ -10,7 +10,7 @@ from wearlab.dynamics.march_kernel import march_periods
 from wearlab.dynamics.period_map import LOCATED
 from wearlab.dynamics.response import split_periods
 from wearlab.dynamics.steady import Marching
-from wearlab.dynamics.structure import in_registers, kernel_of, padded_width, width_of
+from wearlab.dynamics.structure import in_registers, kernel_of, padded_width, tables_for, width_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -44,7 +44,7 @@ class TableMarcher:
         tangents : states have columns for their tangents (in registers always: one compiled code)
         exact : large systems go by exact steps of their linear part, not by Runge–Kutta steps
         """
-        self.tables, self.period = tables, period
+        self.tables, self.period = tables_for(system, tables), period
         n, (meshes, pairs) = len(system.load), tables.stiffness.shape[2:]
         columns = padded_width(n) if tangents or in_registers(system) else 1
         self.width = width_of(system, columns)

@@ -12,7 +12,7 @@ from wearlab.dynamics.motion import acceleration
 from wearlab.dynamics.registers import write
 from wearlab.dynamics.response import split_periods
 from wearlab.dynamics.steady import Marching
-from wearlab.dynamics.structure import kernel_of
+from wearlab.dynamics.structure import kernel_of, tables_for
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -57,7 +57,7 @@ class AdaptiveMarcher:
     """Marches with adaptive steps within each step of the tables."""
 
     def __init__(self, method: RungeKutta45, system: System, tables: StageTables, period: float) -> None:
-        self.method, self.tables, self.period = method, tables, period
+        self.method, self.tables, self.period = method, tables_for(system, tables), period
         self.kernel = kernel_of(system, tables.stiffness.shape[3], 1, None, period)
         self.right_hand_sides = 0
 

@@ -41,7 +41,7 @@ def expand(structure: Any, balance: Any, mesh: Any, push: Any, h: float) -> int:
     Parameters
     ----------
     structure : `wearlab.dynamics.structure.Propagated`, with ``series`` (TERMS, n, w) and ``sensed``, its d·q
-    balance : loads of unknown size, or None
+    balance : loads of unknown size
     mesh, push : (4, n_channel) and (3, n_input) flat, as for `wearlab.dynamics.exact_step.exact_step`
     h : duration [s]
     """
@@ -102,12 +102,11 @@ def expand(structure: Any, balance: Any, mesh: Any, push: Any, h: float) -> int:
 @jit_inner
 def push_tangents(balance: Any, square: float, term: Any) -> None:
     """Push the tangents by loads of unknown size by loads of one."""
-    if balance is not None:
-        for b in range(len(balance.held)):
-            column = 1 + balance.held[b]
-            if column < term.shape[1]:
-                for row in range(len(term)):
-                    term[row, column] += square * balance.response[b, row]
+    for b in range(len(balance.held)):
+        column = 1 + balance.held[b]
+        if column < term.shape[1]:
+            for row in range(len(term)):
+                term[row, column] += square * balance.response[b, row]
 
 
 @jit_inner

@@ -68,6 +68,7 @@ class Shooting:
         shooter = self.marcher
         if not in_registers(system):
             shooter = TableMarcher(system, tables, period, tangents=True, exact=True)
+        self.filled = self.marcher.tables
         self.kernel = shooter.kernel._replace(balance=self.marcher.kernel.balance)
         self.scratch, self.width = shooter.scratch, shooter.width
         self.rows, self.steps, self.columns = (
@@ -109,7 +110,7 @@ class Shooting:
         states = np.empty(count * self.rows * len(self.width))
         monodromy = np.empty((self.rows, self.rows))
         code, passes, error, changes = shoot(
-            self.kernel, self.tables, self.period, periods, self.columns, self.width, state, touch, most,
+            self.kernel, self.filled, self.period, periods, self.columns, self.width, state, touch, most,
             states, monodromy, self.scratch,
         )  # fmt: skip
         more = self.rows / ROWS_PER_PASS
@@ -149,7 +150,7 @@ class Shooting:
         for _ in range(MOST_CHORDS):
             set_start(balance, states, state, 1)
             self.located += over_period(
-                kernel, self.tables, self.period, np.uint64(1), self.marcher.width, states, 0,
+                kernel, self.filled, self.period, np.uint64(1), self.marcher.width, states, 0,
                 self.marcher.scratch, LOCATED,
             )  # fmt: skip
             self.maps += 1
@@ -204,7 +205,7 @@ class Shooting:
         states = np.empty((self.steps + 1) * self.rows * len(self.width))
         set_start(self.kernel.balance, states, state, len(self.width))
         over_period(
-            self.kernel, self.tables, self.period, self.columns, self.width, states, 0, self.scratch, LOCATED
+            self.kernel, self.filled, self.period, self.columns, self.width, states, 0, self.scratch, LOCATED
         )
         self.maps += 1
         cube = states.reshape(-1, self.rows, len(self.width))

@@ -94,7 +94,7 @@ def under_one_load(marcher: Marcher, kept: Array, period: float) -> Array:
     as many periods once to find the mean load, and once more under it; any other system keeps its motion.
     """
     balance = marcher.kernel.balance
-    if balance is None:
+    if balance is None or not len(balance.held):
         return kept
     kernel, state, count = marcher.kernel, kept[-1, -1].copy(), len(kept)
     held = balance._replace(gain=balance.gain * np.inf, shape=0.0 * balance.shape)

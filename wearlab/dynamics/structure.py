@@ -1,8 +1,8 @@
 """A system in the form the kernels take: mass-normalised, its size and shape known to the compiler.
 
 Numba compiles by type. A small system with diagonal matrices becomes tuples (their length is a constant to
-the compiler, their values live in registers); any other becomes arrays, one compiled code for all sizes. A
-missing part is ``None``.
+the compiler, their values live in registers), and a missing part is ``None``, of which nothing is left in the
+code. Any other becomes arrays, where an empty array or a flag costs nothing: one compiled code for all.
 
 Forces enter by channels: one a mesh, and with friction two more a mesh, which share the mesh's kinematic
 direction and have force vectors of their own.
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Flags
-from wearlab.dynamics.balance import Balance, balance_of
+from wearlab.dynamics.balance import Balance, balance_of, no_balance
 from wearlab.dynamics.dense_step import MATRICES
 from wearlab.dynamics.propagator import Propagator, propagator_of
 from wearlab.dynamics.system import System
@@ -107,10 +107,10 @@ class Kernel(NamedTuple):
     channels : as long as there are force channels, values unused
     backlash : (n_mesh,) [m], infinite without back flanks
     pairs : as long as there are pairs in a mesh, values unused: loops over the pairs of a tuple unroll
-    gate : an empty tuple when damping acts only while flanks touch, None when it always acts
-    fluctuation : (n,) M⁻¹ times the fluctuating load [m/s²], or None
-    friction : an empty tuple with tooth friction, else None
-    balance : loads of unknown size of a system free to turn, or None
+    gate : whether damping acts only while flanks touch
+    fluctuates : whether there is a fluctuating load
+    fluctuation : (n,) M⁻¹ times that load [m/s²]
+    balance : loads of unknown size of a system free to turn
     """
 
     structure: Any
@@ -118,9 +118,9 @@ class Kernel(NamedTuple):
     channels: Any
     pairs: Any
     backlash: Any
-    gate: tuple[()] | None
+    gate: bool
+    fluctuates: bool
     fluctuation: Any
-    friction: tuple[()] | None
     balance: Balance | None
 
 
@@ -128,6 +128,11 @@ def in_registers(system: System) -> bool:
     """Whether a system is small and diagonal enough for tuples."""
     matrices = (system.mass, system.total_damping, system.total_stiffness)
     return len(system.load) <= LARGEST_IN_REGISTERS and all(_is_diagonal(matrix) for matrix in matrices)
+
+
+def tables_for(system: System, tables: StageTables) -> StageTables:
+    """Return the tables as the kernels of a system take them, see above."""
+    return tables if in_registers(system) else tables.filled
 
 
 def width_of(system: System, columns: int) -> Any:
@@ -158,11 +163,9 @@ def kernel_of(
     direction, vector = force_vectors(system)
     inverse = np.linalg.inv(system.mass)
     response = vector @ inverse.T
-    gate = None if system.damping_always or not system.mesh_damping.any() else ()
+    gate = not system.damping_always and bool(system.mesh_damping.any())
     backlash = np.full(len(system.direction), np.inf) if system.backlash is None else system.backlash
     pushed = system.fluctuation_direction
-    fluctuation = None if pushed is None else inverse @ pushed
-    friction = None if system.friction_constant is None else ()
     balance = balance_of(system, period)
     if in_registers(system):
         diagonal = Diagonal(
@@ -179,11 +182,12 @@ def kernel_of(
             (0.0,) * pairs,
             tuple(backlash.tolist()),
             gate,
-            None if fluctuation is None else tuple(fluctuation.tolist()),
-            friction,
+            pushed is not None,
+            None if pushed is None else tuple((inverse @ pushed).tolist()),
             balance,
         )
     n = len(system.load)
+    balance = balance or no_balance(n)
     stiffness, damping = inverse @ system.total_stiffness, inverse @ system.total_damping
     dense = Dense(
         np.ascontiguousarray(stiffness),
@@ -201,22 +205,22 @@ def kernel_of(
         np.zeros(pairs),
         backlash,
         gate,
-        fluctuation,
-        friction,
+        pushed is not None,
+        np.zeros(n) if pushed is None else inverse @ pushed,
         balance,
     )
 
 
 def _propagated(
-    system: System, balance: Balance | None, dense: Dense, tables: StageTables, period: float, width: int
+    system: System, balance: Balance, dense: Dense, tables: StageTables, period: float, width: int
 ) -> Propagated:
     n, meshes = len(system.load), len(system.direction)
     propagator = propagator_of(system, balance, tables, period)
     channels, inputs = len(dense.direction) // n, propagator.one.inputs.shape[2] // 3
     loads = [] if system.fluctuation_direction is None else [system.fluctuation_direction]
-    loads = loads if balance is None else [*loads, *(balance.response @ system.mass)]
+    loads += list(balance.response @ system.mass)
     force = np.zeros((5, inputs, width))
-    if balance is not None and width > 1:
+    if width > 1:
         # The tangent by a load of unknown size starts from rest and is pushed by a load of one.
         force[:, inputs - len(balance.held) + np.arange(len(balance.held)), 1 + balance.held] = 1.0
     return Propagated(

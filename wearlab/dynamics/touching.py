@@ -63,7 +63,8 @@ class Known:
         """Return the plan that tables ask for; None: the steps are too long."""
         meshes = tables.error.shape[2]
         joined, power = np.empty(len(tables.width) - 1, np.bool_), np.empty(meshes, np.int64)
-        describe(tables.width, tables.stiffness, tables.gap, tables.sliding, joined, power)
+        sliding = tables.filled.sliding
+        describe(tables.width, tables.stiffness, tables.gap, sliding, joined, power)
         key = joined.tobytes(), power.tobytes()
         if key not in self._plans:
             while len(self._plans) >= KEPT_PLANS:
@@ -177,10 +178,10 @@ def touching_orbit(
     rows, count = len(plan.scale), len(plan.held)
     given, path = np.empty(rows + 1 + count), np.empty((len(tables.width) + 1, rows))
     whole, derivative = np.empty((rows, rows + 1 + count)), np.empty((rows, rows))
-    friction = None if tables.sliding is None else (tables.sliding, tables.moment)
+    filled = tables.filled
     for _ in range(2):
         code, closure, left, attracting = orbit_of(
-            plan, tables, friction, period, 1.0 - margin, given, path, whole, derivative
+            plan, filled, period, 1.0 - margin, given, path, whole, derivative
         )
         if code != ANOTHER_PLAN:
             break
@@ -230,7 +231,7 @@ def _of_neighbour(
     near: Neighbour, found: Found, system: System, tables: StageTables, period: float, margin: float,
     between: TablesWithin | None,
 ) -> Response | None:  # fmt: skip
-    if parts(found.path, np.ascontiguousarray(system.direction), period, tables):
+    if parts(found.path, np.ascontiguousarray(system.direction), period, tables.filled):
         return None
     largest = abs(found.multipliers[0])
     verdict = Verdict(True, bool(largest < 1.0 - margin), True, True)

@@ -78,7 +78,7 @@ def describe(width: Any, stiffness: Any, gap: Any, sliding: Any, joined: Any, po
         joined[step] = width[step] == width[step + 1]
     part_at_jumps(stiffness, SMOOTH * largest_of(stiffness), joined)
     part_at_jumps(gap, SMOOTH * largest_of(gap), joined)
-    if sliding is not None:
+    if len(sliding):
         part_at_jumps(sliding, SMOOTH * largest_of(sliding), joined)
     powers_into(width, stiffness, power)
 
@@ -214,15 +214,14 @@ def parts(path: Any, direction: Any, period: float, tables: Any) -> bool:
 
 @jit(allocates=True)
 def orbit_of(
-    plan: Any, tables: Any, friction: Any, period: float, bound: float, given: Any, path: Any, whole: Any,
-    derivative: Any,
+    plan: Any, tables: Any, period: float, bound: float, given: Any, path: Any, whole: Any, derivative: Any
 ) -> tuple[int, float, float, bool]:  # fmt: skip
     """Find the orbit on which every pair in the path touches.
 
     Parameters
     ----------
     plan : what wear states share
-    tables, friction : the mesh at the stages; Λμ and Λμ s of all pairs, or None
+    tables : the mesh at the stages
     period : duration of a mesh period [s]
     bound : of the multipliers
     given : (2n + 1 + n_balance,) filled with start, 1 and sizes of loads
@@ -244,11 +243,11 @@ def orbit_of(
         if joined[step] != plan.joined[step]:
             return ANOTHER_PLAN, 0.0, 0.0, False
     steps, columns, rows = len(tables.width), len(given), len(plan.scale)
-    channels = len(plan.direction) if friction is None else 3 * len(plan.direction)
+    channels = 3 * len(plan.direction) if len(tables.sliding) else len(plan.direction)
     law, push = np.empty((steps, 3, channels)), np.empty((steps, 3, channels))
     tabulate(
-        tables.stiffness, tables.gap, tables.error, tables.error_rate, friction, plan.mean, plan.damping, law,
-        push,
+        tables.stiffness, tables.gap, tables.error, tables.error_rate, tables.sliding, tables.moment,
+        plan.mean, plan.damping, law, push,
     )  # fmt: skip
     shift(plan.static, plan.direction, law, push)
     inputs = Inputs(plan.share, plan.to, plan.of, law, push, plan.load)

@@ -12,6 +12,8 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 
+NO_PAIRS, NO_FACTORS = np.empty((0, 0, 0, 0)), np.empty((0, 3))
+
 
 class StageGrid(NamedTuple):
     """Steps of one mesh period.
@@ -63,6 +65,15 @@ class StageTables(NamedTuple):
     fluctuation: Array | None
     sliding: Array | None = None
     moment: Array | None = None
+
+    @property
+    def filled(self) -> "StageTables":
+        """The tables with empty ones for those that are absent: kernels compile once for both."""
+        return self._replace(
+            fluctuation=NO_FACTORS if self.fluctuation is None else self.fluctuation,
+            sliding=NO_PAIRS if self.sliding is None else self.sliding,
+            moment=NO_PAIRS if self.moment is None else self.moment,
+        )
 
 
 def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:
