@@ -20,7 +20,7 @@ from pydantic import (
     model_validator,
 )
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, PydanticCustomError
+from pydantic_core import CoreSchema
 
 from wearlab.units import HOUR, KINDS, UnitError, quantity
 
@@ -64,9 +64,7 @@ class Part(BaseModel):
             given = [g for g in given if any(getattr(self, key) is not None for key in g)]
             if len(given) > 1:
                 keys = [next(k for k in g if k in self.model_fields_set) for g in given]
-                raise PydanticCustomError(
-                    "alternatives", "give one of {keys}, not both", {"keys": " and ".join(map(repr, keys))}
-                )
+                raise ValueError(f"give one of {' and '.join(map(repr, keys))}, not both")
         return self
 
 
@@ -117,25 +115,23 @@ def _reader(kind: str) -> Callable[[object], float]:
         try:
             return quantity(value, kind)
         except UnitError as error:
-            raise PydanticCustomError("unit", "{message}", {"message": str(error)}) from None
+            raise ValueError(str(error)) from None
 
     return read
 
 
 def _number(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise PydanticCustomError(
-            "number", "{value} is not a plain number: write it without quotes or unit", {"value": repr(value)}
-        )
+        raise ValueError(f"{value!r} is not a plain number: write it without quotes or unit")
     if not math.isfinite(value):
-        raise PydanticCustomError("number", "{value} is not a finite number", {"value": repr(value)})
+        raise ValueError(f"{value!r} is not a finite number")
     return float(value)
 
 
 def _count(value: object) -> int:
     number = _number(value)
     if number != int(number):
-        raise PydanticCustomError("count", "{value} is not a whole number", {"value": repr(value)})
+        raise ValueError(f"{value!r} is not a whole number")
     return value if type(value) is int else int(number)
 
 

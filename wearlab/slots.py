@@ -20,7 +20,7 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic_core import CoreSchema, core_schema
 
 from wearlab.options import Part
 
@@ -147,9 +147,7 @@ class Variant(Part):
             return given
         was = given[PLUGIN]
         if not isinstance(was, dict) or was.get("sha256") != cls.origin.sha256:
-            raise PydanticCustomError(
-                "plugin", "chosen from another {file} than the one that is loaded", {"file": cls.origin.file}
-            )
+            raise ValueError(f"chosen from another {cls.origin.file} than the one that is loaded")
         return {key: value for key, value in given.items() if key != PLUGIN}
 
     @property

@@ -33,16 +33,16 @@ def read_stiffness(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
         return given
     for key in ("along", "abscissa", "stiffness"):
         if key in given:
-            raise PydanticCustomError("table", "{key} is read from file, not written", {"key": repr(key)})
+            raise ValueError(f"{key!r} is read from file, not written")
     for key in ("file", "units"):
         if key not in given:
-            raise PydanticCustomError("table", "{key} is required: {file, of, units}", {"key": repr(key)})
+            raise ValueError(f"{key!r} is required: {{file, of, units}}")
     try:
         along, x, k = stiffness_table(
             named_file(given), named_texts(given, "units", '{ stiffness = "N/um" }'), base
         )
     except TableError as error:
-        raise PydanticCustomError("table", "{message}", {"message": str(error)}) from None
+        raise ValueError(str(error)) from None
     return {**given, "along": along, "abscissa": x, "stiffness": k}
 
 
@@ -62,13 +62,13 @@ def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
         return given
     for key in ("abscissa", "ordinate"):
         if key in given:
-            raise PydanticCustomError("table", "{key} is read from file, not written", {"key": repr(key)})
+            raise ValueError(f"{key!r} is read from file, not written")
     if "file" not in given:
         raise PydanticCustomError("table", "{key} is required: {file, x, y, units}", {"key": "'file'"})
     try:
         x, y, abscissa, ordinate = profile_table(given, base)
     except TableError as error:
-        raise PydanticCustomError("table", "{message}", {"message": str(error)}) from None
+        raise ValueError(str(error)) from None
     return {**given, "x": x, "y": y, "abscissa": abscissa, "ordinate": ordinate}
 
 

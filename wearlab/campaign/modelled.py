@@ -8,8 +8,6 @@ from pydantic import BaseModel, ValidationError
 from wearlab.campaign.errors import CampaignError
 from wearlab.scene.problems import EXPECTED, not_of_kind, shown
 
-WITH_REASON = ("unit", "number", "count")
-"""Errors that say themselves what is wrong with a value."""
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -46,8 +44,8 @@ def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseMo
         near = get_close_matches(key, model.model_fields, 1)
         remedy = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(model.model_fields)}"
         return f"{where}.{key}: unknown key{remedy}"
-    if error["type"] in WITH_REASON:
-        return f"{where}.{key}: {error['msg']}"
+    if error["type"] == "value_error":  # says itself what is wrong
+        return f"{where}.{key}: {error['msg'].removeprefix('Value error, ')}"
     if error["type"] == "literal_error":
         return f"{where}.{key}: {shown(given[key])} is not {error['ctx']['expected']}"
     meaning = model.model_fields[key].description

@@ -3,7 +3,6 @@
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, ValidationInfo
-from pydantic_core import PydanticCustomError
 
 from wearlab.options import named
 from wearlab.scene.identity import canonical
@@ -19,10 +18,10 @@ def _per_member(value: Any, info: ValidationInfo) -> Any:
     members = set_in(info.context).toothed
     strangers = [name for name in NAMES if isinstance(value, dict) and name in value and name not in members]
     if strangers:
-        raise PydanticCustomError(
-            "members", "{names}: no member with teeth of this gear set; there are {members}",
-            {"names": ", ".join(map(repr, strangers)), "members": ", ".join(members)},
-        )  # fmt: skip
+        raise ValueError(
+            f"{', '.join(map(repr, strangers))}: no member with teeth of this gear set; there are "
+            f"{', '.join(members)}"
+        )
     if not isinstance(value, dict) or not any(member in value for member in members):
         return value
     general = {key: own for key, own in value.items() if key not in members}

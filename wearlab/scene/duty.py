@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, ValidationInfo
-from pydantic_core import PydanticCustomError
 
 from wearlab.options import NOT_NEGATIVE, POSITIVE, Number, Part, Speed, Stored, Torque, option
 from wearlab.tables import TableError, duty_table, named_file, named_texts
@@ -49,21 +48,17 @@ def _blocks(given: Any, info: ValidationInfo) -> Any:
     if not isinstance(given, dict):
         return given
     if unknown := set(given) - set(DutyFile.model_fields):
-        raise PydanticCustomError(
-            "table", "unknown {keys}: give file, columns and units", {"keys": ", ".join(sorted(unknown))}
-        )
+        raise ValueError(f"unknown {', '.join(sorted(unknown))}: give file, columns and units")
     for key in ("file", "units"):
         if key not in given:
-            raise PydanticCustomError(
-                "table", "{key} is required: {what}", {"key": repr(key), "what": "{file, columns, units}"}
-            )
+            raise ValueError(f"{key!r} is required: {{file, columns, units}}")
     base: Path | None = (info.context or {}).get("base_directory")
     try:
         columns = named_texts({"columns": {}, **given}, "columns", '{ share = "duration" }')
         units = named_texts(given, "units", '{ torque = "N*m", speed = "rpm", share = "h" }')
         torque, speed, share = duty_table(named_file(given), columns, units, base)
     except TableError as error:
-        raise PydanticCustomError("table", "{message}", {"message": str(error)}) from None
+        raise ValueError(str(error)) from None
     total = sum(share)
     return [
         {"torque": Stored(t), "speed": Stored(n), "share": Stored(u / total)}
@@ -76,25 +71,20 @@ def _shares(blocks: Any) -> Any:
     """Refuse shares that do not sum to 1."""
     total = sum(block.share for block in blocks)
     if abs(total - 1.0) > SUM_OF_SHARES:
-        raise PydanticCustomError(
-            "shares", "the shares of time sum to {total}, not to 1", {"total": f"{total:.6g}"}
-        )
+        raise ValueError(f"the shares of time sum to {total:.6g}, not to 1")
     return blocks
 
 
 def _labels(stages: Any) -> Any:
     """Refuse no stages, stages without an end before the last, and two of one name."""
     if not stages:
-        raise PydanticCustomError("stages", "there is no stage: give torque, speed and cycles of each")
+        raise ValueError("there is no stage: give torque, speed and cycles of each")
     open_ended = [number for number, stage in enumerate(stages[:-1], 1) if stage.cycles is None]
     if open_ended:
-        raise PydanticCustomError(
-            "stages", "stage {number} needs 'cycles': only the last one may go on to wear.until",
-            {"number": open_ended[0]},
-        )  # fmt: skip
+        raise ValueError(f"stage {open_ended[0]} needs 'cycles': only the last one may go on to wear.until")
     names = labels_of(stages)
     if len(set(names)) != len(names):
-        raise PydanticCustomError("stages", "two stages have one label: {names}", {"names": ", ".join(names)})
+        raise ValueError(f"two stages have one label: {', '.join(names)}")
     return stages
 
 

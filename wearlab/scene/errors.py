@@ -5,7 +5,6 @@ from typing import Annotated, Any
 
 from annotated_types import Le
 from pydantic import BeforeValidator, ValidationInfo, field_validator, model_validator
-from pydantic_core import PydanticCustomError
 
 from wearlab.mesh.slow_errors import SlowErrorModel
 from wearlab.mesh.slow_errors.averaged import AveragedErrors
@@ -91,14 +90,8 @@ class ErrorHarmonic(Part):
         if isinstance(mesh, str) and any(re.fullmatch(rf"{name}(-[1-9][0-9]*)?", mesh) for name in meshes):
             return mesh
         if mesh is None:
-            raise PydanticCustomError(
-                "mesh", "required: {meshes}, or one of them by its number",
-                {"meshes": " or ".join(map(repr, meshes))},
-            )  # fmt: skip
-        raise PydanticCustomError(
-            "mesh", "{mesh} is no mesh of this gear set; there are {meshes}",
-            {"mesh": repr(mesh), "meshes": ", ".join(meshes)},
-        )  # fmt: skip
+            raise ValueError(f"required: {' or '.join(map(repr, meshes))}, or one of them by its number")
+        raise ValueError(f"{mesh!r} is no mesh of this gear set; there are {', '.join(meshes)}")
 
 
 class ErrorsSection(Part):
@@ -133,9 +126,7 @@ class ErrorsSection(Part):
         members = (*known.toothed, *(name for name in known.members if name not in known.toothed))
         if given is None or info.field_name in members:
             return given
-        raise PydanticCustomError(
-            "member", "no member of this gear set; there are {members}", {"members": ", ".join(members)}
-        )
+        raise ValueError(f"no member of this gear set; there are {', '.join(members)}")
 
     @property
     def members(self) -> dict[str, MemberErrors | CarrierErrors]:

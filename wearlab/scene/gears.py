@@ -6,7 +6,6 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from annotated_types import Ge, Gt, Lt
 from pydantic import BeforeValidator, Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SetDescriptor
 from wearlab.options import (
@@ -73,10 +72,7 @@ def _material(value: object) -> object:
         return value
     material = known(name) if isinstance(name, str) else None
     if material is None:
-        raise PydanticCustomError(
-            "material", "{why}; or give youngs_modulus, poisson_ratio and density",
-            {"why": not_a_name(name)},
-        )  # fmt: skip
+        raise ValueError(f"{not_a_name(name)}; or give youngs_modulus, poisson_ratio and density")
     entry = MATERIALS[material]
     own = {key: Stored(constant) for key, constant in zip(CONSTANTS, entry[:4], strict=True) if constant}
     beside = {k: v for k, v in value.items() if k != "name"} if isinstance(value, dict) else {}
@@ -126,9 +122,7 @@ class ReliefOptions(Part):
     @model_validator(mode="after")
     def _begins_somewhere(self) -> "ReliefOptions":
         if self.length is None and self.start_diameter is None and self.start_roll_angle is None:
-            raise PydanticCustomError(
-                "relief", "give length along the path, start_diameter or start_roll_angle", {}
-            )
+            raise ValueError("give length along the path, start_diameter or start_roll_angle")
         return self
 
 
@@ -206,10 +200,8 @@ class Toothed(Part):
     @model_validator(mode="after")
     def _root_by_length(self) -> "Toothed":
         if self.root_relief is not None and self.root_relief.length is None:
-            raise PydanticCustomError(
-                "relief",
-                "root_relief begins where the mate's tip first touches: give its length along the path",
-                {},
+            raise ValueError(
+                "root_relief begins where the mate's tip first touches: give its length along the path"
             )
         return self
 
@@ -404,10 +396,9 @@ class PlanetaryOptions(SetOptions):
     @model_validator(mode="after")
     def _one_angle_each(self) -> "PlanetaryOptions":
         if self.planet_angles is not None and len(self.planet_angles) != self.planets:
-            raise PydanticCustomError(
-                "planets",
-                "planet_angles has {angles} entries for {planets} planets; give one angle each, or none",
-                {"angles": len(self.planet_angles), "planets": self.planets},
+            raise ValueError(
+                f"planet_angles has {len(self.planet_angles)} entries for {self.planets} planets; give one "
+                "angle each, or none"
             )
         return self
 

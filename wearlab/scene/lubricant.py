@@ -4,7 +4,6 @@ import re
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, model_validator
-from pydantic_core import PydanticCustomError
 
 from wearlab.options import (
     POSITIVE,
@@ -30,10 +29,8 @@ def _grade(value: object) -> object:
     number = int(grade[1]) if grade else value
     if isinstance(number, int) and not isinstance(number, bool) and number in oil.GRADES:
         return number
-    raise PydanticCustomError(
-        "grade",
-        "{value} is no grade of ISO 3448: write 'ISO VG 220'; there are {grades}",
-        {"value": repr(value), "grades": ", ".join(map(str, oil.GRADES))},
+    raise ValueError(
+        f"{value!r} is no grade of ISO 3448: write 'ISO VG 220'; there are {', '.join(map(str, oil.GRADES))}"
     )
 
 
@@ -93,17 +90,13 @@ class Lubricant(Part):
         words = self._words()
         if words is None:
             if self.viscosity is None or self.pressure_viscosity is None:
-                raise PydanticCustomError(
-                    "lubricant",
+                raise ValueError(
                     "give viscosity and pressure_viscosity; or grade and temperature, such as 'ISO VG 220' "
-                    "and '60 degC'; or kinematic_viscosity_40, kinematic_viscosity_100 and temperature",
-                    {},
+                    "and '60 degC'; or kinematic_viscosity_40, kinematic_viscosity_100 and temperature"
                 )
             return self
         if self.temperature is None or not RANGE[0] <= self.temperature <= RANGE[1]:
-            raise PydanticCustomError(
-                "lubricant", "a grade or datasheet needs temperature, such as '60 degC' (-10 to 150 degC)", {}
-            )
+            raise ValueError("a grade or datasheet needs temperature, such as '60 degC' (-10 to 150 degC)")
         properties = {
             "viscosity": oil.dynamic_viscosity(words, self.temperature),
             "pressure_viscosity": self.pressure_viscosity or oil.pressure_viscosity(words, self.temperature),
@@ -122,11 +115,9 @@ class Lubricant(Part):
                 pair = self.kinematic_viscosity_40, self.kinematic_viscosity_100
                 return oil.of_datasheet(*pair, self.density, self.base)
         except ValueError as error:
-            raise PydanticCustomError("lubricant", "{why}", {"why": str(error)}) from None
+            raise ValueError(str(error)) from None
         if self.kinematic_viscosity_40 or self.kinematic_viscosity_100:
-            raise PydanticCustomError(
-                "lubricant", "a datasheet gives both kinematic_viscosity_40 and kinematic_viscosity_100", {}
-            )
+            raise ValueError("a datasheet gives both kinematic_viscosity_40 and kinematic_viscosity_100")
         return None
 
     @property

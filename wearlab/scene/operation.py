@@ -145,25 +145,19 @@ class Operation(Part):
         """Refuse members that this kind of gear set has not, or that cannot be central."""
         known = set_in(info.context)
         if given is not None and info.field_name == "fixed" and len(known.central) < 3:
-            raise PydanticCustomError(
-                "members", "belongs to planetary sets; both gears of a pair turn: leave it out"
-            )
+            raise ValueError("belongs to planetary sets; both gears of a pair turn: leave it out")
         if given is None or given in known.central:
             return given
-        raise PydanticCustomError(
-            "members", "{given} is no member that may be that; there are {members}",
-            {"given": repr(given), "members": ", ".join(known.central)},
-        )  # fmt: skip
+        raise ValueError(f"{given!r} is no member that may be that; there are {', '.join(known.central)}")
 
     @model_validator(mode="after")
     def _one_role_each(self) -> "Operation":
         roles = {"input": self.input, "output": self.output, "fixed": self.fixed}
         named = {key: name for key, name in roles.items() if name is not None}
         if len(set(named.values())) != len(named):
-            raise PydanticCustomError(
-                "members", "one member in two roles: {roles}",
-                {"roles": ", ".join(f"{key} {name!r}" for key, name in named.items())},
-            )  # fmt: skip
+            raise ValueError(
+                f"one member in two roles: {', '.join(f'{key} {name!r}' for key, name in named.items())}"
+            )
         return self
 
     @model_validator(mode="after")
@@ -193,25 +187,20 @@ class Operation(Part):
             object.__setattr__(self, "speed", self.power / self.torque)
         missing = [key for key in ("torque", "speed") if getattr(self, key) is None]
         if missing:
-            raise PydanticCustomError(
-                "torque_and_speed",
-                "{missing} missing: give torque and speed, such as '340 N*m' and '1100 rpm', or power with "
-                "one of them",
-                {"missing": " and ".join(missing)},
+            raise ValueError(
+                f"{' and '.join(missing)} missing: give torque and speed, such as '340 N*m' and '1100 rpm', "
+                "or power with one of them"
             )
         return self
 
     def _of_first(self, first: DutyBlock | OperationStage) -> None:
         """Take over torque and speed of the first of several conditions."""
         if self.duty is not None and self.stage is not None:
-            raise PydanticCustomError("alternatives", "give one of 'duty' and 'stage', not both")
+            raise ValueError("give one of 'duty' and 'stage', not both")
         word = "duty" if self.duty is not None else "stage"
         for key in ("torque", "speed", "power"):
             given, own = getattr(self, key), getattr(first, key, None)
             if given is not None and (own is None or rounded(given) != rounded(own)):
-                raise PydanticCustomError(
-                    "alternatives", "{key} stands in every {word}: leave operation.{key} out",
-                    {"key": key, "word": word},
-                )  # fmt: skip
+                raise ValueError(f"{key} stands in every {word}: leave operation.{key} out")
         object.__setattr__(self, "torque", first.torque)
         object.__setattr__(self, "speed", first.speed)

@@ -5,7 +5,6 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 from annotated_types import Le
 from pydantic import AfterValidator, model_validator
-from pydantic_core import PydanticCustomError
 
 from wearlab.options import NOT_NEGATIVE, Alternatives, Number, Part, option
 from wearlab.scene.members import member_of
@@ -36,10 +35,10 @@ class StartWear(NamedTuple):
 
 def _identity(text: str) -> str:
     if not ID.fullmatch(text):
-        raise PydanticCustomError(
-            "run", "{text} is no full id of a run, 20 hexadecimal digits as `wearlab ls --json` shows it; "
-            "or give 'campaign' and 'select'", {"text": repr(text)},
-        )  # fmt: skip
+        raise ValueError(
+            f"{text!r} is no full id of a run, 20 hexadecimal digits as `wearlab ls --json` shows it; or "
+            "give 'campaign' and 'select'"
+        )
     return text
 
 
@@ -78,7 +77,7 @@ class Start(Part):
     @model_validator(mode="after")
     def _one_run(self) -> "Start":
         if self.run is None:
-            raise PydanticCustomError("run", "give 'run', or 'campaign' and 'select', of the run to continue")
+            raise ValueError("give 'run', or 'campaign' and 'select', of the run to continue")
         return self
 
 

@@ -10,7 +10,6 @@ from pydantic import (
     create_model,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
 
 from wearlab.life.loads import LoadModel
 from wearlab.life.steps import StepMethod
@@ -67,10 +66,7 @@ def _of_the_set(flank: Any, info: ValidationInfo) -> Any:
     flanks = set_in(info.context).flanks
     if flank is None or flank in flanks:
         return flank
-    raise PydanticCustomError(
-        "flank", "{flank} is no flank of this gear set; there are {flanks}",
-        {"flank": repr(flank), "flanks": ", ".join(flanks)},
-    )  # fmt: skip
+    raise ValueError(f"{flank!r} is no flank of this gear set; there are {', '.join(flanks)}")
 
 
 Flank = Annotated[str, BeforeValidator(_of_the_set)]
@@ -93,11 +89,9 @@ class Until(Part):
     def _some_limit(self) -> "Until":
         limits = (self.cycles, self.mesh_cycles, self.hours, self.depth)
         if all(limit is None for limit in limits):
-            raise PydanticCustomError(
-                "limit", "give at least one of 'cycles', 'mesh_cycles', 'hours', 'depth'"
-            )
+            raise ValueError("give at least one of 'cycles', 'mesh_cycles', 'hours', 'depth'")
         if self.flank is not None and self.depth is None:
-            raise PydanticCustomError("limit", "'flank' belongs to a 'depth', and there is none")
+            raise ValueError("'flank' belongs to a 'depth', and there is none")
         return self
 
 
@@ -120,7 +114,7 @@ class SnapshotOptions(Part):
     @model_validator(mode="after")
     def _something(self) -> "SnapshotOptions":
         if all(asked is None for asked in (self.cycles, self.mesh_cycles, self.depth)):
-            raise PydanticCustomError("snapshots", "give one of 'cycles', 'mesh_cycles', 'depth'")
+            raise ValueError("give one of 'cycles', 'mesh_cycles', 'depth'")
         return self
 
 
