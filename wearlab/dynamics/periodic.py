@@ -10,7 +10,7 @@ from wearlab.arrays import Array
 from wearlab.dynamics.between import TablesWithin
 from wearlab.dynamics.period_map import MIDDLE, TOUCHING, TOUCHING_FIRST
 from wearlab.dynamics.response import Response, Verdict
-from wearlab.dynamics.shooting import Orbit, Shooting
+from wearlab.dynamics.shooting import CLOSED, Orbit, Shooting
 from wearlab.dynamics.steps import slowest_decay
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
@@ -54,6 +54,7 @@ class Periodic:
     longest : the longest period tried [mesh periods]
     averaged : mesh periods kept of an aperiodic response
     resolved : part of the mesh forces that steps for touching flanks may leave unresolved [1]
+    closed : size of the last step by a neighbour's derivative, over that of the state [1]
     """
 
     margin: float = 1e-3
@@ -61,6 +62,7 @@ class Periodic:
     longest: int = 24
     averaged: int = 200
     resolved: float = np.inf
+    closed: float = CLOSED
 
     def solve(
         self, system: System, tables: StageTables, period: float, start: Response | None = None
@@ -102,7 +104,7 @@ class Periodic:
         return touching_orbit(system, tables, period, self.margin, near, self.resolved, between)
 
     def _shoot(self, system: System, tables: StageTables, period: float, start: Response | None) -> Response:
-        shooting = Shooting(system, tables, period)
+        shooting = Shooting(system, tables, period, self.closed)
         if start is not None and start.period == 0 and not in_registers(system):
             return self._march(shooting, None, start)  # which looks for a simple orbit after so many periods
         found = self._simple_orbit(shooting, start)

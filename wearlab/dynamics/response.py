@@ -154,6 +154,7 @@ def deflection_at(
     phase: Array,
     segment: Index | None = None,
     side: str = "right",
+    meshes: slice = slice(None),
 ) -> tuple[Array, Array]:
     """Return mesh deflection δ and its rate at any phases, (n_kept, n_mesh, n_phases) [m], [m/s].
 
@@ -165,11 +166,13 @@ def deflection_at(
     grid : the steps it was computed on
     phase : (n,) in [0, 1] [1]
     segment, side : which side of a break is meant, see `step_of`
+    meshes : of which meshes
     """
     step = step_of(grid, phase, segment, side)
     x = (phase - grid.start[step]) / grid.width[step]
-    position, velocity = response.approach.at(step, x)
-    error, slope = response.within.errors(step, x)
+    approach = response.approach
+    position, velocity = approach._replace(coefficient=approach.coefficient[..., meshes]).at(step, x)
+    error, slope = (values[:, meshes] for values in response.within.errors(step, x))
     delta, rate = position - error, velocity - slope / response.mesh_period
     return np.ascontiguousarray(delta.transpose(0, 2, 1)), np.ascontiguousarray(rate.transpose(0, 2, 1))
 

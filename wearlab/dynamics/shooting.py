@@ -62,8 +62,8 @@ class Orbit:
 class Shooting:
     """One system on one set of tables: memory, counts, and the two things to do, march and shoot."""
 
-    def __init__(self, system: System, tables: StageTables, period: float) -> None:
-        self.system, self.tables, self.period = system, tables, period
+    def __init__(self, system: System, tables: StageTables, period: float, closed: float = CLOSED) -> None:
+        self.system, self.tables, self.period, self.closed = system, tables, period, closed
         self.marcher = TableMarcher(system, tables, period, exact=True)
         shooter = self.marcher
         if not in_registers(system):
@@ -159,7 +159,7 @@ class Shooting:
             size, error = self._distance(path[0]), self._distance(step)
             if failed or bad or not error <= SHRINKS * last:
                 return None
-            if error <= CLOSED * size:
+            if error <= self.closed * size:
                 self.iterations += 2  # one would say that a single pass was exact: that no flank parts
                 closure = self._distance(path[-1], path[0]) / (size or 1.0)
                 return Orbit(1, path[None].copy(), neighbour.multipliers, closure, True, derivative)

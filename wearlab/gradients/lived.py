@@ -1,11 +1,14 @@
 """A life whose accepted steps can be taken again for a scene a little different."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.dynamics.periodic import Periodic
+from wearlab.dynamics.response import Response
 from wearlab.gears.errors import GearError
 from wearlab.gradients.errors import GradientError
 from wearlab.life.again import again
@@ -15,11 +18,15 @@ from wearlab.life.limits import Flanks, StopWear
 from wearlab.life.state import WearState
 from wearlab.life.step import Node, Step, depth_at
 from wearlab.life.vibration import Responses
+from wearlab.mesh.profile import Extension
 from wearlab.scene import Scene
-from wearlab.scene.build import Parts, build
+from wearlab.scene.build import KindParts, Parts, build
 from wearlab.scene.build.mesh import profile_points
 from wearlab.scene.build.wear import build_limits
 from wearlab.simulation.living import initial_wear, live
+
+CLOSED = 1e-12
+"""Distance of an orbit from closing, over its size, that differences by `STEP` do not see."""
 
 
 class HeldNumerics(NamedTuple):
@@ -29,10 +36,12 @@ class HeldNumerics(NamedTuple):
     ----------
     profile_points : nodes asked for on the path
     steps_per_period : of the dynamics, None without
+    reach : how far beyond A and E the nodes of every kind of mesh reach, in base pitches
     """
 
     profile_points: int
     steps_per_period: int | None
+    reach: tuple[Extension, ...]
 
     def build(self, scene: Scene) -> tuple[Scene, Parts]:
         """Return a scene with these numerics, and its physics.
@@ -42,21 +51,36 @@ class HeldNumerics(NamedTuple):
         GradientError
             When no such gears can exist or run.
         """
-        numerics = scene.numerics.model_copy(update=self._asdict())
-        held = scene.model_copy(update={"numerics": numerics})
+        given = {"profile_points": self.profile_points, "steps_per_period": self.steps_per_period}
+        held = scene.model_copy(update={"numerics": scene.numerics.model_copy(update=given)})
         try:
-            return held, build(held)
+            return held, _closing(build(held, self.reach))
         except GearError as error:
             raise GradientError(f"no such gears: {error}") from error
 
 
 def frozen(scene: Scene) -> HeldNumerics:
     """Return what the numerics of a scene come to."""
-    steps = scene.numerics.steps_per_period
-    if scene.dynamics is not None and steps is None:
-        vibration = build(scene).vibration
-        steps = None if vibration is None else len(vibration.sampling.grid.width)
-    return HeldNumerics(profile_points(scene), steps)
+    parts, steps = build(scene), scene.numerics.steps_per_period
+    if parts.vibration is not None and steps is None:
+        steps = len(parts.vibration.sampling.grid.width)
+    return HeldNumerics(profile_points(scene), steps, tuple(_reach(kind) for kind in parts.kinds))
+
+
+def _closing(parts: Parts) -> Parts:
+    """Return physics whose orbits close to round-off."""
+    moves = parts.vibration
+    if moves is None or not isinstance(moves.method, Periodic):
+        return parts
+    closing = replace(moves, method=replace(moves.method, closed=CLOSED))
+    return replace(parts, coupling=replace(parts.coupling, vibration=closing))
+
+
+def _reach(kind: KindParts) -> Extension:
+    """Return how far beyond A and E nodes reach, in base pitches."""
+    grid, pitch = kind.analysis.grid, kind.pair.base_pitch
+    before, after = grid.position[0] - grid.touching[0], grid.touching[-1] - grid.position[-1]
+    return Extension(float(before / pitch), float(after / pitch))
 
 
 class Ends(NamedTuple):
@@ -85,9 +109,9 @@ class LivedSteps:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.frozen = frozen(scene)
-        self.scene, parts = self.frozen.build(scene)
         try:
+            self.frozen = frozen(scene)
+            self.scene, parts = self.frozen.build(scene)
             self.history: History = live(self.scene, parts)
         except (GearError, StopWear) as error:
             raise GradientError(f"the gears cannot run: {error}") from error
@@ -104,6 +128,9 @@ class LivedSteps:
         self.cycle = 0.0 if life is None else float(life.cycle[-1])
         self.reached = life is not None and life.worn_out
         self.ends = self._ends(parts, None)
+        if any(response.residual > CLOSED for responses in self.ends.memory for response in responses):
+            # Moved scenes start from these orbits and close better: so must they.
+            self.ends = self._ends(parts, self.ends.memory)
 
     @property
     def counts(self) -> Flanks:
@@ -135,7 +162,7 @@ class LivedSteps:
             """Start from the response of the same state for the scene itself, else from the last."""
             near = memory[-1] if known is None and memory else None
             start = known[len(memory)] if known is not None else near
-            state = of.evaluate(of.split(wear), start or None)
+            state = of.evaluate(of.split(wear), tuple(map(_alone, start or ())) or None)
             memory.append(state.responses or (near or ()))
             if any(response.period == 0 for response in state.responses):
                 raise GradientError("the response does not repeat on the way: it has no derivative")
@@ -180,6 +207,11 @@ class LivedSteps:
         before, after = max(step.start.cycle, self.cycle - half), min(step.end.cycle, self.cycle + half)
         low, high = (depth_at(step, cycle)[counts][node] for cycle in (before, after))
         return float((high - low) / (after - before))
+
+
+def _alone(response: Response) -> Response:
+    """Return a response whose neighbours are solved for themselves: corrections stop short of round-off."""
+    return replace(response, near=None)
 
 
 def _periods(responses: Responses) -> list[int]:

@@ -159,7 +159,7 @@ class Coupling(Coupled):
         counts: list[int] = []
         for response in responses:
             each = [
-                vibration.deflection(response, when)[0][:, mesh]
+                vibration.deflection(response, when, slice(mesh, mesh + 1))[0][:, 0]
                 for mesh, when in zip(kind.meshes, kind.when, strict=True)
             ]
             periods = len(each[0])

@@ -105,9 +105,11 @@ class Vibration:
         """Return phases of the clock (n,) as instants."""
         return instants(self.sampling.edges, phase)
 
-    def deflection(self, response: Response, when: Instants) -> tuple[Array, Array]:
-        """Return δ and its rate, (n_periods, n_mesh, n_instants) [m], [m/s]."""
-        flat = deflection_at(response, *self._over_periods(response, when))
+    def deflection(
+        self, response: Response, when: Instants, meshes: slice = slice(None)
+    ) -> tuple[Array, Array]:
+        """Return δ of some meshes and its rate, (n_periods, n_mesh, n_instants) [m], [m/s]."""
+        flat = deflection_at(response, *self._over_periods(response, when), meshes=meshes)
         delta, rate = (self._by_period(values, len(when.phase)) for values in flat)
         return delta, rate
 

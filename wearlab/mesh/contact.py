@@ -1,6 +1,7 @@
 """Worn flanks in quasi-static contact: compliance and gap at every node, then the sharing at every phase."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -91,6 +92,12 @@ class ContactAnalysis:
     def at_nodes(self) -> Lookup:
         """The look-up of the phase nodes themselves."""
         return self._at_nodes
+
+    @cached_property
+    def unworn(self) -> tuple[Nodes, Quasistatic]:
+        """Unworn flanks at their nodes, and under their static load."""
+        nodes = self.nodes(np.zeros((2, len(self.grid.position))))
+        return nodes, self.quasistatic(nodes, self.at_nodes)
 
     def nodes(self, wear: Array) -> Nodes:
         """Return compliance and gap for wear depths (2, n) ordered (driving, driven) [m]."""

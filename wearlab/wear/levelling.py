@@ -122,6 +122,7 @@ class Elastic(TwoWay):
         return np.maximum(0.0, self.ahead.solve(forced)).reshape(pointwise.shape)
 
 
+@remembered
 def elastic(
     half_width: Array, reference: Array, sliding: Array, static_rate: Array, path: WearPath, lag: float = LAG
 ) -> Elastic:

@@ -18,7 +18,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, wraps
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from wearlab.mesh.contact import ContactAnalysis
     from wearlab.wear.law import PreparedLaw
 
+Given = ParamSpec("Given")
 Made = TypeVar("Made")
 KEPT, MOST_NODES = 8, 400
 """Matrices of patches that a process remembers, and the nodes beyond which it does not: some 30 MB in all."""
@@ -70,9 +71,7 @@ class PatchSetting:
     @cached_property
     def static(self) -> Array:
         """Static force on a pair of unworn flanks when it touches at the node, (n,) [N]."""
-        unworn = np.zeros((2, len(self.analysis.grid.position)))
-        state = self.analysis.quasistatic(self.analysis.nodes(unworn), self.analysis.at_nodes)
-        return self.analysis.force_at_nodes(state.force)
+        return self.analysis.force_at_nodes(self.analysis.unworn[1].force)
 
     @cached_property
     def reference(self) -> Array:
@@ -153,22 +152,29 @@ def two_way(half_width: Array, path: WearPath) -> TwoWay:
     return TwoWay(spread, felt_matrix(spread, path))
 
 
-def remembered(make: Callable[[Array, WearPath], Made]) -> Callable[[Array, WearPath], Made]:
-    """Let a function return once more what it found for the same half widths and path.
+def remembered(make: Callable[Given, Made]) -> Callable[Given, Made]:
+    """Let a function of half widths, other arrays and numbers, and a path return once more what it found.
 
-    What wear coefficient, speed and length of a life do not touch is so made once for all runs of a process.
+    Of the path only the arc and the modulus may count. What wear coefficient, speed and length of a life do
+    not touch is so made once for all runs of a process.
     """
     kept: OrderedDict[tuple[bytes, ...], Made] = OrderedDict()
 
     @wraps(make)
-    def found(half_width: Array, path: WearPath) -> Made:
-        if len(half_width) > MOST_NODES:
-            return make(half_width, path)
-        key = (half_width.tobytes(), *(np.asarray(arc).tobytes() for arc in path.arc))
+    def found(*args: Given.args, **kwargs: Given.kwargs) -> Made:
+        given: tuple[Any, ...] = (*args, *kwargs.values())
+        if len(given[0]) > MOST_NODES:
+            return make(*args, **kwargs)
+        of_path = [
+            part for one in given if isinstance(one, WearPath) for part in (one.arc, one.contact_modulus)
+        ]
+        numbers = [one for one in given if not isinstance(one, WearPath)]
+        key = tuple(np.asarray(part, float).tobytes() for part in (*numbers, *of_path))
         if key not in kept:
-            kept[key] = make(half_width, path)
+            kept[key] = make(*args, **kwargs)
             if len(kept) > KEPT:
                 kept.popitem(last=False)
+        kept.move_to_end(key)
         return kept[key]
 
     return found

@@ -1,6 +1,8 @@
 """How far the teeth of one gear yield under loads on their flanks, sampled along the flank."""
 
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +12,8 @@ from wearlab.gears.gear import Gear
 from wearlab.mesh.finite_element.flank import LoadedFlank, Wear
 from wearlab.mesh.finite_element.half_plane import half_plane_compliance
 from wearlab.mesh.finite_element.options import Options
+
+KEPT_SPLINES = 8
 
 
 @dataclass(frozen=True)
@@ -30,13 +34,19 @@ class GearCompliance:
 
     def weights(self, parameter: ArrayLike) -> Array:
         """Return the weights of the samples at positions, (n, m) [1]: a cubic spline, straight beyond."""
-        from scipy.interpolate import CubicSpline
-
         q = np.asarray(parameter, dtype=float)
-        spline = CubicSpline(self.parameter, np.eye(len(self.parameter)))
+        spline = _spline(tuple(self.parameter))
         inside = np.clip(q, self.parameter[0], self.parameter[-1])
         weights: Array = spline(inside) + (q - inside)[:, None] * spline(inside, 1)
         return weights
+
+
+@lru_cache(KEPT_SPLINES)
+def _spline(samples: tuple[float, ...]) -> Any:
+    """Return the cubic splines that are 1 at one sample and 0 at the others."""
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(samples, np.eye(len(samples)))
 
 
 def solve_gear(gear: Gear, options: Options, wear: Wear | None = None) -> GearCompliance:

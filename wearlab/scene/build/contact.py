@@ -33,27 +33,22 @@ def flanks_of(pair: GearPair, grid: ProfileGrid) -> WornFlanks:
     return WornFlanks(pair, grid, modifications(pair, grid.position))
 
 
-def extension_wanted(scene: Scene, pair: GearPair, plain: ContactAnalysis) -> Extension:
+def extension_wanted(pair: GearPair, plain: ContactAnalysis, *, vibrates: bool) -> Extension:
     """Return how far beyond A and E nodes are laid: as far as the largest deflection expected reaches.
 
     Conditions that take turns, or come in order, share their flanks and so their nodes.
 
     Parameters
     ----------
-    scene : the scene
     pair : the gears
     plain : the contact analysis without extended contact, under the largest load of all conditions
+    vibrates : whether the mesh vibrates, and so may deflect further
     """
-    unworn = np.zeros((2, len(plain.grid.position)))
-    static = plain.quasistatic(plain.nodes(unworn), plain.at_nodes)
-    reach = unworn_extension(pair, largest_deflection(scene, float(static.deflection.max())))
+    _, static = plain.unworn
+    times = LARGEST_DYNAMIC if vibrates else LARGEST_STATIC
+    reach = unworn_extension(pair, times * float(static.deflection.max()))
     step = STEP * pair.base_pitch
     return Extension(*(step * max(1.0, np.ceil(distance / step)) for distance in reach))
-
-
-def largest_deflection(scene: Scene, static: float) -> float:
-    """Return the largest deflection extended contact is laid out for, from the largest static one [m]."""
-    return static * (LARGEST_STATIC if scene.dynamics is None else LARGEST_DYNAMIC)
 
 
 def contact_flags(scene: Scene, section: str, pair: GearPair, analysis: ContactAnalysis) -> tuple[str, ...]:

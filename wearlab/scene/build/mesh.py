@@ -2,15 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from wearlab.gears.pair import GearPair
 from wearlab.mesh.clock import Mesh
 from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.contacts import ContactModel
 from wearlab.mesh.excitation import Excitation
 from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.mesh.profile import NO_EXTENSION, Extension, profile_grid
+from wearlab.mesh.stiffnesses import StiffnessModel
 from wearlab.scene import Scene
 from wearlab.scene.build.contact import extension_wanted, flanks_of
 from wearlab.scene.build.errors import build_errors
@@ -20,12 +23,27 @@ from wearlab.scene.build.sets import build_set
 NODES_AT_DEFAULT = 201
 DEFAULT_TOLERANCE = 1e-3
 MOST_MORE_POINTS = 60
+KEPT_ANALYSES = 8
+"""Contact analyses that a process remembers: of the scene it is at, and of one that differs a little."""
 
 
-def build_analyses(scene: Scene, gears: GearSet) -> tuple[ContactAnalysis, ...]:
-    """Return the contact analysis of every kind of mesh at the static load of the scene."""
+def build_analyses(
+    scene: Scene, gears: GearSet, reach: Sequence[Extension] | None = None
+) -> tuple[ContactAnalysis, ...]:
+    """Return the contact analysis of every kind of mesh at the static load of the scene.
+
+    Parameters
+    ----------
+    scene, gears : the scene and its gear set
+    reach : how far beyond A and E the nodes of every kind reach, in base pitches; None: as far as their load
+        asks for
+    """
     points = profile_points(scene)
-    reach = [_reach(scene, kind, points) for kind in gears.kinds]
+    if reach is None:
+        reach = [_reach(scene, kind, points) for kind in gears.kinds]
+    else:
+        pitches = [kind.pair.base_pitch for kind in gears.kinds]
+        reach = [Extension(p * far.approach, p * far.recess) for p, far in zip(pitches, reach, strict=True)]
     matched = matched_points([kind.pair for kind in gears.kinds], points, reach)
     return tuple(
         _analysis(scene, kind, n, far) for kind, n, far in zip(gears.kinds, matched, reach, strict=True)
@@ -56,8 +74,10 @@ def _reach(scene: Scene, kind: PairOfSet, points: int) -> Extension:
     """Return how far beyond A and E the nodes of a mesh reach."""
     if not scene.mesh.of(kind.section).extended_contact:
         return NO_EXTENSION
-    plain = replace(_analysis(scene, kind, points, NO_EXTENSION), load=largest_load(scene, kind))
-    return extension_wanted(scene, kind.pair, plain)
+    asked = scene.mesh.of(kind.section)
+    load = largest_load(scene, kind)
+    plain = contact_analysis(kind.pair, asked.stiffness, asked.contact, True, points, NO_EXTENSION, load)
+    return extension_wanted(kind.pair, plain, vibrates=scene.dynamics is not None)
 
 
 def largest_load(scene: Scene, kind: PairOfSet) -> float:
@@ -72,16 +92,52 @@ def largest_load(scene: Scene, kind: PairOfSet) -> float:
 
 
 def _analysis(scene: Scene, kind: PairOfSet, points: int, extension: Extension) -> ContactAnalysis:
-    pair, mesh = kind.pair, scene.mesh.of(kind.section)
-    grid = profile_grid(pair, points, kinks(pair), mesh.stiffness.jumps(pair), extension)
-    stiffness = mesh.stiffness.build(pair, grid)
+    asked = scene.mesh.of(kind.section)
+    return contact_analysis(
+        kind.pair, asked.stiffness, asked.contact, asked.extended_contact, points, extension, kind.load
+    )
+
+
+@lru_cache(KEPT_ANALYSES)
+def contact_analysis(
+    pair: GearPair,
+    stiffness: StiffnessModel,
+    contact: ContactModel,
+    extended: bool,
+    points: int,
+    extension: Extension,
+    load: float,
+) -> ContactAnalysis:
+    """Return the contact analysis of a pair: the same one as long as nothing it is made of changes.
+
+    Parameters
+    ----------
+    pair : the gears
+    stiffness, contact, extended : of ``[mesh]``
+    points : nodes asked for on the path
+    extension : how far beyond A and E nodes reach
+    load : static normal force [N]
+    """
+    return replace(_unloaded(pair, stiffness, contact, extended, points, extension), load=load)
+
+
+@lru_cache(KEPT_ANALYSES)
+def _unloaded(
+    pair: GearPair,
+    stiffness: StiffnessModel,
+    contact: ContactModel,
+    extended: bool,
+    points: int,
+    extension: Extension,
+) -> ContactAnalysis:
+    grid = profile_grid(pair, points, kinks(pair), stiffness.jumps(pair), extension)
     return ContactAnalysis(
         grid,
-        stiffness,
+        stiffness.build(pair, grid),
         modifications(pair, grid.position).sum(axis=0),
-        kind.load,
-        mesh.contact.engagement_gap(pair),
-        mesh.contact.build(flanks_of(pair, grid), mesh.extended_contact),
+        0.0,
+        contact.engagement_gap(pair),
+        contact.build(flanks_of(pair, grid), extended),
     )
 
 

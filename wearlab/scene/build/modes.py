@@ -9,7 +9,7 @@ from wearlab.dynamics.mode_kinds import mode_kinds
 from wearlab.dynamics.modes import Modes, critical_speeds, modes
 from wearlab.dynamics.system import System
 from wearlab.scene.build.parts import Parts
-from wearlab.scene.build.vibration import mean_stiffness, unworn
+from wearlab.scene.build.vibration import mean_stiffness
 
 
 class SceneModes(NamedTuple):
@@ -35,7 +35,7 @@ class SceneModes(NamedTuple):
 def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
     """Return the modes of a scene with dynamics, with the mean stiffness of its unworn mesh."""
     assert parts.vibration is not None
-    mean = [mean_stiffness(kind.analysis, unworn(kind.analysis)) for kind in parts.kinds]
+    mean = [mean_stiffness(kind.analysis) for kind in parts.kinds]
     stiffness = np.array([mean[mesh.kind] for mesh in parts.meshes])
     system_modes = modes(parts.vibration.system, stiffness)
     return SceneModes(

@@ -14,7 +14,7 @@ from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Instants, Mesh, breaks_on_clock, instants, look
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.gear_set import GearSet
-from wearlab.mesh.profile import Lookup
+from wearlab.mesh.profile import Extension, Lookup
 from wearlab.scene import Scene
 from wearlab.scene.build.contact import contact_flags
 from wearlab.scene.build.errors import class_flags
@@ -110,8 +110,13 @@ class Parts:
         return instants(self.edges, phases)
 
 
-def build(scene: Scene) -> Parts:
+def build(scene: Scene, reach: Sequence[Extension] | None = None) -> Parts:
     """Turn a scene into physics.
+
+    Parameters
+    ----------
+    scene : the scene
+    reach : see `build_analyses`
 
     Raises
     ------
@@ -119,7 +124,7 @@ def build(scene: Scene) -> Parts:
         When no such gears can exist or run.
     """
     gears = build_set(scene)
-    analyses = build_analyses(scene, gears)
+    analyses = build_analyses(scene, gears, reach)
     meshes = build_meshes(scene, gears)
     edges = breaks_on_clock([contact.grid for contact in analyses], meshes)
     kinds = tuple(_kind(scene, gears, kind, analysis) for kind, analysis in enumerate(analyses))

@@ -24,7 +24,7 @@ from wearlab.dynamics.system import System
 from wearlab.gears.errors import GearError
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Mesh, look_within
-from wearlab.mesh.contact import ContactAnalysis, Quasistatic
+from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.landing import Tables, landing_grid
 from wearlab.mesh.sampling import Friction, sampling
@@ -87,9 +87,8 @@ def build_vibration(
     """Return the dynamics of the gear set, None when the scene has none."""
     if scene.dynamics is None:
         return None
-    healthy = [unworn(analysis) for analysis in analyses]
-    mean = [mean_stiffness(contact, state) for contact, state in zip(analyses, healthy, strict=True)]
-    stiffest = np.array([float(healthy[mesh.kind].tangent.max()) for mesh in meshes])
+    mean = [mean_stiffness(contact) for contact in analyses]
+    stiffest = np.array([float(analyses[mesh.kind].unworn[1].tangent.max()) for mesh in meshes])
     system = build_system(scene, gears, np.array([mean[mesh.kind] for mesh in meshes]))
     _check_definite(system, np.array([mean[mesh.kind] for mesh in meshes]))
     clock = OnClock(analyses, meshes, edges)
@@ -257,8 +256,7 @@ def unresolved(analysis: ContactAnalysis, mesh: Mesh, grid: StageGrid) -> float:
     ends = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
     phase = grid.start[:, None] + grid.width[:, None] * ends
     where = look_within(analysis.grid, [mesh.lag], phase, grid.start + 0.5 * grid.width)
-    nodes = analysis.nodes(np.zeros((2, len(analysis.grid.position))))
-    compliance, _, _ = analysis.at(nodes, where)
+    compliance, _, _ = analysis.at(analysis.unworn[0], where)
     shares = [
         _missed(values.reshape(phase.shape), grid.width, scale)
         for values, scale in (
@@ -305,16 +303,10 @@ def slow_errors(scene: Scene, gears: GearSet, meshes: Sequence[Mesh], system: Sy
     return None if np.abs(taken_up - rows.T).max() <= TAKEN_UP * np.abs(rows).max() else rows
 
 
-def unworn(analysis: ContactAnalysis) -> Quasistatic:
-    """Return unworn flanks under their static load."""
-    nodes = analysis.nodes(np.zeros((2, len(analysis.grid.position))))
-    return analysis.quasistatic(nodes, analysis.at_nodes)
-
-
-def mean_stiffness(analysis: ContactAnalysis, state: Quasistatic) -> float:
-    """Return the mean of the mesh stiffness over one period [N/m]."""
+def mean_stiffness(analysis: ContactAnalysis) -> float:
+    """Return the mean of the mesh stiffness of unworn flanks over one period [N/m]."""
     _, weight = analysis.grid.phase_nodes
-    return float(weight @ state.tangent)
+    return float(weight @ analysis.unworn[1].tangent)
 
 
 def fluctuation(scene: Scene, phase: Array) -> Array | None:
