@@ -1,34 +1,22 @@
-"""Questions to the catalogue: a bound condition becomes SQL in which every value is a parameter."""
+"""Questions to the catalogue: what can be asked for, and the quickest way to the answer."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
-from wearlab.query.digits import edges
 from wearlab.query.evaluate import compared
-from wearlab.query.grammar import DAY, All, Compare, FirstCycle, Literal, Missing, Not, Some
+from wearlab.query.grammar import All, Compare, FirstCycle, Missing, Not, Some
 from wearlab.store.database import Database
-from wearlab.store.errors import StoreError
-from wearlab.store.facts import CYCLE, MARKS, first_cycle
+from wearlab.store.facts import MARKS, first_cycle
+from wearlab.store.question import DOCUMENTS, MEMBERS, OF_AXES, OTHER_CODE, Question
 from wearlab.store.rows import understood
 from wearlab.store.table import Column, Table
+from wearlab.store.walks import Walk, walkable
 from wearlab.units import KINDS
 
-COLUMNS = {
-    "id": "r.id",
-    "status": "r.state",
-    "started": "r.started",
-    "seconds": "r.seconds",
-    "bytes": "r.size",
-    "source_hash": "r.source_hash",
-    "wearlab_version": "r.wearlab_version",
-}
-DOCUMENTS = ("reason", "warnings")
-MEMBERS = {"campaign": "title", "case": "label"}
-OF_MEMBERS = "SELECT m.run FROM members AS m JOIN campaigns AS c ON m.campaign = c.key"
-OF_AXES = "FROM members AS m, json_each(m.position) AS j"
-OTHER_CODE = "other_code"
+__all__ = ["CatalogueSearch", "QueryError"]
+
 OWN_KEYS = (
     *(Key(name, "text") for name in ("id", "status", "source_hash", "wearlab_version")),
     *(Key(name, "text") for name in (*DOCUMENTS, *MEMBERS)),
@@ -42,29 +30,6 @@ ALIASES = {
 MANY = 5_000  # runs from which values that are asked for get an index
 FEW = 0.2  # share of the runs up to which an index is the quicker way to them
 COUNTED = 20_000  # runs that are counted to choose a way
-MOST_JOINS = 50
-ROUNDING = 1e-9  # relative, far above that of an interpolated cycle
-SIGNS = {"<": "<", "<=": "<=", ">": ">", ">=": ">=", "=": "=", "!=": "<>"}
-
-
-class Walk(NamedTuple):
-    """A way through the runs: all of them, or through the values of a key.
-
-    Parameters
-    ----------
-    key : whose values are gone through, None: none
-    order : the index by which they are found in order
-    driver : the comparison with which that key is restricted
-    """
-
-    key: str | None
-    order: str | None
-    driver: Compare | None
-
-    @property
-    def leaves_out(self) -> bool:
-        """Whether runs without the key, which a question may ask for, are not found."""
-        return self.key is not None and self.driver is None
 
 
 class CatalogueSearch:
@@ -126,7 +91,7 @@ class CatalogueSearch:
         by = read_column(sort.lstrip("-"), self.vocabulary) if sort else None
         heads = tuple(_column(text, column) for text, column in shown.items())
         for walk in self._walks(condition, by, limit):
-            question = _Question(self, condition, walk)
+            question = Question(condition, walk, self.numbers, self.axes)
             wanted = ", ".join(question.value(column) for column in shown.values())
             order = question.order(by, sort) if sort else question.run
             tail = " LIMIT ?" if limit is not None else ""
@@ -137,13 +102,13 @@ class CatalogueSearch:
                 break
         return Table(heads, rows)
 
-    def _walks(self, condition: Any, by: Any, limit: int | None) -> Iterator["Walk"]:
+    def _walks(self, condition: Any, by: Any, limit: int | None) -> Iterator[Walk]:
         """Yield the ways to go through the runs, the quickest first; the last finds all of them.
 
         Through the values of the key that a condition restricts most, or, for a few of many in the order of a
         key, along that order, until as many meet the condition; runs without that key come after all others.
         """
-        fitting = _walkable(condition, self)
+        fitting = walkable(condition, self.numbers)
         met = {id(row): self._met(row) for row in fitting}
         driver = min(fitting, key=lambda one: met[id(one)], default=None)
         share = min(1.0, met[id(driver)] / max(1, self.runs)) if driver is not None else 1.0
@@ -168,7 +133,7 @@ class CatalogueSearch:
         index = self.index(one.left.name)
         if index is None:
             return self.runs
-        question = _Question(self, one, Walk(one.left.name, index, one))
+        question = Question(one, Walk(one.left.name, index, one), self.numbers)
         counted = f"SELECT count(*) FROM (SELECT 1 {question.facts} LIMIT {COUNTED})"
         return int(self.catalogue.read(counted, question.values)[0][0])
 
@@ -180,202 +145,6 @@ def _key(name: Any, source: Any, kind: Any, unit: Any, quantity: Any, shown: Any
     if quantity is not None and quantity not in KINDS:
         raise ValueError(f"{str(quantity)[:20]!r} is no quantity")
     return Key(name, kind, unit, quantity, shown, source == "scene")
-
-
-class _Question:
-    """One condition as SQL: tests of values joined to each run; every value is a numbered parameter."""
-
-    def __init__(self, search: CatalogueSearch, condition: Any, walk: "Walk") -> None:
-        self.search, self.walk = search, walk
-        self.values: tuple[Any, ...] = ()
-        self.joins: dict[int, str] = {}
-        self.run = "r.number" if walk.key is None else "d.run"
-        tests = []
-        if walk.key is not None:
-            tests.append(f"d.key = {search.numbers[walk.key]}")
-        if walk.driver is not None:
-            tests.append(self.beside("d.value", walk.driver.sign, walk.driver.right.value))
-        self.walked = " AND ".join(tests)
-        tests += [self.condition(part) for part in _parts(condition) if part is not walk.driver]
-        self.where = " AND ".join(tests)
-
-    @property
-    def source(self) -> str:
-        """Where the rows come from, once every value is joined."""
-        facts = " ".join(
-            f"LEFT JOIN facts AS {name} ON {name}.key = {key} AND {name}.run = {self.run}"
-            for key, name in self.joins.items()
-        )
-        if len(self.joins) > MOST_JOINS:
-            raise StoreError(f"{len(self.joins)} different values in one question, more than {MOST_JOINS}")
-        last = f"CROSS JOIN runs AS r ON r.number = {self.run}"
-        tables = f"runs AS r {facts}" if self.walk.key is None else f"{self._walked_facts} {facts} {last}"
-        return f"FROM {tables}{f' WHERE {self.where}' if self.where else ''}"
-
-    @property
-    def facts(self) -> str:
-        """Where the facts that are walked through come from."""
-        return f"FROM {self._walked_facts} WHERE {self.walked}"
-
-    @property
-    def _walked_facts(self) -> str:
-        return f"facts AS d{f' INDEXED BY {self.walk.order}' if self.walk.order else ''}"
-
-    def mark(self, value: Any) -> str:
-        """Return the mark of a parameter."""
-        self.values += (value,)
-        return f"?{len(self.values)}"
-
-    def condition(self, tree: Any) -> str:
-        match tree:
-            case All(conditions):
-                return f"({' AND '.join(self.condition(condition) for condition in conditions)})"
-            case Some(conditions):
-                return f"({' OR '.join(self.condition(condition) for condition in conditions)})"
-            case Not(inner):
-                return f"(NOT {self.condition(inner)})"
-            case Missing(Key(name)) if name in MEMBERS:
-                return "(r.id NOT IN (SELECT run FROM members))"
-            case Missing(operand):
-                return f"({self.value(operand)} IS NULL)"
-            case Compare():
-                return self.comparison(tree)
-        raise AssertionError(tree)
-
-    def comparison(self, tree: Compare) -> str:
-        left = tree.left
-        if isinstance(left, Key) and left.name in MEMBERS:
-            return f"(r.id IN ({OF_MEMBERS} WHERE {self._test(tree.sign, MEMBERS[left.name], tree.right)}))"
-        return self._test(tree.sign, self.value(left), tree.right)
-
-    def _test(self, sign: str, left: str, right: Any) -> str:
-        if not isinstance(right, Literal):
-            text = isinstance(right, Key) and right.kind != "number"
-            other = self.value(right)
-            return f"({left} {SIGNS[sign]} {other})" if text else f"met('{SIGNS[sign]}', {left}, {other})"
-        if sign == "contains":
-            return f"(instr(lower({left}), lower({self.mark(right.value)})) > 0)"
-        if right.is_day:
-            left = f"substr({left}, 1, {DAY})"
-        return f"({self.beside(left, sign, right.value)})"
-
-    def beside(self, left: str, sign: str, value: Any) -> str:
-        """Return the test of an expression against a value; a number stands for all that equal it."""
-        if not _is_number(value):
-            return f"{left} {SIGNS[sign]} {self.mark(value)}"
-        low, high = edges(value)
-        if sign in ("=", "!="):
-            return f"{left} {'NOT ' * (sign == '!=')}BETWEEN {self.mark(low)} AND {self.mark(high)}"
-        return f"{left} {SIGNS[sign]} {self.mark(edge(sign, value))}"
-
-    def value(self, operand: Any) -> str:
-        """Return the expression of a key's value, or of a first cycle, for the run ``r``."""
-        if isinstance(operand, FirstCycle):
-            return self._first_cycle(operand.condition)
-        name = operand.name
-        if name in COLUMNS:
-            return COLUMNS[name]
-        if name in DOCUMENTS:
-            return f"(SELECT {name} FROM documents AS o WHERE o.number = r.number)"
-        if name in MEMBERS:
-            return (
-                f"(SELECT group_concat(DISTINCT {MEMBERS[name]}) FROM members AS m "
-                "JOIN campaigns AS c ON m.campaign = c.key WHERE m.run = r.id)"
-            )
-        if name == OTHER_CODE:
-            from wearlab.sources import present_hashes
-
-            known = ", ".join(self.mark(known_hash) for known_hash in present_hashes())
-            return f"(nullif(r.source_hash, '') NOT IN ({known}))"
-        if name in self.search.axes:
-            on_axis = f"{OF_AXES} WHERE m.run = r.id AND j.key = {self.mark(name)}"
-            return f"(SELECT group_concat(DISTINCT j.value) {on_axis})"
-        return self._fact(name)
-
-    def _first_cycle(self, inner: Compare) -> str:
-        """Return the expression of a first cycle; where the largest value tells that there is none, NULL."""
-        history, cycle = (self._looked_up(name + MARKS["history"]) for name in (inner.left.name, CYCLE))
-        sign, limit = self.mark(inner.sign), self.mark(inner.right.value)
-        beyond = self.mark(edge(inner.sign, inner.right.value))
-        expression = f"first_cycle({sign}, {limit}, {history}, {cycle}, {beyond})"
-        if inner.sign not in (">", ">="):
-            return expression
-        return f"(CASE WHEN {self._fact(inner.left.name)} {SIGNS[inner.sign]} {beyond} THEN {expression} END)"
-
-    def _looked_up(self, name: str) -> str:
-        """Return the expression of a value that is read only where it is needed."""
-        number = self.search.numbers.get(name)
-        if number is None:
-            return "NULL"
-        return f"(SELECT value FROM facts WHERE key = {number} AND run = {self.run})"
-
-    def _fact(self, name: str) -> str:
-        number = self.search.numbers.get(name)
-        if number is None:
-            return "NULL"
-        if name == self.walk.key:
-            return "d.value"
-        return f"{self.joins.setdefault(number, f'f{len(self.joins)}')}.value"
-
-    def order(self, operand: Any, text: str) -> str:
-        """Return how rows are sorted: what is missing comes last."""
-        down = " DESC" if text.startswith("-") else ""
-        last = "" if self.walk.leaves_out else " NULLS LAST"
-        value = self.value(operand)
-        if isinstance(operand, Key) and operand.name in self.search.axes:  # a number with its unit
-            return f"{value} IS NULL, CAST({value} AS REAL){down}, {value}{down}, {self.run}"
-        return f"{value}{down}{last}, {self.run}"
-
-
-def _walkable(condition: Any, search: CatalogueSearch) -> list[Compare]:
-    """Return the comparisons of which one must be walked through to meet a condition."""
-    parts = _parts(condition)
-    return [part for part in parts if _is_walkable(part, search)]
-
-
-def _parts(condition: Any) -> list[Any]:
-    """Return what must hold, each by itself, for a condition."""
-    parts = list(condition.conditions) if isinstance(condition, All) else [condition] if condition else []
-    return parts + [key for whole in parts for key in _needed(whole)]
-
-
-def _needed(whole: Any) -> Iterator[Compare]:
-    """Yield what must hold for a comparison of a first cycle above a limit, and is quicker to look up.
-
-    The largest value is above the limit; if that is to happen early, the largest rate is high enough.
-    """
-    if not (isinstance(whole, Compare) and isinstance(whole.left, FirstCycle)):
-        return
-    inner = whole.left.condition
-    if inner.sign not in (">", ">="):
-        return
-    yield inner
-    early = isinstance(whole.right, Literal) and whole.sign in ("<", "<=")
-    last, limit = float(whole.right.value) if early else 0.0, inner.right.value
-    if last > 0.0 and limit > 0.0:
-        rate = limit / last * (1.0 - ROUNDING)
-        yield Compare(">", Key(inner.left.name + MARKS["rate"]), Literal(rate, inner.right.at))
-
-
-def _is_walkable(one: Any, search: CatalogueSearch) -> bool:
-    return (
-        isinstance(one, Compare)
-        and isinstance(one.left, Key)
-        and isinstance(one.right, Literal)
-        and not one.right.is_date
-        and one.sign in SIGNS
-        and one.left.name in search.numbers
-    )
-
-
-def edge(sign: str, value: float) -> float:
-    """Return the number beyond which, by one of < <= > >=, values are as conditions mean it."""
-    low, high = edges(value)
-    return low if sign in ("<", ">=") else high
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, float | int) and not isinstance(value, bool)
 
 
 def _met(sign: str, one: Any, other: Any) -> bool | None:
@@ -409,6 +178,3 @@ def _column(text: str, column: Any) -> Column:
     if isinstance(column, FirstCycle):
         return Column(text)
     return Column(text, column.unit, column.display_unit, column.is_path)
-
-
-__all__ = ["CatalogueSearch", "QueryError"]
