@@ -1,265 +1,26 @@
-"""``[gears]``: the shape of a pair with external teeth, of a pinion in a ring, or of a planetary set."""
+"""``[gears]``: a pair with external teeth, a pinion in a ring, or a planetary set."""
 
 import math
-from difflib import get_close_matches
 from typing import Annotated, Any, ClassVar, Literal
 
-from annotated_types import Ge, Gt, Lt
+from annotated_types import Ge
 from pydantic import BeforeValidator, Field, model_validator
 
 from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SetDescriptor
 from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
-    Alternatives,
     Angle,
     Count,
-    Density,
     Depth,
-    Hardness,
     Inertia,
     Length,
     Mass,
-    Number,
     Part,
-    Pressure,
-    Stored,
     option,
 )
-from wearlab.shop.materials import ALIASES, MATERIALS, known
-
-Iso21771 = "ISO 21771"
-
-
-class MaterialOptions(Part):
-    """An isotropic elastic material; a name of the catalogue gives all of it, and options beside it win."""
-
-    youngs_modulus: Annotated[Pressure, POSITIVE] = option(..., "Young's modulus E")
-    poisson_ratio: Annotated[Number, NOT_NEGATIVE, Lt(0.5)] = option(..., "Poisson's ratio ν")
-    density: Annotated[Density, POSITIVE] = option(..., "density ρ")
-    hardness: Annotated[Hardness, POSITIVE] | None = option(
-        None,
-        "hardness of the flanks, such as '60 HRC', '300 HV', '200 HB' or '7 GPa'",
-        derived="what is usual for a named material, for wear laws that ask for it",
-        source="HRC by ASTM E140, HB by ISO 18265",
-    )
-    name: str | None = option(
-        None,
-        "a material of the catalogue, such as '18CrNiMo7-6' or 'POM'",
-        derived="none",
-        source="wearlab.shop.materials",
-        identity=False,
-    )
-
-    @property
-    def told(self) -> tuple[str, ...]:
-        """What the catalogue says, and what of it is assumed."""
-        if self.name is None or self.name == "steel":
-            return ()
-        entry = MATERIALS[self.name]
-        lines = [f"{self.name}: constants of {entry.source}"]
-        if entry.hardness is not None and self.hardness == entry.hardness:
-            lines.append(f"{self.name}: hardness {entry.treatment}, assumed")
-        if entry.hardness is None:
-            lines.append(f"{self.name}: constants hold {entry.treatment}")
-        return tuple(lines)
-
-
-def _material(value: object) -> object:
-    """Read a name of the catalogue, alone or beside options that differ from it."""
-    name = value if isinstance(value, str) else value.get("name") if isinstance(value, dict) else None
-    if name is None:
-        return value
-    material = known(name) if isinstance(name, str) else None
-    if material is None:
-        raise ValueError(f"{not_a_name(name)}; or give youngs_modulus, poisson_ratio and density")
-    entry = MATERIALS[material]
-    own = {key: Stored(constant) for key, constant in zip(CONSTANTS, entry[:4], strict=True) if constant}
-    beside = {k: v for k, v in value.items() if k != "name"} if isinstance(value, dict) else {}
-    return {**own, "name": material, **beside}
-
-
-CONSTANTS = ("youngs_modulus", "poisson_ratio", "density", "hardness")
-
-
-def not_a_name(name: object) -> str:
-    """Return that a name is not in the catalogue, and the nearest that is."""
-    near = get_close_matches(str(name), [*MATERIALS, *ALIASES], 1)
-    meant = f", did you mean {near[0]!r}?" if near else ";"
-    return f"{name!r} is not a known material{meant} there are {', '.join(MATERIALS)}"
-
-
-NamedMaterial = Annotated[
-    MaterialOptions,
-    BeforeValidator(_material, json_schema_input_type=Literal[tuple(MATERIALS)] | MaterialOptions),
-]
-
-
-STEEL = MaterialOptions(youngs_modulus=Stored(206e9), poisson_ratio=Stored(0.3), density=Stored(7830.0))
-
-
-class ReliefOptions(Part):
-    """Material removed at one end of the active profile."""
-
-    alternatives: ClassVar[Alternatives] = ((("length",), ("start_diameter",), ("start_roll_angle",)),)
-
-    amount: Annotated[Depth, POSITIVE] = option(
-        ..., "removed at the end of the active profile, along the normal"
-    )
-    length: Annotated[Length, POSITIVE] | None = option(
-        None,
-        "length of the relief along the path of contact, from the end of the active profile",
-        derived="from where it starts",
-    )
-    start_diameter: Annotated[Length, POSITIVE] | None = option(
-        None, "diameter at which the relief starts", derived="from length", source="ISO 21771"
-    )
-    start_roll_angle: Annotated[Angle, POSITIVE] | None = option(
-        None, "roll angle at which the relief starts", derived="from length", source="ISO 21771"
-    )
-    shape: Literal["linear", "parabolic"] = option("linear", "course of the relief along the path")
-
-    @model_validator(mode="after")
-    def _begins_somewhere(self) -> "ReliefOptions":
-        if self.length is None and self.start_diameter is None and self.start_roll_angle is None:
-            raise ValueError("give length along the path, start_diameter or start_roll_angle")
-        return self
-
-
-class Toothed(Part):
-    """What every gear has, external or ring."""
-
-    alternatives: ClassVar[Alternatives] = (
-        (("tip_diameter",), ("addendum_coefficient", "tip_alteration_coefficient")),
-        (("root_diameter",), ("dedendum_coefficient",)),
-    )
-
-    teeth: Annotated[Count, Gt(2)] = option(..., "number of teeth z")
-    profile_shift_coefficient: Number | None = option(
-        None,
-        "profile shift x over the module; positive moves the profile outwards: thicker teeth, larger spaces "
-        "of a ring",
-        derived="0, or derived from centre_distance",
-        source=Iso21771,
-    )
-    addendum_coefficient: Annotated[Number, POSITIVE] | None = option(
-        None,
-        "addendum of the basic rack over the module",
-        derived="1, unless tip_diameter is given",
-        source="ISO 53",
-    )
-    dedendum_coefficient: Annotated[Number, POSITIVE] | None = option(
-        None, "dedendum of the basic rack over the module", derived="1.25, unless root_diameter is given",
-        source="ISO 53",
-    )  # fmt: skip
-    tip_alteration_coefficient: Number | None = option(
-        None,
-        "tip alteration k over the module, negative shortens",
-        derived="keeps the tip clearance when shifts change the centre distance",
-        source=Iso21771,
-    )
-    tip_diameter: Annotated[Length, POSITIVE] | None = option(
-        None, "tip diameter, instead of the coefficients", derived="from the coefficients"
-    )
-    root_diameter: Annotated[Length, POSITIVE] | None = option(
-        None, "root diameter, instead of the coefficient", derived="from the coefficient"
-    )
-    fillet_radius_coefficient: Annotated[Number, NOT_NEGATIVE] = option(
-        0.38,
-        "tip rounding of the generating rack, or root fillet of a ring, over the module",
-        source="ISO 53",
-    )
-    face_width: Annotated[Length, POSITIVE] | None = option(
-        None, "face width of this gear", derived="the set's"
-    )
-    material: NamedMaterial | None = option(None, "material of this gear", derived="the set's")
-    mass: Annotated[Mass, POSITIVE] | None = option(None, "mass", derived="from the solid")
-    inertia: Annotated[Inertia, POSITIVE] | None = option(
-        None, "moment of inertia about the axis", derived="from the solid"
-    )
-    roughness_ra: Annotated[Depth, POSITIVE] | None = option(
-        None, "mean roughness R_a of the flanks; R_q = 1.25 R_a is assumed", derived="no film thickness ratio"
-    )
-    tip_relief: ReliefOptions | None = option(None, "relief at the tip", derived="no relief")
-    root_relief: ReliefOptions | None = option(
-        None, "relief at the root, by its length along the path", derived="no relief"
-    )
-    profile_crowning: Depth | None = option(
-        None,
-        "removed at both ends of the active profile, 0 in its middle",
-        derived="none",
-        source="ISO 1328-1",
-    )
-    profile_slope: Depth | None = option(
-        None,
-        "surplus of material at the tip end against the root end",
-        derived="none",
-        source="ISO 1328-1 f_Hα",
-    )
-
-    @model_validator(mode="after")
-    def _root_by_length(self) -> "Toothed":
-        if self.root_relief is not None and self.root_relief.length is None:
-            raise ValueError(
-                "root_relief begins where the mate's tip first touches: give its length along the path"
-            )
-        return self
-
-    @model_validator(mode="before")
-    @classmethod
-    def _standard_rack(cls, given: Any) -> Any:
-        if not isinstance(given, dict):
-            return given
-        filled = dict(given)
-        if given.get("tip_diameter") is None:
-            filled.setdefault("addendum_coefficient", 1.0)
-        if given.get("root_diameter") is None:
-            filled.setdefault("dedendum_coefficient", 1.25)
-        return filled
-
-
-class GearOptions(Toothed):
-    """One external gear."""
-
-    root_profile: Literal["trochoid", "radial"] | None = option(
-        None,
-        "shape of the tooth below the involute; a radial root is up to 22 % softer",
-        derived="trochoid where it exists, else radial below the base circle",
-        source="wearlab",
-    )
-    bore_diameter: Annotated[Length, NOT_NEGATIVE] | None = option(
-        None, "bore of the wheel body", derived="half the root diameter, flagged as assumed"
-    )
-
-
-class Ring(Toothed):
-    """A ring gear: teeth that point inwards."""
-
-    alternatives: ClassVar[Alternatives] = (
-        (
-            ("tip_diameter",),
-            ("addendum_coefficient", "tip_alteration_coefficient", "tip_alteration"),
-        ),
-        (("tip_alteration_coefficient",), ("tip_alteration",)),
-        (("root_diameter",), ("dedendum_coefficient",)),
-    )
-
-    tip_alteration: Literal["wang-2023"] | None = option(
-        None,
-        "shortens the teeth to r − m h_a + m/(z tan²α), which an unshifted pinion's involute just reaches",
-        derived="tip_alteration_coefficient, else what keeps the tip clear of the mate's root curve",
-        source="Y23 Table 1",
-    )
-    root_profile: Literal["fillet", "radial"] | None = option(
-        None,
-        "a circle between involute and root circle, or the involute up to the root circle",
-        derived="fillet, the largest that fits if the wanted one does not",
-        source="wearlab",
-    )
-    rim_diameter: Annotated[Length, POSITIVE] = option(
-        ..., "outside diameter of the rim, above the root diameter, where the body is held"
-    )
-
+from wearlab.scene.material import STEEL, NamedMaterial
+from wearlab.scene.toothed import GearOptions, Iso21771, Ring, Toothed
 
 ECCENTRICITY = "distance of the toothing's axis from the axis it turns about"
 
