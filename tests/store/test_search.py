@@ -9,8 +9,8 @@ from wearlab.query import QueryError
 from wearlab.query.evaluate import SIGNS
 from wearlab.store import Store, StoreError, search
 from wearlab.store.facts import first_cycle, largest_rate
+from wearlab.store.inquiry import MOST_JOINS
 from wearlab.store.outcome import Outcome
-from wearlab.store.question import MOST_JOINS
 from wearlab.store.table import Column, Table
 from wearlab.units import quantity, rounded
 

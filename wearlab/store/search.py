@@ -9,7 +9,7 @@ from wearlab.query.evaluate import compared
 from wearlab.query.grammar import All, Compare, FirstCycle, Missing, Not, Some
 from wearlab.store.database import Database
 from wearlab.store.facts import MARKS, first_cycle
-from wearlab.store.question import DOCUMENTS, MEMBERS, OF_AXES, OTHER_CODE, Question
+from wearlab.store.inquiry import DOCUMENTS, MEMBERS, OF_AXES, OTHER_CODE, Inquiry
 from wearlab.store.rows import understood
 from wearlab.store.table import Column, Table
 from wearlab.store.walks import Walk, walkable
@@ -91,7 +91,7 @@ class CatalogueSearch:
         by = read_column(sort.lstrip("-"), self.vocabulary) if sort else None
         heads = tuple(_column(text, column) for text, column in shown.items())
         for walk in self._walks(condition, by, limit):
-            question = Question(condition, walk, self.numbers, self.axes)
+            question = Inquiry(condition, walk, self.numbers, self.axes)
             wanted = ", ".join(question.value(column) for column in shown.values())
             order = question.order(by, sort) if sort else question.run
             tail = " LIMIT ?" if limit is not None else ""
@@ -133,7 +133,7 @@ class CatalogueSearch:
         index = self.index(one.left.name)
         if index is None:
             return self.runs
-        question = Question(one, Walk(one.left.name, index, one), self.numbers)
+        question = Inquiry(one, Walk(one.left.name, index, one), self.numbers)
         counted = f"SELECT count(*) FROM (SELECT 1 {question.facts} LIMIT {COUNTED})"
         return int(self.catalogue.read(counted, question.values)[0][0])
 

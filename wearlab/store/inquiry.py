@@ -27,7 +27,7 @@ OTHER_CODE = "other_code"
 MOST_JOINS = 50
 
 
-class Question:
+class Inquiry:
     """One condition as SQL: tests of values joined to each run; every value is a numbered parameter.
 
     Parameters
