@@ -130,6 +130,10 @@ def load_factors(kind: PairOfSet, means: Array) -> Array:
     ----------
     kind : the kind of mesh
     means : (n_mesh, (driving, driven)) mean moments of its meshes over base radius [N]
+
+    References
+    ----------
+    ISO 6336-1: the mesh load factor K_γ is the largest.
     """
     own = means[:, kind.loaded]
     return own / own.mean() if own.any() else np.full(len(own), np.nan)

@@ -70,6 +70,10 @@ def natural_frequencies(system: System, mesh_stiffness: MeshStiffness) -> Array:
     ------
     ValueError
         When the stiffness is indefinite and the motion diverges.
+
+    References
+    ----------
+    Lin & Parker 1999, with the gyroscopic terms of the carrier frame; W23 Eqs. 7–14.
     """
     d, k = system.direction, per_mesh(system, mesh_stiffness)
     stiffness = system.total_stiffness + d.T @ (k[:, None] * d)
@@ -141,6 +145,10 @@ def critical_speeds(frequency: Array, teeth: float, orders: int = 1) -> Array:
     Returns
     -------
     (orders, n_modes) speeds [rad/s]
+
+    References
+    ----------
+    ISO 6336-1: main resonance; L16 for the harmonics of the mesh.
     """
     order = np.arange(1, orders + 1)[:, None]
     speeds: Array = 2.0 * np.pi * np.asarray(frequency)[None, :] / (teeth * order)

@@ -209,7 +209,12 @@ def effective_masses(inertia: Mapping[str, float], base_radius: Mapping[str, flo
 
 
 def support_damping(ratio: float, stiffness: float, mass: float) -> float:
-    """Return ``c = 2 ζ √(k m)`` of a support on the mass (or I/r²) of its own member [N s/m]."""
+    """Return ``c = 2 ζ √(k m)`` of a support on the mass (or I/r²) of its own member [N s/m].
+
+    References
+    ----------
+    W23 Table 1 gives the ratios ζ.
+    """
     return 2.0 * ratio * float(np.sqrt(stiffness * mass))
 
 
@@ -222,6 +227,10 @@ def balanced_torques(
     """Return the torques on sun, ring and carrier in equilibrium without friction [N m].
 
     ``F_r = F_s``, ``F_c = −(cos α_s + cos α_r) F_s`` with F = T/r: no work on any rigid rotation.
+
+    References
+    ----------
+    W23 Eqs. 7–14, at rest.
     """
     force = sun_torque / base_radius["sun"]
     reduction = sum(np.cos(pressure_angle[mesh]) for mesh in MESHES)

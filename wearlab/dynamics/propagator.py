@@ -70,6 +70,10 @@ def propagator_of(system: System, balance: Balance | None, tables: StageTables, 
     """Return the tables.
 
     Inputs are ordered channels, load, fluctuating load, loads of unknown size; what is absent is left out.
+
+    References
+    ----------
+    Hochbruck & Ostermann 2010, §2.2.
     """
     vectors, loads = input_vectors(system, balance)
     matrices = (system.mass, system.total_stiffness, system.total_damping, vectors, loads)
@@ -156,7 +160,12 @@ def _steps(powers: Array, fed: Array, sensors: Array, length: Array, stages: int
 
 
 def powers_of(matrix: Array, angle: float) -> Array:
-    """Return powers of A as far as the series of ``e^{Ah}`` needs them, (n_terms, 2n, 2n)."""
+    """Return powers of A as far as the series of ``e^{Ah}`` needs them, (n_terms, 2n, 2n).
+
+    References
+    ----------
+    Moler & Van Loan 2003, method 1: Taylor series.
+    """
     powers, term = [np.eye(len(matrix))], 1.0
     while term > SMALL or len(powers) < 6:
         term *= angle / len(powers)
@@ -179,6 +188,10 @@ def effects(fed: Array, length: Array, share: float, lagrange: Array) -> Array:
     """Return ``∫_0^t e^{A(t−τ)} B L_i(τ/h) dτ`` of the Lagrange polynomials, (n_lengths, 2n, n_stages n_in).
 
     ``∫_0^t e^{A(t−τ)} (τ/h)^j dτ = Σ_k A^k t^{k+1} share^j j!/(k+j+1)!``, t = share · h.
+
+    References
+    ----------
+    Hochbruck & Ostermann 2010, §2.2.
     """
     terms, rows, count = fed.shape
     t, stages = share * length, len(lagrange)

@@ -204,6 +204,10 @@ def step_forces(response: Response) -> StepForces:
 
     ``W = Σ_p k_p max(0, δ − g_p) − Σ_p k_p max(0, −j_bn − δ)``; damping ``c δ̇``, gated by contact unless
     it always acts. The pair forces are those of the drive flanks.
+
+    References
+    ----------
+    L16 Eqs. 1–6, pair by pair; W23 Eqs. 7–14.
     """
     system, tables, ends = response.system, response.tables, [0, 2]
     n = system.mass.shape[0]
@@ -226,6 +230,10 @@ def friction_forces(response: Response, forces: StepForces) -> tuple[Array, Arra
     """Return ``Σ_p Λμ_p F_p`` [N] and ``Σ_p Λμ_p s_p F_p`` [N m] of each mesh at the step ends.
 
     (n_kept, n_steps, 2, n_mesh) each, as in `StepForces`.
+
+    References
+    ----------
+    B23, the friction of a pair and its lever, rederived.
     """
     tables, ends = response.tables, [0, 2]
     if tables.sliding is None or tables.moment is None:

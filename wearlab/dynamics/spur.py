@@ -73,7 +73,12 @@ def effective_mass(inertia: tuple[float, float], base_radius: tuple[float, float
 
 
 def mesh_damping_of(ratio: float, mean_stiffness: float, mass: float) -> float:
-    """Return mesh damping ``c = 2 ζ √(k̄ m_c)`` [N s/m]."""
+    """Return mesh damping ``c = 2 ζ √(k̄ m_c)`` [N s/m].
+
+    References
+    ----------
+    Kahraman & Singh 1990.
+    """
     return 2.0 * ratio * float(np.sqrt(mean_stiffness * mass))
 
 

@@ -116,6 +116,10 @@ def steps_per_period(
     period : duration of a mesh period [s]
     tolerance : relative error wanted in the mesh force [1]
     segments : smooth segments of the mesh period
+
+    References
+    ----------
+    Hairer & Wanner 1996, §IV.2: the interval of stability of Kutta 1901.
     """
     step_angle = min(STABLE, (tolerance / ERROR_CONSTANT) ** 0.25)
     wanted = fastest_rate(system, mesh_stiffness_max) * period / step_angle

@@ -206,6 +206,10 @@ def half_thickness(gear: Gear, height: ArrayLike) -> Array:
     Returns
     -------
     (n,) y [m]
+
+    References
+    ----------
+    ISO 21771: tooth thickness at a diameter; below the involute Litvin & Fuentes.
     """
     x = np.asarray(height, dtype=float)
     low_angle = load_angle(gear, gear.form_radius)

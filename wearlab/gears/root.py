@@ -72,7 +72,12 @@ def resolve_root(
 def undercut_flag(
     root_profile: RootProfile, teeth: int, pressure_angle: float, depth: float, fillet: float
 ) -> tuple[str, ...]:
-    """Return the flag of a gear whose rack, ``depth`` modules below the pitch circle, undercuts slightly."""
+    """Return the flag of a gear whose rack, ``depth`` modules below the pitch circle, undercuts slightly.
+
+    References
+    ----------
+    Litvin & Fuentes: least number of teeth that a rack does not undercut.
+    """
     sin = math.sin(pressure_angle)
     excess = depth - fillet * (1.0 - sin) - 0.5 * teeth * sin**2
     if root_profile == "radial" or excess <= 0.0:

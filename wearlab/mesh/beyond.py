@@ -28,6 +28,10 @@ def beyond_path(
     Returns
     -------
     Extension, each at most ``FURTHEST`` base pitches, and 0 where the end itself does not touch
+
+    References
+    ----------
+    Munro, Morrish & Palmer 1999: contact of tip corners beyond the ends of the path.
     """
     path, most = pair.path, FURTHEST * pair.base_pitch
 

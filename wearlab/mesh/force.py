@@ -34,6 +34,10 @@ def mesh_force(one: Touching, where: Lookup, deflection: Array, backlash: float 
     where : the phases
     deflection : (n,) mesh deflection δ there [m]
     backlash : normal backlash, None: the back flank is not modelled [m]
+
+    References
+    ----------
+    L16 Eq. 6, recentred: contact at δ > 0; W23 Eq. 36: the gaps of worn pairs.
     """
     if one.series is None:
         return _force_of_pairs(one.analysis, one.nodes, where, deflection, backlash)
@@ -62,7 +66,12 @@ def _force_of_pairs(
 
 
 def back_force(stiffness: Array, deflection: Array, backlash: float | None) -> Array:
-    """Return the force of the back flanks, ``k max(0, −j_bn − δ)``, else 0, (n,) [N]."""
+    """Return the force of the back flanks, ``k max(0, −j_bn − δ)``, else 0, (n,) [N].
+
+    References
+    ----------
+    L16 Eq. 6, recentred: back contact begins where drive contact ends at −j_bn.
+    """
     if backlash is None:
         return np.zeros_like(deflection)
     return stiffness * np.maximum(0.0, -backlash - deflection)

@@ -47,6 +47,10 @@ def harmonics(phase: Array, weight: Array, value: Array, count: int) -> Harmonic
     phase, weight : (n,) sample phases and quadrature weights, the weights summing to 1 [1]
     value : (n,) samples
     count : number of harmonics
+
+    References
+    ----------
+    L16 Eqs. 7–8: stiffness and error as truncated series.
     """
     mean = float(weight @ value)
     orders = np.arange(1, count + 1)

@@ -39,6 +39,10 @@ def reach_beyond(pair: GearPair, position: Array, depth: Array, deflection: tupl
     ------
     Folded
         When a flank overhangs.
+
+    References
+    ----------
+    Munro, Morrish & Palmer 1999: contact of tip corners beyond the ends of the path.
     """
     driving, driven = (_Points(pair, gear, position, depth[gear]) for gear in (0, 1))
     return beyond_path(pair, lambda x: _gap(driving, driven, x), deflection, CLOSE, SCAN)

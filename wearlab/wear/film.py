@@ -46,7 +46,12 @@ class Film(NamedTuple):
 
 
 def composite_rq(roughness_ra: ArrayLike) -> float:
-    """Return √(R_q1² + R_q2²) with R_q = 1.25 R_a (assumed) [m]; ``roughness_ra`` (2,) [m]."""
+    """Return √(R_q1² + R_q2²) with R_q = 1.25 R_a (assumed) [m]; ``roughness_ra`` (2,) [m].
+
+    References
+    ----------
+    W23 Eq. 43, of R_q in place of R_a.
+    """
     return float(RQ_OVER_RA * np.hypot(*np.asarray(roughness_ra, float)))
 
 

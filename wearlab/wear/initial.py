@@ -97,6 +97,10 @@ def path_position(pair: GearPair, gear: int, along: Along, abscissa: ArrayLike) 
     ------
     GearError
         When a diameter lies below the base circle.
+
+    References
+    ----------
+    ISO 21771: roll angle and length of roll of a diameter.
     """
     x = np.asarray(abscissa, float)
     if along not in CURVATURES:

@@ -97,7 +97,12 @@ class PreparedLaw(NamedTuple):
 
 
 def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
-    """Return the law with its constants along the path tabulated."""
+    """Return the law with its constants along the path tabulated.
+
+    References
+    ----------
+    Archard 1953.
+    """
     unknown = PowerOfLoad(np.full(path.equivalent_radius.shape, NAN), 0.0)
     powers = [one.coefficient if isinstance(one.coefficient, PowerOfLoad) else unknown for one in law.flanks]
     projection = law.projection.factor(path)
@@ -113,7 +118,12 @@ def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
 
 
 def lambda_ratio(law: PreparedLaw, force: Array) -> Array | None:
-    """Return film thickness over roughness at the nodes, (n,) [1], None without film."""
+    """Return film thickness over roughness at the nodes, (n,) [1], None without film.
+
+    References
+    ----------
+    W23 Eq. 44: minimum film thickness over composite roughness.
+    """
     if law.law.lambda_ratio is None:
         return None
     return law.law.lambda_ratio.at(np.maximum(force / law.path.face_width, law.lightest))

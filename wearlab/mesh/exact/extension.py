@@ -35,6 +35,10 @@ def extension(flanks: WornFlanks, wear: Array, deflection: Deflections) -> Exten
     Returns
     -------
     Extension, as `wearlab.mesh.beyond.beyond_path` gives it
+
+    References
+    ----------
+    Munro, Morrish & Palmer 1999: contact of tip corners beyond the ends of the path.
     """
     first, second = flanks.worn(wear)
     both = deflection.entering, deflection.leaving
@@ -42,6 +46,11 @@ def extension(flanks: WornFlanks, wear: Array, deflection: Deflections) -> Exten
 
 
 def furthest(flanks: WornFlanks) -> Extension:
-    """Return how far beyond A and E tip corners of unworn gears meet an involute at all."""
+    """Return how far beyond A and E tip corners of unworn gears meet an involute at all.
+
+    References
+    ----------
+    Munro, Morrish & Palmer 1999.
+    """
     everything = Deflections(np.inf, np.inf)
     return extension(flanks, np.zeros((2, len(flanks.grid.position))), everything)

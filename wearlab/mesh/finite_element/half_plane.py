@@ -42,6 +42,10 @@ def half_plane_compliance(material: Material, plane: Plane, half_width: float, d
     Returns
     -------
     (n,) [1/Pa]
+
+    References
+    ----------
+    Johnson 1985, §2.2: the half plane under a line load (Flamant).
     """
     nu = material.poisson_ratio
     factor = (1.0 - nu**2) / material.youngs_modulus if plane == "strain" else 1.0 / material.youngs_modulus
