@@ -1,8 +1,10 @@
 """Elastic materials of gears."""
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from wearlab.gears.errors import GearError
+
+Plane = Literal["strain", "stress"]
 
 
 class Material(NamedTuple):
@@ -29,9 +31,13 @@ class Material(NamedTuple):
         """Plane-strain modulus, E / (1 − ν²) [Pa]."""
         return self.youngs_modulus / (1.0 - self.poisson_ratio**2)
 
-    @property
-    def in_plane_strain(self) -> "Material":
-        """The material that in plane stress is what this one is in plane strain: the same G, E/(1 − ν²)."""
+    def in_plane(self, plane: Plane) -> "Material":
+        """Return the material that in plane stress is what this one is in a plane state.
+
+        In plane strain that of the same G with ``E/(1 − ν²)`` and ``ν/(1 − ν)``.
+        """
+        if plane == "stress":
+            return self
         nu = self.poisson_ratio
         return self._replace(youngs_modulus=self.plane_strain_modulus, poisson_ratio=nu / (1.0 - nu))
 

@@ -5,6 +5,7 @@ are the papers' forms ``W = k(φ) f(u)`` with ``u = d·q − e(φ)``; their trun
 their force is handed to the pairs by the quasi-static share.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -99,14 +100,23 @@ def combined_error(state: Quasistatic, combination: Combination, error: LoadedOr
     ----------
     W23 Eq. 36, min; L16 Eq. 18, loaded.
     """
-    if error == "loaded":
-        return state.deflection
-    if combination == "min":
-        return state.unloaded
+    return state.deflection if error == "loaded" else COMBINED[combination](state)
+
+
+def _largest(state: Quasistatic) -> Array:
+    return np.where(np.isfinite(state.gap), state.gap, -np.inf).max(axis=1)
+
+
+def _mean(state: Quasistatic) -> Array:
     present = np.isfinite(state.gap)
-    if combination == "max":
-        return np.where(present, state.gap, -np.inf).max(axis=1)
     return np.where(present, state.gap, 0.0).sum(axis=1) / present.sum(axis=1)
+
+
+COMBINED: dict[Combination, Callable[[Quasistatic], Array]] = {
+    "min": lambda state: state.unloaded,
+    "max": _largest,
+    "mean": _mean,
+}
 
 
 class Touching(NamedTuple):

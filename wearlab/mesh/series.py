@@ -47,9 +47,9 @@ def finite_element(asked: Any, pair: GearPair, grid: ProfileGrid) -> FiniteEleme
     )
 
 
-def in_plane(gear: Gear, plane: str) -> Gear:
+def in_plane(gear: Gear, plane: Plane) -> Gear:
     """Return a gear of the material that in plane stress is what its own is in a plane state."""
-    return replace(gear, material=gear.material.in_plane_strain) if plane == "strain" else gear
+    return replace(gear, material=gear.material.in_plane(plane))
 
 
 def potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> PotentialEnergy:

@@ -56,7 +56,7 @@ class Lubricant(Part):
         None,
         "pressure-viscosity coefficient α",
         derived="estimated from the viscosity, k η^s",
-        source="Dowson & Higginson 1966, W23 Eq. 42; estimate: AGMA 925-A03",
+        source="Dowson & Higginson 1966, W23 Eq. 41; estimate: AGMA 925-A03",
     )
     temperature: Annotated[Temperature, POSITIVE] | None = option(
         None, "temperature of the oil where the flanks touch, such as '60 degC'", derived="not known"

@@ -47,13 +47,12 @@ def half_plane_compliance(material: Material, plane: Plane, half_width: float, d
     ----------
     Johnson 1985, §2.2: the half plane under a line load (Flamant).
     """
-    nu = material.poisson_ratio
-    factor = (1.0 - nu**2) / material.youngs_modulus if plane == "strain" else 1.0 / material.youngs_modulus
-    lateral = 0.5 / (1.0 - nu) if plane == "strain" else 0.5 * (1.0 + nu)
+    modulus, nu, _ = material.in_plane(plane)
+    lateral = 0.5 * (1.0 + nu)
     offset, weight = patch_rule()
     x, t = half_width * offset, np.asarray(depth, dtype=float)[:, None]
     square = x**2 + t**2
     deep = np.sum(weight * (0.5 * np.log(square) + lateral * x**2 / square), axis=1)
     surface = 0.25 - math.log(0.5 * half_width) - lateral
-    total: Array = 2.0 / math.pi * factor * (surface + deep)
+    total: Array = 2.0 / (math.pi * modulus) * (surface + deep)
     return total

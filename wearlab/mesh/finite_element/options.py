@@ -1,8 +1,8 @@
 """What can be chosen of the finite elements."""
 
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
-Plane = Literal["strain", "stress"]
+from wearlab.gears.materials import Plane as Plane
 
 
 class Options(NamedTuple):

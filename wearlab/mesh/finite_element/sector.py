@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2, asm
-from skfem.models.elasticity import lame_parameters, linear_elasticity
+from skfem.models.elasticity import linear_elasticity
 
 from wearlab.arrays import Array, Index
 from wearlab.gears.materials import Material
@@ -97,8 +97,6 @@ def assemble(mesh: MeshQuad2, material: Material, plane: Plane) -> tuple[Index, 
 
 
 def lame(material: Material, plane: Plane) -> tuple[float, float]:
-    """Return Lamé's parameters of the plane problem [Pa]."""
-    first, second = lame_parameters(material.youngs_modulus, material.poisson_ratio)
-    if plane == "stress":
-        first = 2.0 * first * second / (first + 2.0 * second)
-    return first, second
+    """Return Lamé's parameters of the plane problem, ``λ = E ν/(1 − ν²)`` and G [Pa]; see `in_plane`."""
+    modulus, nu, _ = material.in_plane(plane)
+    return modulus * nu / (1.0 - nu**2), material.shear_modulus
