@@ -11,6 +11,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit_inner
+from wearlab.dynamics.once import once
 from wearlab.dynamics.rigid import rigid_modes
 from wearlab.dynamics.system import System
 
@@ -90,6 +91,7 @@ def rebalance(balance: Any, before: Any, after: Any, period: float) -> None:
                 after[n + x] -= balance.shape[row, x] * drifted / period
 
 
+@once
 def _free(system: System) -> Array:
     """Return the free rotations; a system that grounds every coordinate is not looked into."""
     if system.balance is None and system.stiffness.diagonal().all():

@@ -15,6 +15,7 @@ import numpy as np
 from wearlab.arrays import Array, Flags
 from wearlab.dynamics.balance import Balance, balance_of, no_balance
 from wearlab.dynamics.dense_step import MATRICES
+from wearlab.dynamics.once import once
 from wearlab.dynamics.propagator import Propagator, propagator_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -124,6 +125,7 @@ class Kernel(NamedTuple):
     balance: Balance | None
 
 
+@once
 def in_registers(system: System) -> bool:
     """Whether a system is small and diagonal enough for tuples."""
     matrices = (system.mass, system.total_damping, system.total_stiffness)
@@ -160,17 +162,31 @@ def kernel_of(
     width : columns of a state
     tables, period : given, a system too large for registers is advanced by exact steps for these tables
     """
+    kernel, balance = _kernel(system), balance_of(system, period)
+    if in_registers(system):
+        return kernel._replace(pairs=(0.0,) * pairs, balance=balance)
+    n = len(system.load)
+    balance = balance or no_balance(n)
+    structure = kernel.structure._replace(work=np.zeros(MATRICES * n * width))
+    if tables is not None:
+        structure = _propagated(system, balance, structure, tables, period, width)
+    return kernel._replace(structure=structure, pairs=np.zeros(pairs), balance=balance)
+
+
+@once
+def _kernel(system: System) -> Kernel:
+    """Return the kernel's view of a system without what a case of it brings: pairs, balance and memory."""
     direction, vector = force_vectors(system)
     inverse = np.linalg.inv(system.mass)
     response = vector @ inverse.T
     gate = not system.damping_always and bool(system.mesh_damping.any())
     backlash = np.full(len(system.direction), np.inf) if system.backlash is None else system.backlash
     pushed = system.fluctuation_direction
-    balance = balance_of(system, period)
+    stiffness, damping = inverse @ system.total_stiffness, inverse @ system.total_damping
     if in_registers(system):
         diagonal = Diagonal(
-            tuple((inverse @ system.total_stiffness).diagonal().tolist()),
-            tuple((inverse @ system.total_damping).diagonal().tolist()),
+            tuple(stiffness.diagonal().tolist()),
+            tuple(damping.diagonal().tolist()),
             tuple(direction.ravel().tolist()),
             tuple(response.ravel().tolist()),
             tuple((inverse @ system.load).tolist()),
@@ -179,16 +195,14 @@ def kernel_of(
             diagonal,
             tuple(system.mesh_damping.tolist()),
             (0.0,) * len(direction),
-            (0.0,) * pairs,
+            (),
             tuple(backlash.tolist()),
             gate,
             pushed is not None,
             None if pushed is None else tuple((inverse @ pushed).tolist()),
-            balance,
+            None,
         )
     n = len(system.load)
-    balance = balance or no_balance(n)
-    stiffness, damping = inverse @ system.total_stiffness, inverse @ system.total_damping
     dense = Dense(
         np.ascontiguousarray(stiffness),
         np.ascontiguousarray(damping),
@@ -196,18 +210,18 @@ def kernel_of(
         np.ascontiguousarray(direction).ravel(),
         np.ascontiguousarray(response).ravel(),
         inverse @ system.load,
-        np.zeros(MATRICES * n * width),
+        np.empty(0),
     )
     return Kernel(
-        dense if tables is None else _propagated(system, balance, dense, tables, period, width),
+        dense,
         system.mesh_damping,
         np.zeros(len(direction)),
-        np.zeros(pairs),
+        (),
         backlash,
         gate,
         pushed is not None,
         np.zeros(n) if pushed is None else inverse @ pushed,
-        balance,
+        None,
     )
 
 
