@@ -8,10 +8,10 @@ import pytest
 from plain_planetary import BREAKS, PERIOD, planetary, tables, torsional
 
 from wearlab.dynamics.neighbour import CLEAR
-from wearlab.dynamics.periodic import Periodic
+from wearlab.dynamics.periodic import BARELY, Periodic
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import touching_orbit
+from wearlab.dynamics.touching import parting, touching_orbit
 from wearlab.mesh.stages import StageTables, stage_grid
 
 
@@ -100,3 +100,19 @@ def test_the_method_starts_from_its_neighbour() -> None:
     first = Periodic().solve(system, given, PERIOD)
     warm = Periodic().solve(system, worn(given), PERIOD, first)
     assert warm.near is first.near and warm.verdict.words == ()
+
+
+def test_flanks_that_touch_beside_a_state_where_they_barely_part_are_found_as_if_cold() -> None:
+    system, given = planetary(), tables(stage_grid(BREAKS, 200, 4))
+
+    def relieved(amount: float) -> StageTables:
+        return given._replace(gap=given.gap + amount * (given.stiffness < 1.6e8))
+
+    for amount, tried in ((5e-6, True), (10e-6, False)):
+        parted = Periodic().solve(system, relieved(amount), PERIOD)
+        assert parted.near is None and (parting(parted) <= BARELY) == tried
+        cold = Periodic().solve(system, relieved(2e-6), PERIOD)
+        warm = Periodic().solve(system, relieved(2e-6), PERIOD, parted)
+        assert (warm.counts == cold.counts) == tried
+        if tried:
+            np.testing.assert_array_equal(warm.state, cold.state)

@@ -14,13 +14,16 @@ from wearlab.dynamics.shooting import CLOSED, Orbit, Shooting
 from wearlab.dynamics.steps import slowest_decay
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import halved, touching_orbit
+from wearlab.dynamics.touching import halved, parting, touching_orbit
 from wearlab.mesh.stages import StageTables
 
 CLEAR = 0.005
 """Distance of the largest multiplier from 1 that lets a neighbour's derivative speak for an orbit: chords
 shrink as fast as they must only where no multiplier has gone a fifth of its way to 1."""
 
+BARELY = 0.1
+"""Distance of parted flanks, over the largest deflection, from which an orbit may touch again: a branch on
+which flanks barely part ends where they touch. A try that fails costs half an orbit with parting flanks."""
 MOST_BY_MIDDLE, MOST_LOCATED = 12, 6
 """Passes by the contact of the steps' middles, and those with located changes that finish what it began."""
 CANDIDATES = 3
@@ -96,10 +99,12 @@ class Periodic:
         """Return the response on which no flank parts, on steps for collocation, see `touching_orbit`.
 
         None where there is none, where it is not resolved, or where the neighbour is on another branch: its
-        flanks part. Parameters as in `solve`, and what the tables were taken of.
+        flanks part, and not just barely. Parameters as in `solve`, and what the tables were taken of.
         """
         if start is not None and start.counts.newton_iterations != 1:
-            return None
+            barely = start.period == 1 and not in_registers(system) and parting(start) <= BARELY
+            if not barely:
+                return None
         near = None if start is None else start.near
         return touching_orbit(system, tables, period, self.margin, near, self.resolved, between)
 

@@ -243,6 +243,16 @@ def _of_neighbour(
     )  # fmt: skip
 
 
+def parting(found: Response) -> float:
+    """Return how far pairs in the path part at the ends of the steps, over the largest deflection [1]."""
+    system, tables, ends = found.system, found.tables, [0, 2]
+    n = len(system.load)
+    position = np.stack([found.state[:, :-1, :n], found.state[:, 1:, :n]], axis=2)
+    delta = position @ system.direction.T - tables.error[:, ends]
+    apart = (tables.gap[:, ends] - delta[..., None])[:, tables.stiffness[:, ends] > 0.0]
+    return float(apart.max(initial=0.0) / np.abs(delta).max())
+
+
 def halved(tables: StageTables) -> StageTables:
     """Return the tables on steps half as long, from the parabola through the three stages of each."""
     to = np.array(
