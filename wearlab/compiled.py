@@ -122,13 +122,13 @@ def compiled_if_possible(function: Callable[..., Any], name: str) -> Callable[..
             return chosen[0](*arguments)
         compiled: Callable[..., Any] = numba.njit(error_model="numpy")(function)
         try:
-            found = compiled(*arguments)
+            result = compiled(*arguments)
         except (numba.core.errors.NumbaError, NotImplementedError) as error:
             reason = str(error).strip().splitlines()[0]
             warnings.warn(f"{name} runs as plain Python: {reason}", SlowFunction, stacklevel=2)
-            compiled, found = function, function(*arguments)
+            compiled, result = function, function(*arguments)
         chosen.append(compiled)
-        return found
+        return result
 
     call.__qualname__ = name
     return call

@@ -124,9 +124,9 @@ def _rung(
         return None
     turns = periods + np.arange(len(known.force))[:, None] + problem.phase
     begun = time.perf_counter()
-    found = marched(peer, given, start, np.ravel(turns) * problem.vibration.period, tolerance, scale)
+    motion = marched(peer, given, start, np.ravel(turns) * problem.vibration.period, tolerance, scale)
     seconds = time.perf_counter() - begun
-    if found is None:
+    if motion is None:
         return Rung(tolerance, float("inf"), seconds, float("nan"))
-    force = problem.force_of_states(found.reshape(*turns.shape, -1))
+    force = problem.force_of_states(motion.reshape(*turns.shape, -1))
     return Rung(tolerance, relative_error(force, known.force), seconds, float("nan"))

@@ -25,8 +25,8 @@ def undone(layers: Sequence[Layer]) -> Iterator[str]:
         if first == again:
             continue
         for key, value in _values(layer):
-            between = [one for one in layers[first + 1 : again] if _sets_otherwise(one, key, value)]
-            later = any(overlap(key, other) for one in layers[again + 1 :] for other, _ in _values(one))
+            between = [layer for layer in layers[first + 1 : again] if _sets_otherwise(layer, key, value)]
+            later = any(overlap(key, other) for layer in layers[again + 1 :] for other, _ in _values(layer))
             if between and not later:
                 other = between[-1].file.name
                 yield (

@@ -59,25 +59,25 @@ def _told(summary: dict[str, float]) -> tuple[str, str, str]:
     return f"{now:.4g}", f"{middle:.4g}", f"{low:.4g} to {high:.4g}"
 
 
-def show_update(store: "Store", one: "KeptUpdate", as_json: bool) -> Status:
+def show_update(store: "Store", update: "KeptUpdate", as_json: bool) -> Status:
     """Show a kept update: what it says, and what it was made from."""
     from wearlab.store.updates import read_update, update_files
     from wearlab.updating.words import told
 
     with refusing(*REFUSALS):
-        tree = read_update(store, one.id)
+        tree = read_update(store, update.id)
     if tree is None:
-        complain(f"update {one.id}: its file has gone; wearlab update makes it anew")
+        complain(f"update {update.id}: its file has gone; wearlab update makes it anew")
         return Status.TROUBLE
     if as_json:
-        show_json(content(tree) | {"runs": one.runs, "sha256": one.sha256, "recorded": one.recorded})
+        show_json(content(tree) | {"runs": update.runs, "sha256": update.sha256, "recorded": update.recorded})
         return Status.WELL
     for line in told(tree):
         say(line)
-    facts = {"id": one.id, "file": str(update_files(store).path(one.id)), "sha256": one.sha256}
-    facts |= {"recorded": one.recorded, "runs": ", ".join(run[:10] for run in one.runs[:6])}
-    if len(one.runs) > 6:
-        facts["runs"] += f" and {len(one.runs) - 6} more"
+    facts = {"id": update.id, "file": str(update_files(store).path(update.id)), "sha256": update.sha256}
+    facts |= {"recorded": update.recorded, "runs": ", ".join(run[:10] for run in update.runs[:6])}
+    if len(update.runs) > 6:
+        facts["runs"] += f" and {len(update.runs) - 6} more"
     say()
     for name, value in facts.items():
         say(f"{name:<16}{value}")

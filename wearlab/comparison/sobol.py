@@ -71,8 +71,8 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
         "total_order_high",
     )
     variables = {
-        name: (("input", *others), one.reshape(width, *shape), {"units": "1"})
-        for name, one in zip(names, with_intervals[:6], strict=True)
+        name: (("input", *others), interval.reshape(width, *shape), {"units": "1"})
+        for name, interval in zip(names, with_intervals[:6], strict=True)
     }
     _warn(with_intervals, inputs, table.shape[0])
     points = np.isfinite(table).all(axis=1).sum(axis=0).reshape(shape)

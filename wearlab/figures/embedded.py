@@ -58,7 +58,7 @@ def _pdf(file: Path, data: bytes) -> dict[str, str]:
     subject = SUBJECT.search(data)
     if subject is None:
         return {}
-    return _texts(ESCAPED.sub(lambda one: ESCAPES.get(one[1], one[1]), subject[1]).decode("ascii"))
+    return _texts(ESCAPED.sub(lambda match: ESCAPES.get(match[1], match[1]), subject[1]).decode("ascii"))
 
 
 def _texts(text: str | None) -> dict[str, str]:

@@ -147,5 +147,5 @@ def thinned(run: Run, most: int = STATES_SHOWN) -> Run:
         return run
     cycle = run.data["cycle"].values if "cycle" in run.data else np.arange(count)
     wanted = np.linspace(cycle[0], cycle[-1], most)
-    kept = sorted({int(np.argmin(np.abs(cycle - one))) for one in wanted})
+    kept = sorted({int(np.argmin(np.abs(cycle - target))) for target in wanted})
     return replace(run, data=run.data.isel(update=kept), states=tuple(run.states[i] for i in kept))

@@ -49,15 +49,15 @@ def updated_cases(subject: str, store: "Store", ask: Ask, kind: Kind) -> list[Up
     """
     from wearlab.store.updates import read_update, updates_of
 
-    for one in updates_of(store, subject):
-        tree = read_update(store, one.id)
+    for update in updates_of(store, subject):
+        tree = read_update(store, update.id)
         if tree is None or not all(_has(tree, need) for need in kind.needs):
             continue
         groups = {name: node.to_dataset() for name, node in tree.children.items()}
         updated = _cases(groups)
         wanted = ask.select.get("case")
         labels = [wanted] if isinstance(wanted, str) else wanted
-        kept = [one for one in updated if not labels or not one.key or one.key["case"].value in labels]
+        kept = [case for case in updated if not labels or not case.key or case.key["case"].value in labels]
         if not kept:
             raise FigureError(f"{ask.name}: select.case: the update has no such case")
         return kept

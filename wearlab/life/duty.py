@@ -96,7 +96,7 @@ class DutyCoupling(Coupled):
         """Return what wears under the static loads alone, None where it does so already."""
         static = [block.resting() for block in self.blocks]
         resting = tuple(still_block or block for still_block, block in zip(static, self.blocks, strict=True))
-        return replace(self, blocks=resting) if any(one is not None for one in static) else None
+        return replace(self, blocks=resting) if any(force is not None for force in static) else None
 
     def apart(self, responses: Responses) -> list[Responses]:
         """Return the responses of each block."""

@@ -72,8 +72,8 @@ def coasting_step(still: Rate, node: Node, size: float, amplitude: float) -> Ste
     node, size, amplitude : as for :func:`held_step`
     """
     first = still(node.depth)
-    found = spectrum(still, node.depth, random_direction(first), amplitude=amplitude)
-    scheme = rkc.stages_for(size * RADIUS_SAFETY * found.radius)
+    told = spectrum(still, node.depth, random_direction(first), amplitude=amplitude)
+    scheme = rkc.stages_for(size * RADIUS_SAFETY * told.radius)
 
     def reached(added: Array) -> Array:
         def following(depth: Array) -> Array:

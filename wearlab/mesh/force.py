@@ -25,12 +25,12 @@ class MeshForce(NamedTuple):
     pair: Array
 
 
-def mesh_force(one: Touching, where: Lookup, deflection: Array, backlash: float | None) -> MeshForce:
+def mesh_force(flanks: Touching, where: Lookup, deflection: Array, backlash: float | None) -> MeshForce:
     """Return the elastic force at phases for deflections (n,) [m].
 
     Parameters
     ----------
-    one : the flanks of the mesh
+    flanks : of the mesh
     where : the phases
     deflection : (n,) mesh deflection δ there [m]
     backlash : normal backlash, None: the back flank is not modelled [m]
@@ -39,11 +39,11 @@ def mesh_force(one: Touching, where: Lookup, deflection: Array, backlash: float 
     ----------
     L16 Eq. 6, recentred: contact at δ > 0; W23 Eq. 36: the gaps of worn pairs.
     """
-    if one.series is None:
-        return _force_of_pairs(one.analysis, one.nodes, where, deflection, backlash)
-    stiffness = one.series.stiffness.value(where.phase)
+    if flanks.series is None:
+        return _force_of_pairs(flanks.analysis, flanks.nodes, where, deflection, backlash)
+    stiffness = flanks.series.stiffness.value(where.phase)
     drive = stiffness * np.maximum(0.0, deflection)
-    share = load_share(one.analysis.quasistatic(one.nodes, where))
+    share = load_share(flanks.analysis.quasistatic(flanks.nodes, where))
     return MeshForce(drive - back_force(stiffness, deflection, backlash), drive[:, None] * share)
 
 

@@ -73,12 +73,12 @@ class ProfileGrid(NamedTuple):
         is further beyond E than a whole number of base pitches from A; where both touch at once, the latter
         has a slot of its own.
         """
-        found = np.full((self.slots, values.shape[1]), absent)
+        slots = np.full((self.slots, values.shape[1]), absent)
         for number, row in zip(self.pair_numbers, values, strict=True):
             slot = self.most_pairs - 1 - number if number < self.most_pairs else self.slots - 1
             present = ~np.isnan(row) if np.isnan(absent) else row != absent
-            found[slot] = np.where(present, row, found[slot])
-        return found
+            slots[slot] = np.where(present, row, slots[slot])
+        return slots
 
     @property
     def pair_numbers(self) -> Index:

@@ -27,14 +27,14 @@ def stage_tables(kinds: Sequence[Touching], sampling: Sampling, fluctuation: Arr
     """
     steps, count = len(sampling.grid.width), len(sampling.meshes)
     if len(kinds) == 1 and sampling.rubbing is None and uncoupled(kinds[0]):
-        one, where = kinds[0], sampling.where[0]
-        stiffness, gap = np.empty((2, steps, 3, count, one.analysis.grid.n_pairs))
+        flanks, where = kinds[0], sampling.where[0]
+        stiffness, gap = np.empty((2, steps, 3, count, flanks.analysis.grid.n_pairs))
         springs_at_stages(
-            one.analysis.grid.first, where.segment, where.offset, where.weight, one.nodes.compliance,
-            one.nodes.gap, sampling.given(0, one.analysis.stiffness), stiffness, gap,
+            flanks.analysis.grid.first, where.segment, where.offset, where.weight, flanks.nodes.compliance,
+            flanks.nodes.gap, sampling.given(0, flanks.analysis.stiffness), stiffness, gap,
         )  # fmt: skip
         return StageTables(sampling.grid.width, stiffness, gap, *sampling.errors, fluctuation)
-    springs = [stage_springs(one, where) for one, where in zip(kinds, sampling.where, strict=True)]
+    springs = [stage_springs(flanks, where) for flanks, where in zip(kinds, sampling.where, strict=True)]
     pairs = max(stiffness.shape[-1] for stiffness, _ in springs)
     stiffness, gap = np.zeros((2, steps, 3, count, pairs))
     for kind, of_kind_springs in enumerate(springs):
@@ -52,15 +52,15 @@ def stage_tables(kinds: Sequence[Touching], sampling: Sampling, fluctuation: Arr
     if sampling.rubbing is None:
         return tables
     sliding, moment = sampling.rubbing.sliding.copy(), sampling.rubbing.moment.copy()
-    for kind, (one, where) in enumerate(zip(kinds, sampling.where, strict=True)):
-        if len(one.nodes.cross):
-            _hand_on(one, where, of_kind(sampling.meshes, kind), (sliding, moment))
+    for kind, (flanks, where) in enumerate(zip(kinds, sampling.where, strict=True)):
+        if len(flanks.nodes.cross):
+            _hand_on(flanks, where, of_kind(sampling.meshes, kind), (sliding, moment))
     return tables._replace(sliding=sliding, moment=moment)
 
 
-def uncoupled(one: Touching) -> bool:
+def uncoupled(flanks: Touching) -> bool:
     """Whether a mesh is a number of springs on their own, one a pair."""
-    return one.series is None and len(one.nodes.cross) == 0 and one.analysis.engagement_gap == np.inf
+    return flanks.series is None and len(flanks.nodes.cross) == 0 and flanks.analysis.engagement_gap == np.inf
 
 
 @jit
@@ -92,11 +92,11 @@ def springs_at_stages(
                     gap_out[step, stage, mesh, p] = apart if present else 0.0
 
 
-def _hand_on(one: Touching, where: Lookup, meshes: Index, of_pairs: tuple[Array, Array]) -> None:
+def _hand_on(flanks: Touching, where: Lookup, meshes: Index, of_pairs: tuple[Array, Array]) -> None:
     """Turn Λμ and Λμ s of the pairs of a kind of mesh into those of its equivalent springs, in place."""
-    steps, pairs = len(of_pairs[0]), one.analysis.grid.n_pairs
+    steps, pairs = len(of_pairs[0]), flanks.analysis.grid.n_pairs
     part = np.empty((len(where.phase), pairs, pairs))
-    stiffness = springs(one.analysis, one.nodes, where, part)[0]
+    stiffness = springs(flanks.analysis, flanks.nodes, where, part)[0]
     weight = np.divide(
         part, stiffness[:, :, None], out=np.zeros_like(part), where=stiffness[:, :, None] > 0.0
     )
@@ -105,12 +105,12 @@ def _hand_on(one: Touching, where: Lookup, meshes: Index, of_pairs: tuple[Array,
         values[:, :, meshes, :pairs] = np.einsum("mskij,skmj->skmi", weight, values[:, :, meshes, :pairs])
 
 
-def stage_springs(one: Touching, where: Lookup) -> tuple[Array, Array]:
+def stage_springs(flanks: Touching, where: Lookup) -> tuple[Array, Array]:
     """Return stiffness and gap of the pairs of each mesh of a kind, (n_meshes · n_steps · 3, n_pairs)."""
-    if one.series is None:
-        stiffness, gap = springs(one.analysis, one.nodes, where)[:2]
+    if flanks.series is None:
+        stiffness, gap = springs(flanks.analysis, flanks.nodes, where)[:2]
         return stiffness, gap
-    stiffness = one.series.stiffness.value(where.phase)[:, None]
+    stiffness = flanks.series.stiffness.value(where.phase)[:, None]
     return stiffness, np.zeros_like(stiffness)
 
 

@@ -266,7 +266,8 @@ def _gears(campaign: "Campaign") -> tuple[Geared, ...]:
         names[key] = [case.label]
     several = len(sheets) > 1
     return tuple(
-        Geared(", ".join(dict.fromkeys(names[key])) if several else "", one) for key, one in sheets.items()
+        Geared(", ".join(dict.fromkeys(names[key])) if several else "", sheet)
+        for key, sheet in sheets.items()
     )
 
 

@@ -69,8 +69,8 @@ def _same_path() -> dict[str, str]:
     It is started by ``python -c``, which would look into the working folder first: another ``wearlab``
     that lies there would compute the runs of this one.
     """
-    found = [os.path.abspath(folder) for folder in sys.path]
-    return {"PYTHONSAFEPATH": "1", "PYTHONPATH": os.pathsep.join(dict.fromkeys(found))}
+    folders = [os.path.abspath(folder) for folder in sys.path]
+    return {"PYTHONSAFEPATH": "1", "PYTHONPATH": os.pathsep.join(dict.fromkeys(folders))}
 
 
 @contextmanager

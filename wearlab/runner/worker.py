@@ -136,8 +136,8 @@ def _finished(dataset: "xr.Dataset") -> dict[str, Any]:
     from wearlab.store.image import describe, to_image
 
     image, sha256 = to_image(dataset)
-    found = {"image": image, "sha256": sha256, **describe(dataset)._asdict()}
+    kept = {"image": image, "sha256": sha256, **describe(dataset)._asdict()}
     known = {
         name: str(dataset.attrs[name]) for name in ("source_hash", "wearlab_version") if name in dataset.attrs
     }
-    return found | known
+    return kept | known

@@ -54,7 +54,7 @@ def problems_of(error: ValidationError) -> list[str]:
         for problem in errors
         if problem["loc"] == ("gears",) and str(problem["type"]).startswith("union_tag")
     ]
-    return [_line(one) for one in kind or errors]
+    return [_line(fault) for fault in kind or errors]
 
 
 def unknown_key(key: str, above: Path, keys: Iterable[str]) -> str:

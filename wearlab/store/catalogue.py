@@ -176,7 +176,7 @@ class Catalogue(Memberships):
         wanted = sorted(set(keys))
         known = dict(self.read_many("SELECT key, layout FROM layouts WHERE key IN", wanted))
         what = "a table of variables in the catalogue"
-        return {key: understood(what, lambda one: rows.layout(known[one]), key) for key in wanted}
+        return {key: understood(what, lambda stored: rows.layout(known[stored]), key) for key in wanted}
 
     def claim(self, wanted: Sequence[str], owner: str, free: Callable[[Head], bool]) -> dict[str, str | None]:
         """Mark runs as running here, as `record` does."""

@@ -90,7 +90,9 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
         "campaign_hash": fingerprint(text),
         "missing": "; ".join(np.atleast_1d(grid.attrs.get("missing", [])).tolist()),
     }
-    if calibrations := sorted({one for entry in entries.values() if (one := calibration_of(entry))}):
+    if calibrations := sorted(
+        {calibration for entry in entries.values() if (calibration := calibration_of(entry))}
+    ):
         attributes["calibration"] = "; ".join(calibrations)
     attributes |= {ACDD[key]: str(value) for key, value in metadata.items() if key in ACDD}
     return {key: value for key, value in attributes.items() if value}
@@ -128,9 +130,9 @@ def _shared(
     grid: xr.Dataset, dims: tuple[str, ...], entries: "Mapping[str, Entry]", store: "Store"
 ) -> dict[Any, xr.Variable]:
     """Return, in memory, what is the same for all runs or belongs to the grid itself."""
-    one = next((store.run(i) for i, e in entries.items() if e.state == "done"), xr.Dataset())
+    run = next((store.run(i) for i, e in entries.items() if e.state == "done"), xr.Dataset())
     return {
-        name: one.variables.get(name, variable).compute() if variable.chunks is not None else variable
+        name: run.variables.get(name, variable).compute() if variable.chunks is not None else variable
         for name, variable in grid.variables.items()
         if not _by_run(variable, dims)
     }

@@ -59,7 +59,7 @@ class Source:
         flat = values.reshape(count, -1, *((1,) if len(along) == 1 else ()), *signal)
         told = indicators(flat)
         twice = ("rms", "order_") if self.name in HARMONICS else ()
-        kept = {what: one for what, one in told.items() if not (twice and what.startswith(twice))}
+        kept = {what: indicator for what, indicator in told.items() if not (twice and what.startswith(twice))}
         return self._named(kept, states)
 
     def _named(self, named: Mapping[str, Array], states: int) -> dict[Column, Array]:

@@ -82,7 +82,9 @@ def rests_on(store: "Store", entry: "Entry") -> set[str]:
     """Return the ids of all runs that a run needs to be made again: those before it, those that calibrate."""
     before = {step.run for step in lineage(store, entry)}
     known = store.entries(before)
-    return before | {one for each in (entry, *known.values()) if (one := calibration_of(each))}
+    return before | {
+        calibration for each in (entry, *known.values()) if (calibration := calibration_of(each))
+    }
 
 
 def name_of(store: "Store", run_id: str) -> str:

@@ -47,7 +47,7 @@ def prunable(store: "Store", kept: Iterable[str] = ()) -> list[Prunable]:
             "every run would go: 'wearlab run FILE' records one anew, and --keep FILE names what is wanted"
         )
     wanted = referred(store) | kept
-    for run_id in [one for one in wanted if one in entries]:
+    for run_id in [asked for asked in wanted if asked in entries]:
         wanted |= rests_on(store, entries[run_id])
     known = {member.run for member in store.catalogue.members()}
     return [

@@ -110,7 +110,7 @@ class CatalogueSearch:
         """
         fitting = walkable(condition, self.numbers)
         met = {id(row): self._met(row) for row in fitting}
-        driver = min(fitting, key=lambda one: met[id(one)], default=None)
+        driver = min(fitting, key=lambda part: met[id(part)], default=None)
         share = min(1.0, met[id(driver)] / max(1, self.runs)) if driver is not None else 1.0
         named = by.name if isinstance(by, Key) and by.name in self.numbers else None
         if named and limit is not None and limit < share * share * self.runs:
@@ -128,12 +128,12 @@ class CatalogueSearch:
         of = f"facts (value) WHERE key = {number}"
         return index if self.runs >= MANY and self.catalogue.has_index(index, of) else None
 
-    def _met(self, one: Compare) -> int:
+    def _met(self, comparison: Compare) -> int:
         """Return how many runs meet a comparison, or `COUNTED`; of few runs as if all did."""
-        index = self.index(one.left.name)
+        index = self.index(comparison.left.name)
         if index is None:
             return self.runs
-        question = Inquiry(one, Walk(one.left.name, index, one), self.numbers)
+        question = Inquiry(comparison, Walk(comparison.left.name, index, comparison), self.numbers)
         counted = f"SELECT count(*) FROM (SELECT 1 {question.facts} LIMIT {COUNTED})"
         return int(self.catalogue.read(counted, question.values)[0][0])
 
@@ -147,11 +147,11 @@ def _key(name: Any, source: Any, kind: Any, unit: Any, quantity: Any, shown: Any
     return Key(name, kind, unit, quantity, shown, source == "scene")
 
 
-def _met(sign: str, one: Any, other: Any) -> bool | None:
+def _met(sign: str, left: Any, right: Any) -> bool | None:
     """Return a comparison of two stored values for SQL, None where one is missing."""
-    if one is None or other is None:
+    if left is None or right is None:
         return None
-    return compared({"<>": "!="}.get(sign, sign), one, other)
+    return compared({"<>": "!="}.get(sign, sign), left, right)
 
 
 def _named(tree: Any) -> list[Key]:

@@ -62,12 +62,12 @@ def _needed(whole: Any) -> Iterator[Compare]:
         yield Compare(">", Key(inner.left.name + MARKS["rate"]), Literal(rate, inner.right.at))
 
 
-def _is_walkable(one: Any, known: Collection[str]) -> bool:
+def _is_walkable(part: Any, known: Collection[str]) -> bool:
     return (
-        isinstance(one, Compare)
-        and isinstance(one.left, Key)
-        and isinstance(one.right, Literal)
-        and not one.right.is_date
-        and one.sign in SIGNS
-        and one.left.name in known
+        isinstance(part, Compare)
+        and isinstance(part.left, Key)
+        and isinstance(part.right, Literal)
+        and not part.right.is_date
+        and part.sign in SIGNS
+        and part.left.name in known
     )

@@ -159,8 +159,8 @@ def _profile(run: StoredRun, seen: Observed, places: Array, keep: Flags) -> RunC
     if data.quantity == THICKNESS:  # along the arc: 1/cos of the pressure angle there, whose tan is the roll
         roll = _on_flank(run["roll_angle"], data.where, data.place).values[held][order]
         h, r = h * np.hypot(1.0, roll), r * np.hypot(1.0, roll)
-    value = np.stack([np.interp(places, x, one) for one in h])
-    slope = np.stack([np.interp(places, x, one) for one in r])
+    value = np.stack([np.interp(places, x, state) for state in h])
+    slope = np.stack([np.interp(places, x, state) for state in r])
     return RunCurve(np.asarray(run["cycle"].values, float)[keep], value, slope)
 
 

@@ -57,7 +57,10 @@ def surprises(post: Posterior, draws: Draws, number: int) -> list[Inspected]:
             steps=True,
         ).steps
         if not steps:
-            steps = [Inspected(one.count, *(np.empty(len(draws)) for _ in range(7))) for one in likelihood]
+            steps = [
+                Inspected(inspection.count, *(np.empty(len(draws)) for _ in range(7)))
+                for inspection in likelihood
+            ]
         for whole, part in zip(steps, likelihood, strict=True):
             for name in part.__dataclass_fields__:
                 if name != "count":

@@ -119,7 +119,7 @@ def _along(grid: Quadrature, weight: Array, rng: np.random.Generator) -> Array:
     places, below = grid.below(weight / grid.weights)
     rising = np.maximum.accumulate(below, axis=1)
     u = rng.random(len(weight)) * rising[:, -1]
-    return np.array([np.interp(one, row, places) for one, row in zip(u, rising, strict=True)])
+    return np.array([np.interp(share, row, places) for share, row in zip(u, rising, strict=True)])
 
 
 def _lives(

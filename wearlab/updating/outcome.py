@@ -177,16 +177,18 @@ def prior_p(before: Answer, draws: Draws, blocks: Sequence[Block], rng: np.rando
             continue
         runs = before.posterior.histories
         last = inspections_of(block, runs[0], number)[-1].values[-1:]
-        one = replace(block, rows=block.rows[last])
+        latest = replace(block, rows=block.rows[last])
         value = float(block.seen.value[block.rows[last]][0])
         model = np.empty(len(draws))
         for i in np.unique(draws.run):
             mine = draws.of_run(int(i))
-            model[mine] = modelled(one, runs[int(i)], number, draws.factor[mine])[..., 0]
-        cycle = float(runs[0].asked[number].cycle[one.rows][0])
+            model[mine] = modelled(latest, runs[int(i)], number, draws.factor[mine])[..., 0]
+        cycle = float(runs[0].asked[number].cycle[latest.rows][0])
         error = block.data.error
         square = draws.sd[number] ** 2 + draws.drift[number] ** 2 * cycle / PER
-        square += error.offset_sd**2 + (error.relative * model) ** 2 + float(block.seen.sd[one.rows][0]) ** 2
+        square += (
+            error.offset_sd**2 + (error.relative * model) ** 2 + float(block.seen.sd[latest.rows][0]) ** 2
+        )
         replica = model + np.sqrt(square) * rng.standard_normal(len(draws))
         below = (np.sum(replica <= value) + 0.5) / (len(draws) + 1.0)
         least = min(least, 2.0 * min(below, 1.0 - below))

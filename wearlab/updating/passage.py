@@ -57,8 +57,8 @@ class Passage:
         ladder = middle * np.exp(np.linspace(-np.log(LONGEST), np.log(LONGEST), TIMES))
         known = np.array([self._below(self.now + t) for t in ladder])
         quantiles = np.empty(p.shape)
-        for n, one in np.ndenumerate(p):
-            quantiles[n] = self._one(float(one), ladder, known)
+        for n, probability in np.ndenumerate(p):
+            quantiles[n] = self._one(float(probability), ladder, known)
         return quantiles
 
     def _one(self, p: float, ladder: Array, known: Array) -> float:

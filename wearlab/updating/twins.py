@@ -98,9 +98,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("truth", nargs="*", metavar="KEY=VALUE", help="what is true of the twin")
     parser.add_argument("--seed", type=int, default=0, help="of the errors")
     given = parser.parse_args(arguments)
-    truth = {key: _number(value) for key, _, value in (one.partition("=") for one in given.truth)}
+    truth = {key: _number(value) for key, _, value in (pair.partition("=") for pair in given.truth)}
     texts, life = twin_files(load(given.file), truth, given.seed)
-    words = " ".join(f'"{one}"' if " " in one else one for one in given.truth)
+    words = " ".join(f'"{word}"' if " " in word else word for word in given.truth)
     made = f"{MADE}python -m wearlab.updating.twins {given.file} {words} --seed {given.seed}"
     for file, text in texts.items():
         kept = [line for line in text.splitlines() if not line.startswith(MADE)]

@@ -193,7 +193,7 @@ def _rows(stats: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float, str
     for name in map(str, stats.data_vars):
         if name.startswith("check_p_") and np.isfinite(stats[name]).any():
             block = name.removeprefix("check_p_")
-            columns = (stats[one].values for one in (f"cycle_{block}", name, f"check_{block}"))
+            columns = (stats[key].values for key in (f"cycle_{block}", name, f"check_{block}"))
             rows = [row for row in zip(*columns, strict=True) if np.isfinite(row[1])]
             yield block.replace("_", " "), rows
 

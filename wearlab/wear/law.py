@@ -87,13 +87,13 @@ class PreparedLaw(NamedTuple):
     @property
     def linear(self) -> bool:
         """Whether the rate is proportional to the force."""
-        plain = all(one.film is None and one.rate is None for one in self.law.flanks)
+        plain = all(flank.film is None and flank.rate is None for flank in self.law.flanks)
         return plain and self.powers and not self.exponent.any()
 
     @property
     def powers(self) -> bool:
         """Whether the coefficients of both flanks are powers of the load."""
-        return all(isinstance(one.coefficient, PowerOfLoad) for one in self.law.flanks)
+        return all(isinstance(flank.coefficient, PowerOfLoad) for flank in self.law.flanks)
 
 
 def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
@@ -104,14 +104,16 @@ def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
     Archard 1953.
     """
     unknown = PowerOfLoad(np.full(path.equivalent_radius.shape, NAN), 0.0)
-    powers = [one.coefficient if isinstance(one.coefficient, PowerOfLoad) else unknown for one in law.flanks]
+    powers = [
+        flank.coefficient if isinstance(flank.coefficient, PowerOfLoad) else unknown for flank in law.flanks
+    ]
     projection = law.projection.factor(path)
     return PreparedLaw(
         law=law,
         path=path,
         projection=projection,
         slide=path.slide_ratio * law.pressure_factor * projection,
-        scale=np.stack([one.factor * power.scale for one, power in zip(law.flanks, powers, strict=True)]),
+        scale=np.stack([flank.factor * power.scale for flank, power in zip(law.flanks, powers, strict=True)]),
         exponent=np.array([power.exponent for power in powers]),
         lightest=lightest_load(path),
     )
@@ -144,12 +146,12 @@ def effective_coefficient(law: PreparedLaw, force: Array, depth: Array | None = 
     """
     k = _powers(law.scale, law.exponent, force, law.path.face_width)
     ratio = lambda_ratio(law, force)
-    for gear, one in enumerate(law.law.flanks):
-        if not isinstance(one.coefficient, PowerOfLoad):
-            found = one.coefficient(flank_state(law, gear, force, depth))
-            k[gear] = one.factor * _checked(found, one.coefficient, "wear coefficient")
-        if one.film is not None and ratio is not None:
-            k[gear] *= _checked(one.film(ratio), one.film, "share of wear under the film")
+    for gear, flank in enumerate(law.law.flanks):
+        if not isinstance(flank.coefficient, PowerOfLoad):
+            coefficient = flank.coefficient(flank_state(law, gear, force, depth))
+            k[gear] = flank.factor * _checked(coefficient, flank.coefficient, "wear coefficient")
+        if flank.film is not None and ratio is not None:
+            k[gear] *= _checked(flank.film(ratio), flank.film, "share of wear under the film")
     return np.asarray(k)
 
 
@@ -163,7 +165,7 @@ def flank_state(law: PreparedLaw, gear: int, force: Array, depth: Array | None =
     force : (n,) normal force of a tooth pair touching at the node, ≥ 0 [N]
     depth : (2, n) wear so far, none where left out [m]
     """
-    path, one, ratio = law.path, law.law.flanks[gear], lambda_ratio(law, force)
+    path, flank, ratio = law.path, law.law.flanks[gear], lambda_ratio(law, force)
     width = 2.0 * contact_half_width(force, path)
     return FlankState(
         load=np.asarray(force, float) / path.face_width,
@@ -172,8 +174,8 @@ def flank_state(law: PreparedLaw, gear: int, force: Array, depth: Array | None =
         sliding_distance=width * path.slide_ratio[gear] * path.passes[gear],
         lambda_ratio=np.full(len(width), np.inf) if ratio is None else ratio,
         depth=np.zeros(len(width)) if depth is None else depth[gear],
-        hardness=one.hardness,
-        temperature=one.temperature,
+        hardness=flank.hardness,
+        temperature=flank.temperature,
         coefficient=np.full(len(width), NAN),
     )
 
@@ -194,21 +196,21 @@ def wear_rate(law: PreparedLaw, force: Array, depth: Array | None = None) -> Arr
     path = law.path
     k = effective_coefficient(law, force, depth)
     rate = np.asarray(wear_per_cycle(force, k, law.slide, path.passes, path.face_width))
-    for gear, one in enumerate(law.law.flanks):
-        if one.rate is not None:
+    for gear, flank in enumerate(law.law.flanks):
+        if flank.rate is not None:
             state = flank_state(law, gear, force, depth)._replace(coefficient=k[gear])
-            rate[gear] = law.projection[gear] * _checked(one.rate(state), one.rate, "wear rate")
+            rate[gear] = law.projection[gear] * _checked(flank.rate(state), flank.rate, "wear rate")
     return rate
 
 
 def _checked(values: Array, function: object, what: str) -> Array:
     """Return what a function of the state gave, or refuse what no flank can do."""
-    found = np.asarray(values, float)
-    if not (np.isfinite(found).all() and (found >= 0.0).all()):
-        worst = found[~(found >= 0.0)] if (~(found >= 0.0)).any() else found[~np.isfinite(found)]
+    checked = np.asarray(values, float)
+    if not (np.isfinite(checked).all() and (checked >= 0.0).all()):
+        worst = checked[~(checked >= 0.0)] if (~(checked >= 0.0)).any() else checked[~np.isfinite(checked)]
         name = getattr(function, "__qualname__", str(function))
         raise VariantError(f"{name}: a {what} of {worst[0]:g}; it must be finite and not negative")
-    return found
+    return checked
 
 
 @jit(allocates=True)

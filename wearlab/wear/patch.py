@@ -166,9 +166,12 @@ def remembered(make: Callable[Given, Made]) -> Callable[Given, Made]:
         if len(given[0]) > MOST_NODES:
             return make(*args, **kwargs)
         of_path = [
-            part for one in given if isinstance(one, WearPath) for part in (one.arc, one.contact_modulus)
+            part
+            for value in given
+            if isinstance(value, WearPath)
+            for part in (value.arc, value.contact_modulus)
         ]
-        numbers = [one for one in given if not isinstance(one, WearPath)]
+        numbers = [value for value in given if not isinstance(value, WearPath)]
         key = tuple(np.asarray(part, float).tobytes() for part in (*numbers, *of_path))
         if key not in kept:
             kept[key] = make(*args, **kwargs)

@@ -68,11 +68,11 @@ def redraw_figures(figures: Sequence[Path], store: "Store", out: Path, as_json: 
     with refusing(*REFUSALS, FigureError, OSError):
         drawn = [redraw(figure, store, out) for figure in figures]
     if as_json:
-        show_json([{**vars(one), "path": str(one.path)} for one in drawn])
+        show_json([{**vars(redrawn), "path": str(redrawn.path)} for redrawn in drawn])
     else:
-        for one in drawn:
-            _tell(one)
-    return Status.TROUBLE if any(one.missing for one in drawn) else Status.WELL
+        for redrawn in drawn:
+            _tell(redrawn)
+    return Status.TROUBLE if any(redrawn.missing for redrawn in drawn) else Status.WELL
 
 
 def _tell(drawn: "Redrawn") -> None:

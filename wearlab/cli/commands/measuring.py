@@ -46,9 +46,9 @@ def accuracy(
     made = dataset(campaign.title, studies, begun)
     with refusing(OSError):
         files = _write(made, out)
-    for one in studies:
-        for note in one.notes:
-            complain(f"{one.label}: {note}")
+    for study in studies:
+        for note in study.notes:
+            complain(f"{study.label}: {note}")
     if json:
         show_json(_content(studies, error, files))
     else:
@@ -56,7 +56,7 @@ def accuracy(
         say()
         for path in files:
             say(str(path))
-    return Status.WELL if any(one.curves for one in studies) else Status.TROUBLE
+    return Status.WELL if any(study.curves for study in studies) else Status.TROUBLE
 
 
 def _studies(campaign: "Campaign", *, silent: bool) -> list["Study"]:
@@ -120,7 +120,7 @@ def _content(studies: list["Study"], error: float | None, files: list[Path]) -> 
             title: [dict(zip(heads, row, strict=True)) for row in rows]
             for title, (heads, rows) in _tables(studies, error).items()
         },
-        "curves": [row for one in studies for row in _rungs(one)],
+        "curves": [row for study in studies for row in _rungs(study)],
         "files": [str(path) for path in files],
     }
 

@@ -146,7 +146,7 @@ def _quantile(values: Array, probability: float, top: float, first: Series, *, m
 def _said(marked: Quantile, units: str) -> str:
     """Return a quantile and its interval in words, large counts in thousands or millions."""
     power = 0 if units != "1" or marked.value < 1e4 else 3 if marked.value < 1e6 else 6
-    value, low, high = (f"{one / 10**power:.3g}" for one in marked)
+    value, low, high = (f"{number / 10**power:.3g}" for number in marked)
     return f"{value} ({low}–{high}){joined(units) if units != '1' else COUNT_WORDS[power]}"
 
 

@@ -81,7 +81,7 @@ def ranked(series: list[Series]) -> list[Series]:
     ranks = [
         Series(
             {}, groups[what], np.full(len(groups[what]), float(rank)), first.across, RANK, "line-points",
-            names=tuple(curve.replace("_", " ") for curve in order),
+            names=tuple(what.replace("_", " ") for what in order),
         )
         for rank, what in enumerate(order, 1)
     ]  # fmt: skip
@@ -105,7 +105,7 @@ def _of_axes(outcomes: Sequence[Series]) -> dict[str, Array]:
         if len(distinct) < 2 or (len(distinct) == len(at) and name in ("seed", "sample", "run")):
             continue
         if len(distinct) <= MOST_PLACES or any(isinstance(x, str) for x in distinct):
-            means = [values[[x == curve for x in at]].mean() for curve in distinct]
+            means = [values[[x == place for x in at]].mean() for place in distinct]
         else:
             bins = min(MOST_BINS, len(values) // LEAST_IN_BIN)
             means = [values[some].mean() for some in np.array_split(np.argsort(np.array(at, float)), bins)]

@@ -32,19 +32,19 @@ def gear_compliance(gear: Gear, options: Options) -> GearCompliance:
     shape = replace(gear, name="", face_width=1.0, mass=0.0, inertia=0.0, assumed=(), modification=None)
     modulus = gear.material.youngs_modulus
     unit = gear.material._replace(youngs_modulus=UNIT_MODULUS, density=1.0)
-    found = _remembered(replace(shape, material=unit), options)
+    compliance = _remembered(replace(shape, material=unit), options)
     softer = UNIT_MODULUS / modulus
-    return GearCompliance(found.parameter, softer * found.own, softer * found.across)
+    return GearCompliance(compliance.parameter, softer * compliance.own, softer * compliance.across)
 
 
 @lru_cache(KEPT_IN_PROCESS)
 def _remembered(shape: Gear, options: Options) -> GearCompliance:
     file = _folder() / f"{_key(shape, options)}.npz"
-    found = _read(file)
-    if found is None:
-        found = solve_gear(shape, options)
-        _write(file, found)
-    return found
+    compliance = _read(file)
+    if compliance is None:
+        compliance = solve_gear(shape, options)
+        _write(file, compliance)
+    return compliance
 
 
 def _folder() -> Path:
@@ -74,12 +74,12 @@ def _read(file: Path) -> GearCompliance | None:
         return None  # not there, or not whole: compute it
 
 
-def _write(file: Path, found: GearCompliance) -> None:
+def _write(file: Path, compliance: GearCompliance) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=file.parent, suffix=".part")
         with os.fdopen(handle, "wb") as stream:
-            np.savez(stream, parameter=found.parameter, own=found.own, across=found.across)
+            np.savez(stream, parameter=compliance.parameter, own=compliance.own, across=compliance.across)
         os.replace(temporary, file)
     except OSError:
         pass  # an unwritable folder: computed again next time

@@ -91,7 +91,7 @@ def of_user(variant: Variant, built: Any) -> Any:
 
 def _lambda_ratio(each: list[CoefficientModel], where: Setting) -> PowerOfLoad | None:
     """Return film thickness over roughness, by the film of the first flank that has one."""
-    film = next((one.film_model for one in each if one.film_model is not None), None)
+    film = next((setting.film_model for setting in each if setting.film_model is not None), None)
     if film is None or where.roughness is None:
         return None
     thickness = film.thickness(where)
@@ -105,24 +105,24 @@ def build_load(scene: Scene) -> Load:
     return scene.wear.load.build(scene.wear.wohler_slope)
 
 
-def build_path(one: PairOfSet, position: Array, face_load_factor: float) -> WearPath:
+def build_path(pair: PairOfSet, position: Array, face_load_factor: float) -> WearPath:
     """Return what the wear law needs to know of the path of contact at positions (n,) [m].
 
     The face load factor K_Hβ puts the load on as much less of the face: wear is that of its busiest part.
     """
-    gears = one.pair.gears
+    gears = pair.pair.gears
     return wear_path(
-        np.stack(one.pair.curvature(position)),
+        np.stack(pair.pair.curvature(position)),
         base_radius=[gear.base_radius for gear in gears],
         teeth=[gear.teeth for gear in gears],
-        driving_speed=one.speed,
-        passes=one.passes,
-        face_width=one.pair.face_width / face_load_factor,
+        driving_speed=pair.speed,
+        passes=pair.passes,
+        face_width=pair.pair.face_width / face_load_factor,
         contact_modulus=contact_modulus(
             [gear.material.youngs_modulus for gear in gears],
             [gear.material.poisson_ratio for gear in gears],
         ),
-        concave=one.pair.internal,
+        concave=pair.pair.internal,
     )
 
 
