@@ -31,7 +31,7 @@ from wearlab.dynamics.newton import set_start
 from wearlab.dynamics.period_map import LOCATED, over_period
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.propagator import GRID, propagator_of
-from wearlab.dynamics.response import deflection_at, step_forces
+from wearlab.dynamics.response import Response, deflection_at, step_forces
 from wearlab.dynamics.runge_kutta4 import TableMarcher
 from wearlab.dynamics.shooting import Shooting
 from wearlab.dynamics.steps import exact_steps_per_period, steps_per_period
@@ -96,7 +96,7 @@ def test_derivative_of_the_affine_map_is_that_of_scipy() -> None:
     """The map is affine: any difference quotient is its derivative."""
     system = planetary()
     response = touching_orbit(system, tables(stage_grid(BREAKS, 400, 4)), PERIOD, 1e-3)
-    assert response is not None and response.derivative is not None
+    assert isinstance(response, Response) and response.derivative is not None
     law, rate = plain_law(system), 2.0 * np.pi / PERIOD
     start = response.state[0, 0]
     scale = np.repeat([1.0, rate], 18)
@@ -110,7 +110,7 @@ def test_multipliers_of_a_free_set_leave_its_rotation_out() -> None:
     """Liouville: the product of all multipliers is the contraction of the map; the free ones are 1."""
     system, one = torsional(), tables(stage_grid(BREAKS, 400, 4), 0.1)
     found = touching_orbit(system, one, PERIOD, 1e-3)
-    assert found is not None and len(found.multipliers) == 8
+    assert isinstance(found, Response) and len(found.multipliers) == 8
     d, c = system.direction, system.mesh_damping
     trace = np.trace(np.linalg.solve(system.mass, d.T @ (c[:, None] * d) + system.total_damping))
     assert np.log(np.abs(found.multipliers)).sum() == pytest.approx(-trace * PERIOD, rel=1e-4)
@@ -123,7 +123,7 @@ def test_the_general_map_finds_the_orbit_of_touching_flanks_and_its_multipliers(
         found = touching_orbit(system, one, PERIOD, 1e-3)
         shooting = Shooting(system, one, PERIOD)
         orbit = shooting.shoot(1, np.zeros(shooting.rows), touch=True)
-        assert found is not None and orbit is not None and orbit.derivative is not None
+        assert isinstance(found, Response) and orbit is not None and orbit.derivative is not None
         np.testing.assert_allclose(found.state, orbit.state, atol=1e-6 * np.abs(orbit.state).max())
         np.testing.assert_allclose(np.abs(found.multipliers), np.abs(orbit.multipliers), atol=1e-6, rtol=1e-5)
         size = np.abs(orbit.derivative).max()
@@ -132,7 +132,8 @@ def test_the_general_map_finds_the_orbit_of_touching_flanks_and_its_multipliers(
 
 def test_parting_flanks_and_no_load_are_left_to_the_general_map() -> None:
     grid = stage_grid(BREAKS, 400, 4)
-    assert touching_orbit(planetary(0.5), tables(grid, amplitude=3e-5), PERIOD, 1e-3) is None
+    held = touching_orbit(planetary(0.5), tables(grid, amplitude=3e-5), PERIOD, 1e-3)
+    assert not isinstance(held, Response)
     assert touching_orbit(planetary(0.0), tables(grid), PERIOD, 1e-3) is None
 
 
@@ -209,8 +210,9 @@ def test_steps_of_modes_of_any_rate_are_the_same_in_their_own_time() -> None:
         scaled, known = getattr(found, name) / size[:, None] * size, getattr(expected, name)
         np.testing.assert_allclose(scaled, known, rtol=1e-9, atol=1e-14 * np.abs(known).max())
     orbits = [touching_orbit(slow, one, period, 1e-3), touching_orbit(system, other, period / fast, 1e-3)]
-    assert orbits[0] is not None and orbits[1] is not None
-    projected = [orbit.state[..., :18] @ slow.direction.T for orbit in orbits if orbit]
+    found_twice = [orbit for orbit in orbits if isinstance(orbit, Response)]
+    projected = [orbit.state[..., :18] @ slow.direction.T for orbit in found_twice]
+    assert len(projected) == 2
     np.testing.assert_allclose(projected[1], projected[0], atol=1e-7 * np.abs(projected[0]).max())
 
 

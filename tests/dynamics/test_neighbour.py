@@ -11,13 +11,13 @@ from wearlab.dynamics.neighbour import CLEAR
 from wearlab.dynamics.periodic import BARELY, Periodic
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import parting, touching_orbit
+from wearlab.dynamics.touching import Parted, parting, touching_orbit
 from wearlab.mesh.stages import StageTables, stage_grid
 
 
 def orbit(system: System, given: StageTables, near: Response | None = None) -> Response:
     found = touching_orbit(system, given, PERIOD, 1e-3, None if near is None else near.near)
-    assert found is not None
+    assert isinstance(found, Response)
     return found
 
 
@@ -92,7 +92,7 @@ def test_flanks_that_part_next_door_are_left_to_the_general_map() -> None:
     system, given = planetary(), tables(stage_grid(BREAKS, 300, 4))
     first = orbit(system, given)
     apart = given._replace(gap=given.gap + 1e-4 * (given.stiffness < 1.6e8))
-    assert touching_orbit(system, apart, PERIOD, 1e-3, first.near) is None
+    assert isinstance(touching_orbit(system, apart, PERIOD, 1e-3, first.near), Parted)
 
 
 def test_the_method_starts_from_its_neighbour() -> None:

@@ -14,7 +14,7 @@ from wearlab.dynamics.shooting import CLOSED, Orbit, Shooting
 from wearlab.dynamics.steps import slowest_decay
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import halved, parting, touching_orbit
+from wearlab.dynamics.touching import Parted, halved, parting, touching_orbit
 from wearlab.mesh.stages import StageTables
 
 CLEAR = 0.005
@@ -81,11 +81,11 @@ class Periodic:
         """
         if in_registers(system):
             return self._shoot(system, tables, period, start)
-        found = self.touching(system, tables, period, start)
-        if found is not None:
-            return found
+        held = self._held_together(system, tables, period, start)
+        if isinstance(held, Response):
+            return held
         # Where flanks part, steps go in twos and not in fours: half as long they are as accurate.
-        found = self._shoot(system, halved(tables), period, start)
+        found = self._shoot(system, halved(tables), period, start, held)
         return replace(found, state=np.ascontiguousarray(found.state[:, ::2]), tables=tables)
 
     def touching(
@@ -101,6 +101,13 @@ class Periodic:
         None where there is none, where it is not resolved, or where the neighbour is on another branch: its
         flanks part, and not just barely. Parameters as in `solve`, and what the tables were taken of.
         """
+        held = self._held_together(system, tables, period, start, between)
+        return held if isinstance(held, Response) else None
+
+    def _held_together(
+        self, system: System, tables: StageTables, period: float, start: Response | None,
+        between: TablesWithin | None = None,
+    ) -> Response | Parted | None:  # fmt: skip
         if start is not None and start.counts.newton_iterations != 1:
             barely = start.period == 1 and not in_registers(system) and parting(start) <= BARELY
             if not barely:
@@ -108,16 +115,19 @@ class Periodic:
         near = None if start is None else start.near
         return touching_orbit(system, tables, period, self.margin, near, self.resolved, between)
 
-    def _shoot(self, system: System, tables: StageTables, period: float, start: Response | None) -> Response:
+    def _shoot(
+        self, system: System, tables: StageTables, period: float, start: Response | None,
+        held: Parted | None = None,
+    ) -> Response:  # fmt: skip
         shooting = Shooting(system, tables, period, self.closed)
         if start is not None and start.period == 0 and not in_registers(system):
             return self._march(shooting, None, start)  # which looks for a simple orbit after so many periods
-        found = self._simple_orbit(shooting, start)
+        found = self._simple_orbit(shooting, start, held)
         if found is not None and found.largest <= 1.0 + self.margin:
             return self._respond(shooting, found)
         return self._march(shooting, found, start)
 
-    def _simple_orbit(self, shooting: Shooting, start: Response | None) -> Orbit | None:
+    def _simple_orbit(self, shooting: Shooting, start: Response | None, held: Parted | None) -> Orbit | None:
         """Shoot from the neighbour, then from the loaded mesh, then from a marched state."""
         if start is not None and start.period > 0 and start.state.shape[2] == shooting.rows:
             large = not in_registers(shooting.system)
@@ -125,7 +135,7 @@ class Periodic:
                 found = shooting.chord(start)
                 if found is not None:
                     return found
-            if start.period == 1 and start.counts.newton_iterations == 1:
+            if start.period == 1 and start.counts.newton_iterations == 1 and held is None:
                 # One pass was exact there, so its contact never changed; most likely it still does not, and
                 # the affine map of a loaded mesh is half the work: no step asks which pairs touch.
                 found = shooting.shoot(1, start.state[0, 0].copy(), touch=TOUCHING, most=1)
@@ -139,8 +149,13 @@ class Periodic:
         state = np.zeros(shooting.rows)
         if in_registers(shooting.system):
             found = shooting.shoot(1, state, touch=TOUCHING)
-        else:
+        elif held is None:
             found = self._by_middle(shooting, 1, state, TOUCHING_FIRST)
+        else:
+            state, balance = held.state.copy(), shooting.kernel.balance
+            if balance is not None:
+                balance.size[:] = held.sizes
+            found = self._by_middle(shooting, 1, state)
         if found is not None or shooting.singular:
             return found or shooting.family(state)
         if not (shooting.loaded or shooting.grounded):

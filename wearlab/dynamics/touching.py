@@ -1,6 +1,7 @@
 """The orbit of meshes that never lose contact: their period map is affine, and one linear solve finds it."""
 
 from collections import OrderedDict
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from wearlab.dynamics.system import System
 from wearlab.dynamics.touching_kernel import (
     ANOTHER_PLAN,
     FOUND,
+    PARTED,
     TouchingPlan,
     describe,
     orbit_of,
@@ -31,6 +33,19 @@ KEPT_SYSTEMS, KEPT_PLANS, KEPT_BYTES = 16, 16, 256_000_000
 ROUNDED = 1e-12
 """Share of the load by which a static state may miss it."""
 ATTRACTING = Verdict(True, True, True, True)
+
+
+class Parted(NamedTuple):
+    """Where the orbit of flanks held together starts: flanks part on it, and so it is none.
+
+    Parameters
+    ----------
+    state : (2n,) at phase 0
+    sizes : (n_balance,) of loads of unknown size
+    """
+
+    state: Array
+    sizes: Array
 
 
 class Known:
@@ -156,8 +171,8 @@ def touching_orbit(
     near: Neighbour | None = None,
     resolved: float = np.inf,
     between: TablesWithin | None = None,
-) -> Response | None:
-    """Return the response if no flank parts in it, None where one does or where orbits are not alone.
+) -> Response | Parted | None:
+    """Return the response if no flank parts in it, where it starts if one does, None without such an orbit.
 
     Parameters
     ----------
@@ -188,6 +203,8 @@ def touching_orbit(
         plan = known.plan_for(tables)
         if plan is None:
             return None
+    if code == PARTED:
+        return Parted(given[:rows], given[rows + 1 :])
     if code != FOUND or not left <= resolved:
         return None
     balance, near, multipliers = known.balance, None, None
@@ -230,9 +247,9 @@ def touching_orbit(
 def _of_neighbour(
     near: Neighbour, found: Found, system: System, tables: StageTables, period: float, margin: float,
     between: TablesWithin | None,
-) -> Response | None:  # fmt: skip
+) -> Response | Parted:  # fmt: skip
     if parts(found.path, np.ascontiguousarray(system.direction), period, tables.filled):
-        return None
+        return Parted(found.path[0].copy(), found.sizes)
     largest = abs(found.multipliers[0])
     verdict = Verdict(True, bool(largest < 1.0 - margin), True, True)
     counts = Counts(found.corrections, found.corrections * len(tables.width) * RHS_PER_STEP, 1)
