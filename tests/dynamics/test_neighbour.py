@@ -8,10 +8,12 @@ import pytest
 from plain_planetary import BREAKS, PERIOD, planetary, tables, torsional
 
 from wearlab.dynamics.neighbour import CLEAR
+from wearlab.dynamics.period_map import TOUCHING_FIRST
 from wearlab.dynamics.periodic import BARELY, Periodic
 from wearlab.dynamics.response import Response
+from wearlab.dynamics.shooting import Shooting
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import Parted, parting, touching_orbit
+from wearlab.dynamics.touching import Parted, halved, parting, touching_orbit
 from wearlab.mesh.stages import StageTables, stage_grid
 
 
@@ -116,3 +118,18 @@ def test_flanks_that_touch_beside_a_state_where_they_barely_part_are_found_as_if
         assert (warm.counts == cold.counts) == tried
         if tried:
             np.testing.assert_array_equal(warm.state, cold.state)
+
+
+def test_an_orbit_with_parting_flanks_starts_where_they_were_held_together() -> None:
+    """The same orbit as from rest, by a pass less: that of the map of touching flanks."""
+    system, given = planetary(), tables(stage_grid(BREAKS, 200, 4))
+    apart = given._replace(gap=given.gap + 10e-6 * (given.stiffness < 1.6e8))
+    held = touching_orbit(system, apart, PERIOD, 1e-3)
+    assert isinstance(held, Parted)
+    found = Periodic().solve(system, apart, PERIOD)
+    shooting = Shooting(system, halved(apart), PERIOD)
+    orbit = shooting.shoot(1, np.zeros(shooting.rows), touch=TOUCHING_FIRST)
+    assert orbit is not None
+    orbit = shooting.chord(orbit)
+    assert orbit is not None and found.counts.newton_iterations == shooting.iterations - 1
+    np.testing.assert_allclose(found.state, orbit.state[:, ::2], atol=1e-7 * np.abs(found.state).max())

@@ -152,7 +152,7 @@ class Periodic:
         elif held is None:
             found = self._by_middle(shooting, 1, state, TOUCHING_FIRST)
         else:
-            state, balance = held.state.copy(), shooting.kernel.balance
+            state, balance = held.state.copy(), shooting.balance
             if balance is not None:
                 balance.size[:] = held.sizes
             found = self._by_middle(shooting, 1, state)

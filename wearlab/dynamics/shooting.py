@@ -1,6 +1,7 @@
 """Orbits of one system on one set of tables: the things a periodic method does, and their account."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
@@ -65,17 +66,8 @@ class Shooting:
     def __init__(self, system: System, tables: StageTables, period: float, closed: float = CLOSED) -> None:
         self.system, self.tables, self.period, self.closed = system, tables, period, closed
         self.marcher = TableMarcher(system, tables, period, exact=True)
-        shooter = self.marcher
-        if not in_registers(system):
-            shooter = TableMarcher(system, tables, period, tangents=True, exact=True)
-        self.filled = self.marcher.tables
-        self.kernel = shooter.kernel._replace(balance=self.marcher.kernel.balance)
-        self.scratch, self.width = shooter.scratch, shooter.width
-        self.rows, self.steps, self.columns = (
-            2 * len(system.load),
-            len(tables.width),
-            np.uint64(len(self.width)),
-        )
+        self.filled, self.balance = self.marcher.tables, self.marcher.kernel.balance
+        self.rows, self.steps = 2 * len(system.load), len(tables.width)
         self.rate = 2.0 * np.pi * self.steps / (16.0 * period)
         self.maps, self.located, self.iterations, self.singular = 0, 0, 0, False
         self.beside = 0.0  # what tangents and redone steps of a large system were worth, in passes
@@ -84,6 +76,15 @@ class Shooting:
         self.most_tangents = MOST_TANGENTS if in_registers(system) else MOST_TANGENTS_DENSE
         if not in_registers(system):
             self.marcher.touch = MIDDLE
+
+    @cached_property
+    def shooter(self) -> TableMarcher:
+        """What marches with tangents: chords do without."""
+        if in_registers(self.system):
+            return self.marcher
+        made = TableMarcher(self.system, self.tables, self.period, tangents=True, exact=True)
+        made.kernel = made.kernel._replace(balance=self.balance)
+        return made
 
     def has_failed_from(self, state: Array) -> bool:
         """Whether located passes led to no orbit from about here."""
@@ -107,11 +108,13 @@ class Shooting:
         """
         most = min(most, max(2, self.most_tangents // periods))
         count = periods * self.steps + 1
-        states = np.empty(count * self.rows * len(self.width))
+        shooter = self.shooter
+        width = shooter.width
+        states = np.empty(count * self.rows * len(width))
         monodromy = np.empty((self.rows, self.rows))
         code, passes, error, changes = shoot(
-            self.kernel, self.filled, self.period, periods, self.columns, self.width, state, touch, most,
-            states, monodromy, self.scratch,
+            shooter.kernel, self.filled, self.period, periods, np.uint64(len(width)), width, state, touch,
+            most, states, monodromy, shooter.scratch,
         )  # fmt: skip
         more = self.rows / ROWS_PER_PASS
         self.maps += passes * periods
@@ -125,7 +128,7 @@ class Shooting:
             return None
         return self._orbit(
             periods,
-            states[len(self.width) - 1 :: len(self.width)].reshape(count, self.rows),
+            states[len(width) - 1 :: len(width)].reshape(count, self.rows),
             monodromy,
             touch=touch,
         )
@@ -179,7 +182,7 @@ class Shooting:
 
     def multipliers(self, derivative: Array) -> Complex:
         """Return the multipliers, largest first; position and speed of a free rotation are left out."""
-        return multipliers_of(self.system, self.kernel.balance, derivative)
+        return multipliers_of(self.system, self.balance, derivative)
 
     def _distance(self, state: Array, other: Array | float = 0.0) -> float:
         """Return the largest difference of two states, velocities measured in units of ``rate``."""
@@ -202,13 +205,16 @@ class Shooting:
 
     def path_of(self, state: Array) -> tuple[Array, Array]:
         """Return the path (n_steps + 1, 2n) over a mesh period and the derivative of its end by its start."""
-        states = np.empty((self.steps + 1) * self.rows * len(self.width))
-        set_start(self.kernel.balance, states, state, len(self.width))
+        shooter = self.shooter
+        width = shooter.width
+        states = np.empty((self.steps + 1) * self.rows * len(width))
+        set_start(self.balance, states, state, len(width))
         over_period(
-            self.kernel, self.filled, self.period, self.columns, self.width, states, 0, self.scratch, LOCATED
-        )
+            shooter.kernel, self.filled, self.period, np.uint64(len(width)), width, states, 0,
+            shooter.scratch, LOCATED,
+        )  # fmt: skip
         self.maps += 1
-        cube = states.reshape(-1, self.rows, len(self.width))
+        cube = states.reshape(-1, self.rows, len(width))
         return cube[:, :, 0].copy(), cube[-1, :, 1 : 1 + self.rows].copy()
 
     def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
@@ -241,7 +247,7 @@ class Shooting:
         derivative: Array | None = None,
     ) -> Response:
         """Put a response together, with the work done so far and the loads found."""
-        system = found_load(self.system, self.kernel.balance)
+        system = found_load(self.system, self.balance)
         counts = Counts(self.maps, self.right_hand_sides, self.iterations)
         return Response(
             period,
