@@ -15,6 +15,7 @@ from wearlab.dynamics.steps import slowest_decay
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
 from wearlab.dynamics.touching import Parted, halved, parting, touching_orbit
+from wearlab.gears.errors import GearError
 from wearlab.mesh.stages import StageTables
 
 CLEAR = 0.005
@@ -39,6 +40,10 @@ DYING = 0.3
 """Spread of the later half of strobed states over that of the earlier, of a motion on its way to an orbit."""
 REMEMBERED = 1e-6
 """Share of a motion that is left when it has died out."""
+UNBOUNDED = (
+    "scene.dynamics: the motion grows without bound: at this speed the changing mesh stiffness drives it "
+    "faster than anything damps it; give mesh.damping_ratio or mesh.damping, or another speed"
+)
 
 
 @dataclass(frozen=True)
@@ -191,7 +196,12 @@ class Periodic:
         return None
 
     def _march(self, shooting: Shooting, found: Orbit | None, start: Response | None) -> Response:
-        """March until a period shows, shoot on it; otherwise return the aperiodic response."""
+        """March until a period shows, shoot on it; otherwise return the aperiodic response.
+
+        Raises
+        ------
+        GearError : the motion grows without bound, as undamped flanks that never part can
+        """
         state = np.zeros(shooting.rows) if start is None else start.end.copy()
         state = state if shooting.marched is None else shooting.marched
         settled = start is not None and start.period == 0
@@ -202,6 +212,8 @@ class Periodic:
         for count in (transients[0] // 5,) if settled else transients:
             shooting.march(state, count)
             strobe, orbit = shooting.march(state, max(averaged, 2 * longest), averaged)
+            if not np.isfinite(strobe).all():
+                raise GearError(UNBOUNDED)
             for m in islice(periods_of(strobe, longest, shooting.rate), candidates):
                 orbit_m = self._orbit(shooting, m, strobe[-1].copy())
                 if orbit_m is None and shooting.singular and m == 1:
