@@ -176,7 +176,7 @@ def _push_load_input(
         push[stage * inputs + len(structure.tables.stiffness) + index] += size
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def add_fluctuation(
     fluctuation: Any, kernel: Any, table: Any, step: int, stage: int, x: float, w: int, push: Any
 ) -> int:
@@ -189,7 +189,7 @@ def add_fluctuation(
     return 2
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def add_balance(structure: Any, balance: Any, first: int, stage: int, w: int, push: Any) -> None:
     """Add the loads of unknown size, and their unit loads to the tangents by them."""
     if balance is not None:
@@ -200,7 +200,7 @@ def add_balance(structure: Any, balance: Any, first: int, stage: int, w: int, pu
                 push_load(structure, balance.response[row], first + row, stage, column, 1.0, w, push)
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def start_law(kernel: Any, tables: Any, step: int, a: float, b: float, width: Any, push: Any) -> None:
     """Fill column 0 of ``push`` (3, n, width) with the acceleration that the loads alone give."""
     w = len(width)
@@ -211,7 +211,7 @@ def start_law(kernel: Any, tables: Any, step: int, a: float, b: float, width: An
         add_balance(kernel.structure, kernel.balance, loads, stage, w, push)
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def gate_damping(kernel: Any, m: int, contact: Any) -> float:
     """Return the damping of mesh ``m`` while ``contact`` lasts."""
     touching = False
@@ -220,7 +220,7 @@ def gate_damping(kernel: Any, m: int, contact: Any) -> float:
     return gated(kernel.gate, kernel.mesh_damping[m], touching)
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def finish_stage(
     kernel: Any, stage: int, m: int, k: float, w_m: float, every: float, e: float, rate: float, back: bool,
     damping: float, width: Any, mesh: Any, push: Any,
@@ -232,7 +232,7 @@ def finish_stage(
     push_channel(kernel.structure, m, stage, w_m + k * e + w_back + damping * rate, len(width), push)
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def friction_stage(
     sliding: Any, kernel: Any, tables: Any, step: int, stage: int, x: float, m: int, e: float, contact: Any,
     width: Any, mesh: Any, push: Any,
@@ -263,7 +263,7 @@ def friction_stage(
         push_channel(kernel.structure, two, stage, w_b, len(width), push)
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def mesh_law(
     kernel: Any, tables: Any, step: int, period: float, contact: Any, width: Any, mesh: Any, push: Any
 ) -> None:

@@ -24,8 +24,8 @@ def march_periods(
     strobe: Any,
     s: Any,
     touch: int,
-) -> None:
-    """March ``len(strobe) − 1`` mesh periods from ``start`` (2n,), which it moves.
+) -> int:
+    """March ``len(strobe) − 1`` mesh periods from ``start`` (2n,), which it moves; count changes of contact.
 
     Parameters
     ----------
@@ -40,11 +40,12 @@ def march_periods(
     rows, steps, w, count = len(start), len(tables.width), len(width), len(strobe) - 1
     first = count * 0  # a variable, not a literal, which is a type of its own and would compile the map again
     copy(start, np.uint64(0), strobe[0], np.uint64(0), rows)
+    changes = 0
     for k in range(count):
         states[: rows * w] = 0.0
         for row in range(rows):
             states[row * w] = start[row]
-        over_period(kernel, tables, period, columns, width, states, first, s, touch)
+        changes += over_period(kernel, tables, period, columns, width, states, first, s, touch)
         for row in range(rows):
             start[row] = states[(steps * rows + row) * w]
         rebalance(kernel.balance, strobe[k], start, period)
@@ -53,3 +54,4 @@ def march_periods(
         if slot >= 0:
             for x in range((steps + 1) * rows):
                 orbit[slot * steps * rows + x] = states[x * w]
+    return changes

@@ -50,7 +50,7 @@ class TableMarcher:
         self.width = width_of(system, columns)
         self.kernel = kernel_of(system, pairs, columns, tables if exact else None, period)
         self.scratch = scratch(n, meshes, len(self.kernel.channels), pairs, columns)
-        self.right_hand_sides = 0
+        self.right_hand_sides, self.changes = 0, 0
         self.touch = LOCATED
 
     def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
@@ -59,7 +59,7 @@ class TableMarcher:
         orbit, strobe = np.empty((keep * steps + 1) * rows), np.empty((count + 1, rows))
         states = np.empty((steps + 1) * rows * len(self.width))
         one = np.uint64(1)
-        march_periods(
+        self.changes += march_periods(
             self.kernel, self.tables, self.period, one, self.width, state, keep, states, orbit, strobe,
             self.scratch, self.touch,
         )  # fmt: skip

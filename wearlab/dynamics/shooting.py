@@ -21,7 +21,7 @@ from wearlab.mesh.stages import StageTables
 
 RHS_PER_STEP = 4
 RHS_PER_CHANGE = 25
-"""Right-hand sides that locating a change of contact is worth in a large system: about 0.05 ms."""
+"""Right-hand sides that locating a change of contact is worth: of a large system about 0.05 ms."""
 ROWS_PER_PASS = 12
 """Rows of a large state whose tangents take about as long as the trajectory."""
 MARCHED = 2
@@ -221,15 +221,17 @@ class Shooting:
         """March ``count`` periods; return strobed states (count + 1, 2n) and the last ``keep`` in full."""
         self.maps += count
         self.beside += (MARCHED - 1.0) * count
-        return self.marcher.march(state, count, keep)
+        before = self.marcher.changes
+        found = self.marcher.march(state, count, keep)
+        if in_registers(self.system):  # of a large system `MARCHED` has them
+            self.located += self.marcher.changes - before
+        return found
 
     @property
     def right_hand_sides(self) -> int:
-        """Right-hand sides so far; of a large system also what tangents and changes of contact are worth."""
-        passes, changes = float(self.maps), 0
-        if not in_registers(self.system):
-            passes, changes = passes + self.beside, self.located
-        return int(passes * self.steps) * RHS_PER_STEP + changes * RHS_PER_CHANGE
+        """Right-hand sides so far, also what changes of contact and, of a large system, tangents are worth."""
+        passes = self.maps + (0.0 if in_registers(self.system) else self.beside)
+        return int(passes * self.steps) * RHS_PER_STEP + self.located * RHS_PER_CHANGE
 
     def aperiodic(self, kept: Array, residual: float) -> Response:
         """Return the aperiodic response of which a march kept some periods, (n_kept, n_steps + 1, 2n)."""
