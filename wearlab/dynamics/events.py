@@ -58,7 +58,7 @@ def scratch(n: int, meshes: int, channels: int, pairs: int, width: int) -> Scrat
     )
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def part_step(
     kernel: Any,
     tables: Any,
@@ -78,7 +78,7 @@ def part_step(
     rk4_step(kernel.structure, kernel.channels, columns, width, s.part, i, s.part, j, s.mesh, s.push, h)
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def compression(
     kernel: Any, tables: Any, step: int, m: int, p: int, x: float, s: Any, j: Any, width: Any
 ) -> float:
@@ -91,7 +91,7 @@ def compression(
     return delta - within(tables.gap[step, :, m, p], x)
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def rate_of_compression(
     kernel: Any, tables: Any, step: int, m: int, p: int, x: float, period: float, s: Any, j: Any, width: Any
 ) -> float:

@@ -291,7 +291,7 @@ def mesh_law(
             )
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def part_law(
     kernel: Any,
     tables: Any,

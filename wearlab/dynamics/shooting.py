@@ -229,7 +229,7 @@ class Shooting:
 
     @property
     def right_hand_sides(self) -> int:
-        """Right-hand sides so far, also what changes of contact and, of a large system, tangents are worth."""
+        """Right-hand sides so far, with what changes of contact and tangents of large systems are worth."""
         passes = self.maps + (0.0 if in_registers(self.system) else self.beside)
         return int(passes * self.steps) * RHS_PER_STEP + self.located * RHS_PER_CHANGE
 
