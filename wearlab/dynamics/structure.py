@@ -163,6 +163,8 @@ def kernel_of(
     tables, period : given, a system too large for registers is advanced by exact steps for these tables
     """
     kernel, balance = _kernel(system), balance_of(system, period)
+    if system.friction_constant is not None:  # which most often leaves a load to find: no code without one
+        balance = balance or no_balance(len(system.load))
     if in_registers(system):
         return kernel._replace(pairs=(0.0,) * pairs, balance=balance)
     n = len(system.load)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from wearlab.gears.errors import GearError
 from wearlab.life.coupling import Coupling
 from wearlab.life.limits import StopWear
+from wearlab.options import Part
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 
@@ -22,7 +23,7 @@ def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
     scenes : scenes to come; those that need the same kernels are evaluated once
     turn, workers : this worker's place among those that share the work, and their number
     """
-    kinds = list({_kernels(scene): scene for scene in scenes}.values())
+    kinds = kinds_of(scenes)
     jobs: list[tuple[Callable[[Scene], None], Scene]] = [(_evaluate, scene) for scene in kinds]
     if workers > 1:
         moving = [scene for scene in kinds if scene.dynamics]
@@ -32,6 +33,11 @@ def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
     for evaluate, scene in jobs[turn::workers]:
         with suppress(GearError, StopWear):
             evaluate(scene)
+
+
+def kinds_of(scenes: Iterable[Scene]) -> list[Scene]:
+    """Return one scene of every kind: two of a kind call the same kernels."""
+    return list({_kernels(scene): scene for scene in scenes}.values())
 
 
 def _evaluate(scene: Scene) -> None:
@@ -54,14 +60,21 @@ def _kernels(scene: Scene) -> tuple[object, ...]:
         scene.dynamics.chosen,
         scene.dynamics.method,
         scene.dynamics.friction is None,
-        all(mesh.normal_backlash is None for mesh in meshes),
-        meshes[0].damping_in,
         meshes[0].excitation.by_pairs,
         scene.operation.torque_fluctuation is None,
     )
     law = scene.wear and (
         scene.wear.contact_patch.chosen,
-        str(scene.wear.coefficient),
-        str(scene.wear.law),
+        _choices(scene.wear.coefficient),
+        _choices(scene.wear.law),
     )
     return dynamics, tuple((mesh.stiffness.chosen, mesh.contact.chosen) for mesh in meshes), law
+
+
+def _choices(given: object) -> object:
+    """Return what is chosen among options, without the numbers: these are handed to the kernels."""
+    if isinstance(given, Part):
+        return type(given), *(_choices(value) for _, value in given)
+    if isinstance(given, dict):
+        return (*((name, _choices(value)) for name, value in given.items()),)
+    return given if isinstance(given, bool | str) else None
