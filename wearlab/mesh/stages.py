@@ -69,10 +69,16 @@ class StageTables(NamedTuple):
     @property
     def filled(self) -> "StageTables":
         """The tables with empty ones for those that are absent: kernels compile once for both."""
-        return self._replace(
-            fluctuation=NO_FACTORS if self.fluctuation is None else self.fluctuation,
-            sliding=NO_PAIRS if self.sliding is None else self.sliding,
-            moment=NO_PAIRS if self.moment is None else self.moment,
+        width, stiffness, gap, error, error_rate, factor, sliding, moment = self
+        return StageTables(  # not by _replace, which takes as long as ten steps of a pair
+            width,
+            stiffness,
+            gap,
+            error,
+            error_rate,
+            NO_FACTORS if factor is None else factor,
+            NO_PAIRS if sliding is None else sliding,
+            NO_PAIRS if moment is None else moment,
         )
 
 

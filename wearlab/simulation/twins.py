@@ -95,7 +95,7 @@ def rougher(
     try:
         wear = tuple(np.maximum(0.0, one) for one in _carried(parts, state.wear, rough))
         again = rough.coupling.evaluate(wear, start)
-    except StopWear:
+    except (StopWear, GearError):  # or its steps are too rough for any motion
         return None
     if [response.period for response in again.responses] != [response.period for response in responses]:
         return None

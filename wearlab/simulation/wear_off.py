@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.gears.errors import GearError
 from wearlab.life.limits import StopWear
 from wearlab.life.state import WearState
 from wearlab.simulation.levelled import levelled
@@ -129,7 +130,7 @@ def _worn_by(twins: Sequence[Rougher], off: Array) -> tuple[WearState | None, ..
                     response.period for response in twin.state.responses
                 ]:
                     worse = None
-            except StopWear:
+            except (StopWear, GearError):
                 worse = None
         states.append(worse)
     return tuple(states)
