@@ -19,6 +19,8 @@ LONG = (
     "simulation/test_friction.py",
     "simulation/test_options.py",
     "simulation/test_bearing_forces.py",
+    "validation/test_leaving_out.py",
+    "simulation/test_estimates.py",
 )
 """Files of the longest tests; half of them compile kernels, neighbours not the same ones."""
 
