@@ -2,6 +2,7 @@
 
 import pytest
 
+from wearlab.dynamics.periodic import Periodic, Unbounded
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
 from wearlab.simulation.errors import Refused
@@ -24,3 +25,20 @@ def test_undamped_flanks_that_never_part_may_grow_without_bound():
     }  # fmt: skip
     with pytest.raises(Refused, match="grows without bound"):
         simulate(Scene.from_mapping(scene))
+
+
+def test_a_life_whose_motion_comes_to_know_no_bound_ends_there(scene, monkeypatch):
+    known, seen = Periodic.solve, []
+
+    def solve(self, system, tables, *more):
+        seen.append(float(tables.gap[tables.stiffness > 0.0].mean()))
+        if seen[-1] > seen[0] + 1e-6:
+            raise Unbounded("grows")
+        return known(self, system, tables, *more)
+
+    monkeypatch.setattr(Periodic, "solve", solve)
+    monkeypatch.setattr(Periodic, "touching", lambda *_: None)
+    lived = simulate(scene("base case").replace("wear.until", {"depth": "20 um", "flank": "pinion"}))
+    assert lived.end_reason == "unbounded motion"
+    assert lived.verdict == "stopped"
+    assert 1e-6 < lived.wear_depth[-1].max() < 20e-6

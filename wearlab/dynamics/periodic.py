@@ -40,10 +40,10 @@ DYING = 0.3
 """Spread of the later half of strobed states over that of the earlier, of a motion on its way to an orbit."""
 REMEMBERED = 1e-6
 """Share of a motion that is left when it has died out."""
-UNBOUNDED = (
-    "scene.dynamics: the motion grows without bound: at this speed the changing mesh stiffness drives it "
-    "faster than anything damps it; give mesh.damping_ratio or mesh.damping, or another speed"
-)
+
+
+class Unbounded(GearError):
+    """The motion grows without bound, as that of undamped flanks that never part can."""
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ class Periodic:
 
         Raises
         ------
-        GearError : the motion grows without bound, as undamped flanks that never part can
+        Unbounded : the motion grows without bound
         """
         state = np.zeros(shooting.rows) if start is None else start.end.copy()
         state = state if shooting.marched is None else shooting.marched
@@ -213,7 +213,7 @@ class Periodic:
             shooting.march(state, count)
             strobe, orbit = shooting.march(state, max(averaged, 2 * longest), averaged)
             if not np.isfinite(strobe).all():
-                raise GearError(UNBOUNDED)
+                raise Unbounded("scene.dynamics: the motion grows without bound")
             for m in islice(periods_of(strobe, longest, shooting.rate), candidates):
                 orbit_m = self._orbit(shooting, m, strobe[-1].copy())
                 if orbit_m is None and shooting.singular and m == 1:

@@ -9,6 +9,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.mesh_loads import backlash_of
+from wearlab.dynamics.periodic import Unbounded
 from wearlab.life.averaging import averaged_rate, scatter
 from wearlab.life.coupled import Account, Coupled, MeshKind
 from wearlab.life.limits import StopWear
@@ -51,7 +52,7 @@ class Coupling(Coupled):
         Raises
         ------
         StopWear
-            When the teeth can no longer bear: their section vanishes.
+            When the teeth can no longer bear, for their section vanishes, or their motion knows no bound.
         """
         clock = time.perf_counter()
         touching = [self._touching(kind, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
@@ -142,7 +143,10 @@ class Coupling(Coupled):
         return now
 
     def _respond(self, vibration: Vibration, touching: list[Touching], start: Responses | None) -> Responses:
-        responses = vibration.solve(touching, start)
+        try:
+            responses = vibration.solve(touching, start)
+        except Unbounded as error:
+            raise StopWear("unbounded motion") from error
         self.account.counts["period_maps"] += sum(response.counts.period_maps for response in responses)
         self.account.counts["right_hand_sides"] += sum(
             response.counts.right_hand_sides for response in responses

@@ -17,7 +17,7 @@ class StopWear(Exception):
 
     Parameters
     ----------
-    reason : for instance "section vanished" or "contact ratio below one"
+    reason : for instance "section vanished" or "unbounded motion"
     """
 
     def __init__(self, reason: str) -> None:

@@ -39,7 +39,12 @@ LABELS: dict[str, Any] = {"axis": ["x", "y"], "part": ["real", "imaginary"]}
 ALONG_STATES = ("mesh_cycles", "operating_hours", "preset_depth")
 ALONG_SPEED = ("response_speed", "direction", "order", "edge", "end")
 
-FIRST_STATE = {"section vanished": "a section of a tooth vanishes under its initial wear; give less of it"}
+FIRST_STATE = {
+    "section vanished": "a section of a tooth vanishes under its initial wear; give less of it",
+    "unbounded motion": "the motion grows without bound: at this speed the changing mesh stiffness drives it "
+    "faster than anything damps it; give mesh.damping_ratio or mesh.damping, or another speed",
+}
+"""Why no first state can be, by what would end a life."""
 
 
 def simulate(scene: Scene) -> xr.Dataset:
