@@ -95,7 +95,7 @@ def jit_inner(
     ----------
     allocates : see `jit`
     forceinline : become part of every caller, however large. For kernels called at every step that are handed
-        tuples: a call hands these over by value, seven to thirteen words an array, and indexes them in memory,
+        tuples: a call hands these over by value, seven words an array or more, and indexes them in memory,
         which takes four times as long, and fifteen times where it is called for every part of a step
     """
     compiled: Callable[..., Any] = numba.njit(
