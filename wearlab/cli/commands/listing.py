@@ -9,6 +9,7 @@ import typer
 from wearlab.cli.options import STORE, Condition, Json, StoreFolder
 from wearlab.cli.output import (
     REFUSALS,
+    SHORT_ID,
     Format,
     Status,
     complain,
@@ -27,7 +28,6 @@ from wearlab.store import Store
 from wearlab.store.catalogue import Entry, Member
 from wearlab.store.headline import headlines
 
-SHORT_ID = 10
 HEADS = (
     *("id", "campaign", "case", "differs by", "state", "result", "error", "time", "note"),
     *("expected", "measured"),

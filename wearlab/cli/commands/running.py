@@ -7,6 +7,7 @@ import typer
 from wearlab.cli.options import STORE, File, Json, StoreFolder, Workers
 from wearlab.cli.output import (
     REFUSALS,
+    SHORT_ID,
     Status,
     Stop,
     complain,
@@ -23,8 +24,6 @@ from wearlab.store import Store
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
     from wearlab.runner import Report
-
-SHORT_ID = 10
 
 
 @app.command()

@@ -10,6 +10,7 @@ import typer
 from wearlab.cli.options import STORE, File, Json, Run, StoreFolder
 from wearlab.cli.output import (
     REFUSALS,
+    SHORT_ID,
     Status,
     Stop,
     complain,
@@ -25,7 +26,6 @@ from wearlab.store import Store
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
 
-SHORT_ID = 10
 MEGABYTE = 1e6
 
 
