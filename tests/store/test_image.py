@@ -35,6 +35,15 @@ def test_a_file_is_no_longer_than_its_content():
         assert file["t"][:].tolist() == ["m"] * 9
 
 
+def test_tables_of_texts_are_read_again(tmp_path):
+    """They are no echo of one another, however many: a stranger's file is asked for what each takes."""
+    words = np.array([[f"word {i} {j}" for j in range(30)] for i in range(40)], object)
+    data = xr.Dataset({"words": (("x", "y"), words), "one": ((), "α" * 400_000)}, attrs={"a": "µ"})
+    path = tmp_path / "run.nc"
+    path.write_bytes(to_image(data)[0])
+    xr.testing.assert_equal(read_run(path), data)
+
+
 def test_an_image_is_the_dataset(file):
     xr.testing.assert_identical(read_run(file), sealed(DATA))
     file.unlink()  # closed: nothing holds it

@@ -5,10 +5,10 @@ brings its whole header up to date each time. Here everything is defined first, 
 is needed, which may be full. Conventions are xarray's.
 """
 
-import struct
 from collections.abc import Mapping
 from typing import Any
 
+import h5py
 import netCDF4
 import numpy as np
 import xarray as xr
@@ -41,12 +41,12 @@ def encoded(data: xr.Dataset | xr.DataTree) -> bytes:
 
 
 def _without_reserve(image: memoryview) -> bytes:
-    """Return a file without the room that HDF5 had taken for more: its superblock says where it ends."""
-    version, width = image[8], image[9]
-    if version not in (2, 3) or width != 8:
-        return bytes(image)
-    (end,) = struct.unpack_from("<Q", image, 28)
-    return bytes(image[:end])
+    """Return a file without the room that HDF5 had taken for more, as HDF5 itself hands it out."""
+    file = h5py.h5f.open_file_image(bytes(image))
+    try:
+        return bytes(file.get_file_image())
+    finally:
+        file.close()
 
 
 def _write(group: netCDF4.Dataset, dataset: xr.Dataset) -> None:

@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import h5py
-from h5py import h5a, h5d, h5g, h5o, h5t, h5z
+import numpy as np
+from h5py import h5a, h5d, h5g, h5o, h5s, h5t, h5z
+from numpy.typing import NDArray
 
 from wearlab.store.bounds import HARMLESS, refuse_oversized
 from wearlab.store.errors import StoreError
@@ -17,10 +19,10 @@ from wearlab.store.errors import StoreError
 MOST = 5_000  # variables and groups of one file
 MOST_ATTRIBUTES = 500  # of one variable or group
 MOST_DIMS = 32  # of a variable, as HDF5 has it
+DIMENSIONS = b"DIMENSION_LIST"  # lists a variable's dimensions
 DEEPEST = 8  # groups within groups
 FILTERS = (h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE, h5z.FILTER_FLETCHER32)  # each once, in any order
 FLOATS = {4: (31, 23, 8, 0, 23), 8: (63, 52, 11, 0, 52)}  # sign, exponent, its bits, mantissa, its bits
-HEAP = b"GCOL"  # begins what holds texts of any length, and lists
 
 
 def refuse_strange(path: Path, image: bytes) -> None:
@@ -38,32 +40,11 @@ def refuse_strange(path: Path, image: bytes) -> None:
     """
     try:
         with h5py.File(io.BytesIO(image), "r") as file:
-            _Walk(path, len(image), _largest_in_heaps(image)).enter(h5g.open(file.id, b"/"), "", 0)
+            _Walk(path, len(image), file.id).enter(h5g.open(file.id, b"/"), "", 0)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         if isinstance(error, StoreError):
             raise
         raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
-
-
-def _largest_in_heaps(image: bytes) -> int:
-    """Return the bytes of the largest thing that anything of variable length can refer to, at least."""
-    largest, at = 0, image.find(HEAP)
-    while at >= 0:
-        largest = max(largest, _largest_in_heap(image, at, int.from_bytes(image[at + 8 : at + 16], "little")))
-        at = image.find(HEAP, at + 4)
-    return largest
-
-
-def _largest_in_heap(image: bytes, at: int, length: int) -> int:
-    """Return the bytes of the largest object of one heap: before each stand its number and its length."""
-    end, largest, at = min(at + length, len(image)), 0, at + 16
-    while at + 16 <= end:
-        number, size = image[at : at + 2], int.from_bytes(image[at + 8 : at + 16], "little")
-        if number == b"\0\0":
-            break
-        largest = max(largest, size)
-        at += 16 + size + -size % 8
-    return largest
 
 
 class _Walk:
@@ -71,16 +52,15 @@ class _Walk:
 
     Parameters
     ----------
-    path, size : the file and its bytes
-    largest : bytes of the largest text or list
+    path, size : the file and its bytes: no text in it is longer
+    file : the file
     """
 
-    def __init__(self, path: Path, size: int, largest: int) -> None:
-        self.path, self.size, self.largest = path, size, largest
+    def __init__(self, path: Path, size: int, file: Any) -> None:
+        self.path, self.size = path, size
         self.seen: dict[Any, str] = {}
         self.left = max(HARMLESS, 20 * size)  # bytes that texts may still take
-        self.echoes = largest * (size // 16) > self.left
-        """Whether texts could take more, were each of sixteen bytes to refer to the largest."""
+        self.reference = 8 + file.get_create_plist().get_sizes()[0]  # bytes: a length, an address, a number
 
     def refuse(self, where: str, reason: str) -> None:
         raise StoreError(f"{self.path}: {where[:80] or '/'} {reason}; not read")
@@ -118,7 +98,7 @@ class _Walk:
         if layout == h5d.CHUNKED:
             self.chunks(made, kind.get_size(), where)
         self.attributes(dataset, where)
-        if self.echoes and _is_long(kind):
+        if _is_text(kind):
             self.texts(dataset, where)
 
     def chunks(self, made: Any, width: int, where: str) -> None:
@@ -129,32 +109,42 @@ class _Walk:
             self.refuse(where, "is stored by other filters than a run")
 
     def attributes(self, entry: Any, where: str) -> None:
+        """Read the texts of attributes: of all others HDF5 tells the size."""
         count = h5a.get_num_attrs(entry)
         if count > MOST_ATTRIBUTES:
             self.refuse(where, f"has {count} attributes")
-        for number in range(count) if self.echoes else ():
-            attribute = h5a.open(entry, index=number)
+        names: list[bytes] = []
+
+        def note(name: bytes, about: Any) -> None:
+            usual = name == DIMENSIONS and about.data_size <= MOST_DIMS * self.reference
+            if not usual and about.data_size % self.reference == 0:
+                names.append(name)
+
+        h5a.iterate(entry, note, info=True)
+        for name in names:
+            attribute = h5a.open(entry, name)
             kind, many = attribute.get_type(), math.prod(attribute.shape)
-            if not _is_long(kind):
-                continue
-            if many == 1 and kind.get_class() == h5t.STRING:
-                holder = h5py.Group(entry) if isinstance(entry, h5g.GroupID) else h5py.Dataset(entry)
-                self.spend(len(holder.attrs[attribute.name]), where)
-            elif many > MOST_DIMS:  # what names the dimensions has fewer
-                self.spend(many * self.largest, where)
+            if _is_long(kind) and many > 1 and many * self.size > HARMLESS:
+                self.refuse(where, "has lists that may be far larger than the file")
+            if _is_text(kind):
+                texts = np.empty(attribute.shape, attribute.dtype)
+                attribute.read(texts)
+                self.spend(texts, where)
 
     def texts(self, entry: Any, where: str) -> None:
         """Read texts of any length a few at a time, until they take more than they may."""
-        variable, count = h5py.Dataset(entry), math.prod(entry.shape)
-        if len(entry.shape) != 1 or count * self.largest <= HARMLESS:
-            self.spend(count * self.largest, where)
-            return
-        some = max(1, HARMLESS // self.largest)
+        space, shape = entry.get_space(), entry.shape
+        count, some = math.prod(shape), max(1, HARMLESS // self.size)
         for at in range(0, count, some):
-            self.spend(sum(map(len, variable[at : at + some])), where)
+            places = np.arange(at, min(at + some, count))
+            if shape:
+                space.select_elements(np.stack(np.unravel_index(places, shape), axis=1))
+            texts = np.empty(len(places), entry.dtype)
+            entry.read(h5s.create_simple(texts.shape), space, texts)
+            self.spend(texts, where)
 
-    def spend(self, size: int, where: str) -> None:
-        self.left -= size
+    def spend(self, texts: NDArray[Any], where: str) -> None:
+        self.left -= sum(map(len, texts.flat))
         if self.left < 0:
             self.refuse(where, "has texts that are far larger than the file")
 
@@ -171,6 +161,11 @@ def _is_plain(kind: Any) -> bool:
     return False
 
 
+def _is_text(kind: Any) -> bool:
+    """Say whether values of a type are texts of any length."""
+    return bool(kind.get_class() == h5t.STRING and kind.is_variable_str())
+
+
 def _is_long(kind: Any) -> bool:
     """Say whether values of a type are of any length, and so stand elsewhere in the file."""
-    return kind.get_class() == h5t.VLEN or (kind.get_class() == h5t.STRING and kind.is_variable_str())
+    return kind.get_class() == h5t.VLEN or _is_text(kind)
