@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from wearlab.dynamics.energy import energy_balance, nominal_speeds
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.response import Response, deflection_at, friction_forces, step_forces
-from wearlab.dynamics.spur import GearSupport, PairFriction, spur_3dof
+from wearlab.dynamics.spur import GearSupport, Meshing, PairedGear, PairFriction, spur_3dof
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables, stage_grid
 
@@ -21,17 +21,10 @@ BREAKS = np.array([0.0, RATIO - 1.0, -ENTRY / PITCH % 1.0])
 BEARING = GearSupport(radial_stiffness=1e9, damping=5000.0)
 
 
-def spur(friction: PairFriction | None = PairFriction(ALPHA), **changes: Any) -> System:  # noqa: B008
-    given: dict[str, Any] = {
-        "mass": (2.8, 3.1),
-        "inertia": INERTIA,
-        "base_radius": RADIUS,
-        "torque": TORQUE,
-        "mesh_damping": 1000.0,
-        "supports": (BEARING, BEARING),
-        "friction": friction,
-    }
-    return spur_3dof(**(given | changes))
+def spur(friction: PairFriction | None = PairFriction(ALPHA), second: GearSupport = BEARING) -> System:  # noqa: B008
+    pinion = PairedGear(INERTIA[0], RADIUS[0], 2.8, BEARING, "pinion")
+    gear = PairedGear(INERTIA[1], RADIUS[1], 3.1, second, "gear")
+    return spur_3dof((pinion, gear), Meshing(1000.0), TORQUE, friction=friction)
 
 
 def pair_values(phase: Any, middle: Any, j: int) -> tuple[Any, Any, Any]:
@@ -126,7 +119,7 @@ HELD = GearSupport(radial_stiffness=1e9, damping=5000.0, tangential_stiffness=1e
 @pytest.mark.parametrize("second", [BEARING, HELD])
 def test_a_motion_that_does_not_repeat_gains_what_it_does_not_lose(second: GearSupport) -> None:
     """Soon after rest; a free set keeps one load throughout, whatever its march has tried before."""
-    system = spur(supports=(BEARING, second))
+    system = spur(second=second)
     grid = stage_grid(BREAKS, 1200)
     response = RungeKutta4(most=0, averaged=2).solve(system, tables(grid, 0.1), PERIOD)
     balance = energy_balance(response, speeds(system))
@@ -198,7 +191,7 @@ def test_newmark_is_of_second_order_with_friction() -> None:
 
 
 def test_a_grounded_pair_needs_no_load_to_be_found() -> None:
-    system = spur(supports=(BEARING, HELD))
+    system = spur(second=HELD)
     assert system.balance is None
     response = Periodic().solve(system, tables(stage_grid(BREAKS, 300), 0.2), PERIOD)
     np.testing.assert_array_equal(response.system.load, system.load)

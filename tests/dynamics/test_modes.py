@@ -7,7 +7,7 @@ from benchmark_pair import BASE_RADIUS, BenchmarkPair, mesh_period
 from wearlab.dynamics.modes import critical_speeds, modes
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import deflection_at
-from wearlab.dynamics.spur import torsional
+from wearlab.dynamics.spur import Meshing, PairedGear, torsional
 from wearlab.dynamics.steps import fastest_rate, steps_per_period
 
 RPM = 30.0 / np.pi
@@ -15,7 +15,7 @@ PAIR = BenchmarkPair()
 
 
 def test_l16_primary_resonance_of_one_degree_of_freedom() -> None:
-    system = torsional(inertia=(7.3e-3,) * 2, base_radius=(BASE_RADIUS,) * 2, torque=340.0, mesh_damping=1e3)
+    system = torsional((PairedGear(7.3e-3, BASE_RADIUS),) * 2, Meshing(1e3), 340.0)
     found = modes(system, 2.788e8)
     assert critical_speeds(found.frequency, 50)[0, 0] * RPM == pytest.approx(3720, abs=2)
     np.testing.assert_allclose(found.participation, 1.0)
@@ -43,7 +43,7 @@ def test_modes_solve_the_eigenproblem() -> None:
 
 
 def test_fastest_rate_of_an_oscillator() -> None:
-    system = torsional(inertia=(2.0, 2.0), base_radius=(1.0, 1.0), torque=1.0, mesh_damping=0.0)
+    system = torsional((PairedGear(2.0, 1.0),) * 2, Meshing(), 1.0)
     assert fastest_rate(system, 1e6) == pytest.approx(1e3)
 
 

@@ -3,22 +3,26 @@
 import numpy as np
 import pytest
 
-from wearlab.dynamics.spur import GearSupport, effective_mass, mesh_damping_of, spur_3dof, torsional
+from wearlab.dynamics.spur import (
+    GearSupport,
+    Meshing,
+    PairedGear,
+    effective_mass,
+    mesh_damping_of,
+    spur_3dof,
+    torsional,
+)
 from wearlab.dynamics.system import System
 
 INERTIA, RADIUS = (7.3e-3, 3.1e-3), (0.07, 0.05)
+PINION = PairedGear(INERTIA[0], RADIUS[0], 2.8, name="pinion")
+GEAR = PairedGear(INERTIA[1], RADIUS[1], 1.9, name="gear")
 
 
 def test_spur_3dof_is_l16_with_x_in_place_of_u() -> None:
-    supports = (GearSupport(1.0e9, 5000.0, preload=10.0), GearSupport(1.2e9, 4000.0, preload=20.0))
-    s = spur_3dof(
-        mass=(2.8, 1.9),
-        inertia=INERTIA,
-        base_radius=RADIUS,
-        torque=340.0,
-        mesh_damping=900.0,
-        supports=supports,
-    )
+    pinion = PINION._replace(support=GearSupport(1.0e9, 5000.0, preload=10.0))
+    gear = GEAR._replace(support=GearSupport(1.2e9, 4000.0, preload=20.0))
+    s = spur_3dof((pinion, gear), Meshing(900.0), 340.0)
     m_c = INERTIA[0] * INERTIA[1] / (INERTIA[1] * RADIUS[0] ** 2 + INERTIA[0] * RADIUS[1] ** 2)
     assert s.coordinates == ("pinion.y", "gear.y", "mesh.x")
     np.testing.assert_allclose(np.diag(s.mass), [2.8, 1.9, m_c], rtol=1e-14)
@@ -31,15 +35,9 @@ def test_spur_3dof_is_l16_with_x_in_place_of_u() -> None:
 
 
 def test_torsional_supports_keep_both_rotations_and_the_mesh_acceleration() -> None:
-    free = torsional(inertia=INERTIA, base_radius=RADIUS, torque=100.0, mesh_damping=1.0, fluctuation=7.0)
-    held = torsional(
-        inertia=INERTIA,
-        base_radius=RADIUS,
-        torque=100.0,
-        mesh_damping=1.0,
-        fluctuation=7.0,
-        supports=(GearSupport(tangential_stiffness=0.0), GearSupport()),
-    )
+    free = torsional((PINION, GEAR), Meshing(1.0), 100.0, fluctuation=7.0)
+    tied = PINION._replace(support=GearSupport(tangential_stiffness=0.0))
+    held = torsional((tied, GEAR), Meshing(1.0), 100.0, fluctuation=7.0)
     assert free.coordinates == ("mesh.x",) and held.coordinates == ("pinion.u", "gear.u")
     for load in ("load", "fluctuation_direction"):
         mesh = [float((s.direction @ np.linalg.solve(s.mass, getattr(s, load)))[0]) for s in (free, held)]
@@ -52,12 +50,12 @@ def test_damping_ratios() -> None:
     support = GearSupport(radial_stiffness=1e8, tangential_stiffness=4e6, damping_ratio=0.03)
     assert support.radial_damping_on(2.0) == pytest.approx(2 * 0.03 * np.sqrt(1e8 * 2.0))
     assert support.torsional_damping_on(1.5) == pytest.approx(2 * 0.03 * np.sqrt(4e6 * 1.5))
-    assert effective_mass((2.0, 2.0), (1.0, 1.0)) == pytest.approx(1.0)
+    assert effective_mass(PairedGear(2.0, 1.0), PairedGear(2.0, 1.0)) == pytest.approx(1.0)
     assert mesh_damping_of(0.07, 3e8, 0.7) == pytest.approx(2 * 0.07 * np.sqrt(3e8 * 0.7))
 
 
 def test_rotating_frames_add_gyroscopic_and_centripetal_terms() -> None:
-    s = torsional(inertia=INERTIA, base_radius=RADIUS, torque=1.0, mesh_damping=1.0)
+    s = torsional((PINION, GEAR), Meshing(1.0), 1.0)
     turning: System = s._replace(
         stiffness=np.array([[5.0]]), gyroscopic=np.array([[2.0]]), centripetal=np.array([[0.5]]), rotation=2.0
     )

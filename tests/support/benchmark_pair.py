@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.spur import GearSupport, spur_3dof
+from wearlab.dynamics.spur import GearSupport, Meshing, PairedGear, spur_3dof
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables, stage_grid
 
@@ -48,16 +48,9 @@ class BenchmarkPair(NamedTuple):
     def system(self) -> System:
         """Return the 3-DOF system."""
         bearing = GearSupport(radial_stiffness=1150e6, damping=self.bearing_damping)
-        return spur_3dof(
-            mass=(2.8, 2.8),
-            inertia=(7.3e-3, 7.3e-3),
-            base_radius=(BASE_RADIUS, BASE_RADIUS),
-            torque=self.torque,
-            mesh_damping=self.mesh_damping,
-            supports=(bearing, bearing),
-            damping_always=self.damping_always,
-            backlash=self.backlash,
-        )
+        first, second = (PairedGear(7.3e-3, BASE_RADIUS, 2.8, bearing, name) for name in ("pinion", "gear"))
+        mesh = Meshing(self.mesh_damping, self.damping_always, self.backlash)
+        return spur_3dof((first, second), mesh, self.torque)
 
     @property
     def breaks(self) -> Array:

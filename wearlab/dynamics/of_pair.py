@@ -1,41 +1,61 @@
 """What the dynamic models of a pair have in common: what they ask of a scene, and what they are made of."""
 
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
 from wearlab.dynamics.models import InMotion
-from wearlab.dynamics.spur import GearSupport, PairFriction, effective_mass, mesh_damping_of
+from wearlab.dynamics.spur import (
+    NO_SUPPORT,
+    GearSupport,
+    Meshing,
+    PairedGear,
+    PairFriction,
+    effective_mass,
+    mesh_damping_of,
+)
+from wearlab.gears.gear import Gear
 from wearlab.gears.pair import GearPair
 
 
-def common_arguments(model: Any, motion: InMotion) -> dict[str, Any]:
+class PairArguments(TypedDict):
+    """What a builder of :mod:`wearlab.dynamics.spur` is told."""
+
+    gears: tuple[PairedGear, PairedGear]
+    mesh: Meshing
+    torque: float
+    fluctuation: float | None
+    friction: PairFriction | None
+
+
+def common_arguments(model: Any, motion: InMotion) -> PairArguments:
     """Return what both builders of :mod:`wearlab.dynamics.spur` are told."""
     pair, mesh = motion.gears.kinds[0].pair, motion.meshes[0]
-    first, second = pair.gears
-    inertia, base_radius = (first.inertia, second.inertia), (first.base_radius, second.base_radius)
+    first, second = (_gear(gear, model.supports.get(gear.name)) for gear in pair.gears)
     damping = mesh.damping
     if damping is None:
-        mass = effective_mass(inertia, base_radius)
-        damping = mesh_damping_of(mesh.damping_ratio, float(motion.stiffness[0]), mass)
+        damping = mesh_damping_of(
+            mesh.damping_ratio, float(motion.stiffness[0]), effective_mass(first, second)
+        )
     wave = motion.operation.torque_fluctuation
     return {
-        "inertia": inertia,
-        "base_radius": base_radius,
+        "gears": (first, second),
+        "mesh": Meshing(damping, mesh.damps_always, mesh.normal_backlash),
         "torque": motion.operation.torque,
-        "mesh_damping": damping,
-        "damping_always": mesh.damps_always,
-        "backlash": mesh.normal_backlash,
         "fluctuation": None if wave is None else wave.amplitude,
-        "supports": tuple(_support(model.supports.get(gear.name), gear.base_radius) for gear in pair.gears),
-        "names": (first.name, second.name),
         "friction": None if model.friction is None else _friction(pair),
     }
 
 
+def _gear(gear: Gear, support: Any) -> PairedGear:
+    return PairedGear(
+        gear.inertia, gear.base_radius, gear.mass, _support(support, gear.base_radius), gear.name
+    )
+
+
 def _support(given: Any, base_radius: float) -> GearSupport:
     if given is None:
-        return GearSupport()
+        return NO_SUPPORT
     tangential = given.tangential_stiffness
     if given.torsional_stiffness is not None:
         tangential = given.torsional_stiffness / base_radius**2

@@ -41,6 +41,50 @@ class GearSupport(NamedTuple):
 NO_SUPPORT = GearSupport()
 
 
+class PairedGear(NamedTuple):
+    """A gear of a pair, as a rigid body on its support.
+
+    Parameters
+    ----------
+    inertia : I [kg m²]
+    base_radius : r_b [m]
+    mass : m, of a gear that moves along the line of action [kg]
+    support : what holds it
+    name : the member's name
+    """
+
+    inertia: float
+    base_radius: float
+    mass: float = 0.0
+    support: GearSupport = NO_SUPPORT
+    name: str = "gear"
+
+    @property
+    def equivalent(self) -> float:
+        """I/r_b², the inertia seen at the base radius [kg]."""
+        return self.inertia / self.base_radius**2
+
+    @property
+    def turns_freely(self) -> bool:
+        """Whether nothing holds its rotation."""
+        return self.support.tangential_stiffness is None and self.support.torsional_damping is None
+
+
+class Meshing(NamedTuple):
+    """What a mesh does beside its springs.
+
+    Parameters
+    ----------
+    damping : c [N s/m]
+    damps_always : the damping acts in separation too
+    backlash : normal backlash j_bn [m], None: no back flank
+    """
+
+    damping: float = 0.0
+    damps_always: bool = False
+    backlash: float | None = None
+
+
 class PairFriction(NamedTuple):
     """Where tooth friction acts on a pair: arms ``ρ_i = r_i tan α_w + slope_i s`` about the gears' axes.
 
@@ -61,15 +105,9 @@ def _damping(value: float | None, ratio: float | None, stiffness: float | None, 
     return 2.0 * (ratio or 0.0) * np.sqrt((stiffness or 0.0) * mass)
 
 
-def effective_mass(inertia: tuple[float, float], base_radius: tuple[float, float]) -> float:
-    """Return the torsional effective mass of a mesh, ``1/m_c = r1²/I1 + r2²/I2`` [kg] (L16 Eq. 3).
-
-    Parameters
-    ----------
-    inertia : I of the driving and the driven gear [kg m²]
-    base_radius : their base radii [m]
-    """
-    return 1.0 / sum(r**2 / i for r, i in zip(base_radius, inertia, strict=True))
+def effective_mass(driving: PairedGear, driven: PairedGear) -> float:
+    """Return the torsional effective mass of a mesh, ``1/m_c = r1²/I1 + r2²/I2`` [kg] (L16 Eq. 3)."""
+    return 1.0 / sum(gear.base_radius**2 / gear.inertia for gear in (driving, driven))
 
 
 def mesh_damping_of(ratio: float, mean_stiffness: float, mass: float) -> float:
@@ -83,16 +121,10 @@ def mesh_damping_of(ratio: float, mean_stiffness: float, mass: float) -> float:
 
 
 def torsional(
-    *,
-    inertia: tuple[float, float],
-    base_radius: tuple[float, float],
+    gears: tuple[PairedGear, PairedGear],
+    mesh: Meshing,
     torque: float,
-    mesh_damping: float,
-    damping_always: bool = False,
-    backlash: float | None = None,
     fluctuation: float | None = None,
-    supports: tuple[GearSupport, GearSupport] = (NO_SUPPORT, NO_SUPPORT),
-    names: tuple[str, str] = ("pinion", "gear"),
     friction: PairFriction | None = None,
 ) -> System:
     """Build the torsional model, ``m_c ẍ + W = T/r1`` with ``x = r1 θ1 − r2 θ2``.
@@ -103,33 +135,21 @@ def torsional(
 
     Parameters
     ----------
-    inertia, base_radius : of the driving and driven gear [kg m²], [m]
+    gears : driving and driven, with their torsional supports
+    mesh : damping and backlash
     torque : on the driving gear [N m]; the driven gear's balances it
-    mesh_damping : c [N s/m]
-    damping_always : the damping acts in separation too
-    backlash : normal backlash j_bn [m], None: no back flank
     fluctuation : amplitude of the fluctuating input torque [N m] (L16 Eq. 9), None: none
-    supports : torsional supports of the driving and driven gear
-    names : member names, driving first
     friction : lever arms of tooth friction, None: none
     """
-    rotation = _rotation(inertia, base_radius, torque, fluctuation, supports, names, friction is not None)
-    system = _system([rotation], mesh_damping, damping_always, backlash, effective_mass(inertia, base_radius))
-    return system if friction is None else _rubbing(system, friction, base_radius)
+    system = _system(gears, [_rotation(gears, torque, fluctuation, friction is not None)], mesh)
+    return system if friction is None else _rubbing(system, friction, gears)
 
 
 def spur_3dof(
-    *,
-    mass: tuple[float, float],
-    inertia: tuple[float, float],
-    base_radius: tuple[float, float],
+    gears: tuple[PairedGear, PairedGear],
+    mesh: Meshing,
     torque: float,
-    mesh_damping: float,
-    supports: tuple[GearSupport, GearSupport],
-    damping_always: bool = False,
-    backlash: float | None = None,
     fluctuation: float | None = None,
-    names: tuple[str, str] = ("pinion", "gear"),
     friction: PairFriction | None = None,
 ) -> System:
     """Build L16's model with translations along the line of action, Eq. 1–6.
@@ -140,38 +160,33 @@ def spur_3dof(
 
     Parameters
     ----------
-    mass, inertia, base_radius : of the driving and driven gear [kg], [kg m²], [m]
-    torque : on the driving gear [N m]; the driven gear's balances it
-    mesh_damping : c [N s/m]
-    supports : bearings of the driving and driven gear
-    damping_always, backlash, fluctuation, names, friction : as in `torsional`; friction acts through its
-        moment only
+    gears : driving and driven, with masses and bearings
+    mesh, torque, fluctuation, friction : as in `torsional`; friction acts through its moment only
     """
-    rotation = _rotation(inertia, base_radius, torque, fluctuation, supports, names, friction is not None)
     translations = [
         _Part(
-            (f"{name}.y",),
-            (m,),
-            (support.radial_damping_on(m),),
-            (support.radial_stiffness or 0.0,),
+            (f"{gear.name}.y",),
+            (gear.mass,),
+            (gear.support.radial_damping_on(gear.mass),),
+            (gear.support.radial_stiffness or 0.0,),
             (sign,),
-            (-sign * support.preload,),
+            (-sign * gear.support.preload,),
             (0.0,),
         )
-        for name, m, support, sign in zip(names, mass, supports, (1.0, -1.0), strict=True)
+        for gear, sign in zip(gears, (1.0, -1.0), strict=True)
     ]
-    parts = [*translations, rotation]
-    system = _system(parts, mesh_damping, damping_always, backlash, effective_mass(inertia, base_radius))
-    return system if friction is None else _rubbing(system, friction, base_radius)
+    rotation = _rotation(gears, torque, fluctuation, friction is not None)
+    system = _system(gears, [*translations, rotation], mesh)
+    return system if friction is None else _rubbing(system, friction, gears)
 
 
-def _rubbing(system: System, friction: PairFriction, base_radius: tuple[float, float]) -> System:
+def _rubbing(system: System, friction: PairFriction, gears: tuple[PairedGear, PairedGear]) -> System:
     """Return the system with friction on its last two coordinates, u1 and u2."""
     arm = np.tan(friction.pressure_angle)
     constant, slope = np.zeros_like(system.direction), np.zeros_like(system.direction)
     constant[0, -2:] = arm, -arm
-    one, two = friction.arm_slope
-    slope[0, -2:] = one / base_radius[0], -two / base_radius[1]
+    driving, driven = friction.arm_slope
+    slope[0, -2:] = driving / gears[0].base_radius, -driven / gears[1].base_radius
     free = not system.stiffness[-2:, -2:].any()
     return system._replace(
         friction_constant=constant,
@@ -193,38 +208,31 @@ class _Part(NamedTuple):
 
 
 def _rotation(
-    inertia: tuple[float, float],
-    base_radius: tuple[float, float],
-    torque: float,
-    fluctuation: float | None,
-    supports: tuple[GearSupport, GearSupport],
-    names: tuple[str, str],
-    both: bool = False,
+    gears: tuple[PairedGear, PairedGear], torque: float, fluctuation: float | None, both: bool
 ) -> _Part:
     """Return x alone where nothing holds the rotations, else (or when asked) both rotations."""
-    m1, m2 = (i / r**2 for i, r in zip(inertia, base_radius, strict=True))
-    force = torque / base_radius[0]
-    variation = None if fluctuation is None else fluctuation / base_radius[0]
-    if not both and all(s.tangential_stiffness is None and s.torsional_damping is None for s in supports):
+    first, second = gears
+    m1, m2 = first.equivalent, second.equivalent
+    force = torque / first.base_radius
+    variation = None if fluctuation is None else fluctuation / first.base_radius
+    if not both and first.turns_freely and second.turns_freely:
         # x = u1 − u2: ẍ = (T1/r1 − W)/m1 + (T2/r2 − W)/m2, and both loads equal T/r1; a fluctuation
         # of the input torque alone enters through the driving gear's share m_c/m1 (L16 Eq. 5).
         m_c = 1.0 / (1.0 / m1 + 1.0 / m2)
         share = None if variation is None else (variation * m_c / m1,)
         return _Part(("mesh.x",), (m_c,), (0.0,), (0.0,), (1.0,), (force,), share)
     return _Part(
-        tuple(f"{name}.u" for name in names),
+        tuple(f"{gear.name}.u" for gear in gears),
         (m1, m2),
-        (supports[0].torsional_damping_on(m1), supports[1].torsional_damping_on(m2)),
-        (supports[0].tangential_stiffness or 0.0, supports[1].tangential_stiffness or 0.0),
+        (first.support.torsional_damping_on(m1), second.support.torsional_damping_on(m2)),
+        (first.support.tangential_stiffness or 0.0, second.support.tangential_stiffness or 0.0),
         (1.0, -1.0),
         (force, -force),
         None if variation is None else (variation, 0.0),
     )
 
 
-def _system(
-    parts: list[_Part], mesh_damping: float, damping_always: bool, backlash: float | None, mesh_mass: float
-) -> System:
+def _system(gears: tuple[PairedGear, PairedGear], parts: list[_Part], mesh: Meshing) -> System:
     def joined(field: str) -> Array:
         return np.array([value for part in parts for value in getattr(part, field)])
 
@@ -240,10 +248,10 @@ def _system(
         stiffness=stiffness_of(supports, len(names)),
         direction=joined("direction")[None, :],
         load=joined("load"),
-        mesh_damping=np.array([mesh_damping]),
-        damping_always=damping_always,
-        mesh_mass=np.array([mesh_mass]),
-        backlash=None if backlash is None else np.array([backlash]),
+        mesh_damping=np.array([mesh.damping]),
+        damping_always=mesh.damps_always,
+        mesh_mass=np.array([effective_mass(*gears)]),
+        backlash=None if mesh.backlash is None else np.array([mesh.backlash]),
         fluctuation_direction=None if parts[-1].fluctuation is None else joined("fluctuation"),
         supports=supports,
     )

@@ -22,8 +22,7 @@ class Spur3dofDynamics(DynamicModel):
         from wearlab.dynamics.of_pair import common_arguments
         from wearlab.dynamics.spur import spur_3dof
 
-        first, second = motion.gears.kinds[0].pair.gears
-        return spur_3dof(mass=(first.mass, second.mass), **common_arguments(self, motion))
+        return spur_3dof(**common_arguments(self, motion))
 
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """Yield what is wrong with the supports."""
