@@ -22,6 +22,7 @@ from plain_planetary import (
     tables,
     torsional,
 )
+from planetary_arguments import rigid_set
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
@@ -281,13 +282,13 @@ def test_one_planet_on_rigid_bearings_is_a_pair() -> None:
     """
     rigid, held = 2e11, 2e7
     set_of_one = planetary(
-        planet_angles=[0.7],
-        mass=dict.fromkeys(MASS, 1e6),
+        rigid=rigid_set(
+            dict.fromkeys(MASS, 1e6), INERTIA | {"carrier": 1e6 * PIN**2}, BASE, PIN, ALPHA, [0.7]
+        ),
         radial_stiffness=dict.fromkeys(RADIAL, 1e14),
         radial_damping={},
         tangential_stiffness={"carrier": 1e14, "ring": held},
         tangential_damping={"ring": 700.0},
-        inertia=INERTIA | {"carrier": 1e6 * PIN**2},
         mesh_damping={"sun_planet": DAMPING["sun_planet"], "planet_ring": 0.0},
         carrier_speed=0.0,
     )

@@ -4,11 +4,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from planetary_arguments import rigid_set, translating
 from scipy.integrate import solve_ivp
 
 from wearlab.dynamics.mode_kinds import mode_kinds
 from wearlab.dynamics.modes import modes, natural_frequencies
-from wearlab.dynamics.planetary import assemble, balanced_torques
+from wearlab.dynamics.rigid_set import balanced_torques
 from wearlab.dynamics.system import System
 
 ALPHA = np.deg2rad(24.6)
@@ -23,17 +24,15 @@ def lin_parker(angles: Any = 3, **changes: Any) -> System:
     if isinstance(angles, int):
         angles = 2 * np.pi * np.arange(angles) / angles
     radius = RADIUS | {"carrier": PIN}
+    mass = {"sun": 0.4, "ring": 2.35, "carrier": 5.43, "planet": 0.66}
+    inertia = {member: value * radius[member] ** 2 for member, value in EQUIVALENT.items()}
+    alpha = changes.pop("pressure_angle", {"sun_planet": ALPHA, "planet_ring": ALPHA})
     given: dict[str, Any] = {
-        "mass": {"sun": 0.4, "ring": 2.35, "carrier": 5.43, "planet": 0.66},
-        "inertia": {member: value * radius[member] ** 2 for member, value in EQUIVALENT.items()},
-        "base_radius": RADIUS,
-        "pin_circle_radius": PIN,
-        "pressure_angle": {"sun_planet": ALPHA, "planet_ring": ALPHA},
-        "planet_angles": angles,
+        "rigid": rigid_set(mass, inertia, RADIUS, PIN, alpha, angles),
         "radial_stiffness": dict.fromkeys(("sun", "ring", "carrier", "planet"), 1e8),
         "tangential_stiffness": {"ring": 1e9},
     }
-    return assemble(**(given | changes))
+    return translating(**(given | changes))
 
 
 def lin_parker_matrices(angles: np.ndarray, alpha: dict[str, float], mesh: dict[str, float]) -> Any:
@@ -244,10 +243,10 @@ def test_a_turning_carrier_splits_translational_pairs_only() -> None:
 
 
 def test_balanced_torques_do_no_work_on_the_free_rotation() -> None:
-    torque = balanced_torques(90.0, RADIUS, PIN, {"sun_planet": ALPHA, "planet_ring": 0.3})
-    system = lin_parker(
-        3, pressure_angle={"sun_planet": ALPHA, "planet_ring": 0.3}, torque=torque, tangential_stiffness={}
-    )
+    alpha = {"sun_planet": ALPHA, "planet_ring": 0.3}
+    one = dict.fromkeys(EQUIVALENT, 1.0)
+    torque = balanced_torques(rigid_set(one, one, RADIUS, PIN, alpha, [0.0]), 90.0)
+    system = lin_parker(3, pressure_angle=alpha, torque=torque, tangential_stiffness={})
     assert system.load.any()
     with pytest.raises(ValueError, match="not in balance"):
         lin_parker(3, torque={"sun": 90.0})

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from planetary_arguments import rigid_set, rotating, translating
 from scipy.integrate import solve_ivp
 
 from wearlab.dynamics.energy import energy_balance
 from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.planetary import MESHES, assemble, balanced_torques
-from wearlab.dynamics.planetary_torsional import planetary_torsional
 from wearlab.dynamics.response import Counts, Response, Verdict, accelerations
+from wearlab.dynamics.rigid_set import MESHES, RigidSet, balanced_torques
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables, stage_grid
 
@@ -102,19 +102,22 @@ class Scene(NamedTuple):
         error = np.zeros(columns.shape[1:4])
         return StageTables(grid.width, columns[0], columns[1], error, error, None, columns[2], columns[3])
 
+    @property
+    def rigid(self) -> RigidSet:
+        return rigid_set(MASS, INERTIA, RADIUS, PIN, ALPHA, self.angles)
+
     def system(self, **changes: Any) -> System:
         given: dict[str, Any] = {
-            "inertia": INERTIA, "base_radius": RADIUS, "pin_circle_radius": PIN, "pressure_angle": ALPHA,
-            "planet_angles": self.angles, "mesh_damping": MESH_DAMPING, "friction": True,
+            "rigid": self.rigid, "mesh_damping": MESH_DAMPING, "friction": True,
         }  # fmt: skip
         if not self.translations:
-            return planetary_torsional(**given, planet_mass=MASS["planet"], sun_torque=TORQUE, **changes)
+            return rotating(**given, sun_torque=TORQUE, **changes)
         given |= {
-            "mass": MASS, "radial_stiffness": RADIAL, "radial_damping": RADIAL_DAMPING, "balanced": "carrier",
+            "radial_stiffness": RADIAL, "radial_damping": RADIAL_DAMPING, "balanced": "carrier",
             "tangential_stiffness": {"ring": RING[0]}, "tangential_damping": {"ring": RING[1]},
             "carrier_speed": self.carrier_speed, "torque": {"sun": TORQUE},
         }  # fmt: skip
-        return assemble(**(given | changes))
+        return translating(**(given | changes))
 
     @property
     def nominal(self) -> dict[str, float]:
@@ -351,7 +354,7 @@ def test_no_friction_is_the_model_without() -> None:
     scene = Scene(3, 0.0)
     smooth, grid = orbit(scene), stage_grid(scene.breaks, 900)
     plain = Periodic().solve(
-        scene.system(friction=False, balanced=None, torque=balanced_torques(TORQUE, RADIUS, PIN, ALPHA)
+        scene.system(friction=False, balanced=None, torque=balanced_torques(scene.rigid, TORQUE)
                      | {"ring": 0.0}),
         scene.tables(grid)._replace(sliding=None, moment=None),
         PERIOD,

@@ -3,9 +3,10 @@
 from typing import Any
 
 import numpy as np
+from planetary_arguments import rigid_set, rotating, translating
 
-from wearlab.dynamics.planetary import assemble, balanced_torques, effective_masses, support_damping
-from wearlab.dynamics.planetary_torsional import planetary_torsional
+from wearlab.dynamics.planetary import support_damping
+from wearlab.dynamics.rigid_set import balanced_torques, effective_masses
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables
 
@@ -26,21 +27,17 @@ RATIO, ENTRY = np.repeat([1.55, 1.8], 3), np.repeat([-5e-3, -6e-3], 3)
 BREAKS = np.unique(
     np.round(np.concatenate([OFFSET, (OFFSET + RATIO - 1) % 1, (OFFSET - ENTRY / PITCH) % 1]), 12)
 )
-DAMPING = {mesh: 0.14 * np.sqrt(MEAN[mesh] * mass) for mesh, mass in effective_masses(INERTIA, BASE).items()}
+RIGID = rigid_set(MASS, INERTIA, BASE, PIN, ALPHA, ANGLES)
+DAMPING = {mesh: 0.14 * np.sqrt(MEAN[mesh] * mass) for mesh, mass in effective_masses(RIGID).items()}
 
 
 def planetary(torque: float = 90.0, carrier_stiffness: float = 1e7, **changes: Any) -> System:
     tangential = {"ring": 57.6e6, "carrier": carrier_stiffness}
     torques = {"sun": torque}
     if carrier_stiffness < 1e6:
-        torques["carrier"] = balanced_torques(torque, BASE, PIN, ALPHA)["carrier"]
+        torques["carrier"] = balanced_torques(RIGID, torque)["carrier"]
     given: dict[str, Any] = {
-        "mass": MASS,
-        "inertia": INERTIA,
-        "base_radius": BASE,
-        "pin_circle_radius": PIN,
-        "pressure_angle": ALPHA,
-        "planet_angles": ANGLES,
+        "rigid": RIGID,
         "radial_stiffness": RADIAL,
         "tangential_stiffness": tangential,
         "carrier_speed": CARRIER,
@@ -49,21 +46,16 @@ def planetary(torque: float = 90.0, carrier_stiffness: float = 1e7, **changes: A
         "tangential_damping": {"ring": 600.0, "carrier": 1e3 if carrier_stiffness >= 1e6 else 0.0},
         "mesh_damping": DAMPING,
     }
-    return assemble(**(given | changes))
+    return translating(**(given | changes))
 
 
 def torsional(**changes: Any) -> System:
     given: dict[str, Any] = {
-        "inertia": INERTIA,
-        "planet_mass": MASS["planet"],
-        "base_radius": BASE,
-        "pin_circle_radius": PIN,
-        "pressure_angle": ALPHA,
-        "planet_angles": ANGLES,
+        "rigid": RIGID,
         "sun_torque": 90.0,
         "mesh_damping": DAMPING,
     }
-    return planetary_torsional(**(given | changes))
+    return rotating(**(given | changes))
 
 
 def pairs(mesh: int, phase: Any, middle: Any, mu: float) -> list[tuple[Any, Any, Any]]:

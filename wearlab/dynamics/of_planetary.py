@@ -1,19 +1,17 @@
 """What the dynamic models of a planetary set have in common; SI numbers by member."""
 
+from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
-from wearlab.arrays import Array
 from wearlab.dynamics import planetary
+from wearlab.dynamics.holding import OfMembers
 from wearlab.dynamics.models import InMotion
-from wearlab.dynamics.spur import mesh_damping_of
+from wearlab.dynamics.planetary import MemberTorques
+from wearlab.dynamics.rigid_set import RigidSet, balanced_torques, effective_masses
+from wearlab.dynamics.spur import Meshing, mesh_damping_of
+from wearlab.dynamics.supports import MemberSupport
 from wearlab.gears.train import Train
-
-ByMember = dict[str, float]
-
-NEVER = 1.0
-"""A backlash that no motion reaches, where the meshes of the other kind alone have a back flank [m]."""
+from wearlab.mesh.gear_set import Body
 
 
 def train_of(motion: InMotion) -> Train:
@@ -28,56 +26,28 @@ def mirror(motion: InMotion) -> float:
     return motion.gears.sense
 
 
-def planet_angles(motion: InMotion) -> Array:
-    """Return the angles of the planets in the sense in which the model counts, (n,) [rad]."""
-    return np.asarray(motion.gears.angles)
+def rigid_set(motion: InMotion) -> RigidSet:
+    """Return the members of the set and where they touch."""
+    angles = {kind.section: kind.pair.working_pressure_angle for kind in motion.gears.kinds}
+    return RigidSet(motion.gears.bodies, angles, motion.gears.angles)
 
 
-def inertias(motion: InMotion) -> ByMember:
-    """Return the inertias of gears and carrier [kg m²]."""
-    return {name: body.inertia for name, body in motion.gears.bodies.items()}
+def held(supports: OfMembers, rigid: RigidSet) -> dict[str, MemberSupport]:
+    """Return what holds the members, torsional supports as springs at the members' radii."""
+    return {name: _support(one, rigid.bodies[name]) for name, one in supports.given.items()}
 
 
-def masses(motion: InMotion) -> ByMember:
-    """Return the masses of gears and carrier [kg]."""
-    return {name: body.mass for name, body in motion.gears.bodies.items()}
-
-
-def base_radii(motion: InMotion) -> ByMember:
-    """Return the base radii of the gears [m]."""
-    return {name: gear.base_radius for name, gear in motion.gears.gears.items()}
-
-
-def radii(motion: InMotion) -> ByMember:
-    """Return base radii, and the pin circle's radius of the carrier [m]."""
-    return {name: body.radius for name, body in motion.gears.bodies.items()}
-
-
-def pressure_angles(motion: InMotion) -> ByMember:
-    """Return the working pressure angles by kind of mesh [rad]."""
-    return {one.section: one.pair.working_pressure_angle for one in motion.gears.kinds}
-
-
-def tangential_stiffness(held: dict[str, Any], radius: ByMember) -> ByMember:
-    """Return torsional supports as springs at the members' radii, 0 without [N/m]."""
-    found = {}
-    for name, one in held.items():
-        given = one.torsional_stiffness
-        at_radius = one.tangential_stiffness if given is None else given / radius[name] ** 2
-        found[name] = float(at_radius or 0.0)
-    return found
-
-
-def tangential_damping(
-    held: dict[str, Any], stiffness: ByMember, inertia: ByMember, radius: ByMember
-) -> ByMember:
-    """Return the damping of torsional supports at the members' radii [N s/m]."""
-    found = {}
-    for name, one in held.items():
-        square = radius[name] ** 2
-        given = None if one.torsional_damping is None else one.torsional_damping / square
-        found[name] = support_damping(given, one.damping_ratio, stiffness[name], inertia[name] / square)
-    return found
+def _support(given: Any, body: Body) -> MemberSupport:
+    radial, torsional, square = given.radial_stiffness, given.torsional_stiffness, body.radius**2
+    tangential = float((given.tangential_stiffness if torsional is None else torsional / square) or 0.0)
+    damping = None if given.torsional_damping is None else given.torsional_damping / square
+    ratio = given.damping_ratio
+    return MemberSupport(
+        radial or 0.0,
+        tangential,
+        support_damping(given.damping, ratio, radial, body.mass),
+        support_damping(damping, ratio, tangential, body.equivalent),
+    )
 
 
 def support_damping(value: float | None, ratio: float | None, stiffness: float | None, mass: float) -> float:
@@ -87,9 +57,9 @@ def support_damping(value: float | None, ratio: float | None, stiffness: float |
     return planetary.support_damping(ratio or 0.0, stiffness or 0.0, mass)
 
 
-def grounded(stiffness: ByMember) -> set[str]:
+def grounded(held: Mapping[str, MemberSupport]) -> set[str]:
     """Return the members that a torsional spring ties to ground."""
-    return {name for name, k in stiffness.items() if k > 0.0}
+    return {name for name, support in held.items() if support.tangential_stiffness > 0.0}
 
 
 def sun_torque(motion: InMotion) -> float:
@@ -97,22 +67,16 @@ def sun_torque(motion: InMotion) -> float:
     return abs(train_of(motion).torques(motion.operation.torque).sun)
 
 
-def torques(motion: InMotion, tied: set[str]) -> ByMember:
-    """Return the torques on the members that are not held, positive where they load drive flanks [N m]."""
-    every = planetary.balanced_torques(
-        sun_torque(motion), base_radii(motion), radii(motion)["carrier"], pressure_angles(motion)
-    )
-    idle = {motion.operation.fixed}
-    if not _output_loaded(motion, tied):
-        idle.add(motion.operation.output)
-    return {member: torque for member, torque in every.items() if member not in idle}
+def torques(motion: InMotion, tied: set[str]) -> MemberTorques:
+    """Return the torques on the members that are not held, positive where they load drive flanks [N m].
 
-
-def balanced(motion: InMotion, tied: set[str]) -> str | None:
-    """Return the member whose torque is solved for: an output that nothing grounds."""
-    if not _output_loaded(motion, tied) or motion.operation.output in tied:
-        return None
-    return str(motion.operation.output)
+    An output that nothing grounds gets the torque that keeps its speed.
+    """
+    output, loaded = motion.operation.output, _output_loaded(motion, tied)
+    idle = {motion.operation.fixed} | (set() if loaded else {output})
+    every = balanced_torques(rigid_set(motion), sun_torque(motion))
+    given = {member: torque for member, torque in every.items() if member not in idle}
+    return MemberTorques(given, str(output) if loaded and output not in tied else None)
 
 
 def _output_loaded(motion: InMotion, tied: set[str]) -> bool:
@@ -121,21 +85,17 @@ def _output_loaded(motion: InMotion, tied: set[str]) -> bool:
     return motion.operation.output not in tied if given is None else given == "balance"
 
 
-def mesh_damping(motion: InMotion, mass: ByMember) -> ByMember:
-    """Return c of both kinds of mesh, given or 2 ζ √(k̄ m) [N s/m]."""
-    half = len(motion.stiffness) // 2
-    means = (motion.stiffness[0], motion.stiffness[half])
-    found = {}
-    for one, mesh, mean in zip(motion.gears.kinds, motion.meshes, means, strict=True):
-        ratio = mesh_damping_of(mesh.damping_ratio or 0.0, float(mean), mass[one.section])
-        found[one.section] = ratio if mesh.damping is None else mesh.damping
-    return found
-
-
-def backlash(motion: InMotion) -> ByMember | None:
-    """Return the backlash of both kinds of mesh, None where neither has a back flank [m]."""
-    kinds = zip(motion.gears.kinds, motion.meshes, strict=True)
-    given = {one.section: mesh.normal_backlash for one, mesh in kinds}
-    if all(value is None for value in given.values()):
-        return None
-    return {section: NEVER if value is None else value for section, value in given.items()}
+def meshing(motion: InMotion, rigid: RigidSet) -> dict[str, Meshing]:
+    """Return damping, given or 2 ζ √(k̄ m), and backlash of both kinds of mesh."""
+    half, mass = len(motion.stiffness) // 2, effective_masses(rigid)
+    means, always = (motion.stiffness[0], motion.stiffness[half]), motion.meshes[0].damps_always
+    return {
+        kind.section: Meshing(
+            mesh_damping_of(mesh.damping_ratio or 0.0, float(mean), mass[kind.section])
+            if mesh.damping is None
+            else mesh.damping,
+            always,
+            mesh.normal_backlash,
+        )
+        for kind, mesh, mean in zip(motion.gears.kinds, motion.meshes, means, strict=True)
+    }

@@ -1,40 +1,52 @@
 """Builder of the planetary model with translations and rotations, 3(N + 3) degrees of freedom (W23)."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, NamedTuple, TypedDict
 
 import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.planetary_mesh import CENTRAL, U, bearing_vectors, coordinates, mesh_vectors
 from wearlab.dynamics.rigid import require_held
-from wearlab.dynamics.supports import Support, damping_of, grounded, stiffness_of
+from wearlab.dynamics.rigid_set import RigidSet, effective_masses
+from wearlab.dynamics.spur import Meshing
+from wearlab.dynamics.supports import FREE, MemberSupport, Support, damping_of, grounded, stiffness_of
 from wearlab.dynamics.system import System
 
 MEMBERS = (*CENTRAL, "planet")
-MESHES = ("sun_planet", "planet_ring")
+NO_MESHING: Mapping[str, Meshing] = MappingProxyType({})
+NEVER = 1.0
+"""A backlash that no motion reaches, where the meshes of the other kind alone have a back flank [m]."""
 ALIKE = 1e-9
 """Distance of the planets' centre of mass from the axis, over their path, that is none."""
 
 
+class MemberTorques(NamedTuple):
+    """What turns the members.
+
+    Parameters
+    ----------
+    given : on ``sun``, ``ring``, ``carrier``, positive as their angles [N m]; see `balanced_torques`
+    balanced : the member whose torque is solved for, so that a set free to turn keeps its speed; None: the
+        torques given must be in balance
+    """
+
+    given: Mapping[str, float] = MappingProxyType({})
+    balanced: str | None = None
+
+
+NO_TORQUES = MemberTorques()
+
+
 def assemble(
+    rigid: RigidSet,
+    held: Mapping[str, MemberSupport],
+    meshing: Mapping[str, Meshing] = NO_MESHING,
+    torques: MemberTorques = NO_TORQUES,
     *,
-    mass: Mapping[str, float],
-    inertia: Mapping[str, float],
-    base_radius: Mapping[str, float],
-    pin_circle_radius: float,
-    pressure_angle: Mapping[str, float],
-    planet_angles: Sequence[float] | Array,
-    radial_stiffness: Mapping[str, float],
-    tangential_stiffness: Mapping[str, float],
     carrier_speed: float = 0.0,
-    torque: Mapping[str, float] | None = None,
-    radial_damping: Mapping[str, float] | None = None,
-    tangential_damping: Mapping[str, float] | None = None,
-    mesh_damping: Mapping[str, float] | None = None,
-    damping_always: bool = False,
-    backlash: Mapping[str, float] | None = None,
     friction: bool = False,
-    balanced: str | None = None,
 ) -> System:
     """Build W23's model in the carrier frame, Eqs. 7–14 with the misprints mended.
 
@@ -44,24 +56,12 @@ def assemble(
 
     Parameters
     ----------
-    mass, inertia : of ``sun``, ``ring``, ``carrier``, ``planet`` [kg], [kg m²]
-    base_radius : of ``sun``, ``ring``, ``planet`` [m]
-    pin_circle_radius : r_c, the carrier's radius to the planets' centres [m]
-    pressure_angle : operating, of ``sun_planet`` and ``planet_ring`` [rad]
-    planet_angles : (N,) ψ_n [rad]
-    radial_stiffness : supports k_x = k_y of every member; the planet's is its bearing on the pin; missing: 0
-        [N/m]
-    tangential_stiffness : torsional supports k_u at the base radius, the carrier's at the pin circle;
-        missing: 0 [N/m]
+    rigid : members, pressure angles, planet angles
+    held : what holds each member; a planet's radial stiffness is its bearing on the pin; missing: nothing
+    meshing : damping and backlash of ``sun_planet`` and ``planet_ring``; missing: none
+    torques : on the members
     carrier_speed : ω_c, of the gyroscopic and centripetal terms [rad/s]
-    torque : on ``sun``, ``ring``, ``carrier``, positive as their angles [N m]; see `balanced_torques`
-    radial_damping, tangential_damping : of the same supports [N s/m]; see `support_damping`
-    mesh_damping : c of ``sun_planet`` and ``planet_ring`` [N s/m]; see `effective_masses`
-    damping_always : the mesh damping acts in separation too
-    backlash : j_bn of ``sun_planet`` and ``planet_ring`` [m]; None: no back flanks
     friction : the meshes get friction vectors (the tables then carry ``sliding`` and ``moment``)
-    balanced : the member whose torque is solved for, so that a set free to turn keeps its speed; None: the
-        torques given must be in balance
 
     Returns
     -------
@@ -88,37 +88,23 @@ def assemble(
     ----------
     W23 Eqs. 1–14; J. Lin, R. G. Parker, J. Vib. Acoust. 121 (1999) 316, Eqs. 1–9.
     """
-    for given in (mass, inertia, base_radius, radial_stiffness, tangential_stiffness):
+    for given in (rigid.bodies, held, torques.given):
         _known(given, MEMBERS)
-    for optional in (torque, radial_damping, tangential_damping):
-        _known(optional or {}, MEMBERS)
-    angles = np.asarray(planet_angles, float)
-    alpha = {mesh: float(pressure_angle[mesh]) for mesh in MESHES}
-    planets, names = len(angles), coordinates(len(angles))
-    vectors = mesh_vectors(angles, alpha["sun_planet"], alpha["planet_ring"], dict(base_radius))
-    radius = _radii(base_radius, pin_circle_radius)
-
-    def per_mesh(given: Mapping[str, float]) -> Array:
-        return np.repeat([float(given.get(mesh, 0.0)) for mesh in MESHES], planets)
-
+    bodies, angles = rigid.bodies, rigid.angles
+    planet, planets, names = bodies["planet"], len(angles), coordinates(len(angles))
+    vectors = mesh_vectors(rigid)
+    on_pin = held.get("planet", FREE)
     members = (*CENTRAL, *["planet"] * planets)
-    inertial = [(mass[m], mass[m], inertia[m] / radius[m] ** 2) for m in members]
-    inner = 1.0 - _pull(mass["planet"], radial_stiffness, carrier_speed)
-    spin, swing = _rotation(mass, members, planets * mass["planet"] * inner)
-    swing += _unbalance(angles, mass["planet"], len(names))
-    stiffness = (radial_stiffness, tangential_stiffness)
-    damping = (radial_damping or {}, tangential_damping or {})
-    held = (
-        *_grounded(names, stiffness, damping),
-        *_on_pins(
-            angles, inner, stiffness[0], damping[0], mass["planet"] * carrier_speed**2 * radius["carrier"]
-        ),
-    )
-    supports = _against_unbalance(held)
+    inertial = [(body.mass, body.mass, body.equivalent) for body in (bodies[m] for m in members)]
+    inner = 1.0 - _pull(planet.mass, on_pin.radial_stiffness, carrier_speed)
+    spin, swing = _rotation([bodies[m].mass for m in members], planets * planet.mass * inner)
+    swing += _unbalance(angles, planet.mass, len(names))
+    pull = planet.mass * carrier_speed**2 * bodies["carrier"].radius
+    supports = _against_unbalance((*_grounded(names, held), *_on_pins(angles, inner, on_pin, pull)))
     load = np.zeros(len(names))
-    for member, value in (torque or {}).items():
-        load[names.index(f"{member}.u")] += value / radius[member]
-    turning = carrier_speed != 0.0
+    for member, value in torques.given.items():
+        load[names.index(f"{member}.u")] += value / bodies[member].radius
+    turning, solved = carrier_speed != 0.0, torques.balanced
     system = System(
         coordinates=names,
         mass=np.diag(np.array(inertial, float).ravel()),
@@ -126,40 +112,61 @@ def assemble(
         stiffness=stiffness_of(supports, len(names)),
         direction=vectors.direction,
         load=load,
-        mesh_damping=per_mesh(mesh_damping or {}),
-        damping_always=damping_always,
-        mesh_mass=per_mesh(effective_masses(inertia, base_radius)),
-        backlash=None if backlash is None else per_mesh(backlash),
+        **meshes_of(rigid, meshing),
         gyroscopic=spin if turning else None,
         centripetal=swing if turning else None,
         rotation=float(carrier_speed),
         meshes=vectors.names,
         friction_constant=vectors.friction_constant if friction else None,
         friction_slope=vectors.friction_slope if friction else None,
-        balance=None if balanced is None else np.array([float(name == f"{balanced}.u") for name in names]),
+        balance=None if solved is None else np.array([float(name == f"{solved}.u") for name in names]),
         supports=supports,
     )
     require_held(system)
     return system
 
 
-Given = tuple[Mapping[str, float], Mapping[str, float]]
-"""Radial and tangential values of the members, 0 where missing."""
+class _Meshes(TypedDict):
+    mesh_damping: Array
+    damping_always: bool
+    mesh_mass: Array
+    backlash: Array | None
 
 
-def _grounded(names: Sequence[str], stiffness: Given, damping: Given) -> Iterator[Support]:
+def meshes_of(rigid: RigidSet, meshing: Mapping[str, Meshing]) -> _Meshes:
+    """Return what a system is told of its meshes beside their directions.
+
+    Where the meshes of one kind alone have a back flank, the others get one that no motion reaches.
+    """
+    backlash = {mesh: one.backlash for mesh, one in meshing.items()}
+    given = {mesh: NEVER if value is None else value for mesh, value in backlash.items()}
+    return {
+        "mesh_damping": rigid.per_mesh({mesh: one.damping for mesh, one in meshing.items()}),
+        "damping_always": any(one.damps_always for one in meshing.values()),
+        "mesh_mass": rigid.per_mesh(effective_masses(rigid)),
+        "backlash": None if set(backlash.values()) <= {None} else rigid.per_mesh(given),
+    }
+
+
+def _grounded(names: Sequence[str], held: Mapping[str, MemberSupport]) -> Iterator[Support]:
     """Yield the supports between members and ground; a planet has one of its rotation alone."""
-    for name in names:
-        member, _, axis = name.rpartition(".")
-        own, turns = "planet" if member.startswith("planet") else member, axis == "u"
-        if own != "planet" or turns:
-            k, c = (given[turns].get(own, 0.0) for given in (stiffness, damping))
-            yield from grounded(names, name, k, c)
+    for at, name in enumerate(names):
+        member, turns = name.rpartition(".")[0], at % 3 == U
+        if at < 3 * len(CENTRAL):
+            own = held.get(member, FREE)
+        elif turns:
+            own = held.get("planet", FREE)
+        else:
+            continue
+        k, c = (
+            (own.tangential_stiffness, own.tangential_damping)
+            if turns
+            else (own.radial_stiffness, own.radial_damping)
+        )
+        yield from grounded(names, name, k, c)
 
 
-def _on_pins(
-    angles: Array, inner: float, stiffness: Mapping[str, float], damping: Mapping[str, float], pull: float
-) -> Iterator[Support]:
+def _on_pins(angles: Array, inner: float, bearing: MemberSupport, pull: float) -> Iterator[Support]:
     """Yield the bearings of the planets on their pins, which the centrifugal force of a planet preloads.
 
     ``x_n − (x_c − (1 − σ) u_c sin ψ_n)`` and so on: pins turn on a radius smaller by σ, see `assemble`.
@@ -168,10 +175,10 @@ def _on_pins(
     ----------
     angles : (N,) ψ_n [rad]
     inner : 1 − σ [1]
-    stiffness, damping : radial, of the members [N/m], [N s/m]
+    bearing : of a planet
     pull : m_p ω_c² r_c [N]
     """
-    k, c = stiffness.get("planet", 0.0), damping.get("planet", 0.0)
+    k, c = bearing.radial_stiffness, bearing.radial_damping
     rows = -bearing_vectors(angles)
     turning = np.where(np.arange(rows.shape[1]) == 3 * CENTRAL.index("carrier") + U, inner, 1.0)
     for planet, angle in enumerate(angles):
@@ -192,22 +199,6 @@ def _against_unbalance(held: Sequence[Support]) -> tuple[Support, ...]:
     )
 
 
-def effective_masses(inertia: Mapping[str, float], base_radius: Mapping[str, float]) -> dict[str, float]:
-    """Return the torsional effective mass of one mesh of each kind, ``1/m = r_1²/I_1 + r_2²/I_2`` [kg].
-
-    A mesh damping ratio refers to it and to the mean mesh stiffness, ``c = 2 ζ √(k̄ m)``.
-
-    References
-    ----------
-    L16 Eq. 3, for either kind of mesh.
-    """
-    equivalent = {m: inertia[m] / base_radius[m] ** 2 for m in ("sun", "planet", "ring")}
-    return {
-        mesh: 1.0 / sum(1.0 / equivalent[member] for member in mesh.split("_"))
-        for mesh in MESHES
-    }  # fmt: skip
-
-
 def support_damping(ratio: float, stiffness: float, mass: float) -> float:
     """Return ``c = 2 ζ √(k m)`` of a support on the mass (or I/r²) of its own member [N s/m].
 
@@ -218,48 +209,25 @@ def support_damping(ratio: float, stiffness: float, mass: float) -> float:
     return 2.0 * ratio * float(np.sqrt(stiffness * mass))
 
 
-def balanced_torques(
-    sun_torque: float,
-    base_radius: Mapping[str, float],
-    pin_circle_radius: float,
-    pressure_angle: Mapping[str, float],
-) -> dict[str, float]:
-    """Return the torques on sun, ring and carrier in equilibrium without friction [N m].
-
-    ``F_r = F_s``, ``F_c = −(cos α_s + cos α_r) F_s`` with F = T/r: no work on any rigid rotation.
-
-    References
-    ----------
-    W23 Eqs. 7–14, at rest.
-    """
-    force = sun_torque / base_radius["sun"]
-    reduction = sum(np.cos(pressure_angle[mesh]) for mesh in MESHES)
-    return {
-        "sun": sun_torque,
-        "ring": force * base_radius["ring"],
-        "carrier": -float(reduction) * force * pin_circle_radius,
-    }
-
-
-def _pull(mass: float, radial_stiffness: Mapping[str, float], carrier_speed: float) -> float:
+def _pull(mass: float, radial_stiffness: float, carrier_speed: float) -> float:
     """Return σ, how far the centrifugal force pulls a planet off its pin, over the pin circle radius [1]."""
-    share = mass * carrier_speed**2 / (radial_stiffness.get("planet", 0.0) or np.inf)
+    share = mass * carrier_speed**2 / (radial_stiffness or np.inf)
     if share >= 1.0:
         raise ValueError(
             f"K − ω_c² K_ω is indefinite: at {carrier_speed:.4g} rad/s a planet's centrifugal force grows "
-            f"faster with its path than the bearing's, {radial_stiffness['planet']:.3g} N/m"
+            f"faster with its path than the bearing's, {radial_stiffness:.3g} N/m"
         )
     return share
 
 
-def _rotation(mass: Mapping[str, float], members: Sequence[str], preloaded: float) -> tuple[Array, Array]:
+def _rotation(mass: Sequence[float], preloaded: float) -> tuple[Array, Array]:
     """Return G and K_ω: ``m (ẍ − 2 ω ẏ − ω² x)``, ``m (ÿ + 2 ω ẋ − ω² y)``, and the pins' pull on u_c."""
-    size = 3 * len(members)
+    size = 3 * len(mass)
     gyroscopic, centripetal = np.zeros((size, size)), np.zeros((size, size))
-    for index, member in enumerate(members):
+    for index, own in enumerate(mass):
         x, y = 3 * index, 3 * index + 1
-        gyroscopic[x, y], gyroscopic[y, x] = -2.0 * mass[member], 2.0 * mass[member]
-        centripetal[x, x] = centripetal[y, y] = mass[member]
+        gyroscopic[x, y], gyroscopic[y, x] = -2.0 * own, 2.0 * own
+        centripetal[x, x] = centripetal[y, y] = own
     carrier = 3 * CENTRAL.index("carrier") + U
     centripetal[carrier, carrier] = -preloaded
     return gyroscopic, centripetal
@@ -277,11 +245,7 @@ def _unbalance(angles: Array, mass: float, size: int) -> Array:
     return centripetal
 
 
-def _radii(base_radius: Mapping[str, float], pin_circle_radius: float) -> dict[str, float]:
-    return {**{m: float(base_radius[m]) for m in ("sun", "ring", "planet")}, "carrier": pin_circle_radius}
-
-
-def _known(given: Mapping[str, float], allowed: Sequence[str]) -> None:
+def _known(given: Mapping[str, Any], allowed: Sequence[str]) -> None:
     unknown = sorted(set(given) - set(allowed))
     if unknown:
         raise ValueError(f"unknown member {unknown[0]!r}; members are {', '.join(allowed)}")

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.dynamics.rigid_set import MESHES, RigidSet
 
 CENTRAL = ("sun", "ring", "carrier")
 X, Y, U = 0, 1, 2
@@ -43,31 +44,25 @@ def coordinates(planets: int) -> tuple[str, ...]:
     return tuple(f"{member}.{axis}" for member in members for axis in "xyu")
 
 
-def mesh_vectors(
-    planet_angles: Array, alpha_sun: float, alpha_ring: float, base_radius: dict[str, float]
-) -> MeshVectors:
+def mesh_vectors(rigid: RigidSet) -> MeshVectors:
     """Return the vectors of all meshes.
 
     With ``n = (−sin ψ, cos ψ)``, ψ_s = ψ_n − α_s and ψ_r = ψ_n + α_r, the force direction on the planet:
     ``δ_sn = n_s·(x_s − x_n) + u_s + u_n − e``, ``δ_rn = n_r·(x_r − x_n) + u_r − u_n − e`` (W23 Eqs. 3–6).
     Friction acts along e ⊥ n; the path position s grows towards recess while the sun drives, and the arms
     are ``ρ = r_b tan α ± s``.
-
-    Parameters
-    ----------
-    planet_angles : (N,) ψ_n [rad]
-    alpha_sun, alpha_ring : operating pressure angles of sun–planet and planet–ring [rad]
-    base_radius : of sun, ring and planet [m]
     """
+    planet_angles, base_radius = rigid.angles, rigid.base_radius
+    alpha_sun, alpha_ring = (float(rigid.pressure_angle[mesh]) for mesh in MESHES)
     planets = len(planet_angles)
     size = 3 * (planets + 3)
     d, f0, f1 = np.zeros((3, 2 * planets, size))
-    for kind, member, alpha in ((0, "sun", -alpha_sun), (1, "ring", alpha_ring)):
+    for kind, member, alpha, spin in ((0, "sun", -alpha_sun, 1.0), (1, "ring", alpha_ring, -1.0)):
         for planet, angle in enumerate(planet_angles):
             mesh, own, other = kind * planets + planet, 3 * CENTRAL.index(member), 3 * (planet + 3)
             normal = np.array([-np.sin(angle + alpha), np.cos(angle + alpha)])
             across = np.array([normal[1], -normal[0]])
-            arm, spin = np.tan(abs(alpha)), 1.0 if member == "sun" else -1.0
+            arm = np.tan(abs(alpha))
             d[mesh, own : own + 2], d[mesh, other : other + 2] = normal, -normal
             d[mesh, own + U], d[mesh, other + U] = 1.0, spin
             # The sun pushes the planet, the planet the ring: friction turns with who pushes.

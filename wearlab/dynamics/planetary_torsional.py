@@ -1,31 +1,25 @@
 """Builder of the torsional planetary model with friction (B23): only angles move."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.planetary import MESHES, effective_masses
+from wearlab.dynamics.planetary import meshes_of
 from wearlab.dynamics.planetary_mesh import CENTRAL, U, mesh_vectors
 from wearlab.dynamics.rigid import require_held
-from wearlab.dynamics.supports import damping_of, grounded, stiffness_of
+from wearlab.dynamics.rigid_set import RigidSet
+from wearlab.dynamics.spur import Meshing
+from wearlab.dynamics.supports import FREE, MemberSupport, damping_of, grounded, stiffness_of
 from wearlab.dynamics.system import System
 
 
 def planetary_torsional(
-    *,
-    inertia: Mapping[str, float],
-    planet_mass: float,
-    base_radius: Mapping[str, float],
-    pin_circle_radius: float,
-    pressure_angle: Mapping[str, float],
-    planet_angles: Sequence[float] | Array,
+    rigid: RigidSet,
+    held: Mapping[str, MemberSupport],
+    meshing: Mapping[str, Meshing],
     sun_torque: float,
-    tangential_stiffness: Mapping[str, float] | None = None,
-    tangential_damping: Mapping[str, float] | None = None,
-    mesh_damping: Mapping[str, float] | None = None,
-    damping_always: bool = False,
-    backlash: Mapping[str, float] | None = None,
+    *,
     friction: bool = True,
 ) -> System:
     """Build B23's model, rederived: sun, planets and carrier turn, the ring is fixed.
@@ -41,58 +35,43 @@ def planetary_torsional(
 
     Parameters
     ----------
-    inertia : of ``sun``, ``planet`` and ``carrier`` (without planets) [kg m²]
-    planet_mass : m_p [kg]
-    base_radius : of ``sun``, ``planet``, ``ring`` [m]
-    pin_circle_radius : r_c [m]
-    pressure_angle : operating, of ``sun_planet`` and ``planet_ring`` [rad]
-    planet_angles : (N,) ψ_n [rad]
+    rigid : members, pressure angles, planet angles; the ring's body stands still, a planet's mass rides on
+        the carrier
+    held : torsional supports of ``sun`` and ``carrier``; missing: free to turn
+    meshing : damping and backlash of ``sun_planet`` and ``planet_ring``; missing: none
     sun_torque : T_s [N m]
-    tangential_stiffness, tangential_damping : torsional supports of ``sun`` and ``carrier`` at the base
-        radius (carrier: pin circle) [N/m], [N s/m]
-    mesh_damping, damping_always, backlash, friction : as in `wearlab.dynamics.planetary.assemble`
+    friction : the meshes get friction vectors
 
     References
     ----------
     B23 Eqs. 1–8.
     """
-    angles = np.asarray(planet_angles, float)
+    bodies, angles = rigid.bodies, rigid.angles
     planets = len(angles)
-    vectors = mesh_vectors(
-        angles, pressure_angle["sun_planet"], pressure_angle["planet_ring"], dict(base_radius)
-    )
-    turn = _turning(angles)
-    stiffness, damping = tangential_stiffness or {}, tangential_damping or {}
+    vectors, turn = mesh_vectors(rigid), _turning(angles)
     names = ("sun.u", "carrier.u", *(f"planet-{n + 1}.u" for n in range(planets)))
-    mass = np.full(planets + 2, inertia["planet"] / base_radius["planet"] ** 2)
-    mass[0] = inertia["sun"] / base_radius["sun"] ** 2
-    mass[1] = inertia["carrier"] / pin_circle_radius**2 + planets * planet_mass
-
-    def per_mesh(given: Mapping[str, float]) -> Array:
-        return np.repeat([float(given.get(mesh, 0.0)) for mesh in MESHES], planets)
-
+    mass = np.full(planets + 2, bodies["planet"].equivalent)
+    mass[0] = bodies["sun"].equivalent
+    mass[1] = bodies["carrier"].equivalent + planets * bodies["planet"].mass
+    own = [(f"{member}.u", held.get(member, FREE)) for member in ("sun", "carrier")]
     supports = tuple(
         support
-        for member in ("sun", "carrier")
-        for support in grounded(names, f"{member}.u", stiffness.get(member, 0.0), damping.get(member, 0.0))
+        for name, one in own
+        for support in grounded(names, name, one.tangential_stiffness, one.tangential_damping)
     )
-    held = any(stiffness.values())
-    equivalent = {"ring": np.inf, **inertia}
+    free = not any(one.tangential_stiffness for _, one in own)
     system = System(
         coordinates=names,
         mass=np.diag(mass),
         damping=damping_of(supports, len(names)),
         stiffness=stiffness_of(supports, len(names)),
         direction=vectors.direction @ turn,
-        load=np.eye(planets + 2)[0] * sun_torque / base_radius["sun"],
-        mesh_damping=per_mesh(mesh_damping or {}),
-        damping_always=damping_always,
-        mesh_mass=per_mesh(effective_masses(equivalent, base_radius)),
-        backlash=None if backlash is None else per_mesh(backlash),
+        load=np.eye(planets + 2)[0] * sun_torque / bodies["sun"].radius,
+        **meshes_of(rigid.ring_at_rest, meshing),
         meshes=vectors.names,
         friction_constant=vectors.friction_constant @ turn if friction else None,
         friction_slope=vectors.friction_slope @ turn if friction else None,
-        balance=None if held else np.eye(planets + 2)[1],
+        balance=np.eye(planets + 2)[1] if free else None,
         supports=supports,
     )
     require_held(system)

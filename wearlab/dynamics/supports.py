@@ -39,6 +39,25 @@ class Support(NamedTuple):
         return self.axis in ("x", "y")
 
 
+class MemberSupport(NamedTuple):
+    """What holds a member of a planetary set, alike in every direction.
+
+    Parameters
+    ----------
+    radial_stiffness : k_x = k_y; of a planet its bearing on the pin [N/m]
+    tangential_stiffness : torsional support k_u at the base radius, the carrier's at the pin circle [N/m]
+    radial_damping, tangential_damping : of the same [N s/m]
+    """
+
+    radial_stiffness: float = 0.0
+    tangential_stiffness: float = 0.0
+    radial_damping: float = 0.0
+    tangential_damping: float = 0.0
+
+
+FREE = MemberSupport()
+
+
 def grounded(coordinates: Sequence[str], name: str, stiffness: float, damping: float) -> tuple[Support, ...]:
     """Return the support of one coordinate against ground; none where nothing holds it.
 

@@ -26,6 +26,11 @@ class Body(NamedTuple):
     inertia: float
     radius: float
 
+    @property
+    def equivalent(self) -> float:
+        """I/r², the inertia seen at the radius [kg]."""
+        return self.inertia / self.radius**2
+
 
 @dataclass(frozen=True)
 class PairOfSet:

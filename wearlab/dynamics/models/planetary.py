@@ -31,36 +31,18 @@ class PlanetaryDynamics(DynamicModel):
         from wearlab.dynamics.balance import balance_of
         from wearlab.gears.errors import GearError
 
-        radius, inertia, mass = of.radii(motion), of.inertias(motion), of.masses(motion)
-        held = self.supports.given
-        tangential = of.tangential_stiffness(held, radius)
-        tied = of.grounded(tangential)
+        rigid = of.rigid_set(motion)
+        held = of.held(self.supports, rigid)
         speeds = of.train_of(motion).speeds(motion.operation.speed)
         turn = of.mirror(motion) * np.sign(speeds.sun_relative)
         try:
             system = planetary.assemble(
-                mass=mass,
-                inertia=inertia,
-                base_radius=of.base_radii(motion),
-                pin_circle_radius=radius["carrier"],
-                pressure_angle=of.pressure_angles(motion),
-                planet_angles=of.planet_angles(motion),
-                radial_stiffness={name: one.radial_stiffness or 0.0 for name, one in held.items()},
-                tangential_stiffness=tangential,
+                rigid,
+                held,
+                of.meshing(motion, rigid),
+                of.torques(motion, of.grounded(held)),
                 carrier_speed=float(turn * speeds.carrier) if self.rotation else 0.0,
-                torque=of.torques(motion, tied),
-                radial_damping={
-                    name: of.support_damping(one.damping, one.damping_ratio, one.radial_stiffness, mass[name])
-                    for name, one in held.items()
-                },
-                tangential_damping=of.tangential_damping(held, tangential, inertia, radius),
-                mesh_damping=of.mesh_damping(
-                    motion, planetary.effective_masses(inertia, of.base_radii(motion))
-                ),
-                damping_always=motion.meshes[0].damps_always,
-                backlash=of.backlash(motion),
                 friction=self.friction is not None,
-                balanced=of.balanced(motion, tied),
             )
         except ValueError as error:
             raise GearError(f"scene.dynamics.supports: {error}") from error

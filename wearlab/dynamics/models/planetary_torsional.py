@@ -28,35 +28,23 @@ class PlanetaryTorsionalDynamics(DynamicModel):
         import numpy as np
 
         from wearlab.dynamics import of_planetary as of
-        from wearlab.dynamics.planetary import effective_masses
         from wearlab.dynamics.planetary_torsional import planetary_torsional
         from wearlab.gears.errors import GearError
 
-        radius, inertia, mass = of.radii(motion), of.inertias(motion), of.masses(motion)
-        held = {name: one for name, one in self.supports.given.items() if name != "ring"}
-        tangential = of.tangential_stiffness(held, radius)
-        meshing = effective_masses({**inertia, "ring": np.inf}, of.base_radii(motion))
+        rigid = of.rigid_set(motion)
         try:
             system = planetary_torsional(
-                inertia={name: inertia[name] for name in ("sun", "planet", "carrier")},
-                planet_mass=mass["planet"],
-                base_radius=of.base_radii(motion),
-                pin_circle_radius=radius["carrier"],
-                pressure_angle=of.pressure_angles(motion),
-                planet_angles=of.planet_angles(motion),
-                sun_torque=of.sun_torque(motion),
-                tangential_stiffness=tangential,
-                tangential_damping=of.tangential_damping(held, tangential, inertia, radius),
-                mesh_damping=of.mesh_damping(motion, meshing),
-                damping_always=motion.meshes[0].damps_always,
-                backlash=of.backlash(motion),
+                rigid,
+                of.held(self.supports, rigid),
+                of.meshing(motion, rigid.ring_at_rest),
+                of.sun_torque(motion),
                 friction=self.friction is not None,
             )
         except ValueError as error:
             raise GearError(f"scene.dynamics.supports: {error}") from error
         if motion.operation.input == "sun" or system.balance is None:
             return system
-        carrier = of.torques(motion, set())["carrier"] / radius["carrier"]
+        carrier = of.torques(motion, set()).given["carrier"] / rigid.bodies["carrier"].radius
         names = np.array(system.coordinates)
         return system._replace(
             load=np.where(names == "carrier.u", carrier, 0.0), balance=(names == "sun.u").astype(float)
