@@ -19,25 +19,24 @@ def times(matrix: Any, x: Any, out: Any) -> None:
         np.dot(matrix, x, out)
 
 
-@jit_inner
 def dense_step(
     structure: Any,
-    channels: int,
+    meshes: Any,
     columns: Any,
-    w: int,
+    width: Any,
     source: Any,
     i: Any,
     target: Any,
     j: Any,
     mesh: Any,
     push: Any,
-    h: float,
+    h: Any,
 ) -> None:
     """Advance the state at ``source[i:]`` by time ``h`` into ``target[j:]``, as `rk4_step` does.
 
     The columns to advance are gathered first: they may be one of many.
     """
-    n, used = len(structure.load), np.int64(columns)
+    n, channels, used, w = len(structure.load), len(meshes), np.int64(columns), len(width)
     if used == 1:
         _step_of_one(structure, channels, w, source, i, target, j, mesh, push, h)
         return

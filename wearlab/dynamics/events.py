@@ -261,19 +261,10 @@ def shift(s: Any, to: Any, width: Any, factor: Any) -> None:
             s.part[to + row + col] += s.part[three + row] * factor[col]
 
 
-@jit_inner
 def step_with_changes(
-    kernel: Any,
-    tables: Any,
-    step: int,
-    period: float,
-    columns: Any,
-    width: Any,
-    states: Any,
-    i: Any,
-    j: Any,
-    s: Any,
-) -> int:
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
+    i: Any, j: Any, s: Any,
+) -> int:  # fmt: skip
     """Advance ``states[i:]`` over one step into ``states[j:]``, cut at every contact change; count them."""
     size = np.uint64(len(s.part) // 4)
     copy(states, i, s.part, np.uint64(0), size)

@@ -24,38 +24,39 @@ def slot_of(length: Any, h: float) -> int:
     return -1
 
 
-@jit_inner
 def exact_step(
     structure: Any,
+    meshes: Any,
     columns: Any,
-    w: int,
+    width: Any,
     source: Any,
     i: Any,
     target: Any,
     j: Any,
     mesh: Any,
     push: Any,
-    h: float,
+    h: Any,
 ) -> None:
     """Advance the state at ``source[i:]`` by time ``h`` into ``target[j:]``.
 
     Parameters
     ----------
     structure : `wearlab.dynamics.structure.Propagated`
+    meshes : see `rk4_step`
     columns : how many columns to advance (uint64)
-    w : columns of a state
+    width : as long as a state has columns
     source, i, target, j : flat arrays of states and offsets into them (uint64)
     mesh : (4, n_channel) flat, as for `rk4_step`
     push : (3, n_input) flat: inputs at the start, middle and end
     h : one of the tabulated lengths [s]
     """
-    tables, n = structure.tables, len(structure.load)
+    tables, n, w = structure.tables, len(structure.load), len(width)
     slot = slot_of(tables.length, h)
-    inputs, meshes = len(structure.force) // 5, len(structure.sense) // 8
+    inputs, senses = len(structure.force) // 5, len(structure.sense) // 8
     rates = damping_differs(tables, mesh)
     size, rows = np.uint64(2 * n * w), 3 * inputs
     old, new = source[i : i + size].reshape((2 * n, w)), target[j : j + size].reshape((2 * n, w))
-    sensed = 4 * meshes if rates else 2 * meshes
+    sensed = 4 * senses if rates else 2 * senses
     sense, feed, force = structure.sense[:sensed], structure.feed[:sensed], structure.force[:rows]
     times(tables.one.sense[slot][:sensed], old, sense)
     sense_start(structure, old, rates)

@@ -38,7 +38,7 @@ class Newmark(Marching):
 class _NewmarkMarcher:
     def __init__(self, system: System, tables: StageTables, period: float) -> None:
         self.tables, self.period = tables_for(system, tables), period
-        meshes, pairs = tables.stiffness.shape[2:]
+        meshes, pairs = self.tables.stiffness.shape[2:]
         self.kernel = kernel_of(system, pairs, 1, None, period)
         self.scratch: Scratch = scratch(len(system.load), meshes, len(self.kernel.channels), pairs, 1)
         self.right_hand_sides = 0

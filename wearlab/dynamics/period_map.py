@@ -154,21 +154,7 @@ def _choose_cut(
     structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
     i: Any, j: Any, s: Any,
 ) -> Any:  # fmt: skip
-    return _by_series if structure.instance_class is Propagated else _by_parts
-
-
-def _by_series(
-    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
-    i: Any, j: Any, s: Any,
-) -> int:  # fmt: skip
-    return series_step(kernel, tables, step, period, width, states, i, j, s)
-
-
-def _by_parts(
-    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
-    i: Any, j: Any, s: Any,
-) -> int:  # fmt: skip
-    return step_with_changes(kernel, tables, step, period, columns, width, states, i, j, s)
+    return series_step if structure.instance_class is Propagated else step_with_changes
 
 
 @jit

@@ -69,7 +69,7 @@ def _choose_step(
     push: Any,
     h: Any,
 ) -> Any:
-    return {Diagonal: _diagonal, Dense: _dense, Propagated: _exact}[structure.instance_class]
+    return {Diagonal: _diagonal, Dense: dense_step, Propagated: exact_step}[structure.instance_class]
 
 
 def _diagonal(
@@ -136,35 +136,3 @@ def _acceleration(
         for row in range(n):
             out = put(out, row, out[row] - p[m * n + row] * force)
     return out
-
-
-def _dense(
-    structure: Any,
-    meshes: Any,
-    columns: Any,
-    width: Any,
-    source: Any,
-    i: Any,
-    target: Any,
-    j: Any,
-    mesh: Any,
-    push: Any,
-    h: Any,
-) -> None:
-    dense_step(structure, len(meshes), columns, len(width), source, i, target, j, mesh, push, h)
-
-
-def _exact(
-    structure: Any,
-    meshes: Any,
-    columns: Any,
-    width: Any,
-    source: Any,
-    i: Any,
-    target: Any,
-    j: Any,
-    mesh: Any,
-    push: Any,
-    h: Any,
-) -> None:
-    exact_step(structure, columns, len(width), source, i, target, j, mesh, push, h)

@@ -45,7 +45,7 @@ class TableMarcher:
         exact : large systems go by exact steps of their linear part, not by Runge–Kutta steps
         """
         self.tables, self.period = tables_for(system, tables), period
-        n, (meshes, pairs) = len(system.load), tables.stiffness.shape[2:]
+        n, (meshes, pairs) = len(system.load), self.tables.stiffness.shape[2:]
         columns = padded_width(n) if tangents or in_registers(system) else 1
         self.width = width_of(system, columns)
         self.kernel = kernel_of(system, pairs, columns, tables if exact else None, period)

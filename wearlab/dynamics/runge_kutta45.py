@@ -58,7 +58,7 @@ class AdaptiveMarcher:
 
     def __init__(self, method: RungeKutta45, system: System, tables: StageTables, period: float) -> None:
         self.method, self.tables, self.period = method, tables_for(system, tables), period
-        self.kernel = kernel_of(system, tables.stiffness.shape[3], 1, None, period)
+        self.kernel = kernel_of(system, self.tables.stiffness.shape[3], 1, None, period)
         self.right_hand_sides = 0
 
     def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:

@@ -299,12 +299,11 @@ def slope_of(table: Any, x: float) -> float:
     return linear + 2.0 * square * x
 
 
-@jit_inner
 def series_step(
-    kernel: Any, tables: Any, step: int, period: float, width: Any, states: Any, i: Any, j: Any, s: Any
-) -> int:
+    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
+    i: Any, j: Any, s: Any,
+) -> int:  # fmt: skip
     """Advance ``states[i:]`` over one step into ``states[j:]``, cut at every contact change; count them."""
-    structure = kernel.structure
     n, w = structure.series.shape[1], len(width)
     size = np.uint64(2 * n * w)
     copy(states, i, states, j, size)

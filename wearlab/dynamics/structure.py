@@ -134,7 +134,7 @@ def in_registers(system: System) -> bool:
 
 def tables_for(system: System, tables: StageTables) -> StageTables:
     """Return the tables as the kernels of a system take them, see above."""
-    return tables if in_registers(system) else tables.filled
+    return tables.even if in_registers(system) else tables.filled
 
 
 def width_of(system: System, columns: int) -> Any:
