@@ -90,9 +90,10 @@ class StageTables(NamedTuple):
         if self.stiffness.shape[3] % 2 == 0:
             return self
         none = np.zeros((*self.stiffness.shape[:3], 1))
-        stiffness, gap, sliding, moment = (
-            table if table is None else np.concatenate([table, none], axis=3)
-            for table in (self.stiffness, self.gap, self.sliding, self.moment)
+        stiffness, gap = (np.concatenate([table, none], axis=3) for table in (self.stiffness, self.gap))
+        sliding, moment = (
+            None if table is None else np.concatenate([table, none], axis=3)
+            for table in (self.sliding, self.moment)
         )
         return self._replace(stiffness=stiffness, gap=gap, sliding=sliding, moment=moment)
 
