@@ -6,7 +6,7 @@ from wearlab.gears.errors import GearError
 from wearlab.gears.gear import Gear
 from wearlab.gears.materials import Material, check_material
 from wearlab.gears.modification import modification, settled
-from wearlab.gears.root import form_radius, resolve_root, undercut_flag
+from wearlab.gears.root import RackCut, root_of
 from wearlab.gears.specification import Basics, GearSpec
 
 FEWEST_TEETH = 5
@@ -48,22 +48,9 @@ def build_gear(
     r_f = _root_radius(spec, module, profile_shift)
     bore, bore_flag = _bore_radius(spec, r_f)
     _check_circles(spec.name, r_b, r_a, r_f, bore)
-    depth = (r - r_f) / module + profile_shift
     fillet = spec.fillet_radius_coefficient
-    root_profile, root_flag = resolve_root(
-        spec.root_profile, name=spec.name, dedendum=depth, fillet=fillet, pressure_angle=pressure_angle
-    )
-    form = form_radius(
-        name=spec.name,
-        teeth=spec.teeth,
-        module=module,
-        pressure_angle=pressure_angle,
-        profile_shift=profile_shift,
-        root_radius=r_f,
-        fillet=fillet,
-        root_profile=root_profile,
-    )
-    cut_flag = undercut_flag(root_profile, spec.teeth, pressure_angle, depth - profile_shift, fillet)
+    cut = RackCut(spec.teeth, module, pressure_angle, profile_shift, r_f, fillet)
+    root = root_of(spec.root_profile, spec.name, cut)
     own_material, width = own_of(spec, basics)
     mass, inertia, mass_flag = solid(spec, own_material.density, width, r, bore)
     gear = Gear(
@@ -76,15 +63,15 @@ def build_gear(
         reference_radius=r,
         tip_radius=r_a,
         root_radius=r_f,
-        form_radius=form,
+        form_radius=root.form_radius,
         fillet_radius=fillet * module,
-        root_profile=root_profile,
+        root_profile=root.profile,
         bore_radius=bore,
         face_width=width,
         material=own_material,
         mass=mass,
         inertia=inertia,
-        assumed=(*assumed, *root_flag, *cut_flag, *bore_flag, *mass_flag),
+        assumed=(*assumed, *root.assumed, *bore_flag, *mass_flag),
         modification=modification(
             settled(spec.tip_relief, r_b, r_a, spec.name),
             spec.root_relief,

@@ -8,7 +8,7 @@ import math
 from dataclasses import replace
 
 from wearlab.gears.gear import Gear
-from wearlab.gears.root import form_radius
+from wearlab.gears.root import RackCut, form_radius
 
 LEAST_ROUNDING = 0.95
 """Part of its tip rounding that a generating rack keeps when a ring's tip needs a little more involute."""
@@ -56,16 +56,15 @@ def _less_rounded(pinion: Gear, ring: Gear, start: float) -> Gear:
     rounding = (pinion.reference_radius - pinion.root_radius - edge) / (1.0 - sin)
     if pinion.root_profile != "trochoid" or not rounding >= LEAST_ROUNDING * pinion.fillet_radius:
         return pinion
-    form = form_radius(
-        name=pinion.name,
-        teeth=pinion.teeth,
-        module=pinion.module,
-        pressure_angle=pinion.pressure_angle,
-        profile_shift=pinion.profile_shift,
-        root_radius=pinion.root_radius,
-        fillet=rounding / pinion.module,
-        root_profile=pinion.root_profile,
+    cut = RackCut(
+        pinion.teeth,
+        pinion.module,
+        pinion.pressure_angle,
+        pinion.profile_shift,
+        pinion.root_radius,
+        rounding / pinion.module,
     )
+    form = form_radius(pinion.name, cut)
     flag = (
         f"rounding of the rack reduced from {pinion.fillet_radius / pinion.module:.3g} to "
         f"{rounding / pinion.module:.3g} modules: the tip of {ring.name} reaches below the form circle"

@@ -1,6 +1,7 @@
 """Which root a tooth gets, and where its involute begins."""
 
 import math
+from typing import NamedTuple
 
 from wearlab.gears.errors import GearError
 from wearlab.gears.involute import involute
@@ -28,37 +29,77 @@ def rounding_centre(dedendum: float, fillet: float, pressure_angle: float) -> fl
     return math.pi / 4 - (dedendum - fillet) * math.tan(pressure_angle) - fillet / math.cos(pressure_angle)
 
 
-def resolve_root(
-    wanted: RootProfile | None, *, name: str, dedendum: float, fillet: float, pressure_angle: float
-) -> tuple[RootProfile, tuple[str, ...]]:
-    """Return the root profile of a tooth: a trochoid wherever a rack of that depth and rounding can exist.
+class RackCut(NamedTuple):
+    """A tooth as its generating rack cuts it.
+
+    Parameters
+    ----------
+    teeth : z [1]
+    module, pressure_angle : m [m], α [rad]
+    profile_shift : x [1]
+    root_radius : r_f [m]
+    fillet : tip rounding ρ of the rack, in modules [1]
+    """
+
+    teeth: int
+    module: float
+    pressure_angle: float
+    profile_shift: float
+    root_radius: float
+    fillet: float
+
+    @property
+    def reference_radius(self) -> float:
+        """r = m z / 2 [m]."""
+        return 0.5 * self.module * self.teeth
+
+    @property
+    def depth(self) -> float:
+        """How far the rack reaches below the reference circle, h − x, in modules [1]."""
+        return (self.reference_radius - self.root_radius) / self.module
+
+    @property
+    def edge(self) -> float:
+        """Depth at which the rack's straight edge ends, h_e = h − ρ (1 − sinα) − x, in modules [1]."""
+        return self.depth - self.fillet * (1.0 - math.sin(self.pressure_angle))
+
+    @property
+    def free_of_undercut(self) -> float:
+        """Depth of the edge from which it cuts into the involute, z sin²α / 2, in modules [1]."""
+        return 0.5 * self.teeth * math.sin(self.pressure_angle) ** 2
+
+
+class Root(NamedTuple):
+    """The root of a tooth: which profile, where its involute begins [m], what nobody chose."""
+
+    profile: RootProfile
+    form_radius: float
+    assumed: tuple[str, ...]
+
+
+def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> Root:
+    """Return the root of a tooth: a trochoid wherever a rack of that depth and rounding can exist.
 
     Parameters
     ----------
     wanted : the profile asked for, or None
     name : the gear's name, for messages
-    dedendum, fillet : depth and tip rounding of the generating rack, in modules [1]
-    pressure_angle : α [rad]
-
-    Returns
-    -------
-    the profile, and the flag of a choice nobody made
+    cut : the tooth
 
     Raises
     ------
-    GearError : a trochoid was asked for and its rack cannot exist
+    GearError : a trochoid was asked for and its rack cannot exist, or it undercuts too far
 
     References
     ----------
     ISO 53, for the rack and its rounding.
     """
-    fits = rounding_centre(dedendum, fillet, pressure_angle) >= 0.0 and fillet >= 0.0
-    if wanted == "radial" or (wanted is None and fits):
-        return wanted or "trochoid", ()
-    if fits:
-        return "trochoid", ()
-    slack = math.pi / 4 - dedendum * math.tan(pressure_angle)
-    largest = slack * math.cos(pressure_angle) / (1.0 - math.sin(pressure_angle))
+    dedendum, fillet, alpha = cut.depth + cut.profile_shift, cut.fillet, cut.pressure_angle
+    fits = rounding_centre(dedendum, fillet, alpha) >= 0.0 and fillet >= 0.0
+    if fits and wanted != "radial":
+        return Root("trochoid", form_radius(name, cut), undercut_flag(cut))
+    slack = math.pi / 4 - dedendum * math.tan(alpha)
+    largest = slack * math.cos(alpha) / (1.0 - math.sin(alpha))
     if wanted == "trochoid":
         raise GearError(
             f"{name}: no rack generates a root {dedendum:.4g} modules deep with a tip rounding of "
@@ -66,40 +107,28 @@ def resolve_root(
             'root_diameter, or root_profile = "radial"'
         )
     flag = f"root profile radial: a rounding of {fillet:.3g} modules exceeds the rack tip"
-    return "radial", (flag,)
+    begins = max(cut.reference_radius * math.cos(alpha), cut.root_radius)
+    return Root("radial", begins, () if wanted else (flag,))
 
 
-def undercut_flag(
-    root_profile: RootProfile, teeth: int, pressure_angle: float, depth: float, fillet: float
-) -> tuple[str, ...]:
-    """Return the flag of a gear whose rack, ``depth`` modules below the pitch circle, undercuts slightly.
+def undercut_flag(cut: RackCut) -> tuple[str, ...]:
+    """Return the flag of a gear whose rack undercuts slightly.
 
     References
     ----------
     Litvin & Fuentes: least number of teeth that a rack does not undercut.
     """
-    sin = math.sin(pressure_angle)
-    excess = depth - fillet * (1.0 - sin) - 0.5 * teeth * sin**2
-    if root_profile == "radial" or excess <= 0.0:
+    excess = cut.edge - cut.free_of_undercut
+    if excess <= 0.0:
         return ()
     return (f"undercut by a rack edge {excess:.3g} modules too deep, within the practical limit",)
 
 
-def form_radius(
-    *,
-    name: str,
-    teeth: int,
-    module: float,
-    pressure_angle: float,
-    profile_shift: float,
-    root_radius: float,
-    fillet: float,
-    root_profile: RootProfile,
-) -> float:
-    """Return the radius where the involute begins [m].
+def form_radius(name: str, cut: RackCut) -> float:
+    """Return the radius where the involute begins above a trochoid [m].
 
     A rack's straight edge ends at depth ``h_e = h − ρ (1 − sinα) − x`` below the pitch line and leaves
-    ``ρ_form = r sinα − h_e m / sinα``; a radial root begins at the base circle (or at the root circle).
+    ``ρ_form = r sinα − h_e m / sinα``.
     A rack that reaches slightly deeper undercuts: the involute then begins where the root curve meets it,
     and the gear runs as long as its mate touches it above (checked with the pair).
 
@@ -111,24 +140,20 @@ def form_radius(
     ----------
     DIN 3960: practical limit of the profile shift (14 − z)/17 instead of (17 − z)/17 at 20°.
     """
-    r, alpha = 0.5 * module * teeth, pressure_angle
-    r_b = r * math.cos(alpha)
-    if root_profile == "radial":
-        return max(r_b, root_radius)
-    depth = (r - root_radius) / module - fillet * (1.0 - math.sin(alpha))
-    curvature = r * math.sin(alpha) - depth * module / math.sin(alpha)
+    r, alpha, module, shift = cut.reference_radius, cut.pressure_angle, cut.module, cut.profile_shift
+    r_b, edge, limit = r * math.cos(alpha), cut.edge, cut.free_of_undercut
+    curvature = r * math.sin(alpha) - edge * module / math.sin(alpha)
     if curvature >= 0.0:
         return math.hypot(r_b, curvature)
-    limit = 0.5 * teeth * math.sin(alpha) ** 2
-    if depth > PRACTICAL * limit:
+    if edge > PRACTICAL * limit:
         raise GearError(
-            f"{name}: undercut: {teeth} teeth allow a rack edge {limit:.4g} modules below the pitch circle, "
-            f"it needs {depth:.4g}; raise profile_shift_coefficient to {profile_shift + depth - limit:.4g}, "
+            f"{name}: undercut: {cut.teeth} teeth allow a rack edge {limit:.4g} modules below the pitch "
+            f"circle, it needs {edge:.4g}; raise profile_shift_coefficient to {shift + edge - limit:.4g}, "
             'use more teeth, or set root_profile = "radial"'
         )
-    rho = fillet * module
-    dedendum = r + profile_shift * module - root_radius
+    rho = cut.fillet * module
+    dedendum = r + shift * module - cut.root_radius
     offset = math.pi * module / 4 + (dedendum - rho) * math.tan(alpha) + rho / math.cos(alpha)
-    half = math.pi / (2 * teeth) + 2.0 * profile_shift * math.tan(alpha) / teeth + involute(alpha)
-    cut = Rounding(r, r_b, alpha, rho, r - root_radius - rho, offset, half)
-    return cut.point(cut.last_angle())[0]
+    half = math.pi / (2 * cut.teeth) + 2.0 * shift * math.tan(alpha) / cut.teeth + involute(alpha)
+    rounding = Rounding(r, r_b, alpha, rho, r - cut.root_radius - rho, offset, half)
+    return rounding.point(rounding.last_angle())[0]
