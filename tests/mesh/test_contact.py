@@ -28,9 +28,9 @@ def grid(pair):
     return profile_grid(pair, 101)
 
 
-def given(grid, curve, of="pair", **changes):
+def given(grid, curve, of_mesh=False, **changes):
     return ContactAnalysis(
-        grid, GivenStiffness(curve, of, grid), np.zeros(len(grid.position)), LOAD, **changes
+        grid, GivenStiffness(curve, of_mesh, grid), np.zeros(len(grid.position)), LOAD, **changes
     )
 
 
@@ -196,7 +196,7 @@ def test_a_shared_body_softens_double_contact_only(pair, grid):
 def test_mesh_stiffness_from_a_table_keeps_its_jump(pair):
     curve = PiecewiseCurve(np.array([0.0, 0.4, 0.4, 1.0]), np.array([3e8, 3e8, 2e8, 2e8]))
     grid = profile_grid(pair, 101, jumps=curve.jumps)
-    analysis = given(grid, curve, of="mesh")
+    analysis = given(grid, curve, of_mesh=True)
     nodes = analysis.nodes(np.zeros((2, len(grid.position))))
     phases = np.array([0.1, 0.39999, 0.40001, 0.9])
     state = analysis.quasistatic(nodes, lookup(grid, phases))

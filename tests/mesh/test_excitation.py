@@ -25,9 +25,7 @@ def grid(pair):
 
 @pytest.fixture(scope="module")
 def analysis(grid):
-    return ContactAnalysis(
-        grid, GivenStiffness(constant(K), "pair", grid), np.zeros(len(grid.position)), LOAD
-    )
+    return ContactAnalysis(grid, GivenStiffness(constant(K), False, grid), np.zeros(len(grid.position)), LOAD)
 
 
 @pytest.fixture(scope="module")

@@ -43,7 +43,7 @@ def changed(table, key, value):
 
 def test_internal_pair_is_built():
     pair = build_pair(Scene.from_mapping(INTERNAL))
-    assert pair.kind == "internal"
+    assert pair.internal
     assert [gear.name for gear in pair.gears] == ["pinion", "ring"]
     assert pair.driven.internal and pair.driven.bore_radius == pytest.approx(0.35)
     assert pair.contact_ratio == pytest.approx(1.84891, abs=5e-6)

@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from scipy.stats import multivariate_normal, norm
 
 from wearlab.updating.censoring import below
-from wearlab.updating.likelihood import log_likelihood
+from wearlab.updating.likelihood import Lanes, log_likelihood
 
 SD, OFFSET, LIMIT = 0.3e-3, 0.5e-3, 1.0e-3
 
@@ -41,7 +41,7 @@ def test_the_likelihood_is_that_of_the_joint_normal(under):
     one = weighed([5e4, 5e4, 5e4, 4e5], [0.8e-3, 1.1e-3, 1.4e-3, 8.2e-3], under, ErrorModel(SD, 0.0, OFFSET))
     run, (block,) = history((one,)), blocks((one,))
     factor = np.array([0.7, 1.0, 1.3])
-    found = log_likelihood(block, run, 0, factor, np.array(SD), np.array(0.0)).log_likelihood
+    found = log_likelihood(block, run, 0, Lanes(factor, np.array(SD), np.array(0.0))).log_likelihood
     for f, mine in zip(factor, found, strict=True):
         mean = run.limit.at(run.own_cycle(one.time, f))
         assert mine == pytest.approx(joint_normal(one, mean, 0.0), abs=2e-6)
@@ -54,7 +54,7 @@ def test_with_a_drift_it_is_so_to_a_hundredth(under, drift):
     one = weighed(cycle, value, under, ErrorModel(SD, 0.0, OFFSET, drift))
     run, (block,) = history((one,)), blocks((one,), accumulating=True)
     factor = np.array([0.7, 1.0, 1.3])
-    found = log_likelihood(block, run, 0, factor, np.array(SD), np.array(drift), steps=True)
+    found = log_likelihood(block, run, 0, Lanes(factor, np.array(SD), np.array(drift)), steps=True)
     assert found.log_likelihood == pytest.approx(sum(step.log_likelihood for step in found.steps))
     for f, mine in zip(factor, found.log_likelihood, strict=True):
         mean = run.limit.at(run.own_cycle(one.time, f))
@@ -65,7 +65,7 @@ def test_what_the_first_value_below_tells_of_the_drift_is_exact():
     drift, cycle = 4e-3, 1e5
     one = weighed([cycle], [np.nan], [0], ErrorModel(SD, 0.0, OFFSET, drift))
     run, (block,) = history((one,)), blocks((one,), accumulating=True)
-    found = log_likelihood(block, run, 0, np.array([1.0]), np.array(SD), np.array(drift))
+    found = log_likelihood(block, run, 0, Lanes(np.array([1.0]), np.array(SD), np.array(drift)))
     model, spread = run.limit.at(np.array([cycle]))[0], drift * np.sqrt(cycle / 1e6)
 
     def moment(power):

@@ -10,6 +10,7 @@ from wearlab.campaign.distributions import read_distribution
 from wearlab.updating import likelihood
 from wearlab.updating.asking import Asked
 from wearlab.updating.curve import RunCurve
+from wearlab.updating.likelihood import Lanes
 from wearlab.updating.outcome import answered
 
 KNOTS = np.array([0.0, 1e5, 1.3e5, 4e5, 4.001e5, 9e5, 1.2e6])
@@ -50,7 +51,7 @@ def test_the_sum_of_squares_is_that_of_all_values(monkeypatch, own, relative):
     factor = np.geomspace(0.2, 8.0, 57)[:, None, None]
 
     def found():
-        return likelihood.log_likelihood(block, run, 0, factor, np.array([[[4e-4]]]), np.zeros(1))
+        return likelihood.log_likelihood(block, run, 0, Lanes(factor, np.array([[[4e-4]]]), np.zeros(1)))
 
     short, whole = both(monkeypatch, found)
     assert short.log_likelihood.shape == whole.log_likelihood.shape and short.cycle == whole.cycle
@@ -64,10 +65,10 @@ def test_rows_that_do_not_count_do_not():
     (block,) = blocks((seen,))
     some = replace(block, rows=np.arange(0, N - 250))
     one, zero = np.array([1.3]), np.zeros(1)
-    less = likelihood.log_likelihood(some, run, 0, one, np.array([4e-4]), zero).log_likelihood
+    less = likelihood.log_likelihood(some, run, 0, Lanes(one, np.array([4e-4]), zero)).log_likelihood
     rest = replace(block, rows=np.arange(N - 250, N))
-    rest_of = likelihood.log_likelihood(rest, run, 0, one, np.array([4e-4]), zero).log_likelihood
-    all_of = likelihood.log_likelihood(block, run, 0, one, np.array([4e-4]), zero).log_likelihood
+    rest_of = likelihood.log_likelihood(rest, run, 0, Lanes(one, np.array([4e-4]), zero)).log_likelihood
+    all_of = likelihood.log_likelihood(block, run, 0, Lanes(one, np.array([4e-4]), zero)).log_likelihood
     assert less + rest_of == pytest.approx(all_of, rel=1e-12)
 
 

@@ -91,12 +91,12 @@ class Outlines:
     def centre(self) -> float:
         """Place of the driven gear's centre on the x axis [m]."""
         first, second = self.pitch_radius
-        return first + second if self.pair.kind == "external" else first - second
+        return first + second if not self.pair.internal else first - second
 
     @property
     def mirror(self) -> float:
         """Sign by which x is turned so that the pitch point lies at +x from the driven gear's centre."""
-        return -1.0 if self.pair.kind == "external" else 1.0
+        return 1.0 if self.pair.internal else -1.0
 
     def touch(self, position: float) -> Touch | None:
         """Return where the teeth meet first when they would be conjugate at a path position [m].

@@ -80,11 +80,11 @@ def cut_of(
     joined : (n_steps − 1,) where steps are equally long and no table jumps between them
     """
     lengths, slot = np.unique(width * period, return_inverse=True)
-    given = (system.mass, system.total_stiffness, system.total_damping, system.direction)
-    frozen = [Frozen(x) for x in (*given, system.mesh_damping, mean, basis, lengths)]
-    if not _turn(*frozen[:6]) * lengths.max() * SIZES[0] <= LARGEST_TURN:
+    matrices = (system.mass, system.total_stiffness, system.total_damping, system.direction)
+    linear = tuple(Frozen(x) for x in (*matrices, system.mesh_damping, mean))
+    if not _turn(linear) * lengths.max() * SIZES[0] <= LARGEST_TURN:
         return None
-    tables, begin = _tables(*frozen)
+    tables, begin = _tables(linear, Frozen(basis), Frozen(lengths))
     first, size = _cut(joined)
     return Cut(tables, np.stack([first, np.array(SIZES)[size], begin[size, slot[first]]], axis=1))
 
@@ -127,32 +127,30 @@ def _parts(steps: int) -> list[int]:
     return parts
 
 
-def _normalised(
-    mass: Frozen, stiffness: Frozen, damping: Frozen, direction: Frozen, mesh_damping: Frozen, mean: Frozen
-) -> tuple[Array, Array]:
-    d, inverse = direction.array, np.linalg.inv(mass.array)
-    k = inverse @ (stiffness.array + d.T @ (mean.array[:, None] * d))
-    c = inverse @ (damping.array + d.T @ (mesh_damping.array[:, None] * d))
+def _normalised(linear: tuple[Frozen, ...]) -> tuple[Array, Array]:
+    """Return M⁻¹K and M⁻¹C at mean mesh stiffnesses."""
+    mass, stiffness, damping, d, mesh_damping, mean = (one.array for one in linear)
+    inverse = np.linalg.inv(mass)
+    k = inverse @ (stiffness + d.T @ (mean[:, None] * d))
+    c = inverse @ (damping + d.T @ (mesh_damping[:, None] * d))
     return k, c
 
 
 @lru_cache(maxsize=16)
-def _turn(*given: Frozen) -> float:
-    return largest_rate(*_normalised(*given))
+def _turn(linear: tuple[Frozen, ...]) -> float:
+    return largest_rate(*_normalised(linear))
 
 
 @lru_cache(maxsize=16)
-def _tables(
-    mass: Frozen, stiffness: Frozen, damping: Frozen, direction: Frozen, mesh_damping: Frozen, mean: Frozen,
-    basis: Frozen, length: Frozen,
-) -> tuple[Array, Index]:  # fmt: skip
+def _tables(linear: tuple[Frozen, ...], basis: Frozen, length: Frozen) -> tuple[Array, Index]:
     """Return the tables of all groups one after another, and where those of a size and a length begin."""
-    k, c = _normalised(mass, stiffness, damping, direction, mesh_damping, mean)
+    k, c = _normalised(linear)
+    mass, direction = linear[0].array, linear[3].array
     n = len(k)
     matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-k, -c]])
-    enters = np.vstack([np.zeros((n, len(basis.array))), np.linalg.solve(mass.array, basis.array.T)])
+    enters = np.vstack([np.zeros((n, len(basis.array))), np.linalg.solve(mass, basis.array.T)])
     turn = largest_rate(k, c) * float(length.array.max())
-    found = [_group(matrix, enters, direction.array, length.array, turn, steps) for steps in SIZES]
+    found = [_group(matrix, enters, direction, length.array, turn, steps) for steps in SIZES]
     rows = [row for group in found for row in np.hstack([one.reshape(len(one), -1) for one in group])]
     begin = np.cumsum([0, *map(len, rows[:-1])]).reshape(len(SIZES), -1)
     return np.concatenate(rows), begin

@@ -81,8 +81,8 @@ def torques(motion: InMotion, tied: set[str]) -> MemberTorques:
 
 def _output_loaded(motion: InMotion, tied: set[str]) -> bool:
     """Whether a torque on the output balances the input, or its support alone does."""
-    given = motion.operation.load_torque
-    return motion.operation.output not in tied if given is None else given == "balance"
+    given: bool | None = motion.operation.output_loaded
+    return motion.operation.output not in tied if given is None else given
 
 
 def meshing(motion: InMotion, rigid: RigidSet) -> dict[str, Meshing]:

@@ -78,7 +78,7 @@ def propagator_of(system: System, balance: Balance | None, tables: StageTables, 
     vectors, loads = input_vectors(system, balance)
     matrices = (system.mass, system.total_stiffness, system.total_damping, vectors, loads)
     numbers = (system.mesh_damping, mean_stiffness(tables), np.unique(tables.width * period))
-    return _propagator(*(Frozen(x) for x in (*matrices, *numbers)))
+    return _propagator(tuple(Frozen(x) for x in (*matrices, *numbers)))
 
 
 def mean_stiffness(tables: StageTables) -> Array:
@@ -103,24 +103,16 @@ def input_vectors(system: System, balance: Balance | None) -> tuple[Array, Array
 
 
 @lru_cache(maxsize=16)
-def _propagator(
-    mass: Frozen,
-    stiffness: Frozen,
-    damping: Frozen,
-    vector: Frozen,
-    load: Frozen,
-    mesh_damping: Frozen,
-    mean: Frozen,
-    length: Frozen,
-) -> Propagator:
-    meshes, h = len(mean.array), length.array
-    d, inverse = vector.array[:meshes], np.linalg.inv(mass.array)
-    k = inverse @ (stiffness.array + d.T @ (mean.array[:, None] * d))
-    c = inverse @ (damping.array + d.T @ (mesh_damping.array[:, None] * d))
+def _propagator(given: tuple[Frozen, ...]) -> Propagator:
+    mass, stiffness, damping, vector, load, mesh_damping, mean, h = (one.array for one in given)
+    meshes = len(mean)
+    d, inverse = vector[:meshes], np.linalg.inv(mass)
+    k = inverse @ (stiffness + d.T @ (mean[:, None] * d))
+    c = inverse @ (damping + d.T @ (mesh_damping[:, None] * d))
     n = len(k)
     matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-k, -c]])
     # A channel's force acts against its vector, a load along it; both as inputs of size one.
-    entering = np.vstack([vector.array, load.array]) @ inverse.T
+    entering = np.vstack([vector, load]) @ inverse.T
     enters = np.vstack([np.zeros((n, len(entering))), entering.T])
     angle = largest_rate(k, c) * float(h.max())
     if not angle <= LARGEST_ANGLE:
@@ -134,8 +126,8 @@ def _propagator(
     fed = unit * (powers @ enters)
     sensors = np.zeros((2 * meshes, 2 * n))
     sensors[:meshes, :n], sensors[meshes:, n:] = d, d
-    held = np.zeros((2, len(vector.array)))
-    held[0, :meshes], held[1, :meshes] = mean.array, mesh_damping.array
+    held = np.zeros((2, len(vector)))
+    held[0, :meshes], held[1, :meshes] = mean, mesh_damping
     one, two = (_steps(powers, fed, sensors, count * h / unit, stages) for count, stages in ((1, 3), (2, 5)))
     return Propagator(h, one, two, held[0], held[1])
 

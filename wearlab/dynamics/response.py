@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -128,7 +128,11 @@ def split_periods(path: Array, periods: int) -> Array:
     return np.stack([path[k * steps : (k + 1) * steps + 1] for k in range(periods)])
 
 
-def step_of(grid: StageGrid, phase: Array, segment: Index | None = None, side: str = "right") -> Index:
+Side = Literal["right", "left"]
+"""Of a boundary between two steps: the one that begins there, or the one that ends there."""
+
+
+def step_of(grid: StageGrid, phase: Array, segment: Index | None = None, side: Side = "right") -> Index:
     """Return the step that holds each phase, (n,).
 
     Parameters
@@ -140,7 +144,7 @@ def step_of(grid: StageGrid, phase: Array, segment: Index | None = None, side: s
     """
     last = len(grid.start) - 1
     if segment is None:
-        found = np.searchsorted(grid.start, phase, side="right" if side == "right" else "left") - 1
+        found = np.searchsorted(grid.start, phase, side=side) - 1
         return np.clip(found, 0, last)
     found = np.searchsorted(grid.start, phase, side="right") - 1
     low = np.searchsorted(grid.segment, segment, side="left")
@@ -153,7 +157,7 @@ def deflection_at(
     grid: StageGrid,
     phase: Array,
     segment: Index | None = None,
-    side: str = "right",
+    side: Side = "right",
     meshes: slice = slice(None),
 ) -> tuple[Array, Array]:
     """Return mesh deflection δ and its rate at any phases, (n_kept, n_mesh, n_phases) [m], [m/s].
@@ -182,7 +186,7 @@ def coordinates_at(
     grid: StageGrid,
     phase: Array,
     segment: Index | None = None,
-    side: str = "right",
+    side: Side = "right",
 ) -> tuple[Array, Array]:
     """Return all coordinates q and q̇ at any phases, (n_kept, n, n_phases) [m], [m/s]; see `deflection_at`."""
     step = step_of(grid, phase, segment, side)

@@ -43,7 +43,7 @@ def internal_pair(
 
     Returns
     -------
-    GearPair : of kind "internal"
+    GearPair
 
     Raises
     ------
@@ -77,7 +77,7 @@ def internal_pair(
     outer = build_ring(ring, basics, profile_shift=operating.shifts[1], assumed=operating.assumed)
     a = operating.centre_distance
     inner, outer = make_room(inner, outer, a, shorten=ring.tip_is_derived)
-    return assemble_internal(inner, outer, a, ring_drives=driving == "ring")
+    return assemble_internal(inner, outer, a, ring_drives=driving == ring.name)
 
 
 def assemble_internal(pinion: Gear, ring: Gear, centre_distance: float, *, ring_drives: bool) -> GearPair:
@@ -125,7 +125,6 @@ def assemble_internal(pinion: Gear, ring: Gear, centre_distance: float, *, ring_
         base_pitch=p_b,
         path=PathOfContact(s_A, s_E - whole * p_b, 0.0, s_A + whole * p_b, s_E),
         face_width=min(pinion.face_width, ring.face_width),
-        kind="internal",
     )
 
 

@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike
 from wearlab.arrays import Array
 from wearlab.gears.errors import GearError
 
+POWERS = {"linear": 1, "parabolic": 2}
+"""Power of the distance from its beginning with which a relief of each shape grows."""
+
 
 @dataclass(frozen=True)
 class Relief:
@@ -29,7 +32,7 @@ class Relief:
     def removed(self, distance: Array) -> Array:
         """Return the material removed at a distance from the profile's end, (n,) [m]."""
         fade = np.clip(1.0 - distance / self.length, 0.0, None)
-        return self.amount * (fade if self.shape == "linear" else fade**2)
+        return self.amount * fade ** POWERS[self.shape]
 
 
 @dataclass(frozen=True)

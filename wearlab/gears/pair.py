@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +11,8 @@ from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
 
 DRIVING, DRIVEN = 0, 1
+TIP_AT = {"A": DRIVEN, "E": DRIVING}
+"""Whose tip touches at each end of the path."""
 
 
 class PathOfContact(NamedTuple):
@@ -38,7 +40,6 @@ class GearPair:
     base_pitch : p_b [m]
     path : the points A–E [m]
     face_width : common face width [m]
-    kind : "external", or "internal" (one of the gears is a ring, driving or driven)
     """
 
     driving: Gear
@@ -48,7 +49,6 @@ class GearPair:
     base_pitch: float
     path: PathOfContact
     face_width: float
-    kind: Literal["external", "internal"] = "external"
 
     @property
     def gears(self) -> tuple[Gear, Gear]:
@@ -58,7 +58,7 @@ class GearPair:
     @property
     def internal(self) -> bool:
         """Whether one of the gears is a ring."""
-        return self.kind == "internal"
+        return self.driving.internal or self.driven.internal
 
     @property
     def ratio(self) -> float:

@@ -50,7 +50,7 @@ class RackCut(NamedTuple):
 
     @property
     def reference_radius(self) -> float:
-        """r = m z / 2 [m]."""
+        """R = m z / 2 [m]."""
         return 0.5 * self.module * self.teeth
 
     @property
@@ -69,7 +69,7 @@ class RackCut(NamedTuple):
         return 0.5 * self.teeth * math.sin(self.pressure_angle) ** 2
 
 
-class Root(NamedTuple):
+class CutRoot(NamedTuple):
     """The root of a tooth: which profile, where its involute begins [m], what nobody chose."""
 
     profile: RootProfile
@@ -77,7 +77,7 @@ class Root(NamedTuple):
     assumed: tuple[str, ...]
 
 
-def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> Root:
+def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> CutRoot:
     """Return the root of a tooth: a trochoid wherever a rack of that depth and rounding can exist.
 
     Parameters
@@ -97,7 +97,7 @@ def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> Root:
     dedendum, fillet, alpha = cut.depth + cut.profile_shift, cut.fillet, cut.pressure_angle
     fits = rounding_centre(dedendum, fillet, alpha) >= 0.0 and fillet >= 0.0
     if fits and wanted != "radial":
-        return Root("trochoid", form_radius(name, cut), undercut_flag(cut))
+        return CutRoot("trochoid", form_radius(name, cut), undercut_flag(cut))
     slack = math.pi / 4 - dedendum * math.tan(alpha)
     largest = slack * math.cos(alpha) / (1.0 - math.sin(alpha))
     if wanted == "trochoid":
@@ -108,7 +108,7 @@ def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> Root:
         )
     flag = f"root profile radial: a rounding of {fillet:.3g} modules exceeds the rack tip"
     begins = max(cut.reference_radius * math.cos(alpha), cut.root_radius)
-    return Root("radial", begins, () if wanted else (flag,))
+    return CutRoot("radial", begins, () if wanted else (flag,))
 
 
 def undercut_flag(cut: RackCut) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ Rigid gears part there, at first quadratically; a deflection as large as the sep
 
 import math
 
-from wearlab.gears.pair import GearPair
+from wearlab.gears.pair import TIP_AT, GearPair
 
 BISECTIONS = 60
 
@@ -28,7 +28,7 @@ def tip_separation(pair: GearPair, end: str, distance: float) -> float:
     ----------
     Munro, Morrish & Palmer 1999: tip corners touch beyond the ends of the path.
     """
-    own, mate = (pair.driving, pair.driven) if end == "E" else (pair.driven, pair.driving)
+    own, mate = pair.gears[TIP_AT[end]], pair.gears[1 - TIP_AT[end]]
     direction = -1.0 if own.internal else 1.0
     centre = -pair.centre_distance if mate.internal else pair.centre_distance
     angle = pair.working_pressure_angle

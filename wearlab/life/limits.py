@@ -25,6 +25,10 @@ class StopWear(Exception):
         self.reason = reason
 
 
+WORN_OUT = "depth"
+"""End of a life that reached its depth limit."""
+ALL_CYCLES = "cycles"
+"""End of a life that ran all its cycles."""
 ENDS_OF_WORK = ("evaluation limit", "work limit")
 """Ends of a life whose bound on its rates, or on the right-hand sides they take, was reached before."""
 

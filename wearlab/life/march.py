@@ -18,7 +18,7 @@ from wearlab.life.counted import CountedRate, Rate
 from wearlab.life.euler import Euler, Fixed, SawTooth
 from wearlab.life.jump import Jump, shift_by
 from wearlab.life.keeping import Place, Told, place
-from wearlab.life.limits import Limits, OutOfEvaluations, Snapshots, StopWear
+from wearlab.life.limits import ALL_CYCLES, WORN_OUT, Limits, OutOfEvaluations, Snapshots, StopWear
 from wearlab.life.record import Life, read_off
 from wearlab.life.step import Node, Step, crossing, depth_at
 
@@ -121,7 +121,7 @@ class _March:
 
     def run(self, method: Method, progress: Callable[[Node], None] | None, keep: Place | None) -> None:
         """March until there is a reason to end, from where an earlier process put it down."""
-        self.reason = "depth" if self._reached(self.node) else ""
+        self.reason = WORN_OUT if self._reached(self.node) else ""
         stepper: Stepper | None = None
         followed: list[tuple[Node, Any]] = []
         if keep is not None and (kept := keep.kept) is not None:
@@ -224,9 +224,9 @@ class _March:
         self.curves.append(step)
         end = step.end
         if self._reached(end):
-            end, self.reason = self._landed(step), "depth"
+            end, self.reason = self._landed(step), WORN_OUT
         elif self.limits.cycles is not None and end.cycle >= self.limits.cycles * (1.0 - 1e-14):
-            end, self.reason = end._replace(cycle=self.limits.cycles), "cycles"
+            end, self.reason = end._replace(cycle=self.limits.cycles), ALL_CYCLES
         self.nodes.append(end)
         self.error.add(step, noise)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.life.jump import Jump
-from wearlab.life.limits import Snapshots
+from wearlab.life.limits import ALL_CYCLES, WORN_OUT, Snapshots
 from wearlab.life.step import Node, Step, crossing, depth_at
 
 
@@ -63,7 +63,12 @@ class Life:
     @property
     def worn_out(self) -> bool:
         """Whether it ended at its depth limit."""
-        return self.end_reason == "depth"
+        return self.end_reason == WORN_OUT
+
+    @property
+    def ran_its_cycles(self) -> bool:
+        """Whether it ended because all its cycles were run."""
+        return self.end_reason == ALL_CYCLES
 
     @property
     def count_steps(self) -> int:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Complex, Index
-from wearlab.gears.pair import DRIVEN, DRIVING, GearPair
+from wearlab.gears.pair import DRIVEN, DRIVING, TIP_AT, GearPair
 from wearlab.mesh.beyond import beyond_path
 from wearlab.mesh.profile import Extension
 
@@ -64,9 +64,9 @@ def corner(pair: GearPair, end: str, x: Array, position: Array) -> Corner:
     ----------
     Munro, Morrish & Palmer 1999: tip corners touch beyond the ends of the path.
     """
-    gear, tip = (DRIVEN, pair.path.A) if end == "A" else (DRIVING, pair.path.E)
+    gear, tip = TIP_AT[end], getattr(pair.path, end)
     own = np.flatnonzero(np.abs(position - tip) <= NEAR_TIP * pair.base_pitch)
-    own = own if end == "A" else own[::-1]
+    own = own if gear == DRIVEN else own[::-1]
     separation, mate = separations(pair, gear, np.asarray(x, float)[:, None], position[own])
     return Corner(gear, own, separation, mate, position)
 

@@ -100,7 +100,7 @@ def combined_error(state: Quasistatic, combination: Combination, error: LoadedOr
     ----------
     W23 Eq. 36, min; L16 Eq. 18, loaded.
     """
-    return state.deflection if error == "loaded" else COMBINED[combination](state)
+    return ERRORS[error](state, combination)
 
 
 def _largest(state: Quasistatic) -> Array:
@@ -116,6 +116,11 @@ COMBINED: dict[Combination, Callable[[Quasistatic], Array]] = {
     "min": lambda state: state.unloaded,
     "max": _largest,
     "mean": _mean,
+}
+
+ERRORS: dict[LoadedOrNot, Callable[[Quasistatic, Combination], Array]] = {
+    "loaded": lambda state, _: state.deflection,
+    "unloaded": lambda state, combination: COMBINED[combination](state),
 }
 
 

@@ -5,7 +5,7 @@ given wear, the compliance of the contact itself, and what neighbouring pairs sh
 """
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal, Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -166,12 +166,12 @@ class GivenStiffness(PairStiffness):
     Parameters
     ----------
     curve : stiffness over phase (of the mesh, [0, 1]) or over ``(s − s_A)/p_b`` (of a pair, [0, ε]) [N/m]
-    of : whose stiffness the curve is
+    of_mesh : whether the curve is that of the whole mesh
     grid : the nodes
     """
 
     curve: PiecewiseCurve
-    of: Literal["pair", "mesh"]
+    of_mesh: bool
     grid: ProfileGrid
 
     @property
@@ -182,7 +182,7 @@ class GivenStiffness(PairStiffness):
     def at_phases(self, where: Lookup) -> Array:
         """Return the pair stiffness at phases, 0 when out of the path, (n, n_pairs) [N/m]."""
         present = self.grid.first[where.segment] >= 0
-        if self.of == "mesh":
+        if self.of_mesh:
             middle = 0.5 * (self.grid.breaks[where.segment] + self.grid.breaks[where.segment + 1])
             value = self.curve.value(where.phase, middle)[:, None] / present.sum(axis=1, keepdims=True)
         else:

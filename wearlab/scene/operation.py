@@ -86,6 +86,11 @@ class Operation(Part):
         source="wearlab",
     )
 
+    @property
+    def output_loaded(self) -> bool | None:
+        """Whether a torque on the output balances the input; None: nobody said."""
+        return None if self.load_torque is None else self.load_torque == "balance"
+
     _largest_torque: float | None = PrivateAttr(None)
 
     @property

@@ -19,7 +19,7 @@ def _meshes_of_the_set(scene: Sections) -> Problems:
     for section in OWN_MESHES:
         if getattr(scene.mesh, section) is not None:
             yield f"mesh.{section}", "belongs to planetary sets; this is a pair: write it under [mesh]"
-    if scene.operation.load_torque == "zero":
+    if scene.operation.output_loaded is False:
         yield "operation.load_torque", "'zero' needs a planetary set with a grounded output"
 
 

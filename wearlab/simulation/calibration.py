@@ -3,6 +3,7 @@
 import math
 from typing import NamedTuple
 
+from wearlab.life.limits import WORN_OUT
 from wearlab.options import Stored
 from wearlab.scene import Scene
 from wearlab.scene.calibrating import calibrated_coefficient, calibrating
@@ -50,7 +51,7 @@ def calibrated(scene: Scene) -> tuple[Scene, Calibration | None]:
     if wear is None or given is None:
         return scene, None
     life = scene.calibration or _lived(scene)
-    if life.end_reason != "depth":
+    if life.end_reason != WORN_OUT:
         raise Refused(
             f"these gears cannot be calibrated on {1e6 * given.depth:g} µm on the {given.flank}: "
             f"their life ends before, by {life.end_reason}"

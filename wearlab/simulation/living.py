@@ -60,7 +60,7 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> History:
         cycles += float(lived.life.cycle[-1])
         seconds += _seconds(stage, float(lived.life.cycle[-1]))
         reason = lived.life.end_reason
-        if reason != "cycles" or ends:
+        if ends or not lived.life.ran_its_cycles:
             break
     histories[0] = histories[0]._replace(worn_first=worn_first)
     return _joined(histories, stages, reason)

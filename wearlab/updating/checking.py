@@ -51,9 +51,7 @@ def surprises(post: Posterior, draws: Draws, number: int) -> list[Inspected]:
             block,
             post.histories[int(i)],
             number,
-            draws.factor[mine],
-            draws.sd[number][mine],
-            draws.drift[number][mine],
+            draws.lanes(number, mine),
             steps=True,
         ).steps
         if not steps:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from wearlab.arrays import Array
 from wearlab.updating.answer import Answer
 from wearlab.updating.integrals import conditional, log_prior, values
-from wearlab.updating.likelihood import PER, log_likelihood
+from wearlab.updating.likelihood import PER, Lanes, log_likelihood
 from wearlab.updating.passage import present_state
 from wearlab.updating.posterior import Posterior
 from wearlab.updating.quadrature import Quadrature
@@ -40,6 +40,10 @@ class Draws:
     def of_run(self, number: int) -> NDArray[np.intp]:
         """Return which draws have this run."""
         return np.flatnonzero(self.run == number)
+
+    def lanes(self, block: int, some: NDArray[np.intp]) -> Lanes:
+        """Return what some draws ask the likelihood of a block."""
+        return Lanes(self.factor[some], self.sd[block][some], self.drift[block][some])
 
 
 def drawn(answer: Answer, n: int, rng: np.random.Generator) -> Draws:
@@ -139,7 +143,7 @@ def _lives(
             life[mine] = history.life(factor[mine])
             continue
         seen = log_likelihood(
-            post.blocks[number], history, number, factor[mine], sd[number][mine], drift[number][mine]
+            post.blocks[number], history, number, Lanes(factor[mine], sd[number][mine], drift[number][mine])
         )
         rate = drift[number][mine] ** 2 / PER
         spread = np.sqrt(seen.variance + rate * (answer.now - seen.cycle))

@@ -5,7 +5,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.updating.filtering import Filtered
 from wearlab.updating.history import RunHistory
-from wearlab.updating.likelihood import Block, Spread, log_likelihood
+from wearlab.updating.likelihood import Block, Lanes, Spread, log_likelihood
 from wearlab.updating.quadrature import Quadrature
 
 
@@ -35,9 +35,11 @@ def on_grids(
         block,
         history,
         number,
-        np.exp(log_factor)[:, None, None],
-        values(block.sd, sd)[None, :, None],
-        values(block.drift, drift)[None, None, :],
+        Lanes(
+            np.exp(log_factor)[:, None, None],
+            values(block.sd, sd)[None, :, None],
+            values(block.drift, drift)[None, None, :],
+        ),
     )
 
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,25 +135,34 @@ def _previous(cycle: Array, start: float) -> Array:
     return np.asarray(before[np.searchsorted(times, cycle)])
 
 
+class Lanes(NamedTuple):
+    """What a likelihood is asked for, any number of them at once: arrays that go together by broadcasting.
+
+    Parameters
+    ----------
+    factor : on the wear coefficient [1]
+    sd : standard deviation of a value [SI]
+    drift : of W in `PER` cycles [SI]
+    """
+
+    factor: Array
+    sd: Array
+    drift: Array
+
+
 def log_likelihood(
-    block: Block,
-    history: RunHistory,
-    number: int,
-    factor: Array,
-    sd: Array,
-    drift: Array,
-    *,
-    steps: bool = False,
+    block: Block, history: RunHistory, number: int, lanes: Lanes, *, steps: bool = False
 ) -> Filtered:
     """Return how probable the block is, and what is known of its drift.
 
     Parameters
     ----------
     block, history, number : what was measured, the run, the block's place
-    factor, sd, drift : broadcast lanes: on the coefficient, of a value [SI], of W in `PER` cycles [SI]
+    lanes : coefficients and errors
     steps : whether each inspection's surprise is kept
     """
-    rate = drift**2 / PER
+    factor, sd = lanes.factor, lanes.sd
+    rate = lanes.drift**2 / PER
     if not steps and _condenses(block, history.asked[number], sd, rate):
         total = _condensed(block, history, number, factor, sd)
         total = np.broadcast_to(total, np.broadcast_shapes(total.shape, rate.shape))

@@ -76,8 +76,7 @@ def _known(answer: Answer, draws: Draws, number: int) -> list[tuple[int, NDArray
     post, some, known = answer.posterior, np.arange(min(len(draws), MOST)), []
     for i in map(int, np.unique(draws.run[some])):
         mine = some[draws.run[some] == i]
-        sd, drift = draws.sd[number][mine], draws.drift[number][mine]
-        last = log_likelihood(post.blocks[number], post.histories[i], number, draws.factor[mine], sd, drift)
+        last = log_likelihood(post.blocks[number], post.histories[i], number, draws.lanes(number, mine))
         known.append((i, mine, last))
     return known
 

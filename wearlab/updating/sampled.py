@@ -94,9 +94,7 @@ def pointwise(outcome: UpdateOutcome, number: int) -> xr.Dataset:
                     block,
                     post.histories[int(i)],
                     number,
-                    outcome.draws.factor[some],
-                    outcome.draws.sd[number][some],
-                    outcome.draws.drift[number][some],
+                    outcome.draws.lanes(number, some),
                 ).log_likelihood
         about = "log likelihood of all its values together"
         return xr.Dataset({name: variable(values, "1", about)}, coords)

@@ -73,8 +73,7 @@ def measured(profile: MeasuredProfile, pair: GearPair, gear: int, position: Arra
     """
     s = np.asarray(position, float)
     where, depth = _along_path(profile, pair, gear)
-    if profile.continuation != "refuse":
-        where, depth = continued(where, depth, pair.path.A, pair.path.E, profile.continuation)
+    where, depth = continued(where, depth, pair.path.A, pair.path.E, profile.continuation)
     _check_cover(where, pair, gear, profile.along)
     if profile.across:
         depth = depth * np.cos(_load_angle(pair, gear, where))
@@ -140,11 +139,12 @@ def continued(where: Array, depth: Array, begin: float, end: float, how: Continu
     ----------
     where, depth : (n,) rising path positions and depths [m]
     begin, end : of the active flank [m]
-    how : hold the last value, go on with the straight line through the last `END_SHARE`, or jump to zero
+    how : leave it as it is, hold the last value, go on with the straight line through the last `END_SHARE`,
+        or jump to zero
     """
     x, y = [where], [depth]
     for side, place, outside in ((0, begin, where[0] > begin), (-1, end, where[-1] < end)):
-        if not outside:
+        if not outside or how not in BEYOND:
             continue
         new_x, new_y = BEYOND[how](where, depth, side, place)
         if side == 0:

@@ -11,7 +11,7 @@ from scipy.optimize import brentq, minimize_scalar
 class WornCurve:
     def __init__(self, pair, gear, depth):
         body = pair.gears[gear]
-        external = pair.kind == "external"
+        external = not pair.internal
         self.sense = (1.0, -1.0)[gear] if external else (-1.0 if pair.driving.internal else 1.0)
         # an external driven gear's tooth looks back at the driving gear
         self.turned = -1.0 if external and gear == 1 else 1.0

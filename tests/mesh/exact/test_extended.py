@@ -19,7 +19,7 @@ def analysis(pair, reach, gaps=ExactGaps, points=151):
     none = np.zeros((2, len(grid.position)))
     return ContactAnalysis(
         grid,
-        GivenStiffness(constant(STIFFNESS), "pair", grid),
+        GivenStiffness(constant(STIFFNESS), False, grid),
         none[0],
         LOAD,
         gaps=gaps(WornFlanks(pair, grid, none)),

@@ -279,7 +279,7 @@ def test_ranges_that_stop_with_the_nodes_say_so(make):
     pair = make.pairs["internal"]
     grid = make.flanks_of(pair).grid
     gaps = ExactGaps(make.flanks_of(pair))
-    stiff = GivenStiffness(constant(1e9), "pair", grid)
+    stiff = GivenStiffness(constant(1e9), False, grid)
     plain = ContactAnalysis(grid, stiff, np.zeros(len(grid.position)), 1000.0, np.inf, gaps)
     unworn, worn = np.zeros((2, len(grid.position))), make.smooth_wear(make.flanks_of(pair), 100e-6)
     (flag,) = cut_short(pair, plain, plain.nodes(unworn))

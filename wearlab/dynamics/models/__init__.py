@@ -53,6 +53,11 @@ class FrequencyResponse(Part):
     transient: Annotated[Count, POSITIVE] = option(200, "mesh periods marched at a speed before it counts")
     strobe: Annotated[Count, POSITIVE] = option(64, "mesh periods whose strobed states are kept")
 
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """In which senses the speed is followed, one after another."""
+        return ("up", "down") if self.direction == "both" else (self.direction,)
+
 
 RESPONSE = "the response over speed, followed up and down"
 

@@ -56,7 +56,7 @@ class PlanetaryDynamics(DynamicModel):
 
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """Without a load torque, a torsional spring must hold the output."""
-        if scene.operation.load_torque != "zero":
+        if scene.operation.output_loaded is not False:
             return
         output = scene.operation.output
         support = self.supports.get(output)

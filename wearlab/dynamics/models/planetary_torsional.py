@@ -58,7 +58,7 @@ class PlanetaryTorsionalDynamics(DynamicModel):
                 f"the torsional model holds the ring at rest, not {scene.operation.fixed!r}; give "
                 "fixed = 'ring' or dynamics.model = 'planetary'",
             )
-        if scene.operation.load_torque == "zero":
+        if scene.operation.output_loaded is False:
             yield (
                 "operation.load_torque",
                 "the torsional model turns freely and needs the load torque: 'balance'",

@@ -4,12 +4,11 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.kind import Kind, Role
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.runs import Run
-from wearlab.figures.slices import companion, slices
+from wearlab.figures.slices import Slice, companion, slices
 from wearlab.figures.wording import Label, ordinal
 
 SHOWN = 3
@@ -29,9 +28,12 @@ def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Ser
             if order <= SHOWN or "harmonic" in ask.select:
                 key = {k: v for k, v in piece.key.items() if k != "harmonic"}
                 name = Label(f"harmonic {order}", f"{ordinal(order)} harmonic")
-                labels = {**key, "part": FLUCTUATION, "quantity": name}
-                yield _one(
-                    run, ask, labels, piece.values, dict(piece.place), by, Scale(amplitude, piece.scale.units)
+                yield _line(
+                    run,
+                    ask,
+                    piece._replace(key={**key, "part": FLUCTUATION, "quantity": name}),
+                    by,
+                    amplitude,
                 )
 
     return series
@@ -39,18 +41,16 @@ def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Ser
 
 def _states(run: Run, ask: Ask, name: str, by: str, labels: dict[str, Label], words: str) -> Iterator[Series]:
     for piece in slices(run, name, ask, "update"):
-        scale = Scale(words, piece.scale.units)
-        yield _one(run, ask, {**piece.key, **labels}, piece.values, dict(piece.place), by, scale)
+        yield _line(run, ask, piece._replace(key={**piece.key, **labels}), by, words)
 
 
-def _one(
-    run: Run, ask: Ask, key: dict[str, Label], y: Array, index: dict[str, int], by: str, up: Scale
-) -> Series:
-    x, across = companion(run, ask.x or by, index, ask)
+def _line(run: Run, ask: Ask, piece: Slice, by: str, words: str) -> Series:
+    x, across = companion(run, ask.x or by, dict(piece.place), ask)
     if x.ndim > 1:  # the flank that is worn most
         x = x.max(axis=1)
-    held = np.isfinite(x) & np.isfinite(y)
-    return Series(key, x[held], y[held], across, up, "line-points")
+    held = np.isfinite(x) & np.isfinite(piece.values)
+    up = Scale(words, piece.scale.units)
+    return Series(piece.key, x[held], piece.values[held], across, up, "line-points")
 
 
 ROLES: tuple[tuple[Role, str], ...] = (("hue", "quantity"), ("cols", "part"), ("rows", "*"), ("cols", "*"))

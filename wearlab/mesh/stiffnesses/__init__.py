@@ -2,15 +2,13 @@
 
 from typing import TYPE_CHECKING, ClassVar, Literal
 
+from wearlab.options import option
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
     from wearlab.gears.pair import GearPair
     from wearlab.mesh.pair_stiffness import PairStiffness
     from wearlab.mesh.profile import ProfileGrid
-
-Of = Literal["pair", "mesh"]
-OF = "whose stiffness it is: one pair's, or the whole mesh's"
 
 
 class StiffnessModel(Variant):
@@ -21,7 +19,7 @@ class StiffnessModel(Variant):
     @property
     def of_mesh(self) -> bool:
         """Whether it is the stiffness of the whole mesh, which knows no pairs."""
-        return getattr(self, "of", "pair") == "mesh"
+        return False
 
     @property
     def departure(self) -> str:
@@ -46,3 +44,14 @@ class StiffnessModel(Variant):
         """Return what a run must say of it, in words; ``key`` is where the campaign file says it."""
         scale = getattr(self, "scale", 1.0)
         return () if scale == 1.0 else (f"{key}.scale = {scale:g} is tuned",)
+
+
+class PrescribedStiffness(StiffnessModel):
+    """Any stiffness that is given, of one pair or of the whole mesh."""
+
+    of: Literal["pair", "mesh"] = option("pair", "whose stiffness it is: one pair's, or the whole mesh's")
+
+    @property
+    def of_mesh(self) -> bool:
+        """Whether it is the stiffness of the whole mesh."""
+        return self.of == "mesh"

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from wearlab.mesh.stiffnesses import OF, Of, StiffnessModel
+from wearlab.mesh.stiffnesses import PrescribedStiffness
 from wearlab.options import POSITIVE, SpringRate, option
 
 if TYPE_CHECKING:
@@ -11,16 +11,15 @@ if TYPE_CHECKING:
     from wearlab.mesh.profile import ProfileGrid
 
 
-class ConstantStiffness(StiffnessModel):
+class ConstantStiffness(PrescribedStiffness):
     """A constant stiffness, of each pair while in the path, or of the mesh."""
 
     model: Literal["constant"] = option("constant", "constant stiffness", source="wearlab")
     value: Annotated[SpringRate, POSITIVE] = option(..., "the stiffness")
-    of: Of = option("pair", OF)
 
     def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
         """Return the same everywhere."""
         from wearlab.mesh.curve import constant
         from wearlab.mesh.stiffness import GivenStiffness
 
-        return GivenStiffness(constant(self.value), self.of, grid)
+        return GivenStiffness(constant(self.value), self.of_mesh, grid)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import ConfigDict, ValidationInfo, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from wearlab.mesh.stiffnesses import OF, Of, StiffnessModel
+from wearlab.mesh.stiffnesses import PrescribedStiffness
 from wearlab.options import Part, option
 from wearlab.tables import read_stiffness
 
@@ -24,7 +24,7 @@ class StiffnessUnits(Part):
     stiffness: str = option(..., "unit of the stiffness, such as 'N/um'")
 
 
-class TabulatedStiffness(StiffnessModel):
+class TabulatedStiffness(PrescribedStiffness):
     """A stiffness read from a file; its contents, not its path, are part of the scene."""
 
     model_config = ConfigDict(json_schema_extra={"required": ["file", "units"]})
@@ -36,7 +36,6 @@ class TabulatedStiffness(StiffnessModel):
         derived="required in a campaign file",
         identity=False,
     )
-    of: Of = option("pair", OF)
     units: StiffnessUnits | None = option(
         None, "units of the columns", derived="required in a campaign file", identity=False
     )
@@ -75,4 +74,4 @@ class TabulatedStiffness(StiffnessModel):
         """Return the table's values at the nodes."""
         from wearlab.mesh.stiffness import GivenStiffness
 
-        return GivenStiffness(self.curve(pair), self.of, grid)
+        return GivenStiffness(self.curve(pair), self.of_mesh, grid)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -76,7 +77,8 @@ def _reach(scene: Scene, kind: PairOfSet, points: int) -> Extension:
         return NO_EXTENSION
     asked = scene.mesh.of(kind.section)
     load = largest_load(scene, kind)
-    plain = contact_analysis(kind.pair, asked.stiffness, asked.contact, True, points, NO_EXTENSION, load)
+    options = ContactOptions(asked.stiffness, asked.contact, True)
+    plain = contact_analysis(kind.pair, options, points, NO_EXTENSION, load)
     return extension_wanted(kind.pair, plain, vibrates=scene.dynamics is not None)
 
 
@@ -93,43 +95,38 @@ def largest_load(scene: Scene, kind: PairOfSet) -> float:
 
 def _analysis(scene: Scene, kind: PairOfSet, points: int, extension: Extension) -> ContactAnalysis:
     asked = scene.mesh.of(kind.section)
-    return contact_analysis(
-        kind.pair, asked.stiffness, asked.contact, asked.extended_contact, points, extension, kind.load
-    )
+    options = ContactOptions(asked.stiffness, asked.contact, asked.extended_contact)
+    return contact_analysis(kind.pair, options, points, extension, kind.load)
+
+
+class ContactOptions(NamedTuple):
+    """How teeth give way and where they touch: what a contact analysis is told of ``[mesh]``."""
+
+    stiffness: StiffnessModel
+    contact: ContactModel
+    extended: bool
 
 
 @lru_cache(KEPT_ANALYSES)
 def contact_analysis(
-    pair: GearPair,
-    stiffness: StiffnessModel,
-    contact: ContactModel,
-    extended: bool,
-    points: int,
-    extension: Extension,
-    load: float,
+    pair: GearPair, options: ContactOptions, points: int, extension: Extension, load: float
 ) -> ContactAnalysis:
     """Return the contact analysis of a pair: the same one as long as nothing it is made of changes.
 
     Parameters
     ----------
     pair : the gears
-    stiffness, contact, extended : of ``[mesh]``
+    options : stiffness and contact
     points : nodes asked for on the path
     extension : how far beyond A and E nodes reach
     load : static normal force [N]
     """
-    return replace(_unloaded(pair, stiffness, contact, extended, points, extension), load=load)
+    return replace(_unloaded(pair, options, points, extension), load=load)
 
 
 @lru_cache(KEPT_ANALYSES)
-def _unloaded(
-    pair: GearPair,
-    stiffness: StiffnessModel,
-    contact: ContactModel,
-    extended: bool,
-    points: int,
-    extension: Extension,
-) -> ContactAnalysis:
+def _unloaded(pair: GearPair, options: ContactOptions, points: int, extension: Extension) -> ContactAnalysis:
+    stiffness, contact = options.stiffness, options.contact
     grid = profile_grid(pair, points, kinks(pair), stiffness.jumps(pair), extension)
     return ContactAnalysis(
         grid,
@@ -137,7 +134,7 @@ def _unloaded(
         modifications(pair, grid.position).sum(axis=0),
         0.0,
         contact.engagement_gap(pair),
-        contact.build(flanks_of(pair, grid), extended),
+        contact.build(flanks_of(pair, grid), options.extended),
     )
 
 

@@ -75,8 +75,7 @@ def build_response(scene: Scene, parts: Parts, state: WearState) -> SpeedRespons
     assert parts.vibration is not None and isinstance(parts.vibration.method, Periodic)
     given: Any = scene.dynamics.response
     speeds = np.linspace(getattr(given.speed, "from"), given.speed.to, given.speed.points)
-    directions = ("up", "down") if given.direction == "both" else (given.direction,)
     return SpeedResponse(
-        scene, parts, state, speeds, directions,
+        scene, parts, state, speeds, given.directions,
         Continuation(given.transient, given.strobe, parts.vibration.method),
     )  # fmt: skip
