@@ -15,6 +15,7 @@ from wearlab.accuracy.motion import approaches, motion_held
 from wearlab.accuracy.steady import Steady, relative_error
 from wearlab.arrays import Array
 from wearlab.dynamics.balance import balance_of, true_derivative
+from wearlab.dynamics.multipliers import over_sections
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.shooting import Shooting
@@ -127,7 +128,8 @@ def period_derivative(system: System, response: Response) -> Array:
     balance = balance_of(system, response.mesh_period)
     if response.derivative is not None:
         known = response.derivative
-        return known if balance is None else true_derivative(system, balance, known)
+        known = known if balance is None else true_derivative(system, balance, known)
+        return over_sections(system, known, response.sections)
     shooting = Shooting(system, response.tables, response.mesh_period)
     derivative = np.eye(shooting.rows)
     for period in range(response.period):

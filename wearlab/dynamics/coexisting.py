@@ -65,7 +65,7 @@ class _Bounded(Shooting):
 
     def shoot(self, periods: int, state: Array, *, touch: int = LOCATED, most: int = 25) -> Orbit | None:
         """Shoot as `Shooting.shoot` does, with as many passes as the bound allows."""
-        passes = min(most, (self.most - self.maps) // periods)
+        passes = min(most, int(self.most - self.maps) // periods)
         if passes < 1:
             raise _CutOff
         return super().shoot(periods, state, touch=touch, most=passes)
@@ -94,8 +94,8 @@ def coexisting(found: Response, method: Periodic, most_steps: int = MOST_STEPS) 
         try:
             rival = _attractor(shooting, state, home, method)
         except _CutOff:
-            return Search(None, number, periods + shooting.maps, True)
-        periods += shooting.maps
+            return Search(None, number, periods + int(shooting.maps), True)
+        periods += int(shooting.maps)
         if rival is not None:
             return Search(rival, number + 1, periods)
     return Search(None, len(RELEASES), periods)

@@ -81,11 +81,12 @@ def tabulate(
 ) -> None:  # fmt: skip
     """Fill ``law`` and ``push`` with ``Σ_p k_p − k̄`` and ``Σ_p k_p (g_p + e) + c ė`` of every mesh.
 
+    They may be of fewer steps than the tables: of the first.
     ``sliding``, ``moment``: Λμ and Λμ s of all pairs, for the channels ``Σ_p Λμ_p F_p`` and
     ``Σ_p Λμ_p s_p F_p``, where there are any.
     """
-    steps, stages, meshes, pairs = stiffness.shape
-    for step in range(steps):
+    stages, meshes, pairs = stiffness.shape[1:]
+    for step in range(len(law)):
         for stage in range(stages):
             for m in range(meshes):
                 total, held = -mean[m], damping[m] * error_rate[step, stage, m]

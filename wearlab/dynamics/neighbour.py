@@ -20,6 +20,8 @@ from wearlab.dynamics.collocation_inputs import inputs_of
 from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.neighbour_factors import Drifts, Factors, drifts_of, factors_of
 from wearlab.dynamics.neighbour_kernel import correct, path_of, resembles
+from wearlab.dynamics.sections import in_sections, path_over_sections
+from wearlab.dynamics.symmetry import turned_back
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -63,10 +65,11 @@ class Neighbour:
     ----------
     system, balance, tables, period : the case, balance None where nothing is free
     start : (2n + 1 + n_balance,) state at phase 0, 1, sizes of loads
-    whole : (2n, 2n) derivative of the period map
+    whole : (2n, 2n) derivative of the period map, or of that over a section, turned back
     derivative : the same where loads take the columns of held coordinates
     held : (n_balance,) coordinates whose place the sizes of loads take
     scale : (2n,) sizes of the states
+    sections : of the period, over the first of which it was solved
     """
 
     system: System
@@ -78,6 +81,7 @@ class Neighbour:
     derivative: Array
     held: Index
     scale: Array
+    sections: int
 
     def __getstate__(self) -> dict[str, object]:
         """Return the case alone: what it was asked for is megabytes, and soon computed again."""
@@ -86,25 +90,29 @@ class Neighbour:
     @cached_property
     def multipliers(self) -> Complex:
         """Its multipliers, largest first."""
-        return multipliers_of(self.system, self.balance, self.derivative)
+        return multipliers_of(self.system, self.balance, self.derivative, self.sections)
 
     @cached_property
     def factors(self) -> Factors:
-        """The answers of its groups of steps."""
-        return factors_of(self.system, self.balance, self.tables, self.period, self.start)
+        """The answers of its groups of steps, of the first section where there are more."""
+        case = self.system, self.balance, self.tables, self.period
+        return factors_of(*case, self.start, self.sections)
 
     @cached_property
     def drifts(self) -> Drifts:
         """How its leading multipliers change with the mesh."""
-        return drifts_of(self.factors, self.whole, self.multipliers)
+        return drifts_of(self.factors, self.system, self.whole, self.multipliers, self.sections)
 
     @cached_property
     def inverse(self) -> Array:
-        """(2n, 2n) of ``I − P``, where loads take the columns of held coordinates."""
+        """(2n, 2n) of ``I − P``, where loads take the columns of held coordinates; of a section with R⁻¹."""
         matrix = np.eye(len(self.scale))
         matrix[self.held, self.held] = 0.0
         scaled = (matrix - self.derivative) * self.scale / self.scale[:, None]
-        return np.ascontiguousarray(np.linalg.inv(scaled) / self.scale * self.scale[:, None])
+        solved = np.linalg.inv(scaled) / self.scale * self.scale[:, None]
+        return np.ascontiguousarray(
+            solved @ turned_back(self.system.symmetry, self.sections, len(self.scale))
+        )
 
     @cached_property
     def joined(self) -> Flags:
@@ -119,6 +127,9 @@ class Neighbour:
         if tables.stiffness.shape != mine.stiffness.shape or (tables.width != mine.width).any():
             return False
         if not resembles(tables.stiffness, mine.stiffness, NEAR * float(mine.stiffness.max())):
+            return False
+        turning = self.system.symmetry
+        if self.sections > 1 and turning and not in_sections(self.sections, turning.mesh, tables.filled):
             return False
         return bool((joined_steps(tables) == self.joined).all())
 
@@ -149,7 +160,8 @@ def corrected(near: Neighbour, system: System, tables: StageTables, period: floa
     if not near.resembles(system, tables, period):
         return None
     known = near.factors
-    inputs = inputs_of(system, near.balance, tables, period, known.mean, known.shares)
+    section = tables.section(near.sections)
+    inputs = inputs_of(system, near.balance, section, period, known.mean, known.shares)
     law = np.empty((*known.felt.shape[:2], inputs.law.shape[2]))
     starts, felt, sizes = known.starts.copy(), known.felt.copy(), near.start[len(near.whole) + 1 :].copy()
     first = np.ascontiguousarray(known.cut.groups[:, 0])
@@ -162,6 +174,8 @@ def corrected(near: Neighbour, system: System, tables: StageTables, period: floa
         return None
     path = np.empty((len(tables.width) + 1, starts.shape[1]))
     path_of(known.cut, inputs, known.stages, starts, felt, sizes, path)
+    if near.sections > 1 and system.symmetry is not None:
+        path_over_sections(system.symmetry.turn, near.sections, path)
     scale = near.scale
     apart = (path[first + known.stages // 2] - starts[1:]) / scale
     closure = float(np.abs(apart).max() / np.abs(starts / scale).max())

@@ -9,8 +9,10 @@ from wearlab.arrays import Array, Complex, Index
 from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.collocation import SIZES, Cut, basis_of, cut_of, joined_steps
 from wearlab.dynamics.collocation_inputs import Inputs, inputs_of
+from wearlab.dynamics.multipliers import over_sections
 from wearlab.dynamics.neighbour_kernel import answers_of_groups, over_period
 from wearlab.dynamics.propagator import mean_stiffness
+from wearlab.dynamics.symmetry import turned_back
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -46,7 +48,7 @@ class Factors(NamedTuple):
 
 
 def factors_of(
-    system: System, balance: Balance | None, tables: StageTables, period: float, given: Array
+    system: System, balance: Balance | None, tables: StageTables, period: float, given: Array, sections: int
 ) -> Factors:
     """Return the factors of a case.
 
@@ -54,8 +56,10 @@ def factors_of(
     ----------
     system, balance, tables, period : the case
     given : (2n + 1 + n_balance,) its start, 1, and sizes of loads
+    sections : of the period, the first of which is looked at
     """
     mean, direction = mean_stiffness(tables), np.ascontiguousarray(system.direction)
+    tables = tables.section(sections)
     basis, shares = basis_of(system, balance)
     cut = cut_of(system, tables.width, period, mean, basis, joined_steps(tables))
     assert cut is not None
@@ -84,32 +88,40 @@ class Drifts(NamedTuple):
     by_law: Complex
 
 
-def drifts_of(known: Factors, whole: Array, multipliers: Complex) -> Drifts:
+def drifts_of(known: Factors, system: System, whole: Array, multipliers: Complex, sections: int) -> Drifts:
     """Return the first-order changes ``lᴴ ΔP r`` of multipliers, with ``lᴴ r = 1``.
+
+    Over m sections ``P = Rᵐ Qᵐ`` and ``Q = R⁻¹ P_section`` have their eigenvectors in common, the latter's
+    values being ν: ``Δμ = m (μ/ν) (R l)ᴴ ΔP_section r``.
 
     Parameters
     ----------
     known : the answers of the groups
-    whole : (2n, 2n) derivative of the period map
-    multipliers : its multipliers, largest first
+    system : what moves
+    whole : (2n, 2n) derivative of the period map, or Q
+    multipliers : of the period map, largest first
+    sections : m
 
     References
     ----------
     Wilkinson, The Algebraic Eigenvalue Problem, 1965, ch. 2.
     """
-    found, left, right = eig(whole, left=True)
+    own, left, right = eig(whole, left=True)
+    period = over_sections(system, whole, sections)
+    found = (left.conj() * (period @ right)).sum(axis=0) / (left.conj() * right).sum(axis=0)
     large = (np.abs(multipliers) >= LEADING * abs(multipliers[0])) & (multipliers.imag >= 0.0)
     which = np.flatnonzero(large)
     nearest = np.abs(found[:, None] - multipliers[which]).argmin(axis=0)
     backward, forward = left.T[nearest].conj(), right.T[nearest]
     backward /= (backward * forward).sum(axis=1)[:, None]
-    by_input, felt = _carried(known, backward, forward)
+    by_input, felt = _carried(known, backward @ turned_back(system.symmetry, sections, len(whole)), forward)
     inputs, moving = known.inputs, known.by_input.shape[2] // MOST_STAGES
     channels, meshes = inputs.law.shape[2], felt.shape[3]
     shares = np.zeros((moving, channels))
     shares[inputs.to, inputs.of] = inputs.share
     by_law = -(by_input.reshape(*felt.shape[:3], moving) @ shares) * np.tile(felt, channels // meshes)
-    return Drifts(which, by_law.reshape(len(which), -1))
+    by_section = sections * (found / own)[nearest]
+    return Drifts(which, by_section[:, None] * by_law.reshape(len(which), -1))
 
 
 def _carried(known: Factors, backward: Complex, forward: Complex) -> tuple[Complex, Complex]:

@@ -189,6 +189,20 @@ def weighted_norm(values: Any, rate: float) -> float:
     return worst
 
 
+@jit_inner
+def end_turned_back(turn: Any, states: Any, end: int, w: int) -> None:
+    """Write state ``end`` behind itself, turned back, tangents and all."""
+    n = len(turn)
+    at, to = end * 2 * n * w, (end + 1) * 2 * n * w
+    for part in range(2):
+        for row in range(n):
+            for col in range(w):
+                total = 0.0
+                for other in range(n):
+                    total += turn[other, row] * states[at + (part * n + other) * w + col]
+                states[to + (part * n + row) * w + col] = total
+
+
 @jit(allocates=True)
 def shoot(
     kernel: Any,
@@ -203,6 +217,7 @@ def shoot(
     states: Any,
     monodromy: Any,
     s: Any,
+    turn: Any,
 ) -> tuple[int, int, float, int]:
     """Find the orbit over ``periods`` mesh periods near ``start`` (2n,), which it moves.
 
@@ -212,8 +227,10 @@ def shoot(
     touch : how contact is taken, see `over_period`: `LOCATED`; `TOUCHING`, which begins with the affine map
         of a mesh whose pairs all touch (a cold start); `MIDDLE` to the end; or `TOUCHING_FIRST`, then that
     most : passes allowed
-    states : (periods · n_steps + 1, 2n, width) flat, tangents and all; the answer in its last column
+    states : (periods · n_steps + 2, 2n, width) flat, tangents and all; the answer in its last column
     monodromy : (2n, 2n): derivative of the map at the answer
+    turn : (n, n) by which the orbit ends turned, the tables being those of a section of the mesh period, see
+        `wearlab.dynamics.symmetry`; (0, 0) or None: it ends where it began
 
     Returns
     -------
@@ -232,8 +249,11 @@ def shoot(
         changes = 0
         for k in range(periods):
             changes += over_period(kernel, tables, period, columns, width, states, k * steps, s, touch)
-        residual_vector = np.empty(rows)
-        read_map(kernel.balance, states, periods * steps, w, trial, monodromy, matrix, residual_vector)
+        residual_vector, end = np.empty(rows), periods * steps
+        if turn is not None and len(turn):
+            end_turned_back(turn, states, end, w)
+            end += 1
+        read_map(kernel.balance, states, end, w, trial, monodromy, matrix, residual_vector)
         residual = weighted_norm(residual_vector, rate)
         if touch != TOUCHING and not residual <= 4.0 * old_residual and halved < HALVINGS:
             halved += 1

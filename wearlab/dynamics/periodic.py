@@ -124,7 +124,7 @@ class Periodic:
         self, system: System, tables: StageTables, period: float, start: Response | None,
         held: Parted | None = None,
     ) -> Response:  # fmt: skip
-        shooting = Shooting(system, tables, period, self.closed)
+        shooting = Shooting(system, tables, period, self.closed, by_sections=True)
         if start is not None and start.period == 0 and not in_registers(system):
             return self._march(shooting, None, start)  # which looks for a simple orbit after so many periods
         found = self._simple_orbit(shooting, start, held)
@@ -136,7 +136,8 @@ class Periodic:
         """Shoot from the neighbour, then from the loaded mesh, then from a marched state."""
         if start is not None and start.period > 0 and start.state.shape[2] == shooting.rows:
             large = not in_registers(shooting.system)
-            if large and start.verdict.unique and abs(start.multipliers[0]) < 1.0 - CLEAR:
+            sections = start.sections > 1 or not shooting.turns(start)  # or a third of the work would do
+            if large and sections and start.verdict.unique and abs(start.multipliers[0]) < 1.0 - CLEAR:
                 found = shooting.chord(start)
                 if found is not None:
                     return found
@@ -202,6 +203,7 @@ class Periodic:
         ------
         Unbounded : the motion grows without bound
         """
+        shooting.turning = None  # what has to be marched may have lost its symmetry
         state = np.zeros(shooting.rows) if start is None else start.end.copy()
         state = state if shooting.marched is None else shooting.marched
         settled = start is not None and start.period == 0
@@ -252,7 +254,9 @@ class Periodic:
         unique = found.unique and (shooting.loaded or shooting.grounded)
         verdict = Verdict(True, found.largest < 1.0 - self.margin, unique, True)
         kept = None if in_registers(shooting.system) else found.derivative
-        return shooting.response(found.periods, found.state, found.multipliers, verdict, found.residual, kept)
+        return shooting.response(
+            found.periods, found.state, found.multipliers, verdict, found.residual, kept, found.sections
+        )
 
 
 def settling_periods(system: System, tables: StageTables, period: float) -> float:

@@ -71,6 +71,8 @@ class Response:
     derivative : (2n, 2n) of the map over m periods at its start, kept where a neighbour can use it, or None
     near : what neighbouring cases are found from where no flank parts, or None
     between : what the tables were taken of, for values between their stages; None: parabolas through them
+    sections : of the mesh period, over the first of which the derivative goes, turned back; see
+        `wearlab.dynamics.symmetry`
     """
 
     period: int
@@ -85,6 +87,7 @@ class Response:
     derivative: Array | None = None
     near: "Neighbour | None" = None
     between: TablesWithin | None = None
+    sections: int = 1
 
     @cached_property
     def multipliers(self) -> Complex:
@@ -92,7 +95,8 @@ class Response:
         if self.found_multipliers is not None:
             return self.found_multipliers
         assert self.derivative is not None
-        return multipliers_of(self.system, balance_of(self.system, self.mesh_period), self.derivative)
+        balance = balance_of(self.system, self.mesh_period)
+        return multipliers_of(self.system, balance, self.derivative, self.sections)
 
     @property
     def within(self) -> TablesWithin:

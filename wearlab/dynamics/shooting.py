@@ -14,8 +14,10 @@ from wearlab.dynamics.newton import CONVERGED, SINGULAR, STALLED, exchange, set_
 from wearlab.dynamics.period_map import LOCATED, MIDDLE, over_period
 from wearlab.dynamics.response import Counts, Response, Verdict, split_periods
 from wearlab.dynamics.runge_kutta4 import TableMarcher
+from wearlab.dynamics.sections import in_sections, path_over_sections
 from wearlab.dynamics.steady import under_one_load
 from wearlab.dynamics.structure import in_registers
+from wearlab.dynamics.symmetry import Symmetry, turned_back
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -44,7 +46,8 @@ CLOSED = 1e-8
 class Orbit:
     """An orbit over ``periods`` mesh periods, (periods, n_steps + 1, 2n), with its multipliers.
 
-    ``derivative`` (2n, 2n): that of the period map, as the shooting solved with it.
+    ``derivative`` (2n, 2n): that of the period map, as the shooting solved with it; over the first of some
+    ``sections`` of a mesh period, turned back.
     """
 
     periods: int
@@ -53,6 +56,7 @@ class Orbit:
     residual: float
     unique: bool = True
     derivative: Array | None = None
+    sections: int = 1
 
     @property
     def largest(self) -> float:
@@ -63,19 +67,44 @@ class Orbit:
 class Shooting:
     """One system on one set of tables: memory, counts, and the two things to do, march and shoot."""
 
-    def __init__(self, system: System, tables: StageTables, period: float, closed: float = CLOSED) -> None:
+    def __init__(
+        self,
+        system: System,
+        tables: StageTables,
+        period: float,
+        closed: float = CLOSED,
+        *,
+        by_sections: bool = False,
+    ) -> None:
         self.system, self.tables, self.period, self.closed = system, tables, period, closed
         self.marcher = TableMarcher(system, tables, period, exact=True)
         self.filled, self.balance = self.marcher.tables, self.marcher.kernel.balance
         self.rows, self.steps = 2 * len(system.load), len(tables.width)
         self.rate = 2.0 * np.pi * self.steps / (16.0 * period)
-        self.maps, self.located, self.iterations, self.singular = 0, 0, 0, False
+        self.turning = self._turning() if by_sections else None
+        self.maps, self.located, self.iterations, self.singular = 0.0, 0, 0, False
         self.beside = 0.0  # what tangents and redone steps of a large system were worth, in passes
         self.failed: list[Array] = []  # states from which located passes led to no orbit that attracts
         self.marched: Array | None = None  # where a march stands that may go on
         self.most_tangents = MOST_TANGENTS if in_registers(system) else MOST_TANGENTS_DENSE
         if not in_registers(system):
             self.marcher.touch = MIDDLE
+
+    def _turning(self) -> Symmetry | None:
+        """Return by what orbits are found on a section of the mesh period, None: on all of it."""
+        symmetry = None if in_registers(self.system) else self.system.symmetry
+        if symmetry is None or not in_sections(symmetry.sections, symmetry.mesh, self.filled):
+            return None
+        return symmetry
+
+    def turns(self, start: Response) -> bool:
+        """Whether a response is in every section of the mesh period what it was in the one before, turned."""
+        if self.turning is None or start.period != 1:
+            return False
+        sections, turn, _ = self.turning
+        later = start.state[0, (start.state.shape[1] - 1) // sections].reshape(2, -1)
+        turned = start.state[0, 0].reshape(2, -1) @ turn.T
+        return self._distance(later.ravel(), turned.ravel()) <= SAME * self._distance(turned.ravel())
 
     @cached_property
     def shooter(self) -> TableMarcher:
@@ -107,18 +136,22 @@ class Shooting:
         ``touch`` says how contact within a step is taken, see `wearlab.dynamics.period_map.over_period`.
         """
         most = min(most, max(2, self.most_tangents // periods))
-        count = periods * self.steps + 1
+        turning = self.turning if periods == 1 else None
+        sections = 1 if turning is None else turning.sections
+        count = periods * self.steps // sections + 1
         shooter = self.shooter
         width = shooter.width
-        states = np.empty(count * self.rows * len(width))
+        states = np.empty((count + 1) * self.rows * len(width))
         monodromy = np.empty((self.rows, self.rows))
+        turn = np.empty((0, 0)) if turning is None else turning.turn
         code, passes, error, changes = shoot(
-            shooter.kernel, self.filled, self.period, periods, np.uint64(len(width)), width, state, touch,
-            most, states, monodromy, shooter.scratch,
+            shooter.kernel, self.filled.section(sections), self.period, periods, np.uint64(len(width)),
+            width, state, touch, most, states, monodromy, shooter.scratch,
+            None if in_registers(self.system) else turn,
         )  # fmt: skip
-        more = self.rows / ROWS_PER_PASS
-        self.maps += passes * periods
-        self.beside += more * passes * periods
+        more, taken = self.rows / ROWS_PER_PASS, passes * periods / sections
+        self.maps += taken
+        self.beside += more * taken
         self.located += int((1.0 + more) * passes * changes) if touch == LOCATED else 0
         self.iterations += passes
         self.singular = code == SINGULAR
@@ -126,12 +159,19 @@ class Shooting:
             code = CONVERGED if error <= NEARLY * self._distance(state) else STALLED
         if code != CONVERGED:
             return None
+        path = states[len(width) - 1 :: len(width)].reshape(count + 1, self.rows)[:count]
         return self._orbit(
-            periods,
-            states[len(width) - 1 :: len(width)].reshape(count, self.rows),
-            monodromy,
-            touch=touch,
+            periods, self._continued(path, sections), monodromy, touch=touch, sections=sections
         )
+
+    def _continued(self, path: Array, sections: int) -> Array:
+        """Return the path over all sections of the mesh period from that over the first."""
+        if sections == 1 or self.system.symmetry is None:
+            return path
+        whole = np.empty((self.steps + 1, self.rows))
+        whole[: len(path)] = path
+        path_over_sections(self.system.symmetry.turn, sections, whole)
+        return whole
 
     def chord(self, neighbour: "Response | Orbit") -> Orbit | None:
         """Return the orbit near a neighbour's from trajectories alone, None when they don't lead there.
@@ -142,47 +182,55 @@ class Shooting:
         periods = neighbour.periods if isinstance(neighbour, Orbit) else neighbour.period
         if neighbour.derivative is None or periods != 1 or len(neighbour.state[0, 0]) != self.rows:
             return None
+        sections = neighbour.sections
+        if sections > 1 and (self.turning is None or self.turning.sections != sections):
+            return None
         kernel, derivative = self.marcher.kernel, neighbour.derivative
         balance, state = kernel.balance, neighbour.state[0, 0].copy()
-        matrix = np.eye(self.rows) - derivative
+        matrix, back = np.eye(self.rows) - derivative, turned_back(self.system.symmetry, sections, self.rows)
         if balance is not None:
             matrix[balance.held, balance.held] -= 1.0
         factors, pivots, failed = dgetrf(matrix)
-        states, last = np.empty((self.steps + 1) * self.rows), np.inf
+        tables, last = self.filled.section(sections), np.inf
+        states = np.empty((len(tables.width) + 1) * self.rows)
         exchange(balance, state)
         for _ in range(MOST_CHORDS):
             set_start(balance, states, state, 1)
             self.located += over_period(
-                kernel, self.filled, self.period, np.uint64(1), self.marcher.width, states, 0,
+                kernel, tables, self.period, np.uint64(1), self.marcher.width, states, 0,
                 self.marcher.scratch, LOCATED,
             )  # fmt: skip
-            self.maps += 1
+            self.maps += 1.0 / sections
             path = states.reshape(-1, self.rows)
-            step, bad = dgetrs(factors, pivots, path[-1] - path[0])
+            missed = back @ path[-1] - path[0]
+            step, bad = dgetrs(factors, pivots, missed)
             size, error = self._distance(path[0]), self._distance(step)
             if failed or bad or not error <= SHRINKS * last:
                 return None
             if error <= self.closed * size:
                 self.iterations += 2  # one would say that a single pass was exact: that no flank parts
-                closure = self._distance(path[-1], path[0]) / (size or 1.0)
-                return Orbit(1, path[None].copy(), neighbour.multipliers, closure, True, derivative)
+                closure = self._distance(missed) / (size or 1.0)
+                whole = self._continued(path, sections)[None].copy()
+                return Orbit(1, whole, neighbour.multipliers, closure, True, derivative, sections)
             state, last = state + step, error
         return None
 
     def _orbit(
-        self, periods: int, orbit: Array, monodromy: Array, unique: bool = True, touch: int = LOCATED
-    ) -> Orbit | None:
+        self, periods: int, orbit: Array, monodromy: Array, unique: bool = True, touch: int = LOCATED,
+        sections: int = 1,
+    ) -> Orbit | None:  # fmt: skip
         strobe = orbit[:: self.steps]
         for m in range(1, periods):
             if periods % m == 0 and self._distance(strobe[m], strobe[0]) <= 1e-6 * self._distance(strobe[0]):
                 return self.shoot(m, strobe[0].copy(), touch=MIDDLE if touch >= MIDDLE else LOCATED)
-        multipliers = self.multipliers(monodromy)
+        multipliers = self.multipliers(monodromy, sections)
         closure = self._distance(strobe[-1], strobe[0]) / (self._distance(strobe[0]) or 1.0)
-        return Orbit(periods, split_periods(orbit, periods), multipliers, closure, unique, monodromy)
+        state = split_periods(orbit, periods)
+        return Orbit(periods, state, multipliers, closure, unique, monodromy, sections)
 
-    def multipliers(self, derivative: Array) -> Complex:
+    def multipliers(self, derivative: Array, sections: int = 1) -> Complex:
         """Return the multipliers, largest first; position and speed of a free rotation are left out."""
-        return multipliers_of(self.system, self.balance, derivative)
+        return multipliers_of(self.system, self.balance, derivative, sections)
 
     def _distance(self, state: Array, other: Array | float = 0.0) -> float:
         """Return the largest difference of two states, velocities measured in units of ``rate``."""
@@ -247,10 +295,11 @@ class Shooting:
         verdict: Verdict,
         residual: float,
         derivative: Array | None = None,
+        sections: int = 1,
     ) -> Response:
         """Put a response together, with the work done so far and the loads found."""
         system = found_load(self.system, self.balance)
-        counts = Counts(self.maps, self.right_hand_sides, self.iterations)
+        counts = Counts(int(np.ceil(self.maps)), self.right_hand_sides, self.iterations)
         return Response(
             period,
             state,
@@ -262,4 +311,5 @@ class Shooting:
             self.tables,
             self.period,
             derivative,
+            sections=sections,
         )

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from wearlab.arrays import Array
 from wearlab.dynamics.supports import Support
+from wearlab.dynamics.symmetry import Symmetry
 
 
 class System(NamedTuple):
@@ -35,6 +36,7 @@ class System(NamedTuple):
     balance : (n,) a load of unknown size that keeps the mean speed of a system free to turn; None: the loads
         given must be in balance [1]
     supports : what holds the members; they make up C and K and say which force a bearing exerts
+    symmetry : what turns a planetary set into itself over a part of the mesh period, or None
     """
 
     coordinates: tuple[str, ...]
@@ -56,6 +58,7 @@ class System(NamedTuple):
     friction_slope: Array | None = None
     balance: Array | None = None
     supports: tuple[Support, ...] = ()
+    symmetry: Symmetry | None = None
 
     @property
     def total_damping(self) -> Array:

@@ -14,7 +14,9 @@ from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.neighbour import Found, Neighbour, corrected
 from wearlab.dynamics.propagator import GRID
 from wearlab.dynamics.response import Counts, Response, Verdict
+from wearlab.dynamics.sections import in_sections
 from wearlab.dynamics.structure import in_registers
+from wearlab.dynamics.symmetry import Symmetry
 from wearlab.dynamics.system import System
 from wearlab.dynamics.touching_kernel import (
     ANOTHER_PLAN,
@@ -63,7 +65,7 @@ class Known:
         self.balance = balance_of(system, period)
         self.loaded, self.small = bool(system.load.any()), in_registers(system)
         self.plan: TouchingPlan | None = None
-        self._plans: OrderedDict[tuple[bytes, bytes], TouchingPlan | None] = OrderedDict()
+        self._plans: OrderedDict[tuple[bytes, bytes, int], TouchingPlan | None] = OrderedDict()
 
     def serves(self, system: System, tables: StageTables, period: float) -> bool:
         """Whether this is about the same system on the same steps."""
@@ -78,13 +80,15 @@ class Known:
         """Return the plan that tables ask for; None: the steps are too long."""
         meshes = tables.error.shape[2]
         joined, power = np.empty(len(tables.width) - 1, np.bool_), np.empty(meshes, np.int64)
-        sliding = tables.filled.sliding
-        describe(tables.width, tables.stiffness, tables.gap, sliding, joined, power)
-        key = joined.tobytes(), power.tobytes()
+        filled, turning = tables.filled, self.system.symmetry
+        describe(tables.width, tables.stiffness, tables.gap, filled.sliding, joined, power)
+        if turning is not None and not in_sections(turning.sections, turning.mesh, filled):
+            turning = None
+        key = joined.tobytes(), power.tobytes(), 1 if turning is None else turning.sections
         if key not in self._plans:
             while len(self._plans) >= KEPT_PLANS:
                 self._plans.popitem(last=False)
-            self._plans[key] = self._made(tables, joined, power)
+            self._plans[key] = self._made(tables, joined, power, turning)
             forget()
         self.plan = self._plans[key]
         return self.plan
@@ -95,12 +99,16 @@ class Known:
         plans = (plan for plan in self._plans.values() if plan is not None)
         return {id(plan.tables): plan.tables.nbytes for plan in plans}
 
-    def _made(self, tables: StageTables, joined: Flags, power: Index) -> TouchingPlan | None:
+    def _made(
+        self, tables: StageTables, joined: Flags, power: Index, turning: Symmetry | None
+    ) -> TouchingPlan | None:
         system, mean = self.system, np.exp(GRID * power)
+        sections, turn, mesh = turning or (1, np.eye(len(system.load)), np.arange(len(mean)))
+        section = len(tables.width) // sections
         static = static_shift(system, mean) if self.small else None
         shifted = static is not None
         basis, shares = basis_of(system, self.balance, shifted=shifted)
-        cut = cut_of(system, tables.width, self.period, mean, basis, joined)
+        cut = cut_of(system, tables.width[:section], self.period, mean, basis, joined[: section - 1])
         if cut is None:
             return None
         channels = len(mean) if system.friction_constant is None else 3 * len(mean)
@@ -120,6 +128,9 @@ class Known:
             np.empty(0, np.int64) if self.balance is None else self.balance.held,
             np.repeat([1.0, rate], len(system.load)),
             np.zeros(len(system.load)) if static is None else static,
+            sections,
+            turn,
+            mesh,
         )
 
 
@@ -209,7 +220,7 @@ def touching_orbit(
         return None
     balance, near, multipliers = known.balance, None, None
     if not attracting or balance is not None:
-        multipliers = multipliers_of(system, balance, derivative)
+        multipliers = multipliers_of(system, balance, derivative, plan.sections)
         largest = abs(multipliers[0])
         if not largest <= 1.0 + margin:
             return None
@@ -227,13 +238,14 @@ def touching_orbit(
             derivative,
             plan.held,
             plan.scale,
+            plan.sections,
         )
     return Response(
         1,
         path[None],
         multipliers,
         ATTRACTING if attracting else Verdict(True, False, True, True),
-        Counts(1, len(tables.width) * RHS_PER_STEP, 1),
+        Counts(1, len(tables.width) // plan.sections * RHS_PER_STEP, 1),
         closure,
         found_load(system, balance),
         tables,
@@ -241,6 +253,7 @@ def touching_orbit(
         derivative,
         near,
         between,
+        plan.sections,
     )
 
 
@@ -252,11 +265,12 @@ def _of_neighbour(
         return Parted(found.path[0].copy(), found.sizes)
     largest = abs(found.multipliers[0])
     verdict = Verdict(True, bool(largest < 1.0 - margin), True, True)
-    counts = Counts(found.corrections, found.corrections * len(tables.width) * RHS_PER_STEP, 1)
+    steps = len(tables.width) // near.sections
+    counts = Counts(found.corrections, found.corrections * steps * RHS_PER_STEP, 1)
     balance = None if near.balance is None else near.balance._replace(size=found.sizes)
     return Response(
         1, found.path[None], found.multipliers, verdict, counts, found.closure, found_load(system, balance),
-        tables, period, near.derivative, near, between,
+        tables, period, near.derivative, near, between, near.sections,
     )  # fmt: skip
 
 

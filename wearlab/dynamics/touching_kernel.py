@@ -17,6 +17,7 @@ from wearlab.dynamics.collocation_kernel import (
 )
 from wearlab.dynamics.newton import solve_linear
 from wearlab.dynamics.propagator import GRID
+from wearlab.dynamics.sections import in_sections, path_over_sections, turn_back
 
 FOUND, PARTED, SINGULAR, ANOTHER_PLAN = 0, 1, 2, 3
 """The orbit is there; a flank parts on it; orbits are not alone; the tables ask for another plan."""
@@ -41,6 +42,8 @@ class TouchingPlan(NamedTuple):
     held : (n_balance,) coordinates whose place a load of unknown size takes
     scale : (2n,) sizes of the states
     static : (n,) state from which coordinates are counted, so that the constant load is no input; or 0 [m]
+    sections, turn, mesh : see `wearlab.dynamics.symmetry.Symmetry`; groups, and loads that vary, are those of
+        the first section
     """
 
     tables: Array
@@ -57,6 +60,9 @@ class TouchingPlan(NamedTuple):
     held: Index
     scale: Array
     static: Array
+    sections: int
+    turn: Array
+    mesh: Index
 
 
 @jit_inner
@@ -226,7 +232,7 @@ def orbit_of(
     bound : of the multipliers
     given : (2n + 1 + n_balance,) filled with start, 1 and sizes of loads
     path : (n_steps + 1, 2n) filled with the states at the ends of the steps
-    whole : (2n, 2n + 1 + n_balance) filled with the map over the period
+    whole : (2n, 2n + 1 + n_balance) filled with the map over the period, or over a section, turned back
     derivative : (2n, 2n) filled with its derivative, loads in the columns of held coordinates
 
     Returns
@@ -242,9 +248,12 @@ def orbit_of(
     for step in range(len(joined)):
         if joined[step] != plan.joined[step]:
             return ANOTHER_PLAN, 0.0, 0.0, False
+    if plan.sections > 1 and not in_sections(plan.sections, plan.mesh, tables):
+        return ANOTHER_PLAN, 0.0, 0.0, False
     steps, columns, rows = len(tables.width), len(given), len(plan.scale)
-    channels = 3 * len(plan.direction) if len(tables.sliding) else len(plan.direction)
-    law, push = np.empty((steps, 3, channels)), np.empty((steps, 3, channels))
+    channels, section = len(plan.direction), steps // plan.sections
+    channels = 3 * channels if len(tables.sliding) else channels
+    law, push = np.empty((section, 3, channels)), np.empty((section, 3, channels))
     tabulate(
         tables.stiffness, tables.gap, tables.error, tables.error_rate, tables.sliding, tables.moment,
         plan.mean, plan.damping, law, push,
@@ -255,11 +264,15 @@ def orbit_of(
     stages = np.empty((groups, (2 * SIZES[0] + 1) * count, columns))
     maps = np.empty((groups, rows, columns))
     over_groups(plan.tables, plan.groups, plan.direction, inputs, stages, maps, whole)
+    if plan.sections > 1:
+        turn_back(plan.turn, whole)
     if not closed_by(whole, plan.held, plan.scale, given, derivative) > REGULAR:
         return SINGULAR, 0.0, 0.0, False
     starts, entering = np.empty((groups + 1, rows)), np.zeros((groups, stages.shape[1]))
     starts_of_groups(maps, stages, given.copy(), starts, entering)
     path_over_groups(plan.tables, plan.groups, len(plan.direction), count, starts, entering, path)
+    if plan.sections > 1:
+        path_over_sections(plan.turn, plan.sections, path)
     for row in range(rows // 2):
         given[row] += plan.static[row]
         for step in range(steps + 1):
@@ -272,4 +285,5 @@ def orbit_of(
         for step in range(steps + 1):
             size = max(size, abs(path[step, row]) / plan.scale[row])
     left = unresolved(entering, plan.groups, count)
-    return FOUND, apart / max(size, 1e-300), left, contracts(derivative, plan.scale, bound)
+    attracting = contracts(derivative, plan.scale, bound ** (1.0 / plan.sections))
+    return FOUND, apart / max(size, 1e-300), left, attracting

@@ -25,7 +25,7 @@ from wearlab.scene.build.mesh import profile_points
 from wearlab.scene.build.wear import build_limits
 from wearlab.simulation.living import initial_wear, live
 
-CLOSED = 1e-12
+CLOSED = 1e-13
 """Distance of an orbit from closing, over its size, that differences by `STEP` do not see."""
 
 

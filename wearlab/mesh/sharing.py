@@ -10,6 +10,9 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.compiled import jit, jit_inner
 
+ROUNDED = 1e-15
+"""Difference of gaps that is rounding: where a pair begins to touch its gap is that of its mate [m]."""
+
 
 @jit(allocates=True)
 def share(
@@ -117,8 +120,13 @@ def _first_to_touch(compliance_diagonal_finite, gap):  # type: ignore[no-untyped
     first = -1
     for p in range(len(gap)):
         if compliance_diagonal_finite[p, p] < np.inf and gap[p] < np.inf:
-            if first < 0 or gap[p] < gap[first]:
+            if first < 0:
                 first = p
+                continue
+            ahead = gap[first] - gap[p]
+            if abs(ahead) <= ROUNDED:  # the stiffer one: a pair that begins to touch is the softer
+                ahead = compliance_diagonal_finite[first, first] - compliance_diagonal_finite[p, p]
+            first = p if ahead > 0.0 else first
     return first
 
 

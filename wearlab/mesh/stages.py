@@ -66,6 +66,14 @@ class StageTables(NamedTuple):
     sliding: Array | None = None
     moment: Array | None = None
 
+    def section(self, sections: int) -> "StageTables":
+        """Return the tables of the first of so many equal sections of the mesh period."""
+        steps = len(self.width) // sections
+        if sections == 1:
+            return self
+        given = {name: table[:steps] for name, table in self._asdict().items() if table is not None}
+        return self._replace(**given)
+
     @property
     def filled(self) -> "StageTables":
         """The tables with empty ones for those that are absent: kernels compile once for both."""

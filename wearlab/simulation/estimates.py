@@ -13,6 +13,7 @@ from wearlab.arrays import Array
 from wearlab.dynamics.extremes import extremes
 from wearlab.life.history import History
 from wearlab.life.limits import ENDS_OF_WORK
+from wearlab.life.record import Life
 from wearlab.life.state import WearState
 from wearlab.scene.build import Parts
 from wearlab.scene.build.wear import build_limits
@@ -74,7 +75,8 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
 
     Notes
     -----
-    Wear depth: what the steps over cycles accumulate, and the integral of the change of rate over cycles.
+    Wear depth: what the steps over cycles accumulate, and the integral of the change of rate over cycles; not
+    more than the fastest rate ever seen would have worn.
     Forces: their own change, and that by wear as far off as the depth may be, see `force_errors`.
     A state whose rougher twin responds otherwise counts as its neighbours do. Without any twin, less rough
     ones serve; without those there is no estimate, except of wear by averages over aperiodic responses.
@@ -180,14 +182,24 @@ def _depth(lived: History, worn: list[WornFurther | None]) -> Array | None:
         return None
     total = _stepping(lived, lived.cycle)
     known = _driven(worn)
-    if not known:
-        return np.full(len(total), np.nan) if any(map(is_periodic, lived.samples.state)) else total
-    total = total + BETWEEN_SHARE * _between(lived.cycle, known)
+    if not known and any(map(is_periodic, lived.samples.state)):
+        return np.full(len(total), np.nan)
+    if known:
+        total = total + BETWEEN_SHARE * _between(lived.cycle, known) + DEPTH_SHARE * _carried(lived, known)
+    return np.minimum(total, _worn_at_most(lived.life, lived.cycle))
+
+
+def _carried(lived: History, known: list[WornFurther]) -> Array:
+    """Return what the change of rate comes to, largest over the nodes, (k,) [m]."""
     if len(known) == 1:  # one state speaks for all of the life
-        drive = np.asarray(known[0].drive)
-        return np.asarray(total + DEPTH_SHARE * float(np.abs(drive).max()) * lived.cycle)
+        return float(np.abs(np.asarray(known[0].drive)).max()) * lived.cycle
     largest = [float(np.abs(one.error).max()) for one in known]
-    return np.asarray(total + DEPTH_SHARE * np.interp(lived.cycle, [one.cycle for one in known], largest))
+    return np.interp(lived.cycle, [one.cycle for one in known], largest)
+
+
+def _worn_at_most(life: Life, cycle: Array | float) -> Array:
+    """Return the wear at the fastest rate that any place has shown: no depth is further off [m]."""
+    return np.asarray(float(life.rate.max(initial=0.0)) * np.asarray(cycle))
 
 
 def _between(cycle: Array, known: list[WornFurther]) -> Array:
@@ -237,7 +249,7 @@ def _life(stage: Stage, lived: History, worn: list[WornFurther | None], last: Ro
     if end.rate <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth
         return float("nan") if lived.cycle[-1] > 0.0 else 0.0
     error = float(life.accumulated_error[-1]) + end.between + LIFE_SHARE * _at_deepest(lived, worn, last, end)
-    return error / end.rate
+    return min(error, float(_worn_at_most(life, lived.cycle[-1]))) / end.rate
 
 
 def _at_deepest(lived: History, worn: list[WornFurther | None], last: Rougher | None, end: End) -> float:

@@ -21,6 +21,7 @@ from wearlab.dynamics.steps import (
 )
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
+from wearlab.dynamics.turning import symmetry_of
 from wearlab.gears.errors import GearError
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Mesh, look_within
@@ -91,6 +92,7 @@ def build_vibration(
     stiffest = np.array([float(analyses[mesh.kind].unworn[1].tangent.max()) for mesh in meshes])
     system = build_system(scene, gears, np.array([mean[mesh.kind] for mesh in meshes]))
     _check_definite(system, np.array([mean[mesh.kind] for mesh in meshes]))
+    system = system._replace(symmetry=symmetry_of(system, np.array(gears.angles), gears.mesh_lags))
     clock = OnClock(analyses, meshes, edges)
     grid = steps_grid(scene, clock, system, stiffest, gears.period)
     few = touching_grid(scene, gears, clock, system, stiffest, grid)
