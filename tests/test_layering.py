@@ -22,6 +22,7 @@ ROAD = (
         "cache",
         "regular",
         "compiled",
+        "claims",
         "usual_units",
         "shop",
         "units",

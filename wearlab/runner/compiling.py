@@ -1,17 +1,16 @@
 """Compiling ahead of the first run: what campaigns will call, on all cores."""
 
 import time
+import traceback
+import warnings
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from wearlab.runner.local import local_client
-from wearlab.runner.worker import SIMULATE, warm_up
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
-
-HALVES = 2
-"""Parts in which what one kind of scene calls is compiled, see `wearlab.simulation.warm.warm_up`."""
+    from wearlab.simulation.warm import Job
 
 
 def compile_ahead(
@@ -33,18 +32,43 @@ def compile_ahead(
     """
     from dask.distributed import as_completed
 
-    from wearlab.simulation.warm import kinds_of
+    from wearlab.simulation.warm import jobs_of, kinds_of
 
     clock = time.perf_counter()
     named = {id(case.scene): case.label for campaign in campaigns for case in campaign.cases}
     kinds = kinds_of(case.scene for campaign in campaigns for case in campaign.cases)
-    told = begin(HALVES * len(kinds)) if begin else lambda name: None
+    jobs = jobs_of(kinds)
+    told = begin(len(jobs)) if begin else lambda name: None
     with local_client(workers, dashboard=False) as client:
-        flight = {
-            client.submit(warm_up, [scene], SIMULATE, half, HALVES, pure=False, priority=-place): scene
-            for place, scene in enumerate(kinds)
-            for half in range(HALVES)
-        }
-        for future in as_completed(list(flight)):
-            told(named[id(flight[future])])
+        flight: dict[Any, int] = {}
+        blocked: list[int] = []
+
+        def ask(place: int, patient: bool = False) -> Any:
+            future = client.submit(_done, jobs[place], patient, pure=False, priority=-place)
+            flight[future] = place
+            return future
+
+        under_way = as_completed([ask(place) for place in range(len(jobs))])
+        for future in under_way:
+            place, done = flight.pop(future), future.result()
+            if done:
+                told(named[id(jobs[place][1])])
+            else:
+                blocked.append(place)
+            if done or not flight:  # what this one compiled may be what others were left for
+                under_way.update([ask(place, patient=not flight) for place in blocked])
+                blocked.clear()
     return len(kinds), time.perf_counter() - clock
+
+
+def _done(job: "Job", patient: bool) -> bool:
+    """Do a job in a worker; its errors are left to the runs themselves, which report them."""
+    from wearlab.simulation.warm import is_done
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return is_done(job, patient)
+    except Exception:
+        traceback.print_exc()
+        return True

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
 
+from wearlab.claims import BeingCompiled, leaving_to_others
 from wearlab.gears.errors import GearError
 from wearlab.life.coupling import Coupling
 from wearlab.life.limits import StopWear
@@ -11,12 +12,14 @@ from wearlab.options import Part
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 
+Job = tuple[Callable[[Scene], None], Scene]
+"""What to do with a scene that calls some of its kernels."""
+
 
 def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
     """Evaluate one wear state of every kind of scene, so that its kernels are compiled and cached on disk.
 
-    Most of what a moving pair compiles are two kernels, the orbit of touching flanks and the shooting at one
-    whose flanks part: two workers compile these beside each other.
+    Workers do the same in another order: each compiles what no other does, and finds the rest on disk.
 
     Parameters
     ----------
@@ -24,15 +27,46 @@ def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
     turn, workers : this worker's place among those that share the work, and their number
     """
     kinds = kinds_of(scenes)
-    jobs: list[tuple[Callable[[Scene], None], Scene]] = [(_evaluate, scene) for scene in kinds]
-    if workers > 1:
-        moving = [scene for scene in kinds if scene.dynamics]
-        still = [scene for scene in kinds if not scene.dynamics]
-        jobs = [(job, scene) for scene in moving for job in (_evaluate, _evaluate_parting)]
-        jobs += [(_evaluate, scene) for scene in still]
-    for evaluate, scene in jobs[turn::workers]:
-        with suppress(GearError, StopWear):
-            evaluate(scene)
+    if workers == 1:
+        jobs: list[Job] = [(_evaluate, scene) for scene in kinds]
+    else:
+        jobs = jobs_of(kinds)
+    turn %= max(1, len(jobs))
+    for job in [job for job in jobs[turn:] + jobs[:turn] if not is_done(job, patient=False)]:
+        is_done(job, patient=True)
+
+
+def jobs_of(kinds: Iterable[Scene]) -> list[Job]:
+    """Return what compiles all that kinds of scenes call, in parts, those that take longest first.
+
+    Most of what a moving pair compiles are two kernels, the orbit of touching flanks and the shooting at one
+    whose flanks part.
+    """
+    ordered = sorted(kinds, key=lambda scene: -len(scene.mesh.each(scene.gears.kind)))
+    moving = [scene for scene in ordered if scene.dynamics]
+    jobs: list[Job] = [(job, scene) for scene in moving for job in (_evaluate_parting, _evaluate)]
+    return jobs + [(_evaluate, scene) for scene in ordered if not scene.dynamics]
+
+
+def is_done(job: Job, patient: bool) -> bool:
+    """Do a job; return whether it came to its end.
+
+    Parameters
+    ----------
+    job : see `jobs_of`
+    patient : wait for kernels that another process is compiling, rather than leave the job undone
+    """
+    evaluate, scene = job
+    with leaving_to_others():
+        while True:
+            try:
+                with suppress(GearError, StopWear):
+                    evaluate(scene)
+                return True
+            except BeingCompiled as kernel:
+                if not patient:
+                    return False
+                kernel.wait()
 
 
 def kinds_of(scenes: Iterable[Scene]) -> list[Scene]:
