@@ -88,16 +88,19 @@ def test_a_claim_is_held_while_the_kernel_compiles_and_then_given_back(kernel):
     words = [str(Path(numba.config.CACHE_DIR) / "claims"), str(place_of(kernel, (numba.float64,)))]
     seen = []
 
+    def looked():
+        return subprocess.run([sys.executable, "-S", "-c", look, *words], capture_output=True)
+
     class Looks(numba.core.event.Listener):
         def on_start(self, told):
             pass
 
         def on_end(self, told):
-            seen.append(subprocess.run([sys.executable, "-S", "-c", look, *words], capture_output=True).stderr)
+            seen.append(looked().stderr)
 
     with leaving_to_others():
         with numba.core.event.install_listener("numba:compile", Looks()):
             kernel(1.0)
-        after = subprocess.run([sys.executable, "-S", "-c", look, *words], capture_output=True)
+        after = looked()
     assert seen[-1] == b"barred\n"
     assert after.returncode == 0
