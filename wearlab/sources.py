@@ -19,6 +19,8 @@ AFTER = frozenset(
 )
 """Rooms that no run's numbers come from."""
 DYNAMICS = "dynamics"
+SHORT_ID = 10
+"""Characters of a hash by which people know a run."""
 
 
 @cache

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from fake_campaign import Axis
 
 from wearlab.schema import VARIABLES, attributes
 from wearlab.store import Store
@@ -32,15 +33,6 @@ SKIPPED = (
     "excit",
     "ste_mean",
 )
-
-
-@dataclass(frozen=True)
-class Axis:
-    name: str
-    values: tuple[Any, ...]
-    units: str | None = None
-    key: str = ""
-    coordinates: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

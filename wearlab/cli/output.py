@@ -198,6 +198,4 @@ def seconds_text(seconds: float | None) -> str:
     return f"{seconds:.1f} s" if seconds < 100 else f"{seconds / 60:.1f} min"
 
 
-SHORT_ID = 10
-"""Characters by which people know a run."""
 REFUSALS: tuple[type[Exception], ...] = (StoreError,)

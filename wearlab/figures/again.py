@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING
 from wearlab.figures.drawing import answer, check_format, write
 from wearlab.figures.embedded import embedded
 from wearlab.figures.question import Question, asked_by
-from wearlab.sources import is_other_code
+from wearlab.sources import SHORT_ID, is_other_code
 
 if TYPE_CHECKING:
     from wearlab.store import Store
-
-SHORT_ID = 10
 
 
 @dataclass(frozen=True)

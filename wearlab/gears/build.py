@@ -1,12 +1,13 @@
 """From a specification to a gear."""
 
 import math
+from typing import NamedTuple
 
 from wearlab.gears.errors import GearError
 from wearlab.gears.gear import Gear
 from wearlab.gears.materials import Material, check_material
 from wearlab.gears.modification import modification, settled
-from wearlab.gears.root import RackCut, root_of
+from wearlab.gears.root import RackCut, ToothRoot, root_of
 from wearlab.gears.specification import Basics, GearSpec
 
 FEWEST_TEETH = 5
@@ -51,36 +52,60 @@ def build_gear(
     fillet = spec.fillet_radius_coefficient
     cut = RackCut(spec.teeth, module, pressure_angle, profile_shift, r_f, fillet)
     root = root_of(spec.root_profile, spec.name, cut)
-    own_material, width = own_of(spec, basics)
-    mass, inertia, mass_flag = solid(spec, own_material.density, width, r, bore)
-    gear = Gear(
+    circles = Circles(r_b, r_a, r_f, bore)
+    gear = gear_of(spec, basics, profile_shift, circles, root, (*assumed, *root.assumed, *bore_flag))
+    _check_tip(gear)
+    return gear
+
+
+class Circles(NamedTuple):
+    """Radii of a gear's circles; the bore of a ring, outside its teeth, is that of its rim [m]."""
+
+    base: float
+    tip: float
+    root: float
+    bore: float
+
+
+def gear_of(
+    spec: GearSpec,
+    basics: Basics,
+    profile_shift: float,
+    circles: Circles,
+    root: ToothRoot,
+    assumed: tuple[str, ...],
+) -> Gear:
+    """Return the gear of these circles and this root; what else is absent comes from the set or a solid."""
+    r, internal = 0.5 * basics.module * spec.teeth, circles.bore > circles.tip
+    material, width = own_of(spec, basics)
+    mass, inertia, flags = solid(spec, material.density, width, max(r, circles.bore), min(r, circles.bore))
+    return Gear(
         name=spec.name,
         teeth=spec.teeth,
-        module=module,
-        pressure_angle=pressure_angle,
+        module=basics.module,
+        pressure_angle=basics.pressure_angle,
         profile_shift=profile_shift,
-        base_radius=r_b,
+        base_radius=circles.base,
         reference_radius=r,
-        tip_radius=r_a,
-        root_radius=r_f,
+        tip_radius=circles.tip,
+        root_radius=circles.root,
         form_radius=root.form_radius,
-        fillet_radius=fillet * module,
+        fillet_radius=root.fillet_radius,
         root_profile=root.profile,
-        bore_radius=bore,
+        bore_radius=circles.bore,
         face_width=width,
-        material=own_material,
+        material=material,
         mass=mass,
         inertia=inertia,
-        assumed=(*assumed, *root.assumed, *bore_flag, *mass_flag),
+        assumed=(*assumed, *flags),
         modification=modification(
-            settled(spec.tip_relief, r_b, r_a, spec.name),
+            settled(spec.tip_relief, circles.base, circles.tip, spec.name, internal=internal),
             spec.root_relief,
             spec.profile_crowning,
             spec.profile_slope,
         ),
+        internal=internal,
     )
-    _check_tip(gear)
-    return gear
 
 
 def own_of(spec: GearSpec, basics: Basics) -> tuple[Material, float]:

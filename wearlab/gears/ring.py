@@ -12,11 +12,11 @@ centre stands ``ψ_c = π/2z + 2x tanα/z + inv α − ρ_F/r_b − inv α_c`` f
 
 import math
 
-from wearlab.gears.build import check_specification, own_of, solid
+from wearlab.gears.build import Circles, check_specification, gear_of
 from wearlab.gears.errors import GearError
 from wearlab.gears.gear import Gear
 from wearlab.gears.involute import involute
-from wearlab.gears.modification import modification, settled
+from wearlab.gears.root import ToothRoot
 from wearlab.gears.specification import Basics, GearSpec, RootProfile
 
 BISECTIONS = 60
@@ -64,36 +64,10 @@ def build_ring(
     space += involute(pressure_angle)
     wanted = 0.0 if spec.root_profile == "radial" else spec.fillet_radius_coefficient * module
     fillet, fillet_flag = _fitting_fillet(spec.name, wanted, (r_b, r_a, r_f), space, module)
-    root_profile: RootProfile = "fillet" if fillet > 0.0 else "radial"
-    own_material, width = own_of(spec, basics)
-    mass, inertia, mass_flag = solid(spec, own_material.density, width, rim, r)
-    ring = Gear(
-        name=spec.name,
-        teeth=spec.teeth,
-        module=module,
-        pressure_angle=pressure_angle,
-        profile_shift=profile_shift,
-        base_radius=r_b,
-        reference_radius=r,
-        tip_radius=r_a,
-        root_radius=r_f,
-        form_radius=_form_radius(r_b, r_f, fillet),
-        fillet_radius=fillet,
-        root_profile=root_profile,
-        bore_radius=rim,
-        face_width=width,
-        material=own_material,
-        mass=mass,
-        inertia=inertia,
-        assumed=(*assumed, *fillet_flag, *mass_flag),
-        modification=modification(
-            settled(spec.tip_relief, r_b, r_a, spec.name, internal=True),
-            spec.root_relief,
-            spec.profile_crowning,
-            spec.profile_slope,
-        ),
-        internal=True,
-    )
+    profile: RootProfile = "fillet" if fillet > 0.0 else "radial"
+    root = ToothRoot(profile, _form_radius(r_b, r_f, fillet), fillet, fillet_flag)
+    circles = Circles(r_b, r_a, r_f, rim)
+    ring = gear_of(spec, basics, profile_shift, circles, root, (*assumed, *root.assumed))
     _check_tooth(ring)
     return ring
 

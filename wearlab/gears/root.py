@@ -69,15 +69,24 @@ class RackCut(NamedTuple):
         return 0.5 * self.teeth * math.sin(self.pressure_angle) ** 2
 
 
-class CutRoot(NamedTuple):
-    """The root of a tooth: which profile, where its involute begins [m], what nobody chose."""
+class ToothRoot(NamedTuple):
+    """The root of a tooth.
+
+    Parameters
+    ----------
+    profile : which
+    form_radius : where the involute begins [m]
+    fillet_radius : of the rounding [m]
+    assumed : what nobody chose
+    """
 
     profile: RootProfile
     form_radius: float
+    fillet_radius: float
     assumed: tuple[str, ...]
 
 
-def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> CutRoot:
+def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
     """Return the root of a tooth: a trochoid wherever a rack of that depth and rounding can exist.
 
     Parameters
@@ -97,7 +106,7 @@ def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> CutRoot:
     dedendum, fillet, alpha = cut.depth + cut.profile_shift, cut.fillet, cut.pressure_angle
     fits = rounding_centre(dedendum, fillet, alpha) >= 0.0 and fillet >= 0.0
     if fits and wanted != "radial":
-        return CutRoot("trochoid", form_radius(name, cut), undercut_flag(cut))
+        return ToothRoot("trochoid", form_radius(name, cut), fillet * cut.module, undercut_flag(cut))
     slack = math.pi / 4 - dedendum * math.tan(alpha)
     largest = slack * math.cos(alpha) / (1.0 - math.sin(alpha))
     if wanted == "trochoid":
@@ -108,7 +117,7 @@ def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> CutRoot:
         )
     flag = f"root profile radial: a rounding of {fillet:.3g} modules exceeds the rack tip"
     begins = max(cut.reference_radius * math.cos(alpha), cut.root_radius)
-    return CutRoot("radial", begins, () if wanted else (flag,))
+    return ToothRoot("radial", begins, fillet * cut.module, () if wanted else (flag,))
 
 
 def undercut_flag(cut: RackCut) -> tuple[str, ...]:

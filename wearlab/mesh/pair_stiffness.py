@@ -24,7 +24,13 @@ class PairStiffness(Protocol):
         return np.empty(0)
 
     def body(self, wear: Array) -> Array:
-        """Return the compliance of teeth and bodies for wear (2, n), (n,) [m/N]."""
+        """Return the compliance of both teeth and bodies for wear (2, n), (n,) [m/N].
+
+        Raises
+        ------
+        SectionVanished
+            When a worn section of a tooth has no thickness left.
+        """
 
     def body_where(self, wear: Array, nodes: Array, driving: Array, driven: Array) -> Array:
         """Return the compliance of teeth and bodies whose flanks meet off the line of action, (n,) [m/N].

@@ -111,13 +111,7 @@ class PotentialEnergy(PairStiffness):
         return self.hertz.load_dependent
 
     def body(self, wear: Array) -> Array:
-        """Return the compliance of both teeth and bodies for wear (2, n), (n,) [m/N].
-
-        Raises
-        ------
-        SectionVanished
-            When a worn section of a tooth has no thickness left.
-        """
+        """Return the compliance of both teeth and bodies, (n,) [m/N]."""
         return np.asarray(self.bodies(wear).sum(axis=0))
 
     def body_where(self, wear: Array, nodes: Array, driving: Array, driven: Array) -> Array:

@@ -9,7 +9,6 @@ import typer
 from wearlab.cli.options import STORE, Condition, Json, StoreFolder
 from wearlab.cli.output import (
     REFUSALS,
-    SHORT_ID,
     Format,
     Status,
     complain,
@@ -23,7 +22,7 @@ from wearlab.cli.output import (
     value_text,
 )
 from wearlab.cli.registry import app
-from wearlab.sources import is_other_code
+from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store import Store
 from wearlab.store.catalogue import Entry, Member
 from wearlab.store.headline import headlines

@@ -7,7 +7,6 @@ import typer
 from wearlab.cli.options import STORE, File, Json, StoreFolder, Workers
 from wearlab.cli.output import (
     REFUSALS,
-    SHORT_ID,
     Status,
     Stop,
     complain,
@@ -19,6 +18,7 @@ from wearlab.cli.output import (
 )
 from wearlab.cli.registry import app
 from wearlab.cli.sound import case_name, refuse_the_impossible, refuse_wrong_figures
+from wearlab.sources import SHORT_ID
 from wearlab.store import Store
 
 if TYPE_CHECKING:

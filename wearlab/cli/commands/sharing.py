@@ -10,7 +10,6 @@ import typer
 from wearlab.cli.options import STORE, File, Json, Run, StoreFolder
 from wearlab.cli.output import (
     REFUSALS,
-    SHORT_ID,
     Status,
     Stop,
     complain,
@@ -21,6 +20,7 @@ from wearlab.cli.output import (
     show_table,
 )
 from wearlab.cli.registry import app
+from wearlab.sources import SHORT_ID
 from wearlab.store import Store
 
 if TYPE_CHECKING:

@@ -54,26 +54,23 @@ def _line(run: Run, ask: Ask, piece: Slice, by: str, words: str) -> Series:
 
 
 ROLES: tuple[tuple[Role, str], ...] = (("hue", "quantity"), ("cols", "part"), ("rows", "*"), ("cols", "*"))
-STIFFNESS_HARMONICS = Kind(
-    name="stiffness-harmonics",
-    title="Mesh stiffness and its harmonics over wear",
-    shows="mean, RMS and first three harmonics of the mesh stiffness over the largest wear depth",
-    needs=("stiffness_rms", "stiffness_harmonics", "max_wear_depth"),
-    dims=("update",),
-    series=_of("stiffness", "stiffness", "max_wear_depth"),
-    roles=ROLES,
-    also=("stiffness_mean",),
-)
-STE_HARMONICS = Kind(
-    name="ste-harmonics",
-    title="Static transmission error and its harmonics over wear",
-    shows="mean, RMS and first three harmonics of the static transmission error over the largest wear depth",
-    needs=("ste_rms", "ste_harmonics", "max_wear_depth"),
-    dims=("update",),
-    series=_of("ste", "STE", "max_wear_depth"),
-    roles=ROLES,
-    also=("ste_mean",),
-)
+
+
+def _over_wear(prefix: str, subject: str, title: str, words: str) -> Kind:
+    return Kind(
+        name=f"{prefix}-harmonics",
+        title=f"{title} and its harmonics over wear",
+        shows=f"mean, RMS and first three harmonics of the {words} over the largest wear depth",
+        needs=(f"{prefix}_rms", f"{prefix}_harmonics", "max_wear_depth"),
+        dims=("update",),
+        series=_of(prefix, subject, "max_wear_depth"),
+        roles=ROLES,
+        also=(f"{prefix}_mean",),
+    )
+
+
+STIFFNESS_HARMONICS = _over_wear("stiffness", "stiffness", "Mesh stiffness", "mesh stiffness")
+STE_HARMONICS = _over_wear("ste", "STE", "Static transmission error", "static transmission error")
 DTE_HARMONICS = Kind(
     name="dte-harmonics",
     title="Harmonics of the dynamic transmission error",

@@ -48,13 +48,7 @@ class FiniteElement(PairStiffness):
         return self.hertz.load_dependent
 
     def body(self, wear: Array) -> Array:
-        """Return the compliance of both teeth and bodies for wear (2, n), (n,) [m/N].
-
-        Raises
-        ------
-        SectionVanished
-            When a worn section of a tooth has no thickness left.
-        """
+        """Return the compliance of both teeth and bodies, (n,) [m/N]."""
         return (self.own + self._beams(wear) - self._unworn_beams) / self.scale
 
     @cached_property
