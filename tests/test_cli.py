@@ -45,7 +45,7 @@ def campaign(monkeypatch):
     """Let every FILE be a fake campaign, which cases of this process compute; return how to set it."""
     current = {"campaign": sweep(3)}
     for home in (run_command, modes, sound):
-        monkeypatch.setattr(home, "load_campaign", lambda file: current["campaign"])
+        monkeypatch.setattr(home, "read_campaign", lambda file: current["campaign"])
     monkeypatch.setattr(run_command, "refuse_the_impossible", lambda campaign: None)
     monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
     original = wearlab.runner.run
@@ -337,7 +337,7 @@ def test_a_scheduler_that_does_not_answer(command, monkeypatch):
 
 
 def test_a_fault_of_ours_keeps_its_traceback(command, monkeypatch):
-    monkeypatch.setattr(sound, "load_campaign", lambda file: 1 / 0)
+    monkeypatch.setattr(sound, "read_campaign", lambda file: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         command("check", "any.toml")
 

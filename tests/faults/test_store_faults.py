@@ -213,7 +213,7 @@ def stubborn(*words):
         print("farewell", flush=True)
         time.sleep(60)
 
-running.load_campaign = stubborn
+running.read_campaign = stubborn
 sys.argv = ["wearlab", "run", "any.toml"]
 main()
 """

@@ -8,7 +8,7 @@ from wearlab.gears.external import external_pair
 from wearlab.gears.materials import STEEL
 from wearlab.gears.outline import load_angle, root_half_angle
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.mesh.annulus import arc_tractions, arc_work, body_compliance, body_coupling, mode_response
+from wearlab.mesh.annulus import arc_tractions, arc_work, body_compliance, body_coupling, mode_compliance
 from wearlab.mesh.body import foundation_compliance
 
 INNER, OUTER = 0.020, 0.070
@@ -47,7 +47,7 @@ def shooting(n):
 
 
 def test_modes_against_navier_equations():
-    response = mode_response(INNER, OUTER, STEEL, 9)
+    response = mode_compliance(INNER, OUTER, STEEL, 9)
     for n in (0, 1, 2, 3, 8):
         expected = shooting(n)
         scale = np.abs(expected).max()
@@ -59,7 +59,7 @@ def test_modes_against_navier_equations():
 
 def test_short_waves_see_a_half_plane():
     """Flamant: a pressure cos kx sinks 2/(E k) cos kx into a half plane."""
-    response = mode_response(INNER, OUTER, STEEL, 3001)
+    response = mode_compliance(INNER, OUTER, STEEL, 3001)
     half_plane = 2 * OUTER / (STEEL.youngs_modulus * 3000)
     assert response.normal[3000] == pytest.approx(half_plane, rel=1e-3, abs=0)
     assert response.shear[3000] == pytest.approx(half_plane, rel=1e-3, abs=0)
@@ -88,7 +88,7 @@ def test_work_of_the_arcs_against_a_plain_fourier_sum():
     gear = pair_of().driving
     theta, r = root_half_angle(gear), gear.root_radius
     separation, count = 2 * math.pi / gear.teeth, 1100
-    response = mode_response(gear.bore_radius, r, gear.material, count)
+    response = mode_compliance(gear.bore_radius, r, gear.material, count)
     shapes = (lambda a: (1.0, 0.0), lambda a: (a / theta, 0.0), lambda a: (0.0, 1.0))
     nodes, weights = np.polynomial.legendre.leggauss(120)
     angle = theta * nodes

@@ -13,7 +13,7 @@ from wearlab.gears.internal import internal_pair
 from wearlab.gears.materials import STEEL
 from wearlab.gears.outline import contact_depth, involute_point, involute_rise, load_angle, root_curve
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.mesh.annulus import arc_tractions, arc_work, body_compliance, body_coupling, mode_response
+from wearlab.mesh.annulus import arc_tractions, arc_work, body_compliance, body_coupling, mode_compliance
 from wearlab.mesh.body import foundation_compliance, foundation_validity, sainsot_coefficients
 from wearlab.mesh.hertz import weber_compliance, yang_sun
 from wearlab.mesh.tooth import tooth_compliance, tooth_flexibility
@@ -209,7 +209,7 @@ def shooting(n):
 
 
 def test_modes_of_a_rim_against_navier_equations():
-    response = mode_response(OUTER, INNER, STEEL, 41)
+    response = mode_compliance(OUTER, INNER, STEEL, 41)
     for n in (0, 1, 2, 7, 40):
         expected = shooting(n)
         scale = np.abs(expected).max()

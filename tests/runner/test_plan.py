@@ -106,7 +106,7 @@ def command(store, monkeypatch, capsys):
         Excluded("base", {"speed": 2}, "speed_ratio > 1"),
     )
     campaign = WithExcluded(campaign.cases[:1] + campaign.cases[3:], campaign.axes, excluded=left_out)
-    monkeypatch.setattr(planning, "load_campaign", lambda file: campaign)
+    monkeypatch.setattr(planning, "read_campaign", lambda file: campaign)
 
     def run(*words):
         capsys.readouterr()

@@ -8,7 +8,7 @@ import numpy as np
 from wearlab.accuracy.cells import Motion, motion
 from wearlab.arrays import Array
 from wearlab.dynamics.collocation import SIZES
-from wearlab.dynamics.mesh_loads import elastic_force
+from wearlab.dynamics.mesh_forces import elastic_force
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.structure import in_registers

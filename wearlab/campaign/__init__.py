@@ -8,7 +8,7 @@ from wearlab.campaign.exclusion import Excluded
 from wearlab.campaign.expect import Expectation, Wanted
 from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.json_schema import added_json, editors_schema, schema_json
-from wearlab.campaign.reading import load, load_plugins
+from wearlab.campaign.reading import load, read_plugins
 
 __all__ = [
     "BASE",
@@ -25,6 +25,6 @@ __all__ = [
     "added_json",
     "editors_schema",
     "load",
-    "load_plugins",
+    "read_plugins",
     "schema_json",
 ]

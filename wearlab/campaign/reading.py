@@ -69,7 +69,7 @@ def load(path: str | Path | Mapping[str, Any]) -> Campaign:
     return _told_with_file(inherited, file, _read)
 
 
-def load_plugins(path: str | Path) -> tuple[Plugin, ...]:
+def read_plugins(path: str | Path) -> tuple[Plugin, ...]:
     """Make the variants known that a file, or one that it extends, brings by its plug-ins; read nothing else.
 
     Parameters

@@ -61,7 +61,7 @@ def refusing(*kinds: type[Exception]) -> Iterator[None]:
         raise Stop(str(error)) from error
 
 
-def load_campaign(file: str) -> "Campaign":
+def read_campaign(file: str) -> "Campaign":
     """Read a campaign file.
 
     Raises
@@ -73,16 +73,16 @@ def load_campaign(file: str) -> "Campaign":
     return _loaded(load, file)
 
 
-def load_plugins(file: str) -> "tuple[Plugin, ...]":
+def read_plugins(file: str) -> "tuple[Plugin, ...]":
     """Make the variants of a file's plug-ins known.
 
     Raises
     ------
     Stop : the file cannot be read, or a plug-in may not be run
     """
-    from wearlab.campaign import load_plugins
+    from wearlab.campaign import read_plugins
 
-    return _loaded(load_plugins, file)
+    return _loaded(read_plugins, file)
 
 
 def _loaded(read: Callable[[str], Content], file: str) -> Content:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from wearlab.cli.output import Stop, load_campaign
+from wearlab.cli.output import Stop, read_campaign
 from wearlab.store.place import place
 
 if TYPE_CHECKING:
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 def sound_campaign(file: str) -> "Campaign":
     """Read a campaign file whose figures name kinds, variables, dimensions and cases that exist."""
-    campaign = load_campaign(file)
+    campaign = read_campaign(file)
     refuse_wrong_figures(campaign, file)
     return campaign
 

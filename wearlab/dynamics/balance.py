@@ -109,7 +109,7 @@ def _pivots(shapes: Array) -> Index:
     return np.array(found)
 
 
-def found_load(system: System, balance: Balance | None) -> System:
+def solved_load(system: System, balance: Balance | None) -> System:
     """Return the system with the loads that the shooting found."""
     if balance is None or not len(balance.held):
         return system

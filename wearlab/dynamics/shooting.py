@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from wearlab.arrays import Array, Complex
-from wearlab.dynamics.balance import found_load
+from wearlab.dynamics.balance import solved_load
 from wearlab.dynamics.family import nearest_orbit
 from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.newton import CONVERGED, SINGULAR, STALLED, exchange, set_start, shoot
@@ -298,7 +298,7 @@ class Shooting:
         sections: int = 1,
     ) -> Response:
         """Put a response together, with the work done so far and the loads found."""
-        system = found_load(self.system, self.balance)
+        system = solved_load(self.system, self.balance)
         counts = Counts(int(np.ceil(self.maps)), self.right_hand_sides, self.iterations)
         return Response(
             period,

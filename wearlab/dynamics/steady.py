@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.balance import found_load
+from wearlab.dynamics.balance import solved_load
 from wearlab.dynamics.response import Counts, Response, Verdict
 from wearlab.dynamics.structure import Kernel
 from wearlab.dynamics.system import System
@@ -123,7 +123,7 @@ def march_to_steady(
 
     def response(m: int, kept: Array, residual: float, verdict: Verdict) -> Response:
         counts = Counts(maps, marcher.right_hand_sides, 0)
-        loaded = found_load(system, marcher.kernel.balance)
+        loaded = solved_load(system, marcher.kernel.balance)
         return Response(m, kept, np.empty(0, complex), verdict, counts, residual, loaded, tables, period)
 
     while maps < method.most:

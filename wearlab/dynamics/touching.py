@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
-from wearlab.dynamics.balance import balance_of, found_load
+from wearlab.dynamics.balance import balance_of, solved_load
 from wearlab.dynamics.between import TablesWithin
 from wearlab.dynamics.collocation import basis_of, cut_of
 from wearlab.dynamics.collocation_inputs import load_of
@@ -247,7 +247,7 @@ def touching_orbit(
         ATTRACTING if attracting else Verdict(True, False, True, True),
         Counts(1, len(tables.width) // plan.sections * RHS_PER_STEP, 1),
         closure,
-        found_load(system, balance),
+        solved_load(system, balance),
         tables,
         period,
         derivative,
@@ -269,7 +269,7 @@ def _of_neighbour(
     counts = Counts(found.corrections, found.corrections * steps * RHS_PER_STEP, 1)
     balance = None if near.balance is None else near.balance._replace(size=found.sizes)
     return Response(
-        1, found.path[None], found.multipliers, verdict, counts, found.closure, found_load(system, balance),
+        1, found.path[None], found.multipliers, verdict, counts, found.closure, solved_load(system, balance),
         tables, period, near.derivative, near, between, near.sections,
     )  # fmt: skip
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.dynamics.mesh_loads import backlash_of
+from wearlab.dynamics.mesh_forces import backlash_of
 from wearlab.dynamics.periodic import Unbounded
 from wearlab.life.averaging import averaged_rate, scatter
 from wearlab.life.coupled import Account, Coupled, MeshKind

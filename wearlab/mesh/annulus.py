@@ -26,7 +26,7 @@ KEPT_BODIES = 64  # whose responses are remembered: a sweep of loads has the sam
 MODES_PER_ARC = 60.0  # Fourier modes times θ_f: the energy of mode n falls as n^-3
 
 
-class ModeResponse(NamedTuple):
+class ModeCompliance(NamedTuple):
     """Displacements of the root circle under unit tractions σ cos nθ and τ sin nθ, n = 0, 1, 2 and up.
 
     Tractions and displacements count outwards (σ, u_r) and along rising θ (τ, u_θ).
@@ -43,7 +43,7 @@ class ModeResponse(NamedTuple):
     shear: Array
 
 
-def mode_response(clamped: float, loaded: float, material: Material, n_modes: int) -> ModeResponse:
+def mode_compliance(clamped: float, loaded: float, material: Material, n_modes: int) -> ModeCompliance:
     """Solve the annulus, clamped at one radius and loaded at the other, for every Fourier mode.
 
     Parameters
@@ -54,7 +54,7 @@ def mode_response(clamped: float, loaded: float, material: Material, n_modes: in
 
     Returns
     -------
-    ModeResponse
+    ModeCompliance
 
     References
     ----------
@@ -70,7 +70,7 @@ def mode_response(clamped: float, loaded: float, material: Material, n_modes: in
     tractions = np.zeros((n_modes, 4, 2))
     tractions[:, 2, 0] = tractions[:, 3, 1] = 1.0 if loaded == outer else -1.0
     response = rim @ np.linalg.solve(np.concatenate([clamp, load], axis=1), tractions)
-    return ModeResponse(response[:, 0, 0], response[:, 0, 1], response[:, 1, 1])
+    return ModeCompliance(response[:, 0, 0], response[:, 0, 1], response[:, 1, 1])
 
 
 def _at_radius(
@@ -166,7 +166,7 @@ def arc_work(gear: Gear, separation: float) -> Array:
 
     References
     ----------
-    Sainsot, Velex & Duverger 2004, for the tractions; the displacements are those of `mode_response`.
+    Sainsot, Velex & Duverger 2004, for the tractions; the displacements are those of `mode_compliance`.
     """
     return _arc_work(root_half_angle(gear), gear.bore_radius, gear.root_radius, gear.material, separation)
 
@@ -174,7 +174,7 @@ def arc_work(gear: Gear, separation: float) -> Array:
 @lru_cache(KEPT_BODIES)
 def _arc_work(theta: float, bore: float, r_f: float, material: Material, separation: float) -> Array:
     n_modes = int(MODES_PER_ARC / theta) + 2
-    response = mode_response(bore, r_f, material, n_modes)
+    response = mode_compliance(bore, r_f, material, n_modes)
     n = np.arange(1, n_modes)
     even = 2.0 * np.sin(n * theta) / n
     odd = 2.0 * (np.sin(n * theta) / n**2 - theta * np.cos(n * theta) / n) / theta

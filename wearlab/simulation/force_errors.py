@@ -12,7 +12,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.acceleration import within_steps
 from wearlab.dynamics.extremes import extremes
-from wearlab.dynamics.mesh_loads import elastic_force
+from wearlab.dynamics.mesh_forces import elastic_force
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.life.state import WearState

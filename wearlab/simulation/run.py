@@ -27,8 +27,8 @@ from wearlab.simulation.following import with_results
 from wearlab.simulation.label import CONVENTIONS, Labelled, joined, labelled, parts_of
 from wearlab.simulation.living import initial_wear, live, live_through
 from wearlab.simulation.operating import Stage, stages_of
+from wearlab.simulation.over_speed import over_speed_values
 from wearlab.simulation.provenance import provenance
-from wearlab.simulation.response import response_values
 from wearlab.simulation.trust import trust_values
 
 __all__ = ["initial_wear", "live", "simulate"]
@@ -137,7 +137,7 @@ def _of_condition(stage: Stage, number: int, block: int, lived: History, others:
     others += coexisting
     values |= attractor_values(coexisting)
     if scene.dynamics is not None and scene.dynamics.response is not None:
-        values |= response_values(scene, parts, states[0])
+        values |= over_speed_values(scene, parts, states[0])
     return values
 
 

@@ -8,12 +8,12 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.acceleration import within_steps
 from wearlab.dynamics.extremes import extremes
-from wearlab.dynamics.mesh_loads import (
+from wearlab.dynamics.mesh_forces import (
     elastic_force,
     friction_force,
     load_factors,
     mean_force_residual,
-    mesh_loads,
+    mesh_forces,
     moments,
 )
 from wearlab.dynamics.response import Response
@@ -146,7 +146,7 @@ def _mesh_response(
     """Return what one mesh does at the stored phases, the mesh periods first (the pairs before them)."""
     one, where = parts.meshes[mesh], parts.look(mesh, parts.phase)
     mine = touching[one.kind]
-    loads = mesh_loads(vibration.system, mesh, mine, where, deflection, rate)
+    loads = mesh_forces(vibration.system, mesh, mine, where, deflection, rate)
     values = {
         "dynamic_mesh_force": loads.elastic,
         "mesh_damping_force": loads.damping,
@@ -192,7 +192,7 @@ def mean_moments(
         where = look_within(
             mine.analysis.grid, [parts.meshes[mesh].lag], phase.reshape(len(middle), -1), middle
         )
-        loads = mesh_loads(vibration.system, mesh, mine, where, deflection[:, mesh], rate[:, mesh])
+        loads = mesh_forces(vibration.system, mesh, mine, where, deflection[:, mesh], rate[:, mesh])
         each = moments(loads, mine, parts.kinds[kind].pair, where, parts.friction)
         values.append((each @ weight).mean(axis=1))
     return np.array(values)

@@ -173,10 +173,10 @@ def read_update(store: KeptRuns, update_id: str) -> "xr.DataTree | None":
     refuse_links(path)
     if hash_of(path) != known.sha256:
         raise StoreError(f"{path}: its bytes are not those that were written; remove it and update again")
-    return load_tree(path)
+    return read_tree(path)
 
 
-def load_tree(path: Path) -> "xr.DataTree":
+def read_tree(path: Path) -> "xr.DataTree":
     """Return the tree of a file, loaded.
 
     Raises
@@ -204,7 +204,7 @@ def adopt_update(store: KeptRuns, other: KeptRuns, update: KeptUpdate) -> None:
         raise StoreError(f"{other.path}: update {update.id[:40]} has no file")
     refuse_links(path)
     content = path.read_bytes()
-    tree = load_tree(path)
+    tree = read_tree(path)
     sealed = tree.attrs.get(SEAL) == seal_of(tree) and tree.attrs.get("id") == update.id
     if hashlib.sha256(content).hexdigest() != update.sha256 or not sealed:
         raise StoreError(f"{path}: its content is not what was sealed in it")
@@ -241,7 +241,7 @@ def reindex_updates(store: KeptRuns) -> list[Problem]:
         if not files.holds(path):
             continue
         try:
-            tree = load_tree(path)
+            tree = read_tree(path)
         except StoreError as error:
             problems.append(Problem(path, "unreadable", str(error)))
             continue

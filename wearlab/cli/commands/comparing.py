@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from wearlab.cli.options import STORE, Json, StoreFolder
-from wearlab.cli.output import REFUSALS, Status, Stop, load_campaign, refusing, say, show_json, show_table
+from wearlab.cli.output import REFUSALS, Status, Stop, read_campaign, refusing, say, show_json, show_table
 from wearlab.cli.registry import app
 from wearlab.store import Store
 
@@ -55,7 +55,7 @@ def _ending(figure: Path) -> str:
 def _meant(word: str, store: "Store") -> Any:
     """Return the campaign of a file, or else the full id of a run."""
     if Path(word).is_file() or word.endswith(".toml"):
-        return load_campaign(word)
+        return read_campaign(word)
     return store.find(word).id
 
 

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from wearlab.cli.options import Workers
-from wearlab.cli.output import Status, load_campaign, say
+from wearlab.cli.output import Status, read_campaign, say
 from wearlab.cli.registry import app
 
 
@@ -21,7 +21,7 @@ def compile_command(
     from wearlab.cli.progress import bar
     from wearlab.runner.compiling import compile_ahead
 
-    campaigns = [load_campaign(file) for file in files]
+    campaigns = [read_campaign(file) for file in files]
     with ExitStack() as open_bar:
         kinds, seconds = compile_ahead(
             campaigns, workers, lambda total: open_bar.enter_context(bar(total, silent=False))

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from wearlab.cli.output import Status, Stop, load_plugins, say, show_json
+from wearlab.cli.output import Status, Stop, read_plugins, say, show_json
 from wearlab.cli.registry import app
 
 
@@ -31,6 +31,6 @@ def schema(
 
     if added and file is None:
         raise Stop("--added needs a campaign FILE that names plug-ins")
-    plugins = () if file is None else load_plugins(file)
+    plugins = () if file is None else read_plugins(file)
     say(added_json(plugins) if added else schema_json())
     return Status.WELL

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from wearlab.cli.options import File, Json
-from wearlab.cli.output import Status, complain, load_campaign, refusing, say, show_json, show_table
+from wearlab.cli.output import Status, complain, read_campaign, refusing, say, show_json, show_table
 from wearlab.cli.progress import bar, write_all
 from wearlab.cli.registry import app
 from wearlab.cli.sound import case_name
@@ -34,7 +34,7 @@ def accuracy(
     json: Json = False,
 ) -> Status:
     """Measure error against run time of FILE's scenes, beside other integrators."""
-    campaign = load_campaign(file)
+    campaign = read_campaign(file)
     from wearlab.accuracy.dataset import dataset
     from wearlab.gears.errors import GearError
 

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 import typer
 
 from wearlab.cli.options import File, Json
-from wearlab.cli.output import Status, Stop, load_campaign, refusing, show_json, show_table
+from wearlab.cli.output import Status, Stop, read_campaign, refusing, show_json, show_table
 from wearlab.cli.registry import app
 from wearlab.cli.sound import first_of_each_label
 
@@ -19,7 +19,7 @@ def modes(
     json: Json = False,
 ) -> Status:
     """Show natural frequencies and critical speeds of FILE's gears."""
-    campaign = load_campaign(file)
+    campaign = read_campaign(file)
     cases = first_of_each_label(campaign)
     if case is None:
         case = campaign.cases[0].label

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from wearlab.cli.options import STORE, File, Json, StoreFolder, Workers
-from wearlab.cli.output import REFUSALS, Status, complain, load_campaign, refusing, say, show_json
+from wearlab.cli.output import REFUSALS, Status, complain, read_campaign, refusing, say, show_json
 from wearlab.cli.registry import app
 from wearlab.store import Store
 from wearlab.units import HOUR, MINUTE
@@ -34,7 +34,7 @@ def plan(
     from wearlab.runner.plan import plan as planned_of
 
     store = Store(folder)
-    campaign = load_campaign(file)
+    campaign = read_campaign(file)
     with refusing(*REFUSALS):
         planned = planned_of(campaign, store, workers=workers, retry=retry)
     if json:

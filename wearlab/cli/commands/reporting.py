@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from wearlab.cli.options import STORE, File, Json, StoreFolder
-from wearlab.cli.output import REFUSALS, Status, load_campaign, refusing, say, show_json
+from wearlab.cli.output import REFUSALS, Status, read_campaign, refusing, say, show_json
 from wearlab.cli.registry import app
 from wearlab.store import Store
 
@@ -24,7 +24,7 @@ def report(
     from wearlab.report.page import report as page_of
     from wearlab.store.files import write_whole
 
-    store, campaign = Store(folder), load_campaign(file)
+    store, campaign = Store(folder), read_campaign(file)
     path = out or Path(f"{Path(file).stem}.html")
     with refusing(*REFUSALS, OSError):
         write_whole(path, page_of(campaign, store).encode())

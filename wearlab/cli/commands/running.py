@@ -10,7 +10,7 @@ from wearlab.cli.output import (
     Status,
     Stop,
     complain,
-    load_campaign,
+    read_campaign,
     refusing,
     say,
     show_json,
@@ -51,7 +51,7 @@ def run(
     from wearlab.runner import run as computed
 
     at_once_when_twice()
-    store, campaign = Store(folder), load_campaign(file)
+    store, campaign = Store(folder), read_campaign(file)
     with refusing(*REFUSALS):
         foresee(campaign, store, scheduler)
     refuse_wrong_figures(campaign, file)

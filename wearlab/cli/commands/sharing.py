@@ -13,7 +13,7 @@ from wearlab.cli.output import (
     Status,
     Stop,
     complain,
-    load_campaign,
+    read_campaign,
     refusing,
     say,
     show_json,
@@ -60,7 +60,7 @@ def export(
     """Write all runs of FILE as one file that needs no wearlab to be read; a crate holds its figures too."""
     from wearlab.store.export import export
 
-    store, campaign = Store(folder), load_campaign(file)
+    store, campaign = Store(folder), read_campaign(file)
     with refusing(*REFUSALS):
         total = len({case.id for case in campaign.cases})
         with _counting("runs", total, json) as tell:
@@ -164,7 +164,7 @@ def prune(
     from wearlab.store.prune import prunable, prune
 
     store = Store(folder)
-    kept = [case.id for file in keep or [] for case in load_campaign(file).cases]
+    kept = [case.id for file in keep or [] for case in read_campaign(file).cases]
     with refusing(*REFUSALS, OSError):
         removable = prunable(store, kept)
         freed = prune(store, removable) if yes else 0

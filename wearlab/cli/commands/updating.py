@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from wearlab.cli.options import STORE, File, Json, StoreFolder, Workers
-from wearlab.cli.output import REFUSALS, Status, load_campaign, refusing, say, show_json
+from wearlab.cli.output import REFUSALS, Status, read_campaign, refusing, say, show_json
 from wearlab.cli.registry import app
 from wearlab.store import Store
 
@@ -29,7 +29,7 @@ def update(
     from wearlab.updating import update as updated
     from wearlab.updating.words import told
 
-    store, campaign = Store(folder), load_campaign(file)
+    store, campaign = Store(folder), read_campaign(file)
     with refusing(*REFUSALS, UpdateError):
         tree = updated(campaign, store, replay=replay, check=check, progress=not json, workers=workers)
     if json:

@@ -43,7 +43,7 @@ SpeedRange = create_model(
 )
 
 
-class FrequencyResponse(Part):
+class ResponseOverSpeed(Part):
     """The response over speed of the first wear state, each speed from the response of the last."""
 
     speed: SpeedRange = option(..., "speeds of the input member")
@@ -90,7 +90,7 @@ class DynamicModel(Variant):
 
     method: Method = option("periodic", METHOD, source="wearlab")
     friction: FrictionOptions | None = option(None, FRICTION, derived="none", source="B23")
-    response: FrequencyResponse | None = option(None, RESPONSE, derived="none", source="wearlab")
+    response: ResponseOverSpeed | None = option(None, RESPONSE, derived="none", source="wearlab")
 
     @property
     def follows_orbits(self) -> bool:

@@ -8,12 +8,12 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.continuation import JumpOfResponse, Point
 from wearlab.dynamics.extremes import extremes
-from wearlab.dynamics.mesh_loads import elastic_force
+from wearlab.dynamics.mesh_forces import elastic_force
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
-from wearlab.scene.build.response import SpeedResponse, build_response
+from wearlab.scene.build.over_speed import OverSpeed, build_over_speed
 from wearlab.simulation.vibration import transmission_error
 
 Values = dict[str, Any]
@@ -25,10 +25,10 @@ LINES = 24
 ORDERS = 5
 
 
-def response_values(scene: Scene, parts: Parts, state: WearState) -> Values:
+def over_speed_values(scene: Scene, parts: Parts, state: WearState) -> Values:
     """Follow the response of one wear state over speed and return what is read off it."""
     clock = time.perf_counter()
-    wanted = build_response(scene, parts, state)
+    wanted = build_over_speed(scene, parts, state)
     branches = _branches(wanted)
     jumps = [wanted.continuation.jumps(wanted.mesh_at, points) for points in branches]
     ordered = [sorted(points, key=lambda point: point.speed) for points in branches]
@@ -53,9 +53,9 @@ def response_values(scene: Scene, parts: Parts, state: WearState) -> Values:
 ORDER = {"up": slice(None), "down": slice(None, None, -1)}
 
 
-def _branches(wanted: SpeedResponse) -> list[list[Point]]:
+def _branches(wanted: OverSpeed) -> list[list[Point]]:
     """Follow each direction; the second one starts where the first has ended."""
-    start = _loaded(wanted)
+    start = _first_state(wanted)
     branches: list[list[Point]] = []
     for direction in wanted.directions:
         speeds = wanted.speeds[ORDER[direction]]
@@ -64,13 +64,13 @@ def _branches(wanted: SpeedResponse) -> list[list[Point]]:
     return branches
 
 
-def _loaded(wanted: SpeedResponse) -> Array:
+def _first_state(wanted: OverSpeed) -> Array:
     """Return the state from which the first speed starts: the steady response there, (2n,)."""
     first = wanted.speeds[ORDER[wanted.directions[0]]][0]
     return wanted.continuation.method.solve(*wanted.mesh_at(float(first))).end
 
 
-def _described(wanted: SpeedResponse, point: Point) -> Values:
+def _described(wanted: OverSpeed, point: Point) -> Values:
     parts, response = wanted.parts, point.response
     vibration = wanted.vibration(point.speed)
     phases = np.arange(SAMPLES) / SAMPLES

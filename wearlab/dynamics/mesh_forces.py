@@ -18,7 +18,7 @@ from wearlab.mesh.gear_set import PairOfSet
 from wearlab.mesh.profile import Lookup, interpolate
 
 
-class MeshLoads(NamedTuple):
+class MeshForces(NamedTuple):
     """Forces of one mesh at the same instants of every mesh period.
 
     Parameters
@@ -33,9 +33,9 @@ class MeshLoads(NamedTuple):
     pair: Array
 
 
-def mesh_loads(
+def mesh_forces(
     system: System, mesh: int, flanks: Touching, where: Lookup, deflection: Array, rate: Array
-) -> MeshLoads:
+) -> MeshForces:
     """Return the forces of a mesh.
 
     Parameters
@@ -50,13 +50,13 @@ def mesh_loads(
     damping = system.mesh_damping[mesh] * rate
     if not system.damping_always:
         damping = np.where(flanks_touch(flanks, where, deflection, backlash), damping, 0.0)
-    return MeshLoads(
+    return MeshForces(
         np.stack([force.elastic for force in forces]), damping, np.stack([force.pair for force in forces])
     )
 
 
 def elastic_force(system: System, mesh: int, flanks: Touching, where: Lookup, deflection: Array) -> Array:
-    """Return the elastic force alone, (n_periods, n) [N]; see `mesh_loads`."""
+    """Return the elastic force alone, (n_periods, n) [N]; see `mesh_forces`."""
     backlash = backlash_of(system, mesh)
     return np.stack([mesh_force(flanks, where, row, backlash).elastic for row in deflection])
 
@@ -75,7 +75,7 @@ def flanks_touch(flanks: Touching, where: Lookup, deflection: Array, backlash: f
     return contact if backlash is None else contact | (deflection < -backlash)
 
 
-def friction_force(loads: MeshLoads, flanks: Touching, where: Lookup, coefficient: float) -> Array:
+def friction_force(loads: MeshForces, flanks: Touching, where: Lookup, coefficient: float) -> Array:
     """Return ``Σ_j Λμ F_j`` on the driving flank, positive in recess, (n_periods, n) [N].
 
     Parameters
@@ -92,7 +92,7 @@ def friction_force(loads: MeshLoads, flanks: Touching, where: Lookup, coefficien
 
 
 def moments(
-    loads: MeshLoads, flanks: Touching, pair: GearPair, where: Lookup, coefficient: float | None
+    loads: MeshForces, flanks: Touching, pair: GearPair, where: Lookup, coefficient: float | None
 ) -> Array:
     """Return the moments on both gears over their base radii, (driving, driven) (2, n_periods, n) [N].
 

@@ -20,7 +20,7 @@ from wearlab.scene.build.vibration import OnClock, build_friction, fluctuation, 
 
 
 @dataclass(frozen=True)
-class SpeedResponse:
+class OverSpeed:
     """What a continuation over speed needs of one wear state.
 
     Parameters
@@ -69,13 +69,13 @@ class SpeedResponse:
         return moving.system, tables, moving.period
 
 
-def build_response(scene: Scene, parts: Parts, state: WearState) -> SpeedResponse:
+def build_over_speed(scene: Scene, parts: Parts, state: WearState) -> OverSpeed:
     """Return the continuation that ``dynamics.response`` asks for, at one wear state."""
     assert scene.dynamics is not None and scene.dynamics.response is not None
     assert parts.vibration is not None and isinstance(parts.vibration.method, Periodic)
     given: Any = scene.dynamics.response
     speeds = np.linspace(getattr(given.speed, "from"), given.speed.to, given.speed.points)
-    return SpeedResponse(
+    return OverSpeed(
         scene, parts, state, speeds, given.directions,
         Continuation(given.transient, given.strobe, parts.vibration.method),
     )  # fmt: skip
