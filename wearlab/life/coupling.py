@@ -154,7 +154,11 @@ class Coupling(Coupled):
         return responses
 
     def _forces(self, kind: MeshKind, flanks: Touching, responses: Responses) -> Forces:
-        """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle."""
+        """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle.
+
+        Where every mesh of the kind does in its section of the mesh period what the first does in its own,
+        the first speaks for all.
+        """
         vibration = self.vibration
         assert vibration is not None
         where = flanks.analysis.at_nodes
@@ -162,9 +166,10 @@ class Coupling(Coupled):
         weights: list[float] = []
         counts: list[int] = []
         for response in responses:
+            known = slice(1 if response.sections == len(kind.meshes) else None)
             each = [
                 vibration.deflection(response, when, slice(mesh, mesh + 1))[0][:, 0]
-                for mesh, when in zip(kind.meshes, kind.when, strict=True)
+                for mesh, when in zip(kind.meshes[known], kind.when[known], strict=True)
             ]
             periods = len(each[0])
             rows += [row for mesh_rows in each for row in mesh_rows]
