@@ -26,20 +26,41 @@ def in_sections(sections: int, mesh: Any, tables: Any) -> bool:
     steps = len(width) // sections
     if steps * sections != len(width):
         return False
-    limits = limits_of(tables)
     for step in range(len(width) - steps):
-        later = step + steps
-        if not abs(width[later] - width[step]) <= SAME * width[step]:
+        if not abs(width[step + steps] - width[step]) <= SAME * width[step]:
             return False
+    limits, of_meshes = limits_of(tables), (*error.shape, 1)
+    if not apart(error.reshape(of_meshes), steps, mesh) <= limits[1]:
+        return False
+    if not apart(rate.reshape(of_meshes), steps, mesh) <= limits[2]:
+        return False
+    if not apart(tables.gap, steps, mesh) <= limits[1]:
+        return False
+    if (
+        apart(tables.stiffness, steps, mesh) <= limits[0]
+        and apart(tables.sliding, steps, mesh) <= SAME * largest_of(tables.sliding)
+        and apart(tables.moment, steps, mesh) <= SAME * largest_of(tables.moment)
+    ):
+        return True
+    for step in range(len(width) - steps):
         for stage in range(error.shape[1]):
             for m in range(len(mesh)):
-                apart = abs(error[later, stage, mesh[m]] - error[step, stage, m])
-                faster = abs(rate[later, stage, mesh[m]] - rate[step, stage, m])
-                if not (apart <= limits[1] and faster <= limits[2]):
-                    return False
-                if not same_springs(tables, limits, step, later, stage, m, mesh[m]):
+                if not same_springs(tables, limits, step, step + steps, stage, m, mesh[m]):
                     return False
     return True
+
+
+@jit_inner
+def apart(table: Any, steps: int, mesh: Any) -> float:
+    """Return the largest change of a table (n_steps, 3, n_mesh, n_pairs) from section to section, or NaN."""
+    found = 0.0
+    for step in range(len(table) - steps):
+        for stage in range(table.shape[1]):
+            for m in range(table.shape[2]):
+                for p in range(table.shape[3]):
+                    value = abs(table[step + steps, stage, mesh[m], p] - table[step, stage, m, p])
+                    found = value if value > found or value != value else found
+    return found
 
 
 @jit_inner
