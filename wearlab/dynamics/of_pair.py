@@ -34,9 +34,8 @@ def common_arguments(model: Any, motion: InMotion) -> PairArguments:
     first, second = (_gear(gear, model.supports.get(gear.name)) for gear in pair.gears)
     damping = mesh.damping
     if damping is None:
-        damping = mesh_damping_of(
-            mesh.damping_ratio, float(motion.stiffness[0]), effective_mass(first, second)
-        )
+        mass = effective_mass((first.inertia, second.inertia), (first.base_radius, second.base_radius))
+        damping = mesh_damping_of(mesh.damping_ratio, float(motion.stiffness[0]), mass)
     wave = motion.operation.torque_fluctuation
     return {
         "gears": (first, second),

@@ -105,9 +105,15 @@ def _damping(value: float | None, ratio: float | None, stiffness: float | None, 
     return 2.0 * (ratio or 0.0) * np.sqrt((stiffness or 0.0) * mass)
 
 
-def effective_mass(driving: PairedGear, driven: PairedGear) -> float:
-    """Return the torsional effective mass of a mesh, ``1/m_c = r1²/I1 + r2²/I2`` [kg] (L16 Eq. 3)."""
-    return 1.0 / sum(gear.base_radius**2 / gear.inertia for gear in (driving, driven))
+def effective_mass(inertia: tuple[float, float], base_radius: tuple[float, float]) -> float:
+    """Return the torsional effective mass of a mesh, ``1/m_c = r1²/I1 + r2²/I2`` [kg] (L16 Eq. 3).
+
+    Parameters
+    ----------
+    inertia : I of the driving and the driven gear [kg m²]
+    base_radius : their base radii [m]
+    """
+    return 1.0 / sum(r**2 / i for r, i in zip(base_radius, inertia, strict=True))
 
 
 def mesh_damping_of(ratio: float, mean_stiffness: float, mass: float) -> float:
@@ -233,6 +239,9 @@ def _rotation(
 
 
 def _system(gears: tuple[PairedGear, PairedGear], parts: list[_Part], mesh: Meshing) -> System:
+    first, second = gears
+    mass = effective_mass((first.inertia, second.inertia), (first.base_radius, second.base_radius))
+
     def joined(field: str) -> Array:
         return np.array([value for part in parts for value in getattr(part, field)])
 
@@ -250,7 +259,7 @@ def _system(gears: tuple[PairedGear, PairedGear], parts: list[_Part], mesh: Mesh
         load=joined("load"),
         mesh_damping=np.array([mesh.damping]),
         damping_always=mesh.damps_always,
-        mesh_mass=np.array([effective_mass(*gears)]),
+        mesh_mass=np.array([mass]),
         backlash=None if mesh.backlash is None else np.array([mesh.backlash]),
         fluctuation_direction=None if parts[-1].fluctuation is None else joined("fluctuation"),
         supports=supports,

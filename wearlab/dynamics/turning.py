@@ -21,7 +21,7 @@ def symmetry_of(system: System, angles: Array, lags: Array) -> Symmetry | None:
 
     References
     ----------
-    R. G. Parker, J. Lin, J. Mech. Des. 126 (2004) 365–370; their phases, here for the whole motion.
+    Parker & Lin, J. Mech. Des. 126 (2004) 365–370; their phases, here for the whole motion.
     """
     planets = len(angles)
     if planets < 2 or system.fluctuation_direction is not None:
