@@ -13,7 +13,7 @@ import pytest
 import wearlab
 
 PAGE = Path(__file__).parents[1] / "docs" / "where_to_add.md"
-SHOWN = re.compile(r"`(wearlab/[\w/]+\.py)`:\n\n```python\n(.*?)```", re.DOTALL)
+SHOWN = re.compile(r"`((?:wearlab|tests)/[\w/]+\.py)`:\n\n```python\n(.*?)```", re.DOTALL)
 RUN = """
 import json
 from pathlib import Path
@@ -48,8 +48,11 @@ print(json.dumps({
     "less": bool((rates[2] <= rates[1]).all() and (rates[2] < rates[1]).any()),
     "uneven": float(half.wear_unevenness[-1].max()), "units": half.wear_unevenness.attrs["units"],
     "kind": KINDS["wear-unevenness"].title, "known": "wear_unevenness" in VARIABLES,
-}))
+}), flush=True)
+import pytest
+raise SystemExit(pytest.main(["-q", "-p", "no:cacheprovider", "--import-mode=importlib", "tests"]))
 """
+TESTS = Path(__file__).parent
 
 
 def shown():
@@ -62,14 +65,19 @@ def copy(tmp_path_factory):
     shutil.copytree(
         Path(wearlab.__file__).parent, folder / "wearlab", ignore=shutil.ignore_patterns("__pycache__")
     )
+    shutil.copytree(TESTS / "support", folder / "tests" / "support")
+    for own in ("conftest.py", "figures/conftest.py"):
+        (folder / "tests" / own).parent.mkdir(exist_ok=True)
+        shutil.copy(TESTS / own, folder / "tests" / own)
     for path, text in shown().items():
+        (folder / path).parent.mkdir(exist_ok=True)
         assert not (folder / path).exists()
         (folder / path).write_text(text)
     return folder
 
 
-def test_a_law_a_result_and_a_figure_are_one_file_each(copy):
-    assert len(shown()) == 4
+def test_a_law_a_result_and_a_figure_are_one_file_and_its_test_each(copy):
+    assert len(shown()) == 7
     done = subprocess.run(
         [sys.executable, "-c", RUN],
         cwd=copy,
@@ -78,8 +86,8 @@ def test_a_law_a_result_and_a_figure_are_one_file_each(copy):
         text=True,
         timeout=120,
     )
-    assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout.splitlines()[-1])
+    assert done.returncode == 0, done.stdout + done.stderr
+    told = json.loads(next(line for line in done.stdout.splitlines() if line.startswith("{")))
     assert told["same"] and told["fixed"] and told["less"] and told["known"]
     assert told["units"] == "1" and told["uneven"] > 1.0 and told["kind"] == "Unevenness of wear"
     assert (copy / "uneven.png").stat().st_size > 10_000

@@ -69,13 +69,33 @@ def is_kernel(node: ast.FunctionDef) -> bool:
     return any("jit" in ast.unparse(one) or "overload" in ast.unparse(one) for one in node.decorator_list)
 
 
+def chosen_by_type(one: Source) -> set[str]:
+    """Return the functions of a file that numba chooses from by types: compiled too, without a decorator."""
+    names = set()
+    for node in filter(is_kernel, functions(one)):
+        for overload in (each for each in node.decorator_list if "overload" in ast.unparse(each)):
+            names |= {name.id for name in ast.walk(overload) if isinstance(name, ast.Name)}
+            names |= {name.id for name in ast.walk(node) if isinstance(name, ast.Name)}
+    return names
+
+
+def named_by_users(node: ast.FunctionDef) -> bool:
+    """Whether users name its parameters: all beyond the sixth by keyword, or as options of a command."""
+    positional = [a.arg for a in (*node.args.posonlyargs, *node.args.args)]
+    command = any("command" in ast.unparse(one) for one in node.decorator_list)
+    return command or (is_public(node) and len(positional) <= MANY)
+
+
 def with_many_parameters(files: list[Source]) -> Found:
-    """Return the functions with too many parameters: compiled ones, and others."""
-    found: Found = {"compiled": [], "others": []}
+    """Return the functions with too many parameters: compiled ones, those that users name, and others."""
+    found: Found = {"compiled": [], "named by users": [], "others": []}
     for one in files:
+        by_type = chosen_by_type(one)
         for node in functions(one):
             if (count := parameters(node)) > MANY:
-                found["compiled" if is_kernel(node) else "others"].append(f"{one.name}:{node.name} {count}")
+                compiled = is_kernel(node) or node.name in by_type
+                kind = "compiled" if compiled else "named by users" if named_by_users(node) else "others"
+                found[kind].append(f"{one.name}:{node.name} {count}")
     return found
 
 
@@ -154,7 +174,7 @@ def main(listed: bool) -> None:
         for name, items in found.items():
             title = (
                 f"functions of more than {MANY} parameters, {name}"
-                if name in ("compiled", "others")
+                if name in ("compiled", "named by users", "others")
                 else name
             )
             print(f"{title}: {len(items)}")
