@@ -69,10 +69,10 @@ def is_kernel(node: ast.FunctionDef) -> bool:
     return any("jit" in ast.unparse(one) or "overload" in ast.unparse(one) for one in node.decorator_list)
 
 
-def chosen_by_type(one: Source) -> set[str]:
-    """Return the functions of a file that numba chooses from by types: compiled too, without a decorator."""
+def chosen_by_type(files: list[Source]) -> set[str]:
+    """Return the functions that numba chooses from by types: compiled too, without a decorator."""
     names = set()
-    for node in filter(is_kernel, functions(one)):
+    for node in (node for one in files for node in functions(one) if is_kernel(node)):
         for overload in (each for each in node.decorator_list if "overload" in ast.unparse(each)):
             names |= {name.id for name in ast.walk(overload) if isinstance(name, ast.Name)}
             names |= {name.id for name in ast.walk(node) if isinstance(name, ast.Name)}
@@ -89,8 +89,8 @@ def named_by_users(node: ast.FunctionDef) -> bool:
 def with_many_parameters(files: list[Source]) -> Found:
     """Return the functions with too many parameters: compiled ones, those that users name, and others."""
     found: Found = {"compiled": [], "named by users": [], "others": []}
+    by_type = chosen_by_type(files)
     for one in files:
-        by_type = chosen_by_type(one)
         for node in functions(one):
             if (count := parameters(node)) > MANY:
                 compiled = is_kernel(node) or node.name in by_type

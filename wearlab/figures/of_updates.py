@@ -22,9 +22,10 @@ NOT_DRAWN = ("remaining_useful_life", "wear_coefficient")
 
 
 def line(
-    update: Updated, x: Array, y: Array, across: Scale, up: Scale, look: str = "line", text: str = ""
+    update: Updated, over: tuple[Array, Scale], of: tuple[Array, Scale], look: str = "line", text: str = ""
 ) -> Series:
-    """Return a curve of one case."""
+    """Return a curve of one case: values and their scale, over values and theirs."""
+    (x, across), (y, up) = over, of
     hours = update.hours_per_cycle if across in (CYCLES, REST) else None
     return Series(update.key, np.asarray(x, float), np.asarray(y, float), across, up, look, text, (), hours)  # type: ignore[arg-type]
 

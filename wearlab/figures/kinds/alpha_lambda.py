@@ -24,15 +24,17 @@ def _alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
     shown = np.minimum(rest, top)
     yield area(update, x, shown[0], shown[4], CYCLES, REST)
     yield area(update, x, shown[1], shown[3], CYCLES, REST)
-    yield line(update, x, shown[2], CYCLES, REST, "line-points", "foreseen: median, 50 and 90 %")
+    yield line(update, (x, CYCLES), (shown[2], REST), "line-points", "foreseen: median, 50 and 90 %")
     if np.isfinite(truth):
         ends = np.array([x[0], truth])
         for share in (1.0 - CONE, 1.0, 1.0 + CONE):
-            yield line(update, ends, share * (truth - ends), CYCLES, REST, "reference", "what came, ±20 %")
+            yield line(
+                update, (ends, CYCLES), (share * (truth - ends), REST), "reference", "what came, ±20 %"
+            )
     for (text, rule), look in zip(_simple(update, x).items(), ("dashed", "dash-dot"), strict=False):
         ok = np.isfinite(rule) & (rule >= 0.0)
         if ok.any():
-            yield line(update, x[ok], np.minimum(rule[ok], top), CYCLES, REST, look, text)
+            yield line(update, (x[ok], CYCLES), (np.minimum(rule[ok], top), REST), look, text)
 
 
 def _simple(update: Updated, inspections: Array) -> dict[str, Array]:

@@ -35,14 +35,14 @@ def _fan(update: Updated, ask: Ask) -> Iterator[Series]:
     for row in before[[0, 2, 4]]:
         held = row <= top
         if held.sum() > 1:
-            yield line(update, x[held], row[held], CYCLES, up, "reference", "before: median, 5 and 95 %")
+            yield line(update, (x[held], CYCLES), (row[held], up), "reference", "before: median, 5 and 95 %")
     clipped = np.minimum(q, top)
     yield area(update, x, clipped[0], clipped[4], CYCLES, up)
     yield area(update, x, clipped[1], clipped[3], CYCLES, up)
     held = q[2] <= top
-    yield line(update, x[held], q[2][held], CYCLES, up, text="now: median, 50 and 90 %")
+    yield line(update, (x[held], CYCLES), (q[2][held], up), text="now: median, 50 and 90 %")
     if limit is not None:
-        yield line(update, x[[0, -1]], np.full(2, limit), CYCLES, up, "level", "limit")
+        yield line(update, (x[[0, -1]], CYCLES), (np.full(2, limit), up), "level", "limit")
     yield from _measured(update, name, scale, up)
 
 
@@ -57,8 +57,8 @@ def _measured(update: Updated, name: str, scale: float, up: Scale) -> Iterator[S
         for at, value, error in zip(x, y, sd, strict=True):
             if np.isfinite(value):
                 bar = np.array([value - error, value + error])
-                yield line(update, np.full(2, at), bar, CYCLES, up, "hairline")
-        yield line(update, x, y, CYCLES, up, "points")
+                yield line(update, (np.full(2, at), CYCLES), (bar, up), "hairline")
+        yield line(update, (x, CYCLES), (y, up), "points")
 
 
 POSTERIOR_FAN = update_kind(

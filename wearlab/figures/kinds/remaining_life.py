@@ -18,13 +18,13 @@ def _remaining(update: Updated, ask: Ask) -> Iterator[Series]:
     x, y = density(rest)
     y = y / y.max()
     yield area(update, x, np.zeros_like(y), y, REST, DENSITY)
-    yield line(update, x, y, REST, DENSITY)
+    yield line(update, (x, REST), (y, DENSITY))
     last = latest(update["predictions"]["remaining_useful_life_quantile"])
     days = update["predictions"].get("end_of_life_quantile")
     for n, (p, at) in enumerate(zip(last["quantile"].values, last.values, strict=True)):
         if p in (0.05, 0.5, 0.95) and np.isfinite(at):
             text = "5, 50 and 95 %"
-            level = line(update, np.full(2, at), np.array([0.0, 1.05]), REST, DENSITY, "level", text)
+            level = line(update, (np.full(2, at), REST), (np.array([0.0, 1.05]), DENSITY), "level", text)
             marks = () if days is None else (Mark(float(at), str(days.values[n])),)
             yield replace(level, marks=marks)
 
