@@ -100,7 +100,7 @@ def test_path_and_curvatures(pair):
     ring, pinion = (rho2, rho1) if pair.driven.internal else (rho1, rho2)
     assert pair.equivalent_curvature(s) == pytest.approx(1 / (1 / pinion - 1 / ring))
     assert pair.sliding(s) == pytest.approx(s * abs(1 - pair.ratio), abs=1e-16)
-    assert np.all(pair.sliding_factor(0.0) < 1e-14)
+    assert np.all(np.abs(pair.specific_sliding(0.0)) < 1e-14)
 
 
 def test_driving_the_other_way_mirrors_the_path():
@@ -108,7 +108,7 @@ def test_driving_the_other_way_mirrors_the_path():
     assert (BACK.path.A, BACK.path.E) == pytest.approx((-PAIR.path.E, -PAIR.path.A))
     assert BACK.driving.name == "ring" and BACK.ratio == pytest.approx(2.5)
     assert BACK.curvature(-s)[0] == pytest.approx(PAIR.curvature(s)[1])
-    assert BACK.sliding_factor(-s) == pytest.approx(PAIR.sliding_factor(s)[::-1])
+    assert np.abs(BACK.specific_sliding(-s)) == pytest.approx(np.abs(PAIR.specific_sliding(s))[::-1])
     relief = {"tip_relief": Relief(amount=20e-6, length=5e-3)}
     assert make({}, relief).modification(1, PAIR.path.A) == pytest.approx(20e-6)
     assert make({}, relief, driving="ring").modification(0, BACK.path.E) == pytest.approx(20e-6)

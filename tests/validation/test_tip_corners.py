@@ -134,7 +134,7 @@ def test_table_and_figure_of_a_campaign(tmp_path):
     assert jump.loaded[0] == 0.0 and corners.loaded[0] < -0.08 and elements_alone.loaded[0] < -0.08
     assert elements_alone.swing < 0.5 * jump.swing
     share = [way.at(0.0) * one.load / one.pair.face_width for way in found]
-    sliding = one.pair.sliding_factor(np.array([one.pair.path.A]))[:, 0]
+    sliding = np.abs(one.pair.specific_sliding(np.array([one.pair.path.A])))[:, 0]
     for way, pressure in zip(found, share, strict=True):
         rates = wear_rate_at_a(cases[0][1], one, way)
         np.testing.assert_allclose(rates, 9.65e-19 * pressure * sliding, rtol=1e-12)

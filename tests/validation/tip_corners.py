@@ -123,7 +123,9 @@ def wear_rate_at_a(scene: Scene, one: PairOfSet, way: Way) -> tuple[float, float
     """
     given: Any = scene.wear.coefficient if scene.wear else None
     pressure = way.at(0.0) * one.load / one.pair.face_width
-    first, second = given.value * pressure * one.pair.sliding_factor(np.array([one.pair.path.A]))[:, 0]
+    first, second = (
+        given.value * pressure * np.abs(one.pair.specific_sliding(np.array([one.pair.path.A])))[:, 0]
+    )
     return float(first), float(second)
 
 

@@ -143,10 +143,6 @@ class GearPair:
         v1, v2 = rho1, rho2 * self.ratio
         return np.stack([1.0 - v2 / v1, 1.0 - v1 / v2])
 
-    def sliding_factor(self, s: ArrayLike) -> Array:
-        """Return |1 − v_other / v_i| of both flanks, the sliding in Archard's law, (2, n) [1]."""
-        return np.abs(self.specific_sliding(s))
-
     def modification(self, gear: int, s: ArrayLike) -> Array:
         """Return what the modification of a flank (0 driving, 1 driven) removes at s, (n,) [m]."""
         position = np.asarray(s, dtype=float)

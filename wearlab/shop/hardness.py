@@ -7,7 +7,6 @@ ISO 18265 Table A.1 follows within 0.5 %. Conversions are valid within the table
 than some 5 %.
 """
 
-from bisect import bisect_left
 from collections.abc import Callable
 
 KGF_PER_MM2 = 9.80665e6  # Pa
@@ -37,19 +36,6 @@ def vickers_of_rockwell(number: float) -> float:
     place = number - HRC_RANGE[0]
     low = min(int(place), len(VICKERS_OF_HRC) - 2)
     return VICKERS_OF_HRC[low] + (place - low) * (VICKERS_OF_HRC[low + 1] - VICKERS_OF_HRC[low])
-
-
-def rockwell_of_vickers(number: float) -> float:
-    """Return the Rockwell C number of a Vickers number, the inverse of `vickers_of_rockwell`.
-
-    Raises
-    ------
-    HardnessError : outside 238 to 940 HV
-    """
-    _within(number, (VICKERS_OF_HRC[0], VICKERS_OF_HRC[-1]), "HV", "ASTM E140, Table 1")
-    high = max(1, bisect_left(VICKERS_OF_HRC, number))
-    below, above = VICKERS_OF_HRC[high - 1 : high + 1]
-    return HRC_RANGE[0] + high - 1 + (number - below) / (above - below)
 
 
 def vickers_of_brinell(number: float) -> float:
