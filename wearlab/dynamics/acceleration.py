@@ -47,6 +47,7 @@ def mesh_acceleration_at(
         response,
         state=np.concatenate([state, state[:, -1:]], axis=1),
         tables=response.tables._replace(width=grid.width[step], **at_points),
+        pieces=None,  # points one after another are no steps
     )
     found = accelerations(points)[:, :, 0] @ response.system.direction.T
     return np.ascontiguousarray(found.transpose(0, 2, 1))

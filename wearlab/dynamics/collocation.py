@@ -85,7 +85,7 @@ def cut_of(
     if not _turn(linear) * lengths.max() * SIZES[0] <= LARGEST_TURN:
         return None
     tables, begin = _tables(linear, Frozen(basis), Frozen(lengths))
-    first, size = _cut(joined)
+    first, size = cut_steps(joined)
     return Cut(tables, np.stack([first, np.array(SIZES)[size], begin[size, slot[first]]], axis=1))
 
 
@@ -110,7 +110,7 @@ def joined_steps(tables: StageTables) -> Flags:
     return joined
 
 
-def _cut(joined: Flags) -> tuple[Index, Index]:
+def cut_steps(joined: Flags) -> tuple[Index, Index]:
     """Return first step and size, as an index of `SIZES`, of groups of equal steps with no jump inside."""
     ends = np.flatnonzero(np.r_[~joined, True]) + 1
     size = [part for steps in np.diff(np.r_[0, ends]) for part in _parts(int(steps))]

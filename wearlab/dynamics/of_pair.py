@@ -36,7 +36,7 @@ def common_arguments(model: Any, motion: InMotion) -> PairArguments:
     if damping is None:
         mass = effective_mass((first.inertia, second.inertia), (first.base_radius, second.base_radius))
         damping = mesh_damping_of(mesh.damping_ratio, float(motion.stiffness[0]), mass)
-    wave = motion.operation.torque_fluctuation
+    wave = motion.operation.fluctuation
     return {
         "gears": (first, second),
         "mesh": Meshing(damping, mesh.damps_always, mesh.normal_backlash),

@@ -8,13 +8,14 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.between import TablesWithin
+from wearlab.dynamics.parting import orbit_of_small
 from wearlab.dynamics.period_map import MIDDLE, TOUCHING, TOUCHING_FIRST
 from wearlab.dynamics.response import Response, Verdict
 from wearlab.dynamics.shooting import CLOSED, Orbit, Shooting
 from wearlab.dynamics.steps import slowest_decay
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import Parted, halved, parting, touching_orbit
+from wearlab.dynamics.touching import Parted, halved, known_of, parting, touching_orbit
 from wearlab.gears.errors import GearError
 from wearlab.mesh.stages import StageTables
 
@@ -48,9 +49,11 @@ class Unbounded(GearError):
 
 @dataclass(frozen=True)
 class Periodic:
-    """Newton shooting on an RK4 period map; its derivative is the exact one of the map computed.
+    """Newton shooting on a period map; its derivative is the exact one of the map computed.
 
-    A mesh that never changes contact is affine and takes one pass. Multipliers beyond 1 + margin, or no
+    A mesh that never changes contact is affine and takes one pass. Small systems on few long steps where they
+    are given: pieces of their motion are power series (`orbit_of_small`). Where that finds no orbit that
+    attracts, on an RK4 map with located changes. Multipliers beyond 1 + margin, or no
     convergence: march, look for a period m ≤ ``longest``, shoot on m periods; if none attracts, the response
     is aperiodic and its last ``averaged`` periods are returned. (Parker & Chua 1989, ch. 5; Leine &
     Nijmeijer 2004, ch. 7 for the saltation of tangents.)
@@ -93,6 +96,34 @@ class Periodic:
         found = self._shoot(system, halved(tables), period, start, held)
         return replace(found, state=np.ascontiguousarray(found.state[:, ::2]), tables=tables)
 
+    def on_few_steps(
+        self,
+        system: System,
+        tables: StageTables,
+        period: float,
+        start: Response | None = None,
+        between: TablesWithin | None = None,
+    ) -> Response | None:
+        """Return the response of a small system on the few long steps that serve touching flanks.
+
+        Its flanks touch, or they part on an orbit over one mesh period. None where there is no such orbit
+        that attracts, where it is not resolved, or where the neighbour is on none. Parameters as in `solve`,
+        and what the tables were taken of.
+        """
+        if start is not None and start.pieces is not None:
+            at = start.state[0, 0]
+        else:
+            held = self._held_together(system, tables, period, start, between)
+            if (
+                not isinstance(held, Parted)
+                or not in_registers(system)
+                or system.friction_constant is not None
+            ):
+                return held if isinstance(held, Response) else None
+            at = held.state
+        known = known_of(system, tables, period)
+        return orbit_of_small(known, tables, self.margin, at, self.resolved, between, self.closed)
+
     def touching(
         self,
         system: System,
@@ -104,7 +135,7 @@ class Periodic:
         """Return the response on which no flank parts, on steps for collocation, see `touching_orbit`.
 
         None where there is none, where it is not resolved, or where the neighbour is on another branch: its
-        flanks part, and not just barely. Parameters as in `solve`, and what the tables were taken of.
+        flanks part, and not just barely. Parameters as in `on_few_steps`.
         """
         held = self._held_together(system, tables, period, start, between)
         return held if isinstance(held, Response) else None

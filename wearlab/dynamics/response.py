@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from wearlab.arrays import Array, Complex, Index
+from wearlab.arrays import Array, Complex, Flags, Index
 from wearlab.dynamics.balance import balance_of
 from wearlab.dynamics.between import Parabolas, TablesWithin
 from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.path import Path, path
+from wearlab.dynamics.pieces import StepParts
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables
 
@@ -73,6 +74,7 @@ class Response:
     between : what the tables were taken of, for values between their stages; None: parabolas through them
     sections : of the mesh period, over the first of which the derivative goes, turned back; see
         `wearlab.dynamics.symmetry`
+    pieces : which parts the steps are of those that were asked for, where they end at changes of contact
     """
 
     period: int
@@ -88,6 +90,7 @@ class Response:
     near: "Neighbour | None" = None
     between: TablesWithin | None = None
     sections: int = 1
+    pieces: StepParts | None = None
 
     @cached_property
     def multipliers(self) -> Complex:
@@ -230,8 +233,23 @@ def step_forces(response: Response) -> StepForces:
     if system.backlash is not None:
         back = stiffness.sum(axis=-1) * np.maximum(0.0, -system.backlash - delta)
         elastic, touching = elastic - back, touching | (back > 0.0)
+    if response.pieces is not None:
+        touching = _touching_throughout(response, delta, rate)[:, :, None]
     gate = 1.0 if system.damping_always else touching
     return StepForces(elastic, system.mesh_damping * rate * gate, pair)
+
+
+def _touching_throughout(response: Response, delta: Array, rate: Array) -> Flags:
+    """Whether any flank touches in steps that end where contact changes, (n_kept, n_steps, n_mesh).
+
+    At such an end rounding says which side is meant: their middles do.
+    """
+    system, tables = response.system, response.tables
+    eighth = 0.125 * (tables.width * response.mesh_period)[:, None]
+    middle = delta.mean(axis=2) + eighth * (rate[:, :, 0] - rate[:, :, 1])
+    pair = (tables.stiffness[:, 1] > 0.0) & (middle[..., None] > tables.gap[:, 1])
+    touching: Flags = pair.any(axis=-1)
+    return touching if system.backlash is None else touching | (middle < -system.backlash)
 
 
 def friction_forces(response: Response, forces: StepForces) -> tuple[Array, Array]:

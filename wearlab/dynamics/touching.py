@@ -8,10 +8,12 @@ import numpy as np
 from wearlab.arrays import Array, Flags, Index
 from wearlab.dynamics.balance import balance_of, solved_load
 from wearlab.dynamics.between import TablesWithin
-from wearlab.dynamics.collocation import basis_of, cut_of
+from wearlab.dynamics.collocation import basis_of, cut_of, joined_steps
 from wearlab.dynamics.collocation_inputs import load_of
 from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.neighbour import Found, Neighbour, corrected
+from wearlab.dynamics.parting import plan_of
+from wearlab.dynamics.parting_law import PartingPlan
 from wearlab.dynamics.propagator import GRID
 from wearlab.dynamics.response import Counts, Response, Verdict
 from wearlab.dynamics.sections import in_sections
@@ -66,6 +68,8 @@ class Known:
         self.loaded, self.small = bool(system.load.any()), in_registers(system)
         self.plan: TouchingPlan | None = None
         self._plans: OrderedDict[tuple[bytes, bytes, int], TouchingPlan | None] = OrderedDict()
+        self.parting: PartingPlan | None = None
+        self._parting: OrderedDict[bytes, PartingPlan | None] = OrderedDict()
 
     def serves(self, system: System, tables: StageTables, period: float) -> bool:
         """Whether this is about the same system on the same steps."""
@@ -92,6 +96,19 @@ class Known:
             forget()
         self.plan = self._plans[key]
         return self.plan
+
+    def parting_plan_for(self, tables: StageTables, *, halves: bool = False) -> PartingPlan | None:
+        """Return the plan for flanks of a small system that may part; None: there is none on such steps."""
+        joined = joined_steps(tables)
+        key = joined.tobytes()
+        if halves or key not in self._parting:
+            while len(self._parting) >= KEPT_PLANS:
+                self._parting.popitem(last=False)
+            self._parting[key] = plan_of(
+                self.system, self.balance, tables, self.period, joined, halves=halves
+            )
+        self.parting = self._parting[key]
+        return self.parting
 
     @property
     def sizes(self) -> dict[int, int]:

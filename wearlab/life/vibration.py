@@ -35,7 +35,8 @@ class Vibration:
     slow : (n_angles, n_mesh) once-per-revolution errors at equally weighted angles of the members, each held
         over a mesh period [m]; None: nothing answers to them
     nominal : (n,) speeds of the coordinates as the set turns on the whole [m/s], None where x alone moves
-    touching : stages for responses whose flanks never part, which are looked for first; None: on ``sampling``
+    touching : the few stages of responses that repeat after a mesh period, which are looked for first; None:
+        on ``sampling``
     """
 
     system: System
@@ -80,7 +81,7 @@ class Vibration:
         return tables if self.hunting == 1 else over_hunting_period(tables, self.sampling, self.hunting)
 
     def _touched(self, tables: StageTables, start: Response | None, between: Between) -> Response | None:
-        response: Response | None = self.method.touching(self.system, tables, self.period, start, between)
+        response: Response | None = self.method.on_few_steps(self.system, tables, self.period, start, between)
         return response
 
     def _solved(self, tables: StageTables, start: Response | None, between: Between | None) -> Response:
@@ -93,11 +94,14 @@ class Vibration:
     def grid_of(self, response: Response) -> StageGrid:
         """Return the steps of one mesh period that a response was found on."""
         few = self.touching
+        if few is not None and response.pieces is not None:
+            return response.pieces.of(few.grid)
         return self.sampling.grid if few is None or not _of(few.grid, response) else few.grid
 
     def on_all_stages(self, response: Response, kinds: Sequence[Touching]) -> Response:
         """Return a response on the stages from which flanks may part: found anew if it was on fewer."""
-        if self.touching is None or not _of(self.touching.grid, response):
+        few = self.touching
+        if few is None or (response.pieces is None and not _of(few.grid, response)):
             return response
         return self._solved(self.tables(kinds), response, self._between(kinds))
 

@@ -94,6 +94,12 @@ class Operation(Part):
     _largest_torque: float | None = PrivateAttr(None)
 
     @property
+    def fluctuation(self) -> TorqueFluctuation | None:
+        """The fluctuation of the torque, None where its amplitude is nought."""
+        given = self.torque_fluctuation
+        return given if given is not None and given.amplitude != 0.0 else None
+
+    @property
     def largest_torque(self) -> float:
         """The largest torque of all conditions that share these flanks [N m]."""
         of_blocks = [block.torque for block in self.blocks]

@@ -95,7 +95,7 @@ def _kernels(scene: Scene) -> tuple[object, ...]:
         scene.dynamics.method,
         scene.dynamics.friction is None,
         meshes[0].excitation.by_pairs,
-        scene.operation.torque_fluctuation is None,
+        scene.operation.fluctuation is None,
     )
     law = scene.wear and (
         scene.wear.contact_patch.chosen,

@@ -152,7 +152,7 @@ def touching_grid(
     assert scene.dynamics is not None
     if not scene.dynamics.follows_orbits or not in_registers(system):
         return None
-    if scene.operation.torque_fluctuation is not None or hunting_period(scene, gears, clock.meshes) > 1:
+    if scene.operation.fluctuation is not None or hunting_period(scene, gears, clock.meshes) > 1:
         return None
     steps, tolerance, period = len(marched.width), scene.numerics.tolerance, gears.period
     if scene.numerics.steps_per_period is not None:
@@ -313,7 +313,7 @@ def mean_stiffness(analysis: ContactAnalysis) -> float:
 
 def fluctuation(scene: Scene, phase: Array) -> Array | None:
     """Return the factor on the fluctuating torque at phases, ``cos(2π order φ + phase)``, or None."""
-    given = scene.operation.torque_fluctuation
+    given = scene.operation.fluctuation
     return None if given is None else np.cos(2 * np.pi * given.order * phase + given.phase)
 
 
