@@ -158,5 +158,6 @@ def orbit_of_small(
     counts = Counts(passes, passes * steps * TERMS_PER_STEP, passes)
     return Response(
         1, path, multipliers, ATTRACTING if attracting else NEUTRAL, counts, closure,
-        solved_load(system, balance), tables, known.period, derivative, None, between, pieces,
+        solved_load(system, balance), tables, known.period, derivative, None, between,
+        pieces=pieces,
     )  # fmt: skip

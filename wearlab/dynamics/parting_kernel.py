@@ -260,7 +260,7 @@ def unresolved(plan: Any, present: Any, of_pair: Any, path: Any, steps: int) -> 
 def small_orbit(
     plan: Any, tables: Any, period: float, given: Any,
     known: bool, bound: float, closed: float, path: Any, place: Any, derivative: Any, cut: Any,
-) -> tuple[int, int, int, int, float, float, bool]:  # fmt: skip
+) -> tuple[int, int, Any, Any, float, float, bool]:  # fmt: skip
     """Find an orbit by Newton's method, flanks parting or not.
 
     Parameters
