@@ -1,13 +1,19 @@
 """Orbits of small systems whose flanks part, on a few long steps: pieces of motion as power series."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 
+from wearlab.dynamics.parting import orbit_of_small
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response, step_forces
 from wearlab.dynamics.system import System
+from wearlab.dynamics.touching import known_of
 from wearlab.dynamics.within import forces_within
 from wearlab.mesh.stages import StageTables, stage_grid
 
@@ -118,3 +124,82 @@ def test_from_a_neighbour_it_is_the_same_in_fewer_passes(
     again = Periodic().on_few_steps(system, tables(48, amplitude), PERIOD, near)
     assert again is not None and again.counts.period_maps <= few.counts.period_maps
     np.testing.assert_allclose(again.state[0, 0] / largest(few), few.state[0, 0] / largest(few), atol=1e-9)
+
+
+AMPLITUDE = 12e-6
+SINGLE = {
+    "damped by contact, both flanks": ONE,
+    "always damped, both flanks": ONE._replace(damping_always=True),
+}
+
+
+def right_hand_side(system: System, leading: bool) -> Callable[[float, Any], Any]:
+    """The tables of `tables`, as functions of time."""
+
+    def rate(time: float, y: Any) -> Any:
+        phase = time / PERIOD
+        k = np.array(
+            [1e8 * (1.0 + 0.2 * np.cos(3.0 * phase)) * leading, 2.5e8 * (1.0 + 0.1 * np.sin(5.0 * phase))]
+        )
+        gap = np.array([1e-6 * np.sin(2.0 * np.pi * phase), 2e-6 * (phase - 0.4) ** 2])
+        delta = y[0] - AMPLITUDE * np.sin(2.0 * np.pi * phase)
+        speed = y[1] - AMPLITUDE * 2.0 * np.pi / PERIOD * np.cos(2.0 * np.pi * phase)
+        drive = k * np.maximum(0.0, delta - gap)
+        back = 0.0 if system.backlash is None else k.sum() * max(0.0, -system.backlash[0] - delta)
+        touching = system.damping_always or drive.any() or back > 0.0
+        force = drive.sum() - back + system.mesh_damping[0] * speed * touching
+        return np.array([y[1], (system.load[0] - force) / system.mass[0, 0]])
+
+    return rate
+
+
+def period_map(system: System, state: Any) -> Any:
+    """Return where a state is after a period; steps so short that a change within one is lost in rounding."""
+    for low, high in ((0.0, LEAVES), (LEAVES, 1.0)):
+        solution = solve_ivp(
+            right_hand_side(system, low == 0.0), (low * PERIOD, high * PERIOD), state, method="DOP853",
+            rtol=1e-11, atol=1e-16, max_step=PERIOD / 2000,
+        )  # fmt: skip
+        state = solution.y[:, -1]
+    return state
+
+
+@pytest.fixture(scope="module", params=SINGLE, ids=list(SINGLE))
+def single(request: pytest.FixtureRequest) -> tuple[System, Response]:
+    system = SINGLE[request.param]
+    given = tables(48, AMPLITUDE)
+    found = orbit_of_small(known_of(system, given, PERIOD), given, 1e-3)
+    assert found is not None and found.pieces is not None
+    return system, found
+
+
+def test_the_orbit_closes_under_scipy(single: tuple[System, Response]) -> None:
+    system, found = single
+    start = found.state[0, 0]
+    assert np.abs((period_map(system, start) - start) / np.abs(found.state).max(axis=(0, 1))).max() < 1e-6
+
+
+def test_its_multipliers_are_differences_of_scipys_period_map(single: tuple[System, Response]) -> None:
+    system, found = single
+    scale, start = np.abs(found.state).max(axis=(0, 1)), found.state[0, 0]
+    columns = []
+    for at in range(2):
+        move = np.zeros(2)
+        move[at] = 1e-4 * scale[at]
+        columns.append(
+            (period_map(system, start + move) - period_map(system, start - move)) / (2.0 * move[at])
+        )
+    by_differences = np.linalg.eigvals(np.stack(columns, axis=1))
+    np.testing.assert_allclose(np.sort(abs(found.multipliers)), np.sort(abs(by_differences)), rtol=1e-3)
+
+
+def test_its_error_falls_as_the_ninth_power_of_the_steps() -> None:
+    """Polynomials of degree eight miss the ninth power of their length."""
+    states = []
+    for steps in (16, 32, 128):
+        given = tables(steps, AMPLITUDE)
+        found = orbit_of_small(known_of(ONE, given, PERIOD), given, 1e-3)
+        assert found is not None
+        states.append(found.state[0, 0] / np.abs(found.state).max(axis=(0, 1)))
+    coarse, fine = (np.abs(state - states[-1]).max() for state in states[:2])
+    assert fine < coarse / 100.0 or fine < 1e-12

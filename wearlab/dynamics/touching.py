@@ -12,8 +12,8 @@ from wearlab.dynamics.collocation import basis_of, cut_of, joined_steps
 from wearlab.dynamics.collocation_inputs import load_of
 from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.neighbour import Found, Neighbour, corrected
-from wearlab.dynamics.parting import plan_of
 from wearlab.dynamics.parting_law import PartingPlan
+from wearlab.dynamics.parting_plan import plan_of
 from wearlab.dynamics.propagator import GRID
 from wearlab.dynamics.response import Counts, Response, Verdict
 from wearlab.dynamics.sections import in_sections
