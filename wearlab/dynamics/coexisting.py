@@ -165,4 +165,4 @@ def _attractor(shooting: Shooting, state: Array, home: _Home, method: Periodic) 
 
 def _periodic(shooting: Shooting, orbit: Orbit, method: Periodic) -> Response:
     verdict = Verdict(True, orbit.largest < 1.0 - method.margin, orbit.unique, True)
-    return shooting.response(orbit.periods, orbit.state, orbit.multipliers, verdict, orbit.residual)
+    return shooting.response(orbit, verdict)

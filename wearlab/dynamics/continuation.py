@@ -103,9 +103,7 @@ class Continuation:
             orbit = _orbit_of(shooting, strobe, method)
             if orbit is not None:
                 verdict = Verdict(True, orbit.largest < 1.0 - method.margin, orbit.unique, True)
-                found = shooting.response(
-                    orbit.periods, orbit.state, orbit.multipliers, verdict, orbit.residual
-                )
+                found = shooting.response(orbit, verdict)
                 turns = -(-self.strobe // orbit.periods)
                 return Point(speed, found, np.tile(orbit.state[:, 0], (turns, 1))[: self.strobe])
         count = max(self.strobe, method.averaged)

@@ -284,10 +284,7 @@ class Periodic:
     def _respond(self, shooting: Shooting, found: "Orbit") -> Response:
         unique = found.unique and (shooting.loaded or shooting.grounded)
         verdict = Verdict(True, found.largest < 1.0 - self.margin, unique, True)
-        kept = None if in_registers(shooting.system) else found.derivative
-        return shooting.response(
-            found.periods, found.state, found.multipliers, verdict, found.residual, kept, found.sections
-        )
+        return shooting.response(found, verdict)
 
 
 def settling_periods(system: System, tables: StageTables, period: float) -> float:

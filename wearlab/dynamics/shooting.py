@@ -285,31 +285,20 @@ class Shooting:
         """Return the aperiodic response of which a march kept some periods, (n_kept, n_steps + 1, 2n)."""
         verdict = Verdict(periodic=False, attracting=None, unique=True, converged=True)
         motion = under_one_load(self.marcher, kept, self.period)
-        return self.response(0, motion, np.empty(0, complex), verdict, residual)
+        return self.response(Orbit(0, motion, np.empty(0, complex), residual), verdict)
 
-    def response(
-        self,
-        period: int,
-        state: Array,
-        multipliers: Complex,
-        verdict: Verdict,
-        residual: float,
-        derivative: Array | None = None,
-        sections: int = 1,
-    ) -> Response:
+    def response(self, orbit: Orbit, verdict: Verdict) -> Response:
         """Put a response together, with the work done so far and the loads found."""
-        system = solved_load(self.system, self.balance)
-        counts = Counts(int(np.ceil(self.maps)), self.right_hand_sides, self.iterations)
         return Response(
-            period,
-            state,
-            multipliers,
+            orbit.periods,
+            orbit.state,
+            orbit.multipliers,
             verdict,
-            counts,
-            residual,
-            system,
+            Counts(int(np.ceil(self.maps)), self.right_hand_sides, self.iterations),
+            orbit.residual,
+            solved_load(self.system, self.balance),
             self.tables,
             self.period,
-            derivative,
-            sections=sections,
+            None if in_registers(self.system) else orbit.derivative,
+            sections=orbit.sections,
         )
