@@ -37,7 +37,7 @@ def test_a_life_whose_motion_comes_to_know_no_bound_ends_there(scene, monkeypatc
         return known(self, system, tables, *more)
 
     monkeypatch.setattr(Periodic, "solve", solve)
-    monkeypatch.setattr(Periodic, "touching", lambda *_: None)
+    monkeypatch.setattr(Periodic, "on_few_steps", lambda *_: None)
     lived = simulate(scene("base case").replace("wear.until", {"depth": "20 um", "flank": "pinion"}))
     assert lived.end_reason == "unbounded motion"
     assert lived.verdict == "stopped"
