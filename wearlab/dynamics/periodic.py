@@ -121,6 +121,17 @@ class Periodic:
             ):
                 return held if isinstance(held, Response) else None
             at = held.state
+        return self.parted(system, tables, period, at, between)
+
+    def parted(
+        self,
+        system: System,
+        tables: StageTables,
+        period: float,
+        at: Array,
+        between: TablesWithin | None = None,
+    ) -> Response | None:
+        """Return the orbit near a state (2n,) of a small system whose flanks part, see `on_few_steps`."""
         known = known_of(system, tables, period)
         return orbit_of_small(known, tables, self.margin, at, self.resolved, between, self.closed)
 

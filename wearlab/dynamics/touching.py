@@ -16,7 +16,7 @@ from wearlab.dynamics.parting_law import PartingPlan
 from wearlab.dynamics.parting_plan import plan_of
 from wearlab.dynamics.propagator import GRID
 from wearlab.dynamics.response import Counts, Response, Verdict
-from wearlab.dynamics.sections import in_sections
+from wearlab.dynamics.sections import in_sections, path_over_sections
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.symmetry import Symmetry
 from wearlab.dynamics.system import System
@@ -28,6 +28,7 @@ from wearlab.dynamics.touching_kernel import (
     describe,
     orbit_of,
     parts,
+    suits,
 )
 from wearlab.mesh.stages import StageTables
 
@@ -96,6 +97,10 @@ class Known:
             forget()
         self.plan = self._plans[key]
         return self.plan
+
+    def suited(self, plan: TouchingPlan, filled: StageTables) -> bool:
+        """Whether a plan for a section serves tables of a mesh period."""
+        return bool(suits(plan, filled) and in_sections(plan.sections, plan.mesh, filled))
 
     def parting_plan_for(self, tables: StageTables, *, halves: bool = False) -> PartingPlan | None:
         """Return the plan for flanks of a small system that may part; None: there is none on such steps."""
@@ -222,15 +227,22 @@ def touching_orbit(
     given, path = np.empty(rows + 1 + count), np.empty((len(tables.width) + 1, rows))
     whole, derivative = np.empty((rows, rows + 1 + count)), np.empty((rows, rows))
     filled = tables.filled
+    if plan.sections > 1 and not known.suited(plan, filled):
+        plan = known.plan_for(tables)
+        if plan is None:
+            return None
     for _ in range(2):
+        section = filled.section(plan.sections)
         code, closure, left, attracting = orbit_of(
-            plan, filled, period, 1.0 - margin, given, path, whole, derivative
+            plan, section, period, 1.0 - margin, given, path[: len(section.width) + 1], whole, derivative
         )
         if code != ANOTHER_PLAN:
             break
         plan = known.plan_for(tables)
         if plan is None:
             return None
+    if plan.sections > 1:
+        path_over_sections(plan.turn, plan.sections, path)
     if code == PARTED:
         return Parted(given[:rows], given[rows + 1 :])
     if code != FOUND or not left <= resolved:

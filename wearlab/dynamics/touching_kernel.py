@@ -17,7 +17,7 @@ from wearlab.dynamics.collocation_kernel import (
 )
 from wearlab.dynamics.newton import solve_linear
 from wearlab.dynamics.propagator import GRID
-from wearlab.dynamics.sections import in_sections, path_over_sections, turn_back
+from wearlab.dynamics.sections import turn_back
 
 FOUND, PARTED, SINGULAR, ANOTHER_PLAN = 0, 1, 2, 3
 """The orbit is there; a flank parts on it; orbits are not alone; the tables ask for another plan."""
@@ -219,6 +219,20 @@ def parts(path: Any, direction: Any, period: float, tables: Any) -> bool:
 
 
 @jit(allocates=True)
+def suits(plan: Any, tables: Any) -> bool:
+    """Whether a plan is of tables of a mesh period: of their jumps and mean stiffnesses."""
+    joined, power = np.empty(len(plan.joined), np.bool_), np.empty(len(plan.power), np.int64)
+    describe(tables.width, tables.stiffness, tables.gap, tables.sliding, joined, power)
+    for m in range(len(power)):
+        if power[m] != plan.power[m]:
+            return False
+    for step in range(len(joined)):
+        if joined[step] != plan.joined[step]:
+            return False
+    return True
+
+
+@jit(allocates=True)
 def orbit_of(
     plan: Any, tables: Any, period: float, bound: float, given: Any, path: Any, whole: Any, derivative: Any
 ) -> tuple[int, float, float, bool]:  # fmt: skip
@@ -227,7 +241,7 @@ def orbit_of(
     Parameters
     ----------
     plan : what wear states share
-    tables : the mesh at the stages
+    tables : the mesh at the stages, of the first section where there are more: those that `suits` the plan
     period : duration of a mesh period [s]
     bound : of the multipliers
     given : (2n + 1 + n_balance,) filled with start, 1 and sizes of loads
@@ -240,20 +254,11 @@ def orbit_of(
     what was found; distance between the ends over the size of the path; the part of the inputs that the steps
     do not resolve, over their size; whether all multipliers are seen to be less than the bound
     """
-    joined, power = np.empty(len(plan.joined), np.bool_), np.empty(len(plan.power), np.int64)
-    describe(tables.width, tables.stiffness, tables.gap, tables.sliding, joined, power)
-    for m in range(len(power)):
-        if power[m] != plan.power[m]:
-            return ANOTHER_PLAN, 0.0, 0.0, False
-    for step in range(len(joined)):
-        if joined[step] != plan.joined[step]:
-            return ANOTHER_PLAN, 0.0, 0.0, False
-    if plan.sections > 1 and not in_sections(plan.sections, plan.mesh, tables):
+    if plan.sections == 1 and not suits(plan, tables):
         return ANOTHER_PLAN, 0.0, 0.0, False
     steps, columns, rows = len(tables.width), len(given), len(plan.scale)
-    channels, section = len(plan.direction), steps // plan.sections
-    channels = 3 * channels if len(tables.sliding) else channels
-    law, push = np.empty((section, 3, channels)), np.empty((section, 3, channels))
+    channels = 3 * len(plan.direction) if len(tables.sliding) else len(plan.direction)
+    law, push = np.empty((steps, 3, channels)), np.empty((steps, 3, channels))
     tabulate(
         tables.stiffness, tables.gap, tables.error, tables.error_rate, tables.sliding, tables.moment,
         plan.mean, plan.damping, law, push,
@@ -271,17 +276,17 @@ def orbit_of(
     starts, entering = np.empty((groups + 1, rows)), np.zeros((groups, stages.shape[1]))
     starts_of_groups(maps, stages, given.copy(), starts, entering)
     path_over_groups(plan.tables, plan.groups, len(plan.direction), count, starts, entering, path)
-    if plan.sections > 1:
-        path_over_sections(plan.turn, plan.sections, path)
     for row in range(rows // 2):
         given[row] += plan.static[row]
         for step in range(steps + 1):
             path[step, row] += plan.static[row]
     if parts(path, plan.direction, period, tables):
         return PARTED, 0.0, 0.0, False
-    apart, size = 0.0, 0.0
+    apart, size, end = 0.0, 0.0, path[steps].copy().reshape((rows, 1))
+    if plan.sections > 1:
+        turn_back(plan.turn, end)
     for row in range(rows):
-        apart = max(apart, abs(path[steps, row] - path[0, row]) / plan.scale[row])
+        apart = max(apart, abs(end[row, 0] - path[0, row]) / plan.scale[row])
         for step in range(steps + 1):
             size = max(size, abs(path[step, row]) / plan.scale[row])
     left = unresolved(entering, plan.groups, count)

@@ -4,10 +4,14 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
 
+import numpy as np
+
 from wearlab.claims import BeingCompiled, leaving_to_others
 from wearlab.gears.errors import GearError
 from wearlab.life.coupling import Coupling
 from wearlab.life.limits import StopWear
+from wearlab.mesh.excitation import Touching
+from wearlab.mesh.tabulation import stage_tables
 from wearlab.options import Part
 from wearlab.scene import Scene
 from wearlab.scene.build import build
@@ -39,12 +43,14 @@ def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
 def jobs_of(kinds: Iterable[Scene]) -> list[Job]:
     """Return what compiles all that kinds of scenes call, in parts, those that take longest first.
 
-    Most of what a moving pair compiles are two kernels, the orbit of touching flanks and the shooting at one
-    whose flanks part.
+    Most of what a moving pair compiles are three kernels: the orbit of touching flanks, that of parting ones
+    by power series, and the shooting at what neither finds.
     """
     ordered = sorted(kinds, key=lambda scene: -len(scene.mesh.each(scene.gears.kind)))
     moving = [scene for scene in ordered if scene.dynamics]
-    jobs: list[Job] = [(job, scene) for scene in moving for job in (_evaluate_parting, _evaluate)]
+    jobs: list[Job] = [
+        (job, scene) for scene in moving for job in (_evaluate_parting, _evaluate, _evaluate_series)
+    ]
     return jobs + [(_evaluate, scene) for scene in ordered if not scene.dynamics]
 
 
@@ -85,6 +91,19 @@ def _evaluate_parting(scene: Scene) -> None:
     if isinstance(coupling, Coupling) and coupling.vibration and coupling.vibration.touching:
         apart = replace(coupling.vibration, touching=None)
         replace(coupling, vibration=apart).evaluate(coupling.unworn())
+
+
+def _evaluate_series(scene: Scene) -> None:
+    """Solve for flanks of a small system that part by power series, from rest."""
+    coupling = build(scene).coupling
+    moves = coupling.vibration if isinstance(coupling, Coupling) else None
+    if moves is None or moves.touching is None or moves.system.friction_constant is not None:
+        return
+    worn = zip(coupling.kinds, coupling.unworn(), strict=True)
+    nodes = [(kind.analysis, kind.analysis.nodes(wear)) for kind, wear in worn]
+    kinds = [Touching(*one, moves.excitation.prepare(*one)) for one in nodes]
+    at_rest = np.zeros(2 * len(moves.system.load))
+    moves.method.parted(moves.system, stage_tables(kinds, moves.touching, None), moves.period, at_rest)
 
 
 def _kernels(scene: Scene) -> tuple[object, ...]:
