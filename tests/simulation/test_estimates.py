@@ -83,13 +83,11 @@ def test_the_end_of_a_life_is_told_by_the_flank_that_ends_it() -> None:
 
 def test_estimates_bound_the_errors_and_do_not_exaggerate() -> None:
     still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
-    faster = SMALL.replace("operation.speed", "3300 rpm")
-    found = summary([score(one) for one in (SMALL, still, faster)])
-    for name, count in (("wear_depth", 3), ("life", 3), ("mesh_force", 2), ("mesh_force_max", 2)):
+    faster = [SMALL.replace("operation.speed", speed) for speed in ("2600 rpm", "3300 rpm")]
+    found = summary([score(one) for one in (SMALL, still, *faster)])  # one force may be right by chance
+    for name, count in (("wear_depth", 4), ("life", 4), ("mesh_force", 3), ("mesh_force_max", 3)):
         scenes, share, ratio = found[name]
-        # Orbits that part are found to far less than half the steps change of them: their largest force, too.
-        most = 200.0 if name == "mesh_force_max" else 20.0
-        assert scenes == count and share == 1.0 and 1.0 < ratio < most, (name, found[name])
+        assert scenes == count and share == 1.0 and 1.0 < ratio < 20.0, (name, found[name])
 
 
 def test_what_the_rate_levels_is_no_error_of_deep_wear() -> None:
