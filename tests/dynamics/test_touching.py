@@ -66,8 +66,15 @@ def over_a_period(system: System, start: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
+def held(
+    system: System, given: StageTables, start: Response | None = None, **options: float
+) -> Response | None:
+    found = Periodic(**options).held_together(system, given, PERIOD, start)
+    return found if isinstance(found, Response) else None
+
+
 def touching(steps: int, system: System = SYSTEM, **changes: float) -> Response:
-    found = Periodic().touching(system, tables(steps, **changes), PERIOD)
+    found = held(system, tables(steps, **changes))
     assert found is not None
     return found
 
@@ -98,7 +105,7 @@ def test_collocation_and_runge_kutta_find_the_same_orbit_and_multipliers() -> No
 def test_a_constant_mesh_holds_still() -> None:
     flat = tables(16, 0.0)
     flat = flat._replace(stiffness=np.full_like(flat.stiffness, 2e8), gap=np.zeros_like(flat.gap))
-    found = Periodic().touching(SYSTEM, flat, PERIOD)
+    found = held(SYSTEM, flat)
     assert found is not None
     stiffness = SYSTEM.stiffness + 4e8 * SYSTEM.direction.T @ SYSTEM.direction
     still = np.linalg.solve(stiffness, SYSTEM.load)
@@ -107,16 +114,16 @@ def test_a_constant_mesh_holds_still() -> None:
 
 def test_parting_flanks_are_left_to_other_steps() -> None:
     light = SYSTEM._replace(load=0.02 * SYSTEM.load)
-    assert Periodic().touching(light, tables(60), PERIOD) is None
+    assert held(light, tables(60)) is None
     apart = Periodic().solve(light, tables(600), PERIOD)
     assert apart.counts.newton_iterations > 1
-    assert Periodic().touching(SYSTEM, tables(60), PERIOD, apart) is None  # its branch is followed
+    assert held(SYSTEM, tables(60), start=apart) is None  # its branch is followed
 
 
 def test_no_load_and_no_damping_are_not_taken_for_an_attracting_orbit() -> None:
-    assert Periodic().touching(SYSTEM._replace(load=0.0 * SYSTEM.load), tables(60), PERIOD) is None
+    assert held(SYSTEM._replace(load=0.0 * SYSTEM.load), tables(60)) is None
     undamped = SYSTEM._replace(damping=0.0 * SYSTEM.damping, mesh_damping=np.zeros(1))
-    found = Periodic().touching(undamped, tables(120), PERIOD)
+    found = held(undamped, tables(120))
     assert found is None or found.verdict.attracting is False
 
 
@@ -125,8 +132,8 @@ def test_what_steps_do_not_resolve_is_left_to_others() -> None:
     stiffness = rough.stiffness.copy()
     stiffness[10, 1] *= 1.02  # seen by a single stage
     rough = rough._replace(stiffness=stiffness)
-    assert Periodic(resolved=1e-4).touching(SYSTEM, rough, PERIOD) is None
-    assert Periodic(resolved=1e-4).touching(SYSTEM, tables(40), PERIOD) is not None
+    assert held(SYSTEM, rough, resolved=1e-4) is None
+    assert held(SYSTEM, tables(40), resolved=1e-4) is not None
 
 
 def test_plans_of_old_gears_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -148,8 +155,8 @@ def test_plans_of_old_gears_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_an_answer_does_not_depend_on_what_was_solved_before() -> None:
     first = touching(40)
-    again = Periodic().touching(SYSTEM, tables(40, softer=0.7), PERIOD, first)
-    warm = Periodic().touching(SYSTEM, first.tables, PERIOD, again)
+    again = held(SYSTEM, tables(40, softer=0.7), start=first)
+    warm = held(SYSTEM, first.tables, start=again)
     assert again is not None and warm is not None
     np.testing.assert_array_equal(warm.state, first.state)
     assert np.abs(again.state[0, 0] / first.state[0, 0] - 1.0).max() > 0.01

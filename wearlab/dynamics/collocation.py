@@ -16,7 +16,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
 from wearlab.dynamics.balance import Balance
-from wearlab.dynamics.collocation_kernel import part_at_jumps
+from wearlab.dynamics.collocation_kernel import join, part_at_jumps
 from wearlab.dynamics.frozen import Frozen
 from wearlab.dynamics.propagator import (
     effects,
@@ -29,8 +29,6 @@ from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
 SIZES = (4, 2, 1)
-SMOOTH = 1e-9
-"""Jump between two steps, over the largest value, up to which it is rounding."""
 LARGEST_TURN = 18.0
 """Bound of the angle a mode turns by in a group up to which the series of the exponential is summed [rad]."""
 
@@ -103,10 +101,10 @@ def basis_of(system: System, balance: Balance | None, *, shifted: bool = False) 
 
 def joined_steps(tables: StageTables) -> Flags:
     """Whether each step but the last is as long as the next, and no table jumps between them."""
-    joined = tables.width[1:] == tables.width[:-1]
-    for table in (tables.stiffness, tables.gap, tables.sliding):
-        if table is not None:
-            part_at_jumps(table, SMOOTH * max(table.max(), -table.min()), joined)
+    joined = np.empty(len(tables.width) - 1, np.bool_)
+    join(tables.width, tables.stiffness, tables.gap, joined)
+    if tables.sliding is not None:
+        part_at_jumps(tables.sliding, joined)
     return joined
 
 

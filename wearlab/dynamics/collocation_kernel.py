@@ -9,10 +9,14 @@ from wearlab.dynamics.collocation_inputs import at_stage
 from wearlab.dynamics.elimination import WIDTH, eliminate
 from wearlab.dynamics.registers import write
 
+SMOOTH = 1e-9
+"""Jump between two steps, over the largest value, up to which it is rounding."""
+
 
 @jit
-def part_at_jumps(table: Any, limit: float, joined: Any) -> None:
-    """Unmark in ``joined`` (n_steps − 1,) where a table (n_steps, 3, n_mesh, n_pairs) jumps by more."""
+def part_at_jumps(table: Any, joined: Any) -> None:
+    """Unmark in ``joined`` (n_steps − 1,) where a table (n_steps, 3, n_mesh, n_pairs) jumps."""
+    limit = SMOOTH * largest_of(table)
     for step in range(len(joined)):
         for m in range(table.shape[2]):
             for p in range(table.shape[3]):
@@ -28,6 +32,15 @@ def largest_of(table: Any) -> float:
         value = abs(values[x])
         found = value if value > found or value != value else found
     return found
+
+
+@jit
+def join(width: Any, stiffness: Any, gap: Any, joined: Any) -> None:
+    """Mark in ``joined`` (n_steps − 1,) where steps are equally long and neither stiffness nor gap jumps."""
+    for step in range(len(joined)):
+        joined[step] = width[step] == width[step + 1]
+    part_at_jumps(stiffness, joined)
+    part_at_jumps(gap, joined)
 
 
 SMALL = 4000

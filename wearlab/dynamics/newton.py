@@ -16,6 +16,7 @@ from wearlab.dynamics.period_map import (
     touch_all,
 )
 from wearlab.dynamics.registers import copy
+from wearlab.dynamics.sections import turn_back
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
 SMALL_STEP, ROUGH_STEP = 1e-7, 1e-3
@@ -189,20 +190,6 @@ def weighted_norm(values: Any, rate: float) -> float:
     return worst
 
 
-@jit_inner
-def end_turned_back(turn: Any, states: Any, end: int, w: int) -> None:
-    """Write state ``end`` behind itself, turned back, tangents and all."""
-    n = len(turn)
-    at, to = end * 2 * n * w, (end + 1) * 2 * n * w
-    for part in range(2):
-        for row in range(n):
-            for col in range(w):
-                total = 0.0
-                for other in range(n):
-                    total += turn[other, row] * states[at + (part * n + other) * w + col]
-                states[to + (part * n + row) * w + col] = total
-
-
 @jit(allocates=True)
 def shoot(
     kernel: Any,
@@ -251,8 +238,10 @@ def shoot(
             changes += over_period(kernel, tables, period, columns, width, states, k * steps, s, touch)
         residual_vector, end = np.empty(rows), periods * steps
         if turn is not None and len(turn):
-            end_turned_back(turn, states, end, w)
+            size = rows * w  # the end is written behind itself, turned back
             end += 1
+            states[end * size : (end + 1) * size] = states[(end - 1) * size : end * size]
+            turn_back(turn, states[end * size : (end + 1) * size].reshape((rows, w)))
         read_map(kernel.balance, states, end, w, trial, monodromy, matrix, residual_vector)
         residual = weighted_norm(residual_vector, rate)
         if touch != TOUCHING and not residual <= 4.0 * old_residual and halved < HALVINGS:

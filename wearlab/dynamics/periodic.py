@@ -89,7 +89,7 @@ class Periodic:
         """
         if in_registers(system):
             return self._shoot(system, tables, period, start)
-        held = self._held_together(system, tables, period, start)
+        held = self.held_together(system, tables, period, start)
         if isinstance(held, Response):
             return held
         # Where flanks part, steps go in twos and not in fours: half as long they are as accurate.
@@ -113,7 +113,7 @@ class Periodic:
         if start is not None and start.pieces is not None:
             at = start.state[0, 0]
         else:
-            held = self._held_together(system, tables, period, start, between)
+            held = self.held_together(system, tables, period, start, between)
             if (
                 not isinstance(held, Parted)
                 or not in_registers(system)
@@ -135,26 +135,15 @@ class Periodic:
         known = known_of(system, tables, period)
         return orbit_of_small(known, tables, self.margin, at, self.resolved, between, self.closed)
 
-    def touching(
-        self,
-        system: System,
-        tables: StageTables,
-        period: float,
-        start: Response | None = None,
+    def held_together(
+        self, system: System, tables: StageTables, period: float, start: Response | None = None,
         between: TablesWithin | None = None,
-    ) -> Response | None:
+    ) -> Response | Parted | None:  # fmt: skip
         """Return the response on which no flank parts, on steps for collocation, see `touching_orbit`.
 
         None where there is none, where it is not resolved, or where the neighbour is on another branch: its
         flanks part, and not just barely. Parameters as in `on_few_steps`.
         """
-        held = self._held_together(system, tables, period, start, between)
-        return held if isinstance(held, Response) else None
-
-    def _held_together(
-        self, system: System, tables: StageTables, period: float, start: Response | None,
-        between: TablesWithin | None = None,
-    ) -> Response | Parted | None:  # fmt: skip
         if start is not None and start.counts.newton_iterations != 1:
             barely = start.period == 1 and not in_registers(system) and parting(start) <= BARELY
             if not barely:

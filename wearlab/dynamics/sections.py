@@ -6,9 +6,8 @@ import numpy as np
 
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.collocation_kernel import largest_of
+from wearlab.dynamics.symmetry import SAME
 
-SAME = 1e-9
-"""Difference of two values, over the largest, that is rounding."""
 NOTHING = 1e-15
 """Difference of gaps and errors that is nothing [m]."""
 

@@ -12,6 +12,9 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 
+SAME = 1e-9
+"""Difference of two values, over the largest, that is rounding."""
+
 
 class Symmetry(NamedTuple):
     """How a set is turned into itself over a section of the mesh period.

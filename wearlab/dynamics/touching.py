@@ -220,17 +220,14 @@ def touching_orbit(
         if found is not None:
             return _of_neighbour(near, found, system, tables, period, margin, between)
     known = known_of(system, tables, period)
-    plan = known.plan or known.plan_for(tables)
+    plan, filled = known.plan, tables.filled
+    if plan is None or (plan.sections > 1 and not known.suited(plan, filled)):
+        plan = known.plan_for(tables)
     if plan is None or not known.loaded:
         return None
     rows, count = len(plan.scale), len(plan.held)
     given, path = np.empty(rows + 1 + count), np.empty((len(tables.width) + 1, rows))
     whole, derivative = np.empty((rows, rows + 1 + count)), np.empty((rows, rows))
-    filled = tables.filled
-    if plan.sections > 1 and not known.suited(plan, filled):
-        plan = known.plan_for(tables)
-        if plan is None:
-            return None
     for _ in range(2):
         section = filled.section(plan.sections)
         code, closure, left, attracting = orbit_of(
@@ -241,12 +238,12 @@ def touching_orbit(
         plan = known.plan_for(tables)
         if plan is None:
             return None
-    if plan.sections > 1:
-        path_over_sections(plan.turn, plan.sections, path)
     if code == PARTED:
         return Parted(given[:rows], given[rows + 1 :])
     if code != FOUND or not left <= resolved:
         return None
+    if plan.sections > 1:
+        path_over_sections(plan.turn, plan.sections, path)
     balance, near, multipliers = known.balance, None, None
     if not attracting or balance is not None:
         multipliers = multipliers_of(system, balance, derivative, plan.sections)

@@ -6,10 +6,10 @@ import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
 from wearlab.compiled import jit, jit_inner
-from wearlab.dynamics.collocation import SIZES, SMOOTH
+from wearlab.dynamics.collocation import SIZES
 from wearlab.dynamics.collocation_inputs import Inputs, tabulate
 from wearlab.dynamics.collocation_kernel import (
-    largest_of,
+    join,
     over_groups,
     part_at_jumps,
     path_over_groups,
@@ -80,12 +80,9 @@ def powers_into(width: Any, stiffness: Any, power: Any) -> None:
 @jit
 def describe(width: Any, stiffness: Any, gap: Any, sliding: Any, joined: Any, power: Any) -> None:
     """Fill what the plan of tables depends on: where steps join, and the mean stiffnesses."""
-    for step in range(len(joined)):
-        joined[step] = width[step] == width[step + 1]
-    part_at_jumps(stiffness, SMOOTH * largest_of(stiffness), joined)
-    part_at_jumps(gap, SMOOTH * largest_of(gap), joined)
+    join(width, stiffness, gap, joined)
     if len(sliding):
-        part_at_jumps(sliding, SMOOTH * largest_of(sliding), joined)
+        part_at_jumps(sliding, joined)
     powers_into(width, stiffness, power)
 
 

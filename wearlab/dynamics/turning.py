@@ -3,11 +3,8 @@
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.dynamics.symmetry import Symmetry
+from wearlab.dynamics.symmetry import SAME, Symmetry
 from wearlab.dynamics.system import System
-
-SAME = 1e-9
-"""Difference of two values, over the largest, that is rounding."""
 
 
 def symmetry_of(system: System, angles: Array, lags: Array) -> Symmetry | None:

@@ -55,7 +55,7 @@ class Coupling(Coupled):
             When the teeth can no longer bear, for their section vanishes, or their motion knows no bound.
         """
         clock = time.perf_counter()
-        touching = [self._touching(kind, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
+        touching = self.flanks(wear)
         static = [flanks.analysis.quasistatic(flanks.nodes, flanks.analysis.at_nodes) for flanks in touching]
         clock = self._spent("contact", clock)
         self.account.counts["contact_analyses"] += 1
@@ -113,6 +113,16 @@ class Coupling(Coupled):
             Touching(kind.analysis, known.nodes, known.fitted)
             for kind, known in zip(self.kinds, state.kind, strict=True)
         ]
+
+    def flanks(self, wear: Wear) -> list[Touching]:
+        """Return the flanks of every kind of mesh, worn (2, n) each [m].
+
+        Raises
+        ------
+        StopWear
+            When a section of a tooth vanishes.
+        """
+        return [self._touching(kind, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
 
     def _touching(self, kind: MeshKind, depth: Array) -> Touching:
         try:

@@ -10,7 +10,6 @@ from wearlab.claims import BeingCompiled, leaving_to_others
 from wearlab.gears.errors import GearError
 from wearlab.life.coupling import Coupling
 from wearlab.life.limits import StopWear
-from wearlab.mesh.excitation import Touching
 from wearlab.mesh.tabulation import stage_tables
 from wearlab.options import Part
 from wearlab.scene import Scene
@@ -99,11 +98,8 @@ def _evaluate_series(scene: Scene) -> None:
     moves = coupling.vibration if isinstance(coupling, Coupling) else None
     if moves is None or moves.touching is None or moves.system.friction_constant is not None:
         return
-    worn = zip(coupling.kinds, coupling.unworn(), strict=True)
-    nodes = [(kind.analysis, kind.analysis.nodes(wear)) for kind, wear in worn]
-    kinds = [Touching(*one, moves.excitation.prepare(*one)) for one in nodes]
-    at_rest = np.zeros(2 * len(moves.system.load))
-    moves.method.parted(moves.system, stage_tables(kinds, moves.touching, None), moves.period, at_rest)
+    tables = stage_tables(coupling.flanks(coupling.unworn()), moves.touching, None)
+    moves.method.parted(moves.system, tables, moves.period, np.zeros(2 * len(moves.system.load)))
 
 
 def _kernels(scene: Scene) -> tuple[object, ...]:
