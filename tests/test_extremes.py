@@ -24,7 +24,7 @@ LONG = ("lives",)
 def test_every_extreme_case_ends_as_its_file_expects(file, tmp_path, monkeypatch):
     monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)  # in this process
     campaign = load(file)
-    assert all(case.expect is not None and case.expect.verdict is not None for case in campaign.cases)
+    assert all(case.expect is not None for case in campaign.cases)
     store = Store(tmp_path / "store")
     report = wearlab.run(campaign, store, progress=False)
     store.close()

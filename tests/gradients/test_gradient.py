@@ -135,7 +135,7 @@ def test_a_planetary_set_wears_as_differences_of_its_runs_say(scene: Scene, step
     size = number(scene, "mesh.damping_ratio").value
     high, low = (at(scene, "mesh.damping_ratio", share).wear_depth[-1].values for share in (3e-3, -3e-3))
     largest = np.nanmax(np.abs(own))
-    np.testing.assert_allclose(own, (high - low) / (6e-3 * size), rtol=0.0, atol=5e-4 * largest)
+    np.testing.assert_allclose(own, (high - low) / (6e-3 * size), rtol=0.0, atol=1e-4 * largest)
 
 
 def test_a_planetary_set_and_several_values_at_once() -> None:

@@ -19,7 +19,7 @@ def gradient(
     """Return derivatives of what a run says with respect to numbers of its scene.
 
     The scene runs once. Then for every number its accepted steps over cycles are taken again, on the same
-    nodes and stages, with the number moved by 1e-7 of itself.
+    nodes and stages, with the number moved a little, by 1e-7 of itself (1e-6 for planetary sets).
     Each response starts from the orbit x* at the same
     place, so that ``∂x* = (I − M)⁻¹ ∂P`` is Newton's first step: exact where contact does not change. Steps
     are neither chosen nor rejected anew, so what is differentiated is smooth wherever the physics is.
@@ -53,7 +53,7 @@ def gradient(
     here = {name: read(quantity, lived, lived.ends) for name, quantity in values.items()}
     rows: dict[str, list[Any]] = {name: [] for name in values}
     for parameter in numbers:
-        scene_there, step = parameter.moved(given)
+        scene_there, step = parameter.moved(given, lived.step)
         ends = lived.moved(scene_there)
         for name, value in values.items():
             rows[name].append((read(value, lived, ends) - here[name]) / step)

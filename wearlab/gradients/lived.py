@@ -9,8 +9,10 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
+from wearlab.dynamics.structure import in_registers
 from wearlab.gears.errors import GearError
 from wearlab.gradients.errors import GradientError
+from wearlab.gradients.numbers import STEP, STEP_OF_LARGE
 from wearlab.life.again import again
 from wearlab.life.coupled import Coupled
 from wearlab.life.history import History
@@ -131,6 +133,12 @@ class LivedSteps:
         if any(response.residual > CLOSED for responses in self.ends.memory for response in responses):
             # Moved scenes start from these orbits and close better: so must they.
             self.ends = self._ends(parts, self.ends.memory)
+
+    @property
+    def step(self) -> float:
+        """Change of a number over its size by which derivatives are taken [1]."""
+        moves = self.ends.parts.vibration
+        return STEP if moves is None or in_registers(moves.system) else STEP_OF_LARGE
 
     @property
     def counts(self) -> Flanks:
