@@ -106,7 +106,7 @@ def tabulate(
                         law[step, stage, at], push[step, stage, at] = total, held
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def at_stage(inputs: Any, step: int, stage: int, law: Any, push: Any) -> None:
     """Fill the inputs of a stage, ``push (1, sizes) − law d·q``: (n_in, n_mesh) and (n_in, 1 + n_balance)."""
     load, count = inputs.load, len(push)

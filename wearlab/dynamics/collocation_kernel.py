@@ -84,7 +84,7 @@ def padded(rows: int) -> int:
     return (rows + WIDTH - 1) // WIDTH * WIDTH
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def place(first: int, stage: int, stages: int) -> tuple[int, int]:
     """Return step and stage in the tables of a stage of a group; ``stages``: those after the first."""
     return (first + stage // 2, stage % 2) if stage < stages else (first + stage // 2 - 1, 2)
@@ -130,7 +130,7 @@ def fill(
                         add(matrix[begin + col], fed, -value * direction[m, col])
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def add(out: Any, given: Any, factor: float) -> None:
     """Add a multiple of ``given`` to the first entries of ``out``."""
     if factor != 0.0:
