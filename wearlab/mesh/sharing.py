@@ -39,13 +39,14 @@ def share(
     matrix = np.zeros((n_pairs, n_pairs))
     active = np.zeros(n_pairs, np.bool_)
     unit, offset = np.zeros(n_pairs), np.zeros(n_pairs)
+    work, index = np.zeros((n_pairs, n_pairs + 2)), np.zeros(n_pairs, np.int64)
     for i in range(n):
         if cross.shape[2] == 0:
             deflection[i], tangent[i] = _share_uncoupled(compliance[i], gap[i], load[i], active, force[i])
         else:
             _fill_matrix(compliance[i], cross[i], matrix)
             deflection[i], tangent[i] = _share_coupled(
-                matrix, gap[i], load[i], active, unit, offset, force[i]
+                matrix, gap[i], load[i], active, unit, offset, work, index, force[i]
             )
 
 
@@ -84,12 +85,10 @@ def _fill_matrix(compliance, cross, matrix):  # type: ignore[no-untyped-def]
             matrix[q, p] = value
 
 
-@jit_inner(allocates=True)
-def _respond(matrix, gap, active, unit, offset):  # type: ignore[no-untyped-def]
+@jit_inner
+def _respond(matrix, gap, active, unit, offset, work, index):  # type: ignore[no-untyped-def]
     """Solve ``C_AA [unit, offset] = [1, g_A]`` by elimination, so that ``F_A = unit δ − offset``."""
     n = len(gap)
-    work = np.zeros((n, n + 2))
-    index = np.zeros(n, np.int64)
     m = 0
     for p in range(n):
         unit[p], offset[p] = 0.0, 0.0
@@ -148,14 +147,14 @@ def _next_to_touch(matrix, gap, active, unit, offset):  # type: ignore[no-untype
 
 
 @jit_inner
-def _share_coupled(matrix, gap, load, active, unit, offset, force):  # type: ignore[no-untyped-def]
+def _share_coupled(matrix, gap, load, active, unit, offset, work, index, force):  # type: ignore[no-untyped-def]
     active[:] = False
     first = _first_to_touch(matrix, gap)
     if first >= 0:
         active[first] = True
     deflection, stiffness = np.inf, 0.0
     for _ in range(len(gap)):
-        _respond(matrix, gap, active, unit, offset)
+        _respond(matrix, gap, active, unit, offset, work, index)
         stiffness, moment = unit.sum(), offset.sum()
         deflection = (load + moment) / stiffness
         following, where = _next_to_touch(matrix, gap, active, unit, offset)
@@ -194,6 +193,7 @@ def equivalent_springs(
     matrix = np.zeros((n_pairs, n_pairs))
     active = np.zeros(n_pairs, np.bool_)
     unit, offset = np.zeros(n_pairs), np.zeros(n_pairs)
+    work, index = np.zeros((n_pairs, n_pairs + 2)), np.zeros(n_pairs, np.int64)
     earlier = np.zeros(n_pairs)
     for i in range(n):
         for p in range(n_pairs):
@@ -218,7 +218,7 @@ def equivalent_springs(
             if following < 0:
                 break
             active[following] = True
-            _respond(matrix, gap[i], active, unit, offset)
+            _respond(matrix, gap[i], active, unit, offset, work, index)
             stiffness_out[i, slot] = unit.sum() - earlier.sum()
             gap_out[i, slot] = where
             for p in range(n_pairs):  # not by slices: telling of unequal lengths compiles for seconds
