@@ -181,7 +181,7 @@ def _march(given: Course, bound: Any, role: str, tolerance: float) -> Contestant
         return None
     count = periods_to(given.left[0], SHARE * floor) + given.periods
     pace = seconds_of(partial(bound.march, start, 1, tolerance, given.scale))
-    some = min(count, max(1, int(SLOW / pace)))
+    some = min(count, max(1, int(SLOW / max(SHORTEST, pace))))
     action = partial(bound.march, start, some, tolerance, given.scale)
     name = f"CyRK {bound.method} {tolerance:.0e}, {count} periods"
     return Contestant(role, name, (1.0 + SHARE) * floor, action, some / count)
