@@ -15,7 +15,6 @@ from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import look
-from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.excitation import Touching
 from wearlab.mesh.sampling import sampling
 from wearlab.mesh.stages import stage_grid
@@ -145,18 +144,12 @@ def steady(scene: Scene) -> Steady:
     """Build the steady problem of a scene at its initial wear."""
     parts = build(scene)
     assert parts.vibration is not None
-    kinds, near = [], []
-    for kind, wear in zip(parts.coupling.kinds, initial_wear(scene, parts)[0], strict=True):
-        more = quadratic(kind.analysis.grid.position, NEIGHBOUR)
-        felt = wear if kind.patch is None else kind.patch.felt(wear)
-        kinds.append(_touching(parts.vibration, kind.analysis, felt))
-        near.append(_touching(parts.vibration, kind.analysis, felt + more))
-    return Steady(scene, parts, tuple(kinds), tuple(near))
-
-
-def _touching(vibration: Vibration, analysis: ContactAnalysis, wear: Array) -> Touching:
-    nodes = analysis.nodes(wear)
-    return Touching(analysis, nodes, vibration.excitation.prepare(analysis, nodes))
+    coupling, wear = parts.coupling, initial_wear(scene, parts)[0]
+    near = [
+        depth + quadratic(kind.analysis.grid.position, NEIGHBOUR)
+        for kind, depth in zip(coupling.kinds, wear, strict=True)
+    ]
+    return Steady(scene, parts, tuple(coupling.flanks(wear)), tuple(coupling.flanks(tuple(near))))
 
 
 def relative_error(force: Array, reference: Array) -> float:

@@ -7,8 +7,15 @@ from pathlib import Path
 
 
 @contextmanager
-def bar(total: int, silent: bool) -> Iterator[Callable[[str], None]]:
-    """Show what is measured on standard error; silent where nobody watches."""
+def bar(total: int, silent: bool, what: str = "") -> Iterator[Callable[[str], None]]:
+    """Show on standard error how far a long work is; silent where nobody watches.
+
+    Parameters
+    ----------
+    total : how many steps it has; what is yielded is called after each, with its name
+    silent : whether nobody is to see it
+    what : what the steps are, shown in place of their names
+    """
     from rich import progress
     from rich.console import Console
 
@@ -20,13 +27,14 @@ def bar(total: int, silent: bool) -> Iterator[Callable[[str], None]]:
         progress.SpinnerColumn(),
         progress.TextColumn("{task.description}"),
         progress.BarColumn(),
+        progress.MofNCompleteColumn(),
         progress.TimeElapsedColumn(),
         progress.TextColumn("left"),
         progress.TimeRemainingColumn(),
     )
     with progress.Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=total)
-        yield lambda text: bar.update(task, advance=1, description=text)
+        task = bar.add_task(what, total=total)
+        yield lambda text: bar.update(task, advance=1, description=what or text)
 
 
 def write_all(content: Mapping[str, bytes], folder: Path) -> list[Path]:

@@ -13,9 +13,7 @@ from wearlab.dynamics.flanks import contact_differs, mesh_law, see_contact
 from wearlab.dynamics.motion import acceleration, unmeshed
 from wearlab.dynamics.newton import solve_linear
 from wearlab.dynamics.registers import write
-from wearlab.dynamics.response import split_periods
-from wearlab.dynamics.steady import Marching
-from wearlab.dynamics.structure import kernel_of, tables_for
+from wearlab.dynamics.steady import Marching, OneState
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -35,21 +33,18 @@ class Newmark(Marching):
         return _NewmarkMarcher(system, tables, period)
 
 
-class _NewmarkMarcher:
+class _NewmarkMarcher(OneState):
     def __init__(self, system: System, tables: StageTables, period: float) -> None:
-        self.tables, self.period = tables_for(system, tables), period
+        super().__init__(system, tables, period)
         meshes, pairs = self.tables.stiffness.shape[2:]
-        self.kernel = kernel_of(system, pairs, 1, None, period)
         self.scratch: Scratch = scratch(len(system.load), meshes, len(self.kernel.channels), pairs, 1)
-        self.right_hand_sides = 0
 
-    def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
-        steps, rows = len(self.tables.width), len(state)
-        orbit, strobe = np.empty((keep * steps + 1, rows)), np.empty((count + 1, rows))
-        self.right_hand_sides += march_newmark(
-            self.kernel, self.tables, self.period, state, count, keep, orbit, strobe, self.scratch
+    def fill(self, state: Array, count: int, keep: int, orbit: Array, strobe: Array) -> int:
+        return int(
+            march_newmark(
+                self.kernel, self.tables, self.period, state, count, keep, orbit, strobe, self.scratch
+            )
         )
-        return strobe, split_periods(orbit, keep)
 
 
 @jit(allocates=True)

@@ -10,9 +10,7 @@ from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.balance import rebalance
 from wearlab.dynamics.motion import acceleration
 from wearlab.dynamics.registers import write
-from wearlab.dynamics.response import split_periods
-from wearlab.dynamics.steady import Marching
-from wearlab.dynamics.structure import kernel_of, tables_for
+from wearlab.dynamics.steady import Marching, OneState
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -53,23 +51,21 @@ class RungeKutta45(Marching):
         return AdaptiveMarcher(self, system, tables, period)
 
 
-class AdaptiveMarcher:
+class AdaptiveMarcher(OneState):
     """Marches with adaptive steps within each step of the tables."""
 
     def __init__(self, method: RungeKutta45, system: System, tables: StageTables, period: float) -> None:
-        self.method, self.tables, self.period = method, tables_for(system, tables), period
-        self.kernel = kernel_of(system, self.tables.stiffness.shape[3], 1, None, period)
-        self.right_hand_sides = 0
+        super().__init__(system, tables, period)
+        self.method = method
 
-    def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
-        """March ``count`` periods and move ``state``; strobed states and the last ``keep`` periods."""
-        steps, rows = len(self.tables.width), len(state)
-        orbit, strobe = np.empty((keep * steps + 1, rows)), np.empty((count + 1, rows))
-        self.right_hand_sides += march_adaptive(
-            self.kernel, self.tables, self.period, state, count, keep, orbit, strobe,
-            self.method.relative, self.method.absolute,
+    def fill(self, state: Array, count: int, keep: int, orbit: Array, strobe: Array) -> int:
+        """March, and count the right-hand sides."""
+        return int(
+            march_adaptive(
+                self.kernel, self.tables, self.period, state, count, keep, orbit, strobe,
+                self.method.relative, self.method.absolute,
+            )
         )  # fmt: skip
-        return strobe, split_periods(orbit, keep)
 
 
 @jit(allocates=True)

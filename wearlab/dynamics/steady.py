@@ -8,8 +8,8 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.balance import solved_load
-from wearlab.dynamics.response import Counts, Response, Verdict
-from wearlab.dynamics.structure import Kernel
+from wearlab.dynamics.response import Counts, Response, Verdict, split_periods
+from wearlab.dynamics.structure import Kernel, kernel_of, tables_for
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -28,6 +28,31 @@ class Marcher(Protocol):
         Returns the strobed states (count + 1, 2n) and the last ``keep`` periods (keep, n_steps + 1, 2n).
         """
         ...
+
+
+class OneState(ABC):
+    """Marches a single state from step to step of the tables, by a kernel of its method.
+
+    Parameters
+    ----------
+    system, tables, period : what to march
+    """
+
+    def __init__(self, system: System, tables: StageTables, period: float) -> None:
+        self.tables, self.period = tables_for(system, tables), period
+        self.kernel = kernel_of(system, self.tables.stiffness.shape[3], 1, None, period)
+        self.right_hand_sides = 0
+
+    @abstractmethod
+    def fill(self, state: Array, count: int, keep: int, orbit: Array, strobe: Array) -> int:
+        """March, fill ``orbit`` (keep · n_steps + 1, 2n), ``strobe`` (count + 1, 2n); count evaluations."""
+
+    def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
+        """March ``count`` periods and move ``state``, as every `Marcher` does."""
+        steps, rows = len(self.tables.width), len(state)
+        orbit, strobe = np.empty((keep * steps + 1, rows)), np.empty((count + 1, rows))
+        self.right_hand_sides += self.fill(state, count, keep, orbit, strobe)
+        return strobe, split_periods(orbit, keep)
 
 
 @dataclass(frozen=True, kw_only=True)

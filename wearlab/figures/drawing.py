@@ -159,7 +159,7 @@ def of_update(subject: str, store: "Store", ask: Ask) -> Plot:
     """
     kind = KINDS[ask.kind]
     cases = updated_cases(subject, store, ask, kind)
-    series = [curve for case in cases for curve in kind.series(case, ask) if len(curve.x)]
+    series = [curve for case in cases for curve in kind.curves(case, ask) if len(curve.x)]
     if not series:
         raise FigureError(f"{ask.name}: the update has nothing to show of it")
     return compose(series, ask, kind, ["case"], [ask.note] if ask.note else [])
@@ -178,7 +178,7 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     ask, one_case = _of_one_case(_with_defaults(ask, kind, grid), grid)
     picked = pick(grid, ask, all_cases=kind.all_cases)
     runs = _able(grid, ask, kind, picked)
-    series = [curve for run in runs for curve in kind.series(run, ask)]
+    series = [curve for run in runs for curve in kind.curves(run, ask)]
     series = [curve for curve in series if len(curve.x)] or series
     if not series:
         raise FigureError(f"{ask.name}: no selected run has {' or '.join(ask.y or kind.also or kind.needs)}")

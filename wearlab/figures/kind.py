@@ -1,7 +1,7 @@
 """What a kind of figure is: a name, what it shows and needs, and a function from a run to its curves."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from wearlab.figures.ask import Ask
@@ -52,3 +52,7 @@ class Kind:
     along_x: bool = False
     joined: Callable[[list[Series]], list[Series]] | None = None
     of: Literal["runs", "update"] = "runs"
+
+    def curves(self, run: Any, ask: Ask) -> Iterable[Series]:
+        """Return the curves of a run, or of a case of an update; without ``y``, of its own variable."""
+        return self.series(run, ask if ask.y or not self.y else replace(ask, y=(self.y,)))

@@ -11,7 +11,7 @@ from wearlab.figures.wording import Label
 NAMES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito
 WEAR = ("#2b2d42", "#3b5b92", "#3a8fb7", "#59b78f", "#d8b13c", "#d9622b")  # unworn to worn, dark to warm
 SWEEP = ("#2d1160", "#721f81", "#b73779", "#f1605d", "#f39a3d")  # magma without its palest end
-INK, GREY, PALE = "#222222", "#7a7a7a", "#d9d9d9"
+INK, GREY = "#222222", "#7a7a7a"
 BESIDE = {
     "reference": Pen(GREY, ":"),
     "level": Pen(INK),

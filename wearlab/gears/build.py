@@ -219,6 +219,16 @@ def _check_tip(gear: Gear) -> None:
             f"{gear.name}: no involute is left between the form diameter {2e3 * gear.form_radius:.5g} mm "
             f"and the tip diameter {2e3 * gear.tip_radius:.5g} mm; reduce the rounding or the profile shift"
         )
+    refuse_pointed(gear)
+
+
+def refuse_pointed(gear: Gear) -> None:
+    """Refuse a gear whose teeth have no thickness left at the tip.
+
+    Raises
+    ------
+    GearError : it is pointed
+    """
     half = gear.half_angle(gear.tip_radius)
     if half <= 0.0:
         raise GearError(

@@ -99,10 +99,6 @@ class PlanetarySet:
             "ring": N * z_s / self.ring.teeth,
         }
 
-    def train(self, input: Central = "sun", output: Central = "carrier", fixed: Central = "ring") -> Train:
-        """Return the train of these tooth numbers; its ``sun_drives`` is what the set must be built with."""
-        return Train(self.sun.teeth, self.planet.teeth, self.ring.teeth, input, output, fixed)
-
 
 def planetary_set(
     sun: GearSpec,

@@ -12,7 +12,7 @@ centre stands ``ψ_c = π/2z + 2x tanα/z + inv α − ρ_F/r_b − inv α_c`` f
 
 import math
 
-from wearlab.gears.build import Circles, check_specification, gear_of
+from wearlab.gears.build import Circles, check_specification, gear_of, refuse_pointed
 from wearlab.gears.errors import GearError
 from wearlab.gears.gear import Gear
 from wearlab.gears.involute import involute
@@ -178,9 +178,4 @@ def _check_tooth(ring: Gear) -> None:
             f"{ring.name}: no involute is left between the tip diameter {2e3 * ring.tip_radius:.5g} mm and "
             f"the form diameter {2e3 * ring.form_radius:.5g} mm; reduce fillet_radius_coefficient"
         )
-    half = ring.half_angle(ring.tip_radius)
-    if half <= 0.0:
-        raise GearError(
-            f"{ring.name}: pointed tip: at the tip diameter {2e3 * ring.tip_radius:.5g} mm the tooth is "
-            f"{2e3 * ring.tip_radius * half:.3g} mm thick; shorten it or reduce profile_shift_coefficient"
-        )
+    refuse_pointed(ring)

@@ -5,12 +5,13 @@ from html import escape
 from types import TracebackType
 from typing import Any
 
+from wearlab.runner.progress import CASES, Progress
 from wearlab.store.outcome import Outcome
 
 LEAST = 0.2  # s between two drawings
 
 
-class NotebookBar:
+class NotebookBar(Progress):
     """Progress in a notebook, through IPython's display.
 
     Parameters
@@ -23,9 +24,6 @@ class NotebookBar:
         self._text, self._what, self._total, self._done = "", "cases", 0, 0
         self._counts: dict[str, int] = {}
         self._begun = self._drawn = time.monotonic()
-
-    def __enter__(self) -> "NotebookBar":
-        return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -43,7 +41,7 @@ class NotebookBar:
         """Write a line that stays."""
         print(text)
 
-    def start(self, total: int, what: str = "cases") -> None:
+    def start(self, total: int, what: str = CASES) -> None:
         """Show the bar of the cases."""
         self._text, self._what, self._total, self._begun = what, what, total, time.monotonic()
         self._done = 0

@@ -3,20 +3,23 @@
 import sys
 import threading
 from types import TracebackType
-from typing import Any, Protocol
+from typing import Any, Self
 
 from wearlab.store.outcome import Outcome
 
 CASES = "cases"
 
 
-class Progress(Protocol):
-    """What ``run`` tells about its progress."""
+class Progress:
+    """What ``run`` tells about its progress; this one tells nobody."""
 
-    def __enter__(self) -> "Progress": ...
+    def __enter__(self) -> Self:
+        return self
+
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None: ...
+
     def step(self, text: str) -> None:
         """Say what is being done before cases run."""
 
@@ -33,33 +36,7 @@ class Progress(Protocol):
         """Say how far an unfinished case is."""
 
 
-class Silent:
-    """Progress nobody sees."""
-
-    def __enter__(self) -> "Silent":
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...
-
-    def step(self, text: str) -> None:
-        """Say nothing."""
-
-    def note(self, text: str) -> None:
-        """Say nothing."""
-
-    def start(self, total: int, what: str = CASES) -> None:
-        """Say nothing."""
-
-    def advance(self, outcome: Outcome) -> None:
-        """Say nothing."""
-
-    def under_way(self, run_id: str, text: str) -> None:
-        """Say nothing."""
-
-
-class Lines(Silent):
+class Lines(Progress):
     """Progress where nobody watches a terminal: a line on standard error every half minute.
 
     Parameters
@@ -75,7 +52,7 @@ class Lines(Silent):
         self._ended = threading.Event()
         self._clock = threading.Thread(target=self._tell, name="wearlab-progress", daemon=True)
 
-    def __enter__(self) -> "Lines":
+    def __enter__(self) -> Self:
         self._clock.start()
         return self
 
@@ -116,7 +93,7 @@ def in_notebook() -> bool:
     return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
 
 
-class ProgressBar:
+class ProgressBar(Progress):
     """Progress on the terminal, by rich, on standard error.
 
     Parameters
@@ -144,7 +121,7 @@ class ProgressBar:
         self._task = self._bar.add_task("", total=None, trouble="")
         self._counts, self._what = {"failed": 0, "refused": 0}, CASES
 
-    def __enter__(self) -> "ProgressBar":
+    def __enter__(self) -> Self:
         self._bar.start()
         return self
 
@@ -189,4 +166,4 @@ def watched(progress: bool) -> Progress:
 
         console = Console(stderr=True)
         return ProgressBar(console) if console.is_terminal else Lines()
-    return Silent()
+    return Progress()

@@ -1,7 +1,6 @@
 """Stores that are handed on, trusted and tidied."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,6 +18,7 @@ from wearlab.cli.output import (
     show_json,
     show_table,
 )
+from wearlab.cli.progress import bar
 from wearlab.cli.registry import app
 from wearlab.sources import SHORT_ID
 from wearlab.store import Store
@@ -27,22 +27,6 @@ if TYPE_CHECKING:
     from wearlab.campaign import Campaign
 
 MEGABYTE = 1e6
-
-
-@contextmanager
-def _counting(what: str, total: int, silent: bool) -> Iterator[Callable[[str], None]]:
-    """Show on standard error how far a long work is; silent where nobody watches."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    console = Console(stderr=True)
-    if silent or not console.is_terminal:
-        yield lambda run_id: None
-        return
-    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=total)
-        yield lambda run_id: bar.advance(task)
 
 
 @app.command()
@@ -63,7 +47,7 @@ def export(
     store, campaign = Store(folder), read_campaign(file)
     with refusing(*REFUSALS):
         total = len({case.id for case in campaign.cases})
-        with _counting("runs", total, json) as tell:
+        with bar(total, json, "runs") as tell:
             if out.suffix == ".zip":
                 _export_crate(campaign, store, out, tell)
             else:
@@ -107,7 +91,7 @@ def merge(
     theirs, store = Store(other), Store(folder)
     with refusing(*REFUSALS):
         total = len(theirs.entries())
-        with _counting("runs", total, json) as tell:
+        with bar(total, json, "runs") as tell:
             made = merge(store, theirs, tell)
     if json:
         show_json(vars(made))

@@ -21,7 +21,7 @@ PLACE = Scale("run", "1")
 
 def _numbers(run: Run, ask: Ask) -> Iterator[Series]:
     """Yield a run's number, at its last wear state where none is selected, named by its place in the grid."""
-    name = (ask.y or (DEPTH,))[0]
+    name = ask.y[0]
     if "update" in run.data[name].dims:
         run = replace(run, data=run.data.isel(update=[-1]), states=run.states[-1:])
     called = ", ".join(dict.fromkeys(label.text for label in run.place.values())) or "run"

@@ -1,6 +1,6 @@
 """One number per wear state, over the cycles: load, dynamic factor, wear depth."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -41,8 +41,8 @@ def hours_a_cycle(run: Run) -> float | None:
     return float(rate[0]) if np.allclose(rate, rate[0], rtol=1e-6) else None
 
 
-def _of(name: str) -> Callable[[Run, Ask], Iterator[Series]]:
-    return lambda run, ask: over_cycles(run, (ask.y or (name,))[0], ask)
+def _number(run: Run, ask: Ask) -> Iterator[Series]:
+    return over_cycles(run, ask.y[0], ask)
 
 
 EQUIVALENT_LOAD = Kind(
@@ -51,7 +51,7 @@ EQUIVALENT_LOAD = Kind(
     shows="equivalent torque by Miner's rule over the cycles",
     needs=("equivalent_load", "cycle"),
     dims=("update",),
-    series=_of("equivalent_load"),
+    series=_number,
     roles=(("hue", "*"), ("cols", "*"), ("rows", "*")),
     y="equivalent_load",
     titled="{}",
@@ -62,7 +62,7 @@ DYNAMIC_FACTOR = Kind(
     shows="largest dynamic over static mesh force, over the cycles",
     needs=("dynamic_factor", "cycle"),
     dims=("update",),
-    series=_of("dynamic_factor"),
+    series=_number,
     roles=(("hue", "*"), ("cols", "*"), ("rows", "*")),
     y="dynamic_factor",
     titled="{}",
@@ -73,7 +73,7 @@ MAX_WEAR = Kind(
     shows="largest wear depth over the cycles, of every case; the first flank when none is selected",
     needs=("max_wear_depth", "cycle"),
     dims=("update",),
-    series=_of("max_wear_depth"),
+    series=_number,
     roles=(("hue", "*"), ("cols", "flank"), ("rows", "*")),
     all_cases=True,
     one_flank=True,

@@ -83,7 +83,7 @@ def histogram(values: Array) -> tuple[Array, Array]:
 
 
 def _one_number(run: Run, ask: Ask) -> Iterator[Series]:
-    name = (ask.y or ("life",))[0]
+    name = ask.y[0]
     values, scale = lone(*shown(run.data[name], name, ask), name, ask)
     yield OfRun(_kept(run.place, ask), values, np.zeros(1), scale, COUNT)
 
@@ -180,7 +180,7 @@ def _logarithm(scale: Scale) -> Scale:
 
 
 def _over_life(run: Run, ask: Ask) -> Iterator[Series]:
-    name = (ask.y or ("max_wear_depth",))[0]
+    name = ask.y[0]
     for piece in slices(run, name, ask, "update"):
         x, across = companion(run, ask.x or "cycle", piece.place, ask)
         held = np.isfinite(x) & np.isfinite(piece.values)

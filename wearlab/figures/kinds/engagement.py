@@ -65,17 +65,9 @@ def contact_ratio(run: Run, index: dict[str, int], ask: Ask) -> float:
     return float(companion(run, "contact_ratio", index, ask)[0])
 
 
-def _tvms(run: Run, ask: Ask) -> Iterator[Series]:
-    return _curves(run, (ask.y or ("mesh_stiffness",))[0], ask)
-
-
-def _ste(run: Run, ask: Ask) -> Iterator[Series]:
-    return _curves(run, (ask.y or ("static_transmission_error",))[0], ask)
-
-
-def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
+def _curves(run: Run, ask: Ask) -> Iterator[Series]:
     run = thinned(run)
-    for piece in slices(run, name, ask, "phase"):
+    for piece in slices(run, ask.y[0], ask, "phase"):
         phase, scale = companion(run, "phase", piece.place, ask)
         if ask.x == "phase":
             yield Series(piece.key, phase, piece.values, scale, piece.scale)
@@ -92,7 +84,7 @@ TVMS = Kind(
     shows="mesh stiffness from the entry of a tooth pair at A to its exit at E, or one period (x = phase)",
     needs=("mesh_stiffness", "phase", "contact_ratio", "mesh_phase_offset"),
     dims=("phase",),
-    series=_tvms,
+    series=_curves,
     roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
     y="mesh_stiffness",
     titled="{} through an engagement",
@@ -103,7 +95,7 @@ STE = Kind(
     shows="static transmission error from the entry of a tooth pair at A to its exit at E",
     needs=("static_transmission_error", "phase", "contact_ratio", "mesh_phase_offset"),
     dims=("phase",),
-    series=_ste,
+    series=_curves,
     roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
     y="static_transmission_error",
     titled="{} through an engagement",

@@ -31,7 +31,7 @@ def repeated(values: Array, phase: Array, periods: int) -> tuple[Array, Array]:
 
 def _mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
     run = thinned(run)
-    name = (ask.y or ("dynamic_mesh_force",))[0]
+    name = ask.y[0]
     periods = max(LEAST_PERIODS, run.data[name].sizes.get("mesh_period", 1))
     for piece in slices(run, name, ask, "mesh_period", "phase"):
         phase, _ = companion(run, "phase", piece.place, ask)

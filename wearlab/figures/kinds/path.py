@@ -36,7 +36,7 @@ def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...
 
 
 def _wear_profile(run: Run, ask: Ask) -> Iterator[Series]:
-    return along_path(thinned(run), (ask.y or ("wear_depth",))[0], ask)
+    return along_path(thinned(run), ask.y[0], ask)
 
 
 def _along_path(run: Run, ask: Ask) -> Iterator[Series]:

@@ -28,7 +28,7 @@ def _points(run: Run, ask: Ask) -> Iterator[Series]:
 
 def _results(run: Run, ask: Ask) -> Iterator[Slice]:
     """Yield the result at each place along its dimensions, at the last wear state when none is selected."""
-    name = (ask.y or ("life",))[0]
+    name = ask.y[0]
     if "update" in run.data[name].dims and run.data.sizes["update"] > 1:
         run = replace(run, data=run.data.isel(update=[-1]), states=run.states[-1:])
     for piece in slices(run, name, ask):
@@ -127,6 +127,7 @@ SCATTER = Kind(
     roles=(("hue", "flank"), ("hue", "member"), ("cols", "mesh")),
     all_cases=True,
     joined=_gathered,
+    y="life",
 )
 PARALLEL = Kind(
     name="parallel-coordinates",
@@ -139,4 +140,5 @@ PARALLEL = Kind(
     all_cases=True,
     one_flank=True,
     joined=_ranged,
+    y="life",
 )

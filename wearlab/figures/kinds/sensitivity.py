@@ -37,7 +37,7 @@ class Dependence(Series):
 
 def _case(run: Run, ask: Ask) -> Iterator[Series]:
     """Yield a run's value as one point; `ranked` puts the points of one influence on one line."""
-    name = (ask.y or ("life",))[0]
+    name = ask.y[0]
     values, scale = lone(*shown(run.data[name], name, ask), name, ask)
     if not np.isfinite(values).all():
         return

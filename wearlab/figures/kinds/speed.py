@@ -21,7 +21,7 @@ SPEED = "speed of the input member"
 
 
 def _curves(run: Run, ask: Ask) -> Iterator[Series]:
-    name = (ask.y or ("response_dynamic_factor",))[0]
+    name = ask.y[0]
     jumps = list(_jumps(run, ask))
     for piece in slices(run, name, ask, "response_speed"):
         x, across = companion(run, "response_speed", piece.place, ask)
@@ -48,7 +48,7 @@ def _jumps(run: Run, ask: Ask) -> Iterator[tuple[int, float]]:
 
 
 def _bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
-    name = (ask.y or ("response_poincare_deflection",))[0]
+    name = ask.y[0]
     for piece in slices(run, name, ask, "response_speed", "strobe"):
         speed, across = companion(run, "response_speed", piece.place, ask)
         x = np.repeat(speed, piece.values.shape[1])
@@ -71,7 +71,7 @@ def _poincare(run: Run, ask: Ask) -> Iterator[Series]:
 
 def _waterfall(run: Run, ask: Ask) -> Iterator[Series]:
     """Yield one spectrum a speed, drawn above its speed."""
-    name = (ask.y or ("response_dte_orders",))[0]
+    name = ask.y[0]
     for piece in slices(run, name, ask, "response_speed", "order"):
         speed, up = companion(run, "response_speed", piece.place, ask, "y")
         order, _ = companion(run, "order", piece.place, ask)

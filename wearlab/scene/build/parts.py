@@ -105,10 +105,6 @@ class Parts:
         own = self.meshes[mesh]
         return look(self.kinds[own.kind].analysis.grid, [own.lag], phases)
 
-    def instants(self, phases: Array) -> Instants:
-        """Return clock phases (n,) as instants."""
-        return instants(self.edges, phases)
-
 
 def build(scene: Scene, reach: Sequence[Extension] | None = None) -> Parts:
     """Turn a scene into physics.
