@@ -244,10 +244,10 @@ def _between(from_unit: str, to_unit: str) -> tuple[float, float]:
 
 def _between_temperatures(source: Any, target: Any, from_unit: str, to_unit: str) -> tuple[float, float]:
     try:
-        zero, one = (float(_registry().Quantity(x, source).to(target).magnitude) for x in (0.0, 1.0))
+        at_zero, at_one = (float(_registry().Quantity(x, source).to(target).magnitude) for x in (0.0, 1.0))
     except Exception as error:
         raise UnitError(f"{from_unit!r} is not a unit like {to_unit!r}") from error
-    return _decimal(one - zero), zero
+    return _decimal(at_one - at_zero), at_zero
 
 
 def _hint(base: Any, other: Any) -> str:
@@ -285,7 +285,7 @@ def _unit(text: str) -> Any:
 
 
 def _plain(text: str) -> str:
-    return re.sub(r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda found: "^" + found[0].translate(SUPERSCRIPTS), text)
+    return re.sub(r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda power: "^" + power[0].translate(SUPERSCRIPTS), text)
 
 
 def _expression(text: str) -> str:
@@ -297,8 +297,8 @@ def _expression(text: str) -> str:
         match = TOKEN.match(plain, at)
         if match is None:
             raise UnitError(f"{text!r} is not a known unit")
-        name, power, attached, one, sign = match.groups()
-        factor = ALIASES.get(name, name) if name else one
+        name, power, attached, unity, sign = match.groups()
+        factor = ALIASES.get(name, name) if name else unity
         if written and written[-1] not in "*/(" and (factor or sign == "("):
             written += "*"
         exponent = power or attached

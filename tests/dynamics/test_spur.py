@@ -8,10 +8,10 @@ from wearlab.dynamics.spur import (
     Meshing,
     PairedGear,
     effective_mass,
-    mesh_damping_of,
     spur_3dof,
     torsional,
 )
+from wearlab.dynamics.supports import damping_by_ratio
 from wearlab.dynamics.system import System
 
 INERTIA, RADIUS = (7.3e-3, 3.1e-3), (0.07, 0.05)
@@ -51,7 +51,7 @@ def test_damping_ratios() -> None:
     assert support.radial_damping_on(2.0) == pytest.approx(2 * 0.03 * np.sqrt(1e8 * 2.0))
     assert support.torsional_damping_on(1.5) == pytest.approx(2 * 0.03 * np.sqrt(4e6 * 1.5))
     assert effective_mass((2.0, 2.0), (1.0, 1.0)) == pytest.approx(1.0)
-    assert mesh_damping_of(0.07, 3e8, 0.7) == pytest.approx(2 * 0.07 * np.sqrt(3e8 * 0.7))
+    assert damping_by_ratio(0.07, 3e8, 0.7) == pytest.approx(2 * 0.07 * np.sqrt(3e8 * 0.7))
 
 
 def test_rotating_frames_add_gyroscopic_and_centripetal_terms() -> None:

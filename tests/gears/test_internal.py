@@ -4,8 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from half_thickness import half_thickness
 from scipy.optimize import brentq, minimize_scalar
 from shaped import shaped
+from tip_contact import tip_separation
 
 from wearlab.gears.errors import GearError
 from wearlab.gears.external import external_pair
@@ -13,7 +15,6 @@ from wearlab.gears.internal import internal_pair, tip_clearance
 from wearlab.gears.modification import Relief
 from wearlab.gears.outline import (
     contact_depth,
-    half_thickness,
     involute_point,
     involute_rise,
     load_angle,
@@ -21,7 +22,6 @@ from wearlab.gears.outline import (
     root_half_angle,
 )
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.gears.tip_contact import tip_separation
 
 
 def make(pinion=None, ring=None, **keywords):

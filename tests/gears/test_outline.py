@@ -2,10 +2,10 @@ import math
 
 import numpy as np
 import pytest
+from half_thickness import half_thickness
 
 from wearlab.gears.outline import (
     contact_depth,
-    half_thickness,
     involute_point,
     involute_rise,
     load_angle,

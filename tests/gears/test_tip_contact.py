@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
+from tip_contact import tip_separation
 
 from wearlab.gears.external import external_pair
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.gears.tip_contact import extension, tip_separation
 
 PAIR = external_pair(
     GearSpec(name="pinion", teeth=23),
@@ -57,9 +57,3 @@ def test_separation_is_the_distance_to_the_mating_involute(distance):
 def test_separation_starts_quadratically():
     ratio = tip_separation(PAIR, "A", 2e-4) / tip_separation(PAIR, "A", 1e-4)
     assert ratio == pytest.approx(4.0, rel=0.02)
-
-
-def test_extension_is_where_the_separation_equals_the_deflection():
-    length = extension(PAIR, 1e-5)
-    assert 0 < length < PAIR.base_pitch
-    assert extension(PAIR, 4e-5) == pytest.approx(2 * length, rel=0.1, abs=0.0)

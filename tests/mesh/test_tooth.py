@@ -5,10 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from half_thickness import half_thickness
 from scipy.integrate import quad
 
 from wearlab.gears.external import external_pair
-from wearlab.gears.outline import half_thickness, involute_point, load_angle, root_half_angle
+from wearlab.gears.outline import involute_point, load_angle, root_half_angle
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.body import foundation_compliance
 from wearlab.mesh.hertz import yang_sun

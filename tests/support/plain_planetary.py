@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from planetary_arguments import rigid_set, rotating, translating
 
-from wearlab.dynamics.planetary import support_damping
 from wearlab.dynamics.rigid_set import balanced_torques, effective_masses
+from wearlab.dynamics.supports import damping_by_ratio
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables
 
@@ -42,7 +42,7 @@ def planetary(torque: float = 90.0, carrier_stiffness: float = 1e7, **changes: A
         "tangential_stiffness": tangential,
         "carrier_speed": CARRIER,
         "torque": torques,
-        "radial_damping": {m: support_damping(0.03, RADIAL[m], MASS[m]) for m in RADIAL},
+        "radial_damping": {m: damping_by_ratio(0.03, RADIAL[m], MASS[m]) for m in RADIAL},
         "tangential_damping": {"ring": 600.0, "carrier": 1e3 if carrier_stiffness >= 1e6 else 0.0},
         "mesh_damping": DAMPING,
     }

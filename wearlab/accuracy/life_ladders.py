@@ -99,7 +99,8 @@ def _both(
 ) -> Iterator[WorkPrecision]:
     for index, quantity in enumerate(("life", "wear_depth")):
         rungs = tuple(
-            Rung(setting, errors(one, known)[index], one.seconds, one.analyses) for setting, one in pairs
+            Rung(setting, errors(solved, known)[index], solved.seconds, solved.analyses)
+            for setting, solved in pairs
         )
         if any(rung.error > ROUND_OFF for rung in rungs):
             yield WorkPrecision(name, knob, quantity, role, rungs, fixed)  # type: ignore[arg-type]

@@ -92,9 +92,9 @@ def too_many(count: int) -> str:
     )
 
 
-def overlap(one: str, other: str) -> bool:
+def overlap(key: str, other: str) -> bool:
     """Return whether one dotted key is, or lies within, the other."""
-    return f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
+    return f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}.")
 
 
 def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:

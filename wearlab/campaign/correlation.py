@@ -10,8 +10,8 @@ from wearlab.scene.problems import shown
 class Correlation(NamedTuple):
     """Spearman's rank correlation ρ of two drawn keys, −1 < ρ < 1."""
 
-    one: str
-    other: str
+    first: str
+    second: str
     rank: float
 
 
@@ -70,9 +70,9 @@ def coupled(
                 raise CampaignError(
                     [f"{where}[{number}]: {key!r} is not drawn here; there are {', '.join(keys)}"]
                 )
-        i, j = keys.index(correlation.one), keys.index(correlation.other)
+        i, j = keys.index(correlation.first), keys.index(correlation.second)
         if i == j:
-            raise CampaignError([f"{where}[{number}]: {correlation.one!r} stands beside itself"])
+            raise CampaignError([f"{where}[{number}]: {correlation.first!r} stands beside itself"])
         matrix[i, j] = matrix[j, i] = 2.0 * sin(pi * correlation.rank / 6.0)
     try:
         lower = np.linalg.cholesky(matrix)

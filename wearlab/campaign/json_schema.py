@@ -290,8 +290,8 @@ def _partial(value: Any, names: bool = False) -> Any:
         return [_partial(inner) for inner in value]
     if not isinstance(value, dict):
         return value
-    kept = {key: one for key, one in value.items() if names or key != "required"}
-    plain = {key: _partial(one, key in ("properties", "$defs")) for key, one in kept.items()}
+    kept = {key: part for key, part in value.items() if names or key != "required"}
+    plain = {key: _partial(part, key in ("properties", "$defs")) for key, part in kept.items()}
     if not names and "oneOf" in plain:
         plain["anyOf"] = plain.pop("oneOf")
     if plain.get("anyOf") and not any(plain["anyOf"]):

@@ -12,8 +12,8 @@ from wearlab.dynamics.spur import (
     PairedGear,
     PairFriction,
     effective_mass,
-    mesh_damping_of,
 )
+from wearlab.dynamics.supports import damping_by_ratio
 from wearlab.gears.gear import Gear
 from wearlab.gears.pair import GearPair
 
@@ -35,7 +35,7 @@ def common_arguments(model: Any, motion: InMotion) -> PairArguments:
     damping = mesh.damping
     if damping is None:
         mass = effective_mass((first.inertia, second.inertia), (first.base_radius, second.base_radius))
-        damping = mesh_damping_of(mesh.damping_ratio, float(motion.stiffness[0]), mass)
+        damping = damping_by_ratio(mesh.damping_ratio, float(motion.stiffness[0]), mass)
     wave = motion.operation.fluctuation
     return {
         "gears": (first, second),

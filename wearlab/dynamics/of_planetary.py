@@ -3,13 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
-from wearlab.dynamics import planetary
 from wearlab.dynamics.holding import OfMembers
 from wearlab.dynamics.models import InMotion
 from wearlab.dynamics.planetary import MemberTorques
 from wearlab.dynamics.rigid_set import RigidSet, balanced_torques, effective_masses
-from wearlab.dynamics.spur import Meshing, mesh_damping_of
-from wearlab.dynamics.supports import MemberSupport
+from wearlab.dynamics.spur import Meshing
+from wearlab.dynamics.supports import MemberSupport, damping_by_ratio, damping_or_ratio
 from wearlab.gears.train import Train
 from wearlab.mesh.gear_set import Body
 
@@ -45,16 +44,9 @@ def _support(given: Any, body: Body) -> MemberSupport:
     return MemberSupport(
         radial or 0.0,
         tangential,
-        support_damping(given.damping, ratio, radial, body.mass),
-        support_damping(damping, ratio, tangential, body.equivalent),
+        damping_or_ratio(given.damping, ratio, radial, body.mass),
+        damping_or_ratio(damping, ratio, tangential, body.equivalent),
     )
-
-
-def support_damping(value: float | None, ratio: float | None, stiffness: float | None, mass: float) -> float:
-    """Return a damping that is given, or from its ratio on √(k m) [N s/m]."""
-    if value is not None:
-        return float(value)
-    return planetary.support_damping(ratio or 0.0, stiffness or 0.0, mass)
 
 
 def grounded(held: Mapping[str, MemberSupport]) -> set[str]:
@@ -91,7 +83,7 @@ def meshing(motion: InMotion, rigid: RigidSet) -> dict[str, Meshing]:
     means, always = (motion.stiffness[0], motion.stiffness[half]), motion.meshes[0].damps_always
     return {
         kind.section: Meshing(
-            mesh_damping_of(mesh.damping_ratio or 0.0, float(mean), mass[kind.section])
+            damping_by_ratio(mesh.damping_ratio or 0.0, float(mean), mass[kind.section])
             if mesh.damping is None
             else mesh.damping,
             always,

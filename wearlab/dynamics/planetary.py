@@ -199,16 +199,6 @@ def _against_unbalance(held: Sequence[Support]) -> tuple[Support, ...]:
     )
 
 
-def support_damping(ratio: float, stiffness: float, mass: float) -> float:
-    """Return ``c = 2 ζ √(k m)`` of a support on the mass (or I/r²) of its own member [N s/m].
-
-    References
-    ----------
-    W23 Table 1 gives the ratios ζ.
-    """
-    return 2.0 * ratio * float(np.sqrt(stiffness * mass))
-
-
 def _pull(mass: float, radial_stiffness: float, carrier_speed: float) -> float:
     """Return σ, how far the centrifugal force pulls a planet off its pin, over the pin circle radius [1]."""
     share = mass * carrier_speed**2 / (radial_stiffness or np.inf)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.supports import damping_of, grounded, stiffness_of
+from wearlab.dynamics.supports import damping_of, damping_or_ratio, grounded, stiffness_of
 from wearlab.dynamics.system import System
 
 
@@ -31,11 +31,11 @@ class GearSupport(NamedTuple):
 
     def radial_damping_on(self, mass: float) -> float:
         """Return c_y [N s/m] for a gear of ``mass`` [kg]."""
-        return _damping(self.damping, self.damping_ratio, self.radial_stiffness, mass)
+        return damping_or_ratio(self.damping, self.damping_ratio, self.radial_stiffness, mass)
 
     def torsional_damping_on(self, mass: float) -> float:
         """Return the torsional damping at the base radius [N s/m] for an inertia I/r_b² of ``mass`` [kg]."""
-        return _damping(self.torsional_damping, self.damping_ratio, self.tangential_stiffness, mass)
+        return damping_or_ratio(self.torsional_damping, self.damping_ratio, self.tangential_stiffness, mass)
 
 
 NO_SUPPORT = GearSupport()
@@ -99,12 +99,6 @@ class PairFriction(NamedTuple):
     arm_slope: tuple[float, float] = (1.0, -1.0)
 
 
-def _damping(value: float | None, ratio: float | None, stiffness: float | None, mass: float) -> float:
-    if value is not None:
-        return value
-    return 2.0 * (ratio or 0.0) * np.sqrt((stiffness or 0.0) * mass)
-
-
 def effective_mass(inertia: tuple[float, float], base_radius: tuple[float, float]) -> float:
     """Return the torsional effective mass of a mesh, ``1/m_c = r1²/I1 + r2²/I2`` [kg] (L16 Eq. 3).
 
@@ -114,16 +108,6 @@ def effective_mass(inertia: tuple[float, float], base_radius: tuple[float, float
     base_radius : their base radii [m]
     """
     return 1.0 / sum(r**2 / i for r, i in zip(base_radius, inertia, strict=True))
-
-
-def mesh_damping_of(ratio: float, mean_stiffness: float, mass: float) -> float:
-    """Return mesh damping ``c = 2 ζ √(k̄ m_c)`` [N s/m].
-
-    References
-    ----------
-    Kahraman & Singh 1990.
-    """
-    return 2.0 * ratio * float(np.sqrt(mean_stiffness * mass))
 
 
 def torsional(

@@ -58,6 +58,23 @@ class MemberSupport(NamedTuple):
 FREE = MemberSupport()
 
 
+def damping_by_ratio(ratio: float, stiffness: float, mass: float) -> float:
+    """Return ``c = 2 ζ √(k m)`` of a spring and the mass (I/r², effective mass) it holds [N s/m].
+
+    References
+    ----------
+    Kahraman & Singh 1990 for a mesh; W23 Table 1 gives the ratios ζ of supports.
+    """
+    return 2.0 * ratio * float(np.sqrt(stiffness * mass))
+
+
+def damping_or_ratio(
+    damping: float | None, ratio: float | None, stiffness: float | None, mass: float
+) -> float:
+    """Return a damping that is given, or what follows from its ratio [N s/m]."""
+    return float(damping) if damping is not None else damping_by_ratio(ratio or 0.0, stiffness or 0.0, mass)
+
+
 def grounded(coordinates: Sequence[str], name: str, stiffness: float, damping: float) -> tuple[Support, ...]:
     """Return the support of one coordinate against ground; none where nothing holds it.
 

@@ -205,10 +205,10 @@ def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Seri
     """
     of_run: dict[tuple[object, ...], dict[Label, None]] = {}
     names = set(dims)
-    for one in series:
-        if "update" in one.key:
-            run: tuple[object, ...] = tuple((k, label) for k, label in one.key.items() if k in names)
-            of_run.setdefault(run, {})[one.key["update"]] = None
+    for curve in series:
+        if "update" in curve.key:
+            run: tuple[object, ...] = tuple((k, label) for k, label in curve.key.items() if k in names)
+            of_run.setdefault(run, {})[curve.key["update"]] = None
     longest = max((len(states) for states in of_run.values()), default=0)
     if len({label.text for states in of_run.values() for label in states}) <= longest:
         return list(series)

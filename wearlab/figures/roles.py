@@ -140,9 +140,9 @@ def _folded(
     dims = [roles[role], *left] if role in roles else left
     name = " × ".join(dims)
     places: dict[tuple[Label, ...], None] = {}
-    for one in series:
-        if all(dim in one.key for dim in dims):
-            places[tuple(one.key[dim] for dim in dims)] = None
+    for curve in series:
+        if all(dim in curve.key for dim in dims):
+            places[tuple(curve.key[dim] for dim in dims)] = None
     order = {dim: {label: i for i, label in enumerate(varied[dim])} for dim in dims}
     ranked = sorted(places, key=lambda place: [order[d][x] for d, x in zip(dims, place, strict=True)])
     labels = {
@@ -168,7 +168,7 @@ def _thinned(layout: Layout) -> Layout:
         counts = {role: len(layout.labels(role)) for role in ("rows", "cols")}
         if counts["rows"] * counts["cols"] <= MOST_PANELS:
             return replace(layout, notes=tuple(notes))
-        role = max(counts, key=lambda one: counts[one])
+        role = max(counts, key=lambda panel_role: counts[panel_role])
         other = min(counts.values())
         name, labels = layout.roles[role], layout.labels(role)
         most = max(MOST_PANELS // other, 2)

@@ -144,10 +144,12 @@ def read_runs(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: Ask
     box, at = _box(grid[present], [point for point, _, _ in picked.points])
     runs = []
     for (point, labels, run_id), place_in_box in zip(picked.points, at, strict=True):
-        one = box.isel(place_in_box, missing_dims="ignore").compute(scheduler="synchronous")
-        one = one.drop_vars([name for name in one.variables if name in point])
+        at_point = box.isel(place_in_box, missing_dims="ignore").compute(scheduler="synchronous")
+        at_point = at_point.drop_vars([name for name in at_point.variables if name in point])
         updates = int(grid.n_updates.isel(point))
-        full = _without_absent(one.isel(update=slice(updates)) if "update" in one.dims else one)
+        full = _without_absent(
+            at_point.isel(update=slice(updates)) if "update" in at_point.dims else at_point
+        )
         runs.append(
             Run(
                 run_id, labels, narrow(full, ask, dims), units=units, beside=_beside(grid, point), words=words
@@ -168,7 +170,7 @@ def axis_named(grid: "xr.Dataset", name: str) -> str:
     if name in grid.variables or name in grid.dims:
         return name
     keys = {axis: str(grid[axis].attrs.get("key", "")) for axis in along_axes(grid)}
-    meant = [one for one, key in keys.items() if key == name or key.endswith(f".{name}")]
+    meant = [axis for axis, key in keys.items() if key == name or key.endswith(f".{name}")]
     return meant[0] if len(meant) == 1 else name
 
 

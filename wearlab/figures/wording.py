@@ -65,7 +65,7 @@ def typeset(units: str) -> str:
     text = units.strip()
     if not any(sign in text for sign in "*/^%"):
         text = _as_fraction(text)
-    text = re.sub(r"(?:\*\*|\^)(-?\d+)", lambda found: found[1].translate(SUPERSCRIPTS), text)
+    text = re.sub(r"(?:\*\*|\^)(-?\d+)", lambda power: power[1].translate(SUPERSCRIPTS), text)
     text = re.sub(r"\bu(?=[a-zA-Z])", "µ", text)
     text = re.sub(r"\b(?:deg|degree)\b", "°", text)
     return text.replace("degC", "°C").replace("*", "·")

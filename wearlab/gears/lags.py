@@ -69,28 +69,6 @@ def entry_lag(sun_planet: GearPair, planet_ring: GearPair, *, sun_drives: bool) 
     """
     planet = planet_ring.driving if sun_drives else planet_ring.driven
     travelled = (planet_ring.path.A - sun_planet.path.A) / planet.base_radius
-    return _lag(sun_planet, planet_ring, planet, travelled, sun_drives)
-
-
-def pitch_lag(sun_planet: GearPair, planet_ring: GearPair, *, sun_drives: bool) -> float:
-    """Return γ_rs from contact at the pitch point to contact at the pitch point, in [0, 1) [1].
-
-    Parameters
-    ----------
-    sun_planet, planet_ring : the two kinds of mesh
-    sun_drives : direction of the power flow
-
-    References
-    ----------
-    Parker & Lin, J. Mech. Des. 126 (2004) 365–370.
-    """
-    planet = planet_ring.driving if sun_drives else planet_ring.driven
-    return _lag(sun_planet, planet_ring, planet, 0.0, sun_drives)
-
-
-def _lag(
-    sun_planet: GearPair, planet_ring: GearPair, planet: Gear, travelled: float, sun_drives: bool
-) -> float:
     halves = sum(planet.half_angle(_pitch_radius(planet, pair)) for pair in (sun_planet, planet_ring))
     side = -halves if sun_drives else halves
     return float(fraction(planet.teeth * (math.pi + side + travelled) / (2.0 * math.pi)))

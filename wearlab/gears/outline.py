@@ -195,44 +195,6 @@ ROOTS: dict[RootProfile, Root] = {
 }
 
 
-def half_thickness(gear: Gear, height: ArrayLike) -> Array:
-    """Return the half thickness of the tooth at heights on its centre line, found by bisection.
-
-    Parameters
-    ----------
-    gear : the gear
-    height : (n,) x between the foot of the root curve and the tip edge [m]
-
-    Returns
-    -------
-    (n,) y [m]
-
-    References
-    ----------
-    ISO 21771: tooth thickness at a diameter; below the involute Litvin & Fuentes.
-    """
-    x = np.asarray(height, dtype=float)
-    low_angle = load_angle(gear, gear.form_radius)
-    high_angle = load_angle(gear, gear.tip_radius)
-    low, high = np.zeros_like(x), np.ones_like(x)
-    rise = -1.0 if gear.internal else 1.0
-    above = rise * x >= rise * involute_point(gear, low_angle)[0]
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        reached = np.where(
-            above,
-            involute_point(gear, low_angle + (high_angle - low_angle) * middle)[0],
-            root_curve(gear, middle)[0],
-        )
-        low, high = (
-            np.where(rise * reached < rise * x, middle, low),
-            np.where(rise * reached < rise * x, high, middle),
-        )
-    middle = 0.5 * (low + high)
-    involute_y = involute_point(gear, low_angle + (high_angle - low_angle) * middle)[1]
-    return np.where(above, involute_y, root_curve(gear, middle)[1])
-
-
 def contact_depth(gear: Gear, radius: ArrayLike) -> Array:
     """Return the distance along the line of action from the contact to the tooth's centre line, y/cosλ.
 

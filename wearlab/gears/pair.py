@@ -123,11 +123,6 @@ class GearPair:
         rho1, rho2 = self.curvature(s)
         return rho1 - rho2 * self.ratio
 
-    def rolling(self, s: ArrayLike) -> Array:
-        """Return the mean rolling velocity per speed of the driving gear, ½(ρ1 + ρ2 z1/z2), (n,) [m/rad]."""
-        rho1, rho2 = self.curvature(s)
-        return 0.5 * (rho1 + rho2 * self.ratio)
-
     def specific_sliding(self, s: ArrayLike) -> Array:
         """Return the specific sliding 1 − v_other / v_i of both flanks.
 

@@ -17,7 +17,6 @@ from wearlab.gears.room import make_room
 from wearlab.gears.shifts import planetary_position
 from wearlab.gears.spacing import assembled_angles, check_neighbours
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.gears.train import Central, Train
 
 ONE_DISTANCE, TWO_DISTANCES = 0.005, 0.1
 """How far pins may be from the centre distance, as a share: where there is one, where a paper prints two."""

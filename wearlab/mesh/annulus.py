@@ -104,13 +104,13 @@ def _michell(n: Array, material: Material) -> Array:
     Shape (4 solutions, 4 values U V p G, n_modes); the overall factor of each is free.
     """
     kappa = (3.0 - material.poisson_ratio) / (1.0 + material.poisson_ratio)
-    one, zero = np.ones_like(n), np.zeros_like(n)
+    ones, zeros = np.ones_like(n), np.zeros_like(n)
     solutions = np.array(
         [
-            [kappa - n - 1.0, kappa + n + 1.0, n + 1.0, zero],
-            [kappa + n - 1.0, n - kappa - 1.0, 1.0 - n, zero],
-            [-one, one, n - 1.0, zero],
-            [-one, -one, -n - 1.0, zero],
+            [kappa - n - 1.0, kappa + n + 1.0, n + 1.0, zeros],
+            [kappa + n - 1.0, n - kappa - 1.0, 1.0 - n, zeros],
+            [-ones, ones, n - 1.0, zeros],
+            [-ones, -ones, -n - 1.0, zeros],
         ]
     )
     # mode 1: r^(1−n) and r^(n−1) coincide; the point force takes the place of the second

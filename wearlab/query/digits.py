@@ -105,8 +105,8 @@ def _in_units(label: Any, units: str, key: str) -> Any:
             kind = quantity_at(key) if key else None
             if kind is None:
                 return label
-            one = quantity(f"1 {units}", kind) if KINDS[kind].unit != units else 1.0
-            return quantity(label, kind) / one
+            unit_size = quantity(f"1 {units}", kind) if KINDS[kind].unit != units else 1.0
+            return quantity(label, kind) / unit_size
     except UnitError:
         return label
 

@@ -16,7 +16,7 @@ SIGNS: dict[str, Callable[[Any, Any], bool]] = {
     ">=": operator.ge,
     "=": operator.eq,
     "!=": operator.ne,
-    "contains": lambda one, other: str(other).lower() in str(one).lower(),
+    "contains": lambda text, piece: str(piece).lower() in str(text).lower(),
 }
 
 
@@ -39,10 +39,10 @@ def holds(condition: Any, values: Mapping[str, Any]) -> bool | None:
         case Missing(operand):
             return _value(operand, values) is None
         case Compare(sign, left, right):
-            one, other = _value(left, values), _value(right, values)
-            if isinstance(right, Literal) and right.is_day and one is not None:
-                one = one[:DAY]
-            return None if one is None or other is None else compared(sign, one, other)
+            value, limit = _value(left, values), _value(right, values)
+            if isinstance(right, Literal) and right.is_day and value is not None:
+                value = value[:DAY]
+            return None if value is None or limit is None else compared(sign, value, limit)
     raise AssertionError(condition)
 
 

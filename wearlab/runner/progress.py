@@ -86,13 +86,6 @@ class Lines(Progress):
             print("; ".join(parts), file=self._stream, flush=True)
 
 
-def in_notebook() -> bool:
-    """Say whether this process is the kernel of a notebook."""
-    ipython = sys.modules.get("IPython")
-    shell = ipython.get_ipython() if ipython is not None else None
-    return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
-
-
 class ProgressBar(Progress):
     """Progress on the terminal, by rich, on standard error.
 
@@ -153,17 +146,3 @@ class ProgressBar(Progress):
     def under_way(self, run_id: str, text: str) -> None:
         """Show how far an unfinished case is."""
         self._bar.update(self._task, description=f"{self._what} ({text})")
-
-
-def watched(progress: bool) -> Progress:
-    """Return a bar when it is wanted and somebody watches: in a notebook, or on a terminal."""
-    if progress and in_notebook():
-        from wearlab.runner.notebook import NotebookBar
-
-        return NotebookBar()
-    if progress:
-        from rich.console import Console
-
-        console = Console(stderr=True)
-        return ProgressBar(console) if console.is_terminal else Lines()
-    return Progress()

@@ -14,9 +14,10 @@ from wearlab.runner.continuing import with_parents
 from wearlab.runner.crew import Crew
 from wearlab.runner.declaring import declare, plugins_of
 from wearlab.runner.expectation import Expected, comparisons
-from wearlab.runner.progress import CASES, Progress, watched
+from wearlab.runner.progress import CASES, Progress
 from wearlab.runner.report import CaseReport, Interrupted, Report
 from wearlab.runner.under_way import Keeping, heard_by, in_words
+from wearlab.runner.watched import watched
 from wearlab.runner.worker import SIMULATE, Task, execute, warm_up
 from wearlab.sources import source_hash
 from wearlab.store.catalogue import Head

@@ -21,13 +21,11 @@ class End(NamedTuple):
 
     Parameters
     ----------
-    deepest : their largest depth [m]
-    rate : wear rate there [m per cycle]
+    rate : wear rate where they are worn deepest [m per cycle]
     between : by how much a flank may be worn deeper between its nodes [m]
     flanks : (k,) numbers of the flanks that are as deep
     """
 
-    deepest: float
     rate: float
     between: float
     flanks: Index
@@ -47,7 +45,7 @@ def end_of(depth: Array, rate: Array, flank: Index, counts: Flanks) -> End:
     deep = numbers[largest >= DEEPEST * largest.max()]
     at = int(np.argmax(np.where(np.isin(flank, numbers), depth, -np.inf)))
     between = BETWEEN * max(above_nodes(depth[flank == number]) for number in deep)
-    return End(float(depth[at]), float(rate[at]), between, deep)
+    return End(float(rate[at]), between, deep)
 
 
 def late_rate(cycle: Array, depth: Array) -> Array:

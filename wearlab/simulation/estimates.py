@@ -83,9 +83,9 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
     """
     clock = time.perf_counter()
     blocks = range(len(stage.parts))
-    each = [twins_of(*one, lived) for one in zip(stage.scenes, stage.parts, blocks, strict=True)]
-    found = [together(list(twins), stage.shares.weight) for twins in zip(*each, strict=True)]
-    worn = _worn_further(stage, lived, each, found, inherited)
+    each = [twins_of(*condition, lived) for condition in zip(stage.scenes, stage.parts, blocks, strict=True)]
+    joint = [together(list(twins), stage.shares.weight) for twins in zip(*each, strict=True)]
+    worn = _worn_further(stage, lived, each, joint, inherited)
     stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
     depth = _depth(lived, worn)
     force = None
@@ -96,21 +96,23 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
             for block, (parts, twins) in enumerate(zip(stage.parts, each, strict=True))
         )
         stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
-    last = next((twin for twin in reversed(found) if twin is not None and twin.rate is not None), None)
-    return Estimates(depth, force, _life(stage, lived, worn, last), _doubts(stage, lived, found, force))
+    last = next((twin for twin in reversed(joint) if twin is not None and twin.rate is not None), None)
+    return Estimates(depth, force, _life(stage, lived, worn, last), _doubts(stage, lived, joint, force))
 
 
 def _doubts(
     stage: Stage,
     lived: History,
-    found: list[Rougher | None],
+    joint: list[Rougher | None],
     force: tuple[ForcesOfStates, ...] | None,
 ) -> tuple[str, ...]:
     """Return what speaks against the estimates of a life whose states have these rougher twins."""
     loudest = _loudest(lived, force)
     states = (*lived.samples.state, *lived.state)
-    responses = [one for state in states for each in (state.block or (state,)) for one in each.responses]
-    missing = sum(twin is None for twin in found)
+    responses = [
+        response for state in states for each in (state.block or (state,)) for response in each.responses
+    ]
+    missing = sum(twin is None for twin in joint)
     jumps = 0 if lived.life is None else len(lived.life.jumps)
     unfinished = lived.life is not None and lived.life.end_reason in ENDS_OF_WORK
     hurried = lived.life is not None and lived.life.hurried
@@ -118,11 +120,11 @@ def _doubts(
     hardest = max((_hardest(stage, state) for state in lived.samples.state), default=0.0)
     said = {
         "the work of the life is used up before its end": unfinished,
-        "a response does not repeat": any(one.period == 0 for one in responses),
+        "a response does not repeat": any(response.period == 0 for response in responses),
         "an orbit is not alone or hardly attracts": any(
-            not one.verdict.unique or one.verdict.attracting is False for one in responses
+            not response.verdict.unique or response.verdict.attracting is False for response in responses
         ),
-        f"{missing} of {len(found)} states respond otherwise with half the steps and nodes": missing,
+        f"{missing} of {len(joint)} states respond otherwise with half the steps and nodes": missing,
         f"the wear rate jumps at {jumps} places": jumps,
         "waves of wear grow from any error": waves,
         f"the force may be off by {loudest:.0%} of the largest": loudest > LARGE,
@@ -134,24 +136,24 @@ def _doubts(
 
 def _loudest(lived: History, force: tuple[ForcesOfStates, ...] | None) -> float:
     """Return the largest estimated error of a mesh force over the largest force, of all conditions [1]."""
-    found = [0.0]
+    ratios = [0.0]
     for block, errors in enumerate(force or ()):
         for error, state in zip(errors.mesh, lived.in_block(block).state, strict=True):
             if np.isfinite(error):
-                size = max(float(extremes(one).largest.max()) for one in state.responses)
-                found += [error / size] if size > 0.0 else []
-    return float(max(found))
+                size = max(float(extremes(response).largest.max()) for response in state.responses)
+                ratios += [error / size] if size > 0.0 else []
+    return float(max(ratios))
 
 
 def _hardest(stage: Stage, state: WearState) -> float:
     """Return the largest mesh force of a state over the static one, of all conditions and meshes [1]."""
-    found = [0.0]
-    for parts, one in zip(stage.parts, state.block or (state,), strict=True):
+    factors = [0.0]
+    for parts, condition in zip(stage.parts, state.block or (state,), strict=True):
         static = np.array([parts.gears.kinds[mesh.kind].load for mesh in parts.meshes])
-        for response in one.responses:
+        for response in condition.responses:
             loaded = static > 0.0
-            found += list(extremes(response).largest[loaded] / static[loaded])
-    return float(max(found))
+            factors += list(extremes(response).largest[loaded] / static[loaded])
+    return float(max(factors))
 
 
 def _stepping(lived: History, cycle: Array) -> Array:
@@ -165,15 +167,15 @@ def _worn_further(
     stage: Stage,
     lived: History,
     each: list[list[Rougher | None]],
-    found: list[Rougher | None],
+    joint: list[Rougher | None],
     inherited: float,
 ) -> list[WornFurther | None]:
     """Return the error of the wear at the states, None where a twin is missing."""
     stepping = inherited + _stepping(lived, lived.samples.cycle)
     off, out = ErrorOfWear(stage.shares.weight), []
-    for at, joint in enumerate(found):
-        twins = [one for one in (own[at] for own in each) if one is not None]
-        out.append(None if joint is None else off.next(joint, twins, float(stepping[at])))
+    for at, twin in enumerate(joint):
+        twins = [own_twin for own_twin in (own[at] for own in each) if own_twin is not None]
+        out.append(None if twin is None else off.next(twin, twins, float(stepping[at])))
     return out
 
 
@@ -193,8 +195,8 @@ def _carried(lived: History, known: list[WornFurther]) -> Array:
     """Return what the change of rate comes to, largest over the nodes, (k,) [m]."""
     if len(known) == 1:  # one state speaks for all of the life
         return float(np.abs(np.asarray(known[0].drive)).max()) * lived.cycle
-    largest = [float(np.abs(one.error).max()) for one in known]
-    return np.interp(lived.cycle, [one.cycle for one in known], largest)
+    largest = [float(np.abs(worn.error).max()) for worn in known]
+    return np.interp(lived.cycle, [worn.cycle for worn in known], largest)
 
 
 def _worn_at_most(life: Life, cycle: Array | float) -> Array:
@@ -205,13 +207,13 @@ def _worn_at_most(life: Life, cycle: Array | float) -> Array:
 def _between(cycle: Array, known: list[WornFurther]) -> Array:
     """Return what nodes do not tell of the wear between them, but for the initial wear, (k,) [m]."""
     given = known[0].between if known[0].cycle <= cycle[0] else 0.0
-    each = [max(0.0, one.between - given) for one in known]
-    return np.interp(cycle, [one.cycle for one in known], each)
+    each = [max(0.0, worn.between - given) for worn in known]
+    return np.interp(cycle, [worn.cycle for worn in known], each)
 
 
 def _driven(worn: list[WornFurther | None]) -> list[WornFurther]:
     """Return the states at which a wear law drives the error of the wear."""
-    return [one for one in worn if one is not None and one.drive is not None]
+    return [state for state in worn if state is not None and state.drive is not None]
 
 
 def _forces(
@@ -234,8 +236,10 @@ def _forces(
     if not known:
         return ForcesOfStates(*np.full((3, len(lived.state)), np.nan))
     cycle, *each = np.array(known).T
-    aperiodic = [any(one.period == 0 for one in state.responses) for state in lived.state]
-    return ForcesOfStates(*(np.where(aperiodic, np.nan, np.interp(lived.cycle, cycle, one)) for one in each))
+    aperiodic = [any(response.period == 0 for response in state.responses) for state in lived.state]
+    return ForcesOfStates(
+        *(np.where(aperiodic, np.nan, np.interp(lived.cycle, cycle, error)) for error in each)
+    )
 
 
 def _life(stage: Stage, lived: History, worn: list[WornFurther | None], last: Rougher | None) -> float | None:

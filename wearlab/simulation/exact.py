@@ -127,9 +127,9 @@ def _engaged(
     scene: Scene, parts: Parts, kind: int, relation: MeshRelation, state: KindState, where: Lookup
 ) -> Flags:
     """Return which pairs are engaged, (n_pairs, n_phases): by load, or by the threshold of the scene."""
-    one = parts.gears.kinds[kind]
-    contact = scene.mesh.of(one.section).contact
+    mesh_kind = parts.gears.kinds[kind]
+    contact = scene.mesh.of(mesh_kind.section).contact
     if contact.by_threshold:
-        return relation.engaged_by_threshold(one.pair, contact.threshold)
+        return relation.engaged_by_threshold(mesh_kind.pair, contact.threshold)
     analysis: ContactAnalysis = parts.kinds[kind].analysis
     return np.asarray(analysis.quasistatic(state.nodes, where).force.T > 0.0)

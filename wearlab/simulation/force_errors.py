@@ -47,9 +47,6 @@ class ForceErrors(NamedTuple):
     bearing: float
 
 
-UNKNOWN = ForceErrors(np.nan, np.nan, np.nan)
-
-
 class ForcesAtInstants(NamedTuple):
     """Forces of a response at the same instants of every mesh period, both sides of every jump.
 
@@ -74,11 +71,11 @@ def force_errors(
     states : the state, its rougher twin, and that worn by as much further as the depth may be off
     weight : of the change by the rougher twin [1]
     """
-    found = [
+    errors = [
         _of_responses(parts, rough, states, at, FORCE_SHARE * weight)
         for at in range(len(states[0].responses))
     ]
-    return ForceErrors(*np.max(found, axis=0))
+    return ForceErrors(*np.max(errors, axis=0))
 
 
 def _of_responses(
@@ -93,19 +90,21 @@ def _of_responses(
     )
     turn = min(range(len(own.mesh)), key=lambda turn: np.abs(_turned(twin.mesh, turn) - own.mesh).max())
     by_steps, by_wear = (
-        ForcesAtInstants(*(np.abs(_turned(one - two, turn)) for one, two in zip(*pair, strict=True)))
-        for pair in ((twin, ForcesAtInstants(*(_turned(one, -turn) for one in own))), (worse, twin))
+        ForcesAtInstants(
+            *(np.abs(_turned(first - second, turn)) for first, second in zip(*pair, strict=True))
+        )
+        for pair in ((twin, ForcesAtInstants(*(_turned(force, -turn) for force in own))), (worse, twin))
     )
-    both = ForcesAtInstants(*(weight * one + two for one, two in zip(by_steps, by_wear, strict=True)))
-    found = _largest(own, both)
+    both = ForcesAtInstants(*(weight * steps + wear for steps, wear in zip(by_steps, by_wear, strict=True)))
+    errors = _largest(own, both)
     read = extremes(states[0].responses[at]).largest - extremes(states[1].responses[at]).largest
-    return found._replace(largest=max(found.largest, weight * float(np.abs(read).max())))
+    return errors._replace(largest=max(errors.largest, weight * float(np.abs(read).max())))
 
 
 def _largest(own: ForcesAtInstants, error: ForcesAtInstants) -> ForceErrors:
     at_largest = max(
-        error_of_largest(own.mesh[:, one].ravel(), error.mesh[:, one].ravel())
-        for one in range(own.mesh.shape[1])
+        error_of_largest(own.mesh[:, mesh].ravel(), error.mesh[:, mesh].ravel())
+        for mesh in range(own.mesh.shape[1])
     )
     bearing = float(error.bearing.max()) if error.bearing.size else np.nan
     return ForceErrors(INSTANT_SHARE * float(error.mesh.max()), at_largest, INSTANT_SHARE * bearing)
@@ -140,7 +139,7 @@ def forces_of(parts: Parts, state: WearState, response: Response, when: Instants
         [_mesh_force(parts, touching, mesh, when, deflection[:, mesh]) for mesh in range(len(parts.meshes))],
         axis=1,
     )
-    supports = [one for one in vibration.system.supports if one.bears]
+    supports = [support for support in vibration.system.supports if support.bears]
     if not supports:
         return ForcesAtInstants(mesh, np.empty((len(mesh), 0, len(when.phase))))
     position, velocity = vibration.coordinates(response, when)
@@ -152,8 +151,8 @@ def _mesh_force(
     parts: Parts, touching: list[Touching], mesh: int, when: Instants, deflection: Array
 ) -> Array:
     """Return the elastic force of one mesh, (n_periods, n_instants) [N]."""
-    one, vibration = parts.meshes[mesh], parts.vibration
+    own_mesh, vibration = parts.meshes[mesh], parts.vibration
     assert vibration is not None
     inside = when.phase.reshape(-1, NODES)
-    where = look_within(touching[one.kind].analysis.grid, [one.lag], inside, inside.mean(axis=1))
-    return elastic_force(vibration.system, mesh, touching[one.kind], where, deflection)
+    where = look_within(touching[own_mesh.kind].analysis.grid, [own_mesh.lag], inside, inside.mean(axis=1))
+    return elastic_force(vibration.system, mesh, touching[own_mesh.kind], where, deflection)

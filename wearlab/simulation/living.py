@@ -109,7 +109,7 @@ def _after(snapshots: Snapshots, cycles: float) -> Snapshots:
 
 def _joined(histories: list[History], stages: Sequence[Stage], reason: str) -> History:
     """Return histories one after another; a later stage's first state is the end of the stage before."""
-    lasted = [float(_life(one).cycle[-1]) for one in histories]
+    lasted = [float(_life(lived).cycle[-1]) for lived in histories]
     starts = np.cumsum([0.0, *lasted])
     clock = np.cumsum([0.0, *(_seconds(stage, n) for stage, n in zip(stages, lasted, strict=False))])
     whole = histories[0]._replace(stages=tuple(histories))
@@ -121,8 +121,8 @@ def _joined(histories: list[History], stages: Sequence[Stage], reason: str) -> H
     ]
     return whole._replace(
         cycle=np.concatenate([start + lived.cycle for _, lived, start, _ in begun]),
-        state=tuple(state for one in kept for state in one.state),
-        life=_one_life([_life(one) for one in histories], starts, reason),
+        state=tuple(state for history in kept for state in history.state),
+        life=_one_life([_life(lived) for lived in histories], starts, reason),
         sampled=None,
         seconds=np.concatenate(seconds),
     )

@@ -86,20 +86,23 @@ def _dataset(
     reached = stages[: len(lived.stages)]
     inherited = inherited_error(scene, stages[0].first)
     others: list[Search] = []
-    found = [
+    by_condition = [
         [_of_condition(stage, k, block, lived, others) for block in range(len(stage.parts))]
         for k, stage in enumerate(reached)
     ]
     estimates = [estimated(stage, own, inherited) for stage, own in zip(reached, lived.stages, strict=True)]
     each = [
-        [_with_errors(values, own, block, len(lived.kept(k).cycle)) for block, values in enumerate(found[k])]
+        [
+            _with_errors(values, own, block, len(lived.kept(k).cycle))
+            for block, values in enumerate(by_condition[k])
+        ]
         for k, own in enumerate(estimates)
     ]
     conditions = each[0][0]
     if scene.operation.duty is not None:
-        conditions = parts_of(along_duty([joined(one) for one in each[0]]))
+        conditions = parts_of(along_duty([joined(parts) for parts in each[0]]))
     elif scene.operation.stage is not None:
-        conditions = parts_of(in_order([joined(one) for (one,) in each]))
+        conditions = parts_of(in_order([joined(parts) for (parts,) in each]))
     sizes = conditions.sizes
     first = stages[0].first
     values = named.life_values(scene, lived)

@@ -33,12 +33,12 @@ def coordinates(parts: Parts) -> Values:
     slots = max(mesh_kind.analysis.grid.slots for mesh_kind in parts.kinds)
     position, radius, roll, beyond = [], [], [], []
     for kind, gear in parts.gears.flank_places:
-        one = parts.kinds[kind]
-        s, own = one.analysis.grid.position, one.pair.gears[gear]
+        mesh_kind = parts.kinds[kind]
+        s, own = mesh_kind.analysis.grid.position, mesh_kind.pair.gears[gear]
         position.append(s)
-        radius.append(one.pair.radius(gear, s))
-        roll.append(one.pair.roll_angle(gear, s))
-        beyond.append(radius[-1] - own.base_radius / np.cos(one.pair.working_pressure_angle))
+        radius.append(mesh_kind.pair.radius(gear, s))
+        roll.append(mesh_kind.pair.roll_angle(gear, s))
+        beyond.append(radius[-1] - own.base_radius / np.cos(mesh_kind.pair.working_pressure_angle))
     return {
         "flank": list(parts.gears.flanks),
         "member": list(parts.gears.members),
@@ -95,7 +95,7 @@ def characteristic_points(parts: Parts) -> list[Any]:
 def mesh_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     """Return what the quasi-static contact analysis says at the stored phases."""
     each = [_of_mesh(parts, mesh, states) for mesh in range(len(parts.meshes))]
-    values: Values = {name: _meshes_together([one[name] for one in each]) for name in each[0]}
+    values: Values = {name: _meshes_together([values_of[name] for values_of in each]) for name in each[0]}
     gears = parts.gears
     values |= {
         "mesh_frequency": [gears.mesh_frequency] * len(each),
@@ -171,10 +171,10 @@ def _static_harmonics(parts: Parts, mesh: int, states: Sequence[Quasistatic]) ->
 
 def _harmonic_values(name: str, amplitude: list[Harmonics]) -> dict[str, Array]:
     return {
-        f"{name}_mean": np.array([one.mean for one in amplitude]),
-        f"{name}_rms": np.array([one.rms for one in amplitude]),
-        f"{name}_harmonics": np.stack([one.amplitude for one in amplitude]),
-        f"{name}_harmonics_phase": np.stack([one.phase for one in amplitude]),
+        f"{name}_mean": np.array([state.mean for state in amplitude]),
+        f"{name}_rms": np.array([state.rms for state in amplitude]),
+        f"{name}_harmonics": np.stack([state.amplitude for state in amplitude]),
+        f"{name}_harmonics_phase": np.stack([state.phase for state in amplitude]),
     }
 
 
@@ -195,18 +195,18 @@ def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
             np.stack([of_force(kind, force) for force in path])
             for kind, path in zip(parts.kinds, forces, strict=True)
         ]
-        return by_flank(parts, [np.stack([one, one], axis=1) for one in each])
+        return by_flank(parts, [np.stack([values_of, values_of], axis=1) for values_of in each])
 
     steady = np.ones((len(states), 1, 1))
     values: Values = {
-        "tooth_force": on_both(lambda one, force: force),
-        "contact_pressure": on_both(lambda one, force: factor * mean_pressure(force, one.path)),
+        "tooth_force": on_both(lambda of_kind, force: force),
+        "contact_pressure": on_both(lambda of_kind, force: factor * mean_pressure(force, of_kind.path)),
         "sliding_velocity": steady * by_flank(parts, [sliding_velocity(kind.path) for kind in parts.kinds]),
         "specific_sliding": steady * by_flank(parts, [kind.path.specific_sliding for kind in parts.kinds]),
     }
     if all(kind.film is not None for kind in parts.kinds):
-        values["film_thickness"] = on_both(lambda one, force: _thickness(one, force)[0])
-        values["lambda_ratio"] = on_both(lambda one, force: _thickness(one, force)[1])
+        values["film_thickness"] = on_both(lambda of_kind, force: _thickness(of_kind, force)[0])
+        values["lambda_ratio"] = on_both(lambda of_kind, force: _thickness(of_kind, force)[1])
     laws = [kind.law for kind in parts.kinds]
     if all(law is not None for law in laws):
         values["effective_wear_coefficient"] = by_flank(

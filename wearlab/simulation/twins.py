@@ -71,9 +71,9 @@ def carried(fine: ProfileGrid, values: Array, rough: ProfileGrid) -> Array:
     pairs = rough.pairs_at_phase_nodes
     present = pairs >= 0
     depths = np.empty((len(values), len(rough.touching)))
-    for row, one in zip(depths, fine.beyond(values), strict=True):
+    for row, removed in zip(depths, fine.beyond(values), strict=True):
         at_phases = np.empty(pairs.shape)
-        interpolate(fine.first, where, np.ascontiguousarray(one), 0.0, at_phases)
+        interpolate(fine.first, where, np.ascontiguousarray(removed), 0.0, at_phases)
         row[pairs[present]] = at_phases[present]
     return depths[:, rough.on_flank]
 
@@ -93,7 +93,7 @@ def rougher(
     if before is not None and _touch_all_along(responses) and _touch_all_along(before.state.responses):
         start = before.state.responses
     try:
-        wear = tuple(np.maximum(0.0, one) for one in _carried(parts, state.wear, rough))
+        wear = tuple(np.maximum(0.0, depth) for depth in _carried(parts, state.wear, rough))
         again = rough.coupling.evaluate(wear, start)
     except (StopWear, GearError):  # or its steps are too rough for any motion
         return None
@@ -122,7 +122,7 @@ def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
 def between_nodes(parts: Parts, wear: Wear, rough: Parts) -> float:
     """Return by how much wear is missed when it is carried to rougher nodes and back [m]."""
     back = _carried(rough, _carried(parts, wear, rough), parts)
-    return max(float(np.abs(one - own).max()) for one, own in zip(back, wear, strict=True))
+    return max(float(np.abs(carried - own).max()) for carried, own in zip(back, wear, strict=True))
 
 
 def flank_of_nodes(parts: Parts) -> Index:

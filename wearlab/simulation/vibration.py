@@ -144,8 +144,8 @@ def _mesh_response(
     parts: Parts, vibration: Vibration, touching: list[Touching], mesh: int, deflection: Array, rate: Array
 ) -> dict[str, Array]:
     """Return what one mesh does at the stored phases, the mesh periods first (the pairs before them)."""
-    one, where = parts.meshes[mesh], parts.look(mesh, parts.phase)
-    mine = touching[one.kind]
+    own_mesh, where = parts.meshes[mesh], parts.look(mesh, parts.phase)
+    mine = touching[own_mesh.kind]
     loads = mesh_forces(vibration.system, mesh, mine, where, deflection, rate)
     values = {
         "dynamic_mesh_force": loads.elastic,
@@ -161,7 +161,7 @@ def _mesh_response(
     if mine.series is not None:
         own = where.phase
         values["excitation_stiffness"] = mine.series.stiffness.value(own)
-        values["excitation_error"] = mine.series.error.value(own) + one.error.value(own)
+        values["excitation_error"] = mine.series.error.value(own) + own_mesh.error.value(own)
     return values
 
 

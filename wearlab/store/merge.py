@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from wearlab.store.catalogue import Entry
     from wearlab.store.store import Store
 
-BATCH = 16
 LARGEST = 10_000_000  # bytes of what a plug-in declares
 
 

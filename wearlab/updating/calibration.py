@@ -44,7 +44,7 @@ def calibrated(
     for t in range(n):
         made, life = twin(post, truths, t, before, rng)
         if told is not None:
-            made = tuple(replace(wrong, seen=one.seen) for wrong, one in zip(told, made, strict=True))
+            made = tuple(replace(believed, seen=real.seen) for believed, real in zip(told, made, strict=True))
         runs = post.histories
         if len(runs) > 1:  # its own run knows too much
             runs = tuple(run for i, run in enumerate(runs) if i != truths.run[t])

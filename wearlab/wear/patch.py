@@ -161,7 +161,7 @@ def remembered(make: Callable[Given, Made]) -> Callable[Given, Made]:
     kept: OrderedDict[tuple[bytes, ...], Made] = OrderedDict()
 
     @wraps(make)
-    def found(*args: Given.args, **kwargs: Given.kwargs) -> Made:
+    def kept_or_made(*args: Given.args, **kwargs: Given.kwargs) -> Made:
         given: tuple[Any, ...] = (*args, *kwargs.values())
         if len(given[0]) > MOST_NODES:
             return make(*args, **kwargs)
@@ -180,7 +180,7 @@ def remembered(make: Callable[Given, Made]) -> Callable[Given, Made]:
         kept.move_to_end(key)
         return kept[key]
 
-    return found
+    return kept_or_made
 
 
 @remembered

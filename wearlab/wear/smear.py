@@ -18,22 +18,6 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.compiled import jit, jit_inner
-from wearlab.wear.path import WearPath
-
-
-def average_over_contact_width(increment: Array, half_width: Array, path: WearPath) -> Array:
-    """Return the wear increment averaged over the contact width, (2, n) [m].
-
-    Parameters
-    ----------
-    increment : (2, n) pointwise wear increment (or rate), ≥ 0 [m]
-    half_width : (n,) Hertz half width a with the contact at each node [m]
-    path : WearPath of the same nodes
-    """
-    averaged = np.zeros_like(increment)
-    for gear in range(increment.shape[0]):
-        _spread(increment[gear], half_width, cell_edges(path.arc[gear]), averaged[gear])
-    return averaged
 
 
 def spreading(half_width: Array, arc: Array) -> Array:

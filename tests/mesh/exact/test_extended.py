@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from exact_extension import Deflections, extension
 
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.curve import constant
-from wearlab.mesh.exact.extension import Deflections, extension
 from wearlab.mesh.exact.gaps import DisplacementBeyond, ExactGaps, WornFlanks
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.profile import Extension, lookup, profile_grid

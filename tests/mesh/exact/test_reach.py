@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from exact_extension import Deflections, extension
 
-from wearlab.mesh.exact.extension import Deflections, extension
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.profile import profile_grid
 from wearlab.mesh.reach import Folded, reach_beyond

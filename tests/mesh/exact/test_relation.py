@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tip_contact import tip_separation
 
-from wearlab.gears.tip_contact import tip_separation
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.curve import constant
 from wearlab.mesh.exact import relation as relation_module

@@ -56,25 +56,25 @@ def _harmonics(
 def _together(series: list[Series]) -> list[Series]:
     """Return the series of runs without their places where all have the same natural frequencies."""
     frequencies: dict[tuple[object, ...], list[float]] = {}
-    for one in series:
-        if one.text == NATURAL:
-            place = tuple(sorted(item for item in one.key.items() if item[0] != "order"))
-            frequencies.setdefault(place, []).append(float(one.y[0]))
+    for curve in series:
+        if curve.text == NATURAL:
+            place = tuple(sorted(item for item in curve.key.items() if item[0] != "order"))
+            frequencies.setdefault(place, []).append(float(curve.y[0]))
     some = list(frequencies.values())
     alike = all(len(curve) == len(some[0]) and np.allclose(curve, some[0], rtol=ALIKE) for curve in some)
     if not alike and len(some) <= MOST_APART:
         return series
     by_mode: dict[object, Series] = {}
-    longest = sorted(series, key=lambda one: -float(one.x[-1]))
-    for one in longest:
-        key = {name: label for name, label in one.key.items() if name == "order"}
-        same = (tuple(key), tuple(key.values()), one.text, *(f"{x:.6g}" for x in one.y))
-        by_mode.setdefault(same if one.look != "points" else id(one), replace(one, key=key))
+    longest = sorted(series, key=lambda curve: -float(curve.x[-1]))
+    for curve in longest:
+        key = {name: label for name, label in curve.key.items() if name == "order"}
+        same = (tuple(key), tuple(key.values()), curve.text, *(f"{x:.6g}" for x in curve.y))
+        by_mode.setdefault(same if curve.look != "points" else id(curve), replace(curve, key=key))
     lines: dict[Label, Series] = {}
-    for one in by_mode.values():
-        if "order" in one.key:
-            lines.setdefault(one.key["order"], one)
-    others = [one for one in by_mode.values() if "order" not in one.key]
+    for curve in by_mode.values():
+        if "order" in curve.key:
+            lines.setdefault(curve.key["order"], curve)
+    others = [curve for curve in by_mode.values() if "order" not in curve.key]
     return [*(lines[order] for order in sorted(lines)), *others]
 
 

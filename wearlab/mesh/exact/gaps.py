@@ -171,8 +171,8 @@ class DisplacementBeyond:
         self.flanks.check_thickness(wear)
         removed = wear + self.flanks.modification
         gap = self.flanks.grid.beyond(removed.sum(axis=0))
-        for part, one in self.corners:
-            least = one.gap(removed)
+        for part, tip in self.corners:
+            least = tip.gap(removed)
             gap[part] += least[:-1] - least[-1]
         return gap
 

@@ -79,8 +79,8 @@ def corner_gap(driving: Flank, driven: Flank, x: float, s2: float, reach: float)
 @jit_inner
 def _excess_reach(driving, driven, x, s, w, reach):  # type: ignore[no-untyped-def]
     """Return by how much a driving point reaches further; inside the base circle, to that."""
-    found, _, _ = _seen(driving, driven, x, s, w)
-    return (found if found == found else -driven.side * driven.curvature) - reach
+    excess, _, _ = _seen(driving, driven, x, s, w)
+    return (excess if excess == excess else -driven.side * driven.curvature) - reach
 
 
 @jit_inner

@@ -34,9 +34,9 @@ def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankCont
     FlankContact; its ``gap`` is inf, and the points NaN, where the flanks cannot meet at all
     """
     x = np.ascontiguousarray(np.ravel(np.asarray(position, float)))
-    found = FlankContact(np.full(len(x), np.nan), np.full(len(x), np.nan), x.copy(), np.empty(len(x)))
-    _search(driving, driven, trace(driving, driven), x, found.driving, found.driven, found.x_driven)
-    return found
+    contact = FlankContact(np.full(len(x), np.nan), np.full(len(x), np.nan), x.copy(), np.empty(len(x)))
+    _search(driving, driven, trace(driving, driven), x, contact.driving, contact.driven, contact.x_driven)
+    return contact
 
 
 @jit(allocates=True)
@@ -128,9 +128,9 @@ def _at_corners(driving, driven, x, span, where, partner, gap):  # type: ignore[
             s2 = driven.start[k] + end * driven.width[k]
             if abs(s2 - x) > span:
                 continue
-            found, s = corner_gap(driving, driven, x, s2, driven.reached[k, end])
-            if found < gap:
-                where, partner, gap = s, s2, found
+            corner, s = corner_gap(driving, driven, x, s2, driven.reached[k, end])
+            if corner < gap:
+                where, partner, gap = s, s2, corner
     return where, partner, gap
 
 

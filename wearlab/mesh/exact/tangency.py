@@ -58,9 +58,9 @@ def tangency(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact
     Y23 Eqs. 9–23, Algorithm 1 line 11 for φ1.
     """
     s = np.ascontiguousarray(np.ravel(np.asarray(position, float)))
-    found = FlankContact(s.copy(), *(np.full(len(s), np.nan) for _ in range(3)))
-    _solve(driving, driven, s, found.driven, found.x_driving, found.x_driven)
-    return found
+    contact = FlankContact(s.copy(), *(np.full(len(s), np.nan) for _ in range(3)))
+    _solve(driving, driven, s, contact.driven, contact.x_driving, contact.x_driven)
+    return contact
 
 
 @jit

@@ -224,13 +224,13 @@ def _in_one_part(driven, part, partner):  # type: ignore[no-untyped-def]
 
 @jit
 def traced_gap(
-    found: Trace, driving: Flank, driven: Flank, least: tuple[float, float], x: float
+    traced: Trace, driving: Flank, driven: Flank, least: tuple[float, float], x: float
 ) -> tuple[float, float, float]:
     """Return the smallest rotation gap at x by the trace.
 
     Parameters
     ----------
-    found : trace of the two flanks
+    traced : trace of the two flanks
     driving, driven : the flanks
     least : least material removed from each of them [m]
     x : position to which the driving gear has turned [m along the line of action]
@@ -240,33 +240,33 @@ def traced_gap(
     gap, points of the driving and the driven flank [m]; inf where the trace finds none
     """
     gap, where, partner = math.inf, math.nan, math.nan
-    if not found.usable:
+    if not traced.usable:
         return gap, where, partner
-    k = np.searchsorted(found.furthest, x - SLACK)
-    while k < len(found.nearest) and found.nearest[k] <= x + SLACK:
-        if found.grows[k] and found.x[k, 0] - SLACK <= x <= found.x[k, 2] + SLACK:
-            value, s, s2 = _stationary(found.x[k], driving, driven, k, x)
+    k = np.searchsorted(traced.furthest, x - SLACK)
+    while k < len(traced.nearest) and traced.nearest[k] <= x + SLACK:
+        if traced.grows[k] and traced.x[k, 0] - SLACK <= x <= traced.x[k, 2] + SLACK:
+            value, s, s2 = _stationary(traced.x[k], driving, driven, k, x)
             if not value < math.inf:
                 return math.inf, math.nan, math.nan
             if value < gap:
                 gap, where, partner = value, s, s2
         k += 1
-    for i in range(len(found.driving.position)):
-        s, w = found.driving.position[i], found.driving.shift[i]
-        if may_touch(s - x, found.parts, least[1] - w, gap):
+    for i in range(len(traced.driving.position)):
+        s, w = traced.driving.position[i], traced.driving.shift[i]
+        if may_touch(s - x, traced.parts, least[1] - w, gap):
             value, s2 = rotation_gap(driving, driven, x, s, w)
             if value < gap:
                 gap, where, partner = value, s, s2
-    for i in range(len(found.driven.position)):
-        s2, w = found.driven.position[i], found.driven.shift[i]
-        if may_touch(s2 - x, found.parts, least[0] + w, gap):
+    for i in range(len(traced.driven.position)):
+        s2, w = traced.driven.position[i], traced.driven.shift[i]
+        if may_touch(s2 - x, traced.parts, least[0] + w, gap):
             value, s = corner_gap(driving, driven, x, s2, s2 + w)
             if value < gap:
                 gap, where, partner = value, s, s2
-    for j in found.unknown:
+    for j in traced.unknown:
         before, after = driving.start[j] - x, x - driving.start[j] - driving.width[j]
         removed = least[1] - max(driving.shift[j, 0], driving.shift[j, 1])
-        if may_touch(max(before, after, 0.0), found.parts, removed, gap):
+        if may_touch(max(before, after, 0.0), traced.parts, removed, gap):
             for end in range(2):
                 s = driving.start[j] + end * driving.width[j]
                 value, s2 = rotation_gap(driving, driven, x, s, driving.shift[j, end])

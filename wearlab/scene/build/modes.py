@@ -20,14 +20,12 @@ class SceneModes(NamedTuple):
     modes : natural frequencies, shapes and participations
     critical_speed : (orders, n_modes) speeds of the input member at which harmonic 1, 2 … of the mesh
         meets a mode [rad/s]
-    mean_stiffness : (n_mesh,) of the unworn meshes [N/m]
     coordinates : names of the coordinates
     kinds : what moves in each mode of a planetary set with translations, None for other models
     """
 
     modes: Modes
     critical_speed: Array
-    mean_stiffness: Array
     coordinates: tuple[str, ...]
     kinds: tuple[str, ...] | None
 
@@ -41,7 +39,6 @@ def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
     return SceneModes(
         system_modes,
         critical_speeds(system_modes.frequency, parts.gears.input_teeth, orders),
-        stiffness,
         parts.vibration.system.coordinates,
         mode_kinds(parts.vibration.system, system_modes) if _moves_in_plane(parts.vibration.system) else None,
     )

@@ -11,7 +11,7 @@ from wearlab.gears.pair import GearPair
 from wearlab.life.coupled import kinds_of
 from wearlab.life.coupling import Coupling
 from wearlab.life.vibration import Vibration
-from wearlab.mesh.clock import Instants, Mesh, breaks_on_clock, instants, look
+from wearlab.mesh.clock import Mesh, breaks_on_clock, look
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.profile import Extension, Lookup

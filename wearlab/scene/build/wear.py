@@ -45,7 +45,9 @@ def build_law(scene: Scene, pair: GearPair, path: WearPath) -> PreparedLaw | Non
         return None
     settings = [setting(scene, pair, path, gear) for gear in (0, 1)]
     each = [wear.coefficient_of(gear.name) for gear in pair.gears]
-    first, second = (_flank(scene, one, where) for one, where in zip(each, settings, strict=True))
+    first, second = (
+        _flank(scene, coefficient, where) for coefficient, where in zip(each, settings, strict=True)
+    )
     law = WearLaw(
         flanks=(first, second),
         lambda_ratio=_lambda_ratio(each, settings[0]),

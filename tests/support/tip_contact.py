@@ -8,8 +8,6 @@ import math
 
 from wearlab.gears.pair import TIP_AT, GearPair
 
-BISECTIONS = 60
-
 
 def tip_separation(pair: GearPair, end: str, distance: float) -> float:
     """Return the gap along the line of action between a tip corner and the mating flank [m].
@@ -56,25 +54,3 @@ def _base_angle(point: complex, base_radius: float, sign: int) -> float:
     """Return where on the base circle the involute through a point begins [rad]."""
     alpha = math.acos(min(1.0, base_radius / abs(point)))
     return math.atan2(point.imag, point.real) + sign * (math.tan(alpha) - alpha)
-
-
-def extension(pair: GearPair, deflection: float) -> float:
-    """Return by how much a deflection lengthens the path of contact, both ends together [m].
-
-    Parameters
-    ----------
-    pair : the pair
-    deflection : along the line of action [m]
-
-    References
-    ----------
-    Munro, Morrish & Palmer 1999: tip corners touch beyond the ends of the path.
-    """
-    total = 0.0
-    for end in ("A", "E"):
-        low, high = 0.0, pair.base_pitch
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if tip_separation(pair, end, middle) < deflection else (low, middle)
-        total += high
-    return total

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from wearlab.arrays import Array
 from wearlab.mesh.beyond import beyond_path
 from wearlab.mesh.exact.gaps import WornFlanks
@@ -43,14 +41,3 @@ def extension(flanks: WornFlanks, wear: Array, deflection: Deflections) -> Exten
     first, second = flanks.worn(wear)
     both = deflection.entering, deflection.leaving
     return beyond_path(flanks.pair, lambda x: minimum_gap(first, second, x).gap, both, CLOSE, SCAN)
-
-
-def furthest(flanks: WornFlanks) -> Extension:
-    """Return how far beyond A and E tip corners of unworn gears meet an involute at all.
-
-    References
-    ----------
-    Munro, Morrish & Palmer 1999.
-    """
-    everything = Deflections(np.inf, np.inf)
-    return extension(flanks, np.zeros((2, len(flanks.grid.position))), everything)
