@@ -49,8 +49,8 @@ def mesh_acceleration_at(
         tables=response.tables._replace(width=grid.width[step], **at_points),
         pieces=None,  # points one after another are no steps
     )
-    found = accelerations(points)[:, :, 0] @ response.system.direction.T
-    return np.ascontiguousarray(found.transpose(0, 2, 1))
+    by_mesh = accelerations(points)[:, :, 0] @ response.system.direction.T
+    return np.ascontiguousarray(by_mesh.transpose(0, 2, 1))
 
 
 def within_steps(grid: StageGrid, nodes: int = NODES) -> tuple[Array, Index, Array]:

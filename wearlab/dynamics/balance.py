@@ -101,12 +101,12 @@ def _free(system: System) -> Array:
 
 def _pivots(shapes: Array) -> Index:
     """Return one coordinate a shape, those by which the shapes are told apart best."""
-    left, found = shapes.copy(), []
+    left, pivots = shapes.copy(), []
     for row in range(len(shapes)):
         at = int(np.abs(left[row]).argmax())
-        found.append(at)
+        pivots.append(at)
         left -= np.outer(left[:, at] / left[row, at], left[row])
-    return np.array(found)
+    return np.array(pivots)
 
 
 def solved_load(system: System, balance: Balance | None) -> System:

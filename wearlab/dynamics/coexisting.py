@@ -53,8 +53,8 @@ class _CutOff(Exception):
 class _Bounded(Shooting):
     """Orbits of one system, found with a bounded number of mesh periods."""
 
-    def __init__(self, found: Response, most: int) -> None:
-        super().__init__(found.system, found.tables, found.mesh_period)
+    def __init__(self, response: Response, most: int) -> None:
+        super().__init__(response.system, response.tables, response.mesh_period)
         self.most = most
 
     def march(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
@@ -71,12 +71,12 @@ class _Bounded(Shooting):
         return super().shoot(periods, state, touch=touch, most=passes)
 
 
-def coexisting(found: Response, method: Periodic, most_steps: int = MOST_STEPS) -> Search:
+def coexisting(response: Response, method: Periodic, most_steps: int = MOST_STEPS) -> Search:
     """Look for another attractor that the released flanks reach; there is none when all return.
 
     Parameters
     ----------
-    found : a periodic, attracting response; no other is looked at
+    response : a periodic, attracting response; no other is looked at
     method : how long to march, and how long a period may be
     most_steps : bound on the integration steps of the search
 
@@ -84,13 +84,13 @@ def coexisting(found: Response, method: Periodic, most_steps: int = MOST_STEPS) 
     -----
     A search, not a proof: an attractor that none of the releases reaches stays unknown.
     """
-    if found.period == 0 or not found.verdict.unique or not found.system.load.any():
+    if response.period == 0 or not response.verdict.unique or not response.system.load.any():
         return Search()
-    scale, most, periods = _mean_deflection(found), most_steps // len(found.tables.width), 0
-    for number, state in enumerate(_releases(found, scale)):
+    scale, most, periods = _mean_deflection(response), most_steps // len(response.tables.width), 0
+    for number, state in enumerate(_releases(response, scale)):
         # Marching moves the loads that keep a free set at its speed: each release starts from those found.
-        shooting = _Bounded(found, most - periods)
-        home = _Home(found, scale, shooting.rate)
+        shooting = _Bounded(response, most - periods)
+        home = _Home(response, scale, shooting.rate)
         try:
             rival = _attractor(shooting, state, home, method)
         except _CutOff:
@@ -104,11 +104,11 @@ def coexisting(found: Response, method: Periodic, most_steps: int = MOST_STEPS) 
 class _Home:
     """The strobed states of the response found; where a set turns freely it may have turned meanwhile."""
 
-    def __init__(self, found: Response, scale: float, rate: float) -> None:
+    def __init__(self, response: Response, scale: float, rate: float) -> None:
         self.scale, self.rate = scale, rate
-        self.states = found.state[:, 0]
-        turning = rigid_modes(found.system)
-        self.still = np.eye(len(found.system.load)) - turning.T @ (turning @ found.system.mass)
+        self.states = response.state[:, 0]
+        turning = rigid_modes(response.system)
+        self.still = np.eye(len(response.system.load)) - turning.T @ (turning @ response.system.mass)
 
     def distance(self, state: Array) -> float:
         """Return how far a strobed state is from the orbit, over the mean deflection [1]."""
@@ -118,15 +118,15 @@ class _Home:
         return float(np.abs(apart).max(axis=(1, 2)).min()) / self.scale
 
 
-def _mean_deflection(found: Response) -> float:
-    n = len(found.system.load)
-    state = found.state[:, :-1, :n]
-    deflection = state @ found.system.direction.T - found.tables.error[:, 0]
+def _mean_deflection(response: Response) -> float:
+    n = len(response.system.load)
+    state = response.state[:, :-1, :n]
+    deflection = state @ response.system.direction.T - response.tables.error[:, 0]
     return float(np.abs(deflection.mean(axis=(0, 1))).max())
 
 
-def _releases(found: Response, scale: float) -> Iterator[Array]:
-    direction = found.system.direction.sum(axis=0)
+def _releases(response: Response, scale: float) -> Iterator[Array]:
+    direction = response.system.direction.sum(axis=0)
     for approach, spread in RELEASES:
         state = np.zeros(2 * len(direction))
         if spread:

@@ -127,7 +127,7 @@ def _parts(steps: int) -> list[int]:
 
 def _normalised(linear: tuple[Frozen, ...]) -> tuple[Array, Array]:
     """Return M⁻¹K and M⁻¹C at mean mesh stiffnesses."""
-    mass, stiffness, damping, d, mesh_damping, mean = (one.array for one in linear)
+    mass, stiffness, damping, d, mesh_damping, mean = (frozen.array for frozen in linear)
     inverse = np.linalg.inv(mass)
     k = inverse @ (stiffness + d.T @ (mean[:, None] * d))
     c = inverse @ (damping + d.T @ (mesh_damping[:, None] * d))
@@ -148,8 +148,8 @@ def _tables(linear: tuple[Frozen, ...], basis: Frozen, length: Frozen) -> tuple[
     matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-k, -c]])
     enters = np.vstack([np.zeros((n, len(basis.array))), np.linalg.solve(mass, basis.array.T)])
     turn = largest_rate(k, c) * float(length.array.max())
-    found = [_group(matrix, enters, direction, length.array, turn, steps) for steps in SIZES]
-    rows = [row for group in found for row in np.hstack([one.reshape(len(one), -1) for one in group])]
+    groups = [_group(matrix, enters, direction, length.array, turn, steps) for steps in SIZES]
+    rows = [row for group in groups for row in np.hstack([table.reshape(len(table), -1) for table in group])]
     begin = np.cumsum([0, *map(len, rows[:-1])]).reshape(len(SIZES), -1)
     return np.concatenate(rows), begin
 

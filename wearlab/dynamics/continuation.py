@@ -103,9 +103,9 @@ class Continuation:
             orbit = _orbit_of(shooting, strobe, method)
             if orbit is not None:
                 verdict = Verdict(True, orbit.largest < 1.0 - method.margin, orbit.unique, True)
-                found = shooting.response(orbit, verdict)
+                response = shooting.response(orbit, verdict)
                 turns = -(-self.strobe // orbit.periods)
-                return Point(speed, found, np.tile(orbit.state[:, 0], (turns, 1))[: self.strobe])
+                return Point(speed, response, np.tile(orbit.state[:, 0], (turns, 1))[: self.strobe])
         count = max(self.strobe, method.averaged)
         strobe, path = shooting.march(state, count, method.averaged)
         return Point(speed, shooting.aperiodic(path, 0.0), strobe[-self.strobe :])
@@ -113,26 +113,26 @@ class Continuation:
     def jumps(self, mesh_at: MeshAt, points: Sequence[Point]) -> list[JumpOfResponse]:
         """Return where the responses of successive speeds lie on different branches."""
         largest = max(point.extent for point in points)
-        found = (
-            self._located(mesh_at, one, two)
-            for one, two in pairwise(points)
-            if abs(two.extent - one.extent) > SUDDEN * largest
-            and (one.response.period > 0 or two.response.period > 0)
+        jumps = (
+            self._located(mesh_at, slow, fast)
+            for slow, fast in pairwise(points)
+            if abs(fast.extent - slow.extent) > SUDDEN * largest
+            and (slow.response.period > 0 or fast.response.period > 0)
         )
-        return [jump for jump in found if jump is not None]
+        return [jump for jump in jumps if jump is not None]
 
-    def _located(self, mesh_at: MeshAt, one: Point, two: Point) -> JumpOfResponse | None:
+    def _located(self, mesh_at: MeshAt, first: Point, second: Point) -> JumpOfResponse | None:
         """Bisect between two speeds; None when the change shrinks with the distance: it was only steep."""
-        change = abs(two.extent - one.extent)
+        change = abs(second.extent - first.extent)
         for _ in range(BISECTIONS):
-            middle = self.at(mesh_at, 0.5 * (one.speed + two.speed), one.response.end)
-            if abs(middle.extent - one.extent) <= abs(middle.extent - two.extent):
-                one = middle
+            middle = self.at(mesh_at, 0.5 * (first.speed + second.speed), first.response.end)
+            if abs(middle.extent - first.extent) <= abs(middle.extent - second.extent):
+                first = middle
             else:
-                two = middle
-            if abs(two.extent - one.extent) < STAYS * change:
+                second = middle
+            if abs(second.extent - first.extent) < STAYS * change:
                 return None
-        return JumpOfResponse(one.speed, two.speed, one.extent, two.extent)
+        return JumpOfResponse(first.speed, second.speed, first.extent, second.extent)
 
 
 def _marched(shooting: Shooting, state: Array, most: int, longest: int) -> Array:

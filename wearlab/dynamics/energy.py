@@ -75,8 +75,8 @@ def nominal_speeds(system: System, given: Mapping[str, float]) -> Array:
     names = system.coordinates
     unknown = [at for at, name in enumerate(names) if name.endswith(".u") and name not in given]
     speed = np.array([given.get(name, 0.0) for name in names])
-    found, _, rank, _ = np.linalg.lstsq(system.direction[:, unknown], -system.direction @ speed, rcond=None)
-    speed[unknown] = found
+    turning, _, rank, _ = np.linalg.lstsq(system.direction[:, unknown], -system.direction @ speed, rcond=None)
+    speed[unknown] = turning
     if rank < len(unknown) or np.abs(system.direction @ speed).max() > 1e-9 * np.abs(speed).max():
         raise ValueError(f"the speeds of {', '.join(given)} do not say how the whole set turns")
     return speed
@@ -154,12 +154,12 @@ def _mesh_at(response: Response, x: Array) -> _Mesh:
     step, fraction = np.tile(np.arange(steps), len(x)), np.repeat(x, steps)
     shape, between = (len(x), steps, tables.error.shape[2]), response.within
     before, here, after = (
-        [one.reshape(*shape, -1) for one in between.springs(step, fraction + moved)]
+        [values.reshape(*shape, -1) for values in between.springs(step, fraction + moved)]
         for moved in (-NEARBY, 0.0, NEARBY)
     )
     duration = 2.0 * NEARBY * period * tables.width[:, None, None]
     rates = [(late - early) / duration for early, late in zip(before, after, strict=True)]
-    error, error_rate = (one.reshape(shape) for one in between.errors(step, fraction))
+    error, error_rate = (values.reshape(shape) for values in between.errors(step, fraction))
     return _Mesh(
         here[0],
         rates[0],
@@ -175,8 +175,8 @@ def _mesh_at(response: Response, x: Array) -> _Mesh:
 def _parabolas(table: Array, x: Array) -> Array:
     """Return stage values at fractions x of all steps, (n_fractions, n_steps, …)."""
     steps = len(table)
-    found = parabola(table, np.tile(np.arange(steps), len(x)), np.repeat(x, steps))
-    return found.reshape(len(x), *table.shape[:1], *table.shape[2:])
+    values = parabola(table, np.tile(np.arange(steps), len(x)), np.repeat(x, steps))
+    return values.reshape(len(x), *table.shape[:1], *table.shape[2:])
 
 
 def _flank_powers(system: System, mesh: _Mesh, delta: Array) -> _Flanks:
@@ -249,6 +249,6 @@ def _gained(response: Response, nominal: Array) -> float:
 def _within_steps(response: Response, x: Array) -> tuple[Array, Array]:
     """Return q and q̇ at fractions of the steps, (n_kept, n_nodes, n_steps, n)."""
     steps = len(response.tables.width)
-    found = response.motion.at(np.tile(np.arange(steps), len(x)), np.repeat(x, steps))
-    q, v = (values.reshape(len(values), len(x), steps, -1) for values in found)
+    motion = response.motion.at(np.tile(np.arange(steps), len(x)), np.repeat(x, steps))
+    q, v = (values.reshape(len(values), len(x), steps, -1) for values in motion)
     return q, v

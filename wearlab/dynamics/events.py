@@ -140,12 +140,12 @@ def crossing(
     m: int,
     p: int,
     changed: bool,
-    found: float,
+    earliest: float,
     period: float,
     width: Any,
     s: Any,
 ) -> float:
-    """Return the fraction between ``a`` and ``b`` where a compression x passes zero, 2.0 if after ``found``.
+    """Return the fraction between ``a`` and ``b`` where a compression x is zero, 2.0 if after ``earliest``.
 
     Secants on the sub-step itself, column 0 only, from the root of the cubic through values and rates at both
     ends, kept in a bracket; x is negative in state ``end``, at ``b``. Where the flank has just ``changed`` at
@@ -160,7 +160,7 @@ def crossing(
     if changed and not low_rate > 0.0:
         return a
     x = a + span * first_guess(0.0 if changed else low, high, low_rate, high_rate, changed)
-    if x > found + LATER * span:
+    if x > earliest + LATER * span:
         return 2.0
     if changed:
         low, high = low_rate / span, high / span
@@ -198,9 +198,9 @@ def first_change(
     rest of the step say which flanks to look at: one whose contact both agree with has not changed.
     """
     pairs = len(kernel.pairs)
-    found, found_mesh, found_flank = 2.0, NOTHING, NOTHING
+    earliest, found_mesh, found_flank = 2.0, NOTHING, NOTHING
     if not 1.0 - a > NO_TIME:
-        return found, found_mesh, found_flank
+        return earliest, found_mesh, found_flank
     size, middle = np.uint64(len(s.part) // 4), a + 0.5 * (1.0 - a)
     two, three = size + size, size + size + size
     part_step(kernel, tables, step, a, middle, period, np.uint64(1), width, s, np.uint64(0), two)
@@ -212,14 +212,14 @@ def first_change(
             changed = m == mesh and p == flank
             sign = 1.0 if s.contact[m, p] else -1.0
             if sign * compression(kernel, tables, step, m, p, middle, s, two, width) < 0.0:
-                x = crossing(kernel, tables, step, a, middle, two, m, p, changed, found, period, width, s)
+                x = crossing(kernel, tables, step, a, middle, two, m, p, changed, earliest, period, width, s)
             elif sign * compression(kernel, tables, step, m, p, 1.0, s, three, width) < 0.0:
-                x = crossing(kernel, tables, step, a, 1.0, three, m, p, changed, found, period, width, s)
+                x = crossing(kernel, tables, step, a, 1.0, three, m, p, changed, earliest, period, width, s)
             else:
                 continue
-            if x < found:
-                found, found_mesh, found_flank = x, m, p
-    return found, found_mesh, found_flank
+            if x < earliest:
+                earliest, found_mesh, found_flank = x, m, p
+    return earliest, found_mesh, found_flank
 
 
 @jit_inner

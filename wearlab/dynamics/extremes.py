@@ -54,12 +54,12 @@ def _over_periods(response: Response) -> Extremes:
     meshes, steps = len(response.system.direction), len(response.tables.width)
     block = max(1, AT_ONCE // (len(FRACTIONS) * steps * meshes))
     kept = len(response.state)
-    found = [_of_periods(response, slice(at, min(at + block, kept))) for at in range(0, kept, block)]
+    blocks = [_of_periods(response, slice(at, min(at + block, kept))) for at in range(0, kept, block)]
     share = np.array([min(block, kept - at) / kept for at in range(0, kept, block)])
     return Extremes(
-        np.min([one.least for one in found], axis=0),
-        np.max([one.largest for one in found], axis=0),
-        share @ np.array([one.separated for one in found]),
+        np.min([extreme.least for extreme in blocks], axis=0),
+        np.max([extreme.largest for extreme in blocks], axis=0),
+        share @ np.array([extreme.separated for extreme in blocks]),
     )
 
 
@@ -71,8 +71,8 @@ def _of_periods(response: Response, kept: slice) -> Extremes:
     ]
     apart = _positive_share(forces.clearance).mean(axis=0)
     return Extremes(
-        np.min([forces.elastic.min(axis=(0, 1, 2)), *(one.min(axis=0) for one in closely)], axis=0),
-        np.max([forces.elastic.max(axis=(0, 1, 2)), *(one.max(axis=0) for one in closely)], axis=0),
+        np.min([forces.elastic.min(axis=(0, 1, 2)), *(force.min(axis=0) for force in closely)], axis=0),
+        np.max([forces.elastic.max(axis=(0, 1, 2)), *(force.max(axis=0) for force in closely)], axis=0),
         width @ apart / width.sum(),
     )
 

@@ -256,11 +256,11 @@ def friction_stage(
                 w_a += rubs * gap
                 k_b += arm
                 w_b += arm * gap
-        one, two = meshes + m, 2 * meshes + m
-        mesh[stage * channels + one], mesh[stage * channels + two] = k_a, k_b
-        mesh[3 * channels + one], mesh[3 * channels + two] = 0.0, 0.0
-        push_channel(kernel.structure, one, stage, w_a, len(width), push)
-        push_channel(kernel.structure, two, stage, w_b, len(width), push)
+        constant, slope = meshes + m, 2 * meshes + m
+        mesh[stage * channels + constant], mesh[stage * channels + slope] = k_a, k_b
+        mesh[3 * channels + constant], mesh[3 * channels + slope] = 0.0, 0.0
+        push_channel(kernel.structure, constant, stage, w_a, len(width), push)
+        push_channel(kernel.structure, slope, stage, w_b, len(width), push)
 
 
 @jit_inner(forceinline=True)

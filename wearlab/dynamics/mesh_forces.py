@@ -116,11 +116,11 @@ def moments(
     s = np.zeros(loads.pair.shape[1:])
     interpolate(grid.first, where, grid.touching, 0.0, s)
     rubs = coefficient * grid.sliding_sense[where.segment]
-    found = []
+    of_gears = []
     for arm, gear in zip(pair.curvature(s.ravel()), pair.gears, strict=True):
         share = rubs * arm.reshape(s.shape) / gear.base_radius
-        found.append(plain + (loads.pair * share).sum(axis=-1))
-    return np.stack(found)
+        of_gears.append(plain + (loads.pair * share).sum(axis=-1))
+    return np.stack(of_gears)
 
 
 def load_factors(kind: PairOfSet, means: Array) -> Array:
@@ -156,13 +156,13 @@ def mean_force_residual(
     """
     of_kind = [each.mean(axis=0) for each in means]
     if not rubs:
-        found = [_relative(float(mean.mean()), load) for mean, load in zip(of_kind, loads, strict=True)]
-        return max(found, key=abs)
+        residuals = [_relative(float(mean.mean()), load) for mean, load in zip(of_kind, loads, strict=True)]
+        return max(residuals, key=abs)
     loaded = kinds[0].loaded
-    found = [_relative(of_kind[0][loaded], loads[0])]
+    residuals = [_relative(of_kind[0][loaded], loads[0])]
     if len(kinds) > 1:
-        found.append(_relative(of_kind[1][1 - kinds[1].loaded], of_kind[0][1 - loaded]))
-    return max(found, key=abs)
+        residuals.append(_relative(of_kind[1][1 - kinds[1].loaded], of_kind[0][1 - loaded]))
+    return max(residuals, key=abs)
 
 
 def _relative(mean: float, load: float) -> float:

@@ -15,7 +15,7 @@ MOVES = 1e-9
 """Share of a mode's kinetic energy from which a motion takes part in it."""
 
 
-def mode_kinds(system: System, found: Modes) -> tuple[Kind, ...]:
+def mode_kinds(system: System, modes: Modes) -> tuple[Kind, ...]:
     """Return the kind of every mode.
 
     With equal, equally spaced planets the central members (sun, ring, carrier) only turn in a rotational
@@ -26,7 +26,7 @@ def mode_kinds(system: System, found: Modes) -> tuple[Kind, ...]:
     Parameters
     ----------
     system : a planetary system
-    found : its modes
+    modes : its modes
 
     References
     ----------
@@ -36,9 +36,9 @@ def mode_kinds(system: System, found: Modes) -> tuple[Kind, ...]:
     turns = np.array([c and n.endswith(".u") for c, n in zip(central, system.coordinates, strict=True)])
     shifts = np.array([c and not n.endswith(".u") for c, n in zip(central, system.coordinates, strict=True)])
     kinds: list[Kind] = []
-    for group in _groups(found.frequency):
-        shapes = _separated(found.shape[group], system.mass, turns, shifts)
-        kinds += [_kind(shape, system.mass, turns, shifts, found.frequency[group[0]]) for shape in shapes]
+    for group in _groups(modes.frequency):
+        shapes = _separated(modes.shape[group], system.mass, turns, shifts)
+        kinds += [_kind(shape, system.mass, turns, shifts, modes.frequency[group[0]]) for shape in shapes]
     return tuple(kinds)
 
 

@@ -26,10 +26,10 @@ def multipliers_of(system: System, balance: Balance | None, derivative: Array, s
     matrix = derivative if balance is None else true_derivative(system, balance, derivative)
     matrix = over_sections(system, matrix, sections)
     real, imaginary, *_ = dgeev(matrix, compute_vl=0, compute_vr=0)
-    found = real + 1j * imaginary
+    multipliers = real + 1j * imaginary
     if balance is not None:
-        found = found[abs(found - 1.0).argsort()[2 * len(balance.held) :]]
-    return np.asarray(found[abs(found).argsort()[::-1]], np.complex128)
+        multipliers = multipliers[abs(multipliers - 1.0).argsort()[2 * len(balance.held) :]]
+    return np.asarray(multipliers[abs(multipliers).argsort()[::-1]], np.complex128)
 
 
 def over_sections(system: System, derivative: Array, sections: int) -> Array:

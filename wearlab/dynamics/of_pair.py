@@ -71,5 +71,5 @@ def _support(given: Any, base_radius: float) -> GearSupport:
 
 def _friction(pair: GearPair) -> PairFriction:
     """Return where friction acts on a pair: arms that grow with s as the flanks' curvatures do."""
-    one, two = (curvature[1] - curvature[0] for curvature in pair.curvature(np.array([0.0, 1.0])))
-    return PairFriction(pair.working_pressure_angle, (float(one), float(two)))
+    first, second = (curvature[1] - curvature[0] for curvature in pair.curvature(np.array([0.0, 1.0])))
+    return PairFriction(pair.working_pressure_angle, (float(first), float(second)))

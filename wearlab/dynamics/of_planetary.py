@@ -33,7 +33,7 @@ def rigid_set(motion: InMotion) -> RigidSet:
 
 def held(supports: OfMembers, rigid: RigidSet) -> dict[str, MemberSupport]:
     """Return what holds the members, torsional supports as springs at the members' radii."""
-    return {name: _support(one, rigid.bodies[name]) for name, one in supports.given.items()}
+    return {name: _support(support, rigid.bodies[name]) for name, support in supports.given.items()}
 
 
 def _support(given: Any, body: Body) -> MemberSupport:

@@ -138,11 +138,11 @@ def meshes_of(rigid: RigidSet, meshing: Mapping[str, Meshing]) -> _Meshes:
 
     Where the meshes of one kind alone have a back flank, the others get one that no motion reaches.
     """
-    backlash = {mesh: one.backlash for mesh, one in meshing.items()}
+    backlash = {mesh: meshing_of.backlash for mesh, meshing_of in meshing.items()}
     given = {mesh: NEVER if value is None else value for mesh, value in backlash.items()}
     return {
-        "mesh_damping": rigid.per_mesh({mesh: one.damping for mesh, one in meshing.items()}),
-        "damping_always": any(one.damps_always for one in meshing.values()),
+        "mesh_damping": rigid.per_mesh({mesh: meshing_of.damping for mesh, meshing_of in meshing.items()}),
+        "damping_always": any(meshing_of.damps_always for meshing_of in meshing.values()),
         "mesh_mass": rigid.per_mesh(effective_masses(rigid)),
         "backlash": None if set(backlash.values()) <= {None} else rigid.per_mesh(given),
     }
@@ -190,12 +190,18 @@ def _on_pins(angles: Array, inner: float, bearing: MemberSupport, pull: float) -
 def _against_unbalance(held: Sequence[Support]) -> tuple[Support, ...]:
     """Return the supports, those of the carrier preloaded by what its planets' bearings add up to."""
     pulled = {
-        axis: sum(one.preload for one in held if one.member.startswith("planet") and one.axis == axis)
+        axis: sum(
+            support.preload
+            for support in held
+            if support.member.startswith("planet") and support.axis == axis
+        )
         for axis in "xy"
     }
     return tuple(
-        one._replace(preload=pulled[one.axis]) if one.member == "carrier" and one.axis in pulled else one
-        for one in held
+        support._replace(preload=pulled[support.axis])
+        if support.member == "carrier" and support.axis in pulled
+        else support
+        for support in held
     )
 
 

@@ -56,10 +56,10 @@ def planetary_torsional(
     own = [(f"{member}.u", held.get(member, FREE)) for member in ("sun", "carrier")]
     supports = tuple(
         support
-        for name, one in own
-        for support in grounded(names, name, one.tangential_stiffness, one.tangential_damping)
+        for name, holding in own
+        for support in grounded(names, name, holding.tangential_stiffness, holding.tangential_damping)
     )
-    free = not any(one.tangential_stiffness for _, one in own)
+    free = not any(holding.tangential_stiffness for _, holding in own)
     system = System(
         coordinates=names,
         mass=np.diag(mass),

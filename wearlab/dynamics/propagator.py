@@ -104,7 +104,7 @@ def input_vectors(system: System, balance: Balance | None) -> tuple[Array, Array
 
 @lru_cache(maxsize=16)
 def _propagator(given: tuple[Frozen, ...]) -> Propagator:
-    mass, stiffness, damping, vector, load, mesh_damping, mean, h = (one.array for one in given)
+    mass, stiffness, damping, vector, load, mesh_damping, mean, h = (frozen.array for frozen in given)
     meshes = len(mean)
     d, inverse = vector[:meshes], np.linalg.inv(mass)
     k = inverse @ (stiffness + d.T @ (mean[:, None] * d))

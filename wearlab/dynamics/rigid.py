@@ -32,10 +32,12 @@ def rigid_modes(system: System) -> Array:
 def _undamped(stiffness: Frozen, mass: Frozen, damping: Frozen) -> Array:
     c = damping.array
     square, shapes = eigh(stiffness.array, mass.array)
-    found = shapes[:, np.abs(square) <= NOTHING * np.abs(square).max()].T
+    undeformed = shapes[:, np.abs(square) <= NOTHING * np.abs(square).max()].T
     limit = 1e-9 * max(float(np.abs(c).max()), 1e-300)
-    resisted = np.abs(found @ c).max(axis=1, initial=0.0) > limit * np.abs(found).max(axis=1, initial=0.0)
-    rigid: Array = found[~resisted]
+    resisted = np.abs(undeformed @ c).max(axis=1, initial=0.0) > limit * np.abs(undeformed).max(
+        axis=1, initial=0.0
+    )
+    rigid: Array = undeformed[~resisted]
     return rigid
 
 
@@ -77,13 +79,13 @@ def _floating(system: System, free: Array) -> list[str]:
     """Return the members that free motions (n, n_free) move otherwise than by turning the set."""
     central = np.array([not name.startswith("planet") for name in system.coordinates])
     turns = np.array([name.endswith(".u") for name in system.coordinates])
-    found = set(_moved(system, free * (central & ~turns)[:, None]))
-    if not found and free.size:
+    floating = set(_moved(system, free * (central & ~turns)[:, None]))
+    if not floating and free.size:
         # Motions in which no central member turns are no rotation of the set.
         _, size, combinations = np.linalg.svd(free[central & turns] * np.sqrt(system.mass.diagonal().mean()))
         still = combinations[int((size > MOVES).sum()) :]
-        found = set(_moved(system, free @ still.T))
-    return sorted(found)
+        floating = set(_moved(system, free @ still.T))
+    return sorted(floating)
 
 
 def _moved(system: System, shapes: Array) -> list[str]:

@@ -58,9 +58,9 @@ class TableMarcher:
         steps, rows = len(self.tables.width), len(state)
         orbit, strobe = np.empty((keep * steps + 1) * rows), np.empty((count + 1, rows))
         states = np.empty((steps + 1) * rows * len(self.width))
-        one = np.uint64(1)
+        trajectory = np.uint64(1)
         self.changes += march_periods(
-            self.kernel, self.tables, self.period, one, self.width, state, keep, states, orbit, strobe,
+            self.kernel, self.tables, self.period, trajectory, self.width, state, keep, states, orbit, strobe,
             self.scratch, self.touch,
         )  # fmt: skip
         self.right_hand_sides += 4 * steps * count

@@ -82,11 +82,11 @@ def expand(structure: Any, balance: Any, mesh: Any, push: Any, h: float) -> int:
                 term[row, 0] += square * structure.load[row]
             push_tangents(balance, square, term)
         if j < 3:
-            for one in range(len(loads)):
-                at = channels + 1 + one
+            for which in range(len(loads)):
+                at = channels + 1 + which
                 value = parabola(push[at], push[inputs + at], push[2 * inputs + at])[j]
                 for row in range(n):
-                    term[row, 0] += square * value * loads[one, row]
+                    term[row, 0] += square * value * loads[which, row]
         for row in range(n):
             for col in range(np.uint64(0), np.uint64(w)):
                 term[row, col] /= (j + 1.0) * (j + 2.0)
@@ -130,11 +130,11 @@ def add_along(term: Any, factor: float, vector: Any, force: Any) -> None:
 @jit_inner
 def largest(term: Any, first: int, end: int) -> float:
     """Return the largest modulus in some columns of a matrix."""
-    found = 0.0
+    modulus = 0.0
     for row in range(term.shape[0]):
         for col in range(first, end):
-            found = max(found, abs(term[row, col]))
-    return found
+            modulus = max(modulus, abs(term[row, col]))
+    return modulus
 
 
 @jit_inner
@@ -228,7 +228,7 @@ def next_change(
     ``mesh`` and ``flank`` are those that changed where the rest begins: their approach has a root there,
     which is divided out. The middle and the end say which flanks to look at.
     """
-    found, found_mesh, found_flank = 2.0, NOTHING, NOTHING
+    earliest, found_mesh, found_flank = 2.0, NOTHING, NOTHING
     p_of = kernel.structure.approach
     for m in range(len(kernel.mesh_damping)):
         for p in range(len(kernel.pairs) + 1):
@@ -251,9 +251,9 @@ def next_change(
             else:
                 continue
             u = root(p_of, count, high) if p_of[0] > 0.0 else 0.0
-            if u < found:
-                found, found_mesh, found_flank = u, m, p
-    return found, found_mesh, found_flank
+            if u < earliest:
+                earliest, found_mesh, found_flank = u, m, p
+    return earliest, found_mesh, found_flank
 
 
 @jit_inner

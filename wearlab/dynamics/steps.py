@@ -40,8 +40,8 @@ def slowest_decay(system: System, mesh_stiffness: Array | float) -> float:
     ----------
     system, mesh_stiffness : as for `fastest_rate`
     """
-    found = _eigenvalues(system, mesh_stiffness)
-    vibrating = found[np.abs(found) > RIGID * np.abs(found).max()]
+    eigenvalues = _eigenvalues(system, mesh_stiffness)
+    vibrating = eigenvalues[np.abs(eigenvalues) > RIGID * np.abs(eigenvalues).max()]
     return max(0.0, float((-vibrating.real).min()))
 
 

@@ -86,25 +86,25 @@ def grounded(coordinates: Sequence[str], name: str, stiffness: float, damping: f
     """
     if stiffness == 0.0 and damping == 0.0:
         return ()
-    own = np.array([float(one == name) for one in coordinates])
+    own = np.array([float(coordinate == name) for coordinate in coordinates])
     member, _, axis = name.rpartition(".")
     return (Support(member, axis, own, own, stiffness, damping),)
 
 
 def stiffness_of(supports: Sequence[Support], count: int) -> Array:
     """Return ``K = Σ k d dᵀ`` of supports, (count, count) [N/m]."""
-    found = np.zeros((count, count))
-    for one in supports:
-        found += one.stiffness * np.outer(one.give, one.give)
-    return found
+    stiffness = np.zeros((count, count))
+    for support in supports:
+        stiffness += support.stiffness * np.outer(support.give, support.give)
+    return stiffness
 
 
 def damping_of(supports: Sequence[Support], count: int) -> Array:
     """Return ``C = Σ c r rᵀ`` of supports, (count, count) [N s/m]."""
-    found = np.zeros((count, count))
-    for one in supports:
-        found += one.damping * np.outer(one.slip, one.slip)
-    return found
+    damping = np.zeros((count, count))
+    for support in supports:
+        damping += support.damping * np.outer(support.slip, support.slip)
+    return damping
 
 
 def support_force(support: Support, position: Array, velocity: Array) -> Array:
@@ -133,7 +133,9 @@ def bearing_forces(
     position, velocity : (n_kept, n, n_instants) coordinates q [m] and q̇ [m/s]
     """
     force = np.zeros((len(members), 2, len(position), position.shape[-1]))
-    for one in supports:
-        if one.bears and one.member in members:
-            force[members.index(one.member), "xy".index(one.axis)] += support_force(one, position, velocity)
+    for support in supports:
+        if support.bears and support.member in members:
+            force[members.index(support.member), "xy".index(support.axis)] += support_force(
+                support, position, velocity
+            )
     return force

@@ -31,8 +31,8 @@ class ForcesWithin(NamedTuple):
 def forces_within(response: Response, x: Array, kept: slice = slice(None)) -> ForcesWithin:
     """Return the forces of all meshes at fractions x (n_fractions,) of every step, (…, n_steps, …)."""
     steps = len(response.tables.width)
-    found = forces_at(response, np.tile(np.arange(steps), len(x)), np.repeat(x, steps), kept)
-    return ForcesWithin(*(one.reshape(len(one), len(x), steps, -1) for one in found))
+    forces = forces_at(response, np.tile(np.arange(steps), len(x)), np.repeat(x, steps), kept)
+    return ForcesWithin(*(force.reshape(len(force), len(x), steps, -1) for force in forces))
 
 
 def forces_at(response: Response, step: Index, fraction: Array, kept: slice = slice(None)) -> ForcesWithin:
@@ -50,7 +50,7 @@ def forces_at(response: Response, step: Index, fraction: Array, kept: slice = sl
     system, path = response.system, response.approach
     path = path._replace(coefficient=path.coefficient[:, kept])
     position, velocity = (
-        one.reshape(-1, len(step), len(system.direction)) for one in path.at(step, fraction)
+        state.reshape(-1, len(step), len(system.direction)) for state in path.at(step, fraction)
     )
     error, error_rate = response.within.errors(step, fraction)
     delta, rate = position - error, velocity - error_rate / response.mesh_period

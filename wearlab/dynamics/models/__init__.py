@@ -86,7 +86,7 @@ class DynamicModel(Variant):
     """
 
     slot: ClassVar[Slot] = Slot("dynamics", __name__)
-    kinds: ClassVar[tuple[str, ...]] = tuple(kind for kind, one in SETS.items() if one.is_pair)
+    kinds: ClassVar[tuple[str, ...]] = tuple(kind for kind, descriptor in SETS.items() if descriptor.is_pair)
 
     method: Method = option("periodic", METHOD, source="wearlab")
     friction: FrictionOptions | None = option(None, FRICTION, derived="none", source="B23")
