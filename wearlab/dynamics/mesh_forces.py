@@ -75,12 +75,12 @@ def flanks_touch(flanks: Touching, where: Lookup, deflection: Array, backlash: f
     return contact if backlash is None else contact | (deflection < -backlash)
 
 
-def friction_force(loads: MeshForces, flanks: Touching, where: Lookup, coefficient: float) -> Array:
+def friction_force(forces: MeshForces, flanks: Touching, where: Lookup, coefficient: float) -> Array:
     """Return ``Σ_j Λμ F_j`` on the driving flank, positive in recess, (n_periods, n) [N].
 
     Parameters
     ----------
-    loads, flanks, where : the mesh's forces, its flanks, the instants
+    forces, flanks, where : the mesh's forces, its flanks, the instants
     coefficient : μ [1]
 
     References
@@ -88,11 +88,11 @@ def friction_force(loads: MeshForces, flanks: Touching, where: Lookup, coefficie
     B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
     """
     sense = flanks.analysis.grid.sliding_sense[where.segment]
-    return np.asarray(coefficient * (sense * loads.pair).sum(axis=-1))
+    return np.asarray(coefficient * (sense * forces.pair).sum(axis=-1))
 
 
 def moments(
-    loads: MeshForces, flanks: Touching, pair: GearPair, where: Lookup, coefficient: float | None
+    forces: MeshForces, flanks: Touching, pair: GearPair, where: Lookup, coefficient: float | None
 ) -> Array:
     """Return the moments on both gears over their base radii, (driving, driven) (2, n_periods, n) [N].
 
@@ -101,7 +101,7 @@ def moments(
 
     Parameters
     ----------
-    loads, flanks, where : the mesh's forces, its flanks, the instants
+    forces, flanks, where : the mesh's forces, its flanks, the instants
     pair : the gears
     coefficient : μ, None without friction [1]
 
@@ -109,17 +109,17 @@ def moments(
     ----------
     B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
     """
-    plain = loads.elastic + loads.damping
+    plain = forces.elastic + forces.damping
     if coefficient is None:
         return np.stack([plain, plain])
     grid = flanks.analysis.grid
-    s = np.zeros(loads.pair.shape[1:])
+    s = np.zeros(forces.pair.shape[1:])
     interpolate(grid.first, where, grid.touching, 0.0, s)
     rubs = coefficient * grid.sliding_sense[where.segment]
     of_gears = []
     for arm, gear in zip(pair.curvature(s.ravel()), pair.gears, strict=True):
         share = rubs * arm.reshape(s.shape) / gear.base_radius
-        of_gears.append(plain + (loads.pair * share).sum(axis=-1))
+        of_gears.append(plain + (forces.pair * share).sum(axis=-1))
     return np.stack(of_gears)
 
 

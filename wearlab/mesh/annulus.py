@@ -65,12 +65,12 @@ def mode_compliance(clamped: float, loaded: float, material: Material, n_modes: 
     solutions = _michell(n, material)
     inner, outer = sorted((clamped, loaded))
     clamp, _ = _at_radius(solutions, n, clamped, inner, outer, material)
-    rim, load = _at_radius(solutions, n, loaded, inner, outer, material)
+    rim, surface = _at_radius(solutions, n, loaded, inner, outer, material)
     # an inner surface faces the centre: what pulls it outwards is a negative stress there
     tractions = np.zeros((n_modes, 4, 2))
     tractions[:, 2, 0] = tractions[:, 3, 1] = 1.0 if loaded == outer else -1.0
-    response = rim @ np.linalg.solve(np.concatenate([clamp, load], axis=1), tractions)
-    return ModeCompliance(response[:, 0, 0], response[:, 0, 1], response[:, 1, 1])
+    compliance = rim @ np.linalg.solve(np.concatenate([clamp, surface], axis=1), tractions)
+    return ModeCompliance(compliance[:, 0, 0], compliance[:, 0, 1], compliance[:, 1, 1])
 
 
 def _at_radius(
@@ -174,7 +174,7 @@ def arc_work(gear: Gear, separation: float) -> Array:
 @lru_cache(KEPT_BODIES)
 def _arc_work(theta: float, bore: float, r_f: float, material: Material, separation: float) -> Array:
     n_modes = int(MODES_PER_ARC / theta) + 2
-    response = mode_compliance(bore, r_f, material, n_modes)
+    compliance = mode_compliance(bore, r_f, material, n_modes)
     n = np.arange(1, n_modes)
     even = 2.0 * np.sin(n * theta) / n
     odd = 2.0 * (np.sin(n * theta) / n**2 - theta * np.cos(n * theta) / n) / theta
@@ -182,11 +182,11 @@ def _arc_work(theta: float, bore: float, r_f: float, material: Material, separat
     # complex amplitudes of e^{inθ}: cosines are real, sines −i
     normal = np.stack([even + 0j, -1j * odd, nothing + 0j])
     shear = np.stack([nothing, nothing, even])
-    u_r = response.normal[1:] * normal + 1j * response.mixed[1:] * shear
-    u_t = -1j * response.mixed[1:] * normal + response.shear[1:] * shear
+    u_r = compliance.normal[1:] * normal + 1j * compliance.mixed[1:] * shear
+    u_t = -1j * compliance.mixed[1:] * normal + compliance.shear[1:] * shear
     turn = np.exp(1j * n * separation)
     work = (normal.conj() * turn) @ u_r.T + (shear * turn) @ u_t.T
-    uniform = (2.0 * theta) ** 2 / 2.0 * np.diag([response.normal[0], 0.0, response.shear[0]])
+    uniform = (2.0 * theta) ** 2 / 2.0 * np.diag([compliance.normal[0], 0.0, compliance.shear[0]])
     total: Array = r_f / np.pi * (work.real + uniform)
     return total
 

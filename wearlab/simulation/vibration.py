@@ -146,18 +146,18 @@ def _mesh_response(
     """Return what one mesh does at the stored phases, the mesh periods first (the pairs before them)."""
     own_mesh, where = parts.meshes[mesh], parts.look(mesh, parts.phase)
     mine = touching[own_mesh.kind]
-    loads = mesh_forces(vibration.system, mesh, mine, where, deflection, rate)
+    forces = mesh_forces(vibration.system, mesh, mine, where, deflection, rate)
     values = {
-        "dynamic_mesh_force": loads.elastic,
-        "mesh_damping_force": loads.damping,
+        "dynamic_mesh_force": forces.elastic,
+        "mesh_damping_force": forces.damping,
         "mesh_deflection": deflection,
         "mesh_deflection_rate": rate,
-        "pair_force": np.stack([pair_slots(row, mine.analysis.grid) for row in loads.pair], axis=1),
+        "pair_force": np.stack([pair_slots(row, mine.analysis.grid) for row in forces.pair], axis=1),
         "poincare_deflection": deflection[:, 0],
         "poincare_rate": rate[:, 0],
     }
     if parts.friction is not None:
-        values["friction_force"] = friction_force(loads, mine, where, parts.friction)
+        values["friction_force"] = friction_force(forces, mine, where, parts.friction)
     if mine.series is not None:
         own = where.phase
         values["excitation_stiffness"] = mine.series.stiffness.value(own)
@@ -192,8 +192,8 @@ def mean_moments(
         where = look_within(
             mine.analysis.grid, [parts.meshes[mesh].lag], phase.reshape(len(middle), -1), middle
         )
-        loads = mesh_forces(vibration.system, mesh, mine, where, deflection[:, mesh], rate[:, mesh])
-        each = moments(loads, mine, parts.kinds[kind].pair, where, parts.friction)
+        forces = mesh_forces(vibration.system, mesh, mine, where, deflection[:, mesh], rate[:, mesh])
+        each = moments(forces, mine, parts.kinds[kind].pair, where, parts.friction)
         values.append((each @ weight).mean(axis=1))
     return np.array(values)
 

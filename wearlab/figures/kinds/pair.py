@@ -26,15 +26,15 @@ def through_engagement(
     lag : phase at which a pair of this mesh enters at A [1]
     period : the mesh period in which the pair enters
     """
-    stages, periods = int(np.ceil(ratio)), values.shape[1]
+    slots, periods = int(np.ceil(ratio)), values.shape[1]
     since = np.round(np.arange(periods)[:, None] + phase - lag, 12)
     entered, own = np.floor(since).astype(int), since % 1.0
     x, y = [], []
-    for age in range(stages):
+    for age in range(slots):
         then = (entered - period - age) % periods == 0
         order = np.argsort(own[then])
         x.append(own[then][order] + age)
-        y.append(values[stages - 1 - age][then][order])
+        y.append(values[slots - 1 - age][then][order])
     at, history = np.concatenate(x), np.concatenate(y)
     return at[at <= ratio], history[at <= ratio]
 
