@@ -35,15 +35,19 @@ CHOOSING = ("union_tag_invalid", "not_of_the_set")
 Parts = tuple[type[Part], ...]
 
 
-class SceneError(ValueError):
-    """A scene is not valid; ``problems`` has one line for each fault, the message has them all."""
+class Refusal(ValueError):
+    """What was given is refused whole; ``problems`` has one line for each fault, the message has them all."""
 
-    def __init__(self, problems: Iterable[str]) -> None:
-        self.problems = tuple(dict.fromkeys(problems))
+    def __init__(self, problems: Iterable[str] | str) -> None:
+        self.problems = tuple(dict.fromkeys((problems,) if isinstance(problems, str) else problems))
         super().__init__("\n".join(self.problems))
 
-    def __reduce__(self) -> tuple[type["SceneError"], tuple[tuple[str, ...]]]:
+    def __reduce__(self) -> tuple[type["Refusal"], tuple[tuple[str, ...]]]:
         return type(self), (self.problems,)
+
+
+class SceneError(Refusal):
+    """A scene is not valid."""
 
 
 def problems_of(error: ValidationError) -> list[str]:

@@ -87,28 +87,26 @@ EXACT = {
     ),
 }
 
+
+def _over_wear(prefix: str, words: str, units: str, shown: str) -> dict[str, Variable]:
+    """Return what tells the course of a quantity over a mesh period in numbers."""
+    harmonics = (*_STATE, "harmonic")
+    return {
+        f"{prefix}_mean": Variable(_STATE, units, shown, f"mean {words}"),
+        f"{prefix}_rms": Variable(_STATE, units, shown, f"RMS of the {words} fluctuation"),
+        f"{prefix}_harmonics": Variable(harmonics, units, shown, f"harmonic amplitude of the {words}"),
+        f"{prefix}_harmonics_phase": Variable(harmonics, "rad", "deg", f"harmonic phase of the {words}"),
+    }
+
+
 IN_NUMBERS = {
     "mesh_frequency": Variable(("mesh",), "Hz", "Hz", "mesh frequency"),
     "contact_ratio": Variable(("mesh",), "1", "1", "transverse contact ratio"),
     "mesh_phase_offset": Variable(("mesh",), "1", "1", "phase of the mesh on the common clock"),
     "static_mesh_force": Variable(("mesh",), "N", "N", "static normal force of the mesh"),
-    "stiffness_mean": Variable(_STATE, "N m-1", "N/um", "mean mesh stiffness"),
-    "stiffness_rms": Variable(_STATE, "N m-1", "N/um", "RMS of the mesh stiffness fluctuation"),
-    "stiffness_harmonics": Variable(
-        (*_STATE, "harmonic"), "N m-1", "N/um", "harmonic amplitude of the mesh stiffness"
-    ),
-    "stiffness_harmonics_phase": Variable(
-        (*_STATE, "harmonic"), "rad", "deg", "harmonic phase of the mesh stiffness"
-    ),
-    "ste_mean": Variable(_STATE, "m", "um", "mean static transmission error"),
-    "ste_rms": Variable(_STATE, "m", "um", "RMS of the static transmission error fluctuation"),
+    **_over_wear("stiffness", "mesh stiffness", "N m-1", "N/um"),
+    **_over_wear("ste", "static transmission error", "m", "um"),
     "ste_peak_to_peak": Variable(_STATE, "m", "um", "range of the static transmission error"),
-    "ste_harmonics": Variable(
-        (*_STATE, "harmonic"), "m", "um", "harmonic amplitude of the static transmission error"
-    ),
-    "ste_harmonics_phase": Variable(
-        (*_STATE, "harmonic"), "rad", "deg", "harmonic phase of the static transmission error"
-    ),
 }
 
 SERIES = {

@@ -1,11 +1,7 @@
 """What an update refuses."""
 
-from collections.abc import Iterable
+from wearlab.scene.problems import Refusal
 
 
-class UpdateError(ValueError):
-    """An update cannot be done; one line a problem, each with its place and remedy."""
-
-    def __init__(self, problems: Iterable[str] | str) -> None:
-        self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
-        super().__init__("\n".join(self.problems))
+class UpdateError(Refusal):
+    """An update cannot be done; its problems tell place and remedy."""
