@@ -73,7 +73,7 @@ def nominal_speeds(system: System, given: Mapping[str, float]) -> Array:
         When the speeds given do not determine a rotation, or contradict each other.
     """
     names = system.coordinates
-    unknown = [at for at, name in enumerate(names) if name.endswith(".u") and name not in given]
+    unknown = [at for at in np.flatnonzero(system.turns) if names[at] not in given]
     speed = np.array([given.get(name, 0.0) for name in names])
     turning, _, rank, _ = np.linalg.lstsq(system.direction[:, unknown], -system.direction @ speed, rcond=None)
     speed[unknown] = turning

@@ -4,7 +4,7 @@ from typing import Literal
 
 import numpy as np
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Flags
 from wearlab.dynamics.modes import Modes
 from wearlab.dynamics.system import System
 
@@ -32,9 +32,7 @@ def mode_kinds(system: System, modes: Modes) -> tuple[Kind, ...]:
     ----------
     Lin & Parker, J. Vib. Acoust. 121 (1999) 316–321.
     """
-    central = [not name.startswith("planet") for name in system.coordinates]
-    turns = np.array([c and n.endswith(".u") for c, n in zip(central, system.coordinates, strict=True)])
-    shifts = np.array([c and not n.endswith(".u") for c, n in zip(central, system.coordinates, strict=True)])
+    turns, shifts = system.central & system.turns, system.central & ~system.turns
     kinds: list[Kind] = []
     for group in _groups(modes.frequency):
         shapes = _separated(modes.shape[group], system.mass, turns, shifts)
@@ -52,7 +50,7 @@ def _groups(frequency: Array) -> list[list[int]]:
     return groups
 
 
-def _separated(shapes: Array, mass: Array, turns: Array, shifts: Array) -> Array:
+def _separated(shapes: Array, mass: Array, turns: Flags, shifts: Flags) -> Array:
     """Return combinations of equal modes with rotation and translation as far apart as they can be."""
     share = np.where(turns, 1.0, 0.0) - np.where(shifts, 1.0, 0.0)
     _, turn = np.linalg.eigh(shapes @ (share[:, None] * mass) @ shapes.T)
@@ -60,7 +58,7 @@ def _separated(shapes: Array, mass: Array, turns: Array, shifts: Array) -> Array
     return separated
 
 
-def _kind(shape: Array, mass: Array, turns: Array, shifts: Array, frequency: float) -> Kind:
+def _kind(shape: Array, mass: Array, turns: Flags, shifts: Flags, frequency: float) -> Kind:
     if frequency == 0.0:
         return "rigid-body"
     energy = shape * (mass @ shape)

@@ -77,8 +77,7 @@ def require_held(system: System) -> None:
 
 def _floating(system: System, free: Array) -> list[str]:
     """Return the members that free motions (n, n_free) move otherwise than by turning the set."""
-    central = np.array([not name.startswith("planet") for name in system.coordinates])
-    turns = np.array([name.endswith(".u") for name in system.coordinates])
+    central, turns = system.central, system.turns
     floating = set(_moved(system, free * (central & ~turns)[:, None]))
     if not floating and free.size:
         # Motions in which no central member turns are no rotation of the set.

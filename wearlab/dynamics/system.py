@@ -2,7 +2,9 @@
 
 from typing import NamedTuple
 
-from wearlab.arrays import Array
+import numpy as np
+
+from wearlab.arrays import Array, Flags
 from wearlab.dynamics.supports import Support
 from wearlab.dynamics.symmetry import Symmetry
 
@@ -59,6 +61,16 @@ class System(NamedTuple):
     balance: Array | None = None
     supports: tuple[Support, ...] = ()
     symmetry: Symmetry | None = None
+
+    @property
+    def turns(self) -> Flags:
+        """Which coordinates are rotations, seen at their member's radius, (n,)."""
+        return np.array([name.endswith(".u") for name in self.coordinates])
+
+    @property
+    def central(self) -> Flags:
+        """Which coordinates are of other members than planets, (n,)."""
+        return np.array([not name.startswith("planet-") for name in self.coordinates])
 
     @property
     def total_damping(self) -> Array:

@@ -7,7 +7,6 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.mode_kinds import mode_kinds
 from wearlab.dynamics.modes import Modes, critical_speeds, modes
-from wearlab.dynamics.system import System
 from wearlab.scene.build.parts import Parts
 from wearlab.scene.build.vibration import mean_stiffness
 
@@ -33,17 +32,13 @@ class SceneModes(NamedTuple):
 def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
     """Return the modes of a scene with dynamics, with the mean stiffness of its unworn mesh."""
     assert parts.vibration is not None
+    system = parts.vibration.system
     mean = [mean_stiffness(kind.analysis) for kind in parts.kinds]
     stiffness = np.array([mean[mesh.kind] for mesh in parts.meshes])
-    system_modes = modes(parts.vibration.system, stiffness)
+    system_modes = modes(system, stiffness)
     return SceneModes(
         system_modes,
         critical_speeds(system_modes.frequency, parts.gears.input_teeth, orders),
-        parts.vibration.system.coordinates,
-        mode_kinds(parts.vibration.system, system_modes) if _moves_in_plane(parts.vibration.system) else None,
+        system.coordinates,
+        mode_kinds(system, system_modes) if (~system.central & ~system.turns).any() else None,
     )
-
-
-def _moves_in_plane(system: System) -> bool:
-    """Whether the planets of a set have translations."""
-    return "planet-1.x" in system.coordinates

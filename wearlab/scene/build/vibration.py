@@ -202,7 +202,7 @@ def _check_definite(system: System, stiffness: Array) -> None:
 
 def nominal_motion(gears: GearSet, system: System) -> Array | None:
     """Return speeds (n,) of the nominal rotation, which no mesh resists; None where x alone moves [m/s]."""
-    if not any(name.endswith(".u") for name in system.coordinates):
+    if not system.turns.any():
         return None
     return np.array([gears.turning.get(name, 0.0) for name in system.coordinates])
 
