@@ -77,7 +77,12 @@ def divided(
 
 @jit_inner
 def factorise(matrix: Any, first: int) -> None:
-    """Factorise columns ``first … first + WIDTH`` from their diagonal down; rows swap in all columns."""
+    """Factorise columns ``first … first + WIDTH`` from their diagonal down; rows swap in all columns.
+
+    References
+    ----------
+    Golub & Van Loan 2013: elimination with row pivots, a few columns at a time.
+    """
     total, rows = matrix.shape
     for j in range(first, first + WIDTH):
         column = matrix[j]

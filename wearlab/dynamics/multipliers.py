@@ -40,6 +40,10 @@ def over_sections(system: System, derivative: Array, sections: int) -> Array:
     system : what is turned into itself
     derivative : (2n, 2n) Q, of the map over a section, turned back
     sections : m; 1: that is the period
+
+    References
+    ----------
+    Floquet 1883: its eigenvalues are the multipliers.
     """
     if sections == 1 or system.symmetry is None:
         return derivative

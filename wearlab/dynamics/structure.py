@@ -14,6 +14,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Flags
 from wearlab.dynamics.balance import Balance, balance_of, no_balance
+from wearlab.dynamics.collocation import joined_steps
 from wearlab.dynamics.dense_step import MATRICES
 from wearlab.dynamics.once import once
 from wearlab.dynamics.propagator import Propagator, propagator_of
@@ -22,8 +23,6 @@ from wearlab.mesh.stages import StageTables
 
 Row = tuple[float, ...]
 LARGEST_IN_REGISTERS = 4
-SMOOTH = 1e-9
-"""Jump of stiffness between two steps, over the largest, up to which it is rounding."""
 TERMS = 40
 """Most terms of a series between contact changes: enough for a fastest mode that turns by six radians."""
 
@@ -245,7 +244,7 @@ def _propagated(
         dense.load,
         (np.array(loads).reshape(-1, n) @ np.linalg.inv(system.mass).T).ravel(),
         propagator,
-        _paired(tables),
+        np.append(joined_steps(tables), False),
         dense,
         np.zeros((8 * meshes, width)),
         np.zeros((8 * meshes, width)),
@@ -257,15 +256,6 @@ def _propagated(
         np.zeros(4 * channels),
         np.zeros(3 * inputs),
     )
-
-
-def _paired(tables: StageTables) -> Flags:
-    """Return whether each step and the next are equally long, and the mesh the same on both sides between."""
-    paired = np.zeros(len(tables.width), bool)
-    k = tables.stiffness
-    jump = np.abs(k[:-1, 2] - k[1:, 0]).max(axis=(1, 2))
-    paired[:-1] = (tables.width[:-1] == tables.width[1:]) & (jump <= SMOOTH * k.max())
-    return paired
 
 
 def _is_diagonal(matrix: Array) -> bool:

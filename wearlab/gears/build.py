@@ -39,6 +39,10 @@ def build_gear(
     Raises
     ------
     GearError : with the reason, its numbers and a remedy
+
+    References
+    ----------
+    ISO 21771:2007, 4: tip and root circle from profile shift and tip alteration.
     """
     check_specification(spec, basics.face_width)
     _check_external(spec)

@@ -133,6 +133,10 @@ def planetary_set(
     ------
     GearError : a gear or a pair that cannot exist, shifts or tooth numbers that contradict the centre
         distance, planets that cannot be assembled or that collide; with numbers and a remedy
+
+    References
+    ----------
+    ISO 21771:2007 for the gears; Parker & Lin 2004 for the phases of their meshes.
     """
     check_basics(sun, planet, basics)
     check_basics(planet, ring, basics)

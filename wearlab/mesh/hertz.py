@@ -99,6 +99,10 @@ def weber_compliances(
     depth : (2, n) depths on the two gears [m]
     modulus1, modulus2, poisson1, poisson2, face_width : as in :func:`weber_compliance`
     out : (n,) [m/N]
+
+    References
+    ----------
+    Weber & Banaschek 1953.
     """
     for i in range(force.size):
         out[i] = weber_compliance(
