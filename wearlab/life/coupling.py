@@ -14,7 +14,7 @@ from wearlab.life.averaging import averaged_rate, scatter
 from wearlab.life.coupled import Account, Coupled, MeshKind
 from wearlab.life.limits import StopWear
 from wearlab.life.load import Forces, Load, still
-from wearlab.life.loads.static import Static
+from wearlab.life.loads.static import StaticLoad
 from wearlab.life.state import KindState, Wear, WearState
 from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh.clock import repeated
@@ -105,7 +105,7 @@ class Coupling(Coupled):
 
     def resting(self) -> "Coupling | None":
         """Return what wears under the static load alone, None where it does so already."""
-        return replace(self, vibration=None, load=Static()) if self.load.moving else None
+        return replace(self, vibration=None, load=StaticLoad()) if self.load.moving else None
 
     def touching(self, state: WearState) -> list[Touching]:
         """Return the flanks of every kind of mesh in a wear state."""

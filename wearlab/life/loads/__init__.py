@@ -6,13 +6,21 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
-    from wearlab.life.load import Load
+    from wearlab.arrays import Array
+    from wearlab.life.load import Forces, Load
+    from wearlab.mesh.contact import Quasistatic
+    from wearlab.mesh.excitation import Touching
 
 
 class LoadModel(Variant):
-    """Any force that wears; ``needs_slope`` says whether it counts damage along a Wöhler line."""
+    """Any force that wears.
+
+    ``moving`` says whether it is read off a response, ``needs_slope`` whether it counts damage along a Wöhler
+    line.
+    """
 
     slot: ClassVar[Slot] = Slot("wear.load", __name__, words=True)
+    moving: ClassVar[bool] = True
     needs_slope: ClassVar[bool] = False
 
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
@@ -24,4 +32,8 @@ class LoadModel(Variant):
 
     def build(self, wohler_slope: float | None) -> "Load":
         """Return which force wears the flanks; ``wohler_slope`` is that of ``[wear]`` [1]."""
-        raise NotImplementedError(f"{type(self).__name__} has no build")
+        return self
+
+    def at_nodes(self, flanks: "Touching", static: "Quasistatic", force: "Forces") -> "Array":
+        """Return the force on a pair at every node, as `wearlab.life.load.Load` does [N]."""
+        raise NotImplementedError(f"{type(self).__name__} has neither build nor at_nodes")

@@ -1,7 +1,6 @@
 """The force at the moment each point of the flank is in contact."""
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -15,22 +14,11 @@ if TYPE_CHECKING:
     from wearlab.mesh.excitation import Touching
 
 
-@dataclass(frozen=True)
-class Instant:
-    """The force when the point is in contact."""
-
-    moving: ClassVar[bool] = True
-
-    def at_nodes(self, flanks: "Touching", static: "Quasistatic", force: "Forces") -> "Array":
-        """Return the force on a pair at every node, (n_rows, n) [N]."""
-        return np.stack([flanks.analysis.force_at_nodes(pair) for pair in force.pair])
-
-
 class InstantLoad(LoadModel):
     """The force when the point is in contact."""
 
     model: Literal["instant"] = option("instant", "when the point is in contact", source="L16")
 
-    def build(self, wohler_slope: float | None) -> Instant:
-        """Return the force of the moment."""
-        return Instant()
+    def at_nodes(self, flanks: "Touching", static: "Quasistatic", force: "Forces") -> "Array":
+        """Return the force on a pair at every node, (n_rows, n) [N]."""
+        return np.stack([flanks.analysis.force_at_nodes(pair) for pair in force.pair])

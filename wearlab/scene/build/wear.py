@@ -11,8 +11,8 @@ from wearlab.gears.pair import GearPair
 from wearlab.life.coupled import Coupled
 from wearlab.life.limits import Limits, Snapshots
 from wearlab.life.load import Load
-from wearlab.life.loads.instant import Instant
-from wearlab.life.loads.static import Static
+from wearlab.life.loads.instant import InstantLoad
+from wearlab.life.loads.static import StaticLoad
 from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
 from wearlab.slots import Variant
@@ -103,7 +103,7 @@ def _lambda_ratio(each: list[CoefficientModel], where: Setting) -> PowerOfLoad |
 def build_load(scene: Scene) -> Load:
     """Return which force wears the flanks, or would."""
     if scene.wear is None:
-        return Static() if scene.dynamics is None else Instant()
+        return StaticLoad() if scene.dynamics is None else InstantLoad()
     return scene.wear.load.build(scene.wear.wohler_slope)
 
 
