@@ -58,7 +58,7 @@ def states(n: int, seed: int = 4) -> np.ndarray:
 def test_motion_is_the_tables(case):
     problem, given = case
     times = np.random.default_rng(1).uniform(0.0, 5.0, 40) * given.period
-    for time, y in zip(times, states(len(given.load)), strict=True):
+    for time, y in zip(times, states(len(given.push)), strict=True):
         exact = by_hand(problem, time, y)
         np.testing.assert_allclose(motion_of(time, y, given), exact, rtol=1e-7, atol=1e-6 * abs(exact).max())
 
@@ -68,7 +68,7 @@ def test_held_contact_agrees_where_it_is_right_and_differs_where_it_is_wrong(cas
     cells = int(given.first_cell[0]), int(given.first_cell[1])
     time = 0.4 * given.breaks[1] * given.period
     differing = 0
-    for y in states(len(given.load)):
+    for y in states(len(given.push)):
         contact = approaches(time, y, given, *cells) > 0.0
         held = motion_held(time, y, given, *cells, contact)
         np.testing.assert_allclose(held, motion_of(time, y, given), rtol=1e-13)
@@ -78,7 +78,7 @@ def test_held_contact_agrees_where_it_is_right_and_differs_where_it_is_wrong(cas
 
 def test_each_side_of_a_jump_can_be_asked_for(problem):
     given = problem.motion()
-    jump, y = given.breaks[1] * given.period, states(len(given.load))[30]
+    jump, y = given.breaks[1] * given.period, states(len(given.push))[30]
     bounds = [int(cell) for cell in given.first_cell]
     left = motion_held(jump, y, given, bounds[0], bounds[1], np.array([True, True, False]))
     right = motion_held(jump, y, given, bounds[1], bounds[2], np.array([True, True, False]))

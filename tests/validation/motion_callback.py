@@ -32,9 +32,14 @@ def motion_callback(given: Motion, *, landing: bool) -> Any:
     import numba
     from numba import carray, types
 
-    n, meshes, pairs, rubs, gated = len(given.load), len(given.backlash), given.pairs, given.rubs, given.gated
-    stiffness, damping, direction, response = given.stiffness, given.damping, given.direction, given.response
-    mesh_damping, backlash, load = given.mesh_damping, given.backlash, given.load
+    n, meshes, pairs, rubs, gated = len(given.push), len(given.backlash), given.pairs, given.rubs, given.gated
+    stiffness, damping, direction, per_force = (
+        given.stiffness,
+        given.damping,
+        given.direction,
+        given.per_force,
+    )
+    mesh_damping, backlash, push = given.mesh_damping, given.backlash, given.push
     edges, coefficients, per_period = given.edges, given.coefficients, 1.0 / given.period
     cells, kinds, per_width = len(edges) - 1, coefficients.shape[2], 1.0 / np.diff(edges)
     guides = GUIDES_PER_CELL * cells
@@ -67,7 +72,7 @@ def motion_callback(given: Motion, *, landing: bool) -> Any:
         u = (phase - edges[cell]) * per_width[cell]
         for row in range(n):
             out[row] = y[n + row]
-            a = load[row]
+            a = push[row]
             if diagonal:
                 a -= stiffness[row, row] * y[row] + damping[row, row] * y[n + row]
             else:
@@ -102,9 +107,9 @@ def motion_callback(given: Motion, *, landing: bool) -> Any:
             if touching or not gated:
                 force += mesh_damping[m] * rate
             for row in range(n):
-                out[n + row] -= response[m, row] * force
+                out[n + row] -= per_force[m, row] * force
                 if rubs:
-                    out[n + row] -= response[meshes + m, row] * rubbed
-                    out[n + row] -= response[2 * meshes + m, row] * moment
+                    out[n + row] -= per_force[meshes + m, row] * rubbed
+                    out[n + row] -= per_force[2 * meshes + m, row] * moment
 
     return callback

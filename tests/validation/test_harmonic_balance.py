@@ -27,7 +27,7 @@ def test_a_constant_stiffness_with_a_harmonic_error_has_its_closed_form(loaded):
     balance, found, error = balanced(problem, known, 3)
     assert error < 1e-9
     system = known.response.system
-    m, c = 1.0 / float(balance.given.response[0, 0]), float(system.mesh_damping[0])
+    m, c = 1.0 / float(balance.given.per_force[0, 0]), float(system.mesh_damping[0])
     omega = 2 * np.pi / problem.vibration.period
     e = 1e-6 / 2j
     expected = (3e8 + 1j * omega * c) * e / (3e8 - m * omega**2 + 1j * omega * c) - e

@@ -32,7 +32,7 @@ def test_callback_is_the_equation_of_motion(scene, request):
     given = steady(request.getfixturevalue(scene)).motion()
     through, landing = (motion_callback(given, landing=flag) for flag in (False, True))
     random = np.random.default_rng(1)
-    for y in states(len(given.load)):
+    for y in states(len(given.push)):
         time = random.uniform(0.0, 3.0) * given.period
         expected = motion_of(time, y, given)
         size = np.abs(expected).max()
@@ -50,7 +50,7 @@ def test_callback_is_the_equation_of_motion(scene, request):
 def test_at_a_jump_the_segment_asked_for_decides(problem):
     given = problem.motion()
     callback = motion_callback(given, landing=True)
-    y = np.r_[np.zeros(len(given.load) - 1), 2e-5, np.zeros(len(given.load))]
+    y = np.r_[np.zeros(len(given.push) - 1), 2e-5, np.zeros(len(given.push))]
     sides = []
     for segment, local in ((0, given.breaks[1] * given.period), (1, 0.0)):
         cells = int(given.first_cell[segment]), int(given.first_cell[segment + 1])

@@ -35,8 +35,8 @@ class Motion(NamedTuple):
     stiffness, damping : (n, n) of supports
     direction : (n_mesh, n) of the mesh deflections
     mesh_damping, backlash : (n_mesh,) [N s/m], normal backlash [m]
-    load : (n,)
-    response : (channels, n) acceleration by a unit mesh force, then by its friction
+    push : (n,) acceleration by the loads [m/s²]
+    per_force : (channels, n) acceleration by a unit mesh force, then by its friction
     edges : (n_cells + 1,) phases at which cells begin and end [1]
     coefficients : (n_cells, n_mesh, quantities, 5) stiffness and gap of every pair, friction, error and rate
     breaks : (n_segments + 1,) phases between which the mesh is smooth [1]
@@ -52,8 +52,8 @@ class Motion(NamedTuple):
     direction: Array
     mesh_damping: Array
     backlash: Array
-    load: Array
-    response: Array
+    push: Array
+    per_force: Array
     edges: Array
     coefficients: Array
     breaks: Array

@@ -48,11 +48,11 @@ def motion_in_cell(given: Any, cell: int, phase: float, y: Any, contact: Any, ou
     contact : (n_mesh · (n_pairs + 1),) whether each pair and the back flank touch; empty: their approach
         decides
     """
-    n, pairs, meshes = len(given.load), given.pairs, len(given.backlash)
+    n, pairs, meshes = len(given.push), given.pairs, len(given.backlash)
     u, held = within(given, cell, phase), len(contact) > 0
     for row in range(n):
         out[row] = y[n + row]
-        a = given.load[row]
+        a = given.push[row]
         for col in range(n):
             a -= given.stiffness[row, col] * y[col] + given.damping[row, col] * y[n + col]
         out[n + row] = a
@@ -81,10 +81,10 @@ def motion_in_cell(given: Any, cell: int, phase: float, y: Any, contact: Any, ou
         if touching or not given.gated:
             force += given.mesh_damping[m] * rate
         for row in range(n):
-            out[n + row] -= given.response[m, row] * force
+            out[n + row] -= given.per_force[m, row] * force
             if given.rubs:
-                out[n + row] -= given.response[meshes + m, row] * rubbed
-                out[n + row] -= given.response[2 * meshes + m, row] * moment
+                out[n + row] -= given.per_force[meshes + m, row] * rubbed
+                out[n + row] -= given.per_force[2 * meshes + m, row] * moment
 
 
 @jit(allocates=True)
@@ -114,7 +114,7 @@ def approaches(time: float, y: Any, given: Motion, first: int, last: int) -> Any
     for m in range(meshes):
         mesh = given.coefficients[cell, m]
         delta = -polynomial(mesh[-2], u)
-        for row in range(len(given.load)):
+        for row in range(len(given.push)):
             delta += given.direction[m, row] * y[row]
         for p in range(pairs):
             inside = polynomial(mesh[p], u) > 0.0

@@ -108,7 +108,7 @@ def stiffest_meshes(problem: Steady) -> Array:
 
 def second_method(problem: Steady, given: Motion, response: Response) -> Array:
     """Return the mesh forces (n_periods, n_mesh · n_phases) [N] of the orbit that DOP853 closes nearby."""
-    rows, periods = 2 * len(given.load), response.period
+    rows, periods = 2 * len(given.push), response.period
     derivative = period_derivative(problem.vibration.system, response)
     scale = np.abs(response.state).max(axis=(0, 1))
     state = response.state[0, 0].copy()
