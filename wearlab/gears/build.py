@@ -49,8 +49,9 @@ def build_gear(
     module, pressure_angle = basics[:2]
     r = 0.5 * module * spec.teeth
     r_b = r * math.cos(pressure_angle)
-    r_a = _tip_radius(spec, module, profile_shift, tip_alteration)
-    r_f = _root_radius(spec, module, profile_shift)
+    k = tip_alteration if spec.tip_alteration_coefficient is None else spec.tip_alteration_coefficient
+    r_a = spec.tip_radius(module, profile_shift, k, 1.0)
+    r_f = spec.root_radius(module, profile_shift, 1.0)
     bore, bore_flag = _bore_radius(spec, r_f)
     _check_circles(spec.name, r_b, r_a, r_f, bore)
     fillet = spec.fillet_radius_coefficient
@@ -161,21 +162,6 @@ def _check_external(spec: GearSpec) -> None:
         )
     if spec.root_profile == "fillet":
         raise GearError(f'{spec.name}: root_profile "fillet" belongs to a ring; give "trochoid" or "radial"')
-
-
-def _tip_radius(spec: GearSpec, module: float, x: float, alteration: float) -> float:
-    if spec.tip_diameter is not None:
-        return 0.5 * spec.tip_diameter
-    h_a = 1.0 if spec.addendum_coefficient is None else spec.addendum_coefficient
-    k = alteration if spec.tip_alteration_coefficient is None else spec.tip_alteration_coefficient
-    return module * (0.5 * spec.teeth + x + h_a + k)
-
-
-def _root_radius(spec: GearSpec, module: float, x: float) -> float:
-    if spec.root_diameter is not None:
-        return 0.5 * spec.root_diameter
-    h_f = 1.25 if spec.dedendum_coefficient is None else spec.dedendum_coefficient
-    return module * (0.5 * spec.teeth + x - h_f)
 
 
 def _bore_radius(spec: GearSpec, root_radius: float) -> tuple[float, tuple[str, ...]]:

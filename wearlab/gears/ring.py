@@ -55,8 +55,11 @@ def build_ring(
     module, pressure_angle = basics[:2]
     r = 0.5 * module * spec.teeth
     r_b = r * math.cos(pressure_angle)
-    r_a = _tip_radius(spec, module, pressure_angle, profile_shift)
-    r_f = _root_radius(spec, module, profile_shift)
+    k = spec.tip_alteration_coefficient or 0.0
+    if spec.tip_alteration == "wang-2023":
+        k = -1.0 / (spec.teeth * math.tan(pressure_angle) ** 2)
+    r_a = spec.tip_radius(module, profile_shift, k, -1.0)
+    r_f = spec.root_radius(module, profile_shift, -1.0)
     assert spec.rim_diameter is not None  # _check_ring_specification
     rim = 0.5 * spec.rim_diameter
     _check_circles(spec.name, r_b, r_a, r_f, rim)
@@ -91,24 +94,6 @@ def _check_ring_specification(spec: GearSpec, face_width: float | None) -> None:
             f"{spec.name}: fillet_radius_coefficient must not be negative, not "
             f"{spec.fillet_radius_coefficient:g}"
         )
-
-
-def _tip_radius(spec: GearSpec, module: float, pressure_angle: float, x: float) -> float:
-    if spec.tip_diameter is not None:
-        return 0.5 * spec.tip_diameter
-    h_a = 1.0 if spec.addendum_coefficient is None else spec.addendum_coefficient
-    if spec.tip_alteration == "wang-2023":
-        k = -1.0 / (spec.teeth * math.tan(pressure_angle) ** 2)
-    else:
-        k = spec.tip_alteration_coefficient or 0.0
-    return module * (0.5 * spec.teeth + x - h_a - k)
-
-
-def _root_radius(spec: GearSpec, module: float, x: float) -> float:
-    if spec.root_diameter is not None:
-        return 0.5 * spec.root_diameter
-    h_f = 1.25 if spec.dedendum_coefficient is None else spec.dedendum_coefficient
-    return module * (0.5 * spec.teeth + x + h_f)
 
 
 def _check_circles(name: str, r_b: float, r_a: float, r_f: float, rim: float) -> None:

@@ -86,3 +86,23 @@ class GearSpec:
             and self.tip_alteration is None
             and self.tip_alteration_coefficient is None
         )
+
+    def tip_radius(self, module: float, profile_shift: float, alteration: float, outwards: float) -> float:
+        """Return the radius of the tip circle, ``m (z/2 + x ± (h_a + k))`` unless it is given [m].
+
+        Parameters
+        ----------
+        module, profile_shift, alteration : m [m], x [1], k [1]
+        outwards : 1 where teeth point outwards, −1 of a ring
+        """
+        if self.tip_diameter is not None:
+            return 0.5 * self.tip_diameter
+        height = 1.0 if self.addendum_coefficient is None else self.addendum_coefficient
+        return module * (0.5 * self.teeth + profile_shift + outwards * height + outwards * alteration)
+
+    def root_radius(self, module: float, profile_shift: float, outwards: float) -> float:
+        """Return that of the root circle, ``m (z/2 + x ∓ h_f)``, parameters as of `tip_radius` [m]."""
+        if self.root_diameter is not None:
+            return 0.5 * self.root_diameter
+        height = 1.25 if self.dedendum_coefficient is None else self.dedendum_coefficient
+        return module * (0.5 * self.teeth + profile_shift - outwards * height)
