@@ -3,7 +3,6 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
@@ -78,19 +77,9 @@ class WornFlanks:
             )
 
 
-class Gaps(Protocol):
-    """Where the gaps of worn flanks come from."""
-
-    @property
-    def meeting(self) -> "MeetingGaps | None":
-        """These gaps where they know which points meet, None where they do not."""
-
-    def at(self, wear: Array) -> Array:
-        """Return the gap at every touching node for wear (2, n), (n_touching,) [m]."""
-
-
-class MeetingGaps(ABC):
-    """Gaps from the points of both flanks that meet.
+@dataclass(frozen=True)
+class Gaps(ABC):
+    """Where the gaps of worn flanks come from.
 
     Parameters
     ----------
@@ -98,6 +87,19 @@ class MeetingGaps(ABC):
     """
 
     flanks: WornFlanks
+
+    @property
+    def meeting(self) -> "MeetingGaps | None":
+        """These gaps where they know which points meet, None where they do not."""
+        return None
+
+    @abstractmethod
+    def at(self, wear: Array) -> Array:
+        """Return the gap at every touching node for wear (2, n), (n_touching,) [m]."""
+
+
+class MeetingGaps(Gaps):
+    """Gaps from the points of both flanks that meet."""
 
     @property
     def meeting(self) -> "MeetingGaps":
@@ -113,40 +115,20 @@ class MeetingGaps(ABC):
         return self.contact(wear, self.flanks.grid.touching).gap
 
 
-@dataclass(frozen=True)
 class ExactGaps(MeetingGaps):
-    """Gaps by the smallest rotation gap of the worn flanks, beyond A and E against the tip corners.
-
-    Parameters
-    ----------
-    flanks : the flanks
-    """
-
-    flanks: WornFlanks
+    """Gaps by the smallest rotation gap of the worn flanks, beyond A and E against the tip corners."""
 
     def contact(self, wear: Array, x: Array) -> FlankContact:
         """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m]."""
         return minimum_gap(*self.flanks.worn(wear), x)
 
 
-@dataclass(frozen=True)
-class DisplacementBeyond:
+class DisplacementBeyond(Gaps):
     """First-order gaps on A–E, carried on beyond by those of the tip corners.
 
     Beyond A and E the corner's gap is shifted by the difference of the two forms at that end, so that the gap
-    is continuous there.
-
-    Parameters
-    ----------
-    flanks : the flanks
+    is continuous there. To first order flanks meet on the line of action.
     """
-
-    flanks: WornFlanks
-
-    @property
-    def meeting(self) -> None:
-        """None: to first order flanks meet on the line of action."""
-        return None
 
     @cached_property
     def corners(self) -> tuple[tuple[slice, Corner], ...]:
@@ -187,7 +169,6 @@ class AlgorithmOneGaps(MeetingGaps):
     points : NUM, points searched on each flank
     """
 
-    flanks: WornFlanks
     points: int
 
     def contact(self, wear: Array, x: Array) -> FlankContact:
