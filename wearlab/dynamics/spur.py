@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.supports import damping_of, damping_or_ratio, grounded, stiffness_of
+from wearlab.dynamics.supports import damping_by_ratio, damping_of, damping_or_ratio, grounded, stiffness_of
 from wearlab.dynamics.system import System
 
 
@@ -97,6 +97,10 @@ class PairFriction(NamedTuple):
 
     pressure_angle: float
     arm_slope: tuple[float, float] = (1.0, -1.0)
+
+
+mesh_damping_of = damping_by_ratio
+"""The name by which plug-ins know it."""
 
 
 def effective_mass(inertia: tuple[float, float], base_radius: tuple[float, float]) -> float:
