@@ -180,8 +180,8 @@ def test_wear_of_micrometres_hardly_matters(pair):
 def test_the_model_adds_up(pair):
     s = np.linspace(pair.path.A, pair.path.E, 5)
     total, shared = compliance(pair, s, 2, QUICK)
-    one = FiniteElement(total, shared, ConstantContact(2e-9))
-    twice = FiniteElement(total, shared, ConstantContact(2e-9), scale=2.0)
+    one = FiniteElement(total, shared, hertz=ConstantContact(2e-9))
+    twice = FiniteElement(total, shared, hertz=ConstantContact(2e-9), scale=2.0)
     wear = np.full((2, 5), 1e-6)
     assert not one.load_dependent
     assert np.array_equal(one.body(wear), total) and one.contact(None) == 2e-9

@@ -43,7 +43,11 @@ def finite_element(asked: Any, pair: GearPair, grid: ProfileGrid) -> FiniteEleme
         for i, gear in enumerate(pair.gears)
     )
     return FiniteElement(
-        grid.beyond(own), grid.beyond(shared), _hertz(asked, pair, grid), asked.scale, (first, second)
+        grid.beyond(own),
+        grid.beyond(shared),
+        (first, second),
+        hertz=_hertz(asked, pair, grid),
+        scale=asked.scale,
     )
 
 

@@ -79,36 +79,51 @@ class WeberContact:
         return out
 
 
+@dataclass(frozen=True, kw_only=True)
+class HertzInSeries(PairStiffness):
+    """Teeth and bodies in series with the contact.
+
+    Parameters
+    ----------
+    hertz : how the contact itself yields
+    scale : factor on the stiffness of the whole pair, 1 unless tuned [1]
+    """
+
+    hertz: HertzContact
+    scale: float = 1.0
+
+    @property
+    def load_dependent(self) -> bool:
+        """Whether the contact's compliance depends on the force."""
+        return self.hertz.load_dependent
+
+    def contact(self, force: Array | None) -> Array | float:
+        """Return the compliance of the contact, under pair forces (n,) when it depends on them [m/N]."""
+        return self.hertz.compliance(force) / self.scale
+
+
 @dataclass(frozen=True)
-class PotentialEnergy(PairStiffness):
+class PotentialEnergy(HertzInSeries):
     """Bending, shear and compression of both teeth, their foundations, and the Hertzian contact in series.
 
     ``1/k = 1/k_h + Σ_gears (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``
 
     Parameters
     ----------
+    hertz, scale : as of `HertzInSeries`
     teeth : the two teeth, (driving, driven)
-    hertz : how the contact itself yields
     foundation : whether the wheel bodies yield
     correction : λ of each gear's foundation [1]
     coupling : (n_apart, 2, n) for each gear the foundation compliance shared with the pair 1, 2 … base
         pitches ahead, over the geometric mean of the two pairs' own; (0, 2, n): nothing is shared
     partner : (n_apart, n) node of that pair, −1 when there is none
-    scale : factor on the stiffness of the whole pair, 1 unless tuned [1]
     """
 
     teeth: tuple[ToothFlexibility, ToothFlexibility]
-    hertz: HertzContact
     foundation: bool
     correction: tuple[float, float]
     coupling: Array
     partner: Index
-    scale: float
-
-    @property
-    def load_dependent(self) -> bool:
-        """Whether the contact's compliance depends on the force."""
-        return self.hertz.load_dependent
 
     def body(self, wear: Array) -> Array:
         """Return the compliance of both teeth and bodies, (n,) [m/N]."""
@@ -135,10 +150,6 @@ class PotentialEnergy(PairStiffness):
             if self.foundation:
                 out += body / factor
         return total / self.scale
-
-    def contact(self, force: Array | None) -> Array | float:
-        """Return the Hertzian compliance, under pair forces (n,) when it depends on them [m/N]."""
-        return self.hertz.compliance(force) / self.scale
 
     def cross(self, wear: Array) -> Array:
         """Return the body compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""

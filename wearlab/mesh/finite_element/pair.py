@@ -11,15 +11,14 @@ from wearlab.mesh.finite_element.cache import gear_compliance
 from wearlab.mesh.finite_element.flank import LoadedFlank
 from wearlab.mesh.finite_element.gear_compliance import GearCompliance
 from wearlab.mesh.finite_element.options import Options
-from wearlab.mesh.pair_stiffness import PairStiffness
-from wearlab.mesh.stiffness import HertzContact, SectionVanished
+from wearlab.mesh.stiffness import HertzInSeries, SectionVanished
 from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
 
 DISTANCE_SLACK = 1e-9
 
 
 @dataclass(frozen=True)
-class FiniteElement(PairStiffness):
+class FiniteElement(HertzInSeries):
     """Teeth and bodies of both gears by plane finite elements, and the contact in series.
 
     The elements are those of the unworn gears; what wear takes off their sections makes them softer by as
@@ -29,23 +28,15 @@ class FiniteElement(PairStiffness):
 
     Parameters
     ----------
+    hertz, scale : as of `HertzInSeries`
     own : (n,) compliance of both gears' teeth and bodies [m/N]
     shared : (n_apart, n) what it shares with the pair 1, 2 … base pitches ahead, 0 where there is none [m/N]
-    hertz : how the contact itself yields
-    scale : factor on the stiffness of the whole pair, 1 unless tuned [1]
     teeth : the two teeth as beams, (driving, driven), None: wear takes nothing off their sections
     """
 
     own: Array
     shared: Array
-    hertz: HertzContact
-    scale: float = 1.0
     teeth: tuple[ToothFlexibility, ToothFlexibility] | None = None
-
-    @property
-    def load_dependent(self) -> bool:
-        """Whether the contact's compliance depends on the force."""
-        return self.hertz.load_dependent
 
     def body(self, wear: Array) -> Array:
         """Return the compliance of both teeth and bodies, (n,) [m/N]."""
@@ -63,10 +54,6 @@ class FiniteElement(PairStiffness):
                 raise SectionVanished("section vanished")
             total += out
         return total
-
-    def contact(self, force: Array | None) -> Array | float:
-        """Return the compliance of the contact, under pair forces (n,) when it depends on them [m/N]."""
-        return self.hertz.compliance(force) / self.scale
 
     def cross(self, wear: Array) -> Array:
         """Return the compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""
