@@ -69,7 +69,7 @@ def of_scene(scene: Scene) -> ExactTime:
     from wearlab.simulation.living import initial_wear
 
     parts = build(scene)
-    wear = initial_wear(scene, parts)[0][0]
+    wear = initial_wear(scene, parts)[0]
     one, grid = parts.gears.kinds[0], parts.kinds[0].analysis.grid
     flanks: WornFlanks = flanks_of(one.pair, grid)
     return exact_time(one.pair, flanks.worn(wear), float(wear.max()))

@@ -66,7 +66,7 @@ class TimedLife(NamedTuple):
 def wearing(scene: Scene) -> Wearing:
     """Build the life of a scene."""
     parts = build(scene)
-    wear = parts.coupling.flat(initial_wear(scene, parts)[0])
+    wear = parts.coupling.flat(initial_wear(scene, parts))
     return Wearing(parts, wear, build_limits(scene, parts.gears, parts.coupling))
 
 

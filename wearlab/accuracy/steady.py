@@ -144,7 +144,7 @@ def steady(scene: Scene) -> Steady:
     """Build the steady problem of a scene at its initial wear."""
     parts = build(scene)
     assert parts.vibration is not None
-    coupling, wear = parts.coupling, initial_wear(scene, parts)[0]
+    coupling, wear = parts.coupling, initial_wear(scene, parts)
     near = [
         depth + quadratic(kind.analysis.grid.position, NEIGHBOUR)
         for kind, depth in zip(coupling.kinds, wear, strict=True)

@@ -181,7 +181,7 @@ class LivedSteps:
         def rate(wear: Array) -> Array:
             return wearing.flat(evaluate(wearing, wear).rate)
 
-        wear, _ = initial_wear(self.scene, parts)
+        wear = initial_wear(self.scene, parts)
         first = evaluate(coupling, coupling.flat(wear))
         if not self.steps:
             return Ends(parts, (first,), (), memory)

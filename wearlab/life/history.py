@@ -33,7 +33,6 @@ class History(NamedTuple):
     cycle : (m,) cycles of the states [1]
     state : the states
     life : the march that led through them, None when nothing wears on
-    worn_first : the marches that made the initial wear
     sampled : accepted states, on which estimates of errors rest; None: on some of these
     stages : what a life of several conditions in order was joined from, each from its own first state
     seconds : (m,) operating time of the states [s], NaN where nothing turns; None: not asked for
@@ -42,7 +41,6 @@ class History(NamedTuple):
     cycle: Array
     state: tuple[WearState, ...]
     life: Life | None = None
-    worn_first: tuple[Life, ...] = ()
     sampled: "History | None" = None
     stages: "tuple[History, ...]" = ()
     seconds: Array | None = None
@@ -154,12 +152,10 @@ def worn_by_law(
     *,
     tolerance: float,
     most_work: float = np.inf,
-) -> tuple[Wear, tuple[Life, ...]]:
+) -> Wear:
     """Return wear with each named flank (its entries in the flat state) worn to its depth by this law [m]."""
-    flat, lives = worn(
-        SetRate(coupling), coupling.flat(wear), flanks, tolerance=tolerance, most_work=most_work
-    )
-    return coupling.split(flat), lives
+    flat = worn(SetRate(coupling), coupling.flat(wear), flanks, tolerance=tolerance, most_work=most_work)
+    return coupling.split(flat)
 
 
 def history(

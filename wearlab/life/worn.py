@@ -9,7 +9,6 @@ from wearlab.arrays import Array
 from wearlab.life.counted import Rate
 from wearlab.life.limits import Limits
 from wearlab.life.march import ELASTIC_SCALE, evolve
-from wearlab.life.record import Life
 
 
 def worn(
@@ -20,8 +19,8 @@ def worn(
     tolerance: float = 1e-3,
     scale: float = ELASTIC_SCALE,
     most_work: float = np.inf,
-) -> tuple[Array, tuple[Life, ...]]:
-    """Return the depths after wear by the law until each named flank is as deep as asked.
+) -> Array:
+    """Return the depths after wear by the law until each named flank is as deep as asked, (n,) [m].
 
     All flanks run and wear together until the named one has its depth; then only the named flank keeps its
     wear (its mate is taken as new). Several named flanks are worn one run each, all from ``initial``.
@@ -33,11 +32,6 @@ def worn(
     flanks : name -> (entries of h on that flank, largest depth wanted there [m])
     tolerance, scale, most_work : see :func:`wearlab.life.march.evolve`
 
-    Returns
-    -------
-    depth : (n,) [m]
-    lives : the runs that made them, for their errors and counts
-
     Raises
     ------
     ValueError
@@ -45,7 +39,6 @@ def worn(
     """
     h0 = np.array(initial, float)
     h = h0.copy()
-    lives = []
     for name, (flank, depth) in flanks.items():
         if depth == 0.0:
             continue
@@ -54,5 +47,4 @@ def worn(
         if not life.worn_out:
             raise ValueError(f"flank {name!r} cannot be worn to {depth:.3g} m by this law: {life.end_reason}")
         h[flank] = life.depth[-1][flank]
-        lives.append(life)
-    return h, tuple(lives)
+    return h

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -23,11 +22,11 @@ from wearlab.simulation.work import KEPT_SHARE, most_work
 
 def live(scene: Scene, parts: Parts) -> History:
     """March the wear of a scene in one condition to its end, or evaluate its one state."""
-    wear, worn_first = initial_wear(scene, parts)
+    wear = initial_wear(scene, parts)
     if scene.wear is None or scene.wear.until is None:
-        return single_state(parts.coupling, wear)._replace(worn_first=worn_first)
+        return single_state(parts.coupling, wear)
     limits = build_limits(scene, parts.gears, parts.coupling)
-    return _marched(scene, parts, parts.coupling, wear, limits)._replace(worn_first=worn_first)
+    return _marched(scene, parts, parts.coupling, wear, limits)
 
 
 def live_through(scene: Scene, stages: Sequence[Stage]) -> History:
@@ -39,9 +38,9 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> History:
         When the first state itself cannot run.
     """
     first = stages[0]
-    wear, worn_first = initial_wear(scene, first.first, first.coupling)
+    wear = initial_wear(scene, first.first, first.coupling)
     if scene.wear is None or (scene.wear.until is None and not scene.operation.stages):
-        only = single_state(first.coupling, wear)._replace(worn_first=worn_first)
+        only = single_state(first.coupling, wear)
         return only._replace(stages=(only,), seconds=np.zeros(1))
     histories: list[History] = []
     cycles, seconds, reason = 0.0, 0.0, ""
@@ -62,7 +61,6 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> History:
         reason = lived.life.end_reason
         if ends or not lived.life.ran_its_cycles:
             break
-    histories[0] = histories[0]._replace(worn_first=worn_first)
     return _joined(histories, stages, reason)
 
 
@@ -164,8 +162,8 @@ def _one_life(lives: list[Life], starts: Array, reason: str) -> Life:
     )
 
 
-def initial_wear(scene: Scene, parts: Parts, coupling: Coupled | None = None) -> tuple[Wear, tuple[Any, ...]]:
-    """Return the wear before the first cycle, of every kind of mesh [m], and the lives that made it.
+def initial_wear(scene: Scene, parts: Parts, coupling: Coupled | None = None) -> Wear:
+    """Return the wear before the first cycle, of every kind of mesh, (2, n) each [m].
 
     Parameters
     ----------
@@ -173,7 +171,7 @@ def initial_wear(scene: Scene, parts: Parts, coupling: Coupled | None = None) ->
     coupling : by which flanks are worn that are to be worn by this law, that of ``parts`` where left out
     """
     if scene.start is not None:
-        return continued_wear(scene, parts), ()
+        return continued_wear(scene, parts)
     wear = parts.coupling.unworn()
     given = scene.wear
     by_law: dict[str, tuple[slice, float]] = {}
@@ -188,7 +186,7 @@ def initial_wear(scene: Scene, parts: Parts, coupling: Coupled | None = None) ->
         else:
             wear[kind][gear] = flank.at_nodes(parts.kinds[kind].pair, gear, position)
     if not by_law:
-        return wear, ()
+        return wear
     try:
         return worn_by_law(
             coupling or parts.coupling,

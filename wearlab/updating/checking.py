@@ -56,7 +56,7 @@ def surprises(post: Posterior, draws: Draws, number: int) -> list[Inspected]:
         ).steps
         if not steps:
             steps = [
-                Inspected(inspection.count, *(np.empty(len(draws)) for _ in range(7)))
+                Inspected(inspection.count, *(np.empty(len(draws)) for _ in range(6)))
                 for inspection in likelihood
             ]
         for whole, part in zip(steps, likelihood, strict=True):

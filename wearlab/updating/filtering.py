@@ -60,7 +60,7 @@ class Inspected:
         below their limits the difference that they make to what is expected
     chi_square : sum of all squared standard differences of its values
     log_likelihood : of its values, given those before
-    before, before_variance : mean and variance of W just before it
+    before : mean of W just before it
     mean, variance : of W after it
     """
 
@@ -69,7 +69,6 @@ class Inspected:
     chi_square: Array
     log_likelihood: Array
     before: Array
-    before_variance: Array
     mean: Array
     variance: Array
 
@@ -140,7 +139,7 @@ def filtered(
         mean = before + gain * (shared - before)
         spread = before_spread * (1.0 - gain) + gain**2 * shared_spread
         if steps:
-            each = (off, chi, gained, before, before_spread, mean, spread)
+            each = (off, chi, gained, before, mean, spread)
             kept.append(
                 Inspected(len(told), *[np.broadcast_to(np.asarray(part, float), lanes) for part in each])
             )
