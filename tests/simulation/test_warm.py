@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from wearlab.campaign import load
+from wearlab.simulation import warm
 from wearlab.simulation.warm import kinds_of
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
@@ -19,3 +20,22 @@ def test_numbers_make_no_kind_but_choices_do():
         scene.replace("wear.coefficient", {"model": "constant", "value": "2e-18 m^2/N", "film": False}),
     ]
     assert len(kinds_of([scene, *others])) == 3
+
+
+def test_who_has_waited_for_one_kernel_looks_at_all_jobs_again(monkeypatch):
+    """Was a wait for the next kernel of another process, while the third could have been compiled here."""
+    asked, done = [], set()
+
+    def is_done(job, patient):
+        asked.append((job, patient))
+        if patient or job == "free" or (job == "after" and "waited for" in done):
+            done.add(job)
+        return job in done
+
+    monkeypatch.setattr(warm, "kinds_of", list)
+    monkeypatch.setattr(warm, "jobs_of", lambda kinds: ["free", "waited for", "busy", "after"])
+    monkeypatch.setattr(warm, "is_done", is_done)
+    warm.warm_up([], turn=1, workers=2)
+    waited = asked.index(("waited for", True))
+    assert ("after", False) in asked[waited : asked.index(("busy", True))]
+    assert ("after", True) not in asked and len(done) == 4

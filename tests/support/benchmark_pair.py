@@ -75,10 +75,7 @@ class BenchmarkPair(NamedTuple):
         return self.single + (self.double - self.single) * second
 
     def tables(self, grid: StageGrid) -> StageTables:
-        """Tabulate the mesh on ``grid``: one pair that bears all, and a second that never does.
-
-        Kernels are compiled by the number of pairs, and those for two are what most pairs need.
-        """
+        """Tabulate the mesh on ``grid``: one pair that bears all, and a second that never does."""
         phase = grid.phase
         stiffness = np.zeros((*phase.shape, 1, 2))
         stiffness[:, :, 0, 0] = self.stiffness(phase, (grid.start + 0.5 * grid.width)[:, None])

@@ -13,6 +13,10 @@ from wearlab.compiled import jit_inner
 from wearlab.dynamics.dense_step import times
 
 ROUNDS = 3
+OF_ONE, OF_TWO = np.int64(2), np.int64(4)
+"""Stages after the first, of one step and of two."""
+NO_RATES = np.bool_(False)
+"""No deflection rates are needed; of fixed types all these, as numba would compile for literals once more."""
 
 
 @jit_inner
@@ -65,7 +69,7 @@ def exact_step(
     for _ in range(ROUNDS):
         times(tables.one.feed[slot][:sensed], force, feed)
         for stage in range(1, 3):
-            correct_force(structure, stage, stage, 2, mesh, push, rates)
+            correct_force(structure, stage, stage, OF_ONE, mesh, push, rates)
     advance(tables.one.transition[slot], tables.one.inputs[slot], old, force, structure.moved, new)
 
 
@@ -86,16 +90,18 @@ def exact_pair(
     old = states[i : i + size].reshape((2 * n, w))
     sense, feed, force = structure.sense[: 4 * meshes], structure.feed[: 4 * meshes], structure.force
     times(tables.two.sense[slot][: 4 * meshes], old, sense)
-    sense_start(structure, old, False)
+    sense_start(structure, old, NO_RATES)
     for stage in range(3):
-        guess_force(structure, stage, stage, mesh, push, False)
+        guess_force(structure, stage, stage, mesh, push, NO_RATES)
     for stage in range(1, 3):
-        guess_force(structure, 2 + stage, stage, structure.second_mesh, structure.second_push, False)
+        guess_force(structure, 2 + stage, stage, structure.second_mesh, structure.second_push, NO_RATES)
     for _ in range(ROUNDS):
         times(tables.two.feed[slot][: 4 * meshes], force, feed)
         for stage in range(1, 3):
-            correct_force(structure, stage, stage, 4, mesh, push, False)
-            correct_force(structure, 2 + stage, stage, 4, structure.second_mesh, structure.second_push, False)
+            correct_force(structure, stage, stage, OF_TWO, mesh, push, NO_RATES)
+            correct_force(
+                structure, 2 + stage, stage, OF_TWO, structure.second_mesh, structure.second_push, NO_RATES
+            )
     middle, end = states[j : j + size].reshape((2 * n, w)), states[k : k + size].reshape((2 * n, w))
     advance(tables.two.between[slot], tables.two.between_inputs[slot], old, force, structure.moved, middle)
     advance(tables.two.transition[slot], tables.two.inputs[slot], old, force, structure.moved, end)

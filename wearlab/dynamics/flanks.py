@@ -181,8 +181,6 @@ def add_fluctuation(
     fluctuation: Any, kernel: Any, table: Any, step: int, stage: int, x: float, w: int, push: Any
 ) -> int:
     """Add the fluctuating load to ``push``; return the number of loads so far."""
-    if fluctuation is None:
-        return 1
     if not kernel.fluctuates:
         return 1
     push_load(kernel.structure, fluctuation, 1, stage, 0, within(table[step], x), w, push)

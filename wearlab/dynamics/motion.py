@@ -42,7 +42,7 @@ def _unmeshed_dense(structure: Any, state: Any, out: Any) -> None:
 @jit_inner
 def fluctuating(fluctuation: Any, kernel: Any, table: Any, step: int, x: float, out: Any) -> None:
     """Add the fluctuating load at fraction ``x`` of the step."""
-    if fluctuation is not None and kernel.fluctuates:
+    if kernel.fluctuates:
         factor = within(table[step], x)
         for row in range(len(out)):
             out[row] += factor * fluctuation[row]

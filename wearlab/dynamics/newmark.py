@@ -12,7 +12,7 @@ from wearlab.dynamics.events import Scratch, scratch
 from wearlab.dynamics.flanks import contact_differs, mesh_law, see_contact
 from wearlab.dynamics.motion import acceleration, unmeshed
 from wearlab.dynamics.newton import solve_linear
-from wearlab.dynamics.registers import write
+from wearlab.dynamics.registers import END, write
 from wearlab.dynamics.steady import Marching, OneState
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -111,8 +111,8 @@ def newmark_step(
         agreed = iteration > 0
         for m in range(meshes):
             delta = _product(kernel.structure.direction, m, n, trial, 0) - tables.error[step, 2, m]
-            if contact_differs(kernel, tables, step, delta, m, 2, s.contact) or iteration == 0:
-                see_contact(kernel, tables, step, delta, m, 2, s.contact)
+            if contact_differs(kernel, tables, step, delta, m, END, s.contact) or iteration == 0:
+                see_contact(kernel, tables, step, delta, m, END, s.contact)
                 agreed = False
         if agreed:
             break

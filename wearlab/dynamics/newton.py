@@ -15,7 +15,7 @@ from wearlab.dynamics.period_map import (
     over_period,
     touch_all,
 )
-from wearlab.dynamics.registers import copy
+from wearlab.dynamics.registers import START, copy
 from wearlab.dynamics.sections import turn_back
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
@@ -169,9 +169,9 @@ def same_contact(
         for m in range(len(kernel.mesh_damping)):
             if touch != TOUCHING:
                 delta = deflection_at_start(kernel, tables, step, m, width, states, i)
-                see_contact(kernel, tables, step, delta, m, 0, s.contact)
+                see_contact(kernel, tables, step, delta, m, START, s.contact)
             delta = deflection_at_start(kernel, tables, step, m, width, states, i + last)
-            if contact_differs(kernel, tables, step, delta, m, 0, s.contact):
+            if contact_differs(kernel, tables, step, delta, m, START, s.contact):
                 return False
         if not contact_holds(
             kernel, tables, step, period, width, states, i + last, i + last + size, s.contact

@@ -31,7 +31,9 @@ def next_change(
             reach = of_mesh[at, m, ERROR] if back else of_pair[at, m, p, REACH]
             shift = -plan.mesh[m, BACKLASH] if back else 0.0
             look(reach, DEGREE + 1, start, looks[1])
-            sign, part, dips = 1.0 if contact[m, p] != back else -1.0, LOOKS, False
+            sign = 1.0 if contact[m, p] != back else -1.0
+            part: Any = np.int64(LOOKS)  # no literal, for which `first_passing` compiles once more
+            dips: Any = np.bool_(False)
             before = 0.0 if start > 0.0 else sign * (along[1] - reach[1])
             for i in range(LOOKS):
                 value = sign * (looks[0, 0, i] - looks[1, 0, i] - shift)

@@ -9,6 +9,7 @@ from wearlab.compiled import INNER, jit, jit_inner
 from wearlab.dynamics.events import step_with_changes
 from wearlab.dynamics.exact_step import exact_pair
 from wearlab.dynamics.flanks import contact_differs, mesh_law, row_product, see_contact
+from wearlab.dynamics.registers import END, MIDST, START
 from wearlab.dynamics.rk4_step import rk4_step
 from wearlab.dynamics.series_step import series_step
 from wearlab.dynamics.structure import Propagated
@@ -42,10 +43,10 @@ def contact_holds(
         before = row_product(d, m, n, states, i, w)
         after = row_product(d, m, n, states, j, w)
         bend = row_product(d, m, n, states, i + below, w) - row_product(d, m, n, states, j + below, w)
-        if contact_differs(kernel, tables, step, after - tables.error[step, 2, m], m, 2, contact):
+        if contact_differs(kernel, tables, step, after - tables.error[step, 2, m], m, END, contact):
             return False
         middle = 0.5 * (before + after) + eighth * bend - tables.error[step, 1, m]
-        if contact_differs(kernel, tables, step, middle, m, 1, contact):
+        if contact_differs(kernel, tables, step, middle, m, MIDST, contact):
             return False
     return True
 
@@ -135,7 +136,7 @@ def _redone(
         between = 0.5 * (row_product(d, m, n, states, i, w) + row_product(d, m, n, states, j, w))
         bend = row_product(d, m, n, states, i + below, w) - row_product(d, m, n, states, j + below, w)
         middle = between + 0.125 * h * bend - tables.error[step, 1, m]
-        see_contact(kernel, tables, step, middle, m, 1, s.contact)
+        see_contact(kernel, tables, step, middle, m, MIDST, s.contact)
     mesh_law(kernel, tables, step, period, s.contact, width, s.mesh, s.push)
     rk4_step(structure, kernel.channels, columns, width, states, i, states, j, s.mesh, s.push, h)
     return True
@@ -195,7 +196,7 @@ def over_period(
         else:
             for m in range(len(kernel.mesh_damping)):
                 delta = deflection_at_start(kernel, tables, step, m, width, states, i)
-                see_contact(kernel, tables, step, delta, m, 0, s.contact)
+                see_contact(kernel, tables, step, delta, m, START, s.contact)
         mesh_law(kernel, tables, step, period, s.contact, width, s.mesh, s.push)
         h = tables.width[step] * period
         if by_pair(kernel.structure, kernel, tables, step, period, width, states, i, s, touch):

@@ -8,6 +8,8 @@ from numba.cpython.unsafe.tuple import tuple_setitem
 from wearlab.compiled import jit_inner
 
 put: Any = tuple_setitem
+START, MIDST, END = np.int64(0), np.int64(1), np.int64(2)
+"""Stages of a step, of one type: for every literal numba would compile once more."""
 
 
 @jit_inner

@@ -22,6 +22,7 @@ from wearlab.dynamics.registers import add, put, take
 from wearlab.dynamics.structure import Dense, Diagonal, Propagated
 
 
+@jit_inner(forceinline=True)
 def rk4_step(
     structure: Any,
     meshes: Any,
@@ -52,10 +53,30 @@ def rk4_step(
     ----------
     Kutta, Z. Math. Phys. 46 (1901) 435–453.
     """
+    _step_of_kind(structure, meshes, columns, width, source, i, target, j, mesh, push, h)
+
+
+def _step_of_kind(
+    structure: Any,
+    meshes: Any,
+    columns: Any,
+    width: Any,
+    source: Any,
+    i: Any,
+    target: Any,
+    j: Any,
+    mesh: Any,
+    push: Any,
+    h: Any,
+) -> None:
+    """Advance by the step of the structure's kind, which `rk4_step` alone calls.
+
+    Numba compiles what it chooses by types anew for callers compiled with other options.
+    """
     raise NotImplementedError("compiled code only")
 
 
-@overload(rk4_step, jit_options=INNER)
+@overload(_step_of_kind, jit_options=INNER)
 def _choose_step(
     structure: Any,
     meshes: Any,

@@ -308,7 +308,7 @@ def series_step(
     size = np.uint64(2 * n * w)
     copy(states, i, states, j, size)
     state = states[j : j + size].reshape((2 * n, w))
-    a, m, p, changes = 0.0, NOTHING, NOTHING, 0
+    a, m, p, changes = 0.0, np.int64(NOTHING), np.int64(NOTHING), 0
     while 1.0 - a > NO_TIME:
         h = (1.0 - a) * tables.width[step] * period
         part_law(kernel, tables, step, a, 1.0, period, s.contact, width, s.mesh, s.push)

@@ -90,20 +90,11 @@ class StageTables(NamedTuple):
         )
 
     @property
-    def even(self) -> "StageTables":
-        """The tables with an even number of pairs, the last one never in the path: half the compiled codes.
-
-        Two pairs take no longer than one, and four less than three.
-        """
-        if self.stiffness.shape[3] % 2 == 0:
-            return self
-        none = np.zeros((*self.stiffness.shape[:3], 1))
-        stiffness, gap = (np.concatenate([table, none], axis=3) for table in (self.stiffness, self.gap))
-        sliding, moment = (
-            None if table is None else np.concatenate([table, none], axis=3)
-            for table in (self.sliding, self.moment)
-        )
-        return self._replace(stiffness=stiffness, gap=gap, sliding=sliding, moment=moment)
+    def with_factors(self) -> "StageTables":
+        """The tables with an empty one for factors that are absent, and none for friction that is."""
+        width, stiffness, gap, error, error_rate, factor, sliding, moment = self
+        factor = NO_FACTORS if factor is None else factor
+        return StageTables(width, stiffness, gap, error, error_rate, factor, sliding, moment)
 
 
 def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:

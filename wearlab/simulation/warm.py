@@ -35,8 +35,12 @@ def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
     else:
         jobs = jobs_of(kinds)
     turn %= max(1, len(jobs))
-    for job in [job for job in jobs[turn:] + jobs[:turn] if not is_done(job, patient=False)]:
-        is_done(job, patient=True)
+    left = jobs[turn:] + jobs[:turn]
+    while left:
+        undone = [job for job in left if not is_done(job, patient=False)]
+        if len(undone) == len(left):
+            is_done(undone.pop(0), patient=True)
+        left = undone
 
 
 def jobs_of(kinds: Iterable[Scene]) -> list[Job]:
