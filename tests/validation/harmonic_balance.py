@@ -69,16 +69,16 @@ class HarmonicBalance:
     def linear(self) -> tuple[Harmonics, Harmonics]:
         """Return δ without N and the receptances −∂δ/∂N, harmonics first: (H + 1, m), (H + 1, m, m)."""
         t, omega = self.given, self.frequency
-        n, m = len(t.load), len(t.backlash)
+        n, m = len(t.push), len(t.backlash)
         feed = self.mean + 1j * omega[:, None] * t.mesh_damping
-        column = t.response[:m].T
+        column = t.per_force[:m].T
         impedance = np.zeros((len(omega), n, n), complex)
         impedance += t.stiffness - omega[:, None, None] ** 2 * np.eye(n)
         impedance += 1j * omega[:, None, None] * t.damping
         impedance += np.einsum("im,hm,mj->hij", column, feed, t.direction)
         error = self._harmonics(self.mesh.error).T
         push = np.einsum("im,hm->hi", column, feed * error)
-        push[0] += t.load
+        push[0] += t.push
         both = np.linalg.solve(
             impedance, np.concatenate([push[..., None], column + 0.0 * feed[:, :1, None]], 2)
         )
