@@ -203,7 +203,7 @@ def test_steps_of_modes_of_any_rate_are_the_same_in_their_own_time() -> None:
     one, other = tables(grid), tables(grid)
     other = other._replace(stiffness=fast**2 * other.stiffness)
     expected, found = (
-        propagator_of(system, None, given, period).two
+        propagator_of(system, None, given, period).double
         for system, given, period in ((slow, one, period), (system, other, period / fast))
     )
     size = np.repeat([1.0, fast], 18)

@@ -22,7 +22,7 @@ class Balance(NamedTuple):
     Parameters
     ----------
     held : (n_rigid,) the coordinate held for each free rotation
-    response : (n_rigid, n) M⁻¹ times a load of size one [m/s²]
+    push : (n_rigid, n) acceleration by a load of size one, M⁻¹ times it [m/s²]
     size : (n_rigid,) sizes of the loads, moved by the shooting [1]
     home : (n_rigid,) where the coordinates are held [m]
     shape, momentum : (n_rigid, n) free rotations φ, and φᵀ M
@@ -30,7 +30,7 @@ class Balance(NamedTuple):
     """
 
     held: Index
-    response: Array
+    push: Array
     size: Array
     home: Array
     shape: Array
@@ -66,11 +66,11 @@ def balance_of(system: System, period: float) -> Balance | None:
             "or the carrier"
         )
     loads = shapes @ system.mass if system.balance is None else system.balance[None, :]
-    response = loads @ np.linalg.inv(system.mass).T
-    scale = max(period, 1e-9) ** 2 * np.abs(response).max(axis=1, keepdims=True)
+    accelerations = loads @ np.linalg.inv(system.mass).T
+    scale = max(period, 1e-9) ** 2 * np.abs(accelerations).max(axis=1, keepdims=True)
     index = _pivots(shapes)
     count = len(shapes)
-    momentum, pushed = shapes @ system.mass, response / scale
+    momentum, pushed = shapes @ system.mass, accelerations / scale
     gain = np.einsum("ri,ri->r", momentum, pushed)
     return Balance(index, pushed, np.zeros(count), np.zeros(count), shapes, momentum, gain)
 
@@ -113,7 +113,7 @@ def solved_load(system: System, balance: Balance | None) -> System:
     """Return the system with the loads that the shooting found."""
     if balance is None or not len(balance.held):
         return system
-    return system._replace(load=system.load + system.mass @ (balance.size @ balance.response))
+    return system._replace(load=system.load + system.mass @ (balance.size @ balance.push))
 
 
 def true_derivative(system: System, balance: Balance, derivative: Array) -> Array:

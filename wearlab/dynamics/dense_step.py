@@ -37,7 +37,7 @@ def dense_step(
 
     Tangents of a structure with full matrices go by exact steps, see `wearlab.dynamics.exact_step`.
     """
-    n, channels, w = len(structure.load), len(meshes), len(width)
+    n, channels, w = len(structure.push), len(meshes), len(width)
     work = structure.work.reshape((VECTORS, n))
     q0, v0, q, v = work[0], work[1], work[2], work[3]
     first, second, third, fourth = work[4], work[5], work[6], work[7]
@@ -66,7 +66,7 @@ def _acceleration(
     structure: Any, channels: int, mesh: Any, push: Any, time: int, q: Any, v: Any, a: Any, w: int
 ) -> None:
     """Write the acceleration at stage time 0, 1 or 2 into ``a`` (n,), column after column of the matrices."""
-    n = len(structure.load)
+    n = len(structure.push)
     across = structure.across
     for row in range(n):
         a[row] = push[np.uint64((time * n + row) * w)]
@@ -81,4 +81,4 @@ def _acceleration(
             rate += structure.direction[row] * v[row - c * n]
         force = mesh[time * channels + c] * deflection + mesh[3 * channels + c] * rate
         for row in range(n):
-            a[row] -= structure.response[c * n + row] * force
+            a[row] -= structure.per_force[c * n + row] * force

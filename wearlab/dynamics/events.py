@@ -83,7 +83,7 @@ def compression(
     kernel: Any, tables: Any, step: int, m: int, p: int, x: float, s: Any, j: Any, width: Any
 ) -> float:
     """Return x of pair ``p`` (or of the back flank, p = n_pairs) at fraction ``x`` for state ``j``."""
-    n = len(kernel.structure.load)
+    n = len(kernel.structure.push)
     delta = row_product(kernel.structure.direction, m, n, s.part, j, np.uint64(len(width)))
     delta -= within(tables.error[step, :, m], x)
     if p == len(kernel.pairs):
@@ -96,7 +96,7 @@ def rate_of_compression(
     kernel: Any, tables: Any, step: int, m: int, p: int, x: float, period: float, s: Any, j: Any, width: Any
 ) -> float:
     """Return the derivative of `compression` by the fraction ``x`` as the motion goes on from state ``j``."""
-    n, w = len(kernel.structure.load), np.uint64(len(width))
+    n, w = len(kernel.structure.push), np.uint64(len(width))
     speed = row_product(kernel.structure.direction, m, n, s.part, j + np.uint64(n) * w, w)
     rate = speed * tables.width[step] * period - slope_within(tables.error[step, :, m], x)
     if p == len(kernel.pairs):
@@ -300,7 +300,7 @@ def _time_the_change(
 ) -> None:
     """Set the tangent of the cut from ``∇x · dX + (∂x/∂b) db = 0``; a grazing contact has none."""
     structure = kernel.structure
-    n, w = len(structure.load), np.uint64(len(width))
+    n, w = len(structure.push), np.uint64(len(width))
     size = np.uint64(len(s.part) // 4)
     speed = row_product(structure.direction, m, n, s.part, size + size + size, w)
     speed -= slope_within(tables.error[step, :, m], b)

@@ -54,7 +54,7 @@ def exact_step(
     push : (3, n_input) flat: inputs at the start, middle and end
     h : one of the tabulated lengths [s]
     """
-    tables, n, w = structure.tables, len(structure.load), len(width)
+    tables, n, w = structure.tables, len(structure.push), len(width)
     slot = slot_of(tables.length, h)
     inputs, senses = len(structure.force) // 5, len(structure.sense) // 8
     rates = damping_differs(tables, mesh)
@@ -62,15 +62,15 @@ def exact_step(
     old, new = source[i : i + size].reshape((2 * n, w)), target[j : j + size].reshape((2 * n, w))
     sensed = 4 * senses if rates else 2 * senses
     sense, feed, force = structure.sense[:sensed], structure.feed[:sensed], structure.force[:rows]
-    times(tables.one.sense[slot][:sensed], old, sense)
+    times(tables.single.sense[slot][:sensed], old, sense)
     sense_start(structure, old, rates)
     for stage in range(3):
         guess_force(structure, stage, stage, mesh, push, rates)
     for _ in range(ROUNDS):
-        times(tables.one.feed[slot][:sensed], force, feed)
+        times(tables.single.feed[slot][:sensed], force, feed)
         for stage in range(1, 3):
             correct_force(structure, stage, stage, OF_ONE, mesh, push, rates)
-    advance(tables.one.transition[slot], tables.one.inputs[slot], old, force, structure.moved, new)
+    advance(tables.single.transition[slot], tables.single.inputs[slot], old, force, structure.moved, new)
 
 
 @jit_inner
@@ -82,29 +82,31 @@ def exact_pair(
     ``mesh`` and ``push`` are those of the first step; the structure holds those of the second. Return whether
     it was done: not where damping differs from that of the linear part.
     """
-    tables, n = structure.tables, len(structure.load)
+    tables, n = structure.tables, len(structure.push)
     slot = slot_of(tables.length, h)
     if slot < 0 or damping_differs(tables, mesh) or damping_differs(tables, structure.second_mesh):
         return False
     meshes, size = len(structure.sense) // 8, np.uint64(2 * n * w)
     old = states[i : i + size].reshape((2 * n, w))
     sense, feed, force = structure.sense[: 4 * meshes], structure.feed[: 4 * meshes], structure.force
-    times(tables.two.sense[slot][: 4 * meshes], old, sense)
+    times(tables.double.sense[slot][: 4 * meshes], old, sense)
     sense_start(structure, old, NO_RATES)
     for stage in range(3):
         guess_force(structure, stage, stage, mesh, push, NO_RATES)
     for stage in range(1, 3):
         guess_force(structure, 2 + stage, stage, structure.second_mesh, structure.second_push, NO_RATES)
     for _ in range(ROUNDS):
-        times(tables.two.feed[slot][: 4 * meshes], force, feed)
+        times(tables.double.feed[slot][: 4 * meshes], force, feed)
         for stage in range(1, 3):
             correct_force(structure, stage, stage, OF_TWO, mesh, push, NO_RATES)
             correct_force(
                 structure, 2 + stage, stage, OF_TWO, structure.second_mesh, structure.second_push, NO_RATES
             )
     middle, end = states[j : j + size].reshape((2 * n, w)), states[k : k + size].reshape((2 * n, w))
-    advance(tables.two.between[slot], tables.two.between_inputs[slot], old, force, structure.moved, middle)
-    advance(tables.two.transition[slot], tables.two.inputs[slot], old, force, structure.moved, end)
+    advance(
+        tables.double.between[slot], tables.double.between_inputs[slot], old, force, structure.moved, middle
+    )
+    advance(tables.double.transition[slot], tables.double.inputs[slot], old, force, structure.moved, end)
     return True
 
 
@@ -131,7 +133,7 @@ def damping_differs(tables: Any, mesh: Any) -> bool:
 @jit_inner
 def sense_start(structure: Any, old: Any, rates: bool) -> None:
     """Write d·q of all meshes at the start, and d·q̇ where asked for, into the scratch that is free then."""
-    n, meshes = len(structure.load), len(structure.sense) // 8
+    n, meshes = len(structure.push), len(structure.sense) // 8
     direction = structure.direction[: meshes * n].reshape((meshes, n))
     times(direction, old[:n], structure.feed[:meshes])
     if rates:

@@ -112,9 +112,9 @@ def _choose_begin(structure: Any, stage: Any, w: Any, push: Any) -> Any:
 
 
 def _begin_acceleration(structure: Any, stage: Any, w: Any, push: Any) -> None:
-    n = len(structure.load)
+    n = len(structure.push)
     for row in range(n):
-        push[(stage * n + row) * w] = structure.load[row]
+        push[(stage * n + row) * w] = structure.push[row]
 
 
 def _begin_inputs(structure: Any, stage: Any, w: Any, push: Any) -> None:
@@ -135,9 +135,9 @@ def _choose_push(structure: Any, channel: Any, stage: Any, total: Any, w: Any, p
 
 
 def _push_acceleration(structure: Any, channel: Any, stage: Any, total: Any, w: Any, push: Any) -> None:
-    n = len(structure.load)
+    n = len(structure.push)
     for row in range(n):
-        push[(stage * n + row) * w] += structure.response[channel * n + row] * total
+        push[(stage * n + row) * w] += structure.per_force[channel * n + row] * total
 
 
 def _push_input(structure: Any, channel: Any, stage: Any, total: Any, w: Any, push: Any) -> None:
@@ -161,7 +161,7 @@ def _choose_load(
 def _push_load_acceleration(
     structure: Any, vector: Any, index: Any, stage: Any, column: Any, size: Any, w: Any, push: Any
 ) -> None:
-    n = len(structure.load)
+    n = len(structure.push)
     for row in range(n):
         at = (stage * n + row) * w + column
         push[at] = size * vector[row] if column > 0 else push[at] + size * vector[row]
@@ -192,10 +192,10 @@ def add_balance(structure: Any, balance: Any, first: int, stage: int, w: int, pu
     """Add the loads of unknown size, and their unit loads to the tangents by them."""
     if balance is not None:
         for row in range(len(balance.held)):
-            push_load(structure, balance.response[row], first + row, stage, 0, balance.size[row], w, push)
+            push_load(structure, balance.push[row], first + row, stage, 0, balance.size[row], w, push)
             column = 1 + balance.held[row]
             if column < w:
-                push_load(structure, balance.response[row], first + row, stage, column, 1.0, w, push)
+                push_load(structure, balance.push[row], first + row, stage, column, 1.0, w, push)
 
 
 @jit_inner(forceinline=True)

@@ -23,7 +23,7 @@ def _unmeshed_diagonal(structure: Any, state: Any, out: Any) -> None:
     n = len(out)
     for row in range(n):
         out[row] = (
-            structure.load[row]
+            structure.push[row]
             - structure.stiffness[row] * state[row]
             - structure.damping[row] * state[n + row]
         )
@@ -32,7 +32,7 @@ def _unmeshed_diagonal(structure: Any, state: Any, out: Any) -> None:
 def _unmeshed_dense(structure: Any, state: Any, out: Any) -> None:
     n = len(out)
     for row in range(n):
-        out[row] = structure.load[row]
+        out[row] = structure.push[row]
         for col in range(n):
             out[row] -= (
                 structure.stiffness[row, col] * state[col] + structure.damping[row, col] * state[n + col]
@@ -90,8 +90,8 @@ def add_friction_at(
                 force = k * approach * within(sliding[step, :, m, p], x)
                 arm = k * approach * within(tables.moment[step, :, m, p], x)
                 for row in range(n):
-                    out[row] -= kernel.structure.response[(meshes + m) * n + row] * force
-                    out[row] -= kernel.structure.response[(2 * meshes + m) * n + row] * arm
+                    out[row] -= kernel.structure.per_force[(meshes + m) * n + row] * force
+                    out[row] -= kernel.structure.per_force[(2 * meshes + m) * n + row] * arm
 
 
 @jit_inner
@@ -100,7 +100,7 @@ def add_balance_at(balance: Any, out: Any) -> None:
     if balance is not None:
         for row in range(len(balance.held)):
             for col in range(len(out)):
-                out[col] += balance.size[row] * balance.response[row, col]
+                out[col] += balance.size[row] * balance.push[row, col]
 
 
 @jit_inner
@@ -118,5 +118,5 @@ def acceleration(kernel: Any, tables: Any, step: int, x: float, period: float, s
             v += structure.direction[m * n + row] * state[n + row]
         force = mesh_force_at(kernel, tables, step, x, period, m, q, v)
         for row in range(n):
-            out[row] -= structure.response[m * n + row] * force
+            out[row] -= structure.per_force[m * n + row] * force
         add_friction_at(tables.sliding, kernel, tables, step, x, m, q, out)

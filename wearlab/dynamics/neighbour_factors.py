@@ -108,10 +108,10 @@ def drifts_of(known: Factors, system: System, whole: Array, multipliers: Complex
     """
     own, left, right = eig(whole, left=True)
     period = over_sections(system, whole, sections)
-    found = (left.conj() * (period @ right)).sum(axis=0) / (left.conj() * right).sum(axis=0)
+    drift = (left.conj() * (period @ right)).sum(axis=0) / (left.conj() * right).sum(axis=0)
     large = (np.abs(multipliers) >= LEADING * abs(multipliers[0])) & (multipliers.imag >= 0.0)
     which = np.flatnonzero(large)
-    nearest = np.abs(found[:, None] - multipliers[which]).argmin(axis=0)
+    nearest = np.abs(drift[:, None] - multipliers[which]).argmin(axis=0)
     backward, forward = left.T[nearest].conj(), right.T[nearest]
     backward /= (backward * forward).sum(axis=1)[:, None]
     by_input, felt = _carried(known, backward @ turned_back(system.symmetry, sections, len(whole)), forward)
@@ -120,7 +120,7 @@ def drifts_of(known: Factors, system: System, whole: Array, multipliers: Complex
     shares = np.zeros((moving, channels))
     shares[inputs.to, inputs.of] = inputs.share
     by_law = -(by_input.reshape(*felt.shape[:3], moving) @ shares) * np.tile(felt, channels // meshes)
-    by_section = sections * (found / own)[nearest]
+    by_section = sections * (drift / own)[nearest]
     return Drifts(which, by_section[:, None] * by_law.reshape(len(which), -1))
 
 

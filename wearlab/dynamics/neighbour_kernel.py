@@ -219,7 +219,7 @@ def path_of(cut: Any, inputs: Any, stages: Any, starts: Any, felt: Any, sizes: A
     """Fill ``states`` (n_steps + 1, 2n) from the groups' starts and d·q at all stages."""
     load, meshes, groups = inputs.load, felt.shape[2], cut.groups
     count = load.shape[2]
-    found = np.empty((len(felt), felt.shape[1] * count))
+    entering = np.empty((len(felt), felt.shape[1] * count))
     for at in range(len(groups)):
         for stage in range(stages[at]):
             step, where = place(groups[at, 0], stage, stages[at] - 1)
@@ -228,13 +228,13 @@ def path_of(cut: Any, inputs: Any, stages: Any, starts: Any, felt: Any, sizes: A
                 total = load[here, now, a, 0]
                 for x in range(len(sizes)):
                     total += load[here, now, a, 1 + x] * sizes[x]
-                found[at, stage * count + a] = total
+                entering[at, stage * count + a] = total
             for x in range(len(inputs.share)):
                 channel = inputs.of[x]
                 force = inputs.push[step, where, channel]
                 force -= inputs.law[step, where, channel] * felt[at, stage, channel % meshes]
-                found[at, stage * count + inputs.to[x]] += inputs.share[x] * force
-    path_over_groups(cut.tables, groups, meshes, count, starts, found, states)
+                entering[at, stage * count + inputs.to[x]] += inputs.share[x] * force
+    path_over_groups(cut.tables, groups, meshes, count, starts, entering, states)
 
 
 @jit

@@ -142,26 +142,26 @@ def _end_equation(kernel: Any, h: float, s: Any, predicted: Array, right: Array,
     """Fill matrix and right-hand side of the equation for a₁: what a₁ itself adds goes to the left."""
     n, channels = len(right), len(kernel.channels)
     structure = kernel.structure
-    unit, response = np.zeros(2 * n), np.empty(n)
-    unmeshed(structure, unit, response)
-    load = response.copy()
+    unit, answer = np.zeros(2 * n), np.empty(n)
+    unmeshed(structure, unit, answer)
+    pushed = answer.copy()
     unmeshed(structure, predicted, right)
     for row in range(n):
-        right[row] += s.push[2 * n + row] - structure.load[row]
+        right[row] += s.push[2 * n + row] - structure.push[row]
     for m in range(channels):
         force = s.mesh[2 * channels + m] * _product(structure.direction, m, n, predicted, 0)
         force += s.mesh[3 * channels + m] * _product(structure.direction, m, n, predicted, n)
         for row in range(n):
-            right[row] -= structure.response[m * n + row] * force
+            right[row] -= structure.per_force[m * n + row] * force
     for col in range(n):
         unit[:] = 0.0
         unit[col] = 0.25 * h * h
         unit[n + col] = 0.5 * h
-        unmeshed(structure, unit, response)
+        unmeshed(structure, unit, answer)
         for row in range(n):
-            matrix[row, col] = (1.0 if row == col else 0.0) + load[row] - response[row]
+            matrix[row, col] = (1.0 if row == col else 0.0) + pushed[row] - answer[row]
         for m in range(channels):
             d = structure.direction[m * n + col]
             force = d * (s.mesh[2 * channels + m] * 0.25 * h * h + s.mesh[3 * channels + m] * 0.5 * h)
             for row in range(n):
-                matrix[row, col] += structure.response[m * n + row] * force
+                matrix[row, col] += structure.per_force[m * n + row] * force

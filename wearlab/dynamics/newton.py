@@ -158,7 +158,7 @@ def same_contact(
 ) -> bool:
     """Whether the corrected orbit touches where the pass did: the map was affine, the orbit is exact."""
     w = np.uint64(len(width))
-    size = np.uint64(2 * len(kernel.structure.load)) * w
+    size = np.uint64(2 * len(kernel.structure.push)) * w
     last = w - np.uint64(1)
     steps = len(tables.width)
     for at in range(periods * steps):

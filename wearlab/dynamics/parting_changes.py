@@ -15,7 +15,7 @@ def next_change(
     contact: Any, changed: Any, roots: Any, lines: Any, looks: Any,
 ) -> float:  # fmt: skip
     """Return where contact first changes in a block after ``start``, 2: nowhere; ``roots``: of each flank."""
-    n, pairs, found = len(plan.coordinate), contact.shape[1] - 1, NOWHERE
+    n, pairs, soonest = len(plan.coordinate), contact.shape[1] - 1, NOWHERE
     along, flank = lines[0], lines[1]
     for m in range(contact.shape[0]):
         for j in range(np.uint64(0), np.uint64(terms)):
@@ -52,9 +52,9 @@ def next_change(
                 for j in range(terms):
                     flank[j] = sign * (along[j] - reach[j]) if j <= DEGREE else sign * along[j]
                 flank[0] -= sign * shift
-                roots[m, p] = first_passing(flank, terms, start, changed[m, p], part, dips, looks[1], found)
-                found = min(found, roots[m, p])
-    return found
+                roots[m, p] = first_passing(flank, terms, start, changed[m, p], part, dips, looks[1], soonest)
+                soonest = min(soonest, roots[m, p])
+    return soonest
 
 
 @jit_inner
@@ -99,19 +99,19 @@ def key_of(contact: Any) -> Any:
 
 
 @jit_inner
-def follow_map(one: Any, whole: Any, carried: Any, local: Any) -> None:
+def follow_map(affine: Any, whole: Any, carried: Any, local: Any) -> None:
     """Let an affine map (2n, columns) follow ``whole``, and move ``local`` (columns,) by it."""
     rows, columns = np.uint64(whole.shape[0]), np.uint64(whole.shape[1])
     for row in range(np.uint64(0), rows):
         for col in range(np.uint64(0), columns):
-            total = one[row, col] if col >= rows else 0.0
+            total = affine[row, col] if col >= rows else 0.0
             for inner in range(np.uint64(0), rows):
-                total += one[row, inner] * whole[inner, col]
+                total += affine[row, inner] * whole[inner, col]
             carried[row, col] = total
     for row in range(np.uint64(0), rows):
         total = 0.0
         for col in range(np.uint64(0), columns):
-            total += one[row, col] * local[col]
+            total += affine[row, col] * local[col]
         whole[row, 0] = total
     for row in range(np.uint64(0), rows):
         local[row] = whole[row, 0]
@@ -120,7 +120,7 @@ def follow_map(one: Any, whole: Any, carried: Any, local: Any) -> None:
 
 
 @jit_inner(allocates=True)
-def go_back(one: Any, whole: Any, local: Any) -> bool:
+def go_back(affine: Any, whole: Any, local: Any) -> bool:
     """Undo an affine map (2n, columns) on ``whole`` and ``local``, by elimination with row pivots.
 
     References
@@ -131,10 +131,10 @@ def go_back(one: Any, whole: Any, local: Any) -> bool:
     matrix = np.empty((rows, rows))
     for row in range(rows):
         for col in range(rows):
-            matrix[row, col] = one[row, col]
+            matrix[row, col] = affine[row, col]
         for col in range(rows, columns):
-            whole[row, col] -= one[row, col]
-            local[row] -= one[row, col] * local[col]
+            whole[row, col] -= affine[row, col]
+            local[row] -= affine[row, col] * local[col]
     for k in range(rows):
         pivot = k
         for row in range(k + 1, rows):

@@ -138,7 +138,7 @@ def small_orbit(
     sensed = np.empty((meshes, columns, DEGREE + MOST_TERMS))
     count, key, owner = np.empty(slots, np.int64), np.zeros(slots, np.int64), np.empty(slots, np.int64)
     maps, mapped = np.empty((slots, rows, columns)), np.empty(slots, np.bool_)
-    whole, one, carried = np.empty((rows, columns)), np.empty((rows, columns)), np.empty((rows, columns))
+    whole, affine, carried = np.empty((rows, columns)), np.empty((rows, columns)), np.empty((rows, columns))
     law, lines = np.empty((meshes, 2, DEGREE + 1)), np.empty((2, MOST_TERMS))
     looks, damping = np.empty((2, 2, LOOKS)), np.empty(meshes)
     motion, roots = np.empty((n, MOST_TERMS)), np.empty((meshes, pairs + 1))
@@ -177,8 +177,8 @@ def small_orbit(
                 if terms == 0:
                     return ROUGH, passes, 0, 0, np.inf, np.inf, False
                 if start > 0.0:
-                    map_at(series[slot], terms, start, h, one)
-                    if not go_back(one, whole, local):
+                    map_at(series[slot], terms, start, h, affine)
+                    if not go_back(affine, whole, local):
                         return LOST, passes, 0, 0, np.inf, np.inf, False
                 u = NOWHERE
                 if not everything:
@@ -205,8 +205,8 @@ def small_orbit(
                         mapped[slot] = True
                     follow_map(maps[slot], whole, carried, local)
                     break
-                map_at(series[slot], terms, u, h, one)
-                follow_map(one, whole, carried, local)
+                map_at(series[slot], terms, u, h, affine)
+                follow_map(affine, whole, carried, local)
                 start, changes = u, changes + 1
                 if changes > MOST_CHANGES:
                     return LOST, passes, 0, 0, np.inf, np.inf, False

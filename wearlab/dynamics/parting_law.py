@@ -62,7 +62,7 @@ class PartingPlan(NamedTuple):
 
 
 @jit_inner
-def fit_through(values: Any, count: int, scale: float, offset: float, found: Any) -> None:
+def fit_through(values: Any, count: int, scale: float, offset: float, polynomial: Any) -> None:
     """Write the polynomial (9,) in u through ``count`` values at ``scale u + offset = 0, 1, 2 …``.
 
     Newton's, from differences: they take the values' place, and are small where values are smooth. A product
@@ -72,14 +72,14 @@ def fit_through(values: Any, count: int, scale: float, offset: float, found: Any
         for i in range(np.uint64(count) - np.uint64(1), j - np.uint64(1), -1):
             values[i] -= values[i - np.uint64(1)]
     for power in range(np.uint64(0), np.uint64(DEGREE + 1)):
-        found[power] = 0.0
-    found[0] = values[count - 1]
+        polynomial[power] = 0.0
+    polynomial[0] = values[count - 1]
     for j in range(count - 2, -1, -1):
         over = 1.0 / (j + 1.0)
         shift, rise = (offset - j) * over, scale * over
         for power in range(np.uint64(count - 1 - j), np.uint64(0), -1):
-            found[power] = found[power] * shift + found[power - np.uint64(1)] * rise
-        found[0] = found[0] * shift + values[j]
+            polynomial[power] = polynomial[power] * shift + polynomial[power - np.uint64(1)] * rise
+        polynomial[0] = polynomial[0] * shift + values[j]
 
 
 @jit_inner(allocates=True)

@@ -63,7 +63,7 @@ def plan_of(
         joined,
         taken,
         tables.width[taken[:, FIRST]] * taken[:, SIZE] * period,
-        np.column_stack([*columns, *(() if balance is None else balance.response)]),
+        np.column_stack([*columns, *(() if balance is None else balance.push)]),
         np.column_stack([*numbers, *vectors]),
         system.damping_always or not system.mesh_damping.any(),
         np.empty(0, np.int64) if balance is None else balance.held,

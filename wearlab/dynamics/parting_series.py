@@ -105,7 +105,7 @@ def follow(series: Any, terms: int, given: Any, motion: Any) -> None:
 
 
 @jit_inner
-def map_at(series: Any, terms: int, u: float, h: float, found: Any) -> None:
+def map_at(series: Any, terms: int, u: float, h: float, affine: Any) -> None:
     """Write the map (2n, columns) from the start of a piece to ``u``."""
     n, columns, over = np.uint64(series.shape[1]), np.uint64(series.shape[2]), 1.0 / h
     for row in range(np.uint64(0), n):
@@ -114,7 +114,7 @@ def map_at(series: Any, terms: int, u: float, h: float, found: Any) -> None:
             for j in range(terms - 2, -1, -1):
                 slope = slope * u + value
                 value = value * u + series[j, row, col]
-            found[row, col], found[n + row, col] = value, slope * over
+            affine[row, col], affine[n + row, col] = value, slope * over
 
 
 @jit_inner
@@ -131,12 +131,12 @@ def both_at(p: Any, terms: int, x: float) -> tuple[float, float]:
 
 
 @jit_inner
-def state_at(motion: Any, terms: int, u: float, h: float, found: Any) -> None:
+def state_at(motion: Any, terms: int, u: float, h: float, state: Any) -> None:
     """Write the state (2n,) of one motion at ``u``; its series are (n, MOST_TERMS)."""
     n = len(motion)
     for row in range(n):
         value, slope = both_at(motion[row], terms, u)
-        found[row], found[n + row] = value, slope / h
+        state[row], state[n + row] = value, slope / h
 
 
 @jit_inner
@@ -187,7 +187,7 @@ def passing(p: Any, terms: int, low: float, high: float, guess: float, start: fl
 
 @jit_inner
 def first_passing(
-    p: Any, terms: int, start: float, changed: bool, part: int, dips: bool, looks: Any, found: float
+    p: Any, terms: int, start: float, changed: bool, part: int, dips: bool, looks: Any, earliest: float
 ) -> float:
     """Return where a flank that has not changed contact does so in a part of a piece, 2: nowhere.
 
@@ -197,7 +197,7 @@ def first_passing(
     start, changed : where the piece begins, and whether the flank has changed contact there
     part, dips : which; whether its end is positive again: then its lowest point is looked for
     looks : (2, LOOKS) approach and slope at the ends of all parts
-    found : where another flank has: that of the same gap does so, too
+    earliest : where another flank has: that of the same gap does so, too
     """
     size = (1.0 - start) * (1.0 / LOOKS)
     low, high = start + part * size, start + (part + 1) * size
@@ -215,7 +215,7 @@ def first_passing(
             else:
                 left = middle
         return NOWHERE
-    guess = found
+    guess = earliest
     if not low < guess < high:
         after = looks[0, part]
         before = looks[0, part - 1] if part > 0 else after

@@ -24,7 +24,7 @@ def deflection_at_start(
     kernel: Any, tables: Any, step: int, m: int, width: Any, states: Any, i: Any
 ) -> float:
     """Return δ of mesh ``m`` for the state at the start of ``step``."""
-    n, w = len(kernel.structure.load), np.uint64(len(width))
+    n, w = len(kernel.structure.push), np.uint64(len(width))
     return row_product(kernel.structure.direction, m, n, states, i, w) - tables.error[step, 0, m]
 
 
@@ -36,7 +36,7 @@ def contact_holds(
 
     The middle is that of the cubic Hermite polynomial between both ends.
     """
-    n, w = len(kernel.structure.load), np.uint64(len(width))
+    n, w = len(kernel.structure.push), np.uint64(len(width))
     d, below = kernel.structure.direction, np.uint64(n) * w
     eighth = 0.125 * tables.width[step] * period
     for m in range(len(kernel.mesh_damping)):
@@ -90,7 +90,7 @@ def _pair(
 ) -> bool:  # fmt: skip
     if not structure.paired[step]:
         return False
-    size = np.uint64(2 * len(structure.load) * len(width))
+    size = np.uint64(2 * len(structure.push) * len(width))
     second, third = i + size, i + size + size
     mesh_law(kernel, tables, step + 1, period, s.contact, width, structure.second_mesh, structure.second_push)
     h = tables.width[step] * period
@@ -129,7 +129,7 @@ def _redone(
     structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
     i: Any, j: Any, s: Any,
 ) -> bool:  # fmt: skip
-    n, w = len(structure.load), np.uint64(len(width))
+    n, w = len(structure.push), np.uint64(len(width))
     d, below = structure.direction, np.uint64(n) * w
     h = tables.width[step] * period
     for m in range(len(kernel.mesh_damping)):
@@ -183,7 +183,7 @@ def over_period(
     s : scratch
     touch : `LOCATED`; `TOUCHING`, the affine map of a loaded mesh; or `MIDDLE`
     """
-    size = np.uint64(2 * len(kernel.structure.load) * len(width))
+    size = np.uint64(2 * len(kernel.structure.push) * len(width))
     i = np.uint64(first) * size
     changes, done = 0, 0
     for step in range(len(tables.width)):

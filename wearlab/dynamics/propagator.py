@@ -55,13 +55,13 @@ class Propagator(NamedTuple):
     Parameters
     ----------
     length : (n_lengths,) h [s]
-    one, two : tables of one step, and of two equal steps in a row
+    single, double : tables of one step, and of two equal steps in a row
     stiffness, damping : (n_channel,) k̄, c̄ that the linear part holds [N/m], [N s/m]
     """
 
     length: Array
-    one: Steps
-    two: Steps
+    single: Steps
+    double: Steps
     stiffness: Array
     damping: Array
 
@@ -98,7 +98,7 @@ def input_vectors(system: System, balance: Balance | None) -> tuple[Array, Array
     if system.fluctuation_direction is not None:
         loads.append(system.fluctuation_direction)
     if balance is not None:
-        loads += list(balance.response @ system.mass)
+        loads += list(balance.push @ system.mass)
     return np.vstack(vectors), np.vstack(loads)
 
 
@@ -128,8 +128,10 @@ def _propagator(given: tuple[Frozen, ...]) -> Propagator:
     sensors[:meshes, :n], sensors[meshes:, n:] = d, d
     held = np.zeros((2, len(vector)))
     held[0, :meshes], held[1, :meshes] = mean, mesh_damping
-    one, two = (_steps(powers, fed, sensors, count * h / unit, stages) for count, stages in ((1, 3), (2, 5)))
-    return Propagator(h, one, two, held[0], held[1])
+    single, double = (
+        _steps(powers, fed, sensors, count * h / unit, stages) for count, stages in ((1, 3), (2, 5))
+    )
+    return Propagator(h, single, double, held[0], held[1])
 
 
 def largest_rate(stiffness: Array, damping: Array) -> float:

@@ -107,18 +107,18 @@ def _diagonal(
     h: Any,
 ) -> None:
     like, k, c, d, p = (
-        structure.load,
+        structure.push,
         structure.stiffness,
         structure.damping,
         structure.direction,
-        structure.response,
+        structure.per_force,
     )
-    w, zero, one, nm = np.uint64(len(width)), np.uint64(0), np.uint64(1), np.uint64(len(meshes))
+    w, zero, unit, nm = np.uint64(len(width)), np.uint64(0), np.uint64(1), np.uint64(len(meshes))
     below = np.uint64(len(like)) * w
-    start = take(meshes, mesh, zero, one)
-    middle = take(meshes, mesh, nm, one)
-    end = take(meshes, mesh, nm + nm, one)
-    damp = take(meshes, mesh, nm + nm + nm, one)
+    start = take(meshes, mesh, zero, unit)
+    middle = take(meshes, mesh, nm, unit)
+    end = take(meshes, mesh, nm + nm, unit)
+    damp = take(meshes, mesh, nm + nm + nm, unit)
     half, h6 = 0.5 * h, h / 6.0
     for col in range(zero, columns):
         q = take(like, source, i + col, w)

@@ -50,8 +50,8 @@ def expand(structure: Any, balance: Any, mesh: Any, push: Any, h: float) -> int:
     inputs = len(structure.force) // 5
     series, sensed, product = structure.series, structure.sensed, structure.moved[:n]
     direction = structure.direction[: meshes * n].reshape((meshes, n))
-    responses = structure.response.reshape((channels, n))
-    loads = structure.loads.reshape((len(structure.loads) // n, n))
+    per_force = structure.per_force.reshape((channels, n))
+    pushes = structure.pushes.reshape((len(structure.pushes) // n, n))
     square, force = h * h, structure.feed[0]
     times(direction, series[0], sensed[0])
     times(direction, series[1], sensed[1])
@@ -76,17 +76,17 @@ def expand(structure: Any, balance: Any, mesh: Any, push: Any, h: float) -> int:
                     force[col] += square * k[power] * sensed[j - power, m, col]
             if j < 3:
                 force[0] -= square * parabola(push[c], push[inputs + c], push[2 * inputs + c])[j]
-            add_along(term, -1.0, responses[c], force)
+            add_along(term, -1.0, per_force[c], force)
         if j == 0:
             for row in range(n):
-                term[row, 0] += square * structure.load[row]
+                term[row, 0] += square * structure.push[row]
             push_tangents(balance, square, term)
         if j < 3:
-            for which in range(len(loads)):
+            for which in range(len(pushes)):
                 at = channels + 1 + which
                 value = parabola(push[at], push[inputs + at], push[2 * inputs + at])[j]
                 for row in range(n):
-                    term[row, 0] += square * value * loads[which, row]
+                    term[row, 0] += square * value * pushes[which, row]
         for row in range(n):
             for col in range(np.uint64(0), np.uint64(w)):
                 term[row, col] /= (j + 1.0) * (j + 2.0)
@@ -106,7 +106,7 @@ def push_tangents(balance: Any, square: float, term: Any) -> None:
         column = 1 + balance.held[b]
         if column < term.shape[1]:
             for row in range(len(term)):
-                term[row, column] += square * balance.response[b, row]
+                term[row, column] += square * balance.push[b, row]
 
 
 @jit_inner
@@ -273,7 +273,7 @@ def time_the_change(
     """
     n, w = state.shape[0] // 2, state.shape[1]
     direction = kernel.structure.direction[m * n : (m + 1) * n]
-    response = kernel.structure.response[m * n : (m + 1) * n]
+    per_force = kernel.structure.per_force[m * n : (m + 1) * n]
     length = tables.width[step] * period
     approach = -slope_of(tables.error[step, :, m], x) / length
     for row in range(n):
@@ -289,7 +289,7 @@ def time_the_change(
             moved += direction[row] * state[row, col]
         later = -moved / speed
         for row in range(n):
-            state[n + row, col] += response[row] * jump * approach * later
+            state[n + row, col] += per_force[row] * jump * approach * later
 
 
 @jit_inner

@@ -35,15 +35,16 @@ class Diagonal(NamedTuple):
     Parameters
     ----------
     stiffness, damping : (n,) K/M [1/s²], C/M [1/s]
-    direction, response : (n_channel · n,) rows of d [1] and of M⁻¹ d [1/kg]
-    load : (n,) M⁻¹ F [m/s²]
+    direction : (n_channel · n,) rows of d [1]
+    per_force : (n_channel · n,) rows of M⁻¹ d, acceleration per force [1/kg]
+    push : (n,) acceleration by the constant load, M⁻¹ F [m/s²]
     """
 
     stiffness: Row
     damping: Row
     direction: Row
-    response: Row
-    load: Row
+    per_force: Row
+    push: Row
 
 
 class Dense(NamedTuple):
@@ -53,7 +54,7 @@ class Dense(NamedTuple):
     ----------
     stiffness, damping : (n, n) M⁻¹ K [1/s²], M⁻¹ C [1/s]
     across : (2, n, n) both transposed, whose rows are the columns that a state meets
-    direction, response, load : as in `Diagonal`
+    direction, per_force, push : as in `Diagonal`
     work : (8 n,) scratch of the step
     """
 
@@ -61,8 +62,8 @@ class Dense(NamedTuple):
     damping: Array
     across: Array
     direction: Array
-    response: Array
-    load: Array
+    per_force: Array
+    push: Array
     work: Array
 
 
@@ -71,8 +72,8 @@ class Propagated(NamedTuple):
 
     Parameters
     ----------
-    direction, response, load : as in `Dense`
-    loads : (n_load · n,) M⁻¹ times the fluctuating load and those of unknown size, flat [m/s²]
+    direction, per_force, push : as in `Dense`
+    pushes : (n_load · n,) M⁻¹ times the fluctuating load and those of unknown size, flat [m/s²]
     tables : what the exact steps are made of
     paired : (n_steps,) whether a step and the next are equal and smooth across
     dense : the same structure for the parts of a step between contact changes
@@ -82,9 +83,9 @@ class Propagated(NamedTuple):
     """
 
     direction: Array
-    response: Array
-    load: Array
-    loads: Array
+    per_force: Array
+    push: Array
+    pushes: Array
     tables: Propagator
     paired: Flags
     dense: Dense
@@ -181,7 +182,7 @@ def _kernel(system: System) -> Kernel:
     """Return the kernel's view of a system without what a case of it brings: pairs, balance and memory."""
     direction, vector = force_vectors(system)
     inverse = np.linalg.inv(system.mass)
-    response = vector @ inverse.T
+    per_force = vector @ inverse.T
     gate = not system.damping_always and bool(system.mesh_damping.any())
     backlash = np.full(len(system.direction), np.inf) if system.backlash is None else system.backlash
     pushed = system.fluctuation_direction
@@ -191,7 +192,7 @@ def _kernel(system: System) -> Kernel:
             tuple(stiffness.diagonal().tolist()),
             tuple(damping.diagonal().tolist()),
             tuple(direction.ravel().tolist()),
-            tuple(response.ravel().tolist()),
+            tuple(per_force.ravel().tolist()),
             tuple((inverse @ system.load).tolist()),
         )
         return Kernel(
@@ -211,7 +212,7 @@ def _kernel(system: System) -> Kernel:
         np.ascontiguousarray(damping),
         np.ascontiguousarray(np.stack([stiffness.T, damping.T])),
         np.ascontiguousarray(direction).ravel(),
-        np.ascontiguousarray(response).ravel(),
+        np.ascontiguousarray(per_force).ravel(),
         inverse @ system.load,
         np.empty(0),
     )
@@ -233,17 +234,17 @@ def _propagated(
 ) -> Propagated:
     n, meshes = len(system.load), len(system.direction)
     propagator = propagator_of(system, balance, tables, period)
-    channels, inputs = len(dense.direction) // n, propagator.one.inputs.shape[2] // 3
+    channels, inputs = len(dense.direction) // n, propagator.single.inputs.shape[2] // 3
     loads = [] if system.fluctuation_direction is None else [system.fluctuation_direction]
-    loads += list(balance.response @ system.mass)
+    loads += list(balance.push @ system.mass)
     force = np.zeros((5, inputs, width))
     if width > 1:
         # The tangent by a load of unknown size starts from rest and is pushed by a load of one.
         force[:, inputs - len(balance.held) + np.arange(len(balance.held)), 1 + balance.held] = 1.0
     return Propagated(
         dense.direction,
-        dense.response,
-        dense.load,
+        dense.per_force,
+        dense.push,
         (np.array(loads).reshape(-1, n) @ np.linalg.inv(system.mass).T).ravel(),
         propagator,
         np.append(joined_steps(tables), False),
