@@ -140,6 +140,5 @@ def _coefficients(tables: StageTables) -> Array:
 
 def starting_state(system: System, mean: Array) -> Array:
     """Return the static equilibrium at mean mesh stiffnesses (n_mesh,), at rest, (2n,): a first guess."""
-    d = system.direction
-    q = np.linalg.lstsq(system.total_stiffness + d.T @ (mean[:, None] * d), system.load, rcond=1e-12)[0]
+    q = np.linalg.lstsq(system.in_contact(mean), system.load, rcond=1e-12)[0]
     return np.concatenate([q, np.zeros(len(q))])

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from wearlab.campaign.distributions import DISTRIBUTIONS, is_distribution, read_distribution
 from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.plain import is_list_of
 from wearlab.campaign.sampling import INDICES, Sample, draw, read_sample
 from wearlab.scene.problems import shown
 from wearlab.schema import DIMENSIONS, VARIABLES
@@ -63,7 +64,7 @@ def read_axes(blocks: Any) -> tuple[Axis, ...]:
     CampaignError
         When a block is empty or malformed, two names clash, or the product is beyond `MOST_CASES`.
     """
-    if not isinstance(blocks, list) or not all(isinstance(block, dict) for block in blocks):
+    if not is_list_of(blocks, dict):
         raise CampaignError([f"sweep: {shown(blocks)} is no list of tables: write [[sweep]]"])
     axes: list[Axis] = []
     swept: dict[str, str] = {}

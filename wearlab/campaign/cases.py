@@ -9,6 +9,7 @@ from wearlab.campaign.axes import MOST_CASES, Axis, too_many
 from wearlab.campaign.case import BASE, Case
 from wearlab.campaign.errors import CampaignError
 from wearlab.campaign.expect import merged, read_expectation
+from wearlab.campaign.plain import is_list_of
 from wearlab.campaign.start import Reader, named_start
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.merge import DropError, Table, merge, nested, without
@@ -36,7 +37,7 @@ def read_differences(blocks: Any, axes: tuple[Axis, ...]) -> tuple[Difference, .
     CampaignError
         When a block is malformed, a label is missing or stands twice, or a swept case sets what is swept.
     """
-    if not isinstance(blocks, list) or not all(isinstance(block, dict) for block in blocks):
+    if not is_list_of(blocks, dict):
         raise CampaignError([f"case: {shown(blocks)} is no list of tables: write [[case]]"])
     differences = tuple(_difference(block, f"case[{number}]") for number, block in enumerate(blocks))
     labels = [BASE, *(difference.label for difference in differences)]
@@ -60,7 +61,7 @@ def _difference(block: dict[str, Any], where: str) -> Difference:
     if not isinstance(label, str) or not label:
         raise CampaignError([f"{where}.label: required: a name for the case, such as 'static'"])
     drop = [drop] if isinstance(drop, str) else drop
-    if not isinstance(drop, list) or not all(isinstance(key, str) for key in drop):
+    if not is_list_of(drop, str):
         raise CampaignError([f"{where}.drop: {shown(drop)} is no list of sections or dotted keys"])
     if not isinstance(sweep, bool):
         raise CampaignError([f"{where}.sweep: {shown(sweep)} is neither true nor false"])

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.plain import is_list_of
 from wearlab.campaign.vetting import LONGEST, faults, too_deep
 from wearlab.regular import read_regular
 from wearlab.scene.merge import DropError, Table, merge, without
@@ -113,7 +114,7 @@ def _read(file: Path) -> Table:
 
 def _names(value: Any, key: str, file: Path) -> list[str]:
     names = [value] if isinstance(value, str) else value
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+    if not is_list_of(names, str):
         wanted = "a file or a list of files" if key == "extends" else "a list of sections or dotted keys"
         raise CampaignError([f"{file}: {key}: {shown(value)} is not {wanted}"])
     if any(len(name) > LONGEST for name in names):

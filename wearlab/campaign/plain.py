@@ -12,6 +12,11 @@ def plain_table(table: Mapping[str, Any]) -> Table:
     return {str(key): _plain(value) for key, value in table.items()}
 
 
+def is_list_of(value: Any, kind: type) -> bool:
+    """Whether a value is a list, all of whose elements are of a kind."""
+    return isinstance(value, list) and all(isinstance(element, kind) for element in value)
+
+
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return plain_table(value)

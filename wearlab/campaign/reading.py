@@ -14,7 +14,7 @@ from wearlab.campaign.figure import FigureSpec
 from wearlab.campaign.inheritance import PLUGINS, Inherited, inherit, inherit_table
 from wearlab.campaign.measured import SECTION as UPDATE
 from wearlab.campaign.modelled import modelled
-from wearlab.campaign.plain import plain_table
+from wearlab.campaign.plain import is_list_of, plain_table
 from wearlab.campaign.report import SECTION as REPORT
 from wearlab.campaign.report import read_report
 from wearlab.campaign.undone import undone
@@ -138,7 +138,7 @@ def _read(inherited: Inherited, file: Path | None) -> Campaign:
 
 def _plugins(named: Any) -> tuple[Plugin, ...]:
     """Make the file's own variants known, before anything of it is read."""
-    if not isinstance(named, list) or not all(isinstance(file, str) for file in named):
+    if not is_list_of(named, str):
         raise CampaignError([f"{PLUGINS}: {shown(named)} is no list of Python files or entry points"])
     try:
         return use(named)

@@ -184,11 +184,6 @@ def _show_plain(heads: Sequence[str], rows: Sequence[Sequence[str]], title: str 
         say("  ".join(f"{text:<{width}}" for text, width in zip(line, widths, strict=False)).rstrip())
 
 
-def first_line(text: str | None) -> str:
-    """Return what went wrong from a reason that may be a traceback: its last line."""
-    return (text or "").strip().rpartition("\n")[2]
-
-
 def seconds_text(seconds: float | None) -> str:
     """Return a duration for people."""
     if seconds is None:

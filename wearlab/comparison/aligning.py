@@ -103,7 +103,7 @@ def same_nodes(a: xr.DataArray, b: xr.DataArray) -> tuple[xr.DataArray, xr.DataA
 
 def _on_phases(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
     """Return B on A's phases, linear and periodic; phase 0 is where a pair of mesh 1 enters at A."""
-    own, wanted = _phases(b), _phases(a)
+    own, wanted = phases_of(b), phases_of(a)
     if own.shape == wanted.shape and np.allclose(own, wanted, rtol=0.0, atol=1e-12):
         return b
     moved = b.transpose(..., "phase")
@@ -112,7 +112,8 @@ def _on_phases(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
     return xr.DataArray(values, dims=moved.dims, coords={**kept, "phase": wanted}).transpose(*b.dims)
 
 
-def _phases(wave: xr.DataArray) -> Array:
+def phases_of(wave: xr.DataArray) -> Array:
+    """Return the phases at which a wave is given, (n,) [1]."""
     count = wave.sizes["phase"]
     return np.asarray(wave["phase"].values if "phase" in wave.coords else np.arange(count) / count, float)
 

@@ -19,11 +19,14 @@ from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.collocation_kernel import join, part_at_jumps
 from wearlab.dynamics.frozen import Frozen
 from wearlab.dynamics.propagator import (
+    companion,
     effects,
     input_vectors,
     largest_rate,
+    normalised,
     powers_of,
     series,
+    to_powers,
 )
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -125,27 +128,17 @@ def _parts(steps: int) -> list[int]:
     return parts
 
 
-def _normalised(linear: tuple[Frozen, ...]) -> tuple[Array, Array]:
-    """Return M⁻¹K and M⁻¹C at mean mesh stiffnesses."""
-    mass, stiffness, damping, d, mesh_damping, mean = (frozen.array for frozen in linear)
-    inverse = np.linalg.inv(mass)
-    k = inverse @ (stiffness + d.T @ (mean[:, None] * d))
-    c = inverse @ (damping + d.T @ (mesh_damping[:, None] * d))
-    return k, c
-
-
 @lru_cache(maxsize=16)
 def _turn(linear: tuple[Frozen, ...]) -> float:
-    return largest_rate(*_normalised(linear))
+    return largest_rate(*normalised(*(frozen.array for frozen in linear)))
 
 
 @lru_cache(maxsize=16)
 def _tables(linear: tuple[Frozen, ...], basis: Frozen, length: Frozen) -> tuple[Array, Index]:
     """Return the tables of all groups one after another, and where those of a size and a length begin."""
-    k, c = _normalised(linear)
+    k, c = normalised(*(frozen.array for frozen in linear))
     mass, direction = linear[0].array, linear[3].array
-    n = len(k)
-    matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-k, -c]])
+    n, matrix = len(k), companion(k, c)
     enters = np.vstack([np.zeros((n, len(basis.array))), np.linalg.solve(mass, basis.array.T)])
     turn = largest_rate(k, c) * float(length.array.max())
     groups = [_group(matrix, enters, direction, length.array, turn, steps) for steps in SIZES]
@@ -159,7 +152,7 @@ def _group(matrix: Array, enters: Array, direction: Array, length: Array, turn: 
     powers, length = powers_of(unit * matrix, steps * turn), steps * length / unit
     fed, n, count = unit * (powers @ enters), len(matrix) // 2, 2 * steps + 1
     nodes = np.linspace(0.0, 1.0, count)
-    lagrange = np.asarray(np.linalg.inv(np.vander(nodes, increasing=True)).T, np.float64)
+    lagrange = to_powers(nodes)
     moved = np.stack([series(powers, x * length) for x in nodes[1:]], axis=1)
     entered = np.stack([effects(fed, length, x, lagrange) for x in nodes[1:]], axis=1)
     lengths = len(length)

@@ -75,11 +75,9 @@ def natural_frequencies(system: System, mesh_stiffness: MeshStiffness) -> Array:
     ----------
     Lin & Parker 1999, with the gyroscopic terms of the carrier frame; W23 Eqs. 7–14.
     """
-    d, k = system.direction, per_mesh(system, mesh_stiffness)
-    stiffness = system.total_stiffness + d.T @ (k[:, None] * d)
     if system.gyroscopic is None:
         return modes(system, mesh_stiffness).frequency
-    square, shapes = eigh(stiffness, system.mass)
+    square, shapes = eigh(system.in_contact(per_mesh(system, mesh_stiffness)), system.mass)
     spin = shapes.T @ (system.rotation * system.gyroscopic) @ shapes
     rigid = np.abs(square) <= RIGID**2 * np.abs(square).max()
     free = ~rigid
@@ -118,9 +116,8 @@ def modes(system: System, mesh_stiffness: MeshStiffness) -> Modes:
     ----------
     Lin & Parker, J. Vib. Acoust. 121 (1999) 316–321, for the planetary matrices.
     """
-    d, k = system.direction, per_mesh(system, mesh_stiffness)
-    stiffness = system.total_stiffness + d.T @ (k[:, None] * d)
-    square, vectors = eigh(stiffness, system.mass)
+    d = system.direction
+    square, vectors = eigh(system.in_contact(per_mesh(system, mesh_stiffness)), system.mass)
     mobility = np.einsum("mi,ij,mj->m", d, np.linalg.inv(system.mass), d)
     participation = (vectors.T @ d.T) ** 2 / mobility
     largest = np.abs(square).max()

@@ -107,10 +107,8 @@ def _propagator(given: tuple[Frozen, ...]) -> Propagator:
     mass, stiffness, damping, vector, load, mesh_damping, mean, h = (frozen.array for frozen in given)
     meshes = len(mean)
     d, inverse = vector[:meshes], np.linalg.inv(mass)
-    k = inverse @ (stiffness + d.T @ (mean[:, None] * d))
-    c = inverse @ (damping + d.T @ (mesh_damping[:, None] * d))
-    n = len(k)
-    matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-k, -c]])
+    k, c = normalised(mass, stiffness, damping, d, mesh_damping, mean)
+    n, matrix = len(k), companion(k, c)
     # A channel's force acts against its vector, a load along it; both as inputs of size one.
     entering = np.vstack([vector, load]) @ inverse.T
     enters = np.vstack([np.zeros((n, len(entering))), entering.T])
@@ -134,6 +132,26 @@ def _propagator(given: tuple[Frozen, ...]) -> Propagator:
     return Propagator(h, single, double, held[0], held[1])
 
 
+def normalised(
+    mass: Array, stiffness: Array, damping: Array, direction: Array, mesh_damping: Array, mean: Array
+) -> tuple[Array, Array]:
+    """Return M⁻¹K and M⁻¹C at mean mesh stiffnesses (n_mesh,), all meshes in contact, (n, n) each."""
+    inverse, d = np.linalg.inv(mass), direction
+    k = inverse @ (stiffness + d.T @ (mean[:, None] * d))
+    return k, inverse @ (damping + d.T @ (mesh_damping[:, None] * d))
+
+
+def companion(stiffness: Array, damping: Array) -> Array:
+    """Return the matrix of the first-order form, from M⁻¹K and M⁻¹C, (2n, 2n)."""
+    n = len(stiffness)
+    return np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
+
+
+def to_powers(nodes: Array) -> Array:
+    """Return, a row a node, the powers of the polynomial that is 1 there and 0 at the others, (n, n)."""
+    return np.asarray(np.linalg.inv(np.vander(nodes, increasing=True)).T, np.float64)
+
+
 def largest_rate(stiffness: Array, damping: Array) -> float:
     """Return a bound of the eigenvalues' moduli, from M⁻¹K and M⁻¹C [1/s]."""
     return float(np.sqrt(np.linalg.norm(stiffness, 2))) + float(np.linalg.norm(damping, 2))
@@ -141,7 +159,7 @@ def largest_rate(stiffness: Array, damping: Array) -> float:
 
 def _steps(powers: Array, fed: Array, sensors: Array, length: Array, stages: int) -> Steps:
     nodes = np.linspace(0.0, 1.0, stages)
-    lagrange = np.asarray(np.linalg.inv(np.vander(nodes, increasing=True)).T, np.float64)
+    lagrange = to_powers(nodes)
     moved = [series(powers, x * length) for x in nodes[1:]]
     entered = [effects(fed, length, x, lagrange) for x in nodes[1:]]
     middle, meshes = (stages - 1) // 2 - 1, len(sensors) // 2

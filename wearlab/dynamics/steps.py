@@ -4,7 +4,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Complex
 from wearlab.dynamics.collocation import LARGEST_TURN, SIZES
-from wearlab.dynamics.propagator import largest_rate
+from wearlab.dynamics.propagator import companion, largest_rate
 from wearlab.dynamics.system import System
 
 RIGID = 1e-5
@@ -48,16 +48,14 @@ def slowest_decay(system: System, mesh_stiffness: Array | float) -> float:
 def _eigenvalues(system: System, mesh_stiffness: Array | float) -> Complex:
     """Return the eigenvalues of the equation of motion, (2n,) [1/s]."""
     stiffness, damping = _normalised(system, mesh_stiffness)
-    n = len(stiffness)
-    companion = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
-    return np.asarray(np.linalg.eigvals(companion), np.complex128)
+    return np.asarray(np.linalg.eigvals(companion(stiffness, damping)), np.complex128)
 
 
 def _normalised(system: System, mesh_stiffness: Array | float) -> tuple[Array, Array]:
     """Return M⁻¹K and M⁻¹C with all meshes in contact, (n, n) each."""
     d = system.direction
     k = np.broadcast_to(np.asarray(mesh_stiffness, float), (len(d),))
-    stiffness = system.total_stiffness + d.T @ (k[:, None] * d)
+    stiffness = system.in_contact(k)
     damping = system.total_damping + d.T @ (system.mesh_damping[:, None] * d)
     both: Array = np.asarray(np.linalg.solve(system.mass, np.hstack([stiffness, damping])), np.float64)
     return both[:, : len(d.T)], both[:, len(d.T) :]

@@ -83,3 +83,8 @@ class System(NamedTuple):
         if self.centripetal is None:
             return self.stiffness
         return self.stiffness - self.rotation**2 * self.centripetal
+
+    def in_contact(self, mesh_stiffness: Array) -> Array:
+        """K − ω_c² K_ω + Σ k_i d_i d_iᵀ with all meshes (n_mesh,) in contact, (n, n) [N/m]."""
+        d = self.direction
+        return self.total_stiffness + d.T @ (mesh_stiffness[:, None] * d)

@@ -112,7 +112,7 @@ def _wanted(grid: "xr.Dataset", dim: str, ask: Ask, all_cases: bool) -> list[int
 def _labels(grid: "xr.Dataset", dims: Sequence[str], point: tuple[int, ...]) -> dict[str, Label]:
     """Return the labels of a point; a case that is broadcast bears its own along every axis."""
     labels = {
-        dim: place(dim, _plain(grid[dim].values[index]), grid[dim].attrs.get("units"))
+        dim: place(dim, plain(grid[dim].values[index]), grid[dim].attrs.get("units"))
         for dim, index in zip(dims, point, strict=True)
     }
     case = labels.get("case")
@@ -127,7 +127,8 @@ def _is_broadcast(grid: "xr.Dataset", dims: Sequence[str], point: tuple[int, ...
     return bool(ids.size > 1 and len(set(ids.flat) - {""}) == 1)
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Return a value as Python's own."""
     return value.item() if isinstance(value, np.generic) else value
 
 
@@ -186,7 +187,7 @@ def _beside(grid: "xr.Dataset", point: Mapping[str, int]) -> dict[str, Label]:
     for name in along_axes(grid):
         if name not in point:
             value = grid[name].isel(point, missing_dims="ignore").values[()]
-            coordinates[name] = place(name, _plain(value), grid[name].attrs.get("units"))
+            coordinates[name] = place(name, plain(value), grid[name].attrs.get("units"))
     return coordinates
 
 

@@ -10,7 +10,7 @@ from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError
 from wearlab.figures.plot import Scale
-from wearlab.figures.runs import Run
+from wearlab.figures.runs import Run, plain
 from wearlab.figures.wording import Label, converted, place
 from wearlab.units import UnitError
 
@@ -127,7 +127,7 @@ def label(run: Run, dim: str, index: int) -> Label:
     if units != "1" and not isinstance(value, str):
         wanted = run.data[dim].attrs.get("display_units", units)
         return place(dim, float(f"{converted(np.array(float(value)), units, wanted):.6g}"), wanted)
-    return place(dim, value.item() if isinstance(value, np.generic) else value, None)
+    return place(dim, plain(value), None)
 
 
 def companion(

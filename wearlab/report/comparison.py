@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
+from wearlab.comparison.aligning import phases_of
 from wearlab.figures.palette import NAMES
 from wearlab.figures.plot import Curve, LegendEntry, Panel, Pen, Plot
 from wearlab.figures.render import rendered
@@ -99,13 +100,8 @@ def _waves(comparison: xr.Dataset) -> Iterator[Panel]:
     for name in WAVES:
         if name in comparison and "phase" in comparison[name].dims:
             wave = last[name].isel(mesh=0, missing_dims="ignore")
-            count = wave.sizes["phase"]
-            phase = np.asarray(
-                wave["phase"].values if "phase" in wave.coords else np.arange(count) / count, float
-            )
-            yield _panel(
-                f"{wave.attrs['long_name'].split(',')[0]}, {_state(comparison)}", phase, wave, "Mesh phase"
-            )
+            title = f"{wave.attrs['long_name'].split(',')[0]}, {_state(comparison)}"
+            yield _panel(title, phases_of(wave), wave, "Mesh phase")
 
 
 def _state(comparison: xr.Dataset) -> str:

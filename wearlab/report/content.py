@@ -18,7 +18,7 @@ from wearlab.store.calibration import calibration_of
 from wearlab.store.errors import StoreError
 from wearlab.store.headline import headlines
 from wearlab.store.lineage import lineage
-from wearlab.store.outcome import Comparison
+from wearlab.store.outcome import Comparison, last_line
 from wearlab.store.place import place, value_text
 
 if TYPE_CHECKING:
@@ -280,7 +280,7 @@ def _failures(campaign: "Campaign", rows: Sequence[Row], entries: "Mapping[str, 
         entry = entries.get(case.id)
         reason = (entry.reason if entry else None) or ""
         name = ", ".join([case.label, *place(campaign, case).values()])
-        yield Failure(name, case.id, row.state, reason.strip().rpartition("\n")[2], reason.strip())
+        yield Failure(name, case.id, row.state, last_line(reason), reason.strip())
 
 
 def _lineage(

@@ -3,6 +3,8 @@
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from wearlab.store.outcome import last_line
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -40,7 +42,7 @@ class CaseReport:
     @property
     def headline(self) -> str:
         """The last line of the reason: what went wrong, without the traceback."""
-        return (self.reason or "").strip().rpartition("\n")[2]
+        return last_line(self.reason)
 
 
 MOST_TOLD = 5

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from wearlab import __version__
-from wearlab.store.errors import StoreError
-from wearlab.store.files import part_of
+from wearlab.store.files import part_of, written
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
@@ -71,15 +70,14 @@ def export_crate(
 def _write(out: Path, parts: Mapping[str, tuple[bytes | Path, str]], metadata: str) -> None:
     part = part_of(out)
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as crate:
-            for name, (content, _) in {DESCRIPTOR: (metadata.encode(), ""), **parts}.items():
-                entry = zipfile.ZipInfo(name, FIRST)
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                crate.writestr(entry, content.read_bytes() if isinstance(content, Path) else content)
-        part.replace(out)
-    except OSError as error:
-        raise StoreError(f"{out}: cannot be written ({error.strerror or error})") from error
+        with written(out):
+            out.parent.mkdir(parents=True, exist_ok=True)
+            with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as crate:
+                for name, (content, _) in {DESCRIPTOR: (metadata.encode(), ""), **parts}.items():
+                    entry = zipfile.ZipInfo(name, FIRST)
+                    entry.compress_type = zipfile.ZIP_DEFLATED
+                    crate.writestr(entry, content.read_bytes() if isinstance(content, Path) else content)
+            part.replace(out)
     finally:
         part.unlink(missing_ok=True)
 

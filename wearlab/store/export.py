@@ -18,7 +18,7 @@ import xarray as xr
 
 from wearlab.store.calibration import calibration_of
 from wearlab.store.errors import StoreError
-from wearlab.store.files import part_of
+from wearlab.store.files import part_of, written
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
@@ -52,15 +52,14 @@ def export(
     attributes = export_attributes(campaign, store)
     part = part_of(out)
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        if out.suffix == ".zarr":
-            _zarr(grid.assign_attrs(attributes), part)
-            shutil.rmtree(out, ignore_errors=True)
-        else:
-            _netcdf(grid, attributes, entries, store, part, tell)
-        os.replace(part, out)
-    except OSError as error:
-        raise StoreError(f"{out}: cannot be written ({error.strerror or error})") from error
+        with written(out):
+            out.parent.mkdir(parents=True, exist_ok=True)
+            if out.suffix == ".zarr":
+                _zarr(grid.assign_attrs(attributes), part)
+                shutil.rmtree(out, ignore_errors=True)
+            else:
+                _netcdf(grid, attributes, entries, store, part, tell)
+            os.replace(part, out)
     finally:
         shutil.rmtree(part, ignore_errors=True)
         with suppress(OSError):

@@ -2,9 +2,25 @@
 
 import os
 import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from wearlab.store.errors import StoreError
+
+
+@contextmanager
+def written(path: Path) -> Iterator[None]:
+    """Say which file the disk refuses.
+
+    Raises
+    ------
+    StoreError : the disk refuses
+    """
+    try:
+        yield
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written ({error.strerror or error})") from error
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -15,15 +31,13 @@ def write_whole(path: Path, content: bytes) -> None:
     StoreError : the disk refuses; nothing half-written remains
     """
     part = part_of(path)
-    try:
+    with written(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             part.write_bytes(content)
             os.replace(part, path)
         finally:
             part.unlink(missing_ok=True)
-    except OSError as error:
-        raise StoreError(f"{path}: cannot be written ({error.strerror or error})") from error
 
 
 def part_of(path: Path) -> Path:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from wearlab.store.bounds import number_type, refuse_oversized
 from wearlab.store.catalogue import Placed
 from wearlab.store.lazy import LazyVariable, Places, RunFile, RunGroup
+from wearlab.store.outcome import last_line
 from wearlab.store.place import value_text
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def open_grid(
         tuple(axes), points, [case.id for case in campaign.cases], list(done.values()), layouts, folder
     )
     status = [MISSING if run is None else run.state for run in cases]
-    reasons = ["" if run is None else (run.reason or "").strip().rpartition("\n")[2] for run in cases]
+    reasons = ["" if run is None else last_line(run.reason) for run in cases]
     variables = _states(campaign, axes, grid, points, status, reasons)
     coordinates = _axis_coordinates(campaign, axes)
     for name in dict.fromkeys(name for group in grid.groups for name in group.variables):

@@ -6,6 +6,11 @@ from typing import Any, Literal, NamedTuple
 State = Literal["running", "done", "failed", "refused"]
 
 
+def last_line(reason: str | None) -> str:
+    """Return what went wrong from a reason that may be a traceback: its last line."""
+    return (reason or "").strip().rpartition("\n")[2]
+
+
 class Comparison(NamedTuple):
     """What a case came to, beside what its campaign expects.
 

@@ -55,9 +55,7 @@ class Table:
         return len(self.records)
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
-        names = [column.name for column in self.columns]
-        columns = self.to_dict().values()
-        return (dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True))
+        return iter(self.to_rows())
 
     def __getitem__(self, name: str) -> list[Any]:
         """Return the values of one column."""
@@ -83,6 +81,11 @@ class Table:
             column.name: _converted(list(value), column.unit, column.unit_of(si))
             for column, value in zip(self.columns, values, strict=True)
         }
+
+    def to_rows(self, *, si: bool = False) -> list[dict[str, Any]]:
+        """Return every row by the names of the columns, ``si`` as of `to_dict`."""
+        values = self.to_dict(si=si)
+        return [dict(zip(values, row, strict=True)) for row in zip(*values.values(), strict=True)]
 
     def to_pandas(self, *, si: bool = False) -> "pd.DataFrame":
         """Return the table as a data frame, one row a run; ``attrs["units"]`` has the unit of each column.

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.store.bounds import refuse_links
 from wearlab.store.errors import StoreError
+from wearlab.store.files import written
 from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.memberships import now
 from wearlab.store.problem import Problem
@@ -110,10 +111,8 @@ def _image(tree: "xr.DataTree", folder: Path) -> bytes:
     """Return the file of a tree, as those of runs are written."""
     from wearlab.store.netcdf import encoded
 
-    try:
+    with written(folder):
         return encoded(tree)
-    except OSError as error:
-        raise StoreError(f"{folder}: cannot be written ({error.strerror or error})") from error
 
 
 def _record(store: KeptRuns, row: tuple[Any, ...]) -> None:

@@ -13,6 +13,11 @@ TABLE = 20_000  # places of a table of crossings
 BITS = 53  # bisections to round-off
 
 
+def cubic(t: Array, y0: Array, y1: Array, d0: Array, d1: Array) -> Array:
+    """Return the cubic over t from 0 to 1 that has values y and slopes d at both ends (Hermite)."""
+    return y0 + t * (d0 + t * (3.0 * (y1 - y0) - 2.0 * d0 - d1 + t * (2.0 * (y0 - y1) + d0 + d1)))
+
+
 @dataclass(frozen=True)
 class RunCurve:
     """Quantities over the cycles of a stored run, cubic between its states, straight beyond them.
@@ -35,9 +40,8 @@ class RunCurve:
         t = np.clip((cycle - left) / width, 0.0, 1.0)
         y0, y1 = self.value[i, column], self.value[i + 1, column]
         d0, d1 = self.slope[i, column] * width, self.slope[i + 1, column] * width
-        inside = y0 + t * (d0 + t * (3.0 * (y1 - y0) - 2.0 * d0 - d1 + t * (2.0 * (y0 - y1) + d0 + d1)))
         beyond = np.maximum(cycle - self.cycle[-1], 0.0)
-        return np.asarray(inside + beyond * self.slope[-1, column])
+        return np.asarray(cubic(t, y0, y1, d0, d1) + beyond * self.slope[-1, column])
 
     def first_above(self, level: Array) -> Array:
         """Return the cycles at which column 0 first reaches levels; by its end slope beyond the run, ∞ never.

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from wearlab.arrays import Array
+from wearlab.updating.curve import cubic
 
 POINTS = 12  # of a panel
 
@@ -87,8 +88,7 @@ def quantile(places: Array, below: Array, density: Array, p: Array) -> Array:
     low, high = np.zeros_like(p), np.ones_like(p)
     for _ in range(60):
         t = 0.5 * (low + high)
-        y = y0 + t * (d0 + t * (3.0 * (y1 - y0) - 2.0 * d0 - d1 + t * (2.0 * (y0 - y1) + d0 + d1)))
-        under = y < p
+        under = cubic(t, y0, y1, d0, d1) < p
         low, high = np.where(under, t, low), np.where(under, high, t)
     return np.asarray(x0 + 0.5 * (low + high) * width)
 

@@ -35,9 +35,7 @@ def features(
         table = Store(folder).features(where, variables=split_columns(variables))
     if json:
         units = [{"name": column.name, "unit": column.unit_of(True) or None} for column in table.columns]
-        values = table.to_dict(si=True)
-        rows = [dict(zip(values, row, strict=True)) for row in zip(*values.values(), strict=True)]
-        show_json({"columns": units, "rows": rows})
+        show_json({"columns": units, "rows": table.to_rows(si=True)})
         return Status.WELL
     if out is None:
         say(table.to_csv(si=si).rstrip("\n"))

@@ -12,7 +12,6 @@ from wearlab.cli.output import (
     Format,
     Status,
     complain,
-    first_line,
     refusing,
     say,
     seconds_text,
@@ -26,6 +25,7 @@ from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store import Store
 from wearlab.store.catalogue import Entry, Member
 from wearlab.store.headline import headlines
+from wearlab.store.outcome import last_line
 
 HEADS = (
     *("id", "campaign", "case", "differs by", "state", "result", "error", "time", "note"),
@@ -120,9 +120,7 @@ def _show_columns(store: "Store", wanted: RowsWanted, form: Format) -> None:
         say(answer.to_csv().rstrip("\n"))
     elif form is Format.JSON:
         units = [{"name": column.name, "unit": column.unit or None} for column in answer.columns]
-        values = answer.to_dict(si=True)
-        in_rows = [dict(zip(values, row, strict=True)) for row in zip(*values.values(), strict=True)]
-        show_json({"columns": units, "rows": in_rows})
+        show_json({"columns": units, "rows": answer.to_rows(si=True)})
     else:
         heads, rows = answer.displayed()
         _show_rows(heads, [(row[0][:SHORT_ID], *map(value_text, row[1:])) for row in rows])
@@ -220,7 +218,7 @@ def state_of(store: "Store", entry: Entry) -> str:
 
 def _note(row: Mapping[str, Any]) -> str:
     notes = [] if row["verdict"] in (None, "completed") else [row["verdict"]]
-    notes += [first_line(row["reason"])] if row["reason"] else []
+    notes += [last_line(row["reason"])] if row["reason"] else []
     notes += [f"{len(row['warnings'])} warnings"] if row["warnings"] else []
     notes += ["made by other code"] if row["other_code"] else []
     return "; ".join(notes)
