@@ -23,6 +23,7 @@ ROAD = (
         "regular",
         "compiled",
         "claims",
+        "nearest",
         "usual_units",
         "shop",
         "units",

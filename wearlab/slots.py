@@ -8,7 +8,6 @@ The slot finds its variants by itself: every module of its package, and what plu
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from difflib import get_close_matches
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any, ClassVar, NamedTuple, get_args
@@ -22,6 +21,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
+from wearlab.nearest import nearest
 from wearlab.options import Part
 
 
@@ -109,7 +109,7 @@ class Slot:
 
     def nearest(self, name: str) -> str | None:
         """Return the name of the variant spelled most like another name."""
-        return next(iter(get_close_matches(name, self.variants, 1)), None)
+        return nearest(name, self.variants)
 
 
 class Variant(Part):

@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 from wearlab.campaign.errors import CampaignError
+from wearlab.nearest import meant
 from wearlab.scene.merge import Table, merge
 from wearlab.scene.problems import not_a_choice, shown
 from wearlab.schema import VARIABLES
@@ -102,8 +102,7 @@ def _period(value: Any) -> Wanted:
 def _wanted(name: str, given: Any) -> Wanted:
     """Return value and tolerance of a variable in its stored unit."""
     if name not in VARIABLES:
-        near = get_close_matches(name, [*WORDS, *VARIABLES], 1)
-        raise ValueError(f"no variable of a dataset{f', did you mean {near[0]!r}?' if near else ''}")
+        raise ValueError(f"no variable of a dataset{meant(name, [*WORDS, *VARIABLES])}")
     if not isinstance(given, dict) or set(given) != {"value", "tolerance"}:
         raise ValueError(f"{shown(given)} is not {{value = …, tolerance = …}}")
     units = VARIABLES[name].units

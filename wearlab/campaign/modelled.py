@@ -1,11 +1,11 @@
 """A table of the campaign file read by a pydantic model; what is wrong with it in one line a key."""
 
-from difflib import get_close_matches
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from wearlab.campaign.errors import CampaignError
+from wearlab.nearest import meant
 from wearlab.scene.problems import EXPECTED, not_of_kind, shown
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -41,8 +41,7 @@ def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseMo
     if not key:
         return f"{where}: {shown(given)} is {not_of_kind([error['type']])}: write {_header(where)}"
     if error["type"] == "extra_forbidden":
-        near = get_close_matches(key, model.model_fields, 1)
-        remedy = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(model.model_fields)}"
+        remedy = meant(key, model.model_fields, f"; there are {', '.join(model.model_fields)}")
         return f"{where}.{key}: unknown key{remedy}"
     if error["type"] == "value_error":  # says itself what is wrong
         return f"{where}.{key}: {error['msg'].removeprefix('Value error, ')}"

@@ -1,7 +1,6 @@
 """A campaign: one file, its scenes, its figures."""
 
 from collections.abc import Callable, Mapping
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,6 +18,7 @@ from wearlab.campaign.report import SECTION as REPORT
 from wearlab.campaign.report import read_report
 from wearlab.campaign.undone import undone
 from wearlab.campaign.update import read_update, refuse_strange_unknowns
+from wearlab.nearest import meant
 from wearlab.plugins import Plugin, PluginError, use
 from wearlab.scene import Scene
 from wearlab.scene.later import LATER_KEYS, later
@@ -162,8 +162,7 @@ def _unknown(table: Table) -> list[str]:
         if key in LATER_KEYS[""]:
             problems.append(f"{key}: {later(LATER_KEYS[''][key])}")
         elif key not in valid:
-            near = get_close_matches(key, valid, 1)
-            remedy = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(valid)}"
+            remedy = meant(key, valid, f"; there are {', '.join(valid)}")
             problems.append(f"{key}: unknown key{remedy}")
     return problems
 

@@ -4,7 +4,6 @@ No part of any run's identity: the same stored runs serve every measurement.
 """
 
 from collections.abc import Sequence
-from difflib import get_close_matches
 from typing import Any
 
 from wearlab.campaign.axes import flat
@@ -33,6 +32,7 @@ from wearlab.campaign.update_options import (
     LimitBlock,
     UpdateBlock,
 )
+from wearlab.nearest import meant
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.problems import not_a_choice, shown
 from wearlab.schema import VARIABLES
@@ -161,8 +161,7 @@ def _data(given: Any, number: int) -> Data:
     block = modelled(DataBlock, given, where)
     known = [*(name for name, variable in VARIABLES.items() if "update" in variable.dims), THICKNESS]
     if block.quantity not in known:
-        near = get_close_matches(block.quantity, known, 1)
-        remedy = f", did you mean {near[0]!r}?" if near else "; `wearlab variables` lists what is stored"
+        remedy = meant(block.quantity, known, "; `wearlab variables` lists what is stored")
         raise CampaignError([f"{where}.quantity: {block.quantity!r} is no variable along update{remedy}"])
     if block.member is not None and block.flank is not None:
         raise CampaignError([f"{where}: give a member or a flank, not both"])

@@ -1,11 +1,11 @@
 """The material of a gear: its constants, or a name of the catalogue."""
 
-from difflib import get_close_matches
 from typing import Annotated, Literal
 
 from annotated_types import Lt
 from pydantic import BeforeValidator
 
+from wearlab.nearest import meant
 from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -72,9 +72,8 @@ def _material(value: object) -> object:
 
 def not_a_name(name: object) -> str:
     """Return that a name is not in the catalogue, and the nearest that is."""
-    near = get_close_matches(str(name), [*MATERIALS, *ALIASES], 1)
-    meant = f", did you mean {near[0]!r}?" if near else ";"
-    return f"{name!r} is not a known material{meant} there are {', '.join(MATERIALS)}"
+    near = meant(str(name), [*MATERIALS, *ALIASES], ";")
+    return f"{name!r} is not a known material{near} there are {', '.join(MATERIALS)}"
 
 
 NamedMaterial = Annotated[

@@ -1,8 +1,8 @@
 """One table over another: key by key, where a choice or an alternative replaces what it supersedes."""
 
-from difflib import get_close_matches
 from typing import Any
 
+from wearlab.nearest import meant
 from wearlab.scene.lookup import MEMBERS, Path, choice_of, chooser_at, parts_at
 
 Table = dict[str, Any]
@@ -75,23 +75,17 @@ def without(table: Table, key: str) -> Table:
     """
     word, _, rest = key.partition(".")
     if word not in table or (rest and not isinstance(table[word], dict)):
-        raise DropError(f"{key!r} is not there to be dropped{_nearest(word, table)}")
+        raise DropError(f"{key!r} is not there to be dropped{meant(word, table, _listed(table))}")
     if not rest:
         return {k: v for k, v in table.items() if k != word}
     try:
         return {**table, word: without(table[word], rest)}
     except DropError:
-        raise DropError(f"{key!r} is not there to be dropped{_nearest_path(key, table)}") from None
+        raise DropError(f"{key!r} is not there to be dropped{meant(key, paths(table))}") from None
 
 
-def _nearest(word: str, table: Table) -> str:
-    near = get_close_matches(word, table, 1)
-    return f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(sorted(table)) or 'no keys'}"
-
-
-def _nearest_path(key: str, table: Table) -> str:
-    near = get_close_matches(key, list(paths(table)), 1)
-    return f", did you mean {near[0]!r}?" if near else ""
+def _listed(table: Table) -> str:
+    return f"; there are {', '.join(sorted(table)) or 'no keys'}"
 
 
 def paths(table: Table, above: str = "") -> list[str]:

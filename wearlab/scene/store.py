@@ -1,12 +1,12 @@
 """``[store]``: what is kept of a run."""
 
-from difflib import get_close_matches
 from typing import Annotated
 
 from annotated_types import MinLen
 from pydantic import AfterValidator
 from pydantic_core import PydanticCustomError
 
+from wearlab.nearest import meant
 from wearlab.options import Part, option
 from wearlab.schema import ON_REQUEST, VARIABLES
 
@@ -17,11 +17,10 @@ ALL = "all"
 def _known(names: tuple[str, ...]) -> tuple[str, ...]:
     for name in names:
         if name not in VARIABLES and name != ALL:
-            near = get_close_matches(name, (*VARIABLES, ALL), 1)
             raise PydanticCustomError(
                 "variable",
                 "{name} is no variable of a dataset{near}",
-                {"name": repr(name), "near": f", did you mean {near[0]!r}?" if near else ""},
+                {"name": repr(name), "near": meant(name, (*VARIABLES, ALL))},
             )
     return tuple(sorted(set(names)))
 

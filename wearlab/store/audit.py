@@ -11,7 +11,7 @@ from wearlab.store.catalogue import Entry
 from wearlab.store.errors import StoreError
 from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.outcome import Outcome
-from wearlab.store.problem import Problem
+from wearlab.store.problem import Problem, stray
 from wearlab.store.runs import RunFiles, hash_of
 
 SAME = 1e-9  # of two lives of one scene on two machines
@@ -84,10 +84,8 @@ def check_file(path: Path, entry: Entry) -> Problem | None:
 
 
 def _stranger(path: Path, files: RunFiles) -> Problem:
-    if path.suffix == ".part":
-        return Problem(path, "unfinished", "left by a process that died while writing; can be deleted")
-    if not files.holds(path):
-        return Problem(path, "foreign", "not a file of this store")
+    if problem := stray(path, held=files.holds(path)):
+        return problem
     try:
         outcome_of(path)
     except StoreError as error:

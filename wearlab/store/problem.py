@@ -17,3 +17,10 @@ class Problem(NamedTuple):
     path: Path
     kind: str
     message: str
+
+
+def stray(path: Path, *, held: bool) -> Problem | None:
+    """Return what is wrong with a file in a folder of the store: half-written, or not one it ``held``."""
+    if path.suffix == ".part":
+        return Problem(path, "unfinished", "left by a process that died while writing; can be deleted")
+    return None if held else Problem(path, "foreign", "not a file of this store")

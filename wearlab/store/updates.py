@@ -15,7 +15,7 @@ from wearlab.store.errors import StoreError
 from wearlab.store.files import written
 from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.memberships import now
-from wearlab.store.problem import Problem
+from wearlab.store.problem import Problem, stray
 from wearlab.store.runs import Image, RunFiles, hash_of
 from wearlab.store.seal import SEAL
 
@@ -224,10 +224,8 @@ def verify_updates(store: KeptRuns) -> Iterator[Problem]:
         elif hash_of(path) != update.sha256:
             yield Problem(path, "altered", "its bytes are not those that were written")
     for path in files:
-        if path.suffix == ".part":
-            yield Problem(path, "unfinished", "left by a process that died while writing; can be deleted")
-        elif not files.holds(path):
-            yield Problem(path, "foreign", "not a file of this store")
+        if problem := stray(path, held=files.holds(path)):
+            yield problem
         elif path.stem not in known:
             yield Problem(path, "unknown", "an update that the catalogue does not know; 'wearlab reindex'")
 
