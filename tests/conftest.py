@@ -9,20 +9,24 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / folder) for folder in ("support", "validation")]
 
 LONG = (
-    "dynamics/test_against_scipy.py",
-    "figures/test_any_campaign.py",
     "gradients/test_gradient.py",
+    "figures/test_any_campaign.py",
     "dynamics/test_friction.py",
+    "dynamics/test_against_scipy.py",
     "test_extremes.py",
     "runner/test_faults.py",
     "dynamics/test_exact_steps.py",
     "simulation/test_friction.py",
     "simulation/test_options.py",
+    "mesh/exact/test_relation.py",
+    "figures/test_drawing.py",
     "simulation/test_bearing_forces.py",
     "validation/test_leaving_out.py",
+    "test_random_scenes.py",
+    "test_plugins.py",
     "simulation/test_estimates.py",
 )
-"""Files of the longest tests; half of them compile kernels, neighbours not the same ones."""
+"""Files of the longest tests; half of them compile kernels, and none while another compiles the same ones."""
 
 
 def pytest_configure(config):

@@ -1,15 +1,14 @@
 """What functions of the physics name as their source stands in the bibliography."""
 
-import pytest
 from named_sources import functions, known
 
-CITING = [one for one in functions() if one.references]
 
-
-@pytest.mark.parametrize("one", CITING, ids=[one.place for one in CITING])
-def test_every_reference_is_in_the_bibliography(one):
-    text = " ".join(one.references.split())
-    assert any(all(word in text for word in entry) for entry in known()), text
+def test_every_reference_is_in_the_bibliography():
+    citing = [one for one in functions() if one.references]
+    assert len(citing) > 100
+    for one in citing:
+        text = " ".join(one.references.split())
+        assert any(all(word in text for word in entry) for entry in known()), f"{one.place}: {text}"
 
 
 def test_sources_are_named():

@@ -76,18 +76,20 @@ def properties(node=SCHEMA, name="campaign"):
 PROPERTIES = list(properties())
 
 
-@pytest.mark.parametrize(("owner", "key", "node"), PROPERTIES, ids=[f"{o}.{k}" for o, k, _ in PROPERTIES])
-def test_every_option_says_what_it_means(owner, key, node):
-    assert len(node["description"]) > 3
-    table = next(d for n, d in [*SCHEMA["$defs"].items(), ("campaign", SCHEMA["anyOf"][0])] if n == owner)
-    required = table.get("required", [])
-    assert key in required or {"default", "derived", "$ref"} & set(node), "neither required, nor a default"
-    if "unit" in node:
-        kind = KINDS[node["kind"]]
-        assert node["unit"] == kind.unit and node["type"] == "string"
-        assert quantity(node["examples"][0], kind.name)
-        if "default" in node:
-            quantity(node["default"], kind.name)
+def test_every_option_says_what_it_means():
+    assert len(PROPERTIES) > 500
+    tables = {"campaign": SCHEMA["anyOf"][0]} | SCHEMA["$defs"]
+    for owner, key, node in PROPERTIES:
+        place = f"{owner}.{key}"
+        assert len(node["description"]) > 3, place
+        told = key in tables[owner].get("required", []) or {"default", "derived", "$ref"} & set(node)
+        assert told, f"{place}: neither required, nor a default"
+        if "unit" in node:
+            kind = KINDS[node["kind"]]
+            assert node["unit"] == kind.unit and node["type"] == "string", place
+            assert quantity(node["examples"][0], kind.name), place
+            if "default" in node:
+                quantity(node["default"], kind.name)
 
 
 def leaves(node):

@@ -74,9 +74,9 @@ def seen(store, campaign, **wishes):
 
 @pytest.mark.parametrize("kind", ORDINARY)
 def test_every_kind_draws_any_number_of_places(many, kind):
-    """Four are rendered; seven, which differ in panels and legend alone, are laid out."""
-    seen(many, swept(4), kind=kind)
-    plot_of(many, swept(7), kind=kind)
+    """Three of every kind are rendered in `test_drawing`."""
+    for count in (4, 7):
+        assert plot_of(many, swept(count), kind=kind).panels
 
 
 @pytest.mark.parametrize("kind", ORDINARY)
