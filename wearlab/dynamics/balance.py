@@ -123,7 +123,7 @@ def true_derivative(system: System, balance: Balance, derivative: Array) -> Arra
     """
     n, at = len(system.load), balance.held
     shapes = _free(system).T
-    other = np.setdiff1d(np.arange(n), at)
+    other = np.delete(np.arange(n), at)
     right = np.vstack([shapes, np.zeros_like(shapes)]) - derivative[:, other] @ shapes[other]
     true = derivative.copy()
     true[:, at] = np.linalg.solve(shapes[at].T, right.T).T

@@ -118,5 +118,8 @@ def at_stage(inputs: Any, step: int, stage: int, law: Any, push: Any) -> None:
             law[a, m] = 0.0
     for x in range(len(inputs.share)):
         a, channel, share = inputs.to[x], inputs.of[x], inputs.share[x]
-        law[a, channel % law.shape[1]] += share * inputs.law[step, stage, channel]
+        felt = channel
+        while felt >= law.shape[1]:  # a division takes longer than all the rest
+            felt -= law.shape[1]
+        law[a, felt] += share * inputs.law[step, stage, channel]
         push[a, 0] += share * inputs.push[step, stage, channel]

@@ -48,6 +48,7 @@ class Found(NamedTuple):
     multipliers : largest first
     closure : how far the path is from closing or joining, relative to its size
     corrections : passes over the period
+    law : (n_groups, most stages, n_channel) change of the mesh law [N/m]
     """
 
     path: Array
@@ -55,6 +56,7 @@ class Found(NamedTuple):
     multipliers: Complex
     closure: float
     corrections: int
+    law: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,4 +181,4 @@ def corrected(near: Neighbour, system: System, tables: StageTables, period: floa
     scale = near.scale
     apart = (path[first + known.stages // 2] - starts[1:]) / scale
     closure = float(np.abs(apart).max() / np.abs(starts / scale).max())
-    return Found(path, sizes, multipliers, closure, count) if closure <= CLOSED else None
+    return Found(path, sizes, multipliers, closure, count, law) if closure <= CLOSED else None

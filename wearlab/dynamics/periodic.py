@@ -8,6 +8,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.between import TablesWithin
+from wearlab.dynamics.folded import orbit_held_together
 from wearlab.dynamics.parting import orbit_of_small
 from wearlab.dynamics.period_map import MIDDLE, TOUCHING, TOUCHING_FIRST
 from wearlab.dynamics.response import Response, Verdict
@@ -15,7 +16,7 @@ from wearlab.dynamics.shooting import CLOSED, Orbit, Shooting
 from wearlab.dynamics.steps import slowest_decay
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import Parted, halved, known_of, parting, touching_orbit
+from wearlab.dynamics.touching import Parted, halved, known_of, parting
 from wearlab.gears.errors import GearError
 from wearlab.mesh.stages import StageTables
 
@@ -148,8 +149,7 @@ class Periodic:
             barely = start.period == 1 and not in_registers(system) and parting(start) <= BARELY
             if not barely:
                 return None
-        near = None if start is None else start.near
-        return touching_orbit(system, tables, period, self.margin, near, self.resolved, between)
+        return orbit_held_together(system, tables, period, self.margin, start, self.resolved, between)
 
     def _shoot(
         self, system: System, tables: StageTables, period: float, start: Response | None,

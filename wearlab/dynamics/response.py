@@ -101,6 +101,10 @@ class Response:
         balance = balance_of(self.system, self.mesh_period)
         return multipliers_of(self.system, balance, self.derivative, self.sections)
 
+    def first_speaks_for(self, meshes: int) -> bool:
+        """Whether all meshes of a kind do what the first does, each in its own section of the period."""
+        return self.sections == meshes
+
     @property
     def within(self) -> TablesWithin:
         """The meshes between the stages of their tables."""

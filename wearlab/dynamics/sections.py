@@ -14,7 +14,7 @@ NOTHING = 1e-15
 
 @jit
 def in_sections(sections: int, mesh: Any, tables: Any) -> bool:
-    """Whether every mesh shows in the tables what its predecessor did a section before.
+    """Whether every mesh shows in the tables what its predecessor did a section before; of one, at once.
 
     Parameters
     ----------
@@ -25,41 +25,45 @@ def in_sections(sections: int, mesh: Any, tables: Any) -> bool:
     steps = len(width) // sections
     if steps * sections != len(width):
         return False
-    for step in range(len(width) - steps):
-        if not abs(width[step + steps] - width[step]) <= SAME * width[step]:
+    for step in range(len(width)):
+        if not abs(width[(step + steps) % len(width)] - width[step]) <= SAME * width[step]:
             return False
     limits, of_meshes = limits_of(tables), (*error.shape, 1)
-    if not apart(error.reshape(of_meshes), steps, mesh) <= limits[1]:
+    if not alike(error.reshape(of_meshes), steps, mesh, limits[1]):
         return False
-    if not apart(rate.reshape(of_meshes), steps, mesh) <= limits[2]:
+    if not alike(rate.reshape(of_meshes), steps, mesh, limits[2]):
         return False
-    if not apart(tables.gap, steps, mesh) <= limits[1]:
+    if not alike(tables.gap, steps, mesh, limits[1]):
         return False
     if (
-        apart(tables.stiffness, steps, mesh) <= limits[0]
-        and apart(tables.sliding, steps, mesh) <= SAME * largest_of(tables.sliding)
-        and apart(tables.moment, steps, mesh) <= SAME * largest_of(tables.moment)
+        alike(tables.stiffness, steps, mesh, limits[0])
+        and alike(tables.sliding, steps, mesh, SAME * largest_of(tables.sliding))
+        and alike(tables.moment, steps, mesh, SAME * largest_of(tables.moment))
     ):
         return True
-    for step in range(len(width) - steps):
+    for step in range(len(width)):
         for stage in range(error.shape[1]):
             for m in range(len(mesh)):
-                if not same_springs(tables, limits, step, step + steps, stage, m, mesh[m]):
+                if not same_springs(tables, limits, step, (step + steps) % len(width), stage, m, mesh[m]):
                     return False
     return True
 
 
-@jit_inner
-def apart(table: Any, steps: int, mesh: Any) -> float:
-    """Return the largest change of a table (n_steps, 3, n_mesh, n_pairs) from section to section, or NaN."""
-    found = 0.0
-    for step in range(len(table) - steps):
-        for stage in range(table.shape[1]):
-            for m in range(table.shape[2]):
-                for p in range(table.shape[3]):
-                    value = abs(table[step + steps, stage, mesh[m], p] - table[step, stage, m, p])
-                    found = value if value > found or value != value else found
-    return found
+@jit_inner(allocates=True)
+def alike(table: Any, steps: int, mesh: Any, limit: float) -> bool:
+    """Whether a table (n_steps, 3, n_mesh, n_pairs) changes from section to section by the limit at most."""
+    count, stages, meshes, pairs = table.shape
+    row = stages * meshes * pairs
+    flat, of = table.reshape((count, row)), np.empty(row, np.int64)
+    for x in range(row):
+        of[x] = (x // (meshes * pairs) * meshes + mesh[x // pairs % meshes]) * pairs + x % pairs
+    for step in range(count):
+        now, later, same = flat[step], flat[(step + steps) % count], True
+        for x in range(np.uint64(0), np.uint64(row)):
+            same &= abs(later[np.uint64(of[x])] - now[x]) <= limit
+        if not same:
+            return False
+    return True
 
 
 @jit_inner

@@ -93,7 +93,9 @@ class Shooting:
     def _turning(self) -> Symmetry | None:
         """Return by what orbits are found on a section of the mesh period, None: on all of it."""
         symmetry = None if in_registers(self.system) else self.system.symmetry
-        if symmetry is None or not in_sections(symmetry.sections, symmetry.mesh, self.filled):
+        if symmetry is None or symmetry.sections == 1:
+            return None
+        if not in_sections(symmetry.sections, symmetry.mesh, self.filled):
             return None
         return symmetry
 

@@ -3,7 +3,8 @@
 Turned by one planet's angle the set is the same, its meshes ``s = z_s / N`` mesh periods later. Where these
 lags cut the mesh period into m equal sections, a motion that is alone of its kind is in every section what it
 was in the one before, turned: ``q(t + T/m) = R q(t)``. The map over a section then gives that over the
-period, ``P = Rᵐ (R⁻¹ P_section)ᵐ``.
+period, ``P = Rᵐ (R⁻¹ P_section)ᵐ``. Of one section, m = 1, are sets whose planets do the same at the same
+instant, ``q = R q``: see `wearlab.dynamics.folding`.
 """
 
 from typing import NamedTuple

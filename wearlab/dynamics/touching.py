@@ -87,7 +87,9 @@ class Known:
         joined, power = np.empty(len(tables.width) - 1, np.bool_), np.empty(meshes, np.int64)
         filled, turning = tables.filled, self.system.symmetry
         describe(tables.width, tables.stiffness, tables.gap, filled.sliding, joined, power)
-        if turning is not None and not in_sections(turning.sections, turning.mesh, filled):
+        if turning is not None and (
+            turning.sections == 1 or not in_sections(turning.sections, turning.mesh, filled)
+        ):
             turning = None
         key = joined.tobytes(), power.tobytes(), 1 if turning is None else turning.sections
         if key not in self._plans:
@@ -127,7 +129,7 @@ class Known:
         system, mean = self.system, np.exp(GRID * power)
         sections, turn, mesh = turning or (1, np.eye(len(system.load)), np.arange(len(mean)))
         section = len(tables.width) // sections
-        static = static_shift(system, mean) if self.small else None
+        static = static_shift(system, mean) if self.small or not self.loaded else None
         shifted = static is not None
         basis, shares = basis_of(system, self.balance, shifted=shifted)
         cut = cut_of(system, tables.width[:section], self.period, mean, basis, joined[: section - 1])
@@ -218,12 +220,24 @@ def touching_orbit(
     if near is not None:
         found = corrected(near, system, tables, period)
         if found is not None:
-            return _of_neighbour(near, found, system, tables, period, margin, between)
+            return of_neighbour(near, found, system, tables, period, margin, between)
     known = known_of(system, tables, period)
+    return orbit_on_plan(known, tables, margin, resolved, between) if known.loaded else None
+
+
+def orbit_on_plan(
+    known: Known,
+    tables: StageTables,
+    margin: float,
+    resolved: float = np.inf,
+    between: TablesWithin | None = None,
+) -> Response | Parted | None:
+    """Return what `touching_orbit` does, without a neighbour; flanks need no load that presses them."""
+    system, period = known.system, known.period
     plan, filled = known.plan, tables.filled
     if plan is None or (plan.sections > 1 and not known.suited(plan, filled)):
         plan = known.plan_for(tables)
-    if plan is None or not known.loaded:
+    if plan is None:
         return None
     rows, count = len(plan.scale), len(plan.held)
     given, path = np.empty(rows + 1 + count), np.empty((len(tables.width) + 1, rows))
@@ -283,10 +297,11 @@ def touching_orbit(
     )
 
 
-def _of_neighbour(
+def of_neighbour(
     near: Neighbour, found: Found, system: System, tables: StageTables, period: float, margin: float,
-    between: TablesWithin | None,
+    between: TablesWithin | None = None,
 ) -> Response | Parted:  # fmt: skip
+    """Return the response found from a neighbour, or where it starts if a flank parts in it."""
     if parts(found.path, np.ascontiguousarray(system.direction), period, tables.filled):
         return Parted(found.path[0].copy(), found.sizes)
     largest = abs(found.multipliers[0])

@@ -10,6 +10,7 @@ from wearlab.dynamics.collocation import SIZES
 from wearlab.dynamics.collocation_inputs import Inputs, tabulate
 from wearlab.dynamics.collocation_kernel import (
     join,
+    largest_of,
     over_groups,
     part_at_jumps,
     path_over_groups,
@@ -270,6 +271,9 @@ def orbit_of(
         turn_back(plan.turn, whole)
     if not closed_by(whole, plan.held, plan.scale, given, derivative) > REGULAR:
         return SINGULAR, 0.0, 0.0, False
+    if largest_of(push) == 0.0 and largest_of(plan.load) == 0.0:  # at rest
+        path[:, :] = 0.0
+        return FOUND, 0.0, 0.0, contracts(derivative, plan.scale, bound ** (1.0 / plan.sections))
     starts, entering = np.empty((groups + 1, rows)), np.zeros((groups, stages.shape[1]))
     starts_of_groups(maps, stages, given.copy(), starts, entering)
     path_over_groups(plan.tables, plan.groups, len(plan.direction), count, starts, entering, path)

@@ -8,7 +8,7 @@ from wearlab.dynamics.system import System
 
 
 def symmetry_of(system: System, angles: Array, lags: Array) -> Symmetry | None:
-    """Return what turns a planetary set into itself; None: nothing does, or only at the same instant.
+    """Return what turns a planetary set into itself, over the shortest section; None: nothing does.
 
     Parameters
     ----------
@@ -24,9 +24,10 @@ def symmetry_of(system: System, angles: Array, lags: Array) -> Symmetry | None:
     if planets < 2 or system.fluctuation_direction is not None:
         return None
     later = (np.asarray(lags)[:planets] - lags[0]) % 1.0 * planets
-    for sections in range(planets, 1, -1):
+    following = int(((np.asarray(angles) - angles[0]) % (2.0 * np.pi)).argsort()[1])
+    for sections in range(planets, 0, -1):
         if planets % sections == 0:
-            ahead = int(np.abs(later - planets / sections).argmin())
+            ahead = following if sections == 1 else int(np.abs(later - planets / sections).argmin())
             mesh = np.concatenate([_next(angles, ahead) + kind * planets for kind in (0, 1)])
             given = Symmetry(sections, turned(system.coordinates, angles, ahead), mesh)
             passed = (np.asarray(lags)[mesh] - lags - 1.0 / sections + 0.5) % 1.0 - 0.5

@@ -176,7 +176,7 @@ class Coupling(Coupled):
         weights: list[float] = []
         counts: list[int] = []
         for response in responses:
-            known = slice(1 if response.sections == len(kind.meshes) else None)
+            known = slice(1 if response.first_speaks_for(len(kind.meshes)) else None)
             each = [
                 vibration.deflection(response, when, slice(mesh, mesh + 1))[0][:, 0]
                 for mesh, when in zip(kind.meshes[known], kind.when[known], strict=True)
