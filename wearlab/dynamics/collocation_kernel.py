@@ -30,10 +30,10 @@ def largest_of(table: Any) -> float:
 
     Without their signs numbers are ordered as their bits are, NaN last: integers are compared many at once.
     """
-    found, bits, modulus = np.int64(0), table.reshape(table.size).view(np.int64), np.int64(2**63 - 1)
+    most, bits, modulus = np.int64(0), table.reshape(table.size).view(np.int64), np.int64(2**63 - 1)
     for x in range(np.uint64(0), np.uint64(len(bits))):
-        found = max(found, bits[x] & modulus)
-    largest = np.int64(found)
+        most = max(most, bits[x] & modulus)
+    largest = np.int64(most)
     return largest.view(np.float64)
 
 
@@ -146,12 +146,12 @@ def add(out: Any, given: Any, factor: float) -> None:
 
 
 @jit_inner
-def inputs_at_stages(direction: Any, law: Any, push: Any, found: Any, rows: int, out: Any) -> None:
+def inputs_at_stages(direction: Any, law: Any, push: Any, seen: Any, rows: int, out: Any) -> None:
     """Write the inputs at all stages of a group by its start, (stages n_in, columns).
 
-    ``found``: (columns, padded rows) d·q at all stages but the first, ``rows`` of them.
+    ``seen``: (columns, padded rows) d·q at all stages but the first, ``rows`` of them.
     """
-    (meshes, n), count, columns = direction.shape, law.shape[1], len(found)
+    (meshes, n), count, columns = direction.shape, law.shape[1], len(seen)
     for stage in range(rows // meshes + 1):
         for a in range(count):
             row = out[stage * count + a]
@@ -164,7 +164,7 @@ def inputs_at_stages(direction: Any, law: Any, push: Any, found: Any, rows: int,
                     if stage > 0:
                         felt = (stage - 1) * meshes + m
                         for col in range(columns):
-                            row[col] -= value * found[col, felt]
+                            row[col] -= value * seen[col, felt]
                     else:
                         for col in range(n):
                             row[col] -= value * direction[m, col]
@@ -185,27 +185,27 @@ def places_of(begin: int, steps: int, states: int, inputs: int, meshes: int) -> 
 @jit_inner
 def over_group(
     tables: Any, group: Any, direction: Any, inputs: Any, work: Any, law: Any, push: Any, stages: Any,
-    one: Any,
+    affine: Any,
 ) -> None:  # fmt: skip
-    """Find the map over one group, ``one`` (2n, columns), and its stages' inputs."""
-    (first, steps, begin), states, count = group, len(one), inputs.load.shape[2]
+    """Find the map over one group, ``affine`` (2n, columns), and its stages' inputs."""
+    (first, steps, begin), states, count = group, len(affine), inputs.load.shape[2]
     rows, ends = 2 * steps * len(direction), steps * states
     at_effect, at_sense, at_feed, end = places_of(begin, steps, states, count, len(direction))
     transition = tables[begin:at_effect].reshape((ends, states))
     effect = tables[at_effect:at_sense].reshape((ends, (2 * steps + 1) * count))
     sense = tables[at_sense:at_feed].reshape((states, rows))
     feed = tables[at_feed:end].reshape(((2 * steps + 1) * count, rows))
-    unknowns, columns = padded(rows), one.shape[1]
+    unknowns, columns = padded(rows), affine.shape[1]
     matrix = work[: unknowns * (unknowns + columns)].reshape((unknowns + columns, unknowns))
     fill(sense, feed, direction, inputs, first, law, push, matrix)
     eliminate(matrix)
     by_start = stages[: effect.shape[1]]
     inputs_at_stages(direction, law, push, matrix[unknowns:], rows, by_start)
     last = len(effect) - states
-    product(effect[last:], by_start, one)
+    product(effect[last:], by_start, affine)
     for row in range(states):
         for col in range(states):
-            one[row, col] += transition[last + row, col]
+            affine[row, col] += transition[last + row, col]
 
 
 @jit_inner(allocates=True)

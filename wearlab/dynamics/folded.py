@@ -38,15 +38,15 @@ class Unfolded(Response):
     @cached_property
     def approach(self) -> Path:
         """The projections d·q of the meshes within the steps: those of one planet, for all."""
-        one = self.of_blocks[0].approach
-        return one._replace(coefficient=np.repeat(one.coefficient, self.blocks[0].planets, axis=-1))
+        first = self.of_blocks[0].approach
+        return first._replace(coefficient=np.repeat(first.coefficient, self.blocks[0].planets, axis=-1))
 
     @cached_property
     def multipliers(self) -> Complex:
         """Floquet multipliers over a mesh period, those of all blocks, largest first."""
         each = zip(self.of_blocks, self.blocks, strict=True)
-        found = np.concatenate([np.repeat(one.multipliers, len(block.bases)) for one, block in each])
-        return found[abs(found).argsort()[::-1]]
+        every = np.concatenate([np.repeat(own.multipliers, len(block.bases)) for own, block in each])
+        return every[abs(every).argsort()[::-1]]
 
 
 def orbit_held_together(
@@ -80,7 +80,7 @@ def orbit_held_together(
         moved = of_neighbour(near, corrections, first, own, period, margin)
     if not isinstance(moved, Response):
         return None if moved is None else _parted(moved, blocks[0], system, tables, period)
-    found = [moved]
+    responses = [moved]
     for block, before in zip(blocks[1:], known[1:], strict=True):
         after = None
         if before is not None and corrections is not None:
@@ -88,8 +88,8 @@ def orbit_held_together(
         after = after or _at_rest(block, own, period, margin)
         if after is None:
             return None
-        found.append(after)
-    return _unfolded(system, tables, blocks, tuple(found), between)
+        responses.append(after)
+    return _unfolded(system, tables, blocks, tuple(responses), between)
 
 
 def _after(before: Response, law: Array) -> Response | None:
@@ -123,13 +123,13 @@ def _at_rest(block: WaveBlock, tables: StageTables, period: float, margin: float
     ``tables``: of the meshes of one planet.
     """
     own = _without_force(tables, block.waves)
-    found = orbit_on_plan(known_of(block.system, own, period), own, margin)
-    return found if isinstance(found, Response) else None
+    orbit = orbit_on_plan(known_of(block.system, own, period), own, margin)
+    return orbit if isinstance(orbit, Response) else None
 
 
-def _parted(found: Parted, block: WaveBlock, system: System, tables: StageTables, period: float) -> Parted:
+def _parted(apart: Parted, block: WaveBlock, system: System, tables: StageTables, period: float) -> Parted:
     """Return where an orbit starts on which flanks part, from that of the first block."""
-    state, sizes = block.lifted(found.state), found.sizes
+    state, sizes = block.lifted(apart.state), apart.sizes
     balances = _balances(block, system, tables, period)
     if balances is not None:
         _turn_home(state[None], balances[1])
@@ -138,12 +138,12 @@ def _parted(found: Parted, block: WaveBlock, system: System, tables: StageTables
 
 
 def _unfolded(
-    system: System, tables: StageTables, blocks: tuple[WaveBlock, ...], found: tuple[Response, ...],
+    system: System, tables: StageTables, blocks: tuple[WaveBlock, ...], responses: tuple[Response, ...],
     between: TablesWithin | None,
 ) -> Unfolded:  # fmt: skip
     """Return the response of a set from those of its blocks."""
-    first, moved = blocks[0], found[0]
-    path, maps = first.lifted(moved.state), [one.derivative for one in found]
+    first, moved = blocks[0], responses[0]
+    path, maps = first.lifted(moved.state), [response.derivative for response in responses]
     assert moved.derivative is not None
     balances = _balances(first, system, tables, moved.mesh_period)
     if balances is not None:
@@ -151,17 +151,17 @@ def _unfolded(
         maps[0] = true_derivative(first.system, balances[0], moved.derivative)
         system = system._replace(load=moved.system.load @ first.lift)
     derivative = np.zeros((path.shape[2], path.shape[2]))
-    for block, one in zip(blocks, maps, strict=True):
-        assert one is not None
-        derivative += block.derivative(one)
+    for block, own_map in zip(blocks, maps, strict=True):
+        assert own_map is not None
+        derivative += block.derivative(own_map)
     if balances is not None:
         own, whole = balances
         by_load = first.lifted(moved.derivative[:, own.held].T).T
         derivative[:, whole.held] = by_load / _ratio(first, own, whole)
-    attracting = all(one.verdict.attracting for one in found)
+    attracting = all(response.verdict.attracting for response in responses)
     return Unfolded(
         1, path, None, moved.verdict._replace(attracting=attracting), moved.counts, moved.residual, system,
-        tables, moved.mesh_period, derivative, None, between, blocks=blocks, of_blocks=found,
+        tables, moved.mesh_period, derivative, None, between, blocks=blocks, of_blocks=responses,
     )  # fmt: skip
 
 
@@ -169,7 +169,7 @@ def _balances(
     block: WaveBlock, system: System, tables: StageTables, period: float
 ) -> tuple[Balance, Balance] | None:
     """Return the loads to find of the first block and of the set, which move alike; None: nothing is free."""
-    own, whole = (known_of(one, tables, period).balance for one in (block.system, system))
+    own, whole = (known_of(moving, tables, period).balance for moving in (block.system, system))
     return None if own is None or whole is None else (own, whole)
 
 

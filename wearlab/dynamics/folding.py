@@ -109,8 +109,8 @@ def _along(turning: Symmetry) -> Index:
 def _waves(planets: int) -> Array:
     """Return the waves along the planets, the longest first, orthonormal rows (N, N)."""
     angle = 2.0 * np.pi * np.arange(planets) / planets
-    found = [np.cos((count + 1) // 2 * angle - (count + 1) % 2 * np.pi / 2) for count in range(1, planets)]
-    rows = np.array([np.ones(planets), *found])
+    waves = [np.cos((count + 1) // 2 * angle - (count + 1) % 2 * np.pi / 2) for count in range(1, planets)]
+    rows = np.array([np.ones(planets), *waves])
     return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True), np.float64)
 
 

@@ -38,7 +38,7 @@ CLEAR = 0.02
 """Distance of multipliers from 1, and bound of their change, within which a neighbour speaks for them."""
 
 
-class Found(NamedTuple):
+class Corrected(NamedTuple):
     """An orbit on which every pair in the path touches, as far as the equations say.
 
     Parameters
@@ -87,7 +87,7 @@ class Neighbour:
 
     def __getstate__(self) -> dict[str, object]:
         """Return the case alone: what it was asked for is megabytes, and soon computed again."""
-        return {one.name: getattr(self, one.name) for one in fields(self)}
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @cached_property
     def multipliers(self) -> Complex:
@@ -142,16 +142,16 @@ class Neighbour:
         """
         which, by_law = self.drifts
         change = by_law @ law.ravel()
-        found = self.multipliers.copy()
-        twins = np.abs(found - found[which, None].conj()).argmin(axis=1)
-        found[which] += change
-        found[twins] = found[which].conj()
-        if not (np.abs(change).max() <= CLEAR and np.abs(found).max() < 1.0 - CLEAR):
+        multipliers = self.multipliers.copy()
+        twins = np.abs(multipliers - multipliers[which, None].conj()).argmin(axis=1)
+        multipliers[which] += change
+        multipliers[twins] = multipliers[which].conj()
+        if not (np.abs(change).max() <= CLEAR and np.abs(multipliers).max() < 1.0 - CLEAR):
             return None
-        return found[np.abs(found).argsort()[::-1]]
+        return multipliers[np.abs(multipliers).argsort()[::-1]]
 
 
-def corrected(near: Neighbour, system: System, tables: StageTables, period: float) -> Found | None:
+def corrected(near: Neighbour, system: System, tables: StageTables, period: float) -> Corrected | None:
     """Return the orbit while every pair in the path touches, None where the neighbour does not lead to it.
 
     Parameters
@@ -181,4 +181,4 @@ def corrected(near: Neighbour, system: System, tables: StageTables, period: floa
     scale = near.scale
     apart = (path[first + known.stages // 2] - starts[1:]) / scale
     closure = float(np.abs(apart).max() / np.abs(starts / scale).max())
-    return Found(path, sizes, multipliers, closure, count, law) if closure <= CLOSED else None
+    return Corrected(path, sizes, multipliers, closure, count, law) if closure <= CLOSED else None

@@ -94,8 +94,8 @@ class Periodic:
         if isinstance(held, Response):
             return held
         # Where flanks part, steps go in twos and not in fours: half as long they are as accurate.
-        found = self._shoot(system, halved(tables), period, start, held)
-        return replace(found, state=np.ascontiguousarray(found.state[:, ::2]), tables=tables)
+        response = self._shoot(system, halved(tables), period, start, held)
+        return replace(response, state=np.ascontiguousarray(response.state[:, ::2]), tables=tables)
 
     def on_few_steps(
         self,
@@ -158,10 +158,10 @@ class Periodic:
         shooting = Shooting(system, tables, period, self.closed, by_sections=True)
         if start is not None and start.period == 0 and not in_registers(system):
             return self._march(shooting, None, start)  # which looks for a simple orbit after so many periods
-        found = self._simple_orbit(shooting, start, held)
-        if found is not None and found.largest <= 1.0 + self.margin:
-            return self._respond(shooting, found)
-        return self._march(shooting, found, start)
+        orbit = self._simple_orbit(shooting, start, held)
+        if orbit is not None and orbit.largest <= 1.0 + self.margin:
+            return self._respond(shooting, orbit)
+        return self._march(shooting, orbit, start)
 
     def _simple_orbit(self, shooting: Shooting, start: Response | None, held: Parted | None) -> Orbit | None:
         """Shoot from the neighbour, then from the loaded mesh, then from a marched state."""
@@ -169,32 +169,32 @@ class Periodic:
             large = not in_registers(shooting.system)
             sections = start.sections > 1 or not shooting.turns(start)  # or a third of the work would do
             if large and sections and start.verdict.unique and abs(start.multipliers[0]) < 1.0 - CLEAR:
-                found = shooting.chord(start)
-                if found is not None:
-                    return found
+                orbit = shooting.chord(start)
+                if orbit is not None:
+                    return orbit
             if start.period == 1 and start.counts.newton_iterations == 1 and held is None:
                 # One pass was exact there, so its contact never changed; most likely it still does not, and
                 # the affine map of a loaded mesh is half the work: no step asks which pairs touch.
-                found = shooting.shoot(1, start.state[0, 0].copy(), touch=TOUCHING, most=1)
-                if found is not None and found.largest <= 1.0 + self.margin:
-                    return found
-            found = self._orbit(shooting, start.period, start.state[0, 0].copy(), most=8)
-            if found is not None and found.largest <= 1.0 + self.margin:
-                return found
+                orbit = shooting.shoot(1, start.state[0, 0].copy(), touch=TOUCHING, most=1)
+                if orbit is not None and orbit.largest <= 1.0 + self.margin:
+                    return orbit
+            orbit = self._orbit(shooting, start.period, start.state[0, 0].copy(), most=8)
+            if orbit is not None and orbit.largest <= 1.0 + self.margin:
+                return orbit
             if not in_registers(shooting.system) and shooting.loaded and not shooting.singular:
                 return None  # near the neighbour no orbit attracts: it is marched from there
         state = np.zeros(shooting.rows)
         if in_registers(shooting.system):
-            found = shooting.shoot(1, state, touch=TOUCHING)
+            orbit = shooting.shoot(1, state, touch=TOUCHING)
         elif held is None:
-            found = self._by_middle(shooting, 1, state, TOUCHING_FIRST)
+            orbit = self._by_middle(shooting, 1, state, TOUCHING_FIRST)
         else:
             state, balance = held.state.copy(), shooting.balance
             if balance is not None:
                 balance.size[:] = held.sizes
-            found = self._by_middle(shooting, 1, state)
-        if found is not None or shooting.singular:
-            return found or shooting.family(state)
+            orbit = self._by_middle(shooting, 1, state)
+        if orbit is not None or shooting.singular:
+            return orbit or shooting.family(state)
         if not (shooting.loaded or shooting.grounded):
             if (member := shooting.family(np.zeros(shooting.rows))) is not None:
                 return member
@@ -218,16 +218,16 @@ class Periodic:
         if near is None or shooting.has_failed_from(near.state[0, 0]):
             return None
         if near.largest < 1.0 - CLEAR:
-            found = shooting.chord(near)
-            if found is not None:
-                return found
-        found = shooting.shoot(near.periods, near.state[0, 0].copy(), most=MOST_LOCATED)
-        if found is not None and found.largest <= 1.0 + self.margin:
-            return found
+            orbit = shooting.chord(near)
+            if orbit is not None:
+                return orbit
+        orbit = shooting.shoot(near.periods, near.state[0, 0].copy(), most=MOST_LOCATED)
+        if orbit is not None and orbit.largest <= 1.0 + self.margin:
+            return orbit
         shooting.failed.append(near.state[0, 0].copy())
         return None
 
-    def _march(self, shooting: Shooting, found: Orbit | None, start: Response | None) -> Response:
+    def _march(self, shooting: Shooting, simple_orbit: Orbit | None, start: Response | None) -> Response:
         """March until a period shows, shoot on it; otherwise return the aperiodic response.
 
         Raises
@@ -259,8 +259,8 @@ class Periodic:
             simple = self._orbit(shooting, 1, strobe[-1].copy(), most=12)
             if simple is not None and simple.largest < 1.0 - self.margin:
                 return self._respond(shooting, simple)
-        if found is not None and found.largest <= 1.0 + self.margin:
-            return self._respond(shooting, found)
+        if simple_orbit is not None and simple_orbit.largest <= 1.0 + self.margin:
+            return self._respond(shooting, simple_orbit)
         spread = float(np.ptp(strobe[:, : shooting.rows // 2], axis=0).max())
         size = float(np.abs(strobe[:, : shooting.rows // 2]).max()) or 1.0
         return shooting.aperiodic(orbit, spread / size)
@@ -281,10 +281,10 @@ class Periodic:
         left = int(wanted) - sum(known)
         return known if left <= 0 else [*known, -(-left // 3), 2 * -(-left // 3)]
 
-    def _respond(self, shooting: Shooting, found: "Orbit") -> Response:
-        unique = found.unique and (shooting.loaded or shooting.grounded)
-        verdict = Verdict(True, found.largest < 1.0 - self.margin, unique, True)
-        return shooting.response(found, verdict)
+    def _respond(self, shooting: Shooting, orbit: "Orbit") -> Response:
+        unique = orbit.unique and (shooting.loaded or shooting.grounded)
+        verdict = Verdict(True, orbit.largest < 1.0 - self.margin, unique, True)
+        return shooting.response(orbit, verdict)
 
 
 def settling_periods(system: System, tables: StageTables, period: float) -> float:

@@ -155,12 +155,12 @@ def step_of(grid: StageGrid, phase: Array, segment: Index | None = None, side: S
     """
     last = len(grid.start) - 1
     if segment is None:
-        found = np.searchsorted(grid.start, phase, side=side) - 1
-        return np.clip(found, 0, last)
-    found = np.searchsorted(grid.start, phase, side="right") - 1
+        step = np.searchsorted(grid.start, phase, side=side) - 1
+        return np.clip(step, 0, last)
+    step = np.searchsorted(grid.start, phase, side="right") - 1
     low = np.searchsorted(grid.segment, segment, side="left")
     high = np.searchsorted(grid.segment, segment, side="right") - 1
-    return np.clip(found, low, high)
+    return np.clip(step, low, high)
 
 
 def deflection_at(

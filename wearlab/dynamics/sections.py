@@ -78,7 +78,7 @@ def limits_of(tables: Any) -> tuple[float, float, float, float, float]:
 
 
 @jit_inner
-def same_springs(tables: Any, limits: Any, one: int, other: int, stage: int, m: int, n: int) -> bool:
+def same_springs(tables: Any, limits: Any, step: int, another: int, stage: int, m: int, n: int) -> bool:
     """Whether mesh ``m`` in a step has the springs of mesh ``n`` in another.
 
     Springs that stand for coupled pairs with the same gap share their stiffness in an order that rounding
@@ -87,17 +87,17 @@ def same_springs(tables: Any, limits: Any, one: int, other: int, stage: int, m: 
     k, gap, more, alike = tables.stiffness, tables.gap, 0.0, np.nan
     rubs, turns = 0.0, 0.0
     for p in range(k.shape[3]):
-        first, second = k[one, stage, m, p], k[other, stage, n, p]
-        if not abs(gap[other, stage, n, p] - gap[one, stage, m, p]) <= limits[1]:
+        first, second = k[step, stage, m, p], k[another, stage, n, p]
+        if not abs(gap[another, stage, n, p] - gap[step, stage, m, p]) <= limits[1]:
             return False
         if not abs(second - first) <= limits[0]:
-            alike = gap[one, stage, m, p] if np.isnan(alike) else alike
-            if not abs(gap[one, stage, m, p] - alike) <= limits[1]:
+            alike = gap[step, stage, m, p] if np.isnan(alike) else alike
+            if not abs(gap[step, stage, m, p] - alike) <= limits[1]:
                 return False
         more += second - first
         if len(tables.sliding):
-            rubs += second * tables.sliding[other, stage, n, p] - first * tables.sliding[one, stage, m, p]
-            turns += second * tables.moment[other, stage, n, p] - first * tables.moment[one, stage, m, p]
+            rubs += second * tables.sliding[another, stage, n, p] - first * tables.sliding[step, stage, m, p]
+            turns += second * tables.moment[another, stage, n, p] - first * tables.moment[step, stage, m, p]
     return abs(more) <= limits[0] and abs(rubs) <= limits[3] and abs(turns) <= limits[4]
 
 

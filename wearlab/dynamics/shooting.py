@@ -120,7 +120,7 @@ class Shooting:
     def has_failed_from(self, state: Array) -> bool:
         """Whether located passes led to no orbit from about here."""
         size = self._distance(state)
-        return any(self._distance(state, one) <= SAME * size for one in self.failed)
+        return any(self._distance(state, lost) <= SAME * size for lost in self.failed)
 
     @property
     def loaded(self) -> bool:
@@ -272,10 +272,10 @@ class Shooting:
         self.maps += count
         self.beside += (MARCHED - 1.0) * count
         before = self.marcher.changes
-        found = self.marcher.march(state, count, keep)
+        motion = self.marcher.march(state, count, keep)
         if in_registers(self.system):  # of a large system `MARCHED` has them
             self.located += self.marcher.changes - before
-        return found
+        return motion
 
     @property
     def right_hand_sides(self) -> int:

@@ -11,7 +11,7 @@ from wearlab.dynamics.between import TablesWithin
 from wearlab.dynamics.collocation import basis_of, cut_of, joined_steps
 from wearlab.dynamics.collocation_inputs import load_of
 from wearlab.dynamics.multipliers import multipliers_of
-from wearlab.dynamics.neighbour import Found, Neighbour, corrected
+from wearlab.dynamics.neighbour import Corrected, Neighbour, corrected
 from wearlab.dynamics.parting_law import PartingPlan
 from wearlab.dynamics.parting_plan import plan_of
 from wearlab.dynamics.propagator import GRID
@@ -164,9 +164,9 @@ def static_shift(system: System, mean: Array) -> Array | None:
     Counted from there the load is gone: an input less at every stage.
     """
     stiffness = system.total_stiffness + system.direction.T @ (mean[:, None] * system.direction)
-    found = np.linalg.lstsq(stiffness, system.load, rcond=ROUNDED)[0]
-    missing = np.abs(stiffness @ found - system.load).max()
-    return np.asarray(found) if missing <= ROUNDED * np.abs(system.load).max() else None
+    shift = np.linalg.lstsq(stiffness, system.load, rcond=ROUNDED)[0]
+    missing = np.abs(stiffness @ shift - system.load).max()
+    return np.asarray(shift) if missing <= ROUNDED * np.abs(system.load).max() else None
 
 
 _known: list[Known] = []
@@ -174,11 +174,11 @@ _known: list[Known] = []
 
 def known_of(system: System, tables: StageTables, period: float) -> Known:
     """Return what is known of a system on its steps, found out when it is first asked for."""
-    for at, one in enumerate(_known):
-        if one.serves(system, tables, period):
+    for at, known in enumerate(_known):
+        if known.serves(system, tables, period):
             if at:
                 _known.insert(0, _known.pop(at))
-            return one
+            return known
     _known.insert(0, Known(system, tables, period))
     del _known[KEPT_SYSTEMS:]
     return _known[0]
@@ -193,8 +193,8 @@ def forget() -> None:
 def _held() -> int:
     """Return the memory of the tables of all plans [bytes]."""
     sizes: dict[int, int] = {}
-    for one in _known:
-        sizes |= one.sizes
+    for known in _known:
+        sizes |= known.sizes
     return sum(sizes.values())
 
 
@@ -218,9 +218,9 @@ def touching_orbit(
     between : see `wearlab.dynamics.response.Response`
     """
     if near is not None:
-        found = corrected(near, system, tables, period)
-        if found is not None:
-            return of_neighbour(near, found, system, tables, period, margin, between)
+        correction = corrected(near, system, tables, period)
+        if correction is not None:
+            return of_neighbour(near, correction, system, tables, period, margin, between)
     known = known_of(system, tables, period)
     return orbit_on_plan(known, tables, margin, resolved, between) if known.loaded else None
 
@@ -298,28 +298,28 @@ def orbit_on_plan(
 
 
 def of_neighbour(
-    near: Neighbour, found: Found, system: System, tables: StageTables, period: float, margin: float,
+    near: Neighbour, correction: Corrected, system: System, tables: StageTables, period: float, margin: float,
     between: TablesWithin | None = None,
 ) -> Response | Parted:  # fmt: skip
     """Return the response found from a neighbour, or where it starts if a flank parts in it."""
-    if parts(found.path, np.ascontiguousarray(system.direction), period, tables.filled):
-        return Parted(found.path[0].copy(), found.sizes)
-    largest = abs(found.multipliers[0])
+    if parts(correction.path, np.ascontiguousarray(system.direction), period, tables.filled):
+        return Parted(correction.path[0].copy(), correction.sizes)
+    largest = abs(correction.multipliers[0])
     verdict = Verdict(True, bool(largest < 1.0 - margin), True, True)
     steps = len(tables.width) // near.sections
-    counts = Counts(found.corrections, found.corrections * steps * RHS_PER_STEP, 1)
-    balance = None if near.balance is None else near.balance._replace(size=found.sizes)
+    counts = Counts(correction.corrections, correction.corrections * steps * RHS_PER_STEP, 1)
+    balance = None if near.balance is None else near.balance._replace(size=correction.sizes)
     return Response(
-        1, found.path[None], found.multipliers, verdict, counts, found.closure, solved_load(system, balance),
-        tables, period, near.derivative, near, between, near.sections,
+        1, correction.path[None], correction.multipliers, verdict, counts, correction.closure,
+        solved_load(system, balance), tables, period, near.derivative, near, between, near.sections,
     )  # fmt: skip
 
 
-def parting(found: Response) -> float:
+def parting(response: Response) -> float:
     """Return how far pairs in the path part at the ends of the steps, over the largest deflection [1]."""
-    system, tables, ends = found.system, found.tables, [0, 2]
+    system, tables, ends = response.system, response.tables, [0, 2]
     n = len(system.load)
-    position = np.stack([found.state[:, :-1, :n], found.state[:, 1:, :n]], axis=2)
+    position = np.stack([response.state[:, :-1, :n], response.state[:, 1:, :n]], axis=2)
     delta = position @ system.direction.T - tables.error[:, ends]
     apart = (tables.gap[:, ends] - delta[..., None])[:, tables.stiffness[:, ends] > 0.0]
     return float(apart.max(initial=0.0) / np.abs(delta).max())

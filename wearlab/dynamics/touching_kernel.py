@@ -173,7 +173,7 @@ def unresolved(entering: Any, groups: Any, count: int) -> float:
     """
     worst = 0.0
     for a in range(count):
-        scale, found = 0.0, 0.0
+        scale, largest = 0.0, 0.0
         for group in range(len(groups)):
             last = 2 * groups[group, 1]
             factor, total, weights = 1.0, 0.0, 0.0
@@ -183,9 +183,9 @@ def unresolved(entering: Any, groups: Any, count: int) -> float:
                 total += factor * value
                 weights += abs(factor)
                 factor *= -(last - stage) / (stage + 1.0)
-            found = max(found, abs(total) / weights)
+            largest = max(largest, abs(total) / weights)
         if scale > 0.0:
-            worst = max(worst, found / scale)
+            worst = max(worst, largest / scale)
     return worst
 
 

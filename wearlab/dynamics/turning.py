@@ -84,5 +84,5 @@ def turns_into_itself(system: System, symmetry: Symmetry) -> bool:
     )
 
 
-def _same(one: Array, other: Array) -> bool:
-    return bool(np.abs(one - other).max() <= SAME * np.abs(other).max())
+def _same(first: Array, second: Array) -> bool:
+    return bool(np.abs(first - second).max() <= SAME * np.abs(second).max())

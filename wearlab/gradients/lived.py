@@ -156,8 +156,8 @@ class LivedSteps:
             for kind, other in zip(own.kinds, parts.kinds, strict=True)
         )
         if own.vibration is not None and parts.vibration is not None:
-            one, other = (each.vibration.sampling.grid.segment for each in (own, parts))  # type: ignore[union-attr]
-            same = same and np.array_equal(one, other)
+            ours, theirs = (each.vibration.sampling.grid.segment for each in (own, parts))  # type: ignore[union-attr]
+            same = same and np.array_equal(ours, theirs)
         if not same:
             raise GradientError("nodes or steps come and go as this number moves: give another value of it")
         return self._ends(parts, self.ends.memory)

@@ -95,12 +95,12 @@ def wanted(names: tuple[str, ...], lived: LivedSteps) -> dict[str, Value]:
     for name in names:
         if name not in VALUES:
             raise GradientError(f"of: {name!r} has no derivative here; there are {', '.join(VALUES)}")
-        one, state = VALUES[name], lived.ends.states[0]
-        if one.moves and not state.responses:
+        value, state = VALUES[name], lived.ends.states[0]
+        if value.moves and not state.responses:
             raise GradientError(f"of: {name} needs [dynamics]")
-        if one.moves and len(state.responses) > 1:
+        if value.moves and len(state.responses) > 1:
             raise GradientError(f"of: {name} has a value at every error angle; freeze the slow errors")
-        if one.wears and not state.wears:
+        if value.wears and not state.wears:
             raise GradientError(f"of: {name} needs a wear law")
         if name == "life" and not lived.reached:
             raise GradientError("of: life needs wear.until.depth, and a life that reaches it")
