@@ -16,14 +16,13 @@ LONG = (
     "test_extremes.py",
     "runner/test_faults.py",
     "dynamics/test_exact_steps.py",
-    "simulation/test_friction.py",
     "simulation/test_options.py",
     "mesh/exact/test_relation.py",
+    "simulation/test_friction.py",
     "figures/test_drawing.py",
     "simulation/test_bearing_forces.py",
     "validation/test_leaving_out.py",
     "test_random_scenes.py",
-    "test_plugins.py",
     "simulation/test_estimates.py",
 )
 """Files of the longest tests; half of them compile kernels, and none while another compiles the same ones."""
