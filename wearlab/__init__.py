@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from wearlab.store import Store as Store
     from wearlab.store import StoreError as StoreError
     from wearlab.store import open_store as open  # noqa: F401
+    from wearlab.store.align import align as align
     from wearlab.updating import update as update
 
 HOMES = {
@@ -39,6 +40,7 @@ HOMES = {
     "SceneError": "wearlab.scene",
     "Store": "wearlab.store",
     "StoreError": "wearlab.store",
+    "align": "wearlab.store.align",
     "compare": "wearlab.comparison",
     "figure": "wearlab.figures",
     "gradient": "wearlab.gradients",
@@ -52,7 +54,7 @@ HOMES = {
 __all__ = [
     *("Campaign", "CampaignError", "FigureError", "GradientError", "QueryError", "Scene", "SceneError"),
     *("Store", "StoreError"),
-    *("compare", "figure", "gradient", "load", "open", "run", "simulate", "sobol_indices", "update"),
+    *("align", "compare", "figure", "gradient", "load", "open", "run", "simulate", "sobol_indices", "update"),
 ]
 
 
