@@ -42,8 +42,8 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(autouse=True)
 def no_plugins_left():
-    """Leave the next test without the variants that campaigns of this one have brought."""
+    """Leave the next test without the variants that campaigns or stores of this one have brought."""
     yield
     plugins = sys.modules.get("wearlab.plugins")
-    if plugins is not None and plugins.LOADED:
+    if plugins is not None and plugins.brought():
         plugins.forget()

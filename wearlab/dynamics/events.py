@@ -58,7 +58,7 @@ def scratch(n: int, meshes: int, channels: int, pairs: int, width: int) -> Scrat
     )
 
 
-@jit_inner
+@jit_inner(forceinline=True)
 def part_step(
     kernel: Any,
     tables: Any,

@@ -7,6 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.claims import BeingCompiled, leaving_to_others
+from wearlab.dynamics.periodic import Periodic
+from wearlab.dynamics.shooting import Shooting
+from wearlab.dynamics.structure import in_registers
 from wearlab.gears.errors import GearError
 from wearlab.life.coupling import Coupling
 from wearlab.life.limits import StopWear
@@ -46,13 +49,13 @@ def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
 def jobs_of(kinds: Iterable[Scene]) -> list[Job]:
     """Return what compiles all that kinds of scenes call, in parts, those that take longest first.
 
-    Most of what a moving pair compiles are three kernels: the orbit of touching flanks, that of parting ones
-    by power series, and the shooting at what neither finds.
+    Most of what a moving pair compiles are four kernels: the orbit of touching flanks, that of parting ones
+    by power series, the shooting at what neither finds, and the march that looks for other attractors.
     """
     ordered = sorted(kinds, key=lambda scene: -len(scene.mesh.each(scene.gears.kind)))
     moving = [scene for scene in ordered if scene.dynamics]
     jobs: list[Job] = [
-        (job, scene) for scene in moving for job in (_evaluate_parting, _evaluate, _evaluate_series)
+        (job, scene) for scene in moving for job in (_evaluate_parting, _evaluate, _evaluate_series, _march)
     ]
     return jobs + [(_evaluate, scene) for scene in ordered if not scene.dynamics]
 
@@ -104,6 +107,16 @@ def _evaluate_series(scene: Scene) -> None:
         return
     tables = stage_tables(coupling.flanks(coupling.unworn()), moves.touching, None)
     moves.method.parted(moves.system, tables, moves.period, np.zeros(2 * len(moves.system.load)))
+
+
+def _march(scene: Scene) -> None:
+    """March a small system over a mesh period."""
+    coupling = build(scene).coupling
+    moves = coupling.vibration if isinstance(coupling, Coupling) else None
+    if moves is None or not in_registers(moves.system) or not isinstance(moves.method, Periodic):
+        return
+    shooting = Shooting(moves.system, moves.tables(coupling.flanks(coupling.unworn())), moves.period)
+    shooting.march(np.zeros(shooting.rows), 1)
 
 
 def _kernels(scene: Scene) -> tuple[object, ...]:
