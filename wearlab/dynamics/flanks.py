@@ -106,8 +106,8 @@ def begin_push(structure: Any, stage: Any, w: Any, push: Any) -> None:
     raise NotImplementedError("compiled code only")
 
 
-@overload(begin_push, jit_options=INNER)
-def _choose_begin(structure: Any, stage: Any, w: Any, push: Any) -> Any:
+@overload(begin_push, jit_options=INNER, strict=False)
+def _choose_begin(structure: Any, *rest: Any) -> Any:
     return _begin_inputs if structure.instance_class is Propagated else _begin_acceleration
 
 
@@ -129,8 +129,8 @@ def push_channel(structure: Any, channel: Any, stage: Any, total: Any, w: Any, p
     raise NotImplementedError("compiled code only")
 
 
-@overload(push_channel, jit_options=INNER)
-def _choose_push(structure: Any, channel: Any, stage: Any, total: Any, w: Any, push: Any) -> Any:
+@overload(push_channel, jit_options=INNER, strict=False)
+def _choose_push(structure: Any, *rest: Any) -> Any:
     return _push_input if structure.instance_class is Propagated else _push_acceleration
 
 
@@ -151,10 +151,8 @@ def push_load(
     raise NotImplementedError("compiled code only")
 
 
-@overload(push_load, jit_options=INNER)
-def _choose_load(
-    structure: Any, vector: Any, index: Any, stage: Any, column: Any, size: Any, w: Any, push: Any
-) -> Any:
+@overload(push_load, jit_options=INNER, strict=False)
+def _choose_load(structure: Any, *rest: Any) -> Any:
     return _push_load_input if structure.instance_class is Propagated else _push_load_acceleration
 
 

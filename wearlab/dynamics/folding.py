@@ -69,26 +69,26 @@ def blocks_of(system: System) -> tuple[WaveBlock, ...]:
     turning = system.symmetry
     if turning is None or turning.sections > 1:
         return ()
-    turns, shifts, own, others = _kinds(system.coordinates)
+    turns, shifts, own, others = _kinds(system)
     if any(matrix[np.ix_(own, others)].any() for matrix in (system.mass, system.stiffness, system.damping)):
         return ()
     order = _along(turning)
     planets, unit, waves = len(order), np.eye(len(system.load)), _waves(len(order))
     carried = np.array([np.linalg.matrix_power(turning.turn, k) @ unit[:, own] for k in range(planets)])
 
-    def block(members: list[int], waved: Array, copies: int = 1) -> WaveBlock:
+    def block(members: Index, waved: Array, copies: int = 1) -> WaveBlock:
         """Return the block of some members with planets in waves (copies · count, N)."""
         each = np.split(waved, copies)
         bases = [np.hstack([unit[:, members], *np.tensordot(some, carried, axes=1)]) for some in each]
         return WaveBlock(_of_waves(system, bases[0], each[0], order), planets, np.array(bases), len(each[0]))
 
-    shifting = waves[1:3] if shifts else waves[:0]
+    shifting = waves[1:3] if len(shifts) else waves[:0]
     alone = waves[1 + len(shifting) :]
     moves, free = block(turns, waves[:1]), len(rigid_modes(system))
     if (free and system.balance is None) or len(rigid_modes(moves.system)) != free:
         return ()
-    blocks = [block(shifts, shifting)] if shifts else []
-    blocks += [block([], alone, len(alone))] if len(alone) else []
+    blocks = [block(shifts, shifting)] if len(shifts) else []
+    blocks += [block(shifts[:0], alone, len(alone))] if len(alone) else []
     return moves, *map(_at_rest, blocks)
 
 
@@ -114,16 +114,12 @@ def _waves(planets: int) -> Array:
     return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True), np.float64)
 
 
-def _kinds(names: tuple[str, ...]) -> tuple[list[int], ...]:
+def _kinds(system: System) -> tuple[Index, ...]:
     """Return the coordinates by which members turn, by which they shift, of planet 1 and of all others."""
-    kinds: tuple[list[int], ...] = [], [], [], []
-    for at, name in enumerate(names):
-        member, _, axis = name.rpartition(".")
-        if member.startswith("planet-"):
-            kinds[2 if member == "planet-1" else 3].append(at)
-        else:
-            kinds[0 if axis == "u" else 1].append(at)
-    return kinds
+    central, turns = system.central, system.turns
+    first = np.array([name.startswith("planet-1.") for name in system.coordinates])
+    kinds = central & turns, central & ~turns, first, ~central & ~first
+    return (*(np.flatnonzero(kind) for kind in kinds),)
 
 
 def _of_waves(system: System, basis: Array, waves: Array, order: Index) -> System:

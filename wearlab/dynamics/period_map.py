@@ -69,11 +69,8 @@ def by_pair(
     raise NotImplementedError("compiled code only")
 
 
-@overload(by_pair, jit_options=INNER)
-def _choose_pair(
-    structure: Any, kernel: Any, tables: Any, step: int, period: Any, width: Any, states: Any, i: Any, s: Any,
-    touch: Any,
-) -> Any:  # fmt: skip
+@overload(by_pair, jit_options=INNER, strict=False)
+def _choose_pair(structure: Any, *rest: Any) -> Any:
     return _pair if structure.instance_class is Propagated else _never
 
 
@@ -110,11 +107,8 @@ def redone(
     raise NotImplementedError("compiled code only")
 
 
-@overload(redone, jit_options=INNER)
-def _choose_redone(
-    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
-    i: Any, j: Any, s: Any,
-) -> Any:  # fmt: skip
+@overload(redone, jit_options=INNER, strict=False)
+def _choose_redone(structure: Any, *rest: Any) -> Any:
     return _redone if structure.instance_class is Propagated else _not_redone
 
 
@@ -150,11 +144,8 @@ def cut_step(
     raise NotImplementedError("compiled code only")
 
 
-@overload(cut_step, jit_options=INNER)
-def _choose_cut(
-    structure: Any, kernel: Any, tables: Any, step: int, period: Any, columns: Any, width: Any, states: Any,
-    i: Any, j: Any, s: Any,
-) -> Any:  # fmt: skip
+@overload(cut_step, jit_options=INNER, strict=False)
+def _choose_cut(structure: Any, *rest: Any) -> Any:
     return series_step if structure.instance_class is Propagated else step_with_changes
 
 

@@ -56,19 +56,7 @@ def rk4_step(
     _step_of_kind(structure, meshes, columns, width, source, i, target, j, mesh, push, h)
 
 
-def _step_of_kind(
-    structure: Any,
-    meshes: Any,
-    columns: Any,
-    width: Any,
-    source: Any,
-    i: Any,
-    target: Any,
-    j: Any,
-    mesh: Any,
-    push: Any,
-    h: Any,
-) -> None:
+def _step_of_kind(structure: Any, *rest: Any) -> None:
     """Advance by the step of the structure's kind, which `rk4_step` alone calls.
 
     Numba compiles what it chooses by types anew for callers compiled with other options.
@@ -76,20 +64,8 @@ def _step_of_kind(
     raise NotImplementedError("compiled code only")
 
 
-@overload(_step_of_kind, jit_options=INNER)
-def _choose_step(
-    structure: Any,
-    meshes: Any,
-    columns: Any,
-    width: Any,
-    source: Any,
-    i: Any,
-    target: Any,
-    j: Any,
-    mesh: Any,
-    push: Any,
-    h: Any,
-) -> Any:
+@overload(_step_of_kind, jit_options=INNER, strict=False)
+def _choose_step(structure: Any, *rest: Any) -> Any:
     return {Diagonal: _diagonal, Dense: dense_step, Propagated: exact_step}[structure.instance_class]
 
 

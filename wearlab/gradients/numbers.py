@@ -36,7 +36,7 @@ class Number(NamedTuple):
         """SI unit."""
         return KINDS[self.kind].unit if self.kind else "1"
 
-    def moved(self, scene: Scene, by: float = STEP) -> tuple[Scene, float]:
+    def moved(self, scene: Scene, by: float) -> tuple[Scene, float]:
         """Return the scene with this number moved by a share of its size, and by how much it moved.
 
         Raises

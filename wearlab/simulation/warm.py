@@ -11,7 +11,6 @@ from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.shooting import Shooting
 from wearlab.dynamics.structure import in_registers
 from wearlab.gears.errors import GearError
-from wearlab.life.coupling import Coupling
 from wearlab.life.limits import StopWear
 from wearlab.mesh.tabulation import stage_tables
 from wearlab.options import Part
@@ -94,7 +93,7 @@ def _evaluate(scene: Scene) -> None:
 def _evaluate_parting(scene: Scene) -> None:
     """Solve for flanks that may part, without looking for an orbit of touching ones first."""
     coupling = build(scene).coupling
-    if isinstance(coupling, Coupling) and coupling.vibration and coupling.vibration.touching:
+    if coupling.vibration and coupling.vibration.touching:
         apart = replace(coupling.vibration, touching=None)
         replace(coupling, vibration=apart).evaluate(coupling.unworn())
 
@@ -102,7 +101,7 @@ def _evaluate_parting(scene: Scene) -> None:
 def _evaluate_series(scene: Scene) -> None:
     """Solve for flanks of a small system that part by power series, from rest."""
     coupling = build(scene).coupling
-    moves = coupling.vibration if isinstance(coupling, Coupling) else None
+    moves = coupling.vibration
     if moves is None or moves.touching is None or moves.system.friction_constant is not None:
         return
     tables = stage_tables(coupling.flanks(coupling.unworn()), moves.touching, None)
@@ -112,7 +111,7 @@ def _evaluate_series(scene: Scene) -> None:
 def _march(scene: Scene) -> None:
     """March a small system over a mesh period."""
     coupling = build(scene).coupling
-    moves = coupling.vibration if isinstance(coupling, Coupling) else None
+    moves = coupling.vibration
     if moves is None or not in_registers(moves.system) or not isinstance(moves.method, Periodic):
         return
     shooting = Shooting(moves.system, moves.tables(coupling.flanks(coupling.unworn())), moves.period)
