@@ -45,10 +45,7 @@ def marched(parts):
             contact = np.clip(force / patch.reference, 0.0, 1.0)
             pointwise = wear_rate(kind.law, force).ravel()
             spread = patch.spreading @ pointwise
-            level = patch.levelling.collect @ (
-                (patch.levelling.across.matrix @ one.wear.ravel())
-                * np.tile(contact, len(patch.levelling.across.order) // len(contact))
-            )
+            level = patch.levelling.at(one.wear.ravel(), contact)
             found.append(np.maximum(0.0, spread + level))
         return np.concatenate(found)
 

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.sparse import block_diag
-from scipy.special import jv
+from scipy.special import eval_chebyt, jv
 
 from wearlab.wear.archard import contact_half_width
-from wearlab.wear.levelling import FIRST_ORDER, chebyshev, elastic, levelling
+from wearlab.wear.chebyshev import FIRST_ORDER, coefficients, most_orders, squares, windows
+from wearlab.wear.levelling import elastic, levelling, looking_ahead
 from wearlab.wear.patch import KEPT, MOST_NODES, felt_matrix, one_way, patch_force, spread_matrix, two_way
 from wearlab.wear.smear import spreading
 
@@ -19,6 +21,12 @@ def contact(l16):
     s, path = l16
     force = patch_force(np.where(np.abs(s) > 2e-3, 600.0, 2000.0), 2000.0)
     return path, contact_half_width(force, path), K * path.slide_ratio * path.passes[:, None]
+
+
+def matrix_of(level):
+    """Return D of full contacts, column by column."""
+    n = level.sliding.shape[1]
+    return np.stack([level.at(unit, np.ones(n)) for unit in np.eye(2 * n)], axis=1)
 
 
 def half_plane_pressure(gap, x, width, radius, modulus, load):
@@ -84,25 +92,87 @@ def test_a_wave_decays_as_on_a_half_plane(make_path, kappa_a):
     assert found == pytest.approx(expected * h[0, inside], abs=0.01 * abs(expected))
 
 
+def across(half_width, arc, j, orders):
+    """Return the coefficients of a contact at node j of a flank at ascending arcs, and the nodes it feels."""
+    window = windows(half_width, arc)
+    felt = slice(window.first[j], window.last[j])
+    t, found = (window.where[felt] - arc[j]) / half_width[j], np.zeros((orders, felt.stop - felt.start))
+    coefficients(t, found)
+    return t, found, window.node[felt]
+
+
 def test_coefficients_are_those_of_bessel_and_converge(make_path):
     """Across a patch ``cos κx = Σ 2 (−1)^(n/2) J_n(κa) T_n``, at second order in nodes."""
     errors = []
     for nodes in (401, 801, 1601):
         s, path, a = wave_path(make_path, nodes)
         j = int(np.argmin(np.abs(s - 3e-3)))
-        found = chebyshev(a, path)
-        h = np.zeros((2, nodes))
-        h[0] = np.cos(2.0 / a[0] * (path.arc[0] - path.arc[0, j]))
-        of_node = found.matrix @ h.ravel()
-        rows = np.flatnonzero(found.order == 2.0)
-        errors.append(abs(of_node[rows[j]] - np.pi / 2 * -2.0 * jv(2, 2.0)))
+        _, found, node = across(a, path.arc[0], j, 1)
+        wave = np.cos(2.0 / a[0] * (path.arc[0] - path.arc[0, j]))
+        errors.append(abs(float(found[0] @ wave[node]) - np.pi / 2 * -2.0 * jv(2, 2.0)))
     assert errors[0] / errors[1] > 3.0
     assert errors[1] / errors[2] > 3.0
 
 
+@pytest.mark.parametrize("j", [0, 40, 117])
+def test_coefficients_are_integrals_over_hats(contact, j):
+    path, a, _ = contact
+    orders = most_orders(a, path) - FIRST_ORDER + 1
+    t, found, _ = across(a, path.arc[0], j, orders)
+    for order in (0, 1, orders - 1):
+        for i, unit in enumerate(np.eye(len(t))):
+            inside = np.arccos(np.clip(t[max(i - 1, 0) : i + 2], -1.0, 1.0))[::-1]
+            expected, _ = quad(
+                lambda theta, unit=unit, n=FIRST_ORDER + order: (
+                    np.interp(np.cos(theta), t, unit) * eval_chebyt(n, np.cos(theta))
+                ),
+                inside[0],
+                inside[-1],
+                points=inside[1:-1],
+            )
+            assert found[order, i] == pytest.approx(expected, abs=1e-12)
+
+
+def test_squares_are_sums_over_orders_of_what_a_contact_feels(contact):
+    path, a, _ = contact
+    first, node, product = squares(a, path)
+    n, begin = len(a), 0
+    for j in range(n):
+        felt = node[first[j] : first[j + 1]]
+        end = begin + len(felt) ** 2
+        if j in (0, 60, n - 1):
+            orders = most_orders(a, path) - FIRST_ORDER + 1
+            arcs = [arc if arc[-1] > arc[0] else -arc for arc in path.arc]
+            both = [across(a, arc, j, orders) for arc in arcs]
+            np.testing.assert_array_equal(
+                felt, np.concatenate([own + n * f for f, (*_, own) in enumerate(both)])
+            )
+            b = np.concatenate([found for _, found, _ in both], axis=1)
+            expected = b.T @ (np.arange(FIRST_ORDER, FIRST_ORDER + orders)[:, None] * b)
+            np.testing.assert_allclose(
+                product[begin:end].reshape(len(felt), -1),
+                expected,
+                rtol=0.0,
+                atol=1e-14 * np.abs(expected).max(),
+            )
+        begin = end
+    assert begin == len(product)
+
+
+def test_what_looks_ahead_solves_the_whole_system(contact):
+    path, a, sliding = contact
+    level = levelling(a, sliding, path)
+    matrix, forced = matrix_of(level), np.random.default_rng(3).uniform(0.0, 1.0, 2 * len(a))
+    lag = 3.0 / np.abs(matrix).max()
+    whole = np.eye(len(forced)) - lag * matrix
+    np.testing.assert_allclose(
+        looking_ahead(level, lag).solve(forced), np.linalg.solve(whole, forced), rtol=1e-12
+    )
+
+
 def test_levelling_conserves_both_flanks_and_only_decays(contact):
     path, a, sliding = contact
-    matrix = levelling(a, sliding, path).matrix.toarray()
+    matrix = matrix_of(levelling(a, sliding, path))
     n = path.arc.shape[1]
     for flank, length in enumerate(path.arc_weight):
         own = length @ matrix[flank * n : (flank + 1) * n]
@@ -116,7 +186,7 @@ def test_constants_and_slopes_are_not_levelled(contact):
     path, a, sliding = contact
     level = levelling(a, sliding, path)
     n = path.arc.shape[1]
-    reference = np.abs(level.matrix.toarray()).max()
+    reference = np.abs(matrix_of(level)).max()
     even = level.at(np.ones(2 * n), np.ones(n))
     assert np.abs(even).max() < 1e-12 * reference
     slope = np.concatenate([path.arc[0] - path.arc[0, 0], np.zeros(n)])

@@ -11,56 +11,42 @@ operator D on the wear of both flanks. A wave of one flank, wave number κ, deca
 ``(4R'/a²) Σ n J_n²(κa)``. The order n = 1 shifts the contact point; that belongs to the exact geometry of
 contact, and orders count from 2.
 
-On nodes, wear is linear between them, and ``B_n(j, i) = ∫ φ_i T_n/√(a² − x²) dx`` about the contact at node j
-is exact for that, ends reflecting: constants and slopes are not levelled.
-``D = −(E*/π) W⁻¹ Bᵀ diag(n W K) B`` conserves the worn area of each flank and, the sliding distance ``ζ dL``
-being that of both flanks, has real eigenvalues that are not positive.
+On nodes the coefficients are ``B_n(j, i)`` of :mod:`wearlab.wear.chebyshev`, by which constants and slopes
+are not levelled. ``D = −(E*/π) W⁻¹ Bᵀ diag(n W K) B`` conserves the worn area of each flank and, the sliding
+distance ``ζ dL`` being that of both flanks, has real eigenvalues that are not positive.
 
 Source: Johnson, Contact Mechanics (1985) §2.7, and Appendix 1 for the integral; PHYSICS §8 "Corrugation".
 """
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csc_array, csr_array, eye_array, hstack
-from scipy.sparse.linalg import splu
+from scipy.linalg.lapack import dgbtrf, dgbtrs
 
 from wearlab.arrays import Array, Index
+from wearlab.compiled import jit
+from wearlab.wear.chebyshev import Squares, squares
 from wearlab.wear.patch import TwoWay, felt_matrix, remembered, spread_matrix
 from wearlab.wear.path import WearPath
-from wearlab.wear.smear import ascending
 
-FIRST_ORDER = 2
-LEAST_ORDERS, MOST_ORDERS = 4, 32
 LAG = 3e-6
 """Wear by which the semi-implicit rate looks ahead at the fastest static rate [m]."""
 
 
-class Chebyshev(NamedTuple):
-    """Chebyshev coefficients of wear across the patch of every contact.
-
-    Parameters
-    ----------
-    matrix : (n_orders · n, 2n) B_n(j, i) of both flanks, orders FIRST_ORDER… in turn [1]
-    order : (n_orders · n,) n of each row [1]
-    """
-
-    matrix: csr_array
-    order: Array
-
-
 class Levelling(NamedTuple):
-    """The operator D, as what it feels and what it collects.
+    """The operator D, contact by contact: ``D h = −(E*/π) W⁻¹ Σ_j W K_j G_j h``.
 
     Parameters
     ----------
-    across : coefficients of wear across the patches
-    collect : (2n, n_orders · n) ``−(E*/π) W⁻¹ Bᵀ n W K`` [1/cycle]
+    across : G_j
+    sliding : (2, n) K times the length of the contact's cell, of each flank [m/(Pa cycle)]
+    collect : (2n,) ``−E*/π`` over the length of each node's cell [Pa/m]
     """
 
-    across: Chebyshev
-    collect: csr_array
+    across: Squares
+    sliding: Array
+    collect: Array
 
     def at(self, depth: Array, contact: Array) -> Array:
         """Return D h, (2n,) [m per cycle].
@@ -70,13 +56,9 @@ class Levelling(NamedTuple):
         depth : (2n,) wear [m]
         contact : (n,) how much of a full contact there is at each node, 0 to 1 [1]
         """
-        gap = self.across.matrix @ depth
-        return np.asarray(self.collect @ (gap * np.tile(contact, len(gap) // len(contact))))
-
-    @property
-    def matrix(self) -> csr_array:
-        """D of full contacts, (2n, 2n) [1/cycle]."""
-        return csr_array(self.collect @ self.across.matrix)
+        rate = np.zeros(len(depth))
+        _level(*self.across, depth, self.sliding * contact, rate)
+        return rate * self.collect
 
 
 def levelling(half_width: Array, sliding: Array, path: WearPath) -> Levelling:
@@ -86,14 +68,44 @@ def levelling(half_width: Array, sliding: Array, path: WearPath) -> Levelling:
     ----------
     Johnson 1985, §2.7 and Appendix 1.
     """
-    across = chebyshev(half_width, path)
-    n, count = len(half_width), len(across.order) // len(half_width)
     length = np.asarray(path.arc_weight)
-    weight = across.order * np.tile(sliding * length, count)
-    each = -path.contact_modulus / np.pi / length.ravel()
-    felt = across.matrix.tocoo()
-    collected = each[felt.col] * weight[felt.col // n, felt.row] * felt.data
-    return Levelling(across, csr_array((collected, (felt.col, felt.row)), shape=felt.shape[::-1]))
+    return Levelling(
+        squares(half_width, path), sliding * length, -path.contact_modulus / np.pi / length.ravel()
+    )
+
+
+class Ahead(NamedTuple):
+    """Factors of I − τD: a band, where the nodes of both flanks take turns.
+
+    Parameters
+    ----------
+    factors, pivots : of LAPACK's dgbtrf
+    width : diagonals on either side of the middle one
+    """
+
+    factors: Array
+    pivots: Index
+    width: int
+
+    def solve(self, forced: Array) -> Array:
+        """Return ``(I − τD)⁻¹`` of a rate of both flanks (2n,)."""
+        in_turn = forced.reshape(2, -1).T.ravel()
+        solved, _ = dgbtrs(self.factors, self.width, self.width, in_turn, self.pivots)
+        return np.asarray(solved.reshape(-1, 2).T.ravel())
+
+
+def looking_ahead(levelling: Levelling, lag: float) -> Ahead:
+    """Return I − τD of full contacts, factored, for a lag τ [cycles]."""
+    first, node, product = levelling.across
+    n = len(first) - 1
+    place = 2 * (node % n) + node // n
+    begin = first[:-1]
+    width = int((np.maximum.reduceat(place, begin) - np.minimum.reduceat(place, begin)).max())
+    band = np.zeros((3 * width + 1, 2 * n), order="F")
+    _fill_band(first, node, product, -lag * levelling.sliding, levelling.collect, band[width:])
+    band[2 * width] += 1.0
+    factors, pivots, _ = dgbtrf(band, width, width, overwrite_ab=True)
+    return Ahead(factors, pivots, width)
 
 
 @dataclass(frozen=True)
@@ -113,7 +125,7 @@ class Elastic(TwoWay):
 
     levelling: Levelling
     reference: Array
-    ahead: Any
+    ahead: Ahead
 
     def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
         """Return the wear rate of the flanks from that of contact centres, (2, n) [m per cycle]."""
@@ -145,68 +157,38 @@ def elastic(
     level = levelling(half_width, sliding, path)
     fastest = float((spread @ static_rate.ravel()).max(initial=0.0))
     tau = lag / fastest if fastest > 0.0 else 0.0
-    ahead = splu(csc_array(eye_array(spread.shape[0]) - tau * level.matrix))
-    return Elastic(spread, felt_matrix(spread, path), level, reference, ahead)
+    return Elastic(spread, felt_matrix(spread, path), level, reference, looking_ahead(level, tau))
 
 
-@remembered
-def chebyshev(half_width: Array, path: WearPath) -> Chebyshev:
-    """Return the coefficients B_n of wear across the patches of half widths (n,) [m], orders from 2.
-
-    References
-    ----------
-    Johnson 1985, §2.7 and Appendix 1.
-    """
-    arcs = [ascending(arc) for arc in path.arc]
-    finest = max(float((half_width / nearest(arc)).max()) for arc in arcs)
-    most = int(np.clip(np.ceil(np.pi * finest), LEAST_ORDERS, MOST_ORDERS))
-    orders = np.arange(FIRST_ORDER, most + 1)
-    matrix = hstack([_coefficients(arc, half_width, orders) for arc in arcs])
-    return Chebyshev(csr_array(matrix), np.repeat(orders.astype(float), len(half_width)))
-
-
-def nearest(arc: Array) -> Array:
-    """Return the length of the longer interval beside each node, (n,) [m]."""
-    step = np.diff(arc)
-    return np.maximum(np.append(step, step[-1]), np.insert(step, 0, step[0]))
+@jit(allocates=True)
+def _level(first, node, product, depth, sliding, rate):  # type: ignore[no-untyped-def]
+    """Add ``Σ_j sliding_j G_j h`` to rate (2n,); sliding (2, n) of the flank that each node is of."""
+    at, n = 0, sliding.shape[1]
+    levelled = np.empty(len(depth))
+    for contact in range(n):
+        begin = first[contact]
+        count = first[contact + 1] - begin
+        levelled[:count] = 0.0
+        for k in range(count):
+            felt = depth[node[begin + k]]
+            for i in range(count):
+                levelled[i] += product[at + i] * felt
+            at += count
+        for i in range(count):
+            where = node[begin + i]
+            rate[where] += sliding[where // n, contact] * levelled[i]
 
 
-def _coefficients(arc: Array, half_width: Array, orders: Index) -> csr_array:
-    """Return ``∫ φ_i T_n/√(a² − x²) dx`` for every order, contact j and node i, (orders · n, n).
-
-    φ_i are the hats of linear interpolation between nodes at ascending arcs (n,), mirrored at both ends.
-    """
-    n = len(arc)
-    where = np.concatenate([2.0 * arc[0] - arc[::-1], arc, 2.0 * arc[-1] - arc[::-1]])
-    node = np.concatenate([np.arange(n)[::-1], np.arange(n), np.arange(n)[::-1]])
-    first = np.searchsorted(where, arc - half_width, side="right") - 1
-    last = np.searchsorted(where, arc + half_width, side="left") + 1
-    contact = np.repeat(np.arange(n), last - first)
-    felt = np.arange(len(contact)) + np.repeat(
-        first - np.concatenate([[0], np.cumsum(last - first)[:-1]]), last - first
-    )
-    t = (where[felt] - arc[contact]) / half_width[contact]
-    plain, slope = _integrals(np.arccos(np.clip(t, -1.0, 1.0)), orders)
-    length = np.diff(t)
-    inside = (np.diff(contact) == 0) & (length > 0.0)  # between two nodes that one contact feels
-    plain, slope = plain[:, inside] / length[inside], slope[:, inside] / length[inside]
-    left, right = t[:-1][inside], t[1:][inside]
-    row = np.arange(len(orders))[:, None] * n + contact[:-1][inside]
-    values = np.concatenate([right * plain - slope, slope - left * plain], axis=None)
-    columns = [np.broadcast_to(node[felt[side][inside]], row.shape) for side in (slice(-1), slice(1, None))]
-    entries = (values, (np.tile(row.ravel(), 2), np.concatenate(columns, axis=None)))
-    return csr_array(entries, shape=(len(orders) * n, n))
-
-
-def _integrals(theta: Array, orders: Index) -> tuple[Array, Array]:
-    """Return the integrals of T_n/√(1 − t²) and of t times it between successive t = cos θ, (k, m − 1).
-
-    Parameters
-    ----------
-    theta : (m,) angles
-    orders : (k,) successive n from 2
-    """
-    n = np.arange(orders[0] - 1.0, orders[-1] + 2.0)[:, None]
-    waves = np.sin(n * theta) / n
-    plain, slope = waves[1:-1], 0.5 * (waves[:-2] + waves[2:])
-    return plain[:, :-1] - plain[:, 1:], slope[:, :-1] - slope[:, 1:]
+@jit
+def _fill_band(first, node, product, sliding, collect, band):  # type: ignore[no-untyped-def]
+    """Add ``collect Σ_j sliding_j G_j`` to the diagonals (2 width + 1, 2n) of nodes that take turns."""
+    at, n, middle = 0, sliding.shape[1], (band.shape[0] - 1) // 2
+    for contact in range(n):
+        for i in range(first[contact], first[contact + 1]):
+            flank, place = node[i] // n, node[i] % n
+            factor = sliding[flank, contact] * collect[node[i]]
+            row = middle + 2 * place + flank
+            for k in range(first[contact], first[contact + 1]):
+                column = 2 * (node[k] % n) + node[k] // n
+                band[row - column, column] += factor * product[at]
+                at += 1
