@@ -7,6 +7,7 @@ import pytest
 
 import wearlab as wl
 from wearlab.dynamics.shooting import Shooting
+from wearlab.gradients.lived import LivedSteps
 from wearlab.gradients.numbers import number
 from wearlab.gradients.values import VALUES
 from wearlab.scene import Scene
@@ -66,6 +67,23 @@ def test_derivatives_of_a_dynamic_factor_are_differences(found: Any, key: str) -
     own = found.d_dynamic_factor.sel(parameter=key).values[0, 0]
     # The damping hardly moves it: then a share of the factor itself is asked for.
     assert own == pytest.approx((high - low) / (2e-4 * size), rel=1e-5, abs=1e-7 / size)
+
+
+def test_steps_of_the_scene_itself_are_taken_from_its_march(monkeypatch: pytest.MonkeyPatch) -> None:
+    evaluated, take = [], LivedSteps._ends
+
+    def counting(self: LivedSteps, parts: Any, known: Any) -> Any:
+        before = parts.coupling.account.counts["contact_analyses"]
+        ends = take(self, parts, known)
+        evaluated.append(parts.coupling.account.counts["contact_analyses"] - before)
+        return ends
+
+    monkeypatch.setattr(LivedSteps, "_ends", counting)
+    lived = LivedSteps(WORN)
+    assert evaluated == [0]
+    for step, own in zip(lived.steps, lived.ends.steps, strict=True):
+        np.testing.assert_array_equal(step.end.depth, own.end.depth)
+        np.testing.assert_array_equal(step.end.rate, own.end.rate)
 
 
 def test_a_life_is_inverse_to_the_wear_coefficient() -> None:

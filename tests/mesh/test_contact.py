@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from wearlab.mesh.annulus import body_coupling
-from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
 from wearlab.mesh.curve import PiecewiseCurve, constant
 from wearlab.mesh.hertz import weber_compliance, yang_sun
 from wearlab.mesh.profile import lookup, profile_grid
@@ -76,6 +76,47 @@ def test_worn_flanks_agree_with_root_finding_pair_by_pair(pair, grid):
         expected = brentq(unbalanced, 0.0, 1e-3, xtol=1e-18, rtol=1e-13)
         assert state.deflection[7 * i] == pytest.approx(expected, rel=1e-10, abs=0.0)
         assert state.unloaded[7 * i] == pytest.approx(g.min(), abs=1e-20)
+
+
+def load_dependent(pair, grid):
+    first, second = (gear.material for gear in pair.gears)
+    return WeberContact(
+        equivalent_radius=pair.equivalent_curvature(grid.position),
+        depth=np.full((2, len(grid.position)), 4e-3),
+        modulus=(first.youngs_modulus, second.youngs_modulus),
+        poisson=(first.poisson_ratio, second.poisson_ratio),
+        face_width=pair.face_width,
+    )
+
+
+def test_contacts_that_soften_agree_with_root_finding_and_settle_from_anywhere(pair, grid):
+    hertz, wear = load_dependent(pair, grid), some_wear(grid)
+    analysis = potential_energy(pair, grid, hertz=hertz)
+    nodes = analysis.nodes(wear)
+    state = analysis.quasistatic(nodes, analysis.at_nodes)
+    body, gap = analysis.stiffness.body(wear), wear[0] + wear[1]
+
+    def deflection_under(force, node):
+        at_least = np.full(len(gap), max(force, LEAST_LOADED * LOAD))
+        return gap[node] + (body[node] + hertz.compliance(at_least)[node]) * force
+
+    def force_of(delta, node):
+        if delta <= gap[node]:
+            return 0.0
+        return brentq(lambda force: deflection_under(force, node) - delta, 0.0, 1e5, xtol=1e-12, rtol=1e-14)
+
+    for i, pairs in enumerate(grid.pairs_at_phase_nodes[::9]):
+        touching = pairs[pairs >= 0]
+        expected = brentq(
+            lambda delta, touching=touching: sum(force_of(delta, node) for node in touching) - LOAD,
+            0.0, 1e-4, xtol=1e-18, rtol=1e-14,
+        )  # fmt: skip
+        assert state.deflection[9 * i] == pytest.approx(expected, rel=1e-11, abs=0.0)
+        forces = [force_of(expected, node) for node in touching]
+        assert state.force[9 * i, pairs >= 0] == pytest.approx(forces, abs=1e-9 * LOAD)
+    for other in (0.0 * wear, wear * (1.0 + 1e-7), 5.0 * wear):
+        near = analysis.quasistatic(analysis.nodes(other), analysis.at_nodes)
+        np.testing.assert_allclose(analysis.nodes(wear, near).compliance, nodes.compliance, rtol=1e-14)
 
 
 def test_wear_vanishing_is_the_healthy_mesh(pair, grid):

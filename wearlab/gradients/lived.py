@@ -1,6 +1,6 @@
 """A life whose accepted steps can be taken again for a scene a little different."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -13,19 +13,18 @@ from wearlab.dynamics.structure import in_registers
 from wearlab.gears.errors import GearError
 from wearlab.gradients.errors import GradientError
 from wearlab.gradients.numbers import STEP, STEP_OF_LARGE
+from wearlab.gradients.recorded import RecordedRate
 from wearlab.life.again import again
-from wearlab.life.coupled import Coupled
-from wearlab.life.history import History
+from wearlab.life.coupling import Coupling
 from wearlab.life.limits import Flanks, StopWear
 from wearlab.life.state import WearState
 from wearlab.life.step import Node, Step, depth_at
-from wearlab.life.vibration import Responses
 from wearlab.mesh.profile import Extension
 from wearlab.scene import Scene
 from wearlab.scene.build import KindParts, Parts, build
 from wearlab.scene.build.mesh import profile_points
 from wearlab.scene.build.wear import build_limits
-from wearlab.simulation.living import initial_wear, live
+from wearlab.simulation.living import initial_wear, marched
 
 CLOSED = 1e-13
 """Distance of an orbit from closing, over its size, that differences by `STEP` do not see."""
@@ -93,13 +92,13 @@ class Ends(NamedTuple):
     parts : the physics
     states : in full, two of them, or one where nothing wears on
     steps : the steps between them
-    memory : responses at every state that was evaluated, in that order
+    evaluated : every state that was evaluated, in that order
     """
 
     parts: Parts
     states: tuple[WearState, ...]
     steps: tuple[Step, ...]
-    memory: list[Responses]
+    evaluated: Sequence[WearState]
 
 
 class LivedSteps:
@@ -114,10 +113,11 @@ class LivedSteps:
         try:
             self.frozen = frozen(scene)
             self.scene, parts = self.frozen.build(scene)
-            self.history: History = live(self.scene, parts)
+            wear = initial_wear(self.scene, parts)
+            rate = RecordedRate(parts.coupling, wear)
+            life = marched(self.scene, parts, rate, wear)
         except (GearError, StopWear) as error:
             raise GradientError(f"the gears cannot run: {error}") from error
-        life = self.history.life
         if life is not None and life.jumps:
             raise GradientError(
                 "the wear rate jumps to another branch on the way: no derivative leads across"
@@ -129,10 +129,7 @@ class LivedSteps:
             )
         self.cycle = 0.0 if life is None else float(life.cycle[-1])
         self.reached = life is not None and life.worn_out
-        self.ends = self._ends(parts, None)
-        if any(response.residual > CLOSED for responses in self.ends.memory for response in responses):
-            # Moved scenes start from these orbits and close better: so must they.
-            self.ends = self._ends(parts, self.ends.memory)
+        self.ends = self._ends(parts, rate)
 
     @property
     def step(self) -> float:
@@ -160,22 +157,28 @@ class LivedSteps:
             same = same and np.array_equal(ours, theirs)
         if not same:
             raise GradientError("nodes or steps come and go as this number moves: give another value of it")
-        return self._ends(parts, self.ends.memory)
+        return self._ends(parts, self.ends.evaluated)
 
-    def _ends(self, parts: Parts, known: list[Responses] | None) -> Ends:
-        coupling, memory = parts.coupling, list[Responses]()
-        wearing: Coupled = coupling.wearing()
+    def _ends(self, parts: Parts, known: RecordedRate | Sequence[WearState]) -> Ends:
+        """Take the steps, from states of the march to its end or from those evaluated before, in turn."""
+        coupling, states = parts.coupling, list[WearState]()
+        wearing = coupling.wearing()
 
-        def evaluate(of: Coupled, wear: Array) -> WearState:
-            """Start from the response of the same state for the scene itself, else from the last."""
-            near = memory[-1] if known is None and memory else None
-            start = known[len(memory)] if known is not None else near
-            state = of.evaluate(of.split(wear), tuple(map(_alone, start or ())) or None)
-            memory.append(state.responses or (near or ()))
+        def evaluate(of: Coupling, wear: Array) -> WearState:
+            if isinstance(known, RecordedRate):
+                near, same = known.nearest(wear)
+                if same and _closed(near) and bool(near.responses) == (of.vibration is not None):
+                    states.append(near)
+                    return near
+            else:
+                near = known[len(states)]
+            start = near.responses or next((state.responses for state in states[::-1] if state.responses), ())
+            state = of.evaluate(of.split(wear), tuple(map(_alone, start)) or None, near)
             if any(response.period == 0 for response in state.responses):
                 raise GradientError("the response does not repeat on the way: it has no derivative")
-            if known is not None and _periods(state.responses) != _periods(known[len(memory) - 1]):
+            if not isinstance(known, RecordedRate) and _periods(state) != _periods(near):
                 raise GradientError("the response changes its period as this number moves")
+            states.append(state)
             return state
 
         def rate(wear: Array) -> Array:
@@ -184,10 +187,10 @@ class LivedSteps:
         wear = initial_wear(self.scene, parts)
         first = evaluate(coupling, coupling.flat(wear))
         if not self.steps:
-            return Ends(parts, (first,), (), memory)
+            return Ends(parts, (first,), (), states)
         steps = tuple(self._taken(coupling.flat(wear), coupling.flat(first.rate), rate))
         last = evaluate(coupling, depth_at(steps[-1], self.cycle))
-        return Ends(parts, (first, last), steps, memory)
+        return Ends(parts, (first, last), steps, states)
 
     def _taken(self, wear: Array, rate_there: Array, rate: Callable[[Array], Array]) -> list[Step]:
         node, taken = Node(0.0, wear, rate_there), []
@@ -222,5 +225,10 @@ def _alone(response: Response) -> Response:
     return replace(response, near=None)
 
 
-def _periods(responses: Responses) -> list[int]:
-    return [response.period for response in responses]
+def _closed(state: WearState) -> bool:
+    """Whether orbits close as well as those of moved scenes will, which start from them."""
+    return all(response.residual <= CLOSED for response in state.responses)
+
+
+def _periods(state: WearState) -> list[int]:
+    return [response.period for response in state.responses]

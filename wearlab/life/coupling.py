@@ -41,13 +41,16 @@ class Coupling(Coupled):
     load: Load
     account: Account = field(default_factory=Account)
 
-    def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
+    def evaluate(
+        self, wear: Wear, start: Responses | None = None, near: WearState | None = None
+    ) -> WearState:
         """Evaluate one wear state.
 
         Parameters
         ----------
         wear : of every kind of mesh, each (2, n), (driving, driven) [m]
         start : responses of a neighbouring state to start from
+        near : a neighbouring state whose contact to start from
 
         Raises
         ------
@@ -55,7 +58,7 @@ class Coupling(Coupled):
             When the teeth can no longer bear, for their section vanishes, or their motion knows no bound.
         """
         clock = time.perf_counter()
-        touching = self.flanks(wear)
+        touching = self.flanks(wear, near)
         static = [flanks.analysis.quasistatic(flanks.nodes, flanks.analysis.at_nodes) for flanks in touching]
         clock = self._spent("contact", clock)
         self.account.counts["contact_analyses"] += 1
@@ -114,19 +117,20 @@ class Coupling(Coupled):
             for kind, known in zip(self.kinds, state.kind, strict=True)
         ]
 
-    def flanks(self, wear: Wear) -> list[Touching]:
-        """Return the flanks of every kind of mesh, worn (2, n) each [m].
+    def flanks(self, wear: Wear, near: WearState | None = None) -> list[Touching]:
+        """Return the flanks of every kind of mesh, worn (2, n) each [m], from the contact of another state.
 
         Raises
         ------
         StopWear
             When a section of a tooth vanishes.
         """
-        return [self._touching(kind, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
+        known = [None] * len(self.kinds) if near is None else [kind.static for kind in near.kind]
+        return [self._touching(*each) for each in zip(self.kinds, wear, known, strict=True)]
 
-    def _touching(self, kind: MeshKind, depth: Array) -> Touching:
+    def _touching(self, kind: MeshKind, depth: Array, near: Quasistatic | None) -> Touching:
         try:
-            nodes = kind.analysis.nodes(depth if kind.patch is None else kind.patch.felt(depth))
+            nodes = kind.analysis.nodes(depth if kind.patch is None else kind.patch.felt(depth), near)
         except SectionVanished as error:
             raise StopWear(str(error)) from error
         if self.vibration is None:

@@ -106,11 +106,15 @@ class SetRate:
 
     def __call__(self, depth: Array) -> Array:
         """Return the wear per cycle at depths (n_entries,), both flat over all flanks [m]."""
-        state = self.coupling.evaluate(self.coupling.split(depth), self.responses)
+        state = self.evaluate(depth)
         if not state.wears:
             raise ValueError("a scene without a wear law has no wear rate")
         self.responses, self.noise = state.responses or self.responses, state.noise
         return self.coupling.flat(state.rate)
+
+    def evaluate(self, depth: Array) -> WearState:
+        """Return the state at depths (n_entries,), from the last orbits."""
+        return self.coupling.evaluate(self.coupling.split(depth), self.responses)
 
     @property
     def work(self) -> float:
@@ -138,6 +142,11 @@ class SetRate:
     def recall(self, memory: Memory) -> None:
         """Put earlier orbits back."""
         self.responses, self.noise = memory
+
+
+def most_evaluations(tolerance: float) -> int:
+    """Return the bound on the rates of one life at a tolerance."""
+    return int(MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5))
 
 
 def single_state(coupling: Coupled, wear: Wear) -> History:
@@ -202,7 +211,7 @@ def history(
         snapshots=snapshots,
         tolerance=tolerance,
         progress=accepted,
-        most_evaluations=int(MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5)),
+        most_evaluations=most_evaluations(tolerance),
         most_work=most_work,
     )
     wanted = life.updates(only_snapshots=snapshots.asked)

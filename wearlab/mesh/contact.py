@@ -99,29 +99,41 @@ class ContactAnalysis:
         nodes = self.nodes(np.zeros((2, len(self.grid.position))))
         return nodes, self.quasistatic(nodes, self.at_nodes)
 
-    def nodes(self, wear: Array) -> Nodes:
-        """Return compliance and gap for wear depths (2, n) ordered (driving, driven) [m]."""
+    def nodes(self, wear: Array, near: Quasistatic | None = None) -> Nodes:
+        """Return compliance and gap for wear depths (2, n) ordered (driving, driven) [m].
+
+        Parameters
+        ----------
+        wear : (2, n) [m]
+        near : sharing of the static load at the phase nodes in a neighbouring state, to start from
+        """
         carried = self.grid.beyond(wear)
         gap, body = self._gap_and_body(wear, carried)
         cross = self.stiffness.cross(carried)
         if not self.stiffness.load_dependent:
             return Nodes(body + self.stiffness.contact(None), gap, cross)
-        return Nodes(body + self._settled(body, gap, cross), gap, cross)
+        force = np.full(gap.shape, self.load) if near is None else self._force_where_touching(near.force)
+        return Nodes(body + self._settled(body, gap, cross, force), gap, cross)
 
-    def _settled(self, body: Array, gap: Array, cross: Array) -> Array:
-        """Return the contact's compliance under the forces that it leads to itself, (n_touching,) [m/N]."""
+    def _settled(self, body: Array, gap: Array, cross: Array, force: Array) -> Array:
+        """Return the contact's compliance under the forces that it leads to itself, (n_touching,) [m/N].
+
+        From forces (n_touching,) on by Newton's method: about F the curve ``δ = g + (b + c(F)) F`` is
+        straight, its compliance less by ``−F dc/dF`` and its gap larger by as much times F. Where gaps decide
+        which pairs engage they are left as they are.
+        """
         least = LEAST_LOADED * self.load
-        contact = self.stiffness.contact(np.full(gap.shape, self.load))
-        force = np.full(gap.shape, np.inf)
+        softening = self.stiffness.softening if self.engagement_gap == np.inf else 0.0
         for _ in range(HERTZ_ITERATIONS):
-            nodes = Nodes(body + contact, gap, cross)
+            contact = self.stiffness.contact(np.maximum(force, least))
+            straight = softening * (force > least)
+            nodes = Nodes(body + contact - straight, gap + straight * force, cross)
             updated = self._force_where_touching(self.quasistatic(nodes, self._at_nodes).force)
             settled = np.max(np.abs(updated - force)) <= HERTZ_TOLERANCE * self.load
             force = updated
-            contact = self.stiffness.contact(np.maximum(force, least))
             if settled:
                 break
-        return np.asarray(contact)
+        return np.asarray(self.stiffness.contact(np.maximum(force, least)))
 
     def _gap_and_body(self, wear: Array, carried: Array) -> tuple[Array, Array]:
         if self.gaps is None:

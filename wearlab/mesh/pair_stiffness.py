@@ -19,6 +19,14 @@ class PairStiffness(Protocol):
         return False
 
     @property
+    def softening(self) -> float:
+        """By how much :meth:`contact` grows as the force shrinks, ``−F dc/dF``, about [m/N].
+
+        However rough, it changes only how soon compliances and forces agree.
+        """
+        return 0.0
+
+    @property
     def bends(self) -> Array:
         """Phases at which a prescribed course bends, (n,) [1]."""
         return np.empty(0)

@@ -30,6 +30,11 @@ class HertzContact(Protocol):
         """Return the secant compliance under pair forces (n,), (n,) [m/N]."""
         ...
 
+    @property
+    def softening(self) -> float:
+        """By how much the compliance grows as the force shrinks, ``−F dc/dF`` [m/N]."""
+        ...
+
 
 @dataclass(frozen=True)
 class ConstantContact:
@@ -41,6 +46,7 @@ class ConstantContact:
     """
 
     load_dependent: ClassVar[bool] = False
+    softening: ClassVar[float] = 0.0
 
     value: float
 
@@ -78,6 +84,12 @@ class WeberContact:
         )
         return out
 
+    @property
+    def softening(self) -> float:
+        """The same under all forces, ``1/(π B) Σ (1 − ν²)/E``: the compliance goes with −ln √F [m/N]."""
+        halves = [(1.0 - nu**2) / E for E, nu in zip(self.modulus, self.poisson, strict=True)]
+        return float(sum(halves) / (np.pi * self.face_width))
+
 
 @dataclass(frozen=True, kw_only=True)
 class HertzInSeries(PairStiffness):
@@ -100,6 +112,11 @@ class HertzInSeries(PairStiffness):
     def contact(self, force: Array | None) -> Array | float:
         """Return the compliance of the contact, under pair forces (n,) when it depends on them [m/N]."""
         return self.hertz.compliance(force) / self.scale
+
+    @property
+    def softening(self) -> float:
+        """By how much the contact's compliance grows as the force shrinks, ``−F dc/dF`` [m/N]."""
+        return self.hertz.softening / self.scale
 
 
 @dataclass(frozen=True)

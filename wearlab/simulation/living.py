@@ -7,8 +7,9 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.life.coupled import Coupled
-from wearlab.life.history import History, history, single_state, worn_by_law
+from wearlab.life.history import History, SetRate, history, most_evaluations, single_state, worn_by_law
 from wearlab.life.limits import Limits, Snapshots, StopWear
+from wearlab.life.march import evolve
 from wearlab.life.record import Life
 from wearlab.life.state import Wear
 from wearlab.scene import Scene
@@ -27,6 +28,34 @@ def live(scene: Scene, parts: Parts) -> History:
         return single_state(parts.coupling, wear)
     limits = build_limits(scene, parts.gears, parts.coupling)
     return _marched(scene, parts, parts.coupling, wear, limits)
+
+
+def marched(scene: Scene, parts: Parts, rate: SetRate, wear: Wear) -> Life | None:
+    """March a wear rate of a scene in one condition to its end, no state kept; None where nothing wears on.
+
+    Parameters
+    ----------
+    scene, parts : the scene and its physics
+    rate : of its wear
+    wear : of every kind of mesh at cycle 0 [m]
+    """
+    if scene.wear is None or scene.wear.until is None:
+        return None
+    tolerance = cycle_tolerance(scene)
+    return evolve(
+        rate,
+        parts.coupling.flat(wear),
+        limits=build_limits(scene, parts.gears, parts.coupling),
+        method=scene.wear.step.build(),
+        tolerance=tolerance,
+        most_evaluations=most_evaluations(tolerance),
+        most_work=most_work(scene, parts),
+    )
+
+
+def cycle_tolerance(scene: Scene) -> float:
+    """Return the tolerance of depths and life over cycles."""
+    return scene.numerics.cycle_tolerance or scene.numerics.tolerance
 
 
 def live_through(scene: Scene, stages: Sequence[Stage]) -> History:
@@ -93,7 +122,7 @@ def _marched(
         limits=limits,
         method=scene.wear.step.build(),
         snapshots=_after(build_snapshots(scene, parts.gears, coupling), before),
-        tolerance=scene.numerics.cycle_tolerance or scene.numerics.tolerance,
+        tolerance=cycle_tolerance(scene),
         most_work=most,
         kept_work=KEPT_SHARE * most,
     )
