@@ -82,8 +82,8 @@ def test_steps_of_the_scene_itself_are_taken_from_its_march(monkeypatch: pytest.
     lived = LivedSteps(WORN)
     assert evaluated == [0]
     for step, own in zip(lived.steps, lived.ends.steps, strict=True):
-        np.testing.assert_array_equal(step.end.depth, own.end.depth)
-        np.testing.assert_array_equal(step.end.rate, own.end.rate)
+        np.testing.assert_allclose(step.end.depth, own.end.depth, rtol=1e-14)
+        np.testing.assert_allclose(step.end.rate, own.end.rate, rtol=1e-14)
 
 
 def test_a_life_is_inverse_to_the_wear_coefficient() -> None:

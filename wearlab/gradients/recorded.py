@@ -7,6 +7,9 @@ from wearlab.life.coupling import Coupling
 from wearlab.life.history import SetRate
 from wearlab.life.state import Wear, WearState
 
+ROUNDING = 1e-15
+"""Of depths, over the deepest: a hundred-millionth of what derivatives move them by."""
+
 
 class RecordedRate(SetRate):
     """The wear rate of all flanks, and every state in which it was evaluated.
@@ -32,7 +35,8 @@ class RecordedRate(SetRate):
         return state
 
     def nearest(self, depth: Array) -> tuple[WearState, bool]:
-        """Return the state kept nearest to depths (n_entries,), and whether it is the one at them."""
+        """Return the state kept nearest to depths (n_entries,), and whether only rounding lies between."""
         apart = [float(np.abs(known - depth).max(initial=0.0)) for known, _ in self.states]
         nearest = int(np.argmin(apart))
-        return self.states[nearest][1], apart[nearest] == 0.0
+        rounding = ROUNDING * float(np.abs(depth).max(initial=0.0))
+        return self.states[nearest][1], apart[nearest] <= rounding
