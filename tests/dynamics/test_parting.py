@@ -126,6 +126,17 @@ def test_from_a_neighbour_it_is_the_same_in_fewer_passes(
     np.testing.assert_allclose(again.state[0, 0] / largest(few), few.state[0, 0] / largest(few), atol=1e-9)
 
 
+def test_few_steps_are_tried_from_neighbours_on_them_alone(
+    case: tuple[System, float, Response, Response],
+) -> None:
+    """Where they are not tried their tables are not asked for, which `on_few_steps` must not miss."""
+    system, amplitude, few, shot = case
+    assert shot.counts.newton_iterations > 1
+    assert Periodic().tries_few_steps(system, None) and Periodic().tries_few_steps(system, few)
+    assert not Periodic().tries_few_steps(system, shot)
+    assert Periodic().on_few_steps(system, tables(48, amplitude), PERIOD, shot) is None
+
+
 AMPLITUDE = 12e-6
 SINGLE = {
     "damped by contact, both flanks": ONE,

@@ -5,7 +5,7 @@ import pytest
 
 from wearlab.gears.external import external_pair
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.mesh.profile import Extension, interpolate, lookup, profile_grid
+from wearlab.mesh.profile import NO_EXTENSION, Extension, interpolate, lookup, profile_grid
 
 
 def long_addendum_pair():
@@ -84,3 +84,13 @@ def test_extra_jump_is_two_sided(pair):
     grid = profile_grid(pair, 61, jumps=(0.3,))
     s = pair.path.A + 0.3 * pair.base_pitch
     assert np.sum(np.abs(grid.position - s) < 1e-12) == 2
+
+
+@pytest.mark.parametrize("extension", [NO_EXTENSION, Extension(0.3e-3, 0.0), Extension(0.3e-3, 0.5e-3)])
+def test_values_of_nodes_are_carried_beyond_the_path_by_their_ends(pair, extension):
+    grid = profile_grid(pair, 41, extension=extension)
+    values = np.random.default_rng(1).uniform(0.0, 1.0, (2, len(grid.position)))
+    after = len(grid.touching) - len(grid.position) - grid.before
+    padded = np.pad(values, [(0, 0), (grid.before, after)], mode="edge")
+    np.testing.assert_array_equal(grid.beyond(values), padded)
+    np.testing.assert_array_equal(grid.beyond(values[0]), padded[0])

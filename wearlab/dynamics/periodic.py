@@ -97,6 +97,16 @@ class Periodic:
         response = self._shoot(system, halved(tables), period, start, held)
         return replace(response, state=np.ascontiguousarray(response.state[:, ::2]), tables=tables)
 
+    def tries_few_steps(self, system: System, start: Response | None) -> bool:
+        """Whether `on_few_steps` looks at its tables at all, from a neighbour."""
+        return start is None or start.pieces is not None or self._may_hold_together(system, start)
+
+    def _may_hold_together(self, system: System, start: Response) -> bool:
+        """Whether no flank parts on a neighbour, or just barely."""
+        if start.counts.newton_iterations == 1:
+            return True
+        return start.period == 1 and not in_registers(system) and parting(start) <= BARELY
+
     def on_few_steps(
         self,
         system: System,
@@ -145,10 +155,8 @@ class Periodic:
         None where there is none, where it is not resolved, or where the neighbour is on another branch: its
         flanks part, and not just barely. Parameters as in `on_few_steps`.
         """
-        if start is not None and start.counts.newton_iterations != 1:
-            barely = start.period == 1 and not in_registers(system) and parting(start) <= BARELY
-            if not barely:
-                return None
+        if start is not None and not self._may_hold_together(system, start):
+            return None
         return orbit_held_together(system, tables, period, self.margin, start, self.resolved, between)
 
     def _shoot(

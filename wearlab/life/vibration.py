@@ -52,8 +52,7 @@ class Vibration:
 
     def solve(self, kinds: Sequence[Touching], start: Responses | None) -> Responses:
         """Return the steady responses of one wear state, each from its own of a neighbouring state."""
-        sparse = self.touching
-        few = None if sparse is None else stage_tables(kinds, sparse, None)
+        sparse, few = self.touching, self._few(kinds, start)
         if self.slow is None:
             near = None if start is None else start[0]
             response = None
@@ -74,6 +73,14 @@ class Vibration:
                 response = self._solved(own, near, self._between(kinds, slow))
             responses.append(response)
         return tuple(responses)
+
+    def _few(self, kinds: Sequence[Touching], start: Responses | None) -> StageTables | None:
+        """Return the meshes at the few stages, None where no response is looked for on them."""
+        if self.touching is None:
+            return None
+        near = start[0] if start is not None and self.slow is None else None
+        tried = self.method.tries_few_steps(self.system, near)
+        return stage_tables(kinds, self.touching, None) if tried else None
 
     def tables(self, kinds: Sequence[Touching]) -> StageTables:
         """Return the meshes at all stages."""

@@ -100,8 +100,11 @@ class ProfileGrid(NamedTuple):
         after = len(self.touching) - len(self.position) - self.before
         if not self.before and not after:
             return values
-        pad = [(0, 0)] * (values.ndim - 1) + [(self.before, after)]
-        return np.pad(values, pad, mode="edge")
+        carried = np.empty((*values.shape[:-1], len(self.touching)), values.dtype)
+        carried[..., self.on_flank] = values
+        carried[..., : self.before] = values[..., :1]
+        carried[..., len(self.touching) - after :] = values[..., -1:]
+        return carried
 
     @property
     def sliding_sense(self) -> Array:
