@@ -157,7 +157,7 @@ def test_a_planetary_set_wears_as_differences_of_its_runs_say(scene: Scene, step
 
 
 def test_a_planetary_set_and_several_values_at_once() -> None:
-    scene = PLANETARY
+    scene = PLANETARY.replace("numerics.tolerance", 1e-5)  # or steps show in the derivative: 0.7 % at 1e-3
     own = wl.gradient(
         scene, ["dynamic_factor", "dynamic_mesh_force"], ["mesh.damping_ratio", "operation.torque"]
     )

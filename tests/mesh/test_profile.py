@@ -94,3 +94,23 @@ def test_values_of_nodes_are_carried_beyond_the_path_by_their_ends(pair, extensi
     padded = np.pad(values, [(0, 0), (grid.before, after)], mode="edge")
     np.testing.assert_array_equal(grid.beyond(values), padded)
     np.testing.assert_array_equal(grid.beyond(values[0]), padded[0])
+
+
+@pytest.mark.parametrize("reach", [0.02, 0.3])
+def test_layers_beside_a_and_e_have_their_own_least_number_of_nodes(pair, reach):
+    far = Extension(reach * pair.base_pitch, reach * pair.base_pitch)
+    nodes = profile_grid(pair, 201, extension=far).touching / pair.base_pitch
+    start, end = pair.path.A / pair.base_pitch, pair.path.E / pair.base_pitch
+    for low, high in ((start - reach, start), (start, start + reach), (end - reach, end), (end, end + reach)):
+        inside = np.unique(nodes[(nodes > low - 1e-9) & (nodes < high + 1e-9)].round(9))
+        assert len(inside) >= 9
+    middle = nodes[(nodes > start + reach) & (nodes < end - reach)]
+    assert np.diff(middle).max() <= pair.contact_ratio / 201 + 1e-9
+
+
+def test_narrow_layers_alone_take_more_nodes(pair):
+    def nodes(reach: float) -> int:
+        return len(profile_grid(pair, 201, extension=Extension(reach, reach)).position)
+
+    assert nodes(0.02 * pair.base_pitch) > 1.05 * nodes(0.0)
+    assert nodes(0.2 * pair.base_pitch) < 1.03 * nodes(0.0)

@@ -302,7 +302,8 @@ def settling_periods(system: System, tables: StageTables, period: float) -> floa
     ----------
     system, tables, period : as for `Periodic.solve`; the mean mesh stiffness counts
     """
-    slowest = slowest_decay(system, tables.mean_stiffness)
+    stiffness = np.einsum("s,ij,sjmp->m", tables.width, np.array([[1.0, 4.0, 1.0]]) / 6.0, tables.stiffness)
+    slowest = slowest_decay(system, stiffness / tables.width.sum())
     return float(-np.log(REMEMBERED) / (slowest * period)) if slowest > 0.0 else np.inf
 
 

@@ -2,7 +2,9 @@
 
 Wear jumps where the number of pairs changes and load passes between points one base pitch apart. So the
 grid is cut in phase, not in position: every node has its base-pitch partners as nodes, A, B, C, D and E are
-nodes, and the two sides of a jump (B, D) are two nodes at one position.
+nodes, and the two sides of a jump (B, D) are two nodes at one position. Where contact begins before A and
+ends after E, load and wear change within a layer about as wide as contact extends, on either side; light
+loads make it narrower than nodes lie apart, so that it has a least number of its own.
 """
 
 from typing import NamedTuple
@@ -15,6 +17,8 @@ from wearlab.gears.pair import GearPair
 
 SAME_PHASE = 1e-9
 MINIMUM_INTERVALS = 4
+LAYER_SHARE = 1.0 / 26.0
+"""Intervals, over the nodes on the path, that each layer beside A or E has at least: 8 of 201 nodes."""
 
 
 class ProfileGrid(NamedTuple):
@@ -171,7 +175,7 @@ def profile_grid(
     Parameters
     ----------
     pair : the gear pair
-    points : nodes wanted on the path A–E; every smooth segment gets at least five
+    points : nodes wanted on the path A–E; every smooth segment gets at least five, and layers their own
     kinks : further path positions at which the flank bends (ends of reliefs) [m]
     jumps : further phases at which a prescribed stiffness jumps [1]
     extension : how far pairs may touch beyond A and E
@@ -180,9 +184,11 @@ def profile_grid(
     earliest, latest = -extension.approach / pitch, ratio + extension.recess / pitch
     jumps = tuple(_distinct([0.0, ratio % 1.0, *jumps]))
     bends = [((s - start) / pitch) % 1.0 for s in (pair.path.C, *kinks)]
-    breaks = np.array([*_distinct([*jumps, *bends, earliest % 1.0, latest % 1.0]), 1.0])
-    density = points / ratio
-    intervals = np.array([_even(density * width) for width in np.diff(breaks)])
+    layers = _layers(earliest, ratio, latest)
+    bounds = [bound % 1.0 for layer in layers for bound in layer]
+    breaks = np.array([*_distinct([*jumps, *bends, *bounds]), 1.0])
+    density = _density(0.5 * (breaks[:-1] + breaks[1:]), points, ratio, layers)
+    intervals = np.array([_even(count) for count in density * np.diff(breaks)])
     pairs = range(-int(np.ceil(-earliest - SAME_PHASE)), int(np.ceil(latest - SAME_PHASE)))
     first = np.full((len(intervals), len(pairs)), -1, dtype=np.int64)
     touching, phase, weight = np.empty(0), np.empty(0), np.empty(0)
@@ -216,6 +222,22 @@ def profile_grid(
         pairs[-1],
         int(np.ceil(ratio - SAME_PHASE)),
     )
+
+
+def _layers(earliest: float, ratio: float, latest: float) -> list[tuple[float, float]]:
+    """Return where layers begin and end: before A, after A, before E and after E [1]."""
+    before, after = -earliest, latest - ratio
+    each = [(earliest, 0.0), (0.0, before), (ratio - after, ratio), (ratio, latest)]
+    return [(low, high) for low, high in each if high > low]
+
+
+def _density(phase: Array, points: int, ratio: float, layers: list[tuple[float, float]]) -> Array:
+    """Return the intervals of a unit of phase at given phases, (n,) [1]."""
+    density = np.full(len(phase), points / ratio)
+    for low, high in layers:
+        inside = (phase - low) % 1.0 < high - low
+        density[inside] = np.maximum(density[inside], LAYER_SHARE * points / (high - low))
+    return density
 
 
 def _even(count: float) -> int:

@@ -130,16 +130,16 @@ def _waves(t: float, out: Array) -> None:
 @jit(allocates=True)
 def _fill(where, image, begin, end, centre, half_width, scratch, node, product):  # type: ignore[no-untyped-def]
     """Fill nodes and squares of every contact; ``image``: which entry of the wear a mirrored node is."""
-    at, of_node = 0, 0
+    at, of_node, t = 0, 0, np.empty(scratch.shape[1])
     for contact in range(len(half_width)):
         start = of_node
         for flank in range(2):
             low, high = begin[flank, contact], end[flank, contact]
-            t = (where[flank, low:high] - centre[flank, contact]) / half_width[contact]
-            coefficients(t, scratch[:, of_node - start : of_node - start + high - low])
             for felt in range(low, high):
-                node[of_node] = image[flank, felt]
-                of_node += 1
+                t[felt - low] = (where[flank, felt] - centre[flank, contact]) / half_width[contact]
+                node[of_node + felt - low] = image[flank, felt]
+            coefficients(t[: high - low], scratch[:, of_node - start : of_node - start + high - low])
+            of_node += high - low
         count = of_node - start
         square = product[at : at + count * count].reshape(count, count)
         square[:, :] = 0.0

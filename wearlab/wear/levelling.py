@@ -99,8 +99,8 @@ def looking_ahead(levelling: Levelling, lag: float) -> Ahead:
     first, node, product = levelling.across
     n = len(first) - 1
     place = 2 * (node % n) + node // n
-    begin = first[:-1]
-    width = int((np.maximum.reduceat(place, begin) - np.minimum.reduceat(place, begin)).max())
+    begin = first[:-1][np.diff(first) > 0]
+    width = int((np.maximum.reduceat(place, begin) - np.minimum.reduceat(place, begin)).max(initial=0))
     band = np.zeros((3 * width + 1, 2 * n), order="F")
     _fill_band(first, node, product, -lag * levelling.sliding, levelling.collect, band[width:])
     band[2 * width] += 1.0
