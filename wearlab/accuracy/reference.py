@@ -126,8 +126,8 @@ def second_method(problem: Steady, given: Motion, response: Response) -> Array:
 def period_derivative(system: System, response: Response) -> Array:
     """Return the derivative of the map over all periods of a response, (2n, 2n)."""
     balance = balance_of(system, response.mesh_period)
-    if response.derivative is not None:
-        known = response.derivative
+    if response.map_derivative is not None:
+        known = response.map_derivative
         known = known if balance is None else true_derivative(system, balance, known)
         return over_sections(system, known, response.sections)
     shooting = Shooting(system, response.tables, response.mesh_period)

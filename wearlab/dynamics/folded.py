@@ -13,6 +13,8 @@ from wearlab.dynamics.folding import WaveBlock, blocks_of
 from wearlab.dynamics.neighbour import corrected
 from wearlab.dynamics.path import Path
 from wearlab.dynamics.response import Response
+from wearlab.dynamics.ringing import orbit_of_ringing
+from wearlab.dynamics.ringing_plan import rings
 from wearlab.dynamics.sections import in_sections
 from wearlab.dynamics.system import System
 from wearlab.dynamics.touching import Parted, known_of, of_neighbour, orbit_on_plan, touching_orbit
@@ -40,6 +42,30 @@ class Unfolded(Response):
         """The projections d·q of the meshes within the steps: those of one planet, for all."""
         first = self.of_blocks[0].approach
         return first._replace(coefficient=np.repeat(first.coefficient, self.blocks[0].planets, axis=-1))
+
+    @cached_property
+    def motion(self) -> Path:
+        """The coordinates within the steps: those of one planet and the members, for all."""
+        block, first = self.blocks[0], self.of_blocks[0]
+        coefficient = first.motion.coefficient @ block.lift
+        coefficient[0] += (self.state - block.lifted(first.state))[0, 0, : len(self.system.load)]
+        return first.motion._replace(coefficient=coefficient)
+
+    @cached_property
+    def map_derivative(self) -> Array:
+        """(2n, 2n) of the map over a mesh period, from those of the blocks."""
+        first, maps = self.blocks[0], [np.asarray(response.derivative) for response in self.of_blocks]
+        by_start = maps[0]
+        balances = _balances(first, self.system, self.tables, self.mesh_period)
+        if balances is not None:
+            maps[0] = true_derivative(first.system, balances[0], by_start)
+        parts = zip(self.blocks, maps, strict=True)
+        derivative = np.sum([block.derivative(own_map) for block, own_map in parts], axis=0)
+        if balances is not None:
+            own, whole = balances
+            by_load = first.lifted(by_start[:, own.held].T).T
+            derivative[:, whole.held] = by_load / _ratio(first, own, whole)
+        return np.asarray(derivative)
 
     @cached_property
     def multipliers(self) -> Complex:
@@ -70,6 +96,11 @@ def orbit_held_together(
     if turning is None or not blocks or not in_sections(1, turning.mesh, tables.filled):
         near = None if start is None else start.near
         return touching_orbit(system, tables, period, margin, near, resolved, between)
+    rung = _rung(blocks, tables, period, margin, resolved)
+    if rung is not None:
+        if isinstance(rung, Parted):
+            return _parted(rung, blocks[0], system, tables, period)
+        return _unfolded(system, tables, blocks, rung, between)
     known = start.of_blocks if isinstance(start, Unfolded) else (None,) * len(blocks)
     first, own = blocks[0].system, _of_first_planet(tables)
     near = None if known[0] is None else known[0].near
@@ -90,6 +121,23 @@ def orbit_held_together(
             return None
         responses.append(after)
     return _unfolded(system, tables, blocks, tuple(responses), between)
+
+
+def _rung(
+    blocks: tuple[WaveBlock, ...], tables: StageTables, period: float, margin: float, resolved: float
+) -> tuple[Response, ...] | Parted | None:
+    """Return the responses of blocks that are all small enough for series, None where one has none."""
+    responses: list[Response] = []
+    for block in blocks:
+        known = known_of(block.system, tables, period) if rings(block.system) else None
+        if known is None or not (known.loaded or responses):
+            return None
+        mesh = np.repeat([0, block.planets], block.waves)
+        orbit = orbit_of_ringing(known, tables, mesh, margin, resolved, rests=bool(responses))
+        if not isinstance(orbit, Response):
+            return orbit
+        responses.append(orbit)
+    return tuple(responses)
 
 
 def _after(before: Response, law: Array) -> Response | None:
@@ -143,25 +191,14 @@ def _unfolded(
 ) -> Unfolded:  # fmt: skip
     """Return the response of a set from those of its blocks."""
     first, moved = blocks[0], responses[0]
-    path, maps = first.lifted(moved.state), [response.derivative for response in responses]
-    assert moved.derivative is not None
-    balances = _balances(first, system, tables, moved.mesh_period)
+    path, balances = first.lifted(moved.state), _balances(first, system, tables, moved.mesh_period)
     if balances is not None:
         _turn_home(path[0], balances[1])
-        maps[0] = true_derivative(first.system, balances[0], moved.derivative)
         system = system._replace(load=moved.system.load @ first.lift)
-    derivative = np.zeros((path.shape[2], path.shape[2]))
-    for block, own_map in zip(blocks, maps, strict=True):
-        assert own_map is not None
-        derivative += block.derivative(own_map)
-    if balances is not None:
-        own, whole = balances
-        by_load = first.lifted(moved.derivative[:, own.held].T).T
-        derivative[:, whole.held] = by_load / _ratio(first, own, whole)
     attracting = all(response.verdict.attracting for response in responses)
     return Unfolded(
         1, path, None, moved.verdict._replace(attracting=attracting), moved.counts, moved.residual, system,
-        tables, moved.mesh_period, derivative, None, between, blocks=blocks, of_blocks=responses,
+        tables, moved.mesh_period, between=between, blocks=blocks, of_blocks=responses,
     )  # fmt: skip
 
 

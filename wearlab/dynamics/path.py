@@ -5,12 +5,13 @@ acceleration from the equation of motion. The polynomial of degree eight through
 oscillation of frequency ω by ``1.5e-7 (ω h)⁹`` of its amplitude, h one step: less than the steps themselves.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 
 from wearlab.arrays import Array, Index
+from wearlab.compiled import jit
 
 DEGREE = 8
 
@@ -34,23 +35,41 @@ class Path(NamedTuple):
 
     Parameters
     ----------
-    coefficient : (9, n_kept, n_steps / 2, n_signals) of the powers of the time from the middle of two steps,
-        in steps
-    length : (n_steps / 2,) duration of one step [s]
+    coefficient : (n_powers, n_kept, n_steps / together, n_signals) of the powers of the time from the middle
+        of some steps, in halves of their number
+    length : (n_steps / together,) duration of one step [s]
+    together : steps of one polynomial
     """
 
     coefficient: Array
     length: Array
+    together: int = 2
 
     def at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
         """Return the signals and their rates at fractions of steps, both (n_kept, n, n_signals)."""
-        two, x = step // 2, (step % 2 - 1 + fraction)[:, None]
-        value = self.coefficient[DEGREE][:, two]
-        rate = np.zeros_like(value)
-        for coefficient in self.coefficient[DEGREE - 1 :: -1]:
-            rate = rate * x + value
-            value = value * x + coefficient[:, two]
-        return value, rate / self.length[two, None]
+        half = 0.5 * self.together
+        some, x = step // self.together, (step % self.together + fraction) / half - 1.0
+        value, rate = np.empty((2, self.coefficient.shape[1], len(x), self.coefficient.shape[3]))
+        evaluate(np.ascontiguousarray(self.coefficient), some, x, half * self.length, value, rate)
+        return value, rate
+
+
+@jit
+def evaluate(coefficient: Any, some: Any, x: Any, unit: Any, value: Any, rate: Any) -> None:
+    """Fill polynomials number ``some`` and their rates at ``x``, (n_kept, n, n_signals), by Horner's rule.
+
+    ``unit``: (n_polynomials,) duration that x counts [s]
+    """
+    powers, periods, _, signals = coefficient.shape
+    for period in range(periods):
+        for point in range(len(x)):
+            at, u = some[point], x[point]
+            for signal in range(signals):
+                total, slope = coefficient[powers - 1, period, at, signal], 0.0
+                for power in range(powers - 2, -1, -1):
+                    slope = slope * u + total
+                    total = total * u + coefficient[power, period, at, signal]
+                value[period, point, signal], rate[period, point, signal] = total, slope / unit[at]
 
 
 def path(position: Array, velocity: Array, acceleration: Array, length: Array) -> Path:

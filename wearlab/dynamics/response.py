@@ -101,6 +101,11 @@ class Response:
         balance = balance_of(self.system, self.mesh_period)
         return multipliers_of(self.system, balance, self.derivative, self.sections)
 
+    @property
+    def map_derivative(self) -> Array | None:
+        """(2n, 2n) of the map over m periods at its start, where a neighbour can use it, or None."""
+        return self.derivative
+
     def first_speaks_for(self, meshes: int) -> bool:
         """Whether all meshes of a kind do what the first does, each in its own section of the period."""
         return self.sections == meshes

@@ -181,13 +181,16 @@ class Shooting:
         Newton's steps with the neighbour's derivative: as long as they shrink fast, that derivative is nearly
         this orbit's, and its multipliers, if clear of 1, are taken over with it.
         """
-        periods = neighbour.periods if isinstance(neighbour, Orbit) else neighbour.period
-        if neighbour.derivative is None or periods != 1 or len(neighbour.state[0, 0]) != self.rows:
+        if isinstance(neighbour, Orbit):
+            periods, derivative = neighbour.periods, neighbour.derivative
+        else:
+            periods, derivative = neighbour.period, neighbour.map_derivative
+        if derivative is None or periods != 1 or len(neighbour.state[0, 0]) != self.rows:
             return None
         sections = neighbour.sections
         if sections > 1 and (self.turning is None or self.turning.sections != sections):
             return None
-        kernel, derivative = self.marcher.kernel, neighbour.derivative
+        kernel = self.marcher.kernel
         balance, state = kernel.balance, neighbour.state[0, 0].copy()
         matrix, back = np.eye(self.rows) - derivative, turned_back(self.system.symmetry, sections, self.rows)
         if balance is not None:

@@ -16,6 +16,8 @@ from wearlab.dynamics.parting_law import PartingPlan
 from wearlab.dynamics.parting_plan import plan_of
 from wearlab.dynamics.propagator import GRID
 from wearlab.dynamics.response import Counts, Response, Verdict
+from wearlab.dynamics.ringing_plan import RingingPlan
+from wearlab.dynamics.ringing_plan import plan_of as ringing_plan_of
 from wearlab.dynamics.sections import in_sections, path_over_sections
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.symmetry import Symmetry
@@ -71,6 +73,7 @@ class Known:
         self._plans: OrderedDict[tuple[bytes, bytes, int], TouchingPlan | None] = OrderedDict()
         self.parting: PartingPlan | None = None
         self._parting: OrderedDict[bytes, PartingPlan | None] = OrderedDict()
+        self.ringing: RingingPlan | None = None
 
     def serves(self, system: System, tables: StageTables, period: float) -> bool:
         """Whether this is about the same system on the same steps."""
@@ -116,6 +119,13 @@ class Known:
             )
         self.parting = self._parting[key]
         return self.parting
+
+    def ringing_plan_for(self, tables: StageTables, mesh: Index) -> RingingPlan | None:
+        """Return the plan for series; None: there is none on such steps."""
+        self.ringing = ringing_plan_of(
+            self.system, self.balance, tables, self.period, joined_steps(tables), mesh
+        )
+        return self.ringing
 
     @property
     def sizes(self) -> dict[int, int]:
