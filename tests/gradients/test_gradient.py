@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import wearlab as wl
+from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.shooting import Shooting
+from wearlab.gradients.extremes import extreme_forces
 from wearlab.gradients.lived import LivedSteps
 from wearlab.gradients.numbers import number
 from wearlab.gradients.values import VALUES
@@ -154,6 +156,22 @@ def test_a_planetary_set_wears_as_differences_of_its_runs_say(scene: Scene, step
     high, low = (at(scene, "mesh.damping_ratio", share).wear_depth[-1].values for share in (3e-3, -3e-3))
     largest = np.nanmax(np.abs(own))
     np.testing.assert_allclose(own, (high - low) / (6e-3 * size), rtol=0.0, atol=1e-4 * largest)
+
+
+@pytest.mark.parametrize("scene", [UNWORN, PLANETARY], ids=["pair", "planetary"])
+def test_extreme_forces_are_read_where_they_are_met(scene: Scene) -> None:
+    responses = []
+    for torque in (150.0, 150.0 * (1.0 + 1e-4)):
+        coupling = build(scene.replace("operation.torque", f"{torque!r} N*m")).coupling
+        responses.append(coupling.evaluate(coupling.unworn()).responses[0])
+    here, beside = (extremes(response) for response in responses)
+    np.testing.assert_allclose(
+        extreme_forces(responses[0], responses[0]), [here.least, here.largest], rtol=1e-12
+    )
+    moved = extreme_forces(responses[1], responses[0])
+    assert (np.abs(moved - extreme_forces(responses[0], responses[0])) > 1e-5 * moved).all()
+    # What lies off the place where it was is of second order.
+    np.testing.assert_allclose(moved, [beside.least, beside.largest], rtol=1e-6)
 
 
 def test_a_planetary_set_and_several_values_at_once() -> None:

@@ -67,7 +67,7 @@ def _of_periods(response: Response, kept: slice) -> Extremes:
     forces, width = forces_within(response, FRACTIONS, kept), response.tables.width
     closely = [
         forces_at(response, step, fraction, slice(kept.start + turn, kept.start + turn + 1)).elastic[0]
-        for turn, step, fraction in _nearest(forces.elastic)
+        for turn, step, fraction in nearest(forces.elastic)
     ]
     apart = _positive_share(forces.clearance).mean(axis=0)
     return Extremes(
@@ -77,7 +77,7 @@ def _of_periods(response: Response, kept: slice) -> Extremes:
     )
 
 
-def _nearest(elastic: Array) -> Iterator[tuple[int, Index, Array]]:
+def nearest(elastic: Array) -> Iterator[tuple[int, Index, Array]]:
     """Yield periods, and steps and fractions in them about where an extreme of any mesh comes nearest.
 
     Parameters

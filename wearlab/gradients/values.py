@@ -6,15 +6,15 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.extremes import Extremes, extremes
 from wearlab.gradients.errors import GradientError
+from wearlab.gradients.extremes import extreme_forces
 from wearlab.gradients.lived import Ends, LivedSteps
 from wearlab.life.state import WearState
 from wearlab.scene.build import Parts
 from wearlab.simulation.static import by_flank
 from wearlab.simulation.vibration import phase_forces
 
-Reading = Callable[[Parts, WearState], Array]
+Reading = Callable[[Parts, WearState, WearState], Array]
 
 
 class Value(NamedTuple):
@@ -24,7 +24,7 @@ class Value(NamedTuple):
     ----------
     dims : its dimensions in each state
     unit : SI
-    read : from a state; None: of the life as a whole
+    read : from a state, and that of the scene itself beside it; None: of the life as a whole
     moves : whether it needs dynamics
     wears : whether it needs a wear law
     """
@@ -36,35 +36,35 @@ class Value(NamedTuple):
     wears: bool = False
 
 
-def _extremes(parts: Parts, state: WearState) -> Extremes:
-    assert state.response is not None
-    return extremes(state.response)
+def _extremes(state: WearState, near: WearState) -> Array:
+    assert state.response is not None and near.response is not None
+    return extreme_forces(state.response, near.response)
 
 
 def _static(parts: Parts) -> Array:
     return np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
 
 
-def _dynamic_factor(parts: Parts, state: WearState) -> Array:
-    return np.asarray(_extremes(parts, state).largest / _static(parts))
+def _dynamic_factor(parts: Parts, state: WearState, near: WearState) -> Array:
+    return np.asarray(_extremes(state, near)[1] / _static(parts))
 
 
-def _force(parts: Parts, state: WearState) -> Array:
+def _force(parts: Parts, state: WearState, near: WearState) -> Array:
     assert state.response is not None
     return phase_forces(parts, state, state.response).transpose(1, 0, 2)
 
 
-def _deflection(parts: Parts, state: WearState) -> Array:
+def _deflection(parts: Parts, state: WearState, near: WearState) -> Array:
     assert parts.vibration is not None and state.response is not None
     deflection, _ = parts.vibration.deflection(state.response, parts.vibration.look(parts.phase))
     return deflection.transpose(1, 0, 2)
 
 
-def _depth(parts: Parts, state: WearState) -> Array:
+def _depth(parts: Parts, state: WearState, near: WearState) -> Array:
     return by_flank(parts, list(state.wear))
 
 
-def _rate(parts: Parts, state: WearState) -> Array:
+def _rate(parts: Parts, state: WearState, near: WearState) -> Array:
     return by_flank(parts, list(state.rate))
 
 
@@ -73,14 +73,14 @@ NODES = ("flank", "profile")
 VALUES = {
     "life": Value((), "1", None, wears=True),
     "dynamic_factor": Value(("mesh",), "1", _dynamic_factor, moves=True),
-    "mesh_force_max": Value(("mesh",), "N", lambda p, s: _extremes(p, s).largest, moves=True),
-    "mesh_force_min": Value(("mesh",), "N", lambda p, s: _extremes(p, s).least, moves=True),
+    "mesh_force_max": Value(("mesh",), "N", lambda p, s, n: _extremes(s, n)[1], moves=True),
+    "mesh_force_min": Value(("mesh",), "N", lambda p, s, n: _extremes(s, n)[0], moves=True),
     "dynamic_mesh_force": Value(PHASES, "N", _force, moves=True),
     "mesh_deflection": Value(PHASES, "m", _deflection, moves=True),
     "wear_depth": Value(NODES, "m", _depth, wears=True),
     "wear_rate": Value(NODES, "m", _rate, wears=True),
-    "max_wear_rate": Value(("flank",), "m", lambda p, s: np.nanmax(_rate(p, s), axis=-1), wears=True),
-    "max_wear_depth": Value(("flank",), "m", lambda p, s: np.nanmax(_depth(p, s), axis=-1), wears=True),
+    "max_wear_rate": Value(("flank",), "m", lambda p, s, n: np.nanmax(_rate(p, s, n), axis=-1), wears=True),
+    "max_wear_depth": Value(("flank",), "m", lambda p, s, n: np.nanmax(_depth(p, s, n), axis=-1), wears=True),
 }
 
 
@@ -111,4 +111,5 @@ def read(value: Value, lived: LivedSteps, ends: Ends) -> Array:
     """Return a value in every state, (n_states, …), of the ends of a life; the life itself is one number."""
     if value.read is None:
         return np.asarray(lived.life_of(ends))
-    return np.stack([value.read(ends.parts, state) for state in ends.states])
+    beside = zip(ends.states, lived.ends.states, strict=True)
+    return np.stack([value.read(ends.parts, state, near) for state, near in beside])
