@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from wearlab.dynamics.coexisting import FURTHER, RELEASES
 from wearlab.figures.runs import Run, _with_states
 from wearlab.simulation import Refused, simulate
 
@@ -82,7 +83,7 @@ def test_a_life_ends_at_its_bound_on_the_work_and_says_what_to_do(scene):
 def test_searches_for_attractors_are_counted(run):
     data = run("base case")
     assert set(data.attractor_search.values) == {"none found"}
-    assert int(data.count_attractor_starts) == 6 * data.sizes["update"]
+    assert int(data.count_attractor_starts) == RELEASES + FURTHER * (data.sizes["update"] - 1)
     assert int(data.count_attractor_periods) < int(data.count_period_maps)
 
 

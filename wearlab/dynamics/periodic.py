@@ -302,8 +302,7 @@ def settling_periods(system: System, tables: StageTables, period: float) -> floa
     ----------
     system, tables, period : as for `Periodic.solve`; the mean mesh stiffness counts
     """
-    stiffness = np.einsum("s,ij,sjmp->m", tables.width, np.array([[1.0, 4.0, 1.0]]) / 6.0, tables.stiffness)
-    slowest = slowest_decay(system, stiffness / tables.width.sum())
+    slowest = slowest_decay(system, tables.mean_stiffness)
     return float(-np.log(REMEMBERED) / (slowest * period)) if slowest > 0.0 else np.inf
 
 

@@ -66,6 +66,13 @@ class StageTables(NamedTuple):
     sliding: Array | None = None
     moment: Array | None = None
 
+    @property
+    def mean_stiffness(self) -> Array:
+        """Mean stiffness of every mesh with all its pairs in contact, (n_mesh,) [N/m]."""
+        simpson = np.array([1.0, 4.0, 1.0]) / 6.0
+        total: Array = np.einsum("s,j,sjmp->m", self.width, simpson, self.stiffness)
+        return total / self.width.sum()
+
     def section(self, sections: int) -> "StageTables":
         """Return the tables of the first of so many equal sections of the mesh period."""
         steps = len(self.width) // sections

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.coexisting import Search, coexisting
+from wearlab.dynamics.coexisting import FURTHER, RELEASES, Search, Tries, coexisting
 from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
@@ -24,7 +24,8 @@ def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Search]:
     The methods of the papers march from one start alone, and so do errors that turn with their members;
     among the angles of averaged errors nothing is looked for, nor in sets of several meshes, where a march of
     hundreds of periods costs more than a whole life. The bound on the work is shared by the states; what one
-    leaves over is the next ones'.
+    leaves over is the next ones'. States of a life are alike: each tries other releases than those before it,
+    and what one has found is looked for in the next, and then in the one before.
     """
     vibration = parts.vibration
     if vibration is None or vibration.hunting > 1 or not isinstance(vibration.method, Periodic):
@@ -32,18 +33,39 @@ def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Search]:
     if vibration.slow is not None or len(parts.meshes) > 1:
         return []
     clock, account = time.perf_counter(), parts.coupling.account
-    searches: list[Search] = []
-    left, steps = most_searched(vibration.system), len(vibration.sampling.grid.width)
-    for number, state in enumerate(states):
-        share = max(left // (len(states) - number), 0)
-        others = Search()
-        if state.response is not None:
-            whole = vibration.on_all_stages(state.response, parts.coupling.touching(state))
-            others = coexisting(whole, vibration.method, share)
-        left -= others.periods * steps
-        searches.append(others)
+    wholes = [
+        None
+        if state.response is None
+        else vibration.on_all_stages(state.response, parts.coupling.touching(state))
+        for state in states
+    ]
+    searches = _searches(wholes, vibration.method, most_searched(vibration.system))
     account.seconds["dynamics"] += time.perf_counter() - clock
     account.counts["period_maps"] += sum(search.periods for search in searches)
+    return searches
+
+
+def _searches(responses: Sequence[Response | None], method: Periodic, left: int) -> list[Search]:
+    """Search one state after another with ``left`` integration steps, then back."""
+    searches: list[Search] = []
+    rival, first = None, 0
+    for number, response in enumerate(responses):
+        search = Search()
+        if response is not None:
+            tries = Tries(FURTHER if first else RELEASES, first, rival)
+            search = coexisting(response, method, max(left // (len(responses) - number), 0), tries)
+            left -= search.periods * len(response.tables.width)
+        rival, first = search.rival, first + search.starts
+        searches.append(search)
+    for number in reversed(range(len(searches) - 1)):
+        response, search, rival = responses[number], searches[number], searches[number + 1].rival
+        if response is not None and search.rival is None and rival is not None:
+            again = coexisting(response, method, max(left, 0), Tries(0, 0, rival))
+            left -= again.periods * len(response.tables.width)
+            if again.rival is not None:
+                searches[number] = again._replace(
+                    starts=search.starts, periods=search.periods + again.periods
+                )
     return searches
 
 
