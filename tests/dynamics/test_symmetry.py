@@ -10,11 +10,14 @@ from plain_planetary import ANGLES, BREAKS, OFFSET, PERIOD, RIGID, planetary, ta
 from scipy.integrate import solve_ivp
 
 from wearlab.accuracy.steady import steady
+from wearlab.dynamics.collocation import joined_steps
 from wearlab.dynamics.folded import Unfolded
 from wearlab.dynamics.folding import blocks_of
+from wearlab.dynamics.period_map import TOUCHING, over_period
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response, step_forces
 from wearlab.dynamics.sections import in_sections
+from wearlab.dynamics.shooting import Shooting
 from wearlab.dynamics.system import System
 from wearlab.dynamics.touching import Parted
 from wearlab.dynamics.turning import symmetry_of, turned
@@ -327,3 +330,22 @@ def scene_of(planets: int, teeth: dict[str, int]) -> Scene:
     given["dynamics"]["supports"]["ring"]["tangential_stiffness"] = "57.6 N/um"
     given["dynamics"]["supports"]["carrier"]["tangential_stiffness"] = "10 N/um"
     return Scene.from_mapping(given)
+
+
+def test_a_section_may_end_between_two_equal_steps() -> None:
+    """Steps are made in twos, which is more accurate: the last of an odd number is not the first of two."""
+    given = alike(400)
+    shooting, ends = Shooting(planetary(), given, PERIOD), []
+    odd = 5
+    assert joined_steps(given)[:odd].all()
+    marcher = shooting.marcher
+    for steps in (len(given.width), odd):
+        states = np.zeros((steps + 1) * shooting.rows)
+        first = StageTables(*(table[:steps] for table in shooting.filled))
+        over_period(
+            marcher.kernel, first, PERIOD, np.uint64(1), marcher.width, states, 0, marcher.scratch, TOUCHING
+        )
+        ends.append(states.reshape(-1, shooting.rows)[: odd + 1])
+    size = np.abs(ends[0]).max(axis=0)
+    assert size.min() > 0.0
+    np.testing.assert_allclose(ends[1] / size, ends[0] / size, atol=1e-4)
