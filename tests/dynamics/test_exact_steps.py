@@ -37,9 +37,9 @@ from wearlab.dynamics.runge_kutta4 import TableMarcher
 from wearlab.dynamics.shooting import Shooting
 from wearlab.dynamics.steps import exact_steps_per_period, steps_per_period
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import halved, touching_orbit
+from wearlab.dynamics.touching import touching_orbit
 from wearlab.gears.errors import GearError
-from wearlab.mesh.stages import StageTables, stage_grid
+from wearlab.mesh.stages import StageTables, halved, stage_grid
 from wearlab.scene.build.vibration import patient
 
 

@@ -13,8 +13,8 @@ from wearlab.dynamics.periodic import BARELY, Periodic
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.shooting import Shooting
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import Parted, halved, parting, touching_orbit
-from wearlab.mesh.stages import StageTables, stage_grid
+from wearlab.dynamics.touching import Parted, parting, touching_orbit
+from wearlab.mesh.stages import StageTables, halved, stage_grid
 
 
 def orbit(system: System, given: StageTables, near: Response | None = None) -> Response:

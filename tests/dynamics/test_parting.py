@@ -9,11 +9,11 @@ from benchmark_pair import BenchmarkPair, mesh_period
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from wearlab.dynamics.known import known_of
 from wearlab.dynamics.parting import orbit_of_small
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response, step_forces
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import known_of
 from wearlab.dynamics.within import forces_within
 from wearlab.mesh.stages import StageTables, stage_grid
 

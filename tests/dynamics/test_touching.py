@@ -7,7 +7,7 @@ import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 from scipy.integrate import solve_ivp
 
-from wearlab.dynamics import touching as room
+from wearlab.dynamics import known as room
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.system import System

@@ -10,7 +10,7 @@ import pytest
 from wearlab.campaign import load
 from wearlab.dynamics.periodic import AVERAGED_LARGE, Periodic
 from wearlab.dynamics.shooting import Shooting
-from wearlab.dynamics.touching import halved
+from wearlab.mesh.stages import halved
 from wearlab.scene.build import build
 
 BASE = Path(__file__).parents[2] / "campaigns" / "base" / "planetary_ngw11_vibration.toml"

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from wearlab.campaign import load
 from wearlab.dynamics.coexisting import coexisting
-from wearlab.dynamics.modes import modes
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.shooting import Shooting
@@ -92,7 +91,7 @@ def deflection(response: Response) -> float:
 def random_states(response: Response, count: int, rng: np.random.Generator) -> list[Array]:
     """Return states about the mean one, each with one random mode at a random phase and amplitude."""
     system = response.system
-    every = modes(system, response.tables.mean_stiffness)
+    every = response.modes
     numbers = np.flatnonzero(every.excited() & (every.frequency > 0.0))
     states = []
     for _ in range(count):

@@ -10,6 +10,7 @@ from wearlab.arrays import Array, Complex
 from wearlab.dynamics.balance import Balance, true_derivative
 from wearlab.dynamics.between import TablesWithin
 from wearlab.dynamics.folding import WaveBlock, blocks_of
+from wearlab.dynamics.known import known_of
 from wearlab.dynamics.neighbour import corrected
 from wearlab.dynamics.path import Path
 from wearlab.dynamics.response import Response
@@ -17,7 +18,7 @@ from wearlab.dynamics.ringing import orbit_of_ringing
 from wearlab.dynamics.ringing_plan import rings
 from wearlab.dynamics.sections import in_sections
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import Parted, known_of, of_neighbour, orbit_on_plan, touching_orbit
+from wearlab.dynamics.touching import Parted, of_neighbour, orbit_on_plan, touching_orbit
 from wearlab.mesh.stages import StageTables
 
 

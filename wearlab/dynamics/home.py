@@ -3,7 +3,6 @@
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.modes import modes
 from wearlab.dynamics.response import Response, step_forces
 from wearlab.dynamics.rigid import rigid_modes
 
@@ -41,12 +40,11 @@ class Home:
     def _see_modes(self, response: Response) -> None:
         """Prepare what deflection the modes of a state amount to at most."""
         system = response.system
-        every = modes(system, response.tables.mean_stiffness)
-        vibrating = every.frequency > 0.0
-        shapes = every.shape[vibrating]
+        vibrating = response.modes.frequency > 0.0
+        shapes = response.modes.shape[vibrating]
         felt = np.abs(shapes @ system.direction.T).max(axis=1)
         self.seen = felt[:, None] * (shapes @ system.mass)
-        self.rates = 2.0 * np.pi * every.frequency[vibrating]
+        self.rates = 2.0 * np.pi * response.modes.frequency[vibrating]
 
     def distance(self, state: Array) -> float:
         """Return how far a strobed state is from the response, over its mean deflection [1]."""

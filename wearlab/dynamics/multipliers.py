@@ -32,6 +32,21 @@ def multipliers_of(system: System, balance: Balance | None, derivative: Array, s
     return np.asarray(multipliers[abs(multipliers).argsort()[::-1]], np.complex128)
 
 
+def judged(
+    system: System, balance: Balance | None, derivative: Array, margin: float, sections: int = 1
+) -> tuple[Complex, bool] | None:
+    """Return the multipliers of an orbit and whether it attracts; None: it repels.
+
+    Parameters
+    ----------
+    system, balance, derivative, sections : as for `multipliers_of`
+    margin : an orbit attracts when max |μ| < 1 − margin, and repels unless max |μ| ≤ 1 + margin
+    """
+    multipliers = multipliers_of(system, balance, derivative, sections)
+    largest = abs(multipliers[0])
+    return (multipliers, bool(largest < 1.0 - margin)) if largest <= 1.0 + margin else None
+
+
 def over_sections(system: System, derivative: Array, sections: int) -> Array:
     """Return the derivative of the map over a mesh period, ``P = Rᵐ Qᵐ``, from that over a section.
 

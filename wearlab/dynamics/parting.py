@@ -6,12 +6,12 @@ from wearlab.arrays import Array
 from wearlab.dynamics.balance import solved_load
 from wearlab.dynamics.between import TablesWithin
 from wearlab.dynamics.collocation import SIZES
-from wearlab.dynamics.multipliers import multipliers_of
+from wearlab.dynamics.known import Known
+from wearlab.dynamics.multipliers import judged
 from wearlab.dynamics.parting_kernel import ANOTHER_PLAN, FOUND, ROUGH, small_orbit
 from wearlab.dynamics.parting_law import StepTables
 from wearlab.dynamics.pieces import StepParts, WithinPieces
-from wearlab.dynamics.response import Counts, Response, Verdict
-from wearlab.dynamics.touching import Known
+from wearlab.dynamics.response import ATTRACTING, NEUTRAL, Counts, Response
 from wearlab.mesh.stages import StageTables
 
 MOST_MORE = 64
@@ -21,7 +21,6 @@ TERMS_PER_STEP = 8
 AS_ROUGH = 10.0
 """How much more of the mesh force orbits with parting flanks may leave unresolved: the parabolas of
 Runge–Kutta steps, which are all there is instead, miss as much where flanks are worn."""
-ATTRACTING, NEUTRAL = Verdict(True, True, True, True), Verdict(True, False, True, True)
 CLOSED, ROUNDED = 1e-9, 1e-15
 """Distance between the ends of an orbit over its size, and where a method asks for less: about rounding."""
 
@@ -77,10 +76,10 @@ def orbit_of_small(
         return None
     multipliers = None
     if not attracting:
-        multipliers = multipliers_of(system, balance, derivative)
-        if not abs(multipliers[0]) <= 1.0 + margin:
+        verdict = judged(system, balance, derivative, margin)
+        if verdict is None:
             return None
-        attracting = bool(abs(multipliers[0]) < 1.0 - margin)
+        multipliers, attracting = verdict
     if balance is not None:
         balance = balance._replace(size=given[rows + 1 :])
     pieces, path = None, path[None, : count + 1]

@@ -85,7 +85,7 @@ def _pair(
     structure: Any, kernel: Any, tables: Any, step: int, period: Any, width: Any, states: Any, i: Any, s: Any,
     touch: Any,
 ) -> bool:  # fmt: skip
-    if not structure.paired[step] or step + 1 == len(tables.width):  # a section may end between equal steps
+    if step + 1 == len(tables.width) or not structure.paired[step]:  # a section may end between equal steps
         return False
     size = np.uint64(2 * len(structure.push) * len(width))
     second, third = i + size, i + size + size

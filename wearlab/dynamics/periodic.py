@@ -9,6 +9,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.between import TablesWithin
 from wearlab.dynamics.folded import orbit_held_together
+from wearlab.dynamics.known import known_of
 from wearlab.dynamics.parting import orbit_of_small
 from wearlab.dynamics.period_map import MIDDLE, TOUCHING, TOUCHING_FIRST
 from wearlab.dynamics.response import Response, Verdict
@@ -16,9 +17,9 @@ from wearlab.dynamics.shooting import CLOSED, Orbit, Shooting
 from wearlab.dynamics.steps import slowest_decay
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import Parted, halved, known_of, parting
+from wearlab.dynamics.touching import Parted, parting
 from wearlab.gears.errors import GearError
-from wearlab.mesh.stages import StageTables
+from wearlab.mesh.stages import StageTables, halved
 
 CLEAR = 0.005
 """Distance of the largest multiplier from 1 that lets a neighbour's derivative speak for an orbit: chords

@@ -83,10 +83,8 @@ def propagator_of(system: System, balance: Balance | None, tables: StageTables, 
 
 def mean_stiffness(tables: StageTables) -> Array:
     """Return the mean stiffness of every mesh, rounded so that wear states share it, (n_mesh,) [N/m]."""
-    stiffness = tables.stiffness
-    weight = tables.width[:, None] * np.array([1.0, 4.0, 1.0]) / 6.0
-    mean = (weight.ravel() @ stiffness.reshape(weight.size, -1)).reshape(stiffness.shape[2:]).sum(axis=1)
-    return np.asarray(np.exp(GRID * np.round(np.log(np.maximum(mean, 1e-300)) / GRID)), np.float64)
+    logarithm = np.log(np.maximum(tables.mean_stiffness, 1e-300))
+    return np.asarray(np.exp(GRID * np.round(logarithm / GRID)), np.float64)
 
 
 def input_vectors(system: System, balance: Balance | None) -> tuple[Array, Array]:

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.modes import modes
 from wearlab.dynamics.response import Response
 
 AMPLITUDE = (4.0, 120.0)
@@ -53,7 +52,7 @@ def _driven(response: Response, deflection: float) -> tuple[Array, Array, Array]
     under load, whichever is less: some hardly move the mesh.
     """
     system = response.system
-    every = modes(system, response.tables.mean_stiffness)
+    every = response.modes
     driven = every.excited() & (every.frequency > 0.0)
     shapes, rates = every.shape[driven], 2.0 * np.pi * every.frequency[driven]
     felt = np.abs(shapes @ system.direction.sum(axis=0))

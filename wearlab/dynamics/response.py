@@ -9,6 +9,7 @@ import numpy as np
 from wearlab.arrays import Array, Complex, Flags, Index
 from wearlab.dynamics.balance import balance_of
 from wearlab.dynamics.between import Parabolas, TablesWithin
+from wearlab.dynamics.modes import Modes, modes
 from wearlab.dynamics.multipliers import multipliers_of
 from wearlab.dynamics.path import Path, path
 from wearlab.dynamics.pieces import StepParts
@@ -45,6 +46,10 @@ class Verdict(NamedTuple):
             "not converged": not self.converged,
         }
         return tuple(word for word, holds in words.items() if holds)
+
+
+ATTRACTING, NEUTRAL = Verdict(True, True, True, True), Verdict(True, False, True, True)
+"""Of a unique periodic orbit that neighbouring motions approach, and of one that they may not."""
 
 
 class Counts(NamedTuple):
@@ -105,6 +110,11 @@ class Response:
     def map_derivative(self) -> Array | None:
         """(2n, 2n) of the map over m periods at its start, where a neighbour can use it, or None."""
         return self.derivative
+
+    @cached_property
+    def modes(self) -> Modes:
+        """The modes of the system with all pairs in contact, at the mean mesh stiffnesses."""
+        return modes(self.system, self.tables.mean_stiffness)
 
     def first_speaks_for(self, meshes: int) -> bool:
         """Whether all meshes of a kind do what the first does, each in its own section of the period."""

@@ -12,12 +12,13 @@ from scipy.special import binom
 
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.balance import solved_load
-from wearlab.dynamics.multipliers import multipliers_of
+from wearlab.dynamics.known import Known
+from wearlab.dynamics.multipliers import judged
 from wearlab.dynamics.path import Path
-from wearlab.dynamics.response import Counts, Response, Verdict
+from wearlab.dynamics.response import ATTRACTING, NEUTRAL, Counts, Response
 from wearlab.dynamics.ringing_kernel import FOUND, PARTED, STEPS, ringing_orbit
 from wearlab.dynamics.ringing_series import MOST_TERMS
-from wearlab.dynamics.touching import ATTRACTING, Known, Parted
+from wearlab.dynamics.touching import Parted
 from wearlab.mesh.stages import StageTables
 
 LEFT_OUT = 1e-10
@@ -106,17 +107,17 @@ def orbit_of_ringing(
         return None
     balance, multipliers = known.balance, None
     if not attracting:
-        multipliers = multipliers_of(system, balance, derivative)
-        if not abs(multipliers[0]) <= 1.0 + margin:
+        verdict = judged(system, balance, derivative, margin)
+        if verdict is None:
             return None
-        attracting = bool(abs(multipliers[0]) < 1.0 - margin)
+        multipliers, attracting = verdict
     if balance is not None:
         balance = balance._replace(size=given[rows + 1 :])
     return Ringing(
         1,
         path[None],
         multipliers,
-        ATTRACTING if attracting else Verdict(True, False, True, True),
+        ATTRACTING if attracting else NEUTRAL,
         Counts(1, len(plan.half) * terms, 1),
         closure,
         solved_load(system, balance),

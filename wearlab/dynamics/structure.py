@@ -75,7 +75,7 @@ class Propagated(NamedTuple):
     direction, per_force, push : as in `Dense`
     pushes : (n_load · n,) M⁻¹ times the fluctuating load and those of unknown size, flat [m/s²]
     tables : what the exact steps are made of
-    paired : (n_steps,) whether a step and the next are equal and smooth across
+    paired : (n_steps − 1,) whether a step and the next are equal and smooth across
     dense : the same structure for the parts of a step between contact changes
     sense, feed, force, moved : scratch (8 n_mesh, w), (8 n_mesh, w), (5 n_input, w), (2n, w)
     series, sensed, approach : scratch of the series there, (TERMS, n, w), (TERMS, n_mesh, w), (TERMS,)
@@ -247,7 +247,7 @@ def _propagated(
         dense.push,
         (np.array(loads).reshape(-1, n) @ np.linalg.inv(system.mass).T).ravel(),
         propagator,
-        np.append(joined_steps(tables), False),
+        joined_steps(tables),
         dense,
         np.zeros((8 * meshes, width)),
         np.zeros((8 * meshes, width)),

@@ -1,7 +1,7 @@
 """Largest and smallest mesh forces of a moved scene: looked at where those of the scene itself are."""
 
-from functools import lru_cache
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -9,9 +9,6 @@ from wearlab.arrays import Array, Index
 from wearlab.dynamics.extremes import FRACTIONS, extremes, nearest
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.within import forces_at, forces_within
-
-KEPT = 8
-"""Responses whose places are remembered: those of the scene itself, which every number asks for."""
 
 
 class Places(NamedTuple):
@@ -28,6 +25,10 @@ class Places(NamedTuple):
     fraction: Array
 
 
+_read: WeakKeyDictionary[Response, Places] = WeakKeyDictionary()
+"""Those of responses that still are: every number asks for those of the scene itself."""
+
+
 def extreme_forces(response: Response, near: Response) -> Array:
     """Return the least and the largest elastic force of every mesh, (2, n_mesh) [N].
 
@@ -40,7 +41,9 @@ def extreme_forces(response: Response, near: Response) -> Array:
     if len(response.tables.width) != len(near.tables.width):
         whole = extremes(response)
         return np.stack([whole.least, whole.largest])
-    places, forces = places_of_extremes(near), np.empty((2, len(response.system.direction)))
+    if near not in _read:
+        _read[near] = places_of_extremes(near)
+    places, forces = _read[near], np.empty((2, len(response.system.direction)))
     for turn in np.unique(places.turn):
         which, mesh = np.nonzero(places.turn == turn)
         step, fraction = places.step[which, mesh], places.fraction[which, mesh]
@@ -49,7 +52,6 @@ def extreme_forces(response: Response, near: Response) -> Array:
     return forces
 
 
-@lru_cache(KEPT)
 def places_of_extremes(response: Response) -> Places:
     """Return where `extremes` of a response are met."""
     forces = forces_within(response, FRACTIONS).elastic
