@@ -83,7 +83,8 @@ EXACT = {
         "m",
         "um",
         "wear depth beyond which first-order contact is 5 % off",
-        "by the largest unloaded error, with wear of this shape; missing without wear or up to 1 mm",
+        "by the largest unloaded error, with wear of this shape; missing without wear, and where both agree "
+        "up to 1 mm or up to the deepest wear that the flanks can have",
     ),
 }
 

@@ -100,6 +100,13 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
     return Estimates(depth, force, _life(stage, lived, worn, last), _doubts(stage, lived, joint, force))
 
 
+def not_estimated(lived: History) -> Estimates:
+    """Return the estimates of a life of which none could be made: all NaN, and doubtful."""
+    unknown = None if lived.life is None else np.full(len(lived.cycle), np.nan)
+    life = np.nan if lived.life is not None and lived.life.worn_out else None
+    return Estimates(unknown, None, life, ("its errors could not be estimated",))
+
+
 def _doubts(
     stage: Stage,
     lived: History,

@@ -1,6 +1,7 @@
 """The exact mesh relationship of a run's states: where pairs touch, which are engaged, how gears lag."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,17 +22,18 @@ from wearlab.mesh.exact.relation import (
 from wearlab.mesh.profile import Lookup
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
+from wearlab.simulation.diagnostics import diagnosed
 
 Values = dict[str, Any]
 
 
-def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Values:
+def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState], failures: list[str]) -> Values:
     """Return the mesh relationship at the stored phases, nothing where no mesh has exact contact.
 
     ``contact_angle``, ``rotation_angle`` (update, member, mesh, pair, phase), ``engaged`` (update, mesh,
     pair, phase), ``meshing_range``, ``contact_range`` and those of a lone pair (update, member, mesh, end),
     ``contact_loss`` (update, member, mesh), how far the first-order form is off (update, mesh) and
-    ``unloaded_transmission_angle`` (update, mesh, phase); NaN for members not in a mesh.
+    ``unloaded_transmission_angle`` (update, mesh, phase); NaN for members not in a mesh, and what fails.
     """
     if all(_meeting(kind.analysis) is None for kind in parts.kinds):
         return {}
@@ -58,7 +60,8 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState]) -> Val
             continue
         where = parts.look(index, parts.phase)
         for update, state in enumerate(states):
-            _one_state(scene, parts, values, (update, index), state.kind[mesh.kind], where)
+            fill = partial(_one_state, scene, parts, values, (update, index), state.kind[mesh.kind], where)
+            diagnosed(f"exact mesh relationship of {parts.gears.mesh_names[index]}", fill, None, failures)
     return values
 
 

@@ -1,6 +1,8 @@
 """A scene becomes its dataset."""
 
 import time
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,9 +21,10 @@ from wearlab.simulation.calibration import Calibration, calibrated, calibrated_v
 from wearlab.simulation.conditions import along_duty, condition_coordinates, in_order
 from wearlab.simulation.continued import inherited_error
 from wearlab.simulation.departures import departures
+from wearlab.simulation.diagnostics import diagnosed, with_failures
 from wearlab.simulation.discovery import discovery
 from wearlab.simulation.errors import Refused
-from wearlab.simulation.estimates import Estimates, estimated
+from wearlab.simulation.estimates import Estimates, estimated, not_estimated
 from wearlab.simulation.exact import exact_values
 from wearlab.simulation.following import with_results
 from wearlab.simulation.label import CONVENTIONS, Labelled, joined, labelled, parts_of
@@ -86,11 +89,15 @@ def _dataset(
     reached = stages[: len(lived.stages)]
     inherited = inherited_error(scene, stages[0].first)
     others: list[Search] = []
+    failures: list[str] = []
     by_condition = [
-        [_of_condition(stage, k, block, lived, others) for block in range(len(stage.parts))]
+        [_of_condition(stage, k, block, lived, others, failures) for block in range(len(stage.parts))]
         for k, stage in enumerate(reached)
     ]
-    estimates = [estimated(stage, own, inherited) for stage, own in zip(reached, lived.stages, strict=True)]
+    estimates = [
+        diagnosed("estimates", partial(estimated, stage, own, inherited), not_estimated(own), failures)
+        for stage, own in zip(reached, lived.stages, strict=True)
+    ]
     each = [
         [
             _with_errors(values, own, block, len(lived.kept(k).cycle))
@@ -113,7 +120,7 @@ def _dataset(
     if first.vibration is not None:
         values["attractor"] = vibrating.attractor(lived)
     values |= trust_values(reached, lived, estimates, others, calibration, inherited)
-    values["model_error"] = departures(scene, first)
+    values["model_error"] = diagnosed("model error", partial(departures, scene, first), "", failures)
     values |= calibrated_values(calibration)
     coordinates = {"cycle": lived.cycle, **named.coordinates(first), **condition_coordinates(scene, lived)}
     coordinates |= {name: values.pop(name) for name in ALONG_STATES if name in values}
@@ -121,26 +128,39 @@ def _dataset(
     if "mode" in sizes:
         coordinates["mode"] = np.arange(1, sizes["mode"] + 1)
     values["run_time_total"] = time.perf_counter() - clock
-    dataset = with_results(joined(conditions, labelled(values, coordinates)))
+    dataset = with_results(joined(conditions, labelled(values, coordinates)), failures)
+    dataset = with_failures(dataset, failures)
     left_out = [name for name in dataset.data_vars if not scene.store.keeps(str(name))]
     return dataset.drop_vars(left_out) if left_out else dataset
 
 
-def _of_condition(stage: Stage, number: int, block: int, lived: History, others: list[Search]) -> Values:
-    """Return the contact and the dynamics of the kept states in one condition."""
+def _of_condition(
+    stage: Stage, number: int, block: int, lived: History, others: list[Search], failures: list[str]
+) -> Values:
+    """Return the contact and the dynamics of the kept states in one condition.
+
+    Of a life that has ended, a part that fails is missing; ``failures`` gets a line for it.
+    """
     scene, parts = stage.scenes[block], stage.parts[block]
     states = lived.kept(number).in_block(block).state
-    values = named.mesh_values(parts, states) | named.path_values(parts, states)
-    values |= exact_values(scene, parts, states)
+
+    def found(name: str, find: Callable[[], Values]) -> Values:
+        return find() if lived.life is None else diagnosed(name, find, {}, failures)
+
+    values = found("quasi-static contact", lambda: named.mesh_values(parts, states))
+    values |= found("values along the path", lambda: named.path_values(parts, states))
+    values |= exact_values(scene, parts, states, failures)
     if parts.vibration is not None:
-        values |= vibrating.dynamic_values(parts, states)
-        values |= vibrating.mode_values(build_modes(parts))
+        values |= found("dynamics of the states", lambda: vibrating.dynamic_values(parts, states))
+        values |= found("modes", lambda: vibrating.mode_values(build_modes(parts)))
         values["count_steps_per_period"] = len(parts.vibration.grid_of(states[0].responses[0]).width)
-    coexisting = other_attractors(parts, states)
+    coexisting: list[Search] = diagnosed(
+        "search for other attractors", partial(other_attractors, parts, states), [], failures
+    )
     others += coexisting
     values |= attractor_values(coexisting)
     if scene.dynamics is not None and scene.dynamics.response is not None:
-        values |= over_speed_values(scene, parts, states[0])
+        values |= found("response over speed", lambda: over_speed_values(scene, parts, states[0]))
     return values
 
 

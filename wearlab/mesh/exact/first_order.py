@@ -7,6 +7,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.exact.minimum_gap import minimum_gap
+from wearlab.mesh.stiffness import SectionVanished
 
 AGREEMENT = 0.05
 SHALLOWEST, DEEPEST = 1e-8, 1e-3
@@ -56,16 +57,22 @@ def depth_of_disagreement(flanks: WornFlanks, shape: Array, share: float = AGREE
 
     Returns
     -------
-    largest depth of the shape [m]; inf when both agree up to ``DEEPEST``
+    largest depth of the shape [m]; inf when both agree up to ``DEEPEST``, or as deep as flanks of this shape
+    can be worn
     """
 
     def excess(depth: float) -> float:
-        return abs(errors_in_both_forms(flanks, depth * shape).excess)
+        try:
+            return abs(errors_in_both_forms(flanks, depth * shape).excess)
+        except SectionVanished:
+            return np.inf
 
     low, high = SHALLOWEST, DEEPEST
-    if excess(high) < share:
+    beyond = excess(high)
+    if beyond < share:
         return np.inf
     for _ in range(BISECTIONS):
         middle = float(np.sqrt(low * high))
-        low, high = (middle, high) if excess(middle) < share else (low, middle)
-    return high
+        found = excess(middle)
+        low, high, beyond = (middle, high, beyond) if found < share else (low, middle, found)
+    return high if beyond < np.inf else np.inf
