@@ -19,7 +19,7 @@ def with_results(run: xr.Dataset, failures: list[str] | None = None) -> xr.Datas
     run : the dataset
     failures : gets a line for each result that fails, which is missing then; None: its error is raised
     """
-    results = {}
+    results: dict[str, np.ndarray] = {}
     for result in RESULTS:
         if all(name in run for name in result.needs):
             find = partial(_values, result, run)
@@ -28,5 +28,5 @@ def with_results(run: xr.Dataset, failures: list[str] | None = None) -> xr.Datas
     return joined(parts_of(run), labelled(results, {})) if results else run
 
 
-def _values(result: Result, run: xr.Dataset) -> np.ndarray | None:
+def _values(result: Result, run: xr.Dataset) -> np.ndarray:
     return np.asarray(result.of(run).transpose(*result.variable.dims).values)
