@@ -14,10 +14,10 @@ from wearlab.arrays import Array
 from wearlab.life.accumulated import AccumulatedError
 from wearlab.life.adaptive import Adaptive
 from wearlab.life.aim import longest_step
+from wearlab.life.checkpoint import Checkpoint, Progress, checkpoint
 from wearlab.life.counted import CountedRate, Rate
 from wearlab.life.euler import Euler, Fixed, SawTooth
 from wearlab.life.jump import Jump, shift_by
-from wearlab.life.keeping import Place, Told, place
 from wearlab.life.limits import ALL_CYCLES, WORN_OUT, Limits, OutOfEvaluations, Snapshots, StopWear
 from wearlab.life.record import Life, read_off
 from wearlab.life.step import Node, Step, crossing, depth_at
@@ -98,7 +98,7 @@ def evolve(
         raise ValueError("initial wear depths must be one array of finite values that are not negative")
     counted = CountedRate(rate, most_evaluations, most_work)
     march = _March(counted, limits, tolerance, scale, Node(0.0, h0, counted(h0)))
-    kept = place((h0, march.node.rate, limits, method, tolerance, scale), counted.shared)
+    kept = checkpoint((h0, march.node.rate, limits, method, tolerance, scale), counted.shared)
     march.run(method or Adaptive(), progress, kept)
     return march.life(snapshots or Snapshots())
 
@@ -119,12 +119,12 @@ class _March:
     def node(self) -> Node:
         return self.nodes[-1]
 
-    def run(self, method: Method, progress: Callable[[Node], None] | None, keep: Place | None) -> None:
+    def run(self, method: Method, progress: Callable[[Node], None] | None, keep: Checkpoint | None) -> None:
         """March until there is a reason to end, from where an earlier process put it down."""
         self.reason = WORN_OUT if self._reached(self.node) else ""
         stepper: Stepper | None = None
         followed: list[tuple[Node, Any]] = []
-        if keep is not None and (kept := keep.kept) is not None:
+        if keep is not None and self._is_own(kept := keep.kept):
             stepper, followed = self._taken_up(kept, method)
             self._show(progress, followed)
         while not self.reason:
@@ -140,8 +140,8 @@ class _March:
                 progress(self.node)
             if keep is not None:
                 followed.append((self.node, self.rate.remember()))
-                told = Told(self.node.cycle, float(self.node.depth.max(initial=0.0)))
-                keep.keep(told, partial(self._put_down, stepper, followed))
+                reached = Progress(self.node.cycle, float(self.node.depth.max(initial=0.0)))
+                keep.keep(reached, partial(self._put_down, stepper, followed))
         if keep is not None:
             keep.settle(partial(self._put_down, stepper, followed))
         if stepper is not None:
@@ -153,6 +153,14 @@ class _March:
         own = {name: value for name, value in vars(self).items() if name not in GIVEN}
         steps = None if stepper is None else {k: v for k, v in vars(stepper).items() if k not in GIVEN}
         return {"march": own, "stepper": steps, "followed": followed, "rate": self.rate.put_down()}
+
+    def _is_own(self, kept: Any) -> bool:
+        """Whether what was kept has the shape of what `_put_down` returns."""
+        if not isinstance(kept, dict) or kept.keys() != {"march", "stepper", "followed", "rate"}:
+            return False
+        own, steps = kept["march"], kept["stepper"]
+        whole = isinstance(own, dict) and own.keys() == vars(self).keys() - set(GIVEN)
+        return whole and (steps is None or isinstance(steps, dict))
 
     def _taken_up(
         self, kept: dict[str, Any], method: Method

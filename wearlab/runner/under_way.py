@@ -53,7 +53,7 @@ def under_way(run_id: str, resumed: bytes | None) -> Iterator[None]:
     if send is None:
         yield
         return
-    from wearlab.simulation import kept_by
+    from wearlab.simulation import checkpoints
 
     last = time.monotonic()
 
@@ -64,7 +64,7 @@ def under_way(run_id: str, resumed: bytes | None) -> Iterator[None]:
         send({"id": run_id, "cycle": float(told.cycle), "depth": float(told.depth), "image": image()})
         last = time.monotonic()
 
-    with kept_by(tell, resumed):
+    with checkpoints(tell, resumed):
         yield
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearlab.life.keeping import kept_by
+from wearlab.life.checkpoint import checkpoints
 from wearlab.life.limits import Limits, Snapshots
 from wearlab.life.march import evolve
 
@@ -62,7 +62,7 @@ def lived(image=None, die_after=None, of=Rate):
 
     rate, shown = of(), []
     try:
-        with kept_by(tell, image):
+        with checkpoints(tell, image):
             life = evolve(
                 rate,
                 np.zeros(9),
@@ -116,7 +116,7 @@ def test_what_ended_is_not_marched_again():
 
 def test_another_march_takes_nothing_up():
     _, images, *_ = lived()
-    with kept_by(lambda told, image: None, images[-1]):
+    with checkpoints(lambda told, image: None, images[-1]):
         other = evolve(Rate(), np.full(9, 1e-7), limits=Limits(depth=1e-5))
     assert other.cycle[0] == 0.0 and other.depth[0].max() == 1e-7
 

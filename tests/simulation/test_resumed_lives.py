@@ -1,0 +1,38 @@
+"""A run that was killed under way goes on from its checkpoint with the same numbers."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import wearlab
+from wearlab.simulation import checkpoints, simulate
+
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
+
+
+class Killed(Exception):
+    pass
+
+
+@pytest.mark.parametrize("file", ["spur_speeds.toml", "spur_1dof.toml"])
+def test_a_resumed_life_has_the_same_numbers(file):
+    scene = wearlab.load(CAMPAIGNS / file).cases[0].scene
+    images = []
+
+    def report(reached, image):
+        if len(images) == 2:
+            raise Killed
+        images.append(image())
+
+    whole = simulate(scene)
+    with pytest.raises(Killed), checkpoints(report):
+        simulate(scene)
+    assert b"wearlab" in images[-1]
+    reached = []
+    with checkpoints(lambda progress, image: reached.append(progress), images[-1]):
+        resumed = simulate(scene)
+    assert reached[0].cycle > 0.0
+    for name, values in whole.variables.items():
+        if not str(name).startswith("run_time"):
+            np.testing.assert_array_equal(resumed[name].values, values.values, err_msg=str(name))

@@ -1,0 +1,342 @@
+"""Checkpoints: a life can be put down after any accepted state, and taken up bit for bit.
+
+What is kept is all that the next step depends on: the accepted states and curves, the memory of the stepper,
+and that of the rate (its last orbits). A life that was taken up again makes the same steps, counts the same
+work and ends with the same numbers.
+
+A checkpoint is one line of JSON and the bytes of its arrays. Reading it calls nothing that it names: records
+of `wearlab.life`, `wearlab.mesh` and `wearlab.dynamics` are filled field by field, and anything else that it
+asks for is refused. What cannot be read is as good as no checkpoint.
+"""
+
+import hashlib
+import importlib
+import json
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+MODULE = re.compile(r"wearlab\.(life|mesh|dynamics)(\.[a-z_][a-z0-9_]*)*")
+"""Modules whose records a checkpoint may hold: numbers, and nothing that reads or writes."""
+NUMBER = re.compile(r"[<>|=](b1|[iu][1248]|f[248]|c8|c16|U[0-9]{1,4})")
+PLAIN = (type(None), bool, int, float, str)
+
+
+class Progress(NamedTuple):
+    """How far a life is, for those who wait.
+
+    Parameters
+    ----------
+    cycle : reached [1]
+    depth : largest depth reached [m]
+    """
+
+    cycle: float
+    depth: float
+
+
+Report = Callable[[Progress, Callable[[], bytes]], None]
+"""Called with every accepted state and what makes its checkpoint, which costs nothing until it is called."""
+
+
+class CheckpointError(ValueError):
+    """No wearlab wrote this checkpoint."""
+
+
+def encoded(value: Any, shared: Sequence[Any] = ()) -> bytes:
+    """Return a value as a line of JSON and the bytes of its arrays.
+
+    Parameters
+    ----------
+    value : numbers, texts, lists, tuples, tables, arrays and records of wearlab, in any depth; an object that
+        occurs twice is written once
+    shared : objects of this process of which only the number is written
+
+    Raises
+    ------
+    CheckpointError : it holds anything else
+    """
+    writer = _Writer(shared)
+    root = writer.reference(value)
+    head = json.dumps({"values": writer.values, "root": root}, separators=(",", ":"))
+    return head.encode() + b"\n" + b"".join(writer.blocks)
+
+
+def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
+    """Return what `encoded` wrote, with this process's own objects in the place of those shared.
+
+    Raises
+    ------
+    CheckpointError : no wearlab wrote it
+    """
+    head, _, arrays = image.partition(b"\n")
+    try:
+        document = json.loads(head)
+        reader = _Reader(arrays, shared)
+        for stored in document["values"]:
+            reader.known.append(reader.made(stored))
+        return reader.value(document["root"])
+    except CheckpointError:
+        raise
+    except (ValueError, TypeError, KeyError, IndexError, RecursionError, OverflowError) as error:
+        raise CheckpointError(f"no checkpoint of wearlab ({error})") from error
+
+
+class _Writer:
+    """Lists the objects of a value, each once and after all that it holds."""
+
+    def __init__(self, shared: Sequence[Any]) -> None:
+        self.shared = {id(each): number for number, each in enumerate(shared)}
+        self.values: list[list[Any]] = []
+        self.blocks: list[bytes] = []
+        self.size = 0
+        self.numbers: dict[int, int] = {}
+        self.alive: list[Any] = []  # an id names one object only as long as it lives
+
+    def reference(self, value: Any) -> Any:
+        """Return a plain value itself, and of any other object its number in a list."""
+        if type(value) in PLAIN:
+            return value
+        if id(value) not in self.numbers:
+            stored = self.stored(value)
+            self.numbers[id(value)] = len(self.values)
+            self.values.append(stored)
+            self.alive.append(value)
+        return [self.numbers[id(value)]]
+
+    def stored(self, value: Any) -> list[Any]:
+        """Return how an object is written."""
+        if id(value) in self.shared:
+            return ["shared", self.shared[id(value)]]
+        match value:
+            case np.ndarray() | np.generic():
+                return self.array(value)
+            case complex():
+                return ["complex", value.real, value.imag]
+            case slice():
+                return ["slice", value.start, value.stop, value.step]
+            case dict():
+                return ["table", [[self.reference(key), self.reference(v)] for key, v in value.items()]]
+        if type(value) in (tuple, list):
+            return [type(value).__name__, [self.reference(each) for each in value]]
+        kind, names = type(value), _names(value)
+        named = f"{kind.__module__}:{kind.__qualname__}"
+        if _record(named) is not kind:
+            raise CheckpointError(f"{named} does not belong in a checkpoint")
+        return ["record", named, {name: self.reference(getattr(value, name)) for name in names}]
+
+    def array(self, value: Any) -> list[Any]:
+        """Return where an array's bytes are, and what they mean."""
+        values = np.asarray(value)
+        if not NUMBER.fullmatch(values.dtype.str):
+            raise CheckpointError(f"arrays of {values.dtype} do not belong in a checkpoint")
+        order: Literal["C", "F"] = "F" if values.flags.f_contiguous and not values.flags.c_contiguous else "C"
+        block = values.tobytes(order)
+        kind = "array" if isinstance(value, np.ndarray) else "number"
+        stored = [kind, values.dtype.str, list(values.shape), order, self.size]
+        self.blocks.append(block)
+        self.size += len(block)
+        return stored
+
+
+class _Reader:
+    """Makes the objects of a list one after another: each refers to earlier ones only."""
+
+    def __init__(self, arrays: bytes, shared: Sequence[Any]) -> None:
+        self.arrays, self.shared = arrays, shared
+        self.known: list[Any] = []
+
+    def value(self, reference: Any) -> Any:
+        """Return what a reference stands for."""
+        if type(reference) in PLAIN:
+            return reference
+        (number,) = reference
+        return self.known[_index(number)]
+
+    def made(self, stored: Any) -> Any:
+        """Return an object as it was written."""
+        match stored:
+            case ["shared", number]:
+                return self.shared[_index(number)]
+            case [("array" | "number") as kind, str(dtype), list(shape), order, offset]:
+                values = self.array(dtype, shape, order, _index(offset))
+                return values if kind == "array" else values[()]
+            case ["complex", float(real), float(imaginary)]:
+                return complex(real, imaginary)
+            case ["slice", start, stop, step]:
+                return slice(start, stop, step)
+            case ["table", list(items)]:
+                return {self.value(key): self.value(value) for key, value in items}
+            case ["tuple", list(items)]:
+                return tuple(self.value(each) for each in items)
+            case ["list", list(items)]:
+                return [self.value(each) for each in items]
+            case ["record", str(named), dict(values)]:
+                return _filled(_record(named), {name: self.value(each) for name, each in values.items()})
+        raise CheckpointError(f"{str(stored)[:60]!r} does not belong in a checkpoint")
+
+    def array(self, dtype: str, shape: list[Any], order: Any, offset: int) -> Any:
+        """Return an array of its own, which may be written to."""
+        if not NUMBER.fullmatch(dtype) or order not in ("C", "F"):
+            raise CheckpointError(f"arrays of {dtype[:20]!r} do not belong in a checkpoint")
+        lengths = [_index(length) for length in shape]
+        count = int(np.prod(lengths, dtype=object))
+        flat = np.frombuffer(self.arrays, dtype, count, offset) if count else np.empty(0, dtype)
+        return flat.reshape(lengths, order=order).copy(order)
+
+
+def _index(number: Any) -> int:
+    if type(number) is not int or number < 0:
+        raise CheckpointError(f"{str(number)[:20]!r} is no number of an object")
+    return number
+
+
+def _names(value: Any) -> Sequence[str]:
+    """Return the names of the values that make an object: fields, or whatever an object of its own holds."""
+    kind = type(value)
+    if isinstance(value, tuple):
+        return getattr(kind, "_fields", ())
+    return [each.name for each in fields(kind)] if is_dataclass(kind) else list(vars(value))
+
+
+def _record(named: str) -> type:
+    """Return a class of our own by its module and name."""
+    module, _, name = named.partition(":")
+    if not MODULE.fullmatch(module) or not name.isidentifier():
+        raise CheckpointError(f"{named[:60]!r} does not belong in a checkpoint")
+    try:
+        kind = vars(importlib.import_module(module)).get(name)
+    except ImportError as error:
+        raise CheckpointError(f"{named[:60]!r} is not there") from error
+    if not isinstance(kind, type) or kind.__module__ != module:
+        raise CheckpointError(f"{named[:60]!r} does not belong in a checkpoint")
+    return kind
+
+
+def _filled(kind: type, values: dict[str, Any]) -> Any:
+    """Return an object with these values; none of its own code runs."""
+    if issubclass(kind, tuple):
+        names = getattr(kind, "_fields", ())
+        if set(names) != set(values) or not names:
+            raise CheckpointError(f"{kind.__name__} with other fields")
+        return tuple.__new__(kind, [values[name] for name in names])
+    if is_dataclass(kind) and {each.name for each in fields(kind)} != set(values):
+        raise CheckpointError(f"{kind.__name__} with other fields")
+    made = object.__new__(kind)
+    for name, value in values.items():
+        object.__setattr__(made, name, value)
+    return made
+
+
+@dataclass
+class Recorder:
+    """Where the lives of one run put down what they need, and find what an earlier process put down.
+
+    Parameters
+    ----------
+    report : called with every accepted state
+    kept : what was kept of every life, by what it began with
+    """
+
+    report: Report
+    kept: dict[str, bytes] = field(default_factory=dict)
+
+    def image(self) -> bytes:
+        """Return everything kept: the keys and lengths as a line of JSON, then the images."""
+        head = json.dumps({key: len(image) for key, image in self.kept.items()})
+        return head.encode() + b"\n" + b"".join(self.kept.values())
+
+
+def _parts(image: bytes) -> dict[str, bytes]:
+    """Return what `Recorder.image` joined; nothing where no wearlab wrote it."""
+    head, _, rest = image.partition(b"\n")
+    kept: dict[str, bytes] = {}
+    try:
+        lengths = json.loads(head)
+        for key, length in lengths.items():
+            kept[key], rest = rest[: _index(length)], rest[_index(length) :]
+    except (ValueError, AttributeError, RecursionError):
+        return {}
+    return kept
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """The place of one life with a recorder.
+
+    Parameters
+    ----------
+    recorder : of the run
+    key : hash of what the life began with: a run has several, and may find some of them done elsewhere
+    shared : objects that this process has of its own and that are told apart by identity
+    """
+
+    recorder: Recorder
+    key: str
+    shared: tuple[Any, ...] = ()
+
+    @property
+    def kept(self) -> Any:
+        """What an earlier process kept of this life, None: nothing that can be read."""
+        image = self.recorder.kept.get(self.key)
+        try:
+            return None if image is None else decoded(image, self.shared)
+        except CheckpointError:
+            return None
+
+    def keep(self, reached: Progress, state: Callable[[], Any]) -> None:
+        """Report an accepted state, which can be kept."""
+
+        def image() -> bytes:
+            self.settle(state)
+            return self.recorder.image()
+
+        self.recorder.report(reached, image)
+
+    def settle(self, state: Callable[[], Any]) -> None:
+        """Keep a state of the life, its end too: a later life's checkpoint holds it.
+
+        A life whose memory is of a plug-in's own types is not kept; it begins anew.
+        """
+        try:
+            self.recorder.kept[self.key] = encoded(state(), self.shared)
+        except CheckpointError:
+            self.recorder.kept.pop(self.key, None)
+
+
+_RECORDER: ContextVar[Recorder | None] = ContextVar("recorder", default=None)
+
+
+@contextmanager
+def checkpoints(report: Report, image: bytes | None = None) -> Iterator[None]:
+    """Let every life in this context be reported, and go on from what ``image`` holds.
+
+    Parameters
+    ----------
+    report : called with every accepted state
+    image : what a checkpoint of the same run held, None: a run from its beginning
+    """
+    token = _RECORDER.set(Recorder(report, {} if image is None else _parts(image)))
+    try:
+        yield
+    finally:
+        _RECORDER.reset(token)
+
+
+def checkpoint(begins: tuple[Any, ...], shared: tuple[Any, ...]) -> Checkpoint | None:
+    """Return the place of the life that begins so, None where nobody keeps any.
+
+    Parameters
+    ----------
+    begins : what the life is made of: first state, limits, method, tolerances
+    shared : objects that its rate tells apart by identity
+    """
+    recorder = _RECORDER.get()
+    if recorder is None:
+        return None
+    return Checkpoint(recorder, hashlib.sha256(encoded(begins)).hexdigest(), shared)
