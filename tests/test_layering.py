@@ -23,7 +23,6 @@ ROAD = (
         "cache",
         "regular",
         "compiled",
-        "claims",
         "nearest",
         "usual_units",
         "shop",
@@ -222,6 +221,13 @@ def test_options_of_variants_compile_nothing():
         check=True,
     )
     assert {name.split(".")[0] for name in shown.stdout.split()} & HEAVY == set()
+
+
+def test_nothing_of_numba_is_used_that_its_manual_does_not_name():
+    """A trick with a library's inside breaks with its next release."""
+    assert [both for both in taken_by(*ROAD) if both[1].startswith("numba.core")] == []
+    hidden = ("_nrt", "no_cpython_wrapper", "no_cfunc_wrapper", "numba.core")
+    assert [(module, word) for module in modules() for word in hidden if word in source_of(module)] == []
 
 
 def test_physics_knows_no_labels():

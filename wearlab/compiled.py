@@ -4,7 +4,6 @@ Numba's disk cache does not notice an edit in another file that a kernel calls. 
 a hash of every source that holds kernels: an edit anywhere among them starts from an empty folder.
 """
 
-import gc
 import os
 import shutil
 import warnings
@@ -13,13 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import event
 
 from wearlab.cache import cache_folder, writable
 from wearlab.sources import PACKAGE, hash_of
 
 KEPT_FOLDERS = 6
-__all__ = ["INNER", "jit", "jit_inner"]
+__all__ = ["KERNEL", "jit", "jit_inner"]
 
 
 def _cache_folder() -> Path:
@@ -41,66 +39,26 @@ def _cache_folder() -> Path:
 numba.config.CACHE_DIR = str(writable(_cache_folder()))  # type: ignore[attr-defined]
 
 
-class _Undisturbed(event.Listener):
-    """Lets no search for garbage go through the compiler's millions of objects: an eighth of its time."""
-
-    def __init__(self) -> None:
-        self.under_way, self.collects = 0, False
-
-    def on_start(self, told: Any) -> None:
-        """Stop collecting where the outermost kernel begins to compile."""
-        if self.under_way == 0:
-            self.collects = gc.isenabled()
-            gc.disable()
-        self.under_way += 1
-
-    def on_end(self, told: Any) -> None:
-        """Collect again, if anything did before."""
-        self.under_way -= 1
-        if self.under_way == 0 and self.collects:
-            gc.enable()
+KERNEL: Any = {"error_model": "numpy"}
+"""IEEE arithmetic: a division by zero is infinite, not an exception."""
 
 
-event.register("numba:compile", _Undisturbed())
-
-
-KERNEL: Any = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
-"""IEEE arithmetic; no code by which C would call it; no references counted.
-
-Whoever calls a kernel holds its arrays. Numba would count a reference to every array of a named tuple
-wherever one is read from it: half the time of a mesh period, and a sixth of the compiler's.
-"""
-INNER: Any = {**KERNEL, "no_cpython_wrapper": True}
-"""Nor code by which Python would call it: with large arguments that alone takes seconds."""
-
-
-def jit(function: Callable[..., Any] | None = None, *, allocates: bool = False) -> Callable[..., Any]:
-    """Compile a kernel without the interpreter, IEEE arithmetic kept, cached on disk.
-
-    Parameters
-    ----------
-    allocates : it makes arrays, multiplies them by `numpy.dot`, assigns one to a slice of another, or calls a
-        kernel that returns one: references are counted
-    """
-    compiled: Callable[..., Any] = numba.njit(function, cache=True, **{**KERNEL, "_nrt": allocates})
+def jit(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a kernel without the interpreter, IEEE arithmetic kept, cached on disk."""
+    compiled: Callable[..., Any] = numba.njit(function, cache=True, **KERNEL)
     return compiled
 
 
-def jit_inner(
-    function: Callable[..., Any] | None = None, *, allocates: bool = False, forceinline: bool = False
-) -> Callable[..., Any]:
+def jit_inner(function: Callable[..., Any] | None = None, *, forceinline: bool = False) -> Callable[..., Any]:
     """Compile a kernel that is called from kernels alone: a part of theirs, on disk with them.
 
     Parameters
     ----------
-    allocates : see `jit`
     forceinline : become part of every caller, however large. For kernels called at every step that are handed
         tuples: a call hands these over by value, seven words an array or more, and indexes them in memory,
         which takes four times as long, and fifteen times where it is called for every part of a step
     """
-    compiled: Callable[..., Any] = numba.njit(
-        function, forceinline=forceinline, **{**INNER, "_nrt": allocates}
-    )
+    compiled: Callable[..., Any] = numba.njit(function, forceinline=forceinline, **KERNEL)
     return compiled
 
 
@@ -124,7 +82,7 @@ def compiled_if_possible(function: Callable[..., Any], name: str) -> Callable[..
         compiled: Callable[..., Any] = numba.njit(error_model="numpy")(function)
         try:
             result = compiled(*arguments)
-        except (numba.core.errors.NumbaError, NotImplementedError) as error:
+        except (numba.errors.NumbaError, NotImplementedError) as error:
             reason = str(error).strip().splitlines()[0]
             warnings.warn(f"{name} runs as plain Python: {reason}", SlowFunction, stacklevel=2)
             compiled, result = function, function(*arguments)

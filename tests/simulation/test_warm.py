@@ -1,6 +1,9 @@
 """What is compiled ahead: one scene of every kind, not one of every run."""
 
+import gc
 from pathlib import Path
+
+import pytest
 
 from wearlab.campaign import load
 from wearlab.simulation import warm
@@ -22,20 +25,19 @@ def test_numbers_make_no_kind_but_choices_do():
     assert len(kinds_of([scene, *others])) == 3
 
 
-def test_who_has_waited_for_one_kernel_looks_at_all_jobs_again(monkeypatch):
-    """Was a wait for the next kernel of another process, while the third could have been compiled here."""
-    asked, done = [], set()
-
-    def is_done(job, patient):
-        asked.append((job, patient))
-        if patient or job == "free" or (job == "after" and "waited for" in done):
-            done.add(job)
-        return job in done
-
+def test_workers_do_the_same_jobs_in_another_order(monkeypatch):
+    """Each begins elsewhere, and a failing job leaves the garbage collection as it was."""
+    done = []
     monkeypatch.setattr(warm, "kinds_of", list)
-    monkeypatch.setattr(warm, "jobs_of", lambda kinds: ["free", "waited for", "busy", "after"])
-    monkeypatch.setattr(warm, "is_done", is_done)
+    monkeypatch.setattr(warm, "jobs_of", lambda kinds: [(done.append, name) for name in "abc"])
     warm.warm_up([], turn=1, workers=2)
-    waited = asked.index(("waited for", True))
-    assert ("after", False) in asked[waited : asked.index(("busy", True))]
-    assert ("after", True) not in asked and len(done) == 4
+    assert done == ["b", "c", "a"]
+
+    def breaks(scene):
+        assert not gc.isenabled()
+        raise ZeroDivisionError
+
+    assert gc.isenabled()
+    with pytest.raises(ZeroDivisionError):
+        warm.do((breaks, None))
+    assert gc.isenabled()

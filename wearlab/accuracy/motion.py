@@ -87,7 +87,7 @@ def motion_in_cell(given: Any, cell: int, phase: float, y: Any, contact: Any, ou
                 out[n + row] -= given.per_force[2 * meshes + m, row] * moment
 
 
-@jit(allocates=True)
+@jit
 def motion_of(time: float, y: Any, given: Motion) -> Any:
     """Return ẏ (2n,) at ``time`` [s]: contact by the sign of the approach, the mesh repeats every period."""
     out, phase = np.empty(len(y)), time / given.period
@@ -97,7 +97,7 @@ def motion_of(time: float, y: Any, given: Motion) -> Any:
     return out
 
 
-@jit(allocates=True)
+@jit
 def motion_held(time: float, y: Any, given: Motion, first: int, last: int, contact: Any) -> Any:
     """Return ẏ (2n,) in one smooth segment (cells ``first … last − 1``) while ``contact`` lasts."""
     out, phase = np.empty(len(y)), time / given.period
@@ -105,7 +105,7 @@ def motion_held(time: float, y: Any, given: Motion, first: int, last: int, conta
     return out
 
 
-@jit(allocates=True)
+@jit
 def approaches(time: float, y: Any, given: Motion, first: int, last: int) -> Any:
     """Return the approach of all pairs and back flanks, (n_mesh · (n_pairs + 1),) [m]; −1 out of the path."""
     pairs, meshes, phase = given.pairs, len(given.backlash), time / given.period

@@ -50,7 +50,7 @@ SMALL = 4000
 """Multiplications up to which a product is written out: a call of the library takes as long."""
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def product(a: Any, b: Any, out: Any) -> None:
     """Write ``a @ b`` into ``out``, all of two axes."""
     rows, inner = a.shape
@@ -71,7 +71,7 @@ def product(a: Any, b: Any, out: Any) -> None:
                 out[row, col] += factor * b[at, col]
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def applied(a: Any, x: Any, out: Any) -> None:
     """Write ``a @ x`` into ``out`` (rows,)."""
     rows, inner = a.shape
@@ -97,7 +97,7 @@ def place(first: int, stage: int, stages: int) -> tuple[int, int]:
     return (first + stage // 2, stage % 2) if stage < stages else (first + stage // 2 - 1, 2)
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def scratch_of(direction: Any, inputs: Any, rows: int) -> tuple[Any, Any]:
     """Return room for `at_stage` of all stages of a group."""
     stages, (count, loads) = rows // len(direction) + 1, inputs.load.shape[2:]
@@ -208,7 +208,7 @@ def over_group(
             affine[row, col] += transition[last + row, col]
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def over_groups(
     tables: Any, groups: Any, direction: Any, inputs: Any, stages: Any, maps: Any, whole: Any
 ) -> None:
@@ -261,7 +261,7 @@ def starts_of_groups(maps: Any, stages: Any, given: Any, starts: Any, inputs: An
         write(starts[at + 1], given)
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def path_over_groups(
     tables: Any, groups: Any, meshes: int, count: int, starts: Any, inputs: Any, states: Any
 ) -> None:

@@ -11,7 +11,7 @@ VECTORS = 8
 """Vectors as long as the coordinates that a step takes as scratch."""
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def times(matrix: Any, x: Any, out: Any) -> None:
     """Write ``matrix @ x`` into ``out``, both (rows, columns)."""
     if x.shape[1] == 1:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numba.extending import overload
 
-from wearlab.compiled import INNER, jit_inner
+from wearlab.compiled import KERNEL, jit_inner
 from wearlab.dynamics.structure import Propagated
 
 
@@ -106,7 +106,7 @@ def begin_push(structure: Any, stage: Any, w: Any, push: Any) -> None:
     raise NotImplementedError("compiled code only")
 
 
-@overload(begin_push, jit_options=INNER, strict=False)
+@overload(begin_push, jit_options=KERNEL, strict=False)
 def _choose_begin(structure: Any, *rest: Any) -> Any:
     return _begin_inputs if structure.instance_class is Propagated else _begin_acceleration
 
@@ -129,7 +129,7 @@ def push_channel(structure: Any, channel: Any, stage: Any, total: Any, w: Any, p
     raise NotImplementedError("compiled code only")
 
 
-@overload(push_channel, jit_options=INNER, strict=False)
+@overload(push_channel, jit_options=KERNEL, strict=False)
 def _choose_push(structure: Any, *rest: Any) -> Any:
     return _push_input if structure.instance_class is Propagated else _push_acceleration
 
@@ -151,7 +151,7 @@ def push_load(
     raise NotImplementedError("compiled code only")
 
 
-@overload(push_load, jit_options=INNER, strict=False)
+@overload(push_load, jit_options=KERNEL, strict=False)
 def _choose_load(structure: Any, *rest: Any) -> Any:
     return _push_load_input if structure.instance_class is Propagated else _push_load_acceleration
 

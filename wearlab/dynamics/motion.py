@@ -4,7 +4,7 @@ from typing import Any
 
 from numba.extending import overload
 
-from wearlab.compiled import INNER, jit_inner
+from wearlab.compiled import KERNEL, jit_inner
 from wearlab.dynamics.flanks import behind, gated, within
 from wearlab.dynamics.structure import Dense, Diagonal
 
@@ -14,7 +14,7 @@ def unmeshed(structure: Any, state: Any, out: Any) -> None:
     raise NotImplementedError("compiled code only")
 
 
-@overload(unmeshed, jit_options=INNER)
+@overload(unmeshed, jit_options=KERNEL)
 def _choose_unmeshed(structure: Any, state: Any, out: Any) -> Any:
     return {Diagonal: _unmeshed_diagonal, Dense: _unmeshed_dense}[structure.instance_class]
 

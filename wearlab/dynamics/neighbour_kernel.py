@@ -20,7 +20,7 @@ from wearlab.dynamics.elimination import eliminate
 from wearlab.dynamics.registers import write
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def answers_of_group(
     tables: Any, group: Any, direction: Any, inputs: Any, moving: int, work: Any, by_state: Any,
     by_input: Any,
@@ -62,7 +62,7 @@ def answers_of_group(
             by_input[states + row, col] = matrix[unknowns + given + col, row]
 
 
-@jit(allocates=True)
+@jit
 def answers_of_groups(
     tables: Any, groups: Any, direction: Any, inputs: Any, moving: int, by_state: Any, by_input: Any
 ) -> None:
@@ -81,7 +81,7 @@ def answers_of_groups(
         answers_of_group(tables, groups[at], direction, inputs, moving, work, by_state[at], by_input[at])
 
 
-@jit(allocates=True)
+@jit
 def correct(
     inputs: Any, known: Any, first: Any, stages: Any, direction: Any, by_state: Any, by_input: Any,
     inverse: Any, held: Any, limits: Any, law: Any, starts: Any, felt: Any, sizes: Any,
@@ -167,7 +167,7 @@ def added_inputs(inputs: Any, law: Any, push: Any, felt: Any, added: Any) -> flo
     return largest
 
 
-@jit(allocates=True)
+@jit
 def end_of_period(by_state: Any, by_input: Any, added: Any, answer: Any, end: Any) -> None:
     """Fill the answers of all groups to added inputs alone, and what they add to the end of the period.
 
@@ -183,7 +183,7 @@ def end_of_period(by_state: Any, by_input: Any, added: Any, answer: Any, end: An
     write(given[:rows], end)
 
 
-@jit(allocates=True)
+@jit
 def over_period(by_state: Any, direction: Any, given: Any, answer: Any, starts: Any, felt: Any) -> None:
     """Carry a start over all groups: fill their starts and d·q at all stages.
 
@@ -214,7 +214,7 @@ def over_period(by_state: Any, direction: Any, given: Any, answer: Any, starts: 
                 felt[at, stage + 1, m] = carried[rows + stage * meshes + m]
 
 
-@jit(allocates=True)
+@jit
 def path_of(cut: Any, inputs: Any, stages: Any, starts: Any, felt: Any, sizes: Any, states: Any) -> None:
     """Fill ``states`` (n_steps + 1, 2n) from the groups' starts and d·q at all stages."""
     load, meshes, groups = inputs.load, felt.shape[2], cut.groups

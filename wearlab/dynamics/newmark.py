@@ -47,7 +47,7 @@ class _NewmarkMarcher(OneState):
         )
 
 
-@jit(allocates=True)
+@jit
 def march_newmark(
     kernel: Any,
     tables: Any,
@@ -137,7 +137,7 @@ def _product(direction: Any, m: int, n: int, state: Array, first: int) -> float:
     return total
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def _end_equation(kernel: Any, h: float, s: Any, predicted: Array, right: Array, matrix: Array) -> None:
     """Fill matrix and right-hand side of the equation for a₁: what a₁ itself adds goes to the left."""
     n, channels = len(right), len(kernel.channels)

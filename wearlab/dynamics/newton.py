@@ -190,7 +190,7 @@ def weighted_norm(values: Any, rate: float) -> float:
     return worst
 
 
-@jit(allocates=True)
+@jit
 def shoot(
     kernel: Any,
     tables: Any,

@@ -119,7 +119,7 @@ def follow_map(affine: Any, whole: Any, carried: Any, local: Any) -> None:
             whole[row, col] = carried[row, col]
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def go_back(affine: Any, whole: Any, local: Any) -> bool:
     """Undo an affine map (2n, columns) on ``whole`` and ``local``, by elimination with row pivots.
 

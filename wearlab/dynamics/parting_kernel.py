@@ -93,7 +93,7 @@ def unresolved(plan: Any, present: Any, of_pair: Any, path: Any, steps: int) -> 
     return worst
 
 
-@jit(allocates=True)
+@jit
 def small_orbit(
     plan: Any, tables: Any, period: float, given: Any,
     known: bool, bound: float, closed: float, path: Any, place: Any, derivative: Any, cut: Any,

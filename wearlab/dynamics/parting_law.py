@@ -82,7 +82,7 @@ def fit_through(values: Any, count: int, scale: float, offset: float, polynomial
         polynomial[0] = polynomial[0] * shift + values[j]
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def fill_polynomials(
     plan: Any, stiffness: Any, gap: Any, error: Any, error_rate: Any, present: Any, of_pair: Any, of_mesh: Any
 ) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numba.extending import overload
 
-from wearlab.compiled import INNER, jit, jit_inner
+from wearlab.compiled import KERNEL, jit, jit_inner
 from wearlab.dynamics.events import step_with_changes
 from wearlab.dynamics.exact_step import exact_pair
 from wearlab.dynamics.flanks import contact_differs, mesh_law, row_product, see_contact
@@ -69,7 +69,7 @@ def by_pair(
     raise NotImplementedError("compiled code only")
 
 
-@overload(by_pair, jit_options=INNER, strict=False)
+@overload(by_pair, jit_options=KERNEL, strict=False)
 def _choose_pair(structure: Any, *rest: Any) -> Any:
     return _pair if structure.instance_class is Propagated else _never
 
@@ -107,7 +107,7 @@ def redone(
     raise NotImplementedError("compiled code only")
 
 
-@overload(redone, jit_options=INNER, strict=False)
+@overload(redone, jit_options=KERNEL, strict=False)
 def _choose_redone(structure: Any, *rest: Any) -> Any:
     return _redone if structure.instance_class is Propagated else _not_redone
 
@@ -144,7 +144,7 @@ def cut_step(
     raise NotImplementedError("compiled code only")
 
 
-@overload(cut_step, jit_options=INNER, strict=False)
+@overload(cut_step, jit_options=KERNEL, strict=False)
 def _choose_cut(structure: Any, *rest: Any) -> Any:
     return series_step if structure.instance_class is Propagated else step_with_changes
 

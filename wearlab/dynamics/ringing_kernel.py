@@ -90,7 +90,7 @@ def follow(
             states[at + 1, row] = total
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def parts(plan: Any, tables: Any, positions: Any, ends: Any) -> bool:
     """Whether some pair in the path parts at a look.
 
@@ -125,7 +125,7 @@ def parts(plan: Any, tables: Any, positions: Any, ends: Any) -> bool:
     return False
 
 
-@jit(allocates=True)
+@jit
 def ringing_orbit(
     plan: Any, tables: Any, bound: float, given: Any, path: Any, motion: Any, derivative: Any
 ) -> tuple[int, Any, float, float, bool]:

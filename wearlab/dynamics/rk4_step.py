@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numba.extending import overload
 
-from wearlab.compiled import INNER, jit_inner
+from wearlab.compiled import KERNEL, jit_inner
 from wearlab.dynamics.dense_step import dense_step
 from wearlab.dynamics.exact_step import exact_step
 from wearlab.dynamics.registers import add, put, take
@@ -64,7 +64,7 @@ def _step_of_kind(structure: Any, *rest: Any) -> None:
     raise NotImplementedError("compiled code only")
 
 
-@overload(_step_of_kind, jit_options=INNER, strict=False)
+@overload(_step_of_kind, jit_options=KERNEL, strict=False)
 def _choose_step(structure: Any, *rest: Any) -> Any:
     return {Diagonal: _diagonal, Dense: dense_step, Propagated: exact_step}[structure.instance_class]
 

@@ -68,7 +68,7 @@ class AdaptiveMarcher(OneState):
         )  # fmt: skip
 
 
-@jit(allocates=True)
+@jit
 def march_adaptive(
     kernel: Any,
     tables: Any,

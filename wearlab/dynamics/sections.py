@@ -49,7 +49,7 @@ def in_sections(sections: int, mesh: Any, tables: Any) -> bool:
     return True
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def alike(table: Any, steps: int, mesh: Any, limit: float) -> bool:
     """Whether a table (n_steps, 3, n_mesh, n_pairs) changes from section to section by the limit at most."""
     count, stages, meshes, pairs = table.shape
@@ -101,7 +101,7 @@ def same_springs(tables: Any, limits: Any, step: int, another: int, stage: int, 
     return abs(more) <= limits[0] and abs(rubs) <= limits[3] and abs(turns) <= limits[4]
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def turn_back(turn: Any, states: Any) -> None:
     """Turn positions and speeds (2n, columns) back by a section, in place: ``R⁻¹ = Rᵀ``."""
     n = len(turn)

@@ -87,7 +87,7 @@ def describe(width: Any, stiffness: Any, gap: Any, sliding: Any, joined: Any, po
     powers_into(width, stiffness, power)
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def closed_by(whole: Any, held: Any, scale: Any, given: Any, derivative: Any) -> float:
     """Fill start, 1 and sizes of loads of the orbit; return the least pivot over the largest entry.
 
@@ -118,7 +118,7 @@ def closed_by(whole: Any, held: Any, scale: Any, given: Any, derivative: Any) ->
     return pivot
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def contracts(derivative: Any, scale: Any, bound: float) -> bool:
     """Whether all multipliers are seen to be less than ``bound``: a power of the map is, in the norm.
 
@@ -216,7 +216,7 @@ def parts(path: Any, direction: Any, period: float, tables: Any) -> bool:
     return False
 
 
-@jit(allocates=True)
+@jit
 def suits(plan: Any, tables: Any) -> bool:
     """Whether a plan is of tables of a mesh period: of their jumps and mean stiffnesses."""
     joined, power = np.empty(len(plan.joined), np.bool_), np.empty(len(plan.power), np.int64)
@@ -230,7 +230,7 @@ def suits(plan: Any, tables: Any) -> bool:
     return True
 
 
-@jit(allocates=True)
+@jit
 def orbit_of(
     plan: Any, tables: Any, period: float, bound: float, given: Any, path: Any, whole: Any, derivative: Any
 ) -> tuple[int, float, float, bool]:  # fmt: skip

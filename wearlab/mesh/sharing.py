@@ -14,7 +14,7 @@ ROUNDED = 1e-15
 """Difference of gaps that is rounding: where a pair begins to touch its gap is that of its mate [m]."""
 
 
-@jit(allocates=True)
+@jit
 def share(
     compliance: Array,
     gap: Array,
@@ -166,7 +166,7 @@ def _share_coupled(matrix, gap, load, active, unit, offset, work, index, force):
     return deflection, stiffness
 
 
-@jit(allocates=True)
+@jit
 def equivalent_springs(
     compliance: Array,
     gap: Array,

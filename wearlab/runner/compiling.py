@@ -4,7 +4,7 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from wearlab.runner.local import local_client
 
@@ -40,35 +40,20 @@ def compile_ahead(
     jobs = jobs_of(kinds)
     told = begin(len(jobs)) if begin else lambda name: None
     with local_client(workers, dashboard=False) as client:
-        flight: dict[Any, int] = {}
-        blocked: list[int] = []
-
-        def ask(place: int, patient: bool = False) -> Any:
-            future = client.submit(_done, jobs[place], patient, pure=False, priority=-place)
-            flight[future] = place
-            return future
-
-        under_way = as_completed([ask(place) for place in range(len(jobs))])
-        for future in under_way:
-            place, done = flight.pop(future), future.result()
-            if done:
-                told(named[id(jobs[place][1])])
-            else:
-                blocked.append(place)
-            if done or not flight:  # what this one compiled may be what others were left for
-                under_way.update([ask(place, patient=not flight) for place in blocked])
-                blocked.clear()
+        futures = {client.submit(_done, job, pure=False, priority=-n): job for n, job in enumerate(jobs)}
+        for future in as_completed(futures):
+            future.result()
+            told(named[id(futures[future][1])])
     return len(kinds), time.perf_counter() - clock
 
 
-def _done(job: "Job", patient: bool) -> bool:
+def _done(job: "Job") -> None:
     """Do a job in a worker; its errors are left to the runs themselves, which report them."""
-    from wearlab.simulation.warm import is_done
+    from wearlab.simulation.warm import do
 
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return is_done(job, patient)
+            do(job)
     except Exception:
         traceback.print_exc()
-        return True

@@ -1,7 +1,7 @@
 """What worker processes need, imported once and for all: they are forked from the process that imported this.
 
-Importing what is only found out to be wanted on first use (the array types that xarray looks for, the tables
-from which Numba loads compiled code) is a third of a worker's start. No thread is begun here and no file is
+Importing what is only found out to be wanted on first use (the array types that xarray looks for) is a good
+part of a worker's start. No thread is begun here and no file is
 left open, so that forking is safe.
 """
 
@@ -19,12 +19,6 @@ for name in ("distributed", "distributed.nanny", "wearlab.simulation", "netCDF4"
         importlib.import_module(name)
 
 source_hash()  # remembered by every worker
-
-with suppress(ImportError):
-    from numba.core.registry import cpu_target
-
-    cpu_target.target_context.refresh()
-    cpu_target.typing_context.refresh()
 
 gc.collect()
 gc.freeze()  # pages that no collection touches stay shared: 35 MB less in every worker

@@ -1,12 +1,12 @@
 """Compile once, before workers start, what a set of scenes will call; several workers share that."""
 
+import gc
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
-from wearlab.claims import BeingCompiled, leaving_to_others
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.shooting import Shooting
 from wearlab.dynamics.structure import in_registers
@@ -24,7 +24,7 @@ Job = tuple[Callable[[Scene], None], Scene]
 def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
     """Evaluate one wear state of every kind of scene, so that its kernels are compiled and cached on disk.
 
-    Workers do the same in another order: each compiles what no other does, and finds the rest on disk.
+    Workers do the same in another order: each finds on disk what another has compiled before.
 
     Parameters
     ----------
@@ -37,12 +37,8 @@ def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
     else:
         jobs = jobs_of(kinds)
     turn %= max(1, len(jobs))
-    left = jobs[turn:] + jobs[:turn]
-    while left:
-        undone = [job for job in left if not is_done(job, patient=False)]
-        if len(undone) == len(left):
-            is_done(undone.pop(0), patient=True)
-        left = undone
+    for job in jobs[turn:] + jobs[:turn]:
+        do(job)
 
 
 def jobs_of(kinds: Iterable[Scene]) -> list[Job]:
@@ -59,25 +55,17 @@ def jobs_of(kinds: Iterable[Scene]) -> list[Job]:
     return jobs + [(_evaluate, scene) for scene in ordered if not scene.dynamics]
 
 
-def is_done(job: Job, patient: bool) -> bool:
-    """Do a job; return whether it came to its end.
-
-    Parameters
-    ----------
-    job : see `jobs_of`
-    patient : wait for kernels that another process is compiling, rather than leave the job undone
-    """
+def do(job: Job) -> None:
+    """Do a job of `jobs_of`; no garbage is collected while it compiles, which saves an eighth of its time."""
     evaluate, scene = job
-    with leaving_to_others():
-        while True:
-            try:
-                with suppress(GearError, StopWear):
-                    evaluate(scene)
-                return True
-            except BeingCompiled as kernel:
-                if not patient:
-                    return False
-                kernel.wait()
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        with suppress(GearError, StopWear):
+            evaluate(scene)
+    finally:
+        if collects:
+            gc.enable()
 
 
 def kinds_of(scenes: Iterable[Scene]) -> list[Scene]:

@@ -17,7 +17,7 @@ from wearlab.wear.path import WearPath
 from wearlab.wear.pressures.peak import PeakPressure
 
 
-@jit(allocates=True)
+@jit
 def wear_per_cycle(force: Array, coefficient: Array, slide: Array, passes: Array, face_width: float) -> Array:
     """Return the depth that one cycle removes at every node, ``n_i k (F/B) |1 − v_other/v_i|``.
 

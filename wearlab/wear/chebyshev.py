@@ -93,7 +93,7 @@ def nearest(arc: Array) -> Array:
     return np.maximum(np.append(step, step[-1]), np.insert(step, 0, step[0]))
 
 
-@jit(allocates=True)
+@jit
 def coefficients(t: Array, out: Array) -> None:
     """Fill out (n_orders, m) with ``∫ φ_i T_n/√(1 − t²) dt`` of nodes at ascending t (m,), orders from 2.
 
@@ -127,7 +127,7 @@ def _waves(t: float, out: Array) -> None:
         last, wave = wave, 2.0 * cosine * wave - last
 
 
-@jit(allocates=True)
+@jit
 def _fill(where, image, begin, end, centre, half_width, scratch, node, product):  # type: ignore[no-untyped-def]
     """Fill nodes and squares of every contact; ``image``: which entry of the wear a mirrored node is."""
     at, of_node, t = 0, 0, np.empty(scratch.shape[1])

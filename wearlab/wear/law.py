@@ -213,7 +213,7 @@ def _checked(values: Array, function: object, what: str) -> Array:
     return checked
 
 
-@jit(allocates=True)
+@jit
 def _powers(scale: Array, exponent: Array, force: Array, face_width: float) -> Array:
     k = np.empty(scale.shape)
     for gear in range(scale.shape[0]):

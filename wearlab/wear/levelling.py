@@ -160,7 +160,7 @@ def elastic(
     return Elastic(spread, felt_matrix(spread, path), level, reference, looking_ahead(level, tau))
 
 
-@jit(allocates=True)
+@jit
 def _level(first, node, product, depth, sliding, rate):  # type: ignore[no-untyped-def]
     """Add ``Σ_j sliding_j G_j h`` to rate (2n,); sliding (2, n) of the flank that each node is of."""
     at, n = 0, sliding.shape[1]

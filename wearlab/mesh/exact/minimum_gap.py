@@ -39,7 +39,7 @@ def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankCont
     return contact
 
 
-@jit(allocates=True)
+@jit
 def _search(driving, driven, traced, x, s1, s2, x2):  # type: ignore[no-untyped-def]
     m = len(driving.start)
     left, right = np.empty(m), np.empty(m)
@@ -73,7 +73,7 @@ def _search(driving, driven, traced, x, s1, s2, x2):  # type: ignore[no-untyped-
         x2[i] = x[i] - gap
 
 
-@jit_inner(allocates=True)
+@jit_inner
 def _deepest(driving, driven):  # type: ignore[no-untyped-def]
     """Return the least material removed from both flanks on the intervals up to, and from, each one [m]."""
     m = len(driving.start)

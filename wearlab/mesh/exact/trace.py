@@ -128,7 +128,7 @@ def _edges(flank: Flank) -> Edges:
     )
 
 
-@jit(allocates=True)
+@jit
 def _single_valued(driving, driven):  # type: ignore[no-untyped-def]
     """Whether the centre distance at tangency is monotone along every interval of the driven flank."""
     d_n, d_u = _centres(driving, driven)
@@ -148,7 +148,7 @@ def _centres(driving, driven):  # type: ignore[no-untyped-def]
     return d_n, driven.side * driven.curvature - driving.side * driving.curvature
 
 
-@jit(allocates=True)
+@jit
 def _fill(driving, driven, part, joints, x):  # type: ignore[no-untyped-def]
     """Fill in x at three points of every interval; return 1 where it grows, −1 where none is smallest."""
     m = len(driving.start)
