@@ -163,7 +163,7 @@ def test_columns_by_their_own_names(table, tmp_path):
 
 @pytest.mark.parametrize("how", ["hold", "slope", "zero"])
 def test_an_evaluated_range_shorter_than_the_flank_goes_on_as_it_is_told(how):
-    from wearlab.wear.initial import continued
+    from wearlab.wear.measured_profile import continued
 
     x, y = np.linspace(-2.0, 3.0, 51), 1.0 + 0.5 * np.linspace(-2.0, 3.0, 51)
     where, depth = continued(x, y, -4.0, 5.0, how)

@@ -13,8 +13,7 @@ from wearlab.mesh.excitations.pairs import PairsExcitation
 from wearlab.mesh.stiffnesses.constant import ConstantStiffness
 from wearlab.mesh.stiffnesses.finite_element import FiniteElementStiffness
 from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
-from wearlab.wear.coefficients.constant import ConstantCoefficient
-from wearlab.wear.coefficients.hardness import HardnessCoefficient
+from wearlab.wear.coefficients import ConstantCoefficient, HardnessCoefficient
 
 
 def test_values_are_si(table):

@@ -8,7 +8,7 @@ from wearlab.plugins import forget
 from wearlab.scene import Scene
 from wearlab.scene.merge import merge
 from wearlab.slots import Slot
-from wearlab.wear.patches.one_way import OneWayPatch
+from wearlab.wear.patches import OneWayPatch
 
 CHOICES = {"wear.load": "static", "wear.pressure": "peak", "wear.projection": "over-cosine",
            "wear.contact_patch": "one-way", "errors.slow": "frozen"}  # fmt: skip

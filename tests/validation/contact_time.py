@@ -11,7 +11,7 @@ import numpy as np
 from wearlab.accuracy.ladder import timing
 from wearlab.scene import Scene
 from wearlab.scene.build import build
-from wearlab.wear.initials.quadratic import quadratic
+from wearlab.wear.initials import quadratic
 
 PHASES, NODES = 256, 201
 DEPTH = 5e-6

@@ -2,16 +2,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from wearlab.wear import archard
-from wearlab.wear.archard import (
-    contact_half_width,
-    mean_pressure,
-    peak_pressure,
-)
+from wearlab.wear import law as wear_law
 from wearlab.wear.law import FlankLaw, WearLaw, prepare, wear_rate
-from wearlab.wear.pressures.peak import PeakPressure
-from wearlab.wear.projections.normal import NormalProjection
-from wearlab.wear.projections.over_cosine import OverCosine
+from wearlab.wear.path import contact_half_width, mean_pressure, peak_pressure
+from wearlab.wear.pressures import PeakPressure
+from wearlab.wear.projections import NormalProjection, OverCosine
 from wearlab.wear.setting import PowerOfLoad
 
 
@@ -70,7 +65,7 @@ def test_kernel_against_numpy_with_unequal_gears(make_path):
     _, path = make_path(25, 40)
     rng = np.random.default_rng(1)
     force, k = rng.uniform(0, 1e3, 201), rng.uniform(1e-19, 1e-18, (2, 201))
-    found = archard.wear_per_cycle(force, k, path.slide_ratio, path.passes, path.face_width)
+    found = wear_law.wear_per_cycle(force, k, path.slide_ratio, path.passes, path.face_width)
     expected = np.array([1.0, 25 / 40])[:, None] * k * force / 20e-3 * path.slide_ratio
     assert found == pytest.approx(expected, rel=1e-14, abs=0.0)
 

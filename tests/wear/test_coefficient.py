@@ -3,14 +3,16 @@ import pytest
 
 from wearlab.options import Stored
 from wearlab.slots import VariantError
-from wearlab.wear.archard import mean_pressure
-from wearlab.wear.coefficients import CoefficientModel
-from wearlab.wear.coefficients.constant import ConstantCoefficient
-from wearlab.wear.coefficients.hardness import HardnessCoefficient
-from wearlab.wear.coefficients.janakiraman import JanakiramanCoefficient, regression
+from wearlab.wear.coefficients import (
+    CoefficientModel,
+    ConstantCoefficient,
+    HardnessCoefficient,
+    JanakiramanCoefficient,
+    regression,
+)
 from wearlab.wear.film import Film, film_factor, film_thickness
 from wearlab.wear.law import FlankLaw, WearLaw, effective_coefficient, prepare, wear_rate
-from wearlab.wear.path import contact_modulus
+from wearlab.wear.path import contact_modulus, mean_pressure
 from wearlab.wear.setting import PowerOfLoad, Setting
 
 

@@ -10,7 +10,7 @@ from wearlab.gears.external import external_pair
 from wearlab.gears.internal import internal_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.profile import profile_grid
-from wearlab.wear.initial import MeasuredProfile, measured, path_position
+from wearlab.wear.measured_profile import MeasuredProfile, measured, path_position
 
 EXTERNAL = external_pair(
     GearSpec(name="pinion", teeth=23),

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from wearlab.wear.initials.quadratic import quadratic
-from wearlab.wear.mass import worn_area, worn_mass
+from wearlab.wear.initials import quadratic
+from wearlab.wear.path import worn_area, worn_mass
 
 
 def test_uniform_depth_wears_depth_times_arc(make_path):

@@ -6,11 +6,27 @@ from scipy.integrate import quad
 from scipy.sparse import block_diag
 from scipy.special import eval_chebyt, jv
 
-from wearlab.wear.archard import contact_half_width
-from wearlab.wear.chebyshev import FIRST_ORDER, coefficients, most_orders, squares, windows
-from wearlab.wear.levelling import elastic, levelling, looking_ahead
-from wearlab.wear.patch import KEPT, MOST_NODES, felt_matrix, one_way, patch_force, spread_matrix, two_way
-from wearlab.wear.smear import spreading
+from wearlab.wear.levelling import (
+    FIRST_ORDER,
+    coefficients,
+    elastic,
+    levelling,
+    looking_ahead,
+    most_orders,
+    squares,
+    windows,
+)
+from wearlab.wear.patch import (
+    KEPT,
+    MOST_NODES,
+    felt_matrix,
+    one_way,
+    patch_force,
+    spread_matrix,
+    spreading,
+    two_way,
+)
+from wearlab.wear.path import contact_half_width
 
 K = 1e-16
 

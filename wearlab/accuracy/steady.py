@@ -22,7 +22,7 @@ from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.vibration import MOST_STEPS, OnClock, build_friction, few_steps, fluctuation
 from wearlab.simulation.run import initial_wear
-from wearlab.wear.initials.quadratic import quadratic
+from wearlab.wear.initials import quadratic
 
 FEWEST = 32
 TABLE_MISSED = 2e-6

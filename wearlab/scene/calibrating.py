@@ -7,8 +7,12 @@ from wearlab.scene.identity import canonical
 from wearlab.scene.scene import Scene
 from wearlab.scene.store import StoreSection
 from wearlab.scene.wear import SnapshotOptions, Until
-from wearlab.wear.coefficients.calibrated import UNCALIBRATED, CalibratedCoefficient, CalibrationLife
-from wearlab.wear.coefficients.constant import ConstantCoefficient
+from wearlab.wear.coefficients import (
+    UNCALIBRATED,
+    CalibratedCoefficient,
+    CalibrationLife,
+    ConstantCoefficient,
+)
 
 __all__ = ["CalibrationLife", "calibrated_coefficient", "calibrating"]
 

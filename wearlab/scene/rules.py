@@ -6,7 +6,7 @@ from typing import Any
 from wearlab.scene.members import ALL_FLANKS
 from wearlab.scene.rules_of_sets import RULES_OF_SETS
 from wearlab.scene.sections import Sections
-from wearlab.wear.coefficients.calibrated import CalibratedCoefficient
+from wearlab.wear.coefficients import CalibratedCoefficient
 
 
 def broken_rules(scene: Sections) -> list[str]:

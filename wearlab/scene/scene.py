@@ -24,7 +24,7 @@ from wearlab.scene.start import StartWear
 from wearlab.scene.telling import html, one_line
 from wearlab.scene.wear import InitialWears, WearSection
 from wearlab.slots import Slot, Variant, when_changed
-from wearlab.wear.coefficients.calibrated import CalibrationLife
+from wearlab.wear.coefficients import CalibrationLife
 
 
 class Scene(Sections):

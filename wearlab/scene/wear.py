@@ -30,14 +30,10 @@ from wearlab.scene.members import ALL_FLANKS, member_of, set_in
 from wearlab.slots import implied
 from wearlab.units import rounded
 from wearlab.wear.initials import InitialModel
-from wearlab.wear.laws import LawModel
-from wearlab.wear.laws.archard import ArchardLaw
-from wearlab.wear.patches import PatchModel
-from wearlab.wear.patches.elastic import ElasticPatch
-from wearlab.wear.pressures import PressureModel
-from wearlab.wear.pressures.mean import MeanPressure
-from wearlab.wear.projections import ProjectionModel
-from wearlab.wear.projections.normal import NormalProjection
+from wearlab.wear.laws import ArchardLaw, LawModel
+from wearlab.wear.patches import ElasticPatch, PatchModel
+from wearlab.wear.pressures import MeanPressure, PressureModel
+from wearlab.wear.projections import NormalProjection, ProjectionModel
 
 Positive = Annotated[Number, POSITIVE]
 PositiveDepth = Annotated[Depth, POSITIVE]

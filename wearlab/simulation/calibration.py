@@ -11,8 +11,7 @@ from wearlab.simulation.errors import Refused
 from wearlab.simulation.estimates import estimated
 from wearlab.simulation.living import live_through
 from wearlab.simulation.operating import stages_of
-from wearlab.wear.coefficients.calibrated import UNCALIBRATED, CalibrationLife
-from wearlab.wear.coefficients.constant import ConstantCoefficient
+from wearlab.wear.coefficients import UNCALIBRATED, CalibrationLife, ConstantCoefficient
 
 
 class Calibration(NamedTuple):

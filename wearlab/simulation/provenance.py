@@ -11,7 +11,7 @@ from wearlab.scene import Scene
 from wearlab.scene.identity import MODEL_VERSION
 from wearlab.sources import used_hash
 from wearlab.version import __version__
-from wearlab.wear.coefficients.calibrated import CalibrationLife
+from wearlab.wear.coefficients import CalibrationLife
 
 UNKNOWN = {"commit": "unknown", "dirty": "unknown"}
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "netCDF4")

@@ -15,11 +15,9 @@ from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import KindParts, Parts
 from wearlab.scene.build.wear import build_limits, build_snapshots
-from wearlab.wear.archard import mean_pressure
 from wearlab.wear.film import film_thickness
 from wearlab.wear.law import effective_coefficient, lambda_ratio
-from wearlab.wear.mass import worn_mass
-from wearlab.wear.path import sliding_velocity
+from wearlab.wear.path import mean_pressure, sliding_velocity, worn_mass
 
 LANDED = 1e-6
 """How near, relatively, a state is to the depth at which it was asked for."""

@@ -2,6 +2,10 @@
 
 Archard's law with coefficients that are powers of the load runs as a kernel; any other law or coefficient is
 a function of the flank's state (:class:`wearlab.wear.setting.FlankState`), asked at all nodes at once.
+
+One pass removes ``dh = k p ds`` over a contact of width 2a whose flanks slide ``2a |v1 − v2|/v_i``. With the
+mean Hertz pressure ``p = F/(2aB)`` the width cancels: ``Δh_i = k (F/B) |1 − v_other/v_i|``. The peak pressure
+instead multiplies by 4/π. Source: PHYSICS §7; W23 Eq. 39, 45–47; L16 Eq. 19.
 """
 
 from collections.abc import Callable
@@ -12,11 +16,9 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.compiled import jit
 from wearlab.slots import VariantError
-from wearlab.wear.archard import contact_half_width, mean_pressure, wear_per_cycle
 from wearlab.wear.film import lightest_load
-from wearlab.wear.path import WearPath, sliding_velocity
-from wearlab.wear.projections import ProjectionModel
-from wearlab.wear.projections.normal import NormalProjection
+from wearlab.wear.path import WearPath, contact_half_width, mean_pressure, sliding_velocity
+from wearlab.wear.projections import NormalProjection, ProjectionModel
 from wearlab.wear.setting import FlankState, PowerOfLoad
 
 Coefficient = PowerOfLoad | Callable[[FlankState], Array]
@@ -211,6 +213,34 @@ def _checked(values: Array, function: object, what: str) -> Array:
         name = getattr(function, "__qualname__", str(function))
         raise VariantError(f"{name}: a {what} of {worst[0]:g}; it must be finite and not negative")
     return checked
+
+
+@jit
+def wear_per_cycle(force: Array, coefficient: Array, slide: Array, passes: Array, face_width: float) -> Array:
+    """Return the depth that one cycle removes at every node, ``n_i k (F/B) |1 − v_other/v_i|``.
+
+    Parameters
+    ----------
+    force : (n,) normal force of one tooth pair when it touches at the node, ≥ 0 [N]
+    coefficient : (2, n) wear coefficient k [m²/N]
+    slide : (2, n) sliding per contact width, times any pressure or projection factor [1]
+    passes : (2,) passes of a flank per cycle [1]
+    face_width : B [m]
+
+    Returns
+    -------
+    (2, n) wear rate, (driving, driven) [m per cycle]
+
+    References
+    ----------
+    Archard, J. Appl. Phys. 24 (1953) 981–988, with the Hertz width, which cancels.
+    """
+    rate = np.empty(slide.shape)
+    for gear in range(slide.shape[0]):
+        per_length = passes[gear] / face_width
+        for node in range(slide.shape[1]):
+            rate[gear, node] = coefficient[gear, node] * force[node] * per_length * slide[gear, node]
+    return rate
 
 
 @jit

@@ -1,4 +1,4 @@
-"""What the wear law needs to know of the path of contact, once: velocities, radii, flank arc, passes."""
+"""The path of contact as wear knows it: velocities, radii, arcs, Hertz' line contact, what is worn off."""
 
 from typing import NamedTuple
 
@@ -138,6 +138,73 @@ def rolling_velocity(path: WearPath) -> Array:
     Dowson & Higginson 1966, for u.
     """
     return np.asarray(path.surface_velocity.mean(axis=0))
+
+
+def contact_half_width(force: ArrayLike, path: WearPath) -> Array:
+    """Return Hertz' half width ``a = √(4 (F/B) R'/(π E*))``, (n,) [m] (W23 Eq. 46).
+
+    Parameters
+    ----------
+    force : (n,) normal force on the line contact, ≥ 0 [N]
+    path : WearPath of the same nodes
+    """
+    w = np.asarray(force, float) / path.face_width
+    return np.asarray(np.sqrt(4.0 * w * path.equivalent_radius / (np.pi * path.contact_modulus)))
+
+
+def mean_pressure(force: ArrayLike, path: WearPath) -> Array:
+    """Return the mean Hertz pressure ``F/(2aB)``, (n,) [Pa]; 0 without load.
+
+    References
+    ----------
+    Johnson 1985, §4.2.
+    """
+    return np.asarray(peak_pressure(force, path) * np.pi / 4.0)
+
+
+def peak_pressure(force: ArrayLike, path: WearPath) -> Array:
+    """Return the peak Hertz pressure ``√((F/B) E*/(π R'))``, (n,) [Pa]; 0 without load (W23 Eq. 45)."""
+    w = np.asarray(force, float) / path.face_width
+    return np.asarray(np.sqrt(w * path.contact_modulus / (np.pi * path.equivalent_radius)))
+
+
+def worn_area(depth: ArrayLike, path: WearPath) -> Array:
+    """Return the transverse area worn off one flank, ``∫ h dL``, (..., 2) [m²].
+
+    The involute's arc element is ``dL = ρ dφ = ρ dρ/r_b`` (ρ = r_b φ along the roll angle φ).
+
+    Parameters
+    ----------
+    depth : (..., 2, n) wear depth along the normal, (driving, driven) [m]
+    path : WearPath
+
+    References
+    ----------
+    Litvin & Fuentes, for the curvature of an involute.
+    """
+    return np.asarray(np.sum(np.asarray(depth, float) * path.arc_weight, axis=-1))
+
+
+def worn_mass(
+    depth: ArrayLike,
+    path: WearPath,
+    *,
+    density: ArrayLike,
+    teeth: ArrayLike,
+    face_width: ArrayLike | None = None,
+) -> Array:
+    """Return the mass worn off each gear, ``ρ B z ∫ h dL``, every tooth alike, (..., 2) [kg].
+
+    Parameters
+    ----------
+    depth : (..., 2, n) wear depth along the normal, (driving, driven) [m]
+    path : WearPath
+    density : (2,) [kg/m³]
+    teeth : (2,) [1]
+    face_width : width of contact [m]; the path's when not given
+    """
+    width = path.face_width if face_width is None else np.asarray(face_width, float)
+    return np.asarray(np.asarray(density) * np.asarray(teeth) * width * worn_area(depth, path))
 
 
 def _specific_sliding(rho: Array, z: Array) -> Array:

@@ -1,17 +1,36 @@
-"""``[wear.coefficient]``: the wear coefficient k, one variant a file."""
+"""``[wear.coefficient]``: the wear coefficient k.
+
+A file beside this one adds another.
+"""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
+import numpy as np
 from pydantic import BeforeValidator, Discriminator, Tag
 
-from wearlab.options import NOT_NEGATIVE, Number, Switch, named, option
+from wearlab.options import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Depth,
+    Hardness,
+    Number,
+    Speed,
+    Switch,
+    Torque,
+    WearCoefficient,
+    named,
+    option,
+)
 from wearlab.slots import Slot, Variant
 from wearlab.wear.films import FilmModel
+from wearlab.wear.path import WearPath
+from wearlab.wear.setting import PowerOfLoad, Setting
 
 if TYPE_CHECKING:
     from wearlab.arrays import Array
-    from wearlab.wear.setting import FlankState, PowerOfLoad, Setting
+    from wearlab.wear.setting import FlankState
+
 
 STANDARD_FILM = "dowson-higginson"
 
@@ -73,3 +92,126 @@ class CoefficientModel(Variant):
         PowerOfLoad, or a function of a `FlankState` that returns k at every node, (n,) [m²/N]
         """
         raise NotImplementedError(f"{type(self).__name__} has no build")
+
+
+class ConstantCoefficient(CoefficientModel):
+    """A given coefficient."""
+
+    model: Literal["constant"] = option(..., "constant coefficient", source="Archard 1953")
+    value: Annotated[WearCoefficient, NOT_NEGATIVE] = option(
+        ...,
+        "k of Archard's law dh = k p ds: volume worn per force and sliding distance, "
+        "1 mm^3/(N*m) = 1e-9 m^2/N; what catalogues and tribometers print in mm^3/(N*m) is this k",
+        source="L16 Eq. 19",
+    )
+
+    def build(self, setting: Setting) -> PowerOfLoad:
+        """Return k everywhere [m²/N]."""
+        return same_everywhere(self.value, setting)
+
+
+def same_everywhere(value: float, setting: Setting) -> PowerOfLoad:
+    """Return one value at all nodes, whatever the load."""
+    return PowerOfLoad(np.full(setting.path.equivalent_radius.shape, value), 0.0)
+
+
+class HardnessCoefficient(CoefficientModel):
+    """A dimensionless coefficient over the hardness, K/H."""
+
+    model: Literal["hardness"] = option(..., "Archard's K over the hardness", source="B23")
+    k: Annotated[Number, NOT_NEGATIVE] = option(..., "Archard's dimensionless K", source="B23")
+    hardness: Annotated[Hardness, POSITIVE] | None = option(
+        None,
+        "hardness H of the wearing flank, such as '60 HRC', '300 HV' or '7 GPa'",
+        derived="that of the gear's material",
+        source="B23; HRC by ASTM E140, HB by ISO 18265",
+    )
+
+    @property
+    def needs(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The flank's hardness, where this coefficient does not say it."""
+        return () if self.hardness is not None else ("hardness",)
+
+    def build(self, setting: Setting) -> PowerOfLoad:
+        """Return ``K/H`` everywhere [m²/N]."""
+        hardness = self.hardness or setting.hardness
+        assert hardness is not None  # a rule of the scene
+        return same_everywhere(self.k / hardness, setting)
+
+
+UNCALIBRATED = 1e-16
+"""Stands in for a wear coefficient that is still to be calibrated: lives tell its scale [m²/N]."""
+
+
+class CalibrationLife(NamedTuple):
+    """The life of the run that a coefficient is calibrated by.
+
+    Parameters
+    ----------
+    run : its identity
+    cycles : its life with the coefficient `UNCALIBRATED`
+    error : estimated error of it, in cycles
+    end_reason : what ended it
+    """
+
+    run: str
+    cycles: float
+    error: float
+    end_reason: str
+
+
+class CalibratedCoefficient(CoefficientModel):
+    """The constant with which these gears have one given life, from unworn flanks."""
+
+    departure: ClassVar[str] = "from one life; right at that torque and speed, predicted elsewhere"
+
+    model: Literal["calibrated"] = option(
+        ..., "the constant that reproduces one life; all other lives are predicted with it", source="W23"
+    )
+    life: Annotated[Number, POSITIVE] = option(..., "life, in cycles", source="W23 Fig. 12: 1.637e7")
+    depth: Annotated[Depth, POSITIVE] = option(..., "wear depth that ends it", source="W23: 400 µm")
+    flank: str = option(..., "flank on which it is reached", source="W23: sun")
+    torque: Annotated[Torque, POSITIVE] = option(..., "torque on the input member during that life")
+    speed: Annotated[Speed, POSITIVE] = option(..., "speed of the input member during that life")
+
+    def build(self, setting: Setting) -> PowerOfLoad:
+        """Return the coefficient that lives tell the scale of [m²/N]."""
+        return same_everywhere(UNCALIBRATED, setting)
+
+
+FACTOR, LOAD, PRESSURE_VISCOSITY, ROUGHNESS = 3.981e29, 1.219, -7.377, 1.589
+
+
+class JanakiramanCoefficient(CoefficientModel):
+    """A regression over load, pressure-viscosity and roughness; needs oil and both roughnesses."""
+
+    needs: ClassVar[tuple[str, ...]] = ("lubricant", "roughness")
+
+    model: Literal["janakiraman"] = option(
+        ..., "regression of Janakiraman, Li & Kahraman 2014", source="W23 Eqs. 40–43, doi:10.1115/1.4027440"
+    )
+
+    def build(self, setting: Setting) -> PowerOfLoad:
+        """Return the regression as a power of the load [m²/N]."""
+        assert setting.roughness is not None
+        composite = float(np.hypot(*setting.roughness))
+        return regression(setting.path, setting.lubricant.pressure_viscosity, composite)
+
+
+def regression(path: WearPath, pressure_viscosity: float, roughness: float) -> PowerOfLoad:
+    """Return k along the path as a power of the load [m²/N].
+
+    Parameters
+    ----------
+    path : WearPath
+    pressure_viscosity : α of the oil at the contact's temperature [1/Pa]
+    roughness : composite R_a of the two flanks [m]
+
+    References
+    ----------
+    Janakiraman, Li & Kahraman 2014, as W23 Eqs. 40–43.
+    """
+    E, R = path.contact_modulus, path.equivalent_radius
+    G, S = pressure_viscosity * E, roughness / R
+    scale = FACTOR / E * (E * R) ** -LOAD * G**PRESSURE_VISCOSITY * S**ROUGHNESS
+    return PowerOfLoad(scale, LOAD)

@@ -1,13 +1,18 @@
-"""``wear.coefficient.film``: the oil film and the share of wear it leaves, one variant a file."""
+"""``wear.coefficient.film``: the oil film and the share of wear it leaves.
+
+A file beside this one adds another.
+"""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Literal
 
+from wearlab.arrays import Array
+from wearlab.options import option
 from wearlab.slots import Slot, Variant
+from wearlab.wear.setting import Setting
 
 if TYPE_CHECKING:
-    from wearlab.arrays import Array
-    from wearlab.wear.setting import PowerOfLoad, Setting
+    from wearlab.wear.setting import PowerOfLoad
 
 
 class FilmModel(Variant):
@@ -28,3 +33,17 @@ class FilmModel(Variant):
     def build(self, setting: "Setting") -> "Callable[[Array], Array]":
         """Return the share of wear that the film leaves, a function of λ (n,) [1] to (n,) within 0 and 1."""
         raise NotImplementedError(f"{type(self).__name__} has no build")
+
+
+class DowsonHigginsonFilm(FilmModel):
+    """Minimum film of a line contact; wear fades from λ = ½ and ends at λ = 4."""
+
+    model: Literal["dowson-higginson"] = option(
+        "dowson-higginson", "Dowson and Higginson's film, share 2/7 (4 − λ)", source="L16 Eq. 27"
+    )
+
+    def build(self, setting: Setting) -> Callable[[Array], Array]:
+        """Return L16's share of wear."""
+        from wearlab.wear.film import film_factor
+
+        return film_factor

@@ -1,10 +1,19 @@
-"""``wear.initial.<flank>``: wear before the first cycle, one variant a file."""
+"""``wear.initial.<flank>``: wear before the first cycle.
+
+A file beside this one adds another.
+"""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from wearlab.options import NOT_NEGATIVE, Alternatives, Depth, option
+import numpy as np
+from pydantic import ConfigDict, ValidationInfo, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from wearlab.options import NOT_NEGATIVE, POSITIVE, Alternatives, Depth, Length, Part, option
 from wearlab.slots import Slot, Variant
+from wearlab.tables import read_profile
 
 if TYPE_CHECKING:
     from wearlab.arrays import Array
@@ -56,3 +65,135 @@ class ShapedWear(InitialModel):
     )
 
     depth: Annotated[Depth, NOT_NEGATIVE] = option(..., "largest depth of the initial wear", source="W23")
+
+
+class WornByLaw(ShapedWear):
+    """Wear by this wear law: what a table that names no shape means."""
+
+    by_law: ClassVar[bool] = True
+
+    shape: Literal["worn"] = option("worn", "by this wear law", source="W23")
+
+    def identifying(self) -> dict[str, Any]:
+        """Leave out the shape, which goes without saying."""
+        return {key: value for key, value in super().identifying().items() if key != self.chooser}
+
+
+class UniformWear(ShapedWear):
+    """The same depth everywhere."""
+
+    shape: Literal["uniform"] = option("uniform", "the same everywhere", source="W23")
+
+    def at_nodes(self, pair: "GearPair", gear: int, position: "Array") -> "Array":
+        """Return the depth, (n,) [m]."""
+        return np.full(np.shape(position), self.depth)
+
+
+class QuadraticWear(ShapedWear):
+    """``depth (s/s_far)²``: zero at the pitch point, ``depth`` at the far end of the path."""
+
+    shape: Literal["quadratic"] = option("quadratic", "depth·(s/s_far)² from the pitch point", source="W23")
+
+    def at_nodes(self, pair: "GearPair", gear: int, position: "Array") -> "Array":
+        """Return ``depth (s/s_far)²``, s_far the end of the path farther from the pitch point, (n,) [m]."""
+        return quadratic(position, self.depth)
+
+
+def quadratic(position: "Array", depth: float) -> "Array":
+    """Return ``depth (s/s_far)²`` at path positions (n,) that reach from end to end of the path, (n,) [m]."""
+    return np.asarray(depth * (position / np.abs(position).max()) ** 2)
+
+
+class ProfileUnits(Part):
+    """Units of the columns of a measured flank."""
+
+    diameter: str | None = option(None, "unit of the diameter", derived="that of the header")
+    roll_angle: str | None = option(None, "unit of the roll angle", derived="that of the header")
+    roll_length: str | None = option(None, "unit of the length of roll", derived="that of the header")
+    path_position: str | None = option(None, "unit of the path position", derived="that of the header")
+    depth: str | None = option(None, "unit of the wear depth", derived="that of the header")
+    deviation: str | None = option(None, "unit of the deviation", derived="that of the header")
+
+
+class MeasuredWear(InitialModel):
+    """Wear of one gear's flanks as measured; the file's contents, not its path, are part of the scene."""
+
+    model_config = ConfigDict(json_schema_extra={"required": ["file"]})
+    implied_by: ClassVar[frozenset[str]] = frozenset({"file", "ordinate"})
+
+    shape: Literal["measured"] = option("measured", "as a file says", identity=False)
+    file: str | None = option(
+        None,
+        "table with columns diameter, roll_angle, roll_length or path_position, and depth or deviation, as "
+        "machines write it: any separator, decimal sign, encoding and preamble (see `wearlab profile`)",
+        derived="required in a campaign file",
+        identity=False,
+    )
+    x: Literal["diameter", "roll_angle", "roll_length", "path_position"] = option(
+        None, "column that says where on the flank", derived="the one the file has"
+    )
+    y: Literal["depth", "deviation"] = option(
+        None,
+        "column that says how much: wear depth, positive; or the deviation a measuring machine prints, "
+        "−(modifications + wear)",
+        derived="the one the file has",
+    )
+    direction: Literal["normal", "tooth-thickness"] = option(
+        "normal", "direction of the values: along the flank normal, or across the tooth", source="Y23 Eq. 19"
+    )
+    units: ProfileUnits | None = option(
+        None, "units of the columns", derived="those in the file's headers", identity=False
+    )
+    columns: dict[str, str] | None = option(
+        None,
+        "headers of the file where they are others, such as { deviation = 'Abweichung' }",
+        derived="by their names",
+        identity=False,
+    )
+    continuation: Literal["refuse", "hold", "slope", "zero"] = option(
+        "refuse",
+        "beyond what was measured, where that is less than the active flank: refused, the last value, the "
+        "last slope, or unworn",
+        source="wearlab",
+    )
+    zero: Literal["as-measured", "max", "pitch", "tip", "root", "line"] = option(
+        "as-measured",
+        "what counts as unworn: the values as they are; the highest point; the pitch point; the tip or root "
+        "end of the active flank; the line along the path that touches the profile on both sides of the "
+        "pitch point, which takes out a tilt",
+    )
+    smooth: Annotated[Length, POSITIVE] | None = option(
+        None,
+        "window along the path of a local parabola",
+        derived="through every point",
+        source="Cleveland 1979",
+    )
+    abscissa: SkipJsonSchema[tuple[float, ...]] = option(..., "x in SI, from the file")
+    ordinate: SkipJsonSchema[tuple[float, ...]] = option(..., "y in SI, from the file")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _contents(cls, given: Any, info: ValidationInfo) -> Any:
+        if not isinstance(given, dict):
+            return given
+        return read_profile(given, (info.context or {}).get("base_directory"))
+
+    def flags(self, flank: str) -> Iterator[str]:
+        """Yield what a run must say of it, in words."""
+        yield from super().flags(flank)
+        if self.file is not None:
+            yield f"initial wear of {flank}: as measured in {Path(self.file).name}"
+        if self.continuation != "refuse":
+            yield f"initial wear of {flank}: beyond what was measured continued by {self.continuation!r}"
+
+    def at_nodes(self, pair: "GearPair", gear: int, position: "Array") -> "Array":
+        """Return the depth that was measured, less what was taken off on purpose, (n,) [m]."""
+        from wearlab.wear.measured_profile import MeasuredProfile, measured, path_position
+
+        abscissa, depth = np.asarray(self.abscissa, float), np.asarray(self.ordinate, float)
+        if self.y == "deviation":
+            where = path_position(pair, gear, self.x, abscissa)
+            depth = -depth - pair.modification(gear, np.clip(where, pair.path.A, pair.path.E))
+        across = self.direction == "tooth-thickness"
+        profile = MeasuredProfile(self.x, abscissa, depth, across, self.zero, self.smooth, self.continuation)
+        return measured(profile, pair, gear, position)

@@ -1,13 +1,18 @@
-"""``wear.law``: how much of a flank is worn away in a cycle, one variant a file."""
+"""``wear.law``: how much of a flank is worn away in a cycle.
+
+A file beside this one adds another.
+"""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Literal
 
+from wearlab.options import option
 from wearlab.slots import Slot, Variant
+from wearlab.wear.setting import Setting
 
 if TYPE_CHECKING:
     from wearlab.arrays import Array
-    from wearlab.wear.setting import FlankState, Setting
+    from wearlab.wear.setting import FlankState
 
 
 class LawModel(Variant):
@@ -33,3 +38,17 @@ class LawModel(Variant):
         a function of a `FlankState` to the depth along the normal at every node, (n,) [m per cycle], ≥ 0
         """
         raise NotImplementedError(f"{type(self).__name__} has no build")
+
+
+class ArchardLaw(LawModel):
+    """Depth proportional to pressure and sliding."""
+
+    proportional: ClassVar[bool] = True
+
+    model: Literal["archard"] = option(
+        "archard", "depth k times pressure times sliding", source="Archard 1953"
+    )
+
+    def build(self, setting: Setting) -> None:
+        """Return nothing: :func:`wearlab.wear.law.wear_per_cycle` is this law."""
+        return None

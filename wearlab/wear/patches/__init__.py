@@ -1,7 +1,11 @@
-"""``wear.contact_patch``: over which width wear is spread, felt and levelled, one variant a file."""
+"""``wear.contact_patch``: over which width wear is spread, felt and levelled.
 
-from typing import TYPE_CHECKING, ClassVar
+A file beside this one adds another.
+"""
 
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from wearlab.options import option
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
@@ -16,3 +20,55 @@ class PatchModel(Variant):
     def build(self, setting: "PatchSetting") -> "Patch | None":
         """Return the patch of one kind of mesh, None where wear is taken point by point."""
         raise NotImplementedError(f"{type(self).__name__} has no build")
+
+
+class NoPatch(PatchModel):
+    """Wear is taken point by point."""
+
+    model: Literal["none"] = option("none", "point by point", source="Archard 1953")
+
+    def build(self, setting: "PatchSetting") -> None:
+        """Return nothing."""
+        return None
+
+
+class OneWayPatch(PatchModel):
+    """Wear is spread over the contact width, but felt point by point."""
+
+    model: Literal["one-way"] = option("one-way", "spread, felt point by point", source="wearlab")
+
+    def build(self, setting: "PatchSetting") -> "Patch":
+        """Return the patch that only spreads."""
+        from wearlab.wear.patch import one_way
+
+        return one_way(setting.half_width, setting.path)
+
+
+class TwoWayPatch(PatchModel):
+    """Wear is spread and felt over the contact width by the same kernel."""
+
+    model: Literal["two-way"] = option("two-way", "spread and felt", source="wearlab")
+
+    def build(self, setting: "PatchSetting") -> "Patch":
+        """Return the patch that spreads and feels."""
+        from wearlab.wear.patch import two_way
+
+        return two_way(setting.half_width, setting.path)
+
+
+class ElasticPatch(PatchModel):
+    """Wear is spread, felt, and levelled by the pressure inside."""
+
+    model: Literal["elastic"] = option("elastic", "spread, felt and levelled", source="Johnson 1985")
+
+    def build(self, setting: "PatchSetting") -> "Patch":
+        """Return the patch; where nothing wears on, what is worn is felt all the same."""
+        from wearlab.wear.law import wear_rate
+        from wearlab.wear.levelling import elastic
+        from wearlab.wear.patch import two_way
+
+        law, path, reference = setting.law, setting.path, setting.reference
+        if law is None:
+            return two_way(setting.half_width, path)
+        sliding = wear_rate(law, reference) * path.face_width / reference
+        return elastic(setting.half_width, reference, sliding, wear_rate(law, setting.static), path)

@@ -1,7 +1,12 @@
-"""``wear.pressure``: which pressure of a line contact wears, one variant a file."""
+"""``wear.pressure``: which pressure of a line contact wears.
 
-from typing import ClassVar
+A file beside this one adds another.
+"""
 
+from math import pi
+from typing import ClassVar, Literal
+
+from wearlab.options import option
 from wearlab.slots import Slot, Variant
 
 
@@ -10,3 +15,19 @@ class PressureModel(Variant):
 
     slot: ClassVar[Slot] = Slot("wear.pressure", __name__, words=True)
     factor: ClassVar[float]
+
+
+class MeanPressure(PressureModel):
+    """The mean over the width of contact."""
+
+    factor: ClassVar[float] = 1.0
+
+    model: Literal["mean"] = option("mean", "mean Hertz pressure", source="Archard 1953")
+
+
+class PeakPressure(PressureModel):
+    """The pressure in the middle of the contact."""
+
+    factor: ClassVar[float] = 4.0 / pi
+
+    model: Literal["peak"] = option("peak", "peak Hertz pressure", source="Johnson 1985")

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from wearlab.wear.patch import cell_edges, spreading
 from wearlab.wear.path import wear_path
-from wearlab.wear.smear import cell_edges, spreading
 
 
 @pytest.fixture
