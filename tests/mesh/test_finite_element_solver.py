@@ -13,11 +13,9 @@ from wearlab.gears.external import external_pair
 from wearlab.gears.materials import STEEL
 from wearlab.gears.ring import build_ring
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.mesh.finite_element.chart import chart
-from wearlab.mesh.finite_element.flank import LoadedFlank
-from wearlab.mesh.finite_element.half_plane import half_plane_compliance
-from wearlab.mesh.finite_element.sector import assemble, sector
-from wearlab.mesh.finite_element.wheel import flank_loads, wheel_compliance
+from wearlab.mesh.finite_element.compliance import wheel_compliance
+from wearlab.mesh.finite_element.elements import assemble, flank_loads, half_plane_compliance, sector
+from wearlab.mesh.finite_element.outline import LoadedFlank, chart
 
 E, NU = STEEL.youngs_modulus, STEEL.poisson_ratio
 

@@ -22,12 +22,9 @@ from scipy.optimize import brentq, nnls
 
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.pair import GearPair
-from wearlab.mesh.finite_element.chart import chart
-from wearlab.mesh.finite_element.flank import LoadedFlank
-from wearlab.mesh.finite_element.half_plane import half_plane_compliance
-from wearlab.mesh.finite_element.options import Options
-from wearlab.mesh.finite_element.sector import sector
-from wearlab.mesh.finite_element.wheel import flank_loads, wheel_compliance
+from wearlab.mesh.finite_element.compliance import wheel_compliance
+from wearlab.mesh.finite_element.elements import Options, flank_loads, half_plane_compliance, sector
+from wearlab.mesh.finite_element.outline import LoadedFlank, chart
 from wearlab.mesh.hertz import weber_compliance
 
 Array = NDArray[np.float64]

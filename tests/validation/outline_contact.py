@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.gears.pair import GearPair
-from wearlab.mesh.finite_element.flank import LoadedFlank, Wear
+from wearlab.mesh.finite_element.outline import LoadedFlank, Wear
 
 Array = NDArray[np.float64]
 

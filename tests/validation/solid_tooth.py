@@ -15,9 +15,8 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from wearlab.gears.external import external_pair
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.mesh.finite_element.chart import chart
-from wearlab.mesh.finite_element.flank import LoadedFlank
-from wearlab.mesh.finite_element.sector import lame, mesh_lines
+from wearlab.mesh.finite_element.elements import lame, mesh_lines
+from wearlab.mesh.finite_element.outline import LoadedFlank, chart
 
 WIDTHS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Face widths in modules."""

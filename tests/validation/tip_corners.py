@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from wearlab.campaign import load
-from wearlab.mesh.finite_element.options import Options
+from wearlab.mesh.finite_element.elements import Options
 from wearlab.mesh.gear_set import PairOfSet
 from wearlab.mesh.profile import lookup
 from wearlab.scene import Scene

@@ -6,11 +6,15 @@ wheel follows exactly from its rotational symmetry; the local indentation under 
 closed form, so that the contact can be added by any of the Hertzian models.
 """
 
-from wearlab.mesh.finite_element.cache import gear_compliance
-from wearlab.mesh.finite_element.flank import Wear
-from wearlab.mesh.finite_element.gear_compliance import GearCompliance, solve_gear
-from wearlab.mesh.finite_element.options import Options, Plane
-from wearlab.mesh.finite_element.pair import FiniteElement, pair_compliance
+from wearlab.mesh.finite_element.compliance import (
+    FiniteElement,
+    GearCompliance,
+    gear_compliance,
+    pair_compliance,
+    solve_gear,
+)
+from wearlab.mesh.finite_element.elements import Options, Plane
+from wearlab.mesh.finite_element.outline import Wear
 
 __all__ = [
     "FiniteElement",

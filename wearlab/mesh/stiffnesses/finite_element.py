@@ -20,7 +20,7 @@ class FiniteElementStiffness(StiffnessModel):
 
     model: Literal["finite-element"] = option(
         "finite-element",
-        "plane finite elements, computed once a gear and kept",
+        "plane finite elements, computed once for each shape of gear, whatever its module",
         source="finite elements: docs/model_error.md",
     )
     plane: Literal["by-width", "strain", "stress"] = option(
