@@ -160,7 +160,9 @@ def gear_compliance(gear: Gear, options: Options) -> GearCompliance:
     gear : the gear; its name, size, face width, Young's modulus, mass and modifications do not matter
     options : of mesh and load
     """
-    lengths = {name: float(f"{getattr(gear, name) / gear.module:.{DIGITS - 1}e}") for name in LENGTHS}
+    lengths: dict[str, Any] = {
+        name: float(f"{getattr(gear, name) / gear.module:.{DIGITS - 1}e}") for name in LENGTHS
+    }
     shape = replace(
         gear,
         name="",
