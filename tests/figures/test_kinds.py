@@ -157,3 +157,15 @@ def test_roles_asked_for(plot):
     one = plot(kind="mesh-force", cols="update", hue="speed")
     assert titles(one) == ["(a) unworn", "(b) 3 million cycles", "(c) 100 million cycles"]
     assert named(one)[:3] == ["800 rpm", "1100 rpm", "3720 rpm"]
+
+
+def test_an_abscissa_with_a_dimension_of_its_own_gives_a_panel_for_each_place(plot, store):
+    """Was drawn over the phase, silently: both members have a contact angle, the pair has one stiffness."""
+    select = {"case": "base", "speed": 800, "update": 0, "pair": 1}
+    shown = plot(kind="line", y="pair_stiffness", x="contact_angle", select=select)
+    assert titles(shown) == ["(a) pinion", "(b) gear"]
+    angle = store.run("0" * 32)["contact_angle"].isel(update=0, mesh=0, pair=0)
+    for panel, member in zip(shown.panels, ("pinion", "gear"), strict=True):
+        (curve,) = panel.curves
+        assert panel.x_label.startswith("Contact angle") or "(rad)" in panel.x_label
+        np.testing.assert_allclose(curve.x, angle.sel(member=member))

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from fake_campaign import Axis
 
+from wearlab.campaign.axes import Coordinate as Coordinate
 from wearlab.schema import VARIABLES, attributes
 from wearlab.store import Store
 from wearlab.store.image import describe, to_image

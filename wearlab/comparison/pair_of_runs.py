@@ -9,7 +9,7 @@ from wearlab.arrays import Array
 from wearlab.comparison.aligning import CYCLE, at_positions, common, positions, same_nodes
 from wearlab.comparison.errors import CompareError
 from wearlab.comparison.quantities import QUANTITIES, SCALARS, Quantity, attributes, described
-from wearlab.comparison.scenes import differences
+from wearlab.query.scene_differences import differences
 from wearlab.schema import attributes as declared
 
 SIDES = ("A", "B")

@@ -15,6 +15,7 @@ from wearlab.figures.wording import Label, axis_label, power_of_ten
 
 MOST_COLUMNS = 3
 SHOWS_ITSELF = ("variable", "part")  # what the y label tells
+COLOURED = ("line", "line-points", "dots", "area", "horizontal")
 ALONE = "#0072B2"  # a curve without a hue
 OURS = "computed"
 """A curve without a hue, beside published points."""
@@ -202,7 +203,7 @@ def _legend(
     hue: str | None,
     alone: str | None = None,
 ) -> tuple[LegendEntry, ...]:
-    coloured = [s for s in reversed(series) if s.look in ("line", "line-points", "dots", "area")]
+    coloured = [s for s in reversed(series) if s.look in COLOURED]
     looks = {s.key[hue]: s.look for s in coloured if hue is not None and hue in s.key}
     entries = [LegendEntry(h.text, pen[h], looks.get(h, "line")) for h in hues if h is not None]
     if not entries and coloured and (alone or any(s.look == "published" for s in series)):

@@ -20,6 +20,7 @@ LEAST_SPAN = 0.02  # of the values
 LETTER = 0.02  # of the width of a figure, that two letters of marks need
 BREAK, SLASH = (0.025, 0.055), ((-1.0, -0.5), (1.0, 0.5))  # heights and form of the strokes of a cut axis
 MANY = 1e4  # largest over smallest
+DASH = 4.0  # widths of a line
 HOLLOW = 6.6  # points: a published point goes around a marker of ours
 AREA_ALPHA, AREA_WIDTH = 0.25, 6.0
 
@@ -48,6 +49,9 @@ def strokes(pen: Pen, look: str) -> dict[str, Any]:
         }
     if look in BESIDE:
         return {"color": colour, "ls": dash, "lw": 0.9, "zorder": 1.5}
+    if look == "horizontal":
+        marks = {"marker": pen.marker or "o", "mec": "white", "mew": 0.4, "markevery": slice(1, -1)}
+        return {"color": colour, "ls": "--", **marks, "zorder": 2.5}
     if look == "line-points":
         return {"color": colour, "ls": dash, "marker": pen.marker, "mec": "white", "mew": 0.4, "zorder": 3}
     return {"color": colour, "ls": dash, "lw": pen.width * style.RC["lines.linewidth"], "zorder": 3}
@@ -130,6 +134,7 @@ def _panel(ax: "Axes", panel: Panel, columns: int) -> None:
     ax.set_title(panel.title, pad=14.0 if panel.marks and panel.title else None)
     for curve in panel.curves:
         _curve(ax, curve)
+    _part_levels(ax)
     for mark, side in zip(panel.marks, _sides(panel, columns), strict=True):
         ax.axvline(mark.x, color="#9a9a9a", lw=0.6, ls=(0, (2, 2)), zorder=1)
         ax.annotate(
@@ -138,6 +143,14 @@ def _panel(ax: "Axes", panel: Panel, columns: int) -> None:
         )  # fmt: skip
     ax.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
     ax.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
+
+
+def _part_levels(ax: "Axes") -> None:
+    """Give horizontal lines dashes and marks that leave the others to be seen where they coincide."""
+    levels = [line for line in ax.lines if line.get_markevery() is not None]
+    for number, line in enumerate(levels):
+        line.set_linestyle((DASH * number, (DASH, DASH * max(len(levels) - 1, 0.6))))
+        line.set_markersize(line.get_markersize() * (1.8 + 0.8 * (len(levels) - 1 - number)))
 
 
 def _curve(ax: "Axes", curve: Curve) -> None:

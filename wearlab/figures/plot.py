@@ -21,6 +21,7 @@ Look = Literal[
     "level",
     "dashed",
     "dash-dot",
+    "horizontal",
 ]
 
 
@@ -53,6 +54,7 @@ class Series:
     hours : operating hours of one unit of x, None where x tells no time
     said : what a reader must know of it, such as what is left out
     names : of the ordinates 1, 2, … where they are ranks
+    own : abscissa of a run that is drawn as a horizontal line, None where it has none
     """
 
     key: Mapping[str, Label]
@@ -66,6 +68,20 @@ class Series:
     hours: float | None = None
     said: str = ""
     names: tuple[str, ...] = ()
+    own: float | None = None
+
+
+def horizontal(run: Series, places: Array) -> Series:
+    """Return a run without a place among others as a line beside all of them, marked at its own abscissa.
+
+    Parameters
+    ----------
+    run : one value; its own abscissa, if it has one, may lie outside of the places
+    places : abscissae of all runs, NaN of those without one
+    """
+    ends = [float(np.nanmin(places)), float(np.nanmax(places))]
+    x = np.array(ends if run.own is None else [min(ends[0], run.own), run.own, max(ends[1], run.own)])
+    return replace(run, x=x, y=np.full(len(x), run.y[0]), look="horizontal")
 
 
 @dataclass(frozen=True)

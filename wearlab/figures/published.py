@@ -88,7 +88,7 @@ def _known(series: Sequence[Series], dim: str, text: str) -> Label:
     """Return the label that a text means: by its words, or by its number."""
     labels = dict.fromkeys(s.key[dim] for s in series if dim in s.key)
     for label in labels:
-        if text == label.text or _same_number(text, label.value):
+        if text in (label.text, label.value) or _same_number(text, label.value):
             return label
     return Label(text, text)
 

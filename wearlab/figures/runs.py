@@ -1,6 +1,7 @@
 """The runs that a figure shows: picked from a campaign's grid, each once, loaded without padding."""
 
 import itertools
+import json
 import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -41,6 +42,7 @@ class Run:
     units : unit of each sweep axis, and of each key that advances with one
     beside : value of each key that advances with an axis
     words : what stands along each axis
+    own : of a case that is not swept, its own value of each key that is
     """
 
     id: str
@@ -50,10 +52,16 @@ class Run:
     units: Mapping[str, str] = field(default_factory=dict)
     beside: Mapping[str, Label] = field(default_factory=dict)
     words: Mapping[str, str] = field(default_factory=dict)
+    own: Mapping[str, float] = field(default_factory=dict)
 
     def along(self, name: str) -> Label:
         """Return the run's place along an axis, or the value of a key that advances with one."""
         return self.place[name] if name in self.place else self.beside[name]
+
+    def abscissa(self, name: str) -> tuple[float, float | None]:
+        """Return the run's place along an axis, NaN for a case without a sweep, and its own value."""
+        value = self.along(name).value
+        return (np.nan, self.own.get(name)) if isinstance(value, str) else (float(value), None)
 
 
 @dataclass(frozen=True)
@@ -81,22 +89,22 @@ def pick(grid: "xr.Dataset", ask: Ask, *, all_cases: bool) -> Picked:
     ids, status = grid.run_id.values, grid.status.values
     wanted = [_wanted(grid, dim, ask, all_cases) for dim in dims]
     unsaid = () if "case" in (ask.hue, ask.rows, ask.cols, ask.x) else (BASE,)
-    picked: dict[str, tuple[dict[str, int], dict[str, Label], str]] = {}
-    missing: dict[str, str] = {}
+    picked: dict[object, tuple[dict[str, int], dict[str, Label], str]] = {}
+    missing: dict[str, None] = {}
     for point in itertools.product(*wanted):
         run_id = str(ids[point])
-        if not run_id or run_id in picked or run_id in missing:
+        if not run_id:
             continue
-        labels = _labels(grid, dims, point)
+        labels, repeated = _labels(grid, dims, point)
         if status[point] == "done":
-            picked[run_id] = (dict(zip(dims, point, strict=True)), labels, run_id)
+            place = dict(zip(dims, point, strict=True))
+            picked.setdefault(labels["case"] if repeated else point, (place, labels, run_id))
         else:
             told = dict.fromkeys(x.text for x in labels.values() if x.value not in unsaid)
-            name = ", ".join(told) or run_id[:12]
-            missing[run_id] = f"{name}: {status[point]}"
+            missing[f"{', '.join(told) or run_id[:12]}: {status[point]}"] = None
     if not picked and not missing:
         raise FigureError(f"{ask.name}: select = {dict(ask.select)} leaves no run")
-    return Picked(tuple(picked.values()), tuple(missing.values()))
+    return Picked(tuple(picked.values()), tuple(missing))
 
 
 def _wanted(grid: "xr.Dataset", dim: str, ask: Ask, all_cases: bool) -> list[int]:
@@ -109,22 +117,36 @@ def _wanted(grid: "xr.Dataset", dim: str, ask: Ask, all_cases: bool) -> list[int
     return list(range(len(values)))
 
 
-def _labels(grid: "xr.Dataset", dims: Sequence[str], point: tuple[int, ...]) -> dict[str, Label]:
-    """Return the labels of a point; a case that is broadcast bears its own along every axis."""
+def _labels(grid: "xr.Dataset", dims: Sequence[str], point: tuple[int, ...]) -> tuple[dict[str, Label], bool]:
+    """Return the labels of a point, and whether it is one of a case that is repeated along every axis.
+
+    Such a case bears its own label along them; the base is called by what it is, where the grid says that.
+    """
     labels = {
         dim: place(dim, plain(grid[dim].values[index]), grid[dim].attrs.get("units"))
         for dim, index in zip(dims, point, strict=True)
     }
     case = labels.get("case")
-    if case is not None and case.value != BASE and _is_broadcast(grid, dims, point):
-        return {dim: case for dim in dims}
-    return labels
+    if case is None:
+        return labels, False
+    if case.value == BASE:
+        return labels | {"case": Label(BASE, str(grid["case"].attrs.get("base", BASE)))}, False
+    repeated = _is_repeated(grid, dims, point, str(case.value))
+    return ({dim: case for dim in dims} if repeated else labels), repeated
 
 
-def _is_broadcast(grid: "xr.Dataset", dims: Sequence[str], point: tuple[int, ...]) -> bool:
+def _is_repeated(grid: "xr.Dataset", dims: Sequence[str], point: tuple[int, ...], case: str) -> bool:
+    if own := own_values(grid):
+        return case in own
     index = tuple(at if dim == "case" else slice(None) for dim, at in zip(dims, point, strict=True))
     ids = grid.run_id.values[index]
     return bool(ids.size > 1 and len(set(ids.flat) - {""}) == 1)
+
+
+def own_values(grid: "xr.Dataset") -> dict[str, dict[str, Any]]:
+    """Return what each case that is not swept has of the keys that are, by case and coordinate."""
+    told = grid["computed"].attrs.get("own_values") if "computed" in grid.coords else None
+    return dict(json.loads(told)) if told else {}
 
 
 def plain(value: Any) -> Any:
@@ -143,19 +165,23 @@ def read_runs(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: Ask
     units = {name: str(grid[name].attrs.get("units", "1")) for name in along_axes(grid)}
     words = {name: axis_words(grid, name) for name in along_axes(grid)}
     box, at = _box(grid[present], [point for point, _, _ in picked.points])
+    own = own_values(grid)
     runs = []
     for (point, labels, run_id), place_in_box in zip(picked.points, at, strict=True):
         at_point = box.isel(place_in_box, missing_dims="ignore").compute(scheduler="synchronous")
         at_point = at_point.drop_vars([name for name in at_point.variables if name in point])
         updates = int(grid.n_updates.isel(point))
+        case = labels.get("case")
+        mine = own.get(str(case.value)) if case is not None else None
         full = _without_absent(
             at_point.isel(update=slice(updates)) if "update" in at_point.dims else at_point
         )
-        runs.append(
-            Run(
-                run_id, labels, narrow(full, ask, dims), units=units, beside=_beside(grid, point), words=words
-            )
-        )
+        beside = _beside(grid, point)
+        if mine is not None and case is not None:
+            beside = dict.fromkeys(beside, case)
+        numbers = {name: float(v) for name, v in (mine or {}).items() if isinstance(v, int | float)}
+        narrowed = narrow(full, ask, dims)
+        runs.append(Run(run_id, labels, narrowed, units=units, beside=beside, words=words, own=numbers))
     return _with_states(runs)
 
 

@@ -18,18 +18,24 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from wearlab.query.digits import met
+from wearlab.query.flat import flat
+from wearlab.query.scene_differences import differences
+from wearlab.query.scene_keys import quantity_at
 from wearlab.store.bounds import number_type, refuse_oversized
 from wearlab.store.catalogue import Placed
 from wearlab.store.lazy import LazyVariable, Places, RunFile, RunGroup
 from wearlab.store.outcome import last_line
 from wearlab.store.place import value_text
+from wearlab.units import KINDS, convert
 
 if TYPE_CHECKING:
     from wearlab.campaign import Axis, Campaign, Coordinate
 
 BASE = "base"
-MISSING, EXCLUDED = "missing", "excluded"
+MISSING, EXCLUDED, DONE = "missing", "excluded", "done"
 UPDATE = "update"
+MOST_WORDS = 2  # keys that name the base beside its cases
 Variables = dict[str, Any]
 
 
@@ -60,7 +66,11 @@ class Grid:
 
 
 def open_grid(
-    campaign: "Campaign", runs: Sequence[Placed], layouts: Mapping[str, dict[str, Any]], folder: Path
+    campaign: "Campaign",
+    runs: Sequence[Placed],
+    layouts: Mapping[str, dict[str, Any]],
+    folder: Path,
+    scenes: Mapping[str, str],
 ) -> xr.Dataset:
     """Return the lazy dataset of a campaign.
 
@@ -70,18 +80,20 @@ def open_grid(
     runs : what the catalogue knows of its runs
     layouts : the tables of variables that the runs name
     folder : path of a run's file is ``folder / id[:2] / (id + ".nc")``
+    scenes : run → its scene as canonical JSON, of the runs that `named_runs` gives
 
     Returns
     -------
     Dataset, one dask chunk per run and variable (one in all for a coordinate that the runs share);
-    ``status``, ``reason``, ``run_id`` and ``n_updates`` over the grid dims;
+    ``status``, ``reason``, ``run_id`` and ``n_updates`` over the grid dims; with cases and axes the
+    coordinate ``computed``: where a run stands at its own place, not repeated along axes;
     points without data are NaN (text: "") and named in ``attrs["missing"]``.
     """
     axes = grid_axes(campaign)
     points = _points(campaign, axes)
     known = {run.id: run for run in runs}
     cases = [known.get(case.id) for case in campaign.cases]
-    done = {run.id: run for run in cases if run is not None and run.state == "done"}
+    done = {run.id: run for run in cases if run is not None and run.state == DONE}
     grid = _grid(
         tuple(axes), points, [case.id for case in campaign.cases], list(done.values()), layouts, folder
     )
@@ -89,6 +101,12 @@ def open_grid(
     reasons = ["" if run is None else last_line(run.reason) for run in cases]
     variables = _states(campaign, axes, grid, points, status, reasons)
     coordinates = _axis_coordinates(campaign, axes)
+    if words := _base_words(campaign, scenes):
+        coordinates["case"] = ("case", axes["case"], {"base": words})
+    if "case" in axes and campaign.axes:
+        coordinates["computed"] = _computed(
+            campaign, axes, np.asarray(variables["status"][1] == DONE), scenes
+        )
     for name in dict.fromkeys(name for group in grid.groups for name in group.variables):
         _add(variables, coordinates, name, grid)
     attributes = {"title": campaign.title, "references": campaign.reference or ""}
@@ -111,6 +129,73 @@ def _points(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> NDArray[np.i
     for number, case in enumerate(campaign.cases):
         points[_place(case, axes)] = number
     return points
+
+
+def named_runs(campaign: "Campaign") -> list[str]:
+    """Return the first run of each case, whose scenes tell where cases stand and in what they differ."""
+    return list({case.label: case.id for case in reversed(campaign.cases)}.values())
+
+
+def _base_words(campaign: "Campaign", scenes: Mapping[str, str]) -> str:
+    """Return what the base is beside the other cases: what it has for what they change, or what is swept."""
+    first = {case.label: scenes.get(case.id, "") for case in reversed(campaign.cases)}
+    swept = {along.key for axis in campaign.axes for along in _along(axis).values()}
+    base = first.pop(BASE, "")
+    changed = [d for text in first.values() if text and base for d in differences(base, text)]
+    texts = {d.key: d.a for d in changed if isinstance(d.a, str) and isinstance(d.b, str)}
+    words = [f"{a} {key.rpartition('.')[2]}" for key, a in texts.items() if key not in swept]
+    if 0 < len(words) <= MOST_WORDS:
+        return ", ".join(words).replace("_", " ")
+    unswept = (
+        campaign.axes and first and not any(case.position for case in campaign.cases if case.label != BASE)
+    )
+    return f"{', '.join(axis.name for axis in campaign.axes)} swept".replace("_", " ") if unswept else ""
+
+
+def _computed(
+    campaign: "Campaign", axes: Mapping[str, list[Any]], done: NDArray[np.bool_], scenes: Mapping[str, str]
+) -> tuple[Any, ...]:
+    """Return where each run stands at its own place, and the own values of the cases that are repeated."""
+    computed, own = done.copy(), {}
+    for case in campaign.cases:
+        if case.position:
+            continue
+        scene = dict(flat(json.loads(scenes.get(case.id) or "{}")))
+        given = {
+            name: value
+            for axis in campaign.axes
+            for name, along in _along(axis).items()
+            if (value := _own_value(scene.get(along.key), along)) is not None
+        }
+        place = _place(case, axes)
+        at_own = np.ones(np.shape(done[place]), bool)
+        for number, axis in enumerate(campaign.axes):
+            keys = _along(axis).items()
+            equal = np.all([[_same(given.get(n), v) for v in along.values] for n, along in keys], axis=0)
+            at_own &= equal.reshape([-1 if i == number else 1 for i in range(at_own.ndim)])
+        computed[place] &= at_own
+        own[case.label] = given
+    words = "whether the run stands at its own place here; else a case without a sweep, repeated"
+    return (tuple(axes), computed, {"long_name": words, "own_values": json.dumps(own, ensure_ascii=False)})
+
+
+def _along(axis: "Axis") -> "dict[str, Axis | Coordinate]":
+    """Return an axis and what advances along it, by name."""
+    return {axis.name: axis, **axis.coordinates}
+
+
+def _own_value(stored: Any, along: "Axis | Coordinate") -> Any:
+    """Return a value of a scene in the unit of an axis, None where the scene has no such key."""
+    kind = quantity_at(along.key)
+    if not isinstance(stored, int | float) or isinstance(stored, bool) or kind is None or not along.units:
+        return stored
+    return convert(float(stored), KINDS[kind].unit, along.units)
+
+
+def _same(value: Any, other: Any) -> bool:
+    if isinstance(value, int | float) and isinstance(other, int | float):
+        return met("=", float(value), float(other))
+    return bool(value == other)
 
 
 def _place(case: Any, axes: Mapping[str, list[Any]]) -> tuple[Any, ...]:
@@ -275,8 +360,7 @@ def _states(
 def _axis_coordinates(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> Variables:
     coordinates: Variables = {}
     for axis in campaign.axes:
-        own: list[tuple[str, Axis | Coordinate]] = [(axis.name, axis), *axis.coordinates.items()]
-        for name, values in own:
+        for name, values in _along(axis).items():
             units = {} if not values.units else {"units": values.units}
             coordinates[name] = (axis.name, list(values.values), {**units, "key": values.key})
     if "case" in axes:
@@ -288,7 +372,7 @@ def _missing(
     campaign: "Campaign", axes: Mapping[str, list[Any]], points: NDArray[np.intp], status: Sequence[str]
 ) -> list[str]:
     """Name every grid point that has a run but no data."""
-    lacking = np.array([*(state != "done" for state in status), False])[points]
+    lacking = np.array([*(state != DONE for state in status), False])[points]
     names = []
     for point in np.argwhere(lacking):
         number = points[tuple(point)]

@@ -1,5 +1,6 @@
 """One switch between the units of a campaign file and SI."""
 
+import json
 from typing import TYPE_CHECKING, Any
 
 from wearlab.query.scene_keys import quantity_at
@@ -23,4 +24,11 @@ def axes_in_si(grid: "xr.Dataset") -> "xr.Dataset":
             unit = KINDS[kind].unit
             values = [convert(float(value), axis.attrs["units"], unit) for value in axis.values]
             changed[str(name)] = (axis.dims, values, {**axis.attrs, "units": unit})
+    if "computed" in grid.coords:
+        own = json.loads(grid["computed"].attrs["own_values"])
+        for values in own.values():
+            for name in changed.keys() & values.keys():
+                values[name] = convert(values[name], grid[name].attrs["units"], changed[name][2]["units"])
+        attributes = {**grid["computed"].attrs, "own_values": json.dumps(own, ensure_ascii=False)}
+        changed["computed"] = grid["computed"].assign_attrs(attributes)
     return grid.assign_coords(changed)

@@ -58,14 +58,15 @@ class Store(KeptRuns):
         StoreError : there is no store
         """
         from wearlab.campaign.given import campaign_of
-        from wearlab.store.grid import open_grid
+        from wearlab.store.grid import named_runs, open_grid
         from wearlab.store.si import axes_in_si
 
         campaign = campaign_of(campaign)
         runs = self._told_alive(self.catalogue.placed(case.id for case in campaign.cases))
         layouts = self.catalogue.layouts(run.layout for run in runs if run.layout)
         try:
-            grid = open_grid(campaign, runs, layouts, self.files.folder.absolute())
+            scenes = {i: entry.scene or "" for i, entry in self.entries(named_runs(campaign)).items()}
+            grid = open_grid(campaign, runs, layouts, self.files.folder.absolute(), scenes)
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise StoreError(
                 f"{self.catalogue.path}: what it says of these runs cannot be understood "

@@ -1,6 +1,6 @@
 """The generic figure: any variable over any of its dimensions, or over a sweep."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +10,9 @@ from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
 from wearlab.figures.kinds.path import POSITIONS, along_path
-from wearlab.figures.plot import Look, Scale, Series
+from wearlab.figures.plot import Look, Scale, Series, horizontal
 from wearlab.figures.runs import Run
-from wearlab.figures.slices import companion, shown, slices, thinned
+from wearlab.figures.slices import slices, thinned
 from wearlab.figures.wording import Label
 
 DEFAULT_X = {"update": "cycle", "profile": "path_position"}
@@ -26,15 +26,7 @@ def _line(run: Run, ask: Ask) -> Iterator[Series]:
         if name in run.data:
             extra = {"variable": Label(float(order), name)} if several else {}
             for curve in _curves(run, name, ask):
-                yield Series(
-                    {**curve.key, **extra},
-                    curve.x,
-                    curve.y,
-                    curve.across,
-                    curve.up,
-                    curve.look,
-                    marks=curve.marks,
-                )
+                yield replace(curve, key={**curve.key, **extra})
 
 
 def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
@@ -47,19 +39,19 @@ def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
         yield from along_path(run, name, ask)
         return
     for piece in slices(run, name, ask, dim):
-        x, across = _positions(run, dim, coordinate, dict(piece.place), ask)
-        held = np.isfinite(x) & np.isfinite(piece.values)
-        look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
-        yield Series(piece.key, x[held], piece.values[held], across, piece.scale, look)
+        for extra, x, across in _positions(run, dim, coordinate, piece.place, ask):
+            held = np.isfinite(x) & np.isfinite(piece.values)
+            look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
+            yield Series({**piece.key, **extra}, x[held], piece.values[held], across, piece.scale, look)
 
 
 def _over_sweep(run: Run, name: str, ask: Ask, axis: str) -> Iterator[Series]:
     """Yield single points at this run's place along a sweep; they are joined to curves afterwards."""
-    label = run.along(axis)
+    x, own = run.abscissa(axis)
+    across = Scale(run.words.get(axis, axis.replace("_", " ")), run.units.get(axis, "1"))
     for piece in slices(thinned(run), name, ask):
-        x = np.array([np.nan if isinstance(label.value, str) else label.value])
-        across = Scale(run.words.get(axis, axis.replace("_", " ")), run.units.get(axis, "1"))
-        yield Series(piece.key, x, np.atleast_1d(piece.values), across, piece.scale, "line-points")
+        y = np.atleast_1d(piece.values)
+        yield Series(piece.key, np.array([x]), y, across, piece.scale, "line-points", own=own)
 
 
 def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
@@ -85,19 +77,22 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
     return shared[-1], ask.x
 
 
-def _positions(run: Run, dim: str, coordinate: str, index: dict[str, int], ask: Ask) -> tuple[Array, Scale]:
-    if coordinate in run.data.variables:
-        values, scale = companion(run, coordinate, index, ask)
-        if values.size == run.data.sizes[dim]:
-            return values.ravel(), scale
-    size = run.data.sizes[dim]
-    if dim in run.data.coords:
-        return shown(run.data[dim], dim, ask, "x")
-    return np.arange(size, dtype=float), Scale(dim.replace("_", " "), "1")
+def _positions(
+    run: Run, dim: str, coordinate: str, index: Mapping[str, int], ask: Ask
+) -> Iterator[tuple[dict[str, Label], Array, Scale]]:
+    """Yield abscissae along a dimension: one, or one for each place along dimensions that y has not."""
+    if coordinate not in run.data.variables:
+        yield {}, np.arange(run.data.sizes[dim], dtype=float), Scale(dim.replace("_", " "), "1")
+        return
+    kept = {name: at for name, at in index.items() if name in run.data[coordinate].dims}
+    here = replace(run, data=run.data.isel(kept))
+    for piece in slices(here, coordinate, ask, dim, axis="x"):
+        extra = {name: label for name, label in piece.key.items() if name in piece.place}
+        yield extra, piece.values, piece.scale
 
 
 def joined(series: list[Series], axis: str) -> list[Series]:
-    """Join single points that differ along one axis alone; a case without a place on x becomes a level.
+    """Join single points that differ along one axis alone; a case that is not swept becomes a level.
 
     Points whose places were drawn at random stay points.
     """
@@ -110,15 +105,14 @@ def joined(series: list[Series], axis: str) -> list[Series]:
         raise FigureError(
             f'x = {axis!r} has names, not numbers: kind = "cases" draws a number beside each name'
         )
-    ends = np.array([np.nanmin(places), np.nanmax(places)])
-    return [_join(group, ends) for group in groups.values()]
+    return [_join(group, places) for group in groups.values()]
 
 
-def _join(group: list[Series], ends: Array) -> Series:
+def _join(group: list[Series], places: Array) -> Series:
     first = group[0]
     x, y = (np.concatenate([getattr(curve, side) for curve in group]) for side in ("x", "y"))
     if np.isnan(x).all():
-        return Series(first.key, ends, np.full(2, y[0]), first.across, first.up, "line")
+        return horizontal(first, places)
     held = np.isfinite(x) & np.isfinite(y)
     steps = np.diff(x[held])
     look: Look = "dots" if len(x) > FEWEST_DOTS and (steps > 0).any() and (steps < 0).any() else first.look
@@ -135,6 +129,7 @@ LINE = Kind(
     series=_line,
     roles=(
         ("rows", "variable"),
+        ("cols", "member"),
         ("hue", "*"),
         ("hue", "update"),
         ("cols", "*"),

@@ -9,7 +9,7 @@ from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
-from wearlab.figures.plot import Look, Mark, Scale, Series
+from wearlab.figures.plot import Look, Mark, Scale, Series, horizontal
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import Slice, companion, lone, slices
 from wearlab.figures.wording import Label, typeset
@@ -21,9 +21,9 @@ SHARE = Scale("share of each range", "1")
 
 def _points(run: Run, ask: Ask) -> Iterator[Series]:
     for piece in _results(run, ask):
-        x, across = _abscissa(run, ask, piece)
+        x, across, own = _abscissa(run, ask, piece)
         key = {n: label for n, label in piece.key.items() if n not in run.place} | _told_apart(run, ask)
-        yield Series(key, x, np.atleast_1d(piece.values), across, piece.scale, "points")
+        yield Series(key, x, np.atleast_1d(piece.values), across, piece.scale, "points", own=own)
 
 
 def _results(run: Run, ask: Ask) -> Iterator[Slice]:
@@ -46,19 +46,19 @@ def _inputs(run: Run) -> list[str]:
     return [name for name in names if name not in NUMBERED] or names
 
 
-def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale]:
+def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, float | None]:
     inputs = _inputs(run)
     name = ask.x or next(iter(inputs), None)
     if name is None:
         raise FigureError(f"{ask.name}: x must name an axis or a result; {choices('', run.data.data_vars)}")
     if name in run.place or name in run.beside:
-        value = run.along(name).value
-        x = np.array([np.nan if isinstance(value, str) else float(value)])
-        return x, Scale(run.words.get(name, name.replace("_", " ")), run.units.get(name, "1"))
+        x, own = run.abscissa(name)
+        scale = Scale(run.words.get(name, name.replace("_", " ")), run.units.get(name, "1"))
+        return np.array([x]), scale, own
     if name not in run.data.variables:
         raise FigureError(f"{ask.name}: x = {name!r} is not there; {choices(name, [*inputs, *run.data])}")
     data = run.data.isel(update=[-1]) if "update" in run.data[name].dims else run.data
-    return lone(*companion(replace(run, data=data), name, piece.place, ask), name, ask)
+    return *lone(*companion(replace(run, data=data), name, piece.place, ask), name, ask), None
 
 
 def _gathered(series: list[Series]) -> list[Series]:
@@ -73,8 +73,7 @@ def _gathered(series: list[Series]) -> list[Series]:
     for group in groups.values():
         x, y = (np.concatenate([getattr(curve, side) for curve in group]) for side in ("x", "y"))
         if placed.size and np.isnan(x).all():
-            ends = np.array([placed.min(), placed.max()])
-            gathered += [replace(group[0], x=ends, y=np.full(2, level), look="line") for level in y]
+            gathered += [horizontal(curve, placed) for curve in group]
             continue
         held = np.isfinite(x) & np.isfinite(y)
         gathered.append(replace(group[0], x=x[held], y=y[held], look=look))

@@ -42,7 +42,7 @@ def _case(run: Run, ask: Ask) -> Iterator[Series]:
     if not np.isfinite(values).all():
         return
     case = run.place.get("case")
-    label = BASE if case is None else case.text
+    label = BASE if case is None else str(case.value)
     what, between, _ = label.partition(BETWEEN)
     what = what if between else "" if label == BASE else label
     # a case that is broadcast stands nowhere along the axes; keys that advance with an axis stand for it
