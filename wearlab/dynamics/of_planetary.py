@@ -14,7 +14,7 @@ from wearlab.mesh.gear_set import Body
 
 
 def train_of(motion: InMotion) -> Train:
-    """Return the train of the set: its speeds and torques."""
+    """Return the train of the set, which tells its speeds."""
     gears, given = motion.gears.gears, motion.operation
     sun, planet, ring = (gears[name].teeth for name in ("sun", "planet", "ring"))
     return Train(sun, planet, ring, given.input, given.output, given.fixed)
@@ -54,11 +54,6 @@ def grounded(held: Mapping[str, MemberSupport]) -> set[str]:
     return {name for name, support in held.items() if support.tangential_stiffness > 0.0}
 
 
-def sun_torque(motion: InMotion) -> float:
-    """Return the torque on the sun [N m]."""
-    return abs(train_of(motion).torques(motion.operation.torque).sun)
-
-
 def torques(motion: InMotion, tied: set[str]) -> MemberTorques:
     """Return the torques on the members that are not held, positive where they load drive flanks [N m].
 
@@ -66,7 +61,7 @@ def torques(motion: InMotion, tied: set[str]) -> MemberTorques:
     """
     output, loaded = motion.operation.output, _output_loaded(motion, tied)
     idle = {motion.operation.fixed} | (set() if loaded else {output})
-    every = balanced_torques(rigid_set(motion), sun_torque(motion))
+    every = balanced_torques(rigid_set(motion), motion.gears.torque)
     given = {member: torque for member, torque in every.items() if member not in idle}
     return MemberTorques(given, str(output) if loaded and output not in tied else None)
 

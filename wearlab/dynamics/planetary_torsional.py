@@ -12,6 +12,7 @@ from wearlab.dynamics.rigid_set import RigidSet
 from wearlab.dynamics.spur import Meshing
 from wearlab.dynamics.supports import FREE, MemberSupport, damping_of, grounded, stiffness_of
 from wearlab.dynamics.system import System
+from wearlab.mesh.gear_set import mesh_load
 
 
 def planetary_torsional(
@@ -66,7 +67,7 @@ def planetary_torsional(
         damping=damping_of(supports, len(names)),
         stiffness=stiffness_of(supports, len(names)),
         direction=vectors.direction @ turn,
-        load=np.eye(planets + 2)[0] * sun_torque / bodies["sun"].radius,
+        load=np.eye(planets + 2)[0] * mesh_load(sun_torque, bodies["sun"].radius),
         **meshes_of(rigid.ring_at_rest, meshing),
         meshes=vectors.names,
         friction_constant=vectors.friction_constant @ turn if friction else None,

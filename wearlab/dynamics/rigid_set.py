@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.mesh.gear_set import Body
+from wearlab.mesh.gear_set import Body, mesh_load
 
 MESHES = ("sun_planet", "planet_ring")
 
@@ -71,7 +71,7 @@ def balanced_torques(rigid: RigidSet, sun_torque: float) -> dict[str, float]:
     ----------
     W23 Eqs. 7–14, at rest.
     """
-    force = sun_torque / rigid.bodies["sun"].radius
+    force = mesh_load(sun_torque, rigid.bodies["sun"].radius)
     reduction = sum(np.cos(rigid.pressure_angle[mesh]) for mesh in MESHES)
     return {
         "sun": sun_torque,

@@ -7,6 +7,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.supports import damping_by_ratio, damping_of, damping_or_ratio, grounded, stiffness_of
 from wearlab.dynamics.system import System
+from wearlab.mesh.gear_set import mesh_load
 
 
 class GearSupport(NamedTuple):
@@ -207,8 +208,8 @@ def _rotation(
     """Return x alone where nothing holds the rotations, else (or when asked) both rotations."""
     first, second = gears
     m1, m2 = first.equivalent, second.equivalent
-    force = torque / first.base_radius
-    variation = None if fluctuation is None else fluctuation / first.base_radius
+    force = mesh_load(torque, first.base_radius)
+    variation = None if fluctuation is None else mesh_load(fluctuation, first.base_radius)
     if not both and first.turns_freely and second.turns_freely:
         # x = u1 − u2: ẍ = (T1/r1 − W)/m1 + (T2/r2 − W)/m2, and both loads equal T/r1; a fluctuation
         # of the input torque alone enters through the driving gear's share m_c/m1 (L16 Eq. 5).

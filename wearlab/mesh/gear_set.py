@@ -13,6 +13,25 @@ from wearlab.mesh.clock import Mesh
 from wearlab.mesh.errors import quadrature
 
 
+def mesh_load(torque: float, base_radius: float, meshes: int = 1) -> float:
+    """Return the static normal force of each of a gear's equal meshes, ``F = T/(n r_b)`` [N].
+
+    Parameters
+    ----------
+    torque : T on the gear [N·m]
+    base_radius : r_b [m]
+    meshes : n, among which it is shared
+
+    References
+    ----------
+    ISO 6336-1:2019, 4: the nominal load, normal to the flanks.
+
+    >>> round(mesh_load(134.0, 0.021145, 3), 1)
+    2112.4
+    """
+    return torque / (meshes * base_radius)
+
+
 class Body(NamedTuple):
     """A member as it moves.
 
@@ -129,6 +148,12 @@ class GearSet:
         """
         gears = self.kinds[kind].pair.gears
         return next(gear for name in self.members for gear in gears if gear.name == name).base_radius
+
+    @property
+    def torque(self) -> float:
+        """Torque on the gear whose torque the loads are given by: a pair's driving gear, or the sun [N·m]."""
+        first = self.kinds[0]
+        return first.load * self.mesh_kinds.count(0) * first.pair.gears[first.loaded].base_radius
 
     def slow_errors(self, meshes: Sequence[Mesh]) -> Array | None:
         """Return once-per-revolution errors at equally weighted member angles, (n_angles, n_mesh) [m]."""

@@ -37,7 +37,7 @@ class PlanetaryTorsionalDynamics(DynamicModel):
                 rigid,
                 of.held(self.supports, rigid),
                 of.meshing(motion, rigid.ring_at_rest),
-                of.sun_torque(motion),
+                motion.gears.torque,
                 friction=self.friction is not None,
             )
         except ValueError as error:

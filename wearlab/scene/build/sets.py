@@ -10,7 +10,7 @@ from wearlab.gears.gear import Gear
 from wearlab.gears.pair import GearPair
 from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SetDescriptor
 from wearlab.gears.train import Train, TrainSpeeds
-from wearlab.mesh.gear_set import Body, GearSet, PairOfSet
+from wearlab.mesh.gear_set import Body, GearSet, PairOfSet, mesh_load
 from wearlab.scene import Scene
 from wearlab.scene.build.gears import build_pair, build_planetary
 
@@ -42,7 +42,7 @@ def _of_planetary(scene: Scene) -> GearSet:
         "planet": abs(speeds.planet_relative),
         "ring": abs(speeds.ring_relative),
     }
-    load = abs(train.torques(scene.operation.torque).sun) / (count * built.sun.base_radius)
+    load = mesh_load(abs(train.torques(scene.operation.torque).sun), built.sun.base_radius, count)
     passes = built.passes
 
     def kind(pair: GearPair, section: str, of_planet: str) -> PairOfSet:
@@ -116,7 +116,7 @@ def _of_pair(scene: Scene) -> GearSet:
         section="",
         speed=driving_speed,
         passes=np.array([teeth / gear.teeth for gear in pair.gears]),
-        load=scene.operation.torque / pair.driving.base_radius,
+        load=mesh_load(scene.operation.torque, pair.driving.base_radius),
         loaded=0,
     )
     return GearSet(
