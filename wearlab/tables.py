@@ -1,291 +1,479 @@
-"""Tables that a scene refers to: read once, so that their contents are part of the scene."""
+"""Tables as people and machines write them: any usual separator, decimal sign, encoding, lines above, units.
+
+One reader serves measured flanks, duties, stiffnesses, weighings and histories. What was understood is kept,
+for messages and for ``wearlab profile``; what has two meanings is refused with the words that decide.
+"""
 
 import csv
-from collections.abc import Mapping
-from functools import lru_cache
-from itertools import pairwise
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-from pydantic_core import PydanticCustomError
+import numpy as np
 
-from wearlab.machine_table import MachineTable, MachineTableError, machine_table
-from wearlab.options import Stored
+from wearlab.arrays import Array
 from wearlab.regular import read_regular
-from wearlab.units import UnitError, convert
+from wearlab.units import KINDS, PER_MINUTE, UnitError, convert
 
-ABSCISSAE = {"phase": "1", "path_position": "m"}
+SEPARATORS = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", "": "blanks"}
+DECIMALS = {".": "point", ",": "comma"}
+MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
+NUMBER = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|nan|inf)", re.IGNORECASE)
+THOUSANDS = {
+    ".": re.compile(r"[-+]?\d{1,3}(?:(?:,\d{3})+\.\d*|(?:,\d{3}){2,}|(?:[ '’]\d{3})+(?:\.\d*)?)"),
+    ",": re.compile(r"[-+]?\d{1,3}(?:(?:\.\d{3})+,\d*|(?:\.\d{3}){2,}|(?:[ '’]\d{3})+(?:,\d*)?)"),
+}
+CLOCK = r"(?:[T ]+\d{1,2}:\d{2}(?::\d{2}(?:\.\d+)?)?(?: ?[AaPp][Mm]| ?Z|[+-]\d{2}:?\d{2})?)?"
+ISO = re.compile(rf"\d{{4}}-\d{{2}}-\d{{2}}{CLOCK}")
+DAYS = re.compile(rf"(\d{{1,2}})([./-])(\d{{1,2}})\2(\d{{4}}|\d{{2}}){CLOCK}")
+NAMED = re.compile(rf"\d{{1,2}}[- ][A-Za-z]{{3}}[- ](?:\d{{4}}|\d{{2}}){CLOCK}")
+CLOCKS = ("", " %H:%M", " %H:%M:%S", " %I:%M %p", " %I:%M:%S %p")
+TYPED = ("number", "date")
+UNIT_IN_HEADER = re.compile(r"\s*(.+?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|/\s*(\S+)|\s+in\s+(\S+))\s*")
+UNITS_BY_NAME = re.compile(r"(.+)_(mm|um|µm|nm|m|deg|rad|inch|mg|g|kg|h|Nm|kNm|rpm)")
+SHORT_UNITS = frozenset("m g h s N W K % °".split())
+NAMES = {
+    "diameter": ("diameter", "durchmesser", "dia", "d", "dy", "d_y", "ø", "measuring diameter"),
+    "roll_angle": ("roll_angle", "roll angle", "wälzwinkel", "waelzwinkel", "xi", "ξ"),
+    "roll_length": ("roll_length", "length of roll", "roll length", "wälzlänge", "wälzweg", "ly"),
+    "path_position": ("path_position", "path position"),
+    "depth": ("depth", "wear depth", "wear", "verschleiß", "verschleisstiefe", "verschleißtiefe"),
+    "deviation": ("deviation", "abweichung", "profile deviation", "profilabweichung", "f", "fa"),
+}
+"""What columns may be called; a name of its own is given by ``columns``."""
+LARGEST_FILE = 200_000_000  # bytes
+LONGEST_LINE = 100_000  # characters
+LARGEST_NUMBER = 1e30
+"""Beyond anything that is measured, in any unit; sums and products of such numbers are still finite."""
+LOOKED_AT = 300
+"""Lines from which separator, decimal sign and headers are found."""
 
 
 class TableError(ValueError):
-    """A file is not the table it should be."""
+    """A file is not the table it should be; the message says where, and what helps."""
 
 
-def read_stiffness(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
-    """Return the options of a tabulated stiffness with the file's contents in SI.
-
-    Parameters
-    ----------
-    given : the options as written; contents that were read before stay
-    base : folder that a relative path starts from
-    """
-    if "along" in given and _stored(given.get("abscissa"), given.get("stiffness")):
-        return given
-    for key in ("along", "abscissa", "stiffness"):
-        if key in given:
-            raise ValueError(f"{key!r} is read from file, not written")
-    for key in ("file", "units"):
-        if key not in given:
-            raise ValueError(f"{key!r} is required: {{file, of, units}}")
-    try:
-        along, x, k = stiffness_table(
-            named_file(given), named_texts(given, "units", '{ stiffness = "N/um" }'), base
-        )
-    except TableError as error:
-        raise ValueError(str(error)) from None
-    return {**given, "along": along, "abscissa": x, "stiffness": k}
-
-
-PROFILE_ABSCISSAE = {"diameter": "m", "roll_angle": "rad", "roll_length": "m", "path_position": "m"}
-PROFILE_ORDINATES = ("depth", "deviation")
-
-
-def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
-    """Return the options of a measured flank with the file's contents in SI.
+@dataclass(frozen=True)
+class Table:
+    """A table as it was understood, its cells as texts.
 
     Parameters
     ----------
-    given : the options as written; contents that were read before stay
-    base : folder that a relative path starts from
+    file : its name
+    headers : of each column, as written
+    names : headers without their units
+    units : unit of each name, "" where the file tells none
+    cells : texts of each name's column
+    lines : line of each row in the file, from 1
+    encoding, separator, decimal : how the file is written
+    header_line : line of the headers, from 1
+    preamble : lines above them
+    left_out : rows below the last row of the table, such as a sum or an end mark
     """
-    if "x" in given and "y" in given and _stored(given.get("abscissa"), given.get("ordinate")):
-        return given
-    for key in ("abscissa", "ordinate"):
-        if key in given:
-            raise ValueError(f"{key!r} is read from file, not written")
-    if "file" not in given:
-        raise PydanticCustomError("table", "{key} is required: {file, x, y, units}", {"key": "'file'"})
-    try:
-        x, y, abscissa, ordinate = profile_table(given, base)
-    except TableError as error:
-        raise ValueError(str(error)) from None
-    return {**given, "x": x, "y": y, "abscissa": abscissa, "ordinate": ordinate}
 
+    file: str
+    headers: tuple[str, ...]
+    names: tuple[str, ...]
+    units: Mapping[str, str]
+    cells: Mapping[str, tuple[str, ...]]
+    lines: tuple[int, ...]
+    encoding: str
+    separator: str
+    decimal: str
+    header_line: int
+    preamble: tuple[str, ...]
+    left_out: int
 
-def profile_table(
-    given: dict[str, Any], base: Path | None
-) -> tuple[str, str, tuple[float, ...], tuple[float, ...]]:
-    """Return what abscissa and ordinate of a measured flank are, and their values [m] or [rad].
+    def __len__(self) -> int:
+        return len(self.lines)
 
-    Raises
-    ------
-    TableError
-        When the file cannot be read, lacks a column or a unit, or is not in order.
-    """
-    file = named_file(given)
-    units = named_texts(given, "units", '{ diameter = "mm", depth = "um" }') if "units" in given else {}
-    mapped = named_texts(given, "columns", '{ deviation = "Abweichung" }') if "columns" in given else {}
-    if unknown := set(mapped) - {*PROFILE_ABSCISSAE, *PROFILE_ORDINATES}:
-        known = ", ".join((*PROFILE_ABSCISSAE, *PROFILE_ORDINATES))
-        raise TableError(f"columns: {', '.join(sorted(unknown))}: expected {known}")
-    try:
-        table = machine_table(Path(file) if base is None else base / file)
-    except MachineTableError as error:
-        raise TableError(str(error)) from None
-    if table.broken:
-        raise TableError(f"{file}: {table.broken} holds no numbers; mend or delete it")
-    if any(number - number != 0.0 for column in table.columns.values() for number in column):
-        raise TableError(f"{file}: a value is not finite")
-    x = _column(given.get("x"), table, mapped, tuple(PROFILE_ABSCISSAE), "x", file)
-    y = _column(given.get("y"), table, mapped, PROFILE_ORDINATES, "y", file)
-    abscissa = _of_table(table, mapped, units, x, PROFILE_ABSCISSAE[x])
-    ordinate = _of_table(table, mapped, units, y, "m")
-    rising = all(b >= a for a, b in pairwise(abscissa))
-    if not rising and not all(b <= a for a, b in pairwise(abscissa)):
-        raise TableError(f"{file}: {x} neither rises nor falls throughout; sort the rows by {x}")
-    if any(c == a for a, c in zip(abscissa, abscissa[2:], strict=False)):
-        raise TableError(f"{file}: {x} has the same value three times; twice marks a step")
-    return x, y, abscissa, ordinate
-
-
-def _of_table(
-    table: MachineTable, mapped: Mapping[str, str], units: Mapping[str, str], name: str, wanted: str
-) -> tuple[float, ...]:
-    """Return a column in SI, by the unit that the campaign file gives, else by the one in the header."""
-    header = table.meant(name, mapped)
-    assert header is not None  # `_column` found it
-    return _in(list(table.columns[header]), units.get(name) or table.units[header] or None, wanted, name)
-
-
-def _column(
-    asked: Any, table: MachineTable, mapped: Mapping[str, str], known: tuple[str, ...], key: str, file: str
-) -> str:
-    """Return the quantity meant: the one asked for or mapped, or the only known one of the file."""
-    if asked is not None and asked not in known:
-        raise TableError(f"{key}: {asked!r} is not one of {', '.join(known)}")
-    chosen = [name for name in known if name in mapped]
-    present = chosen or [name for name in known if table.meant(name, mapped) is not None]
-    if asked is None and len(present) > 1:
-        raise TableError(f"{file} has columns {' and '.join(present)}; say which with {key}")
-    picked = asked if asked is not None else next(iter(present), None)
-    if picked is None or table.meant(picked, mapped) is None:
-        raise TableError(
-            f"{file}: columns are {', '.join(table.names)}; "
-            f"expected {picked or ' or '.join(known)} for {key}, "
-            f'or name it: columns = {{ {picked or known[0]} = "…" }} ({table.understood})'
+    @property
+    def understood(self) -> str:
+        """How the file was read, in one line."""
+        unread = f", {self.left_out} rows without numbers left out" if self.left_out else ""
+        return (
+            f"{self.encoding}, separated by {SEPARATORS[self.separator]}, decimal {DECIMALS[self.decimal]}, "
+            f"headers in line {self.header_line}, {len(self)} rows{unread}"
         )
-    return str(picked)
 
+    def find(self, column: str) -> str | None:
+        """Return the name of a column that is called by its header, its name, or either in other letters."""
+        for written in (self.headers, self.names):
+            for name, text in zip(self.names, written, strict=True):
+                if text == column:
+                    return name
+        return next((n for n in self.names if n.casefold() == column.strip().casefold()), None)
 
-DUTY = {"torque": "N*m", "speed": "rad/s"}
-TIMES = ("s", "1")
-"""What shares of time may be: durations, or parts of a whole."""
+    def meant(self, quantity: str, mapped: Mapping[str, str]) -> str | None:
+        """Return the column of a quantity: the one mapped to it, or the one whose name says so."""
+        if quantity in mapped:
+            return self.find(mapped[quantity])
+        known = NAMES.get(quantity, (quantity,))
+        taken = set(mapped.values())
+        matching = [n for n in self.names if n.lower().replace("-", " ") in known and n not in taken]
+        return matching[0] if matching else self.find(quantity) if quantity not in NAMES else None
 
+    def numbers(self, name: str, *, empty: bool = False) -> Array:
+        """Return the numbers of a column (row), in its own unit.
 
-def duty_table(
-    file: str, columns: dict[str, str], units: dict[str, str], base: Path | None
-) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
-    """Return torques [N m], speeds [rad/s] and shares of time (in their own proportions) of a load table.
+        Parameters
+        ----------
+        name : one of `names`
+        empty : empty cells are NaN, rather than refused
 
-    Parameters
-    ----------
-    file, base : the CSV file, and the folder that a relative path starts from
-    columns : headers of torque, speed and share, where they differ from these names
-    units : their units; shares without one are parts of a whole
+        Raises
+        ------
+        TableError : with line and column of what is no number, or beyond `LARGEST_NUMBER`
+        """
+        import pandas
 
-    Raises
-    ------
-    TableError
-        When the file cannot be read, lacks a column or a unit, or a value is impossible.
-    """
-    if unknown := {*columns, *units} - {*DUTY, "share"}:
-        raise TableError(f"{', '.join(sorted(unknown))}: expected torque, speed and share")
-    read = _columns(Path(file) if base is None else base / file)
-    each = {}
-    for name in (*DUTY, "share"):
-        header = columns.get(name, name)
-        if header not in read:
-            raise TableError(
-                f"{file}: columns are {', '.join(read)}; expected {header!r} for {name}, or name it "
-                "in columns"
-            )
-        each[name] = list(read[header])
-    torque, speed = (_in(each[name], units.get(name), DUTY[name], name) for name in DUTY)
-    share = _times(each["share"], units.get("share", "1"))
-    if min(torque) < 0.0 or min(speed) <= 0.0 or min(share) < 0.0 or sum(share) <= 0.0:
-        raise TableError(f"{file}: torques and shares must not be negative, speeds must be positive")
-    return torque, speed, share
+        texts = self.cells[name]
+        pointed = [text.replace(",", ".") if self.decimal == "," else text for text in texts]
+        values = np.array(pandas.to_numeric(pandas.Series(pointed, dtype=object), errors="coerce"), float)
+        for row in np.flatnonzero(~(np.abs(values) <= LARGEST_NUMBER)):
+            text = texts[row]
+            number = _number(text, self.decimal)
+            if number is not None and abs(number) <= LARGEST_NUMBER:
+                values[row] = number
+            elif text or not empty:
+                raise TableError(f"{self._at(int(row), name)}: {_no_number(text, self.decimal)}")
+        return values
 
+    def dates(self, name: str, date_format: str | None = None) -> "np.ndarray[Any, np.dtype[np.datetime64]]":
+        """Return the dates of a column (row), by the second.
 
-def _times(values: list[float], unit: str) -> tuple[float, ...]:
-    for wanted in TIMES:
-        try:
-            return _in(values, unit, wanted, "share")
-        except TableError as error:
-            reason = error
-    raise reason
+        Read without a word: ISO 8601, and what Excel writes: 31.12.2026, 31/12/2026, 12/31/2026, 31-12-2026,
+        31-Dec-26, each with or without a time of day. Points part day.month.year always; with other signs the
+        first number over 12 in the column says which is the day.
 
+        Parameters
+        ----------
+        name : one of `names`
+        date_format : how dates are written, as ``strptime`` tells it, such as ``"%d/%m/%Y"`` [found out]
 
-def named_file(given: dict[str, Any]) -> str:
-    """Return the name of the file that a table's contents stand in.
+        Raises
+        ------
+        TableError : with line and column of what is no date; where day and month cannot be told apart
+        """
+        import pandas
 
-    Raises
-    ------
-    TableError : it is no text
-    """
-    if not isinstance(given["file"], str):
-        raise TableError(f"file: {given['file']!r} is no text: the name of a CSV file")
-    return given["file"]
-
-
-def named_texts(given: dict[str, Any], key: str, example: str) -> dict[str, str]:
-    """Return a table of texts by column, such as units.
-
-    Raises
-    ------
-    TableError : it is something else
-    """
-    given_text = given[key]
-    if not isinstance(given_text, dict):
-        raise TableError(f"{key}: {given_text!r} is no table: write {key} = {example}")
-    for column, text in given_text.items():
-        if not isinstance(text, str):
-            raise TableError(f"{key}.{column}: {text!r} is no text: write {key} = {example}")
-    return given_text
-
-
-def _stored(*columns: Any) -> bool:
-    """Say whether these are columns of numbers that a scene has already read."""
-    return all(
-        isinstance(column, list | tuple) and column and all(isinstance(number, Stored) for number in column)
-        for column in columns
-    )
-
-
-def stiffness_table(
-    file: str, units: dict[str, str], base: Path | None
-) -> tuple[str, tuple[float, ...], tuple[float, ...]]:
-    """Return what the abscissa is, the abscissa [1] or [m], and the stiffness [N/m].
-
-    Raises
-    ------
-    TableError
-        When the file cannot be read, lacks a column or a unit, or descends.
-    """
-    path = Path(file) if base is None else base / file
-    columns = {name: list(values) for name, values in _columns(path).items()}
-    along = next((name for name in ABSCISSAE if name in columns), None)
-    if along is None or "stiffness" not in columns:
-        raise TableError(
-            f"{file}: columns are {', '.join(columns)}; expected phase or path_position, and stiffness"
+        texts = pandas.Series([" ".join(text.split()) for text in self.cells[name]], dtype=object)
+        for at, text in enumerate(texts):
+            if not text or (date_format is None and _date_kind(text) is None):
+                said = f"{text!r} is no date" if text else "is empty"
+                remedy = 'write 2026-12-31, or say how it is written: date_format = "%d.%m.%Y"'
+                raise TableError(f"{self._at(at, name)}: {said}; {remedy}")
+        read = pandas.Series(pandas.NaT, index=texts.index).dt.tz_localize("UTC")
+        for layout in [date_format] if date_format else _layouts(list(texts), partial(self._at, name=name)):
+            try:
+                read = read.fillna(pandas.to_datetime(texts, format=layout, errors="coerce", utc=True))
+            except ValueError as error:
+                raise TableError(f"{self.file}: date_format {layout!r}: {error}") from None
+        if not read.isna().any():
+            return np.asarray(read.dt.tz_localize(None), "datetime64[s]")
+        at = int(np.argmax(read.isna()))
+        told = (
+            f" as {date_format!r} tells it" if date_format else " that exists, or not written as the others"
         )
-    x = _in(columns[along], units.get(along, "1" if along == "phase" else None), ABSCISSAE[along], along)
-    k = _in(columns["stiffness"], units.get("stiffness"), "N/m", "stiffness")
-    if any(b < a for a, b in pairwise(x)):
-        raise TableError(f"{file}: {along} descends; an abscissa that stands twice marks a jump")
-    if any(c == a for a, c in zip(x, x[2:], strict=False)):
-        raise TableError(f"{file}: {along} has the same value three times; twice marks a jump")
-    if min(k) < 0.0 or max(k) <= 0.0:
-        raise TableError(f"{file}: stiffness {min(k):g} N/m; it must not be negative, nor zero everywhere")
-    return along, x, k
+        raise TableError(f"{self._at(at, name)}: {texts[at]!r} is no date{told}")
+
+    def _at(self, row: int, name: str) -> str:
+        return f"{self.file}: line {self.lines[row]}, column {name!r}"
 
 
-def _in(values: list[float], unit: str | None, wanted: str, column: str) -> tuple[float, ...]:
-    if unit is None:
-        raise TableError(f"units.{column} is required, such as {wanted!r}")
-    try:
-        return tuple(convert(value, unit, wanted) for value in values)
-    except UnitError as error:
-        raise TableError(f"units.{column}: {error}") from None
+def read_table(path: Path) -> Table:
+    """Return a file's table.
 
-
-def _columns(path: Path) -> dict[str, tuple[float, ...]]:
+    Raises
+    ------
+    TableError : it cannot be read, or holds no table under a line of headers
+    """
     try:
         stamp = path.stat()
         return _read(path, stamp.st_mtime_ns, stamp.st_size)
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise TableError(f"cannot read {path.name}: {reason}") from None
+    except OSError as error:
+        raise TableError(f"cannot read {path.name}: {error.strerror or error}") from None
 
 
-LARGEST = 50_000_000  # bytes of a table
+def in_unit(values: Array, unit: str | None, wanted: str, column: str) -> Array:
+    """Return a column's values in another unit.
+
+    Raises
+    ------
+    TableError : the unit is missing, unknown or of something else; a value is then beyond `LARGEST_NUMBER`
+    """
+    if unit is None:
+        raise TableError(f"units.{column} is required, such as {wanted!r}")
+    try:
+        converted: Array = np.asarray(convert(values, unit, wanted))
+    except UnitError as error:
+        raise TableError(f"units.{column}: {error}") from None
+    return converted
 
 
 @lru_cache(maxsize=32)
-def _read(path: Path, modified: int, size: int) -> dict[str, tuple[float, ...]]:
-    """Return the columns of a CSV file; lines that start with # are comments."""
-    lines = read_regular(path, LARGEST).decode("utf-8-sig").splitlines()
-    rows = list(csv.reader(line for line in lines if line.strip() and not line.startswith("#")))
-    if len(rows) < 2:
-        raise TableError(f"{path.name}: no rows under a header")
-    names = [name.strip() for name in rows[0]]
-    try:
-        numbers = [[float(cell) for cell in row] for row in rows[1:]]
-        columns = {name: column for name, column in zip(names, zip(*numbers, strict=True), strict=True)}
-    except ValueError:
+def _read(path: Path, modified: int, size: int) -> Table:
+    raw = read_regular(path, LARGEST_FILE)
+    if raw.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
+        raise TableError(f"{path.name}: is a workbook, no text: save its sheet as CSV")
+    text, encoding = decoded(raw)
+    if "\0" in text:
+        line = text.count("\n", 0, text.index("\0")) + 1
         raise TableError(
-            f"{path.name}: every row must hold {len(names)} numbers under {', '.join(names)}"
-        ) from None
-    if any(number - number != 0.0 for column in columns.values() for number in column):
-        raise TableError(f"{path.name}: a value is not finite")
-    return columns
+            f"{path.name}: line {line}: holds a NUL byte: no table of texts; write it as CSV again"
+        )
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if _is_told(line)]
+    if long := next((n for n, line in lines if len(line) > LONGEST_LINE), None):
+        raise TableError(
+            f"{path.name}: line {long}: more than {LONGEST_LINE:,} characters are no row of a table"
+        )
+    if len(lines) < 2:
+        raise TableError(f"{path.name}: no rows under a header")
+    found = [r for s in SEPARATORS for d in DECIMALS if s != d and (r := _reading(lines[:LOOKED_AT], s, d))]
+    if not found:
+        raise TableError(
+            f"{path.name}: no table was found: no line of headers over rows of as many cells that hold "
+            "numbers or dates, with semicolon, tab, comma, bar or blanks between, and decimal point or comma"
+        )
+    return _parsed(path.name, lines, encoding, max(found, key=lambda reading: reading.score))
+
+
+def decoded(raw: bytes) -> tuple[str, str]:
+    """Return a file's text: by its mark, else as UTF-8, else as Windows writes western text."""
+    for mark, encoding in MARKS.items():
+        if raw.startswith(mark):
+            try:
+                return raw.decode(encoding), encoding
+            except UnicodeDecodeError:
+                break
+    try:
+        return raw.decode("utf-8"), "utf-8"
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", errors="replace"), "cp1252"
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """How a file may be read: headers in row ``header`` of its lines, cells from ``first`` on."""
+
+    separator: str
+    decimal: str
+    header: int
+    first: int
+    headers: tuple[str, ...]
+    units: tuple[str, ...]
+    score: int
+
+
+def _reading(lines: Sequence[tuple[int, str]], separator: str, decimal: str) -> _Reading | None:
+    """Return the best way to read lines with a separator and a decimal sign, None when there is none."""
+    rows = [_cells(line, separator) for _, line in lines]
+    found = []
+    for header in range(len(rows) - 1):
+        headers = _without_end(rows[header])
+        width, first = len(headers), header + 1
+        if width < 2 or any(_kind(cell, decimal) != "text" for cell in headers):
+            continue
+        below = [_fitted(row, width) for row in rows[first:]]
+        units = below[0] if len(below) > 1 and below[0] and all(map(_is_bare_unit, below[0])) else None
+        fitted = below[1:] if units else below
+        if fitted[0] is None or not any(_kind(cell, decimal) in TYPED for cell in fitted[0]):
+            continue
+        score = _score([row and [_kind(cell, decimal) for cell in row] for row in fitted])
+        first += units is not None
+        found.append(
+            _Reading(separator, decimal, header, first, tuple(headers), tuple(units or [""] * width), score)
+        )
+    return max(found, key=lambda reading: reading.score, default=None)
+
+
+def _score(rows: Sequence[Sequence[str] | None]) -> int:
+    """Return how many cells are numbers or dates as others of their column, less what is not."""
+    score = -sum(row is None for row in rows)
+    for column in zip(*(row for row in rows if row), strict=True):
+        counts = {kind: column.count(kind) for kind in ("text", *TYPED)}
+        most = max(counts, key=lambda kind: counts[kind])
+        score += (counts[most] if most in TYPED else 0) - (sum(counts.values()) - counts[most])
+    return score
+
+
+def _parsed(file: str, lines: Sequence[tuple[int, str]], encoding: str, reading: _Reading) -> Table:
+    """Return the table of all lines."""
+    parts = [_name_and_unit(cell) for cell in reading.headers]
+    names, width, header_line = tuple(name for name, _ in parts), len(parts), lines[reading.header][0]
+    if doubled := next((name for name in names if names.count(name) > 1), None):
+        raise TableError(
+            f"{file}: line {header_line}: two columns are called {doubled!r}; rename one of them"
+        )
+    body = lines[reading.first :]
+    rows = [_cells(line, reading.separator) for _, line in body]
+    fitted = [_fitted(row, width) for row in rows]
+    last = next(k for k in reversed(range(len(rows))) if _is_row(rows[k], width, reading.decimal))
+    for (number, line), row, given in zip(body[: last + 1], fitted, rows, strict=False):
+        if row is None:
+            raise TableError(
+                f"{file}: line {number}: {len(given)} columns instead of {width}: {line.strip()[:60]!r}; "
+                f"every row must hold {width} cells under {', '.join(names)}: mend or delete it"
+            )
+        if tuple(row) == reading.headers:
+            raise TableError(
+                f"{file}: line {number}: the headers of line {header_line} again; delete the line"
+            )
+    kept = [row for row in fitted[: last + 1] if row]
+    units = [given or _bare(below) for (_, given), below in zip(parts, reading.units, strict=True)]
+    return Table(
+        file,
+        reading.headers,
+        names,
+        dict(zip(names, units, strict=True)),
+        dict(zip(names, zip(*kept, strict=True), strict=True)),
+        tuple(number for number, _ in body[: last + 1]),
+        encoding,
+        reading.separator,
+        reading.decimal,
+        header_line,
+        tuple(line for _, line in lines[: reading.header]),
+        len(body) - last - 1,
+    )
+
+
+def _is_row(row: Sequence[str], width: int, decimal: str) -> bool:
+    """Say whether a line is a row, whole or cut short, rather than words below the table."""
+    kinds = {_kind(cell, decimal) for cell in row}
+    return bool(kinds & set(TYPED)) and ("text" not in kinds or _fitted(row, width) is not None)
+
+
+def _is_told(line: str) -> bool:
+    return bool(line.strip()) and not line.lstrip().startswith("#")
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    if not separator:
+        return line.split()
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+
+
+def _without_end(row: Sequence[str]) -> list[str]:
+    """Return a row without the empty cells behind its last one, which separators at its end make."""
+    return list(row[: max((k for k, cell in enumerate(row, 1) if cell), default=0)])
+
+
+def _fitted(row: Sequence[str], width: int) -> list[str] | None:
+    """Return the cells of a row of a table, None when there are fewer or more than its headers."""
+    return list(row[:width]) if len(row) >= width and not any(row[width:]) else None
+
+
+def _kind(cell: str, decimal: str) -> str:
+    """Return what a cell holds: a number, a date, a text, or nothing."""
+    if not cell:
+        return "nothing"
+    return "number" if _number(cell, decimal) is not None else "date" if _date_kind(cell) else "text"
+
+
+def _number(cell: str, decimal: str) -> float | None:
+    """Return the number that a cell holds, None when it holds none."""
+    plain = cell.replace("\u2212", "-").replace("\u00a0", " ").replace("\u202f", " ")
+    if THOUSANDS[decimal].fullmatch(plain):
+        plain = re.sub(r"[ '’.]" if decimal == "," else r"[ '’,]", "", plain)
+    if decimal == ",":
+        plain = "" if "." in plain else plain.replace(",", ".")
+    return float(plain) if NUMBER.fullmatch(plain) else None
+
+
+def _no_number(text: str, decimal: str) -> str:
+    """Say why a cell is refused where a number is wanted."""
+    number = _number(text, decimal)
+    if not text:
+        return "is empty"
+    if number is None:
+        return f"{text!r} is no number (decimal {DECIMALS[decimal]})"
+    if not abs(number) <= sys.float_info.max:
+        return f"{text!r} is not finite"
+    return f"{text!r} is beyond anything that is measured; the largest is {LARGEST_NUMBER:g}"
+
+
+def _date_kind(text: str) -> str | None:
+    """Return how a date is written, None when it is none."""
+    kinds = {"iso": ISO, "days": DAYS, "named": NAMED}
+    return next((kind for kind, pattern in kinds.items() if pattern.fullmatch(text)), None)
+
+
+def _layouts(texts: Sequence[str], place: Callable[[int], str]) -> Iterator[str]:
+    """Yield how the dates of a column may be written; all have day, month and year in one order.
+
+    Raises
+    ------
+    TableError : day and month cannot be told apart
+    """
+    kinds = {_date_kind(text) for text in texts}
+    days: list[str] = []
+    if "iso" in kinds:
+        yield "ISO8601"
+    if "named" in kinds:
+        days += [f"%d{sign}%b{sign}%{year}" for sign in "- " for year in "Yy"]
+    if "days" in kinds:
+        days += [f"{order}{year}" for order in _orders(texts, place) for year in ("%Y", "%y")]
+    for day in days:
+        yield from (f"{day}{clock}" for clock in CLOCKS)
+
+
+def _orders(texts: Sequence[str], place: Callable[[int], str]) -> Iterator[str]:
+    """Yield order and signs of day and month, such as ``%d.%m.``; see `_layouts`."""
+    yield "%d.%m."
+    found = [
+        (at, match) for at, text in enumerate(texts) if (match := DAYS.fullmatch(text)) and match[2] != "."
+    ]
+    first, second = ([at for at, match in found if int(match[k]) > 12] for k in (1, 3))
+    if first and second:
+        raise TableError(
+            f"{place(second[0])}: {texts[second[0]]!r} has the month first, {texts[first[0]]!r} in "
+            f"{place(first[0]).rpartition(': ')[2]} the day; write all dates as 2026-12-31"
+        )
+    open_at = next((at for at, match in found if int(match[1]) != int(match[3])), None)
+    if found and not first and not second and open_at is not None:
+        raise TableError(
+            f"{place(open_at)}: {texts[open_at]!r} has day and month in an order that no date of the column "
+            'tells; say it: date_format = "%d/%m/%Y" or "%m/%d/%Y"'
+        )
+    for sign in "/-":
+        yield f"%m{sign}%d{sign}" if second else f"%d{sign}%m{sign}"
+
+
+def _name_and_unit(cell: str) -> tuple[str, str]:
+    """Return name and unit of a header such as ``Diameter [mm]``, ``d / mm`` or ``depth_um``."""
+    plain = cell.strip().strip('"')
+    header = UNIT_IN_HEADER.fullmatch(plain)
+    unit = next((u for u in header.groups()[1:] if u is not None), "") if header else ""
+    if header and _is_unit(unit):
+        return header[1].strip(), unit.strip()
+    tail = UNITS_BY_NAME.fullmatch(plain)
+    return (tail[1], tail[2]) if tail else (plain, "")
+
+
+def _bare(text: str) -> str:
+    return text.strip(" []()")
+
+
+def _is_bare_unit(text: str) -> bool:
+    """Say whether a cell under a header is its unit; one letter may also be a name, such as d."""
+    plain = _bare(text)
+    return (len(plain) > 1 or plain in SHORT_UNITS) and _is_unit(plain)
+
+
+@cache
+def _is_unit(text: str) -> bool:
+    """Say whether a text is a unit that something in a scene has."""
+    plain = _bare(text)
+    if plain in PER_MINUTE:
+        return True
+    for unit in ("1", *(kind.unit for kind in KINDS.values())) if plain else ():
+        try:
+            convert(1.0, plain, unit)
+            return True
+        except UnitError:
+            continue
+    return False

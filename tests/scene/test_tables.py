@@ -58,8 +58,8 @@ def test_a_stored_table_needs_no_file(table, tmp_path):
     [
         ("phase,k\n0,1\n", UNITS, "columns are phase, k; expected phase or path_position, and stiffness"),
         ("phase,stiffness\n", UNITS, "no rows under a header"),
-        ("phase,stiffness\n0,1\n1\n", UNITS, "every row must hold 2 numbers"),
-        ("phase,stiffness\n0,x\n", UNITS, "every row must hold 2 numbers"),
+        ("phase,stiffness\n0,1\n1\n", UNITS, "k.csv: line 3: 1 columns instead of 2: '1'; every row"),
+        ("phase,stiffness\n0,x\n", UNITS, "k.csv: line 2, column 'stiffness': 'x' is no number"),
         ("phase,stiffness\n0,nan\n", UNITS, "not finite"),
         ("phase,stiffness\n1,1\n0,1\n", UNITS, "phase descends"),
         ("phase,stiffness\n0,1\n0,1\n0,1\n", UNITS, "three times"),
@@ -79,7 +79,7 @@ def test_a_missing_file_and_missing_keys(table, tmp_path):
     for stiffness, said in [
         ({"file": "no.csv", "units": UNITS}, "cannot read no.csv: No such file"),
         ({"units": UNITS}, "'file' is required"),
-        ({"file": "no.csv"}, "'units' is required"),
+        ({"file": "no.csv"}, "cannot read no.csv: No such file"),
         (
             {"file": "no.csv", "units": UNITS, "stiffness": [1.0]},
             "'stiffness' is read from file, not written",

@@ -6,7 +6,8 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, ValidationInfo
 
 from wearlab.options import NOT_NEGATIVE, POSITIVE, Number, Part, Speed, Stored, Torque, option
-from wearlab.tables import TableError, duty_table, named_file, named_texts
+from wearlab.table_options import duty_table, named_file, named_texts
+from wearlab.tables import TableError
 
 SUM_OF_SHARES = 1e-6
 """How far written shares may be from 1 in sum."""
@@ -28,7 +29,9 @@ class DutyFile(Part):
         None, "header of torque, speed and share in the file", derived="their own names"
     )
     units: dict[str, str] = option(
-        ..., "units of torque, speed and share; shares of time in %, h, s or [1], in proportion to their sum"
+        {},
+        "units of torque, speed and share; shares of time in %, h, s or [1], in proportion to their sum",
+        derived="those in the headers",
     )
 
 
@@ -49,13 +52,12 @@ def _blocks(given: Any, info: ValidationInfo) -> Any:
         return given
     if unknown := set(given) - set(DutyFile.model_fields):
         raise ValueError(f"unknown {', '.join(sorted(unknown))}: give file, columns and units")
-    for key in ("file", "units"):
-        if key not in given:
-            raise ValueError(f"{key!r} is required: {{file, columns, units}}")
+    if "file" not in given:
+        raise ValueError("'file' is required: {file, columns, units}")
     base: Path | None = (info.context or {}).get("base_directory")
     try:
         columns = named_texts({"columns": {}, **given}, "columns", '{ share = "duration" }')
-        units = named_texts(given, "units", '{ torque = "N*m", speed = "rpm", share = "h" }')
+        units = named_texts({"units": {}, **given}, "units", '{ torque = "N*m", speed = "rpm", share = "h" }')
         torque, speed, share = duty_table(named_file(given), columns, units, base)
     except TableError as error:
         raise ValueError(str(error)) from None

@@ -10,7 +10,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
 from wearlab.campaign.measured import WHEN, WHERE, Data
-from wearlab.machine_table import SEPARATORS, decoded
+from wearlab.tables import SEPARATORS, decoded
 from wearlab.units import UnitError, convert
 from wearlab.updating.errors import UpdateError
 

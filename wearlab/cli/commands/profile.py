@@ -34,16 +34,16 @@ def profile(
     from wearlab.figures.drawing import check_format, write
     from wearlab.figures.errors import FigureError
     from wearlab.figures.profile import profile_figure
-    from wearlab.machine_table import MachineTableError, machine_table
-    from wearlab.tables import TableError, profile_table
+    from wearlab.table_options import profile_table
+    from wearlab.tables import TableError, read_table
 
     figure = out or Path(f"{file.stem}.png")
     mapped = _pairs(columns or [], "--columns")
     given = {"file": str(file), "columns": mapped, "units": _pairs(units or [], "--units")}
-    with refusing(MachineTableError, TableError, FigureError):
+    with refusing(TableError, FigureError):
         ending = figure.suffix.lower().removeprefix(".")
         check_format(ending)
-        table = machine_table(file)
+        table = read_table(file)
         x, y, abscissa, ordinate = profile_table(given, None)
         write(figure, profile_figure(file.name, (x, abscissa), (y, ordinate), table.understood, ending))
     headers = [str(table.meant(name, mapped)) for name in (x, y)]

@@ -7,7 +7,7 @@ from pydantic.json_schema import SkipJsonSchema
 
 from wearlab.mesh.stiffnesses import PrescribedStiffness
 from wearlab.options import Part, option
-from wearlab.tables import read_stiffness
+from wearlab.table_options import read_stiffness
 
 if TYPE_CHECKING:
     from wearlab.gears.pair import GearPair
@@ -20,14 +20,16 @@ class StiffnessUnits(Part):
     """Units of the columns of a table."""
 
     phase: Literal["1"] = option("1", "the phase is a fraction of the mesh period")
-    path_position: str | None = option(None, "unit of the path position", derived="required with that column")
-    stiffness: str = option(..., "unit of the stiffness, such as 'N/um'")
+    path_position: str | None = option(None, "unit of the path position", derived="the one in the header")
+    stiffness: str | None = option(
+        None, "unit of the stiffness, such as 'N/um'", derived="the one in the header"
+    )
 
 
 class TabulatedStiffness(PrescribedStiffness):
     """A stiffness read from a file; its contents, not its path, are part of the scene."""
 
-    model_config = ConfigDict(json_schema_extra={"required": ["file", "units"]})
+    model_config = ConfigDict(json_schema_extra={"required": ["file"]})
 
     model: Literal["tabulated"] = option("tabulated", "stiffness from a file", source="wearlab")
     file: str | None = option(
@@ -37,7 +39,7 @@ class TabulatedStiffness(PrescribedStiffness):
         identity=False,
     )
     units: StiffnessUnits | None = option(
-        None, "units of the columns", derived="required in a campaign file", identity=False
+        None, "units of the columns", derived="those in the headers", identity=False
     )
     along: SkipJsonSchema[Literal["phase", "path_position"]] = option(
         ..., "what the abscissa is, read from the file"

@@ -13,7 +13,7 @@ from pydantic.json_schema import SkipJsonSchema
 
 from wearlab.options import NOT_NEGATIVE, POSITIVE, Alternatives, Depth, Length, Part, option
 from wearlab.slots import Slot, Variant
-from wearlab.tables import read_profile
+from wearlab.table_options import read_profile
 
 if TYPE_CHECKING:
     from wearlab.arrays import Array

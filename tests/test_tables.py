@@ -1,0 +1,192 @@
+"""The one reader of tables: what people and machines write, and what is refused with one clear message."""
+
+import numpy as np
+import pytest
+
+import wearlab as wl
+from wearlab.cli.app import status_of
+from wearlab.tables import Table, TableError, read_table
+
+PAIR = """
+[gears]
+kind = "external-pair"
+module = "3 mm"
+face_width = "20 mm"
+pinion.teeth = 20
+gear.teeth = 30
+[operation]
+duty = { file = "duty.csv" UNITS }
+[wear]
+load = "static"
+coefficient = { model = "constant", value = "1e-18 m^2/N" }
+until = { cycles = 1e6 }
+"""
+
+
+@pytest.fixture
+def table(tmp_path):
+    def read(text: str | bytes, encoding: str = "utf-8") -> Table:
+        (tmp_path / "t.csv").write_bytes(text if isinstance(text, bytes) else text.encode(encoding))
+        return read_table(tmp_path / "t.csv")
+
+    return read
+
+
+GERMAN = (
+    "Anlage;7\r\nBediener;Meier\r\n\r\nDatum;Masse [mg];Stunden / h;Notiz\r\n"
+    "01.02.2026;1.234,5;10,5;nach Ölwechsel\r\n13.02.2026 14:30;2,5;20;\r\nSumme;;;\r\n"
+)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_a_weighing_as_excel_in_germany_writes_it(table, encoding):
+    """Lines above the headers, units in them, decimal commas, thousands, a column of notes, an end mark."""
+    read = table(GERMAN, encoding)
+    assert read.names == ("Datum", "Masse", "Stunden", "Notiz") and read.header_line == 4
+    assert read.units == {"Datum": "", "Masse": "mg", "Stunden": "h", "Notiz": ""}
+    assert read.lines == (5, 6) and read.left_out == 1 and read.preamble == ("Anlage;7", "Bediener;Meier")
+    np.testing.assert_array_equal(read.numbers("Masse"), [1234.5, 2.5])
+    np.testing.assert_array_equal(read.numbers("Stunden"), [10.5, 20.0])
+    days = np.array(["2026-02-01T00:00", "2026-02-13T14:30"], "datetime64[s]")
+    np.testing.assert_array_equal(read.dates("Datum"), days)
+    assert read.find("Masse [mg]") == read.find("masse") == "Masse" and read.find("mass") is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t,F / kN\n0.5,1.5\n1.5,-2e3\n",
+        "t\tF (kN)\n0,5\t1,5\n1,5\t-2e3\n",
+        "t|F_x\ns|kN\n0.5|1.5\n1.5|-2e3\n".replace("F_x", "F"),
+        "# a comment\nt F\ns kN\n0.5 1.5\n1.5 -2e3\n",
+        '"t";"F in kN";\n"0,5";"1,5";\n"1,5";"-2.000,0";\n',
+    ],
+    ids=["comma", "tab", "bar and a row of units", "blanks", "quotes, thousands, a separator at the end"],
+)
+def test_one_table_in_five_dialects(table, text):
+    read = table(text)
+    assert read.names == ("t", "F") and read.units["F"] == "kN"
+    np.testing.assert_array_equal(read.numbers("t"), [0.5, 1.5])
+    np.testing.assert_array_equal(read.numbers("F"), [1.5, -2000.0])
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("2026-02-03", "2026-12-31T13:05"),
+        ("2026-02-03 00:00:00", "2026-12-31T14:05+01:00"),
+        ("03.02.2026", "31.12.26 13:05"),
+        ("03/02/2026", "31/12/2026 13:05"),
+        ("2/3/26", "12/31/26 1:05 PM"),
+        ("2/3/2026 12:00:00 AM", "12/31/2026 1:05:00 PM"),
+        ("03-02-2026", "31-12-2026 13:05"),
+        ("3-Feb-26", "31-Dec-2026 13:05"),
+    ],
+)
+def test_dates_as_they_are_written_in_europe_and_america(table, first, second):
+    read = table(f"day;mass\n{first};1\n{second};2\n")
+    days = np.array(["2026-02-03T00:00", "2026-12-31T13:05"], "datetime64[s]")
+    np.testing.assert_array_equal(read.dates("day"), days)
+
+
+def test_a_date_of_two_meanings_is_refused_until_it_is_told(table):
+    read = table("day,mass\n5/5/2026,1\n2/3/2026,2\n")
+    with pytest.raises(
+        TableError, match=r"t.csv: line 3, column 'day': '2/3/2026' has day and month .* date_format"
+    ):
+        read.dates("day")
+    assert read.dates("day", "%d/%m/%Y")[1] == np.datetime64("2026-03-02")
+    assert read.dates("day", "%m/%d/%Y")[1] == np.datetime64("2026-02-03")
+    assert table("day,mass\n5/5/2026,1\n").dates("day")[0] == np.datetime64("2026-05-05")
+
+
+@pytest.mark.parametrize(
+    ("days", "said"),
+    [
+        (
+            "13/2/2026 2/13/2026",
+            "line 3, column 'day': '2/13/2026' has the month first, '13/2/2026' in line 2",
+        ),
+        ("31.02.2026 01.03.2026", "line 2, column 'day': '31.02.2026' is no date that exists"),
+        ("2026-02-01 soon", "line 3, column 'day': 'soon' is no date; write 2026-12-31"),
+        ("2026-02-01 45321", "line 3, column 'day': '45321' is no date; write 2026-12-31"),
+    ],
+)
+def test_what_is_no_date_is_told_by_its_line(table, days, said):
+    first, second = days.split()
+    with pytest.raises(TableError, match=said):
+        table(f"day;mass\n{first};1\n{second};2\n").dates("day")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a,b\n1,2\na,b\n3,4\n", "t.csv: line 3: the headers of line 1 again; delete the line"),
+        ("a,a\n1,2\n", "t.csv: line 1: two columns are called 'a'; rename one of them"),
+        (b"a,b\n1,\x002\n", "t.csv: line 2: holds a NUL byte"),
+        ("a,b\n1," + "2" * 140_000, "t.csv: line 2: more than 100,000 characters"),
+        ("a,b\n1,2\n3\n4,5\n", "t.csv: line 3: 1 columns instead of 2: '3'; every row must hold 2 cells"),
+        ("a,b\n1,2\n3,4,5\n", "t.csv: line 3: 3 columns instead of 2"),
+        ("", "t.csv: no rows under a header"),
+        ("1,2\n3,4\n", "t.csv: no table was found: no line of headers"),
+        (b"PK\x03\x04 and so on", "t.csv: is a workbook, no text: save its sheet as CSV"),
+        (b"\xff\xfe\x00\xd8", "t.csv: "),
+    ],
+)
+def test_a_hostile_file_is_refused_in_one_sentence(table, text, said):
+    with pytest.raises(TableError, match=said):
+        table(text)
+
+
+@pytest.mark.parametrize(
+    ("cell", "said"),
+    [
+        ("1e308", "beyond anything that is measured; the largest is 1e"),
+        ("1e999", "is not finite"),
+        ("nan", "is not finite"),
+        ("", "is empty"),
+        ("1,5", "'1,5' is no number .decimal point"),
+        ("0x10", "'0x10' is no number"),
+        ("True", "'True' is no number"),
+    ],
+)
+def test_what_is_no_number_is_told_by_line_and_column(table, cell, said):
+    read = table(f't,F\n1.5,2\n2,"{cell}"\n3,4\n')
+    with pytest.raises(TableError, match=f"t.csv: line 3, column 'F': .*{said}"):
+        read.numbers("F")
+    if not cell:
+        assert np.isnan(read.numbers("F", empty=True)[1])
+
+
+DUTIES = {
+    "header": (
+        "Md [kNm];n [1/min];Zeit [h]\n0,05;1000;6\n0,10;500;2\n",
+        ', columns = { torque = "Md", speed = "n", share = "Zeit" }',
+    ),
+    "file": (
+        "torque,speed,share\n50,1000,0.75\n100,500,0.25\n",
+        ', units = { torque = "N*m", speed = "rpm" }',
+    ),
+}
+
+
+def test_a_duty_takes_its_units_from_its_headers(tmp_path):
+    scenes = []
+    for name, (text, keys) in DUTIES.items():
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "duty.csv").write_text(text)
+        (folder / "c.toml").write_text(PAIR.replace(" UNITS", keys))
+        scenes.append(wl.load(folder / "c.toml").cases[0].scene)
+    assert scenes[0].id == scenes[1].id
+    assert [block.share for block in scenes[0].operation.duty] == [0.75, 0.25]
+
+
+@pytest.mark.parametrize("torque", ["1e308", "9" * 140_000, "\0", "abc"])
+def test_a_campaign_with_a_hostile_table_is_refused_whole(tmp_path, monkeypatch, capsys, torque):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "duty.csv").write_text(f"torque,speed,share\n{torque},1000,1\n")
+    (tmp_path / "c.toml").write_text(PAIR.replace(" UNITS", ', units = { torque = "N*m", speed = "rpm" }'))
+    assert status_of(["check", "c.toml"]) == 2
+    said = capsys.readouterr().err
+    assert "operation.duty: duty.csv: line 2" in said and len(said) < 400

@@ -1,0 +1,238 @@
+"""Tables that a scene refers to: read once, so that their contents are part of the scene."""
+
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from pydantic_core import PydanticCustomError
+
+from wearlab.options import Stored
+from wearlab.tables import Table, TableError, in_unit, read_table
+from wearlab.units import PER_MINUTE
+
+ABSCISSAE = {"phase": "1", "path_position": "m"}
+
+
+def read_stiffness(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
+    """Return the options of a tabulated stiffness with the file's contents in SI.
+
+    Parameters
+    ----------
+    given : the options as written; contents that were read before stay
+    base : folder that a relative path starts from
+    """
+    if "along" in given and _stored(given.get("abscissa"), given.get("stiffness")):
+        return given
+    for key in ("along", "abscissa", "stiffness"):
+        if key in given:
+            raise ValueError(f"{key!r} is read from file, not written")
+    if "file" not in given:
+        raise ValueError("'file' is required: {file, of, units}")
+    try:
+        units = named_texts({"units": {}, **given}, "units", '{ stiffness = "N/um" }')
+        along, x, k = stiffness_table(named_file(given), units, base)
+    except TableError as error:
+        raise ValueError(str(error)) from None
+    return {**given, "along": along, "abscissa": x, "stiffness": k}
+
+
+PROFILE_ABSCISSAE = {"diameter": "m", "roll_angle": "rad", "roll_length": "m", "path_position": "m"}
+PROFILE_ORDINATES = ("depth", "deviation")
+
+
+def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
+    """Return the options of a measured flank with the file's contents in SI.
+
+    Parameters
+    ----------
+    given : the options as written; contents that were read before stay
+    base : folder that a relative path starts from
+    """
+    if "x" in given and "y" in given and _stored(given.get("abscissa"), given.get("ordinate")):
+        return given
+    for key in ("abscissa", "ordinate"):
+        if key in given:
+            raise ValueError(f"{key!r} is read from file, not written")
+    if "file" not in given:
+        raise PydanticCustomError("table", "{key} is required: {file, x, y, units}", {"key": "'file'"})
+    try:
+        x, y, abscissa, ordinate = profile_table(given, base)
+    except TableError as error:
+        raise ValueError(str(error)) from None
+    return {**given, "x": x, "y": y, "abscissa": abscissa, "ordinate": ordinate}
+
+
+def profile_table(
+    given: dict[str, Any], base: Path | None
+) -> tuple[str, str, tuple[float, ...], tuple[float, ...]]:
+    """Return what abscissa and ordinate of a measured flank are, and their values [m] or [rad].
+
+    Raises
+    ------
+    TableError
+        When the file cannot be read, lacks a column or a unit, or is not in order.
+    """
+    file = named_file(given)
+    units = named_texts(given, "units", '{ diameter = "mm", depth = "um" }') if "units" in given else {}
+    mapped = named_texts(given, "columns", '{ deviation = "Abweichung" }') if "columns" in given else {}
+    if unknown := set(mapped) - {*PROFILE_ABSCISSAE, *PROFILE_ORDINATES}:
+        known = ", ".join((*PROFILE_ABSCISSAE, *PROFILE_ORDINATES))
+        raise TableError(f"columns: {', '.join(sorted(unknown))}: expected {known}")
+    table = read_table(_path(file, base))
+    x = _column(given.get("x"), table, mapped, tuple(PROFILE_ABSCISSAE), "x", file)
+    y = _column(given.get("y"), table, mapped, PROFILE_ORDINATES, "y", file)
+    abscissa = _of_table(table, mapped, units, x, PROFILE_ABSCISSAE[x])
+    ordinate = _of_table(table, mapped, units, y, "m")
+    rising = all(b >= a for a, b in pairwise(abscissa))
+    if not rising and not all(b <= a for a, b in pairwise(abscissa)):
+        raise TableError(f"{file}: {x} neither rises nor falls throughout; sort the rows by {x}")
+    if any(c == a for a, c in zip(abscissa, abscissa[2:], strict=False)):
+        raise TableError(f"{file}: {x} has the same value three times; twice marks a step")
+    return x, y, abscissa, ordinate
+
+
+def _of_table(
+    table: Table, mapped: Mapping[str, str], units: Mapping[str, str], name: str, wanted: str
+) -> tuple[float, ...]:
+    """Return a column in SI, by the unit that the campaign file gives, else by the one in the header."""
+    header = table.meant(name, mapped)
+    if header is None:
+        raise TableError(
+            f"{table.file}: columns are {', '.join(table.names)}; "
+            f"expected {mapped.get(name, name)!r} for {name}, "
+            f'or name it: columns = {{ {name} = "…" }} ({table.understood})'
+        )
+    unit = units.get(name) or table.units[header] or ("1" if wanted == "1" else None)
+    if wanted == "rad/s" and unit in PER_MINUTE:
+        unit = "rpm"
+    return tuple(in_unit(table.numbers(header), unit, wanted, name).tolist())
+
+
+def _path(file: str, base: Path | None) -> Path:
+    return Path(file) if base is None else base / file
+
+
+def _column(
+    asked: Any, table: Table, mapped: Mapping[str, str], known: tuple[str, ...], key: str, file: str
+) -> str:
+    """Return the quantity meant: the one asked for or mapped, or the only known one of the file."""
+    if asked is not None and asked not in known:
+        raise TableError(f"{key}: {asked!r} is not one of {', '.join(known)}")
+    chosen = [name for name in known if name in mapped]
+    present = chosen or [name for name in known if table.meant(name, mapped) is not None]
+    if asked is None and len(present) > 1:
+        raise TableError(f"{file} has columns {' and '.join(present)}; say which with {key}")
+    picked = asked if asked is not None else next(iter(present), None)
+    if picked is None or table.meant(picked, mapped) is None:
+        raise TableError(
+            f"{file}: columns are {', '.join(table.names)}; "
+            f"expected {picked or ' or '.join(known)} for {key}, "
+            f'or name it: columns = {{ {picked or known[0]} = "…" }} ({table.understood})'
+        )
+    return str(picked)
+
+
+DUTY = {"torque": "N*m", "speed": "rad/s"}
+TIMES = ("s", "1")
+"""What shares of time may be: durations, or parts of a whole."""
+
+
+def duty_table(
+    file: str, columns: dict[str, str], units: dict[str, str], base: Path | None
+) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+    """Return torques [N m], speeds [rad/s] and shares of time (in their own proportions) of a load table.
+
+    Parameters
+    ----------
+    file, base : the CSV file, and the folder that a relative path starts from
+    columns : headers of torque, speed and share, where they differ from these names
+    units : their units; shares without one are parts of a whole
+
+    Raises
+    ------
+    TableError
+        When the file cannot be read, lacks a column or a unit, or a value is impossible.
+    """
+    if unknown := {*columns, *units} - {*DUTY, "share"}:
+        raise TableError(f"{', '.join(sorted(unknown))}: expected torque, speed and share")
+    table = read_table(_path(file, base))
+    torque, speed = (_of_table(table, columns, units, name, wanted) for name, wanted in DUTY.items())
+    share = _times(table, columns, units)
+    if min(torque) < 0.0 or min(speed) <= 0.0 or min(share) < 0.0 or sum(share) <= 0.0:
+        raise TableError(f"{file}: torques and shares must not be negative, speeds must be positive")
+    return torque, speed, share
+
+
+def _times(table: Table, columns: Mapping[str, str], units: Mapping[str, str]) -> tuple[float, ...]:
+    header = table.meant("share", columns)
+    unit = units.get("share") or (table.units[header] if header else "") or "1"
+    for wanted in TIMES:
+        try:
+            return _of_table(table, columns, {"share": unit}, "share", wanted)
+        except TableError as error:
+            reason = error
+    raise reason
+
+
+def named_file(given: dict[str, Any]) -> str:
+    """Return the name of the file that a table's contents stand in.
+
+    Raises
+    ------
+    TableError : it is no text
+    """
+    if not isinstance(given["file"], str):
+        raise TableError(f"file: {given['file']!r} is no text: the name of a CSV file")
+    return given["file"]
+
+
+def named_texts(given: dict[str, Any], key: str, example: str) -> dict[str, str]:
+    """Return a table of texts by column, such as units.
+
+    Raises
+    ------
+    TableError : it is something else
+    """
+    given_text = given[key]
+    if not isinstance(given_text, dict):
+        raise TableError(f"{key}: {given_text!r} is no table: write {key} = {example}")
+    for column, text in given_text.items():
+        if not isinstance(text, str):
+            raise TableError(f"{key}.{column}: {text!r} is no text: write {key} = {example}")
+    return given_text
+
+
+def _stored(*columns: Any) -> bool:
+    """Say whether these are columns of numbers that a scene has already read."""
+    return all(
+        isinstance(column, list | tuple) and column and all(isinstance(number, Stored) for number in column)
+        for column in columns
+    )
+
+
+def stiffness_table(
+    file: str, units: dict[str, str], base: Path | None
+) -> tuple[str, tuple[float, ...], tuple[float, ...]]:
+    """Return what the abscissa is, the abscissa [1] or [m], and the stiffness [N/m].
+
+    Raises
+    ------
+    TableError
+        When the file cannot be read, lacks a column or a unit, or descends.
+    """
+    table = read_table(_path(file, base))
+    along = next((name for name in ABSCISSAE if table.find(name)), None)
+    if along is None or table.find("stiffness") is None:
+        raise TableError(
+            f"{file}: columns are {', '.join(table.names)}; expected phase or path_position, and stiffness"
+        )
+    x = _of_table(table, {}, units, along, ABSCISSAE[along])
+    k = _of_table(table, {}, units, "stiffness", "N/m")
+    if any(b < a for a, b in pairwise(x)):
+        raise TableError(f"{file}: {along} descends; an abscissa that stands twice marks a jump")
+    if any(c == a for a, c in zip(x, x[2:], strict=False)):
+        raise TableError(f"{file}: {along} has the same value three times; twice marks a jump")
+    if min(k) < 0.0 or max(k) <= 0.0:
+        raise TableError(f"{file}: stiffness {min(k):g} N/m; it must not be negative, nor zero everywhere")
+    return along, x, k
