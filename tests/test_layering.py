@@ -238,7 +238,7 @@ def test_physics_knows_no_labels():
 
 def test_the_store_knows_nothing_of_gears():
     """It may know how physics refuses, and the source hash; nothing else of what is computed."""
-    known = {"wearlab.gears.errors", "wearlab.gears.errors.GearError"}
+    known = {"wearlab.gears.specification", "wearlab.gears.specification.GearError"}
     names = [both for both in taken_by("store", "runner") if both[1] not in known]
     assert len(names) > 100 and [both for both in names if room(both[1]) in (*PHYSICS, "schema")] == []
 

@@ -9,7 +9,7 @@ from wearlab.accuracy.reference import reference
 from wearlab.accuracy.steady import Steady
 from wearlab.accuracy.steady_ladders import marched_curve, steps_curve
 from wearlab.dynamics.methods import Newmark, RungeKutta4
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.life.euler import Euler
 
 

@@ -38,7 +38,7 @@ from wearlab.dynamics.shooting import Shooting
 from wearlab.dynamics.steps import exact_steps_per_period, steps_per_period
 from wearlab.dynamics.system import System
 from wearlab.dynamics.touching import touching_orbit
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.mesh.stages import StageTables, halved, stage_grid
 from wearlab.scene.build.vibration import patient
 

@@ -3,10 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from wearlab.gears.errors import GearError
-from wearlab.gears.materials import STEEL, Material
-from wearlab.gears.modification import Relief
 from wearlab.gears.outline import root_curve
+from wearlab.gears.specification import STEEL, GearError, Material, Relief
 
 L16 = {"root_diameter": 0.140, "bore_diameter": 0.040}
 

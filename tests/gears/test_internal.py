@@ -9,10 +9,8 @@ from scipy.optimize import brentq, minimize_scalar
 from shaped import shaped
 from tip_contact import tip_separation
 
-from wearlab.gears.errors import GearError
 from wearlab.gears.external import external_pair
 from wearlab.gears.internal import internal_pair, tip_clearance
-from wearlab.gears.modification import Relief
 from wearlab.gears.outline import (
     contact_depth,
     involute_point,
@@ -21,7 +19,7 @@ from wearlab.gears.outline import (
     root_curve,
     root_half_angle,
 )
-from wearlab.gears.specification import Basics, GearSpec
+from wearlab.gears.specification import Basics, GearError, GearSpec, Relief
 
 
 def make(pinion=None, ring=None, **keywords):

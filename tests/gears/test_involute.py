@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wearlab.gears.errors import GearError
-from wearlab.gears.involute import inverse_involute, involute
+from wearlab.gears.shifts import inverse_involute, involute
+from wearlab.gears.specification import GearError
 
 
 def test_tabulated_value():

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from wearlab.gears.modification import Modification, Relief
+from wearlab.gears.specification import Modification, Relief
 
 L = 0.0155
 

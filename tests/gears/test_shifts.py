@@ -2,8 +2,8 @@ import math
 
 import pytest
 
-from wearlab.gears.errors import GearError
 from wearlab.gears.shifts import operating_position
+from wearlab.gears.specification import GearError
 
 W23 = {"module": 0.00225, "pressure_angle": math.radians(20)}
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.gears.tolerances import allowed
 
 

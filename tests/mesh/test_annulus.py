@@ -5,9 +5,8 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from wearlab.gears.external import external_pair
-from wearlab.gears.materials import STEEL
 from wearlab.gears.outline import load_angle, root_half_angle
-from wearlab.gears.specification import Basics, GearSpec
+from wearlab.gears.specification import STEEL, Basics, GearSpec
 from wearlab.mesh.annulus import arc_tractions, arc_work, body_compliance, body_coupling, mode_compliance
 from wearlab.mesh.body import foundation_compliance
 

@@ -10,9 +10,8 @@ from scipy.sparse.linalg import spsolve
 from skfem import MeshQuad, MeshQuad2
 
 from wearlab.gears.external import external_pair
-from wearlab.gears.materials import STEEL
-from wearlab.gears.ring import build_ring
-from wearlab.gears.specification import Basics, GearSpec
+from wearlab.gears.internal import build_ring
+from wearlab.gears.specification import STEEL, Basics, GearSpec
 from wearlab.mesh.finite_element.compliance import wheel_compliance
 from wearlab.mesh.finite_element.elements import assemble, flank_loads, half_plane_compliance, sector
 from wearlab.mesh.finite_element.outline import LoadedFlank, chart

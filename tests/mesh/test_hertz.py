@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from wearlab.gears.materials import STEEL, Material
+from wearlab.gears.specification import STEEL, Material
 from wearlab.mesh.hertz import weber_compliance, weber_compliances, yang_sun
 
 E, NU = STEEL.youngs_modulus, STEEL.poisson_ratio

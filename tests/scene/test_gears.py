@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.build.gears import build_pair, build_planetary
 from wearlab.scene.merge import merge, nested

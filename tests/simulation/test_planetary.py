@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.scene.build.modes import build_modes

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 
 SIMULATE = "fake_campaign:simulate"
 

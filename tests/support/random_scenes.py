@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
 

@@ -6,7 +6,7 @@ Rigid gears part there, at first quadratically; a deflection as large as the sep
 
 import math
 
-from wearlab.gears.pair import TIP_AT, GearPair
+from wearlab.gears.gear import TIP_AT, GearPair
 
 
 def tip_separation(pair: GearPair, end: str, distance: float) -> float:

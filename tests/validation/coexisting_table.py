@@ -22,7 +22,7 @@ from wearlab.dynamics.coexisting import coexisting
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.shooting import Shooting
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 

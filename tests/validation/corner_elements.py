@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from outline_contact import Outlines, Touch
 from scipy.optimize import brentq, nnls
 
+from wearlab.gears.gear import GearPair
 from wearlab.gears.outline import contact_depth
-from wearlab.gears.pair import GearPair
 from wearlab.mesh.finite_element.compliance import wheel_compliance
 from wearlab.mesh.finite_element.elements import Options, flank_loads, half_plane_compliance, sector
 from wearlab.mesh.finite_element.outline import LoadedFlank, chart

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.campaign import load
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import GearPair
 from wearlab.mesh.finite_element import Options, pair_compliance, solve_gear
 from wearlab.scene.build.sets import build_set
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from processor_time import OutOfTime, bounded
 
 from wearlab.dynamics.extremes import extremes
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.life.state import Wear
 from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene

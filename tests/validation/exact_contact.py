@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.accuracy.ladder import timing
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import GearPair
 from wearlab.mesh.exact.algorithm_1 import PUBLISHED_POINTS, algorithm_1
 from wearlab.mesh.exact.flank import Flank
 from wearlab.mesh.exact.gaps import WornFlanks

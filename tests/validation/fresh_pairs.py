@@ -19,7 +19,7 @@ from onset_table import Mover, judged, judged_moving, shares
 from stiffness_table import drawn
 
 import wearlab
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.mesh.stiffnesses.finite_element import STIFFNESS_OFF
 from wearlab.scene import Scene
 from wearlab.scene.build import build

@@ -24,7 +24,7 @@ from wearlab.accuracy.reference import reference
 from wearlab.accuracy.steady import Steady, relative_error
 from wearlab.accuracy.steady_ladders import STEPS
 from wearlab.dynamics.balance import balance_of
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 
 Array = NDArray[np.float64]
 Action = Callable[[], object]

@@ -13,7 +13,7 @@ from wearlab.accuracy.ladder import timing
 from wearlab.accuracy.reference import tight_steps
 from wearlab.accuracy.steady import relative_error, steady
 from wearlab.dynamics.periodic import Periodic
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
 
 ERROR = 1e-6

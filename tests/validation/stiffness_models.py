@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.campaign import load
-from wearlab.gears.gear import Gear
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import Gear, GearPair
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.finite_element import (
     FiniteElement,

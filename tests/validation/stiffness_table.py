@@ -16,7 +16,7 @@ import numpy as np
 from stiffness_models import secant_stiffness, zones
 
 from wearlab.campaign import load
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.finite_element import Options, Wear, pair_compliance, solve_gear
 from wearlab.mesh.series import plane_of

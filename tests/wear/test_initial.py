@@ -5,10 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from wearlab.gears.errors import GearError
 from wearlab.gears.external import external_pair
 from wearlab.gears.internal import internal_pair
-from wearlab.gears.specification import Basics, GearSpec
+from wearlab.gears.specification import Basics, GearError, GearSpec
 from wearlab.mesh.profile import profile_grid
 from wearlab.wear.measured_profile import MeasuredProfile, measured, path_position
 

@@ -6,7 +6,7 @@ from contextlib import suppress
 from wearlab.accuracy.ladder import ENOUGH, Rung, WorkPrecision
 from wearlab.accuracy.lives import TimedLife, Wearing, errors, lived, second_life, tight_life, wearing
 from wearlab.dynamics.structure import in_registers
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.life.adaptive import Adaptive
 from wearlab.life.euler import Euler
 from wearlab.scene import Scene

@@ -15,7 +15,7 @@ from wearlab.arrays import Array
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.steps import fastest_rate
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.life.vibration import Vibration
 from wearlab.scene import Scene
 from wearlab.scene.mesh import OWN_MESHES

@@ -23,7 +23,7 @@ class Derivation:
         ``mesh_frequency`` is in Hz; ``speed_ratio`` is the speed of the input over its first critical speed,
         where the mesh frequency meets the lowest natural frequency that the mesh excites.
         """
-        from wearlab.gears.errors import GearError
+        from wearlab.gears.specification import GearError
 
         try:
             return {"contact_ratio": _contact_ratio, "mesh_frequency": _mesh_frequency}.get(

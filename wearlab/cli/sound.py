@@ -43,7 +43,7 @@ def first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
 
 def impossible(campaign: "Campaign") -> list[dict[str, Any]]:
     """Return the cases whose gears, flanks or supports cannot be, why, and whether the file expects it."""
-    from wearlab.gears.errors import GearError
+    from wearlab.gears.specification import GearError
     from wearlab.scene.build.contact import check_initial_wear
     from wearlab.scene.build.sets import build_set
     from wearlab.scene.build.system import check_held

@@ -11,7 +11,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Flags
 from wearlab.dynamics.system import System
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import GearPair
 from wearlab.mesh.excitation import Touching
 from wearlab.mesh.force import mesh_force
 from wearlab.mesh.gear_set import PairOfSet

@@ -14,8 +14,7 @@ from wearlab.dynamics.spur import (
     effective_mass,
 )
 from wearlab.dynamics.supports import damping_by_ratio
-from wearlab.gears.gear import Gear
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import Gear, GearPair
 
 
 class PairArguments(TypedDict):

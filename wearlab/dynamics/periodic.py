@@ -18,7 +18,7 @@ from wearlab.dynamics.steps import slowest_decay
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
 from wearlab.dynamics.touching import Parted, parting
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.mesh.stages import StageTables, halved
 
 CLEAR = 0.005

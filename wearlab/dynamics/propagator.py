@@ -19,7 +19,7 @@ from wearlab.arrays import Array
 from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.frozen import Frozen
 from wearlab.dynamics.system import System
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.mesh.stages import StageTables
 
 GRID = 0.05

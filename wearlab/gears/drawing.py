@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.gear import Gear
+from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.outline import involute_point, load_angle, root_curve
-from wearlab.gears.pair import GearPair
 
 POINTS = 24
 WIDE, HIGH = 9.0, 5.6  # of what is seen, in modules

@@ -1,14 +1,238 @@
-"""External pairs: from two specifications to a pair that can run, or a refusal with its reason."""
+"""External gears and pairs: from specifications to a pair that can run, or a refusal with its reason."""
 
 import math
+from typing import NamedTuple
 
-from wearlab.gears.build import build_gear
-from wearlab.gears.errors import GearError
-from wearlab.gears.gear import Gear
-from wearlab.gears.modification import check_reliefs
-from wearlab.gears.pair import GearPair, PathOfContact
+from wearlab.gears.gear import Gear, GearPair, PathOfContact
+from wearlab.gears.root import RackCut, ToothRoot, root_of
 from wearlab.gears.shifts import operating_position
-from wearlab.gears.specification import Basics, GearSpec
+from wearlab.gears.specification import (
+    Basics,
+    GearError,
+    GearSpec,
+    Material,
+    check_material,
+    check_reliefs,
+    modification,
+    settled,
+)
+
+FEWEST_TEETH = 5
+
+
+def build_gear(
+    spec: GearSpec,
+    basics: Basics,
+    *,
+    profile_shift: float,
+    tip_alteration: float,
+    assumed: tuple[str, ...] = (),
+) -> Gear:
+    """Resolve every dimension of one external gear.
+
+    ``r_a = m (z/2 + x + h_a + k)``, ``r_f = m (z/2 + x − h_f)``, or the given diameters.
+
+    Parameters
+    ----------
+    spec : what is given
+    basics : of the set
+    profile_shift, tip_alteration : x, and the k to use when the gear has none of its own [1]
+    assumed : flags to carry along
+
+    Returns
+    -------
+    Gear
+
+    Raises
+    ------
+    GearError : with the reason, its numbers and a remedy
+
+    References
+    ----------
+    ISO 21771:2007, 4: tip and root circle from profile shift and tip alteration.
+    """
+    check_specification(spec, basics.face_width)
+    _check_external(spec)
+    module, pressure_angle = basics[:2]
+    r = 0.5 * module * spec.teeth
+    r_b = r * math.cos(pressure_angle)
+    k = tip_alteration if spec.tip_alteration_coefficient is None else spec.tip_alteration_coefficient
+    r_a = spec.tip_radius(module, profile_shift, k, 1.0)
+    r_f = spec.root_radius(module, profile_shift, 1.0)
+    bore, bore_flag = _bore_radius(spec, r_f)
+    _check_circles(spec.name, r_b, r_a, r_f, bore)
+    fillet = spec.fillet_radius_coefficient
+    cut = RackCut(spec.teeth, module, pressure_angle, profile_shift, r_f, fillet)
+    root = root_of(spec.root_profile, spec.name, cut)
+    circles = Circles(r_b, r_a, r_f, bore)
+    gear = gear_of(spec, basics, profile_shift, circles, root, (*assumed, *root.assumed, *bore_flag))
+    _check_tip(gear)
+    return gear
+
+
+class Circles(NamedTuple):
+    """Radii of a gear's circles; the bore of a ring, outside its teeth, is that of its rim [m]."""
+
+    base: float
+    tip: float
+    root: float
+    bore: float
+
+
+def gear_of(
+    spec: GearSpec,
+    basics: Basics,
+    profile_shift: float,
+    circles: Circles,
+    root: ToothRoot,
+    assumed: tuple[str, ...],
+) -> Gear:
+    """Return the gear of these circles and this root; what else is absent comes from the set or a solid."""
+    r, internal = 0.5 * basics.module * spec.teeth, circles.bore > circles.tip
+    material, width = own_of(spec, basics)
+    mass, inertia, flags = solid(spec, material.density, width, max(r, circles.bore), min(r, circles.bore))
+    return Gear(
+        name=spec.name,
+        teeth=spec.teeth,
+        module=basics.module,
+        pressure_angle=basics.pressure_angle,
+        profile_shift=profile_shift,
+        base_radius=circles.base,
+        reference_radius=r,
+        tip_radius=circles.tip,
+        root_radius=circles.root,
+        form_radius=root.form_radius,
+        fillet_radius=root.fillet_radius,
+        root_profile=root.profile,
+        bore_radius=circles.bore,
+        face_width=width,
+        material=material,
+        mass=mass,
+        inertia=inertia,
+        assumed=(*assumed, *flags),
+        modification=modification(
+            settled(spec.tip_relief, circles.base, circles.tip, spec.name, internal=internal),
+            spec.root_relief,
+            spec.profile_crowning,
+            spec.profile_slope,
+        ),
+        internal=internal,
+    )
+
+
+def own_of(spec: GearSpec, basics: Basics) -> tuple[Material, float]:
+    """Return a gear's material and face width [m], its own or the set's."""
+    material, width = spec.material or basics.material, spec.face_width or basics.face_width
+    check_material(material, spec.name)
+    assert width is not None  # check_specification
+    return material, width
+
+
+def check_specification(spec: GearSpec, face_width: float | None) -> None:
+    """Refuse what no gear can be: too few teeth, two answers to one question, sizes that are not positive.
+
+    Raises
+    ------
+    GearError : naming the key and its remedy
+    """
+    name = spec.name
+    if spec.teeth < FEWEST_TEETH:
+        raise GearError(f"{name}: {spec.teeth} teeth cannot carry an involute; give at least {FEWEST_TEETH}")
+    if spec.tip_diameter is not None and (
+        spec.addendum_coefficient is not None or spec.tip_alteration_coefficient is not None
+    ):
+        raise GearError(f"{name}: give tip_diameter, or addendum and tip alteration coefficients, not both")
+    if spec.root_diameter is not None and spec.dedendum_coefficient is not None:
+        raise GearError(f"{name}: give root_diameter or dedendum_coefficient, not both")
+    width = spec.face_width or face_width
+    if width is None or not width > 0.0:
+        raise GearError(
+            f"{name}: face_width is missing or not positive; give it for the gear or for the pair"
+        )
+    if spec.tip_alteration is not None and (
+        spec.tip_diameter is not None or spec.tip_alteration_coefficient is not None
+    ):
+        raise GearError(
+            f"{name}: give tip_alteration, tip_alteration_coefficient or tip_diameter, not two of them"
+        )
+    for word in ("mass", "inertia", "bore_diameter"):
+        value = getattr(spec, word)
+        if value is not None and not value > 0.0:
+            raise GearError(f"{name}: {word} must be positive, not {value:g}")
+
+
+def _check_external(spec: GearSpec) -> None:
+    if spec.rim_diameter is not None or spec.tip_alteration is not None:
+        key = "rim_diameter" if spec.rim_diameter is not None else "tip_alteration"
+        raise GearError(
+            f"{spec.name}: {key} belongs to a ring, and this gear has external teeth; leave it out"
+        )
+    if spec.root_profile == "fillet":
+        raise GearError(f'{spec.name}: root_profile "fillet" belongs to a ring; give "trochoid" or "radial"')
+
+
+def _bore_radius(spec: GearSpec, root_radius: float) -> tuple[float, tuple[str, ...]]:
+    if spec.bore_diameter is not None:
+        return 0.5 * spec.bore_diameter, ()
+    return 0.5 * root_radius, ("bore_diameter assumed 0.5 root diameter",)
+
+
+def _check_circles(name: str, r_b: float, r_a: float, r_f: float, bore: float) -> None:
+    if not r_a > r_f:
+        raise GearError(
+            f"{name}: the tip diameter {2e3 * r_a:.5g} mm is not above the root diameter {2e3 * r_f:.5g} mm"
+        )
+    if not r_a > r_b:
+        raise GearError(
+            f"{name}: no involute: the tip diameter {2e3 * r_a:.5g} mm is not above the base diameter "
+            f"{2e3 * r_b:.5g} mm; enlarge the tip or the profile shift"
+        )
+    if not 0.0 < bore < r_f:
+        raise GearError(
+            f"{name}: the bore diameter {2e3 * bore:.5g} mm must lie below the root diameter "
+            f"{2e3 * r_f:.5g} mm, and both above 0"
+        )
+
+
+def solid(
+    spec: GearSpec, density: float, width: float, outer: float, inner: float
+) -> tuple[float, float, tuple[str, ...]]:
+    """Return mass and inertia of the solid between two radii, where they are not given, and flags of it."""
+    between = "rim" if spec.rim_diameter is not None else "bore"
+    mass, flags = spec.mass, []
+    if mass is None:
+        mass = density * math.pi * width * (outer**2 - inner**2)
+        flags.append(f"mass of the solid between {between} and reference circle")
+    inertia = spec.inertia
+    if inertia is None:
+        inertia = 0.5 * mass * (outer**2 + inner**2)
+        flags.append(f"inertia of the solid between {between} and reference circle")
+    return mass, inertia, tuple(flags)
+
+
+def _check_tip(gear: Gear) -> None:
+    if not gear.tip_radius > gear.form_radius:
+        raise GearError(
+            f"{gear.name}: no involute is left between the form diameter {2e3 * gear.form_radius:.5g} mm "
+            f"and the tip diameter {2e3 * gear.tip_radius:.5g} mm; reduce the rounding or the profile shift"
+        )
+    refuse_pointed(gear)
+
+
+def refuse_pointed(gear: Gear) -> None:
+    """Refuse a gear whose teeth have no thickness left at the tip.
+
+    Raises
+    ------
+    GearError : it is pointed
+    """
+    half = gear.half_angle(gear.tip_radius)
+    if half <= 0.0:
+        raise GearError(
+            f"{gear.name}: pointed tip: at the tip diameter {2e3 * gear.tip_radius:.5g} mm the tooth is "
+            f"{2e3 * gear.tip_radius * half:.3g} mm thick; shorten it or reduce profile_shift_coefficient"
+        )
+
 
 CONTACT_TOLERANCE = 1e-9  # relative slack of a comparison of two lengths
 

@@ -1,12 +1,15 @@
-"""One involute gear, every dimension resolved."""
+"""One involute gear with every dimension resolved, and two of them in mesh with their path of contact."""
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from wearlab.gears.involute import involute
-from wearlab.gears.materials import Material
-from wearlab.gears.modification import Modification
-from wearlab.gears.specification import RootProfile
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wearlab.arrays import Array
+from wearlab.gears.shifts import involute
+from wearlab.gears.specification import Material, Modification, RootProfile
 
 
 @dataclass(frozen=True)
@@ -71,3 +74,141 @@ class Gear:
         """Return half the tooth angle at a radius, α2 − inv α_r (ring: π/z − α2 + inv α_r) [rad]."""
         half = self.base_half_angle - involute(math.acos(min(1.0, self.base_radius / radius)))
         return math.pi / self.teeth - half if self.internal else half
+
+
+DRIVING, DRIVEN = 0, 1
+TIP_AT = {"A": DRIVEN, "E": DRIVING}
+"""Whose tip touches at each end of the path."""
+
+
+class PathOfContact(NamedTuple):
+    """Characteristic points along the path of contact, s from the pitch point, positive in recess [m].
+
+    ``B = E − ⌊ε⌋ p_b`` and ``D = A + ⌊ε⌋ p_b``: for 1 < ε < 2 the ends of single contact.
+    """
+
+    A: float
+    B: float
+    C: float
+    D: float
+    E: float
+
+
+@dataclass(frozen=True)
+class GearPair:
+    """Two gears that mesh; arrays over the gears are ordered (driving, driven).
+
+    Parameters
+    ----------
+    driving, driven : the gears
+    centre_distance : a [m]
+    working_pressure_angle : α_w [rad]
+    base_pitch : p_b [m]
+    path : the points A–E [m]
+    face_width : common face width [m]
+    """
+
+    driving: Gear
+    driven: Gear
+    centre_distance: float
+    working_pressure_angle: float
+    base_pitch: float
+    path: PathOfContact
+    face_width: float
+
+    @property
+    def gears(self) -> tuple[Gear, Gear]:
+        """The gears, (driving, driven)."""
+        return self.driving, self.driven
+
+    @property
+    def internal(self) -> bool:
+        """Whether one of the gears is a ring."""
+        return self.driving.internal or self.driven.internal
+
+    @property
+    def ratio(self) -> float:
+        """Speed of the driven over that of the driving gear, z_driving / z_driven [1]."""
+        return self.driving.teeth / self.driven.teeth
+
+    @property
+    def contact_ratio(self) -> float:
+        """Transverse contact ratio, ε = (s_E − s_A) / p_b [1]."""
+        return (self.path.E - self.path.A) / self.base_pitch
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """What was assumed about either gear, with its name."""
+        return tuple(f"{gear.name}: {flag}" for gear in self.gears for flag in gear.assumed)
+
+    def curvature(self, s: ArrayLike) -> tuple[Array, Array]:
+        """Return the radii of curvature, ρ1 = r_b1 tanα_w ± s, ρ2 = r_b2 tanα_w ∓ s (upper sign: no ring).
+
+        Contact moves from root to tip on the driving and from tip to root on the driven gear; a ring's root
+        is where its radius is large, so a ring's sign is the lower one.
+
+        Parameters
+        ----------
+        s : (n,) path coordinate [m]
+
+        Returns
+        -------
+        (ρ1, ρ2), each (n,) [m]
+        """
+        position = np.asarray(s, dtype=float)
+        t = math.tan(self.working_pressure_angle)
+        first, second = (-1.0 if gear.internal else 1.0 for gear in self.gears)
+        return (
+            self.driving.base_radius * t + first * position,
+            self.driven.base_radius * t - second * position,
+        )
+
+    def equivalent_curvature(self, s: ArrayLike) -> Array:
+        """Return the equivalent radius, 1/ρ = ±1/ρ1 ± 1/ρ2 with minus for a ring, (n,) [m]."""
+        rho1, rho2 = self.curvature(s)
+        first, second = (-1.0 if gear.internal else 1.0 for gear in self.gears)
+        return rho1 * rho2 / (first * rho2 + second * rho1)
+
+    def radius(self, gear: int, s: ArrayLike) -> Array:
+        """Return the radius at which a gear (0 driving, 1 driven) touches at s, √(r_b² + ρ²), (n,) [m]."""
+        return np.hypot(self.gears[gear].base_radius, self.curvature(s)[gear])
+
+    def diameter(self, gear: int, s: ArrayLike) -> Array:
+        """Return the diameter at which a gear (0 driving, 1 driven) touches at s, (n,) [m]."""
+        return 2.0 * self.radius(gear, s)
+
+    def roll_angle(self, gear: int, s: ArrayLike) -> Array:
+        """Return the roll angle ρ / r_b of a gear (0 driving, 1 driven) at s, (n,) [rad]."""
+        return self.curvature(s)[gear] / self.gears[gear].base_radius
+
+    def sliding(self, s: ArrayLike) -> Array:
+        """Return the sliding velocity per unit speed of the driving gear, ρ1 − ρ2 z1/z2, (n,) [m/rad].
+
+        Positive where the driving flank is the faster one (recess); 0 at the pitch point.
+        """
+        rho1, rho2 = self.curvature(s)
+        return rho1 - rho2 * self.ratio
+
+    def specific_sliding(self, s: ArrayLike) -> Array:
+        """Return the specific sliding 1 − v_other / v_i of both flanks.
+
+        Parameters
+        ----------
+        s : (n,) path coordinate [m]
+
+        Returns
+        -------
+        (2, n) for (driving, driven) [1]
+        """
+        rho1, rho2 = self.curvature(s)
+        v1, v2 = rho1, rho2 * self.ratio
+        return np.stack([1.0 - v2 / v1, 1.0 - v1 / v2])
+
+    def modification(self, gear: int, s: ArrayLike) -> Array:
+        """Return what the modification of a flank (0 driving, 1 driven) removes at s, (n,) [m]."""
+        position = np.asarray(s, dtype=float)
+        item = self.gears[gear].modification
+        if item is None:
+            return np.zeros_like(position)
+        from_root = position - self.path.A if gear == DRIVING else self.path.E - position
+        return item.removed(from_root, self.path.E - self.path.A)

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
+from wearlab.gears.root import Rounding
 from wearlab.gears.specification import RootProfile
-from wearlab.gears.trochoid import Rounding
 
 
 def load_angle(gear: Gear, radius: ArrayLike) -> Array:

@@ -1,22 +1,163 @@
-"""Planetary sets: sun, planets on a carrier and ring, from specifications to a set that can be assembled."""
+"""Planetary sets: sun, planets on a carrier and ring, how planets are spaced and meshes lag each other.
+
+Seen from the carrier the sun turns towards rising ψ and brings the same teeth to planet n after
+``z_s ψ_n / 2π`` mesh periods; the ring turns the other way. Both agree: ``(z_s + z_r) ψ_n / 2π`` is whole.
+
+Between the two meshes of one planet stands the planet itself. Let χ be the angle of a planet's tooth from the
+line to the sun's centre, in the sense in which the planet turns; a tooth is half its angle at the pitch
+circle, ψ_w, ahead of (driven) or behind (driving) a contact at the pitch point, s / r_b from one at s:
+
+    sun side,  sun drives:    χ = ψ_w,sp + s_A,sp / r_b        ring side: χ = π − ψ_w,pr + s_A,pr / r_b
+    sun side,  planet drives: χ = −ψ_w,sp + s_A,sp / r_b       ring side: χ = π + ψ_w,pr + s_A,pr / r_b
+
+and ``γ_rs = z_p (χ_ring − χ_sun) / 2π``.
+"""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.build import build_gear
-from wearlab.gears.errors import GearError
-from wearlab.gears.external import assemble_external, check_basics, check_pair
-from wearlab.gears.gear import Gear
-from wearlab.gears.internal import assemble_internal
-from wearlab.gears.lags import mesh_phase_offsets
-from wearlab.gears.pair import GearPair
-from wearlab.gears.ring import build_ring
-from wearlab.gears.room import make_room
+from wearlab.gears.external import assemble_external, build_gear, check_basics, check_pair
+from wearlab.gears.gear import Gear, GearPair
+from wearlab.gears.internal import assemble_internal, build_ring, make_room
 from wearlab.gears.shifts import planetary_position
-from wearlab.gears.spacing import assembled_angles, check_neighbours
-from wearlab.gears.specification import Basics, GearSpec
+from wearlab.gears.specification import Basics, GearError, GearSpec
+
+
+def mesh_phase_offsets(
+    sun_planet: GearPair, planet_ring: GearPair, planet_angles: Sequence[float], *, sun_drives: bool
+) -> Array:
+    """Return the lag of every mesh: the phase of the clock at which a pair of it enters at A.
+
+    ``γ_sn = z_s (ψ_n − ψ_1) / 2π``, ``γ_rn = γ_rs − z_r (ψ_n − ψ_1) / 2π = γ_rs + γ_sn``.
+
+    Parameters
+    ----------
+    sun_planet, planet_ring : the two kinds of mesh
+    planet_angles : (N,) ψ, in the sense in which the sun turns relative to the carrier [rad]
+    sun_drives : direction of the power flow
+
+    Returns
+    -------
+    (2N,) sun–planet 1 … N, planet–ring 1 … N, in [0, 1) [1]
+
+    References
+    ----------
+    Parker & Lin, J. Mech. Des. 126 (2004) 365–370: mesh phasing of planetary gears, with γ_rs at the pitch
+    points; here each mesh's own entry A.
+    """
+    sun = sun_planet.driving if sun_drives else sun_planet.driven
+    ring = planet_ring.driven if sun_drives else planet_ring.driving
+    # whole numbers of teeth apart: lags that are equal are the same number
+    total = sun.teeth + ring.teeth
+    apart = np.rint(total * (np.asarray(planet_angles) - planet_angles[0]) / (2.0 * math.pi))
+    around = sun.teeth * apart % total / total
+    between = entry_lag(sun_planet, planet_ring, sun_drives=sun_drives)
+    return np.concatenate([around, fraction(between + around)])
+
+
+def entry_lag(sun_planet: GearPair, planet_ring: GearPair, *, sun_drives: bool) -> float:
+    """Return γ_rs: by how much a planet's ring mesh enters at A after its sun mesh, in [0, 1) [1].
+
+    Parameters
+    ----------
+    sun_planet, planet_ring : the two kinds of mesh
+    sun_drives : direction of the power flow
+
+    References
+    ----------
+    Parker & Lin, J. Mech. Des. 126 (2004) 365–370; here from entry to entry.
+    """
+    planet = planet_ring.driving if sun_drives else planet_ring.driven
+    travelled = (planet_ring.path.A - sun_planet.path.A) / planet.base_radius
+    halves = sum(planet.half_angle(_pitch_radius(planet, pair)) for pair in (sun_planet, planet_ring))
+    side = -halves if sun_drives else halves
+    return float(fraction(planet.teeth * (math.pi + side + travelled) / (2.0 * math.pi)))
+
+
+def _pitch_radius(planet: Gear, pair: GearPair) -> float:
+    return planet.base_radius / math.cos(pair.working_pressure_angle)
+
+
+def fraction(turns: Array | float) -> Array:
+    """Return the fractional part in [0, 1); a rounding error below a whole number counts as 0."""
+    part = np.asarray(turns) % 1.0
+    return np.where(part > 1.0 - 1e-9, 0.0, part)
+
+
+PRINTED = 5e-3
+"""How far from a whole number of teeth an angle may be: printed angles carry two decimals of a degree."""
+
+
+def assembled_angles(teeth: int, planets: int, wanted: Sequence[float] | None = None) -> tuple[float, ...]:
+    """Return the planets' angles, each at a whole number of ``(z_s + z_r) ψ / 2π`` from the first.
+
+    Parameters
+    ----------
+    teeth : z_s + z_r [1]
+    planets : N [1]
+    wanted : ψ of each planet, rising [rad]; absent: equally spaced from 0
+
+    Returns
+    -------
+    (N,) ψ [rad], rounding of printed angles removed
+
+    Raises
+    ------
+    GearError : fewer than two planets, or angles at which they cannot be assembled; names the nearest
+
+    References
+    ----------
+    Parker & Lin, J. Mech. Des. 126 (2004) 365–370, for the condition of assembly.
+    """
+    if planets < 2:
+        raise GearError(f"a planetary set needs at least 2 planets, not {planets}")
+    angles = [2.0 * math.pi * n / planets for n in range(planets)] if wanted is None else list(wanted)
+    if len(angles) != planets:
+        raise GearError(f"{len(angles)} planet angles for {planets} planets; give one angle each")
+    if any(b <= a for a, b in pairwise(angles)) or angles[-1] - angles[0] >= 2 * math.pi:
+        raise GearError("planet angles must rise, and lie within one turn")
+    steps = [teeth * (angle - angles[0]) / (2.0 * math.pi) for angle in angles]
+    whole = [round(step) for step in steps]
+    nearest = tuple(angles[0] + 2.0 * math.pi * step / teeth for step in whole)
+    for n, (step, count) in enumerate(zip(steps, whole, strict=True)):
+        if abs(step - count) > PRINTED:
+            listed = ", ".join(f"{math.degrees(angle):.6g}" for angle in nearest)
+            spacing = "equally spaced planets" if wanted is None else "planets at these angles"
+            raise GearError(
+                f"{spacing} cannot be assembled: z_s + z_r = {teeth} teeth put planet {n + 1} {step:.4g} "
+                f"teeth from the first, which must be whole; the nearest planet_angles are {listed} deg"
+            )
+    return nearest
+
+
+def check_neighbours(angles: Sequence[float], pin_circle_radius: float, planet: Gear) -> None:
+    """Refuse planets whose tip circles meet.
+
+    Parameters
+    ----------
+    angles : (N,) ψ [rad]
+    pin_circle_radius : r_c [m]
+    planet : every planet
+
+    Raises
+    ------
+    GearError : naming the two planets and the overlap
+    """
+    following = [*angles[1:], angles[0] + 2.0 * math.pi]
+    for n, (first, second) in enumerate(zip(angles, following, strict=True)):
+        apart = 2.0 * pin_circle_radius * math.sin(0.5 * min(second - first, 2.0 * math.pi - second + first))
+        if apart <= 2.0 * planet.tip_radius:
+            raise GearError(
+                f"planets {n + 1} and {(n + 1) % len(angles) + 1} collide: their pins are "
+                f"{apart * 1e3:.5g} mm apart and their tip diameter is {2e3 * planet.tip_radius:.5g} mm; use "
+                "fewer planets or teeth"
+            )
+
 
 ONE_DISTANCE, TWO_DISTANCES = 0.005, 0.1
 """How far pins may be from the centre distance, as a share: where there is one, where a paper prints two."""

@@ -7,7 +7,7 @@ import math
 from bisect import bisect_right
 from typing import NamedTuple
 
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 
 CLASSES = range(13)
 REFERENCE_CLASS = 5

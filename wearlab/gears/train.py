@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, get_args
 
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 
 Central = Literal["sun", "ring", "carrier"]
 

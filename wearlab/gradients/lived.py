@@ -10,7 +10,7 @@ from wearlab.arrays import Array
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import Response
 from wearlab.dynamics.structure import in_registers
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.gradients.errors import GradientError
 from wearlab.gradients.numbers import STEP, STEP_OF_LARGE
 from wearlab.gradients.recorded import RecordedRate

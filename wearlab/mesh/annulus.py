@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
-from wearlab.gears.materials import Material
 from wearlab.gears.outline import load_angle, root_half_angle
+from wearlab.gears.specification import Material
 
 KEPT_BODIES = 64  # whose responses are remembered: a sweep of loads has the same bodies throughout
 MODES_PER_ARC = 60.0  # Fourier modes times θ_f: the energy of mode n falls as n^-3

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import GearPair
 from wearlab.mesh.profile import Extension
 
 FURTHEST = 0.95

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Complex, Index
-from wearlab.gears.pair import DRIVEN, DRIVING, TIP_AT, GearPair
+from wearlab.gears.gear import DRIVEN, DRIVING, TIP_AT, GearPair
 from wearlab.mesh.beyond import beyond_path
 from wearlab.mesh.profile import Extension
 

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.gear import Gear
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import Gear, GearPair
 from wearlab.mesh.clock import Mesh
 from wearlab.mesh.errors import quadrature
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from wearlab.compiled import jit
-from wearlab.gears.materials import Material
+from wearlab.gears.specification import Material
 
 
 def yang_sun(first: Material, second: Material, face_width: float) -> float:

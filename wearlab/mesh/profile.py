@@ -13,7 +13,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import GearPair
 
 SAME_PHASE = 1e-9
 MINIMUM_INTERVALS = 4

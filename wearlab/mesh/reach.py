@@ -8,7 +8,7 @@ nodes with straight lines between, and the tip corner is met exactly; kinematics
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.pair import DRIVING, GearPair
+from wearlab.gears.gear import DRIVING, GearPair
 from wearlab.mesh.beyond import beyond_path
 from wearlab.mesh.exact.flank import healthy_reach, side_of
 from wearlab.mesh.exact.kinematics import point_seen, turned_to

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.gears.gear import Gear
+from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.outline import contact_depth
-from wearlab.gears.pair import GearPair
 from wearlab.mesh.annulus import body_compliance, body_coupling
 from wearlab.mesh.body import foundation_compliance
 from wearlab.mesh.finite_element import FiniteElement, Options, Plane, pair_compliance

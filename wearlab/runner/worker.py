@@ -110,7 +110,7 @@ def warm_up(scenes: Sequence[Any], simulate: str = SIMULATE, turn: int = 0, work
 
 def refusals() -> tuple[type[Exception], ...]:
     """Return the errors by which physics says that a case is impossible."""
-    from wearlab.gears.errors import GearError
+    from wearlab.gears.specification import GearError
     from wearlab.simulation import Refused
 
     return GearError, Refused

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.scene.build.modes import build_modes

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.dynamics.coexisting import Search
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.life.history import History
 from wearlab.life.limits import StopWear
 from wearlab.scene import Scene

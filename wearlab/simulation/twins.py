@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.life.history import History
 from wearlab.life.limits import StopWear
 from wearlab.life.state import Wear, WearState

@@ -10,7 +10,7 @@ import numpy as np
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.shooting import Shooting
 from wearlab.dynamics.structure import in_registers
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.life.limits import StopWear
 from wearlab.mesh.tabulation import stage_tables
 from wearlab.options import Part

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.life.limits import StopWear
 from wearlab.life.state import WearState
 from wearlab.simulation.levelled import levelled

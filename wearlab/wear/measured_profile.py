@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
-from wearlab.gears.errors import GearError
-from wearlab.gears.gear import Gear
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import Gear, GearPair
+from wearlab.gears.specification import GearError
 from wearlab.mesh.curve import PiecewiseCurve
 
 Along = Literal["diameter", "roll_angle", "roll_length", "path_position"]

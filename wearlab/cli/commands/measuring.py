@@ -36,7 +36,7 @@ def accuracy(
     """Measure error against run time of FILE's scenes, beside other integrators."""
     campaign = read_campaign(file)
     from wearlab.accuracy.dataset import dataset
-    from wearlab.gears.errors import GearError
+    from wearlab.gears.specification import GearError
 
     with refusing(OSError):
         out.mkdir(parents=True, exist_ok=True)

@@ -25,7 +25,7 @@ def modes(
         case = campaign.cases[0].label
     if case not in cases:
         raise Stop(f"--case {case}: there are {', '.join(cases)}")
-    from wearlab.gears.errors import GearError
+    from wearlab.gears.specification import GearError
     from wearlab.simulation import modes_table
 
     with refusing(GearError, ValueError):

@@ -29,7 +29,7 @@ class PlanetaryDynamics(DynamicModel):
         from wearlab.dynamics import of_planetary as of
         from wearlab.dynamics import planetary
         from wearlab.dynamics.balance import balance_of
-        from wearlab.gears.errors import GearError
+        from wearlab.gears.specification import GearError
 
         rigid = of.rigid_set(motion)
         held = of.held(self.supports, rigid)

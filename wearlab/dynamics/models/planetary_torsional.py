@@ -29,7 +29,7 @@ class PlanetaryTorsionalDynamics(DynamicModel):
 
         from wearlab.dynamics import of_planetary as of
         from wearlab.dynamics.planetary_torsional import planetary_torsional
-        from wearlab.gears.errors import GearError
+        from wearlab.gears.specification import GearError
 
         rigid = of.rigid_set(motion)
         try:

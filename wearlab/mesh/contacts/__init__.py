@@ -6,7 +6,7 @@ from wearlab.options import POSITIVE, Angle, option
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
-    from wearlab.gears.pair import GearPair
+    from wearlab.gears.gear import GearPair
     from wearlab.mesh.exact.gaps import Gaps, WornFlanks
 
 

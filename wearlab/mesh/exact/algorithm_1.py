@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import GearPair
 from wearlab.mesh.exact.angles import local_points, position_of
 from wearlab.mesh.exact.flank import Flank
 from wearlab.mesh.exact.tangency import FlankContact

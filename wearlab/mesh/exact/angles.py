@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
-from wearlab.gears.involute import involute
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import GearPair
+from wearlab.gears.shifts import involute
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at, side_of
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit, jit_inner
-from wearlab.gears.pair import DRIVING, GearPair
+from wearlab.gears.gear import DRIVING, GearPair
 from wearlab.mesh.profile import ProfileGrid
 
 BELOW_ACTIVE = 0.1

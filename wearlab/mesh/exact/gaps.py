@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.gears.gear import GearPair
 from wearlab.gears.outline import contact_depth
-from wearlab.gears.pair import GearPair
 from wearlab.mesh.corners import Corner, corner
 from wearlab.mesh.exact.algorithm_1 import algorithm_1
 from wearlab.mesh.exact.flank import Flank, FoldedFlank, Pieces, pieces, worn_flank

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import GearPair
 from wearlab.mesh.exact.angles import contact_angle, rotation_angle
 from wearlab.mesh.exact.flank import Flank
 from wearlab.mesh.exact.gaps import MeetingGaps, WornFlanks

@@ -27,8 +27,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse.linalg import SuperLU, splu
 
 from wearlab.arrays import Array
-from wearlab.gears.gear import Gear
-from wearlab.gears.pair import DRIVING, GearPair
+from wearlab.gears.gear import DRIVING, Gear, GearPair
 from wearlab.mesh.finite_element.elements import (
     Options,
     Sector,

@@ -28,8 +28,8 @@ from numpy.typing import ArrayLike
 from scipy.sparse import coo_matrix, csr_matrix
 
 from wearlab.arrays import Array, Index
-from wearlab.gears.materials import Material
-from wearlab.gears.materials import Plane as Plane
+from wearlab.gears.specification import Material
+from wearlab.gears.specification import Plane as Plane
 from wearlab.mesh.finite_element.outline import DEEP, Chart
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from wearlab.options import option
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
-    from wearlab.gears.pair import GearPair
+    from wearlab.gears.gear import GearPair
     from wearlab.mesh.pair_stiffness import PairStiffness
     from wearlab.mesh.profile import ProfileGrid
 

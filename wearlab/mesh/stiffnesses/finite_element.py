@@ -6,7 +6,7 @@ from wearlab.mesh.stiffnesses import StiffnessModel
 from wearlab.options import POSITIVE, Number, option
 
 if TYPE_CHECKING:
-    from wearlab.gears.pair import GearPair
+    from wearlab.gears.gear import GearPair
     from wearlab.mesh.pair_stiffness import PairStiffness
     from wearlab.mesh.profile import ProfileGrid
 

@@ -10,7 +10,7 @@ from wearlab.options import Part, option
 from wearlab.table_options import read_stiffness
 
 if TYPE_CHECKING:
-    from wearlab.gears.pair import GearPair
+    from wearlab.gears.gear import GearPair
     from wearlab.mesh.curve import PiecewiseCurve
     from wearlab.mesh.pair_stiffness import PairStiffness
     from wearlab.mesh.profile import ProfileGrid

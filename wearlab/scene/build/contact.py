@@ -3,9 +3,9 @@
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.errors import GearError
+from wearlab.gears.gear import GearPair
 from wearlab.gears.outline import contact_depth
-from wearlab.gears.pair import GearPair
+from wearlab.gears.specification import GearError
 from wearlab.mesh.beyond import FURTHEST
 from wearlab.mesh.contact import ContactAnalysis, Nodes
 from wearlab.mesh.corners import unworn_extension

@@ -7,13 +7,11 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.gears.external import external_pair
+from wearlab.gears.gear import GearPair
 from wearlab.gears.internal import internal_pair
-from wearlab.gears.materials import Material
-from wearlab.gears.modification import Relief, ReliefFrom
-from wearlab.gears.pair import GearPair
 from wearlab.gears.planetary import Carrier, PlanetarySet, planetary_set
 from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, SetDescriptor
-from wearlab.gears.specification import Basics, GearSpec
+from wearlab.gears.specification import Basics, GearSpec, Material, Relief, ReliefFrom
 from wearlab.scene import Scene
 
 GIVEN = (

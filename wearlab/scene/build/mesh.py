@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import GearPair
 from wearlab.mesh.clock import Mesh
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.contacts import ContactModel

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import GearPair
 from wearlab.life.coupled import kinds_of
 from wearlab.life.coupling import Coupling
 from wearlab.life.vibration import Vibration

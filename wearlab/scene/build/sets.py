@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.gear import Gear
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SetDescriptor
 from wearlab.gears.train import Train, TrainSpeeds
 from wearlab.mesh.gear_set import Body, GearSet, PairOfSet, mesh_load

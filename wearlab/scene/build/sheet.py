@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from wearlab.gears.drawing import ToothDrawing, drawing
 from wearlab.gears.gear import Gear
-from wearlab.gears.involute import involute
+from wearlab.gears.shifts import involute
 from wearlab.scene import Scene
 from wearlab.scene.build.sets import GearSet, build_set
 from wearlab.shop.hardness import KGF_PER_MM2

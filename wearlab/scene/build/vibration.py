@@ -22,7 +22,7 @@ from wearlab.dynamics.steps import (
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
 from wearlab.dynamics.turning import symmetry_of
-from wearlab.gears.errors import GearError
+from wearlab.gears.specification import GearError
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Mesh, look_within
 from wearlab.mesh.contact import ContactAnalysis

@@ -7,7 +7,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.compiled import compiled_if_possible
-from wearlab.gears.pair import GearPair
+from wearlab.gears.gear import GearPair
 from wearlab.life.coupled import Coupled
 from wearlab.life.limits import Limits, Snapshots
 from wearlab.life.load import Load

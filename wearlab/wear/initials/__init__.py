@@ -17,7 +17,7 @@ from wearlab.table_options import read_profile
 
 if TYPE_CHECKING:
     from wearlab.arrays import Array
-    from wearlab.gears.pair import GearPair
+    from wearlab.gears.gear import GearPair
 
 
 class InitialModel(Variant):
