@@ -8,9 +8,7 @@ import numpy as np
 from wearlab.campaign.distributions import read_distribution
 from wearlab.campaign.measured import Data, ErrorModel, Limit, UpdateSpec
 from wearlab.campaign.update_options import Columns
-from wearlab.updating.asking import Asked
-from wearlab.updating.curve import RunCurve
-from wearlab.updating.history import RunHistory
+from wearlab.updating.history import Asked, RunCurve, RunHistory
 from wearlab.updating.likelihood import block_of
 from wearlab.updating.observations import Observed
 from wearlab.updating.study import FACTOR, MeasuredCase

@@ -8,7 +8,7 @@ import pytest
 from wearlab.campaign.errors import CampaignError
 from wearlab.campaign.measured import Days
 from wearlab.campaign.update import read_update
-from wearlab.updating.calendar import days_of
+from wearlab.updating.answer import days_of
 
 UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}
 CYCLES = np.array([0.0, 36_525.0, np.inf, 1e12])

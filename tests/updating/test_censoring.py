@@ -9,7 +9,7 @@ from made import ErrorModel, blocks, history, observed
 from scipy.integrate import quad
 from scipy.stats import multivariate_normal, norm
 
-from wearlab.updating.censoring import below
+from wearlab.updating.kalman import below
 from wearlab.updating.likelihood import Lanes, log_likelihood
 
 SD, OFFSET, LIMIT = 0.3e-3, 0.5e-3, 1.0e-3

@@ -8,8 +8,7 @@ from made import ErrorModel, blocks, history, observed, study
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating import likelihood
-from wearlab.updating.asking import Asked
-from wearlab.updating.curve import RunCurve
+from wearlab.updating.history import Asked, RunCurve
 from wearlab.updating.likelihood import Lanes
 from wearlab.updating.outcome import answered
 
@@ -80,4 +79,4 @@ def test_the_answer_is_the_same(monkeypatch):
     p = np.array([0.05, 0.5, 0.95])
     assert short.factor(p) == pytest.approx(whole.factor(p), rel=1e-10)
     assert short.posterior.evidence == pytest.approx(whole.posterior.evidence, abs=1e-7)
-    assert short.posterior.spreads[0][0].points == pytest.approx(whole.posterior.spreads[0][0].points)
+    assert short.posterior.spreads[0][0][0] == pytest.approx(whole.posterior.spreads[0][0][0])

@@ -5,9 +5,9 @@ import pytest
 from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
+from wearlab.updating.answer import first_passage
 from wearlab.updating.draws import drawn
 from wearlab.updating.outcome import answered
-from wearlab.updating.passage import first_passage, gathered
 
 CYCLES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 8e5])
 TIGHT = {"normal": {"mean": 1.3, "sd": 1e-6}, "truncate": [1.2, 1.4]}
@@ -19,18 +19,6 @@ def test_first_passages_are_inverse_gaussian():
         exact = stats.invgauss(1.0 / shape, scale=shape)
         found = [first_passage(x, np.array([1.0]), np.array([shape]))[0] for x in t]
         assert found == pytest.approx(exact.cdf(t), abs=1e-9)
-
-
-def test_a_mixture_is_gathered_without_loss():
-    rng = np.random.default_rng(1)
-    mean, shape = rng.normal(0.0, 0.3, 4000), rng.normal(2.0, 0.5, 4000)
-    weight = rng.random(4000)
-    weight /= weight.sum()
-    x, y, w = gathered(mean, shape, weight)
-    assert w.sum() == pytest.approx(1.0, abs=1e-12)
-    for t in (0.5, 1.0, 2.0):
-        exact = weight @ first_passage(t, np.exp(mean), np.exp(shape))
-        assert w @ first_passage(t, x, y) == pytest.approx(exact, abs=1e-6)
 
 
 def test_lives_with_a_drift_agree_with_marched_paths():

@@ -4,8 +4,7 @@ import pytest
 
 from wearlab.campaign import CampaignError
 from wearlab.campaign.update import read_update
-from wearlab.updating.errors import UpdateError
-from wearlab.updating.observations import read_observations
+from wearlab.updating.observations import UpdateError, read_observations
 
 UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}
 GOOD = "# weighed on Mondays\ncycles,loss\n100,1.5\n200,3.0\n"
@@ -65,6 +64,10 @@ def test_semicolons_decimal_commas_and_empty_last_cells_are_read(tmp_path):
     [
         ("cycles,loss\n100,abc\n", {}, "line 2, column 'loss': 'abc' is no finite number"),
         ("cycles,loss\n100,inf\n", {}, "line 2, column 'loss': 'inf' is no finite number"),
+        ("cycles,loss\n100,1e308\n", {}, "line 2, column 'loss': '1e308' is no number that can be measured"),
+        ("cycles,loss\n1e308,1\n", {}, "line 2, column 'cycles': '1e308' is no number that can be measured"),
+        (f"cycles,loss\n1,2\n3,{'4' * 140_000}\n", {}, "line 3: field larger than field limit"),
+        ("cycles,loss,loss\n1,2,3\n", {}, "line 1: column 'loss' stands twice; rename one"),
         ("cycles,loss\n,1\n", {}, "line 2, column 'cycles': is empty"),
         ("cycles,loss\n-5,1\n", {}, "line 2, column 'cycles': -5 is before the first cycle"),
         ("cycles,loss\n100,1,2\n", {}, "line 2: 3 columns instead of 2"),
@@ -125,3 +128,14 @@ def test_wrong_sections_are_refused(tmp_path, change, said):
     with pytest.raises(CampaignError) as caught:
         read_update(section(tmp_path) | change)
     assert said in str(caught.value)
+
+
+def test_a_million_rows_are_read_in_seconds(tmp_path):
+    """Took minutes: a parser for every line, and a call for every cell."""
+    import time
+
+    text = "cycles,loss\n" + "".join(f"{n},{n * 1e-3:.4f}\n" for n in range(1, 300_001))
+    clock = time.process_time()
+    seen = read(tmp_path, text)
+    assert len(seen) == 300_000 and seen.value[-1] == pytest.approx(300e-6)
+    assert time.process_time() - clock < 6.0

@@ -12,7 +12,7 @@ from wearlab.updating import UpdateError, update
 from wearlab.updating.history import history_of
 from wearlab.updating.stored import StoredRun
 from wearlab.updating.study import studies
-from wearlab.updating.words import answers, told
+from wearlab.updating.summary import answers, told
 
 BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
 

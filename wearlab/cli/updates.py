@@ -62,7 +62,7 @@ def _told(summary: dict[str, float]) -> tuple[str, str, str]:
 def show_update(store: "Store", update: "KeptUpdate", as_json: bool) -> Status:
     """Show a kept update: what it says, and what it was made from."""
     from wearlab.store.updates import read_update, update_files
-    from wearlab.updating.words import told
+    from wearlab.updating.summary import told
 
     with refusing(*REFUSALS):
         tree = read_update(store, update.id)
@@ -115,7 +115,7 @@ def tell_update(campaign: "Campaign") -> None:
 def tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None:
     """Say which runs `wearlab update` would need, and whether its answer is there already."""
     from wearlab.runner.plan import plan
-    from wearlab.updating.keeping import kept
+    from wearlab.updating.inference import kept
     from wearlab.updating.study import studies
 
     if campaign.update is None:

@@ -81,8 +81,8 @@ def question(campaign: "Campaign", spec: Any, number: int) -> Question:
 
 
 def _subject(campaign: "Campaign", ask: Ask) -> str:
-    from wearlab.updating.errors import UpdateError
-    from wearlab.updating.keeping import subject_of
+    from wearlab.updating.inference import subject_of
+    from wearlab.updating.observations import UpdateError
 
     try:
         return subject_of(campaign)

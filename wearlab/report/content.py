@@ -153,9 +153,9 @@ def content(campaign: "Campaign", store: "Store") -> Content:
 def _measured(campaign: "Campaign", store: "Store") -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return what the update of the campaign's measurements says, in lines, and its answers in sentences."""
     from wearlab.store.updates import read_update, updates_of
-    from wearlab.updating.errors import UpdateError
-    from wearlab.updating.keeping import subject_of
-    from wearlab.updating.words import answers, believed, told
+    from wearlab.updating.inference import subject_of
+    from wearlab.updating.observations import UpdateError
+    from wearlab.updating.summary import answers, believed, told
 
     if campaign.update is None:
         return (), ()

@@ -1,6 +1,6 @@
 """Measurements make wear coefficient and remaining life better known."""
 
-from wearlab.updating.errors import UpdateError
-from wearlab.updating.updating import update
+from wearlab.updating.inference import update
+from wearlab.updating.observations import UpdateError
 
 __all__ = ["UpdateError", "update"]

@@ -10,14 +10,25 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import brentq
+from scipy.special import log_ndtr, logsumexp, ndtr
 
 from wearlab.arrays import Array
-from wearlab.updating.likelihood import Block
-from wearlab.updating.passage import Passage
-from wearlab.updating.posterior import Posterior
-from wearlab.updating.quadrature import quantile
+from wearlab.campaign.measured import Days
+from wearlab.units import HOUR
+from wearlab.updating.history import RunHistory
+from wearlab.updating.likelihood import PER, Block
+from wearlab.updating.posterior import Posterior, quantiles, values_of
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+LEAST = 1e-8  # probability of a run that still counts for a life with a drift
+DROPPED = 1e-6  # probability of all states of a run that do not
+STATES = 5  # points over the present state
+STIFFEST = 1e8  # shape over mean from which a law is as good as a step
+TIMES, LONGEST = 49, 1e6  # of a first table of lives; times the median from which a life counts as endless
+DAYS_A_YEAR = 365.2425
+LAST_DAY = np.datetime64("9999-12-31")
+NEVER = "never"
 
 
 @dataclass(frozen=True)
@@ -26,7 +37,7 @@ class Answer:
 
     Parameters
     ----------
-    posterior : on its grid
+    posterior : on its grids
     now : the last inspection [cycles]
     drifting : number of the block whose drift goes on to the limit, None without one
     """
@@ -37,27 +48,40 @@ class Answer:
 
     def factor(self, p: Array) -> Array:
         """Return quantiles of the factor on the wear coefficient."""
-        post = self.posterior
-        if post.grid is None:
-            return np.full(np.shape(p), post.histories[0].factor)
-        places, below, density = self._of_factor
-        return np.exp(quantile(places, below, density, np.asarray(p)))
+        return self.posterior.factor(p)
 
     def factor_below(self, factor: float) -> float:
         """Return the probability of a smaller factor."""
         post = self.posterior
-        if post.grid is None:
-            return float(factor > post.histories[0].factor)
-        places, below, _ = self._of_factor
-        return float(np.interp(np.log(factor), places, below))
+        return float(post.weight @ post.smaller(np.full((len(post.weight), 1), np.log(factor)))[:, 0])
 
     def life(self, p: Array) -> Array:
         """Return quantiles of the life [cycles]."""
-        return np.asarray(self._life.quantile(np.asarray(p, float)))
+        p = np.asarray(p, float)
+        if self._passage is not None:
+            return self._passage.quantile(p)
+        if len(self.posterior.weight) == 1:
+            with np.errstate(over="ignore"):
+                return self.posterior.histories[0].life(self.factor(1.0 - p))
+        lives = np.stack([run.life(np.exp(u)) for run, u in self._ends])
+        finite = lives[np.isfinite(lives) & (lives > 0.0)]
+        if not len(finite):
+            return np.full(p.shape, np.inf)
+        low, high = np.log(finite.min()) - 1e-6, np.log(finite.max()) + 1e-6
+        found = np.exp(quantiles(lambda u: self.life_below(np.exp(u)), p, low, high))
+        return np.where(p > self.life_below(np.exp(np.array([high])))[0], np.inf, found)
 
-    def life_below(self, cycle: float) -> float:
-        """Return the probability of a shorter life."""
-        return float(self._life.below(np.array([cycle]))[0])
+    def life_below(self, cycle: Array | float) -> Array:
+        """Return the probability of a shorter life, (q,)."""
+        cycle = np.atleast_1d(np.asarray(cycle, float))
+        if self._passage is not None:
+            return np.array([self._passage.below(end) for end in cycle])
+        post = self.posterior
+        with np.errstate(divide="ignore", invalid="ignore"):
+            spans = [max(run.limit_cycle - run.start, 0.0) * run.factor for run in post.histories]
+            passed = np.stack([np.maximum(run.equal(cycle), 0.0) for run in post.histories])
+            needed = np.log(np.array(spans)[:, None] / passed)
+        return np.asarray(post.weight @ (1.0 - post.smaller(np.nan_to_num(needed, nan=-np.inf))))
 
     def remaining(self, p: Array) -> Array:
         """Return quantiles of the remaining life [cycles], 0 where the end has passed."""
@@ -66,102 +90,157 @@ class Answer:
     @property
     def passed(self) -> float:
         """The probability that the end of life is over already."""
-        return self.life_below(self.now)
+        return float(self.life_below(self.now)[0])
 
     @property
     def mean_factor(self) -> tuple[float, float]:
         """Mean and standard deviation of ln factor."""
-        post = self.posterior
-        if post.grid is None:
-            return float(np.log(post.histories[0].factor)), 0.0
-        mass = post.density().sum(axis=0) * post.grid.weights
-        mean = float(np.sum(mass * post.grid.points))
-        return mean, float(np.sqrt(max(np.sum(mass * (post.grid.points - mean) ** 2), 0.0)))
+        mass, u = self.posterior.mass, self.posterior.log_factor
+        mean = float(np.sum(mass * u))
+        return mean, float(np.sqrt(max(np.sum(mass * (u - mean) ** 2), 0.0)))
 
     @property
     def beyond(self) -> float:
         """The probability that the wear seen at the last inspection, or the limit, lies beyond the runs."""
-        post = self.posterior
-        mass = post.density() * (1.0 if post.grid is None else post.grid.weights)
-        factor = np.exp(post.log_factor)
-        risk = 0.0
-        for run, own in zip(post.histories, mass, strict=True):
+        post, risk = self.posterior, 0.0
+        for run, mass, u in zip(post.histories, post.mass, post.log_factor, strict=True):
             if run.limit_cycle > run.end * (1.0 + 1e-12):
-                risk += float(own.sum())
+                risk += float(mass.sum())
             else:
-                risk += float(own[run.own_cycle(np.array(self.now), factor) > run.end].sum())
+                risk += float(mass[run.own_cycle(np.array(self.now), np.exp(u)) > run.end].sum())
         return risk
 
-    @cached_property
-    def _of_factor(self) -> tuple[Array, Array, Array]:
-        post = self.posterior
-        assert post.grid is not None
-        density = post.density().sum(axis=0)
-        places, below = post.grid.below(density)
-        return places, below / below[-1], _at(post.grid.points, density, places) / below[-1]
+    @property
+    def _ends(self) -> list[tuple[RunHistory, Array]]:
+        return list(zip(self.posterior.histories, self.posterior.log_factor[:, [0, -1]], strict=True))
 
     @cached_property
-    def _life(self) -> "_Deterministic | Passage":
-        if self.drifting is None:
-            return _Deterministic(self.posterior)
-        return Passage(self.posterior, self.drifting, self.now)
+    def _passage(self) -> "_Passage | None":
+        return None if self.drifting is None else _Passage(self.posterior, self.drifting, self.now)
 
 
-def _at(points: Array, density: Array, places: Array) -> Array:
-    """Return a density at panel edges too, from the logs at the points about them."""
-    from scipy.interpolate import CubicSpline
+class _Passage:
+    """Lives with a drift: inverse Gaussian laws, mixed over all that is not known."""
 
-    with np.errstate(divide="ignore"):
-        logs = np.log(np.maximum(density, 1e-290))
-    return np.asarray(np.exp(np.minimum(CubicSpline(points, logs)(places), logs.max() + 1.0)))
+    def __init__(self, post: Posterior, number: int, now: float) -> None:
+        self.now = now
+        parts = [_states(post, int(i), number, now) for i in np.flatnonzero(post.weight > LEAST)]
+        weight, gap, mean, rate = (np.concatenate([part[k] for part in parts]) for k in range(4))
+        weight = weight / weight.sum()
+        held = (gap > 0.0) & np.isfinite(mean)
+        self.over = float(weight[gap <= 0.0].sum())
+        self.mean, self.weight = mean[held], weight[held]
+        self.shape = np.minimum(gap[held] ** 2 / np.maximum(rate[held], 1e-300), STIFFEST * mean[held])
 
-
-class _Deterministic:
-    """Lives without a drift: ln life = const − ln factor in each run."""
-
-    def __init__(self, post: Posterior) -> None:
-        self.post = post
-        self.shift = np.array([np.log(run.factor) for run in post.histories])
-        self.start = np.array([run.start for run in post.histories])
-        with np.errstate(divide="ignore"):
-            self.span = np.log([max(run.limit_cycle - run.start, 0.0) for run in post.histories])
-        if post.grid is not None:
-            density = np.exp(post.log_density - post.log_evidence[:, None])
-            self.places, below = post.grid.below(density)
-            self.total = below[:, -1:]
-            self.integral = below / self.total
-
-    def below(self, cycle: Array) -> Array:
-        """Return the probability of a shorter life, (q,)."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            log_factor = (
-                self.shift[:, None]
-                + self.span[:, None]
-                - np.log(np.maximum(cycle[None, :] - self.start[:, None], 0.0))
-            )
-        if self.post.grid is None:
-            shorter = (log_factor <= np.log([[self.post.histories[0].factor]])).astype(float)
-        else:
-            shorter = 1.0 - np.stack(
-                [np.interp(u, self.places, row) for u, row in zip(log_factor, self.integral, strict=True)]
-            )
-        return np.asarray(self.post.weight @ shorter)
+    def below(self, cycle: float, thinned: int = 1) -> float:
+        """Return the probability of a shorter life; by every so manieth state only, as a first guess."""
+        ahead = cycle - self.now
+        if ahead < 0.0:
+            return 0.0
+        if ahead == 0.0 or not len(self.weight):
+            return self.over
+        mean, shape, weight = self.mean[::thinned], self.shape[::thinned], self.weight[::thinned]
+        scale = self.weight.sum() / weight.sum() if thinned > 1 else 1.0
+        return self.over + scale * float(weight @ first_passage(ahead, mean, shape))
 
     def quantile(self, p: Array) -> Array:
-        """Return quantiles: exact for one run, by bisection among several."""
-        if len(self.post.histories) == 1:
-            answer = Answer(self.post, 0.0, None)
-            with np.errstate(over="ignore"):
-                return np.asarray(self.post.histories[0].life(answer.factor(1.0 - p)))
-        finite = self.span[np.isfinite(self.span)]
-        edge = np.zeros(2) if self.post.grid is None else self.post.grid.edges[[0, -1]]
-        low = np.full(p.shape, (self.shift.min() + finite.min()) - edge[1] - 1.0)
-        high = np.full(p.shape, (self.shift.max() + finite.max()) - edge[0] + 1.0)
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            short = self.below(np.exp(middle) + self.start[0]) < p
-            low, high = np.where(short, middle, low), np.where(short, high, middle)
-        return np.asarray(np.exp(0.5 * (low + high)) + self.start[0])
+        """Return quantiles: bracketed by a table, then by Brent's method."""
+        if not len(self.weight):
+            return np.full(p.shape, self.now)
+        middle = float(np.median(self.mean))
+        logs = np.log(middle) + np.linspace(-np.log(LONGEST), np.log(LONGEST), TIMES)
+        thinned = max(len(self.weight) // 2000, 1)
+        known = np.array([self.below(self.now + t, thinned) for t in np.exp(logs)])
+
+        def off(u: float, wanted: float) -> float:
+            return self.below(self.now + float(np.exp(u))) - wanted
+
+        found = np.empty(p.shape)
+        for n, wanted in np.ndenumerate(p):
+            if wanted <= self.over:
+                found[n] = self.now
+                continue
+            i = int(np.clip(np.searchsorted(known, wanted), 1, TIMES - 1))
+            low, high = i - 1, i
+            while low > 0 and off(logs[low], wanted) > 0.0:
+                low -= 1
+            while high < TIMES - 1 and off(logs[high], wanted) < 0.0:
+                high += 1
+            if off(logs[high], wanted) < 0.0:
+                found[n] = np.inf
+            else:
+                found[n] = self.now + np.exp(brentq(off, logs[low], logs[high], (wanted,), xtol=1e-8))
+        return found
+
+
+def first_passage(ahead: float, mean: Array, shape: Array) -> Array:
+    """Return the probability that a Wiener process with a mean course has reached a limit.
+
+    Φ((t/μ − 1) √(λ/t)) + exp(2 λ/μ) Φ(−(t/μ + 1) √(λ/t)), the inverse Gaussian law: that of SciPy, whose
+    ``invgauss.cdf`` takes ten times as long for arrays of shapes.
+
+    Parameters
+    ----------
+    ahead : t [cycles]
+    mean : μ, cycles in which the mean course closes the gap to the limit
+    shape : λ = gap²/(variance per cycle) [cycles]
+    """
+    root = np.sqrt(shape / ahead)
+    there = ndtr((ahead / mean - 1.0) * root)
+    back = np.exp(np.minimum(2.0 * shape / mean + log_ndtr(-(ahead / mean + 1.0) * root), 0.0))
+    return np.asarray(np.minimum(there + back, 1.0))
+
+
+def present_state(run: RunHistory, factor: Array, mean: Array, now: float) -> tuple[Array, Array]:
+    """Return how far the limit is and in how many cycles the mean course gets there.
+
+    Parameters
+    ----------
+    run : the stored run
+    factor : on the wear coefficient
+    mean : W now, by how much the wear is more than the model's
+    now : cycle
+
+    Returns
+    -------
+    gap [SI of the quantity] and cycles; a gap that is not positive has been closed.
+    """
+    own = run.own_cycle(np.array(now), factor)
+    gap = run.level - mean - run.limit.at(own)
+    ahead = run.after(run.limit.first_above(run.level - mean), factor) - now
+    return gap, np.maximum(ahead, 1e-300)
+
+
+def passage_time(gap: Array, ahead: Array, rate: Array, rng: np.random.Generator) -> Array:
+    """Return draws of the cycles in which a Wiener process closes a gap, 0 where it is closed."""
+    closed = gap <= 0.0
+    mean = np.where(np.isfinite(ahead), ahead, 1e300)
+    with np.errstate(over="ignore", divide="ignore"):
+        shape = np.clip(np.where(closed, 1.0, gap) ** 2 / np.maximum(rate, 1e-300), 1e-300, 1e300)
+    return np.where(closed, 0.0, rng.wald(mean, shape))
+
+
+def _states(post: Posterior, i: int, number: int, now: float) -> tuple[Array, Array, Array, Array]:
+    """Return weight, gap, mean cycles and rate of all that counts in one run."""
+    run, block = post.histories[i], post.blocks[number]
+    n = len(post.nodes[i])
+    joint, seen = post.conditional(i, number)
+    every = slice(None, None, (post.place.shape[1] - 1) // (n - 1)) if n > 1 else slice(None)
+    own = np.log(np.maximum(post.density[i][every], 1e-300))
+    if len(own) != n:  # another run has more nodes
+        places = np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, post.place.shape[1])
+        own = np.log(np.maximum(np.interp(*places, post.density[i]), 1e-300))
+    mass = np.exp(joint + (own - logsumexp(joint, axis=(1, 2)))[:, None, None])
+    mass *= post.weight[i] / mass.sum()
+    ordered = np.sort(mass, axis=None)
+    kept = np.nonzero(mass > ordered[np.searchsorted(np.cumsum(ordered), DROPPED * ordered.sum())])
+    rate = values_of(block.drift, post.spreads[i][number][1])[kept[2]] ** 2 / PER
+    spread = np.sqrt(seen.variance[kept] + rate * (now - seen.cycle))
+    nodes, heights = np.polynomial.hermite_e.hermegauss(STATES)
+    mean = seen.mean[kept] + np.multiply.outer(nodes, spread)
+    gap, ahead = present_state(run, np.exp(post.nodes[i])[kept[0]], mean, now)
+    weight = np.multiply.outer(heights / heights.sum(), mass[kept])
+    return weight.ravel(), gap.ravel(), ahead.ravel(), np.broadcast_to(rate, mean.shape).ravel()
 
 
 def drifting_block(blocks: tuple[Block, ...], quantity: str, where: str | None) -> int | None:
@@ -171,3 +250,25 @@ def drifting_block(blocks: tuple[Block, ...], quantity: str, where: str | None) 
         if block.drift is not None and same and block.data.since is None:
             return number
     return None
+
+
+def days_of(days: Days, remaining: Array, now: float, seconds_per_cycle: float) -> list[str]:
+    """Return the days on which so many cycles have passed (ISO 8601), "never" after the year 9999.
+
+    day + (h_now + h_remaining − h_day)/(hours a year) · 365.2425
+
+    Parameters
+    ----------
+    days : a day, its operating hours, hours a year
+    remaining : cycles from now on
+    now : cycles from the start of the run to the last inspection
+    seconds_per_cycle : operating time of a cycle [s]
+    """
+    hour = seconds_per_cycle / HOUR
+    since = now * hour if days.hours is None else days.hours
+    ahead = ((now + remaining) * hour - since) / days.hours_per_year * DAYS_A_YEAR
+    most = float((LAST_DAY - np.datetime64(days.day)).astype(int))
+    return [
+        str(np.datetime64(days.day) + np.timedelta64(int(np.floor(day)), "D")) if day < most else NEVER
+        for day in ahead
+    ]

@@ -1,23 +1,107 @@
-"""What one stored run says of every wear coefficient: h(N; f k0) = h(f N; k0), see `scaling`."""
+"""What one stored run says of every wear coefficient: h(N; f k0) = h(f N; k0).
+
+Archard's law is linear in k, and under constant conditions nothing else knows how long a cycle takes in wear:
+under static and under instant loads, with a film or a regression whose k depends on the load, with loads of a
+duty mixed within each cycle. It ends where something happens at a given cycle: stages of operation.
+"""
 
 import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from wearlab.arrays import Array, Flags
-from wearlab.campaign.measured import Limit
-from wearlab.updating.asking import TINY, Asked, asked_of, curve_of, per_cycle
-from wearlab.updating.curve import RunCurve
-from wearlab.updating.errors import UpdateError
-from wearlab.updating.observations import Observed
-from wearlab.updating.scaling import refuse_what_does_not_scale
-from wearlab.updating.stored import StoredRun
+from wearlab.campaign.measured import THICKNESS, Limit
+from wearlab.updating.observations import Observed, UpdateError
+from wearlab.updating.stored import StoredRun, StoredVariable
 
+TINY = 1e-12
+BITS = 53  # bisections to round-off
 WHOLE = ("max_wear_depth", "worn_mass")  # quantities that are one number of a gear
+
+
+@dataclass(frozen=True)
+class RunCurve:
+    """Quantities over the cycles of a stored run, cubic between its states, straight beyond them.
+
+    Parameters
+    ----------
+    cycle : (states,) rising
+    value, slope : (states, columns) and their derivative by the cycle
+    """
+
+    cycle: Array
+    value: Array
+    slope: Array
+
+    def at(self, cycle: Array, column: NDArray[np.intp] | int = 0) -> Array:
+        """Return values at cycles, each of its column; the shapes are broadcast."""
+        i = np.clip(np.searchsorted(self.cycle, cycle, side="right") - 1, 0, len(self.cycle) - 2)
+        left, width = self.cycle[i], self.cycle[i + 1] - self.cycle[i]
+        t = np.clip((cycle - left) / width, 0.0, 1.0)
+        y0, y1 = self.value[i, column], self.value[i + 1, column]
+        d0, d1 = self.slope[i, column] * width, self.slope[i + 1, column] * width
+        beyond = np.maximum(cycle - self.cycle[-1], 0.0)
+        return np.asarray(_cubic(t, y0, y1, d0, d1) + beyond * self.slope[-1, column])
+
+    def first_above(self, level: Array) -> Array:
+        """Return the cycles at which column 0 first reaches levels; by its end slope beyond the run."""
+        level = np.asarray(level, float)
+        highest = np.maximum.accumulate(self.value[:, 0])
+        i = np.searchsorted(highest, level, side="left")
+        inside = (i > 0) & (i < len(highest))
+        piece = np.clip(i, 1, len(highest) - 1)
+        left, width = self.cycle[piece - 1], self.cycle[piece] - self.cycle[piece - 1]
+        y0, y1 = self.value[piece - 1, 0] - level, self.value[piece, 0] - level
+        d0, d1 = self.slope[piece - 1, 0] * width, self.slope[piece, 0] * width
+        low, high = np.zeros(level.shape), np.ones(level.shape)
+        for _ in range(BITS):
+            t = 0.5 * (low + high)
+            above = _cubic(t, y0, y1, d0, d1) >= 0.0
+            low, high = np.where(above, low, t), np.where(above, t, high)
+        rate = self.slope[-1, 0]
+        ahead = (level - self.value[-1, 0]) / rate if rate > 0.0 else np.full(level.shape, math.inf)
+        outside = np.where(i == 0, self.cycle[0], self.cycle[-1] + ahead)
+        return np.asarray(np.where(inside, left + high * width, outside))
+
+
+def _cubic(t: Array, y0: Array, y1: Array, d0: Array, d1: Array) -> Array:
+    """Return the cubic over t from 0 to 1 that has values y and slopes d at both ends (Hermite)."""
+    return y0 + t * (d0 + t * (3.0 * (y1 - y0) - 2.0 * d0 - d1 + t * (2.0 * (y0 - y1) + d0 + d1)))
+
+
+class Asked(NamedTuple):
+    """What a block of observations asks of a run: a curve, and of each value its column and cycle."""
+
+    curve: RunCurve
+    column: NDArray[np.intp]
+    cycle: Array
+
+
+class Clock(NamedTuple):
+    """Cycles of equal wear at a constant coefficient and load over real cycles, in straight pieces."""
+
+    cycle: Array
+    equal: Array
+
+    def __call__(self, cycle: Array) -> Array:
+        """Return how many cycles at the run's own coefficient and load wear as much."""
+        return _straight(cycle, self.cycle, self.equal)
+
+    def inverse(self, equal: Array) -> Array:
+        """Return the real cycles."""
+        return _straight(equal, self.equal, self.cycle)
+
+
+def _straight(x: Array, knots: Array, values: Array) -> Array:
+    with np.errstate(invalid="ignore"):
+        beyond = np.where(x > knots[-1], x - knots[-1], 0.0)
+    return np.interp(x, knots, values) + beyond * (values[-1] - values[-2]) / (knots[-1] - knots[-2])
 
 
 @dataclass(frozen=True)
@@ -38,6 +122,7 @@ class RunHistory:
     beside : what else is predicted over the cycles: max_wear_depth, worn_mass
     numerical : relative error of the depth anywhere along the flanks, as the run estimates it
     numerical_whole : of the largest depth and of masses, where the run tells the error of its life
+    clock : where coefficient or load change in time: cycles of equal wear
     """
 
     id: str
@@ -53,19 +138,43 @@ class RunHistory:
     beside: Mapping[str, RunCurve]
     numerical: float
     numerical_whole: float
+    clock: Clock | None = None
 
     def numerical_of(self, quantity: str) -> float:
         """Return the relative numerical error of a quantity: of one number, or of any place of a profile."""
         return self.numerical_whole if quantity in WHOLE else self.numerical
 
+    def equal(self, cycle: Array) -> Array:
+        """Return the cycles from the start that wear as much at a constant coefficient and load."""
+        return (cycle if self.clock is None else self.clock(cycle)) - self.start
+
     def own_cycle(self, cycle: Array, factor: Array) -> Array:
         """Return the cycle of this run at which wear is as after ``cycle`` with another factor."""
-        return self.start + (cycle - self.start) * (factor / self.factor)
+        return self.start + self.equal(cycle) * (factor / self.factor)
+
+    def after(self, own: Array, factor: Array) -> Array:
+        """Return the cycle after which wear with a factor is as at a cycle of this run."""
+        with np.errstate(divide="ignore", over="ignore"):
+            equal = self.start + (own - self.start) * (self.factor / factor)
+        return np.asarray(equal if self.clock is None else self.clock.inverse(equal))
 
     def life(self, factor: Array) -> Array:
         """Return the cycles to the limit with a factor on the wear coefficient."""
-        with np.errstate(divide="ignore"):
-            return np.asarray(self.start + (self.limit_cycle - self.start) * (self.factor / factor))
+        return self.after(np.asarray(self.limit_cycle), factor)
+
+
+def refuse_stages(scene: Mapping[str, Any]) -> None:
+    """Refuse a scene in which something happens at a given cycle, so that wear is no function of k·N.
+
+    Raises
+    ------
+    UpdateError : it has stages of operation
+    """
+    if scene.get("operation", {}).get("stage"):
+        raise UpdateError(
+            "operation.stage: stages begin at given cycles, so that the wear is no function of k·N and one "
+            "run does not serve every k; update a campaign with operation.duty, mixed within each cycle"
+        )
 
 
 def history_of(
@@ -84,21 +193,23 @@ def history_of(
     ------
     UpdateError : the run lacks a quantity, or what happens in it does not scale with k
     """
-    refuse_what_does_not_scale(scene)
+    refuse_stages(scene)
     if "cycle" not in run or len(run["cycle"].values) < 2:
         raise UpdateError("the stored run has one wear state: wear.until is required, and k > 0")
     cycle = np.asarray(run["cycle"].values, float)
     keep = np.concatenate([[True], np.diff(cycle) > TINY * max(cycle[-1], 1.0)])
     ended = curve_of(run, limit.quantity, limit.where, {}, keep, "update.limit")
-    factor, limit_cycle = _factor(scene), float(ended.first_above(np.array(limit.value)))
+    coefficient = (scene.get("wear") or {}).get("coefficient") or {}
+    factor = float(coefficient.get("factor", 1.0)) if isinstance(coefficient, dict) else 1.0
+    limit_cycle = float(ended.first_above(np.array(limit.value)))
     return RunHistory(
         id=run_id,
         factor=factor,
         coefficient=_coefficient(run, limit.where) / factor,
         start=float(cycle[0]),
         end=float(cycle[-1]),
-        seconds_per_cycle=per_cycle(run, "operating_hours"),
-        asked=tuple(asked_of(run, inspection, keep, limit, ended) for inspection in seen),
+        seconds_per_cycle=_per_cycle(run, "operating_hours"),
+        asked=tuple(_asked(run, inspection, keep, limit, ended) for inspection in seen),
         limit=ended,
         level=limit.value,
         limit_cycle=limit_cycle,
@@ -106,6 +217,117 @@ def history_of(
         numerical=_numerical(run, limit_cycle),
         numerical_whole=_numerical_whole(run, limit_cycle),
     )
+
+
+def _asked(run: StoredRun, seen: Observed, keep: Flags, limit: Limit, ended: RunCurve) -> Asked:
+    """Return what a block of observations asks of a run, whose states that count are ``keep``."""
+    data = seen.data
+    cycle = np.asarray(seen.time, float)
+    if seen.clock != "cycle":
+        clock = "operating_hours" if seen.clock == "hours" else "mesh_cycles"
+        cycle = float(run["cycle"].values[0]) + cycle / _per_cycle(run, clock)
+    if len(cycle) and cycle.min() < run["cycle"].values[0]:
+        row = seen.row[int(np.argmin(cycle))]
+        raise UpdateError(f"{data.file}: line {row}: is before the cycle at which the run starts")
+    if seen.place_kind is None:
+        same = (data.quantity, data.where) == (limit.quantity, limit.where) and not data.select
+        curve = ended if same else curve_of(run, data.quantity, data.where, data.select, keep, data.place)
+        return Asked(curve, np.zeros(len(seen), np.intp), cycle)
+    places, column = np.unique(seen.place, return_inverse=True)
+    return Asked(_profile(run, seen, places, keep), column.astype(np.intp), cycle)
+
+
+def curve_of(
+    run: StoredRun, name: str, where: str | None, select: Mapping[str, Any], keep: Flags, place: str
+) -> RunCurve:
+    """Return a scalar over the cycles."""
+    if name not in run:
+        raise UpdateError(f"{place}: the stored run has no {name}: ask for it in store.variables")
+    values, labels = run[name], dict(select)
+    own = next((dim for dim in ("flank", "member") if dim in values.dims), None)
+    if own is not None and where is not None:
+        labels[own] = where
+    if own == "flank" and own not in labels and name == "max_wear_depth":
+        values = values.largest("flank")
+    values = _selected(values, labels, place, name)
+    cycle = np.asarray(run["cycle"].values, float)[keep]
+    y = np.asarray(values.values, float)[keep]
+    if name == "max_wear_depth" and "wear_rate" in run and "wear_depth" in run:
+        secant = np.diff(y) / np.diff(cycle)  # no cubic piece overshoots below three times the secants
+        least = np.minimum(np.append(secant, secant[-1]), np.insert(secant, 0, secant[0]))
+        slope = np.clip(_rate_at_the_deepest(run, where)[keep], 0.0, 3.0 * np.maximum(least, 0.0))
+    elif len(cycle) == 2:
+        slope = np.full(2, (y[1] - y[0]) / (cycle[1] - cycle[0]))
+    else:
+        slope = np.asarray(PchipInterpolator(cycle, y).derivative()(cycle))
+    return RunCurve(cycle, y[:, None], slope[:, None])
+
+
+def _selected(values: StoredVariable, labels: Mapping[str, Any], place: str, name: str) -> StoredVariable:
+    """Return a variable at its labels; a dimension with one label needs none."""
+    dims = values.dims
+    for dim in [dim for dim in dims if dim != "update"]:
+        known = values.known(dim)
+        key = dim if dim in ("flank", "member") else f"select.{dim}"
+        if dim not in labels and len(known) > 1:
+            raise UpdateError(f"{place}.{key}: required for {name}: one of {', '.join(map(str, known[:8]))}")
+        if dim in labels and labels[dim] not in known:
+            listed = ", ".join(map(str, known[:8]))
+            raise UpdateError(f"{place}.{key}: {labels[dim]!r} is not one of {listed}")
+        values = values.at(dim, known.index(labels[dim]) if dim in labels else 0)
+    unknown = [dim for dim in labels if dim not in dims and dim not in ("flank", "member")]
+    if unknown:
+        raise UpdateError(f"{place}.select.{unknown[0]}: {name} has no such dimension")
+    return values
+
+
+def _rate_at_the_deepest(run: StoredRun, where: str | None) -> Array:
+    """Return the wear rate where the wear is deepest; of unworn flanks, where it is fastest."""
+    depth, rate = run["wear_depth"], run["wear_rate"]
+    if where is not None:
+        flank = depth.known("flank").index(where)
+        depth, rate = depth.at("flank", flank), rate.at("flank", flank)
+    flat = (len(run["cycle"].values), -1)
+    deep, fast = np.nan_to_num(depth.values.reshape(flat)), np.nan_to_num(rate.values.reshape(flat))
+    at = np.where(deep.max(axis=1) > 0.0, deep.argmax(axis=1), fast.argmax(axis=1))
+    return np.asarray(fast[np.arange(len(at)), at])
+
+
+def _profile(run: StoredRun, seen: Observed, places: Array, keep: Flags) -> RunCurve:
+    """Return the wear at places on a flank over the cycles; of a thickness, what the arc has lost."""
+    data = seen.data
+
+    def on_flank(name: str) -> Array:
+        values = run[name]
+        known = [str(flank) for flank in values.known("flank")]
+        if data.where not in known:
+            raise UpdateError(f"{data.place}.flank: {data.where!r} is not one of {', '.join(known)}")
+        return np.asarray(values.at("flank", known.index(data.where)).values, float)
+
+    x = on_flank(str(seen.place_kind))
+    held = np.flatnonzero(np.isfinite(x))
+    order = held[np.argsort(x[held], kind="stable")]
+    x = x[order]
+    outside = (seen.place < x[0] - TINY) | (seen.place > x[-1] + TINY)
+    if outside.any():
+        i = int(np.argmax(outside))
+        raise UpdateError(
+            f"{data.file}: line {seen.row[i]}, {seen.place_kind} {seen.place[i]:g}: outside the active "
+            f"flank, which goes from {x[0]:g} to {x[-1]:g} (SI)"
+        )
+    both = [on_flank(name)[:, order][keep] for name in ("wear_depth", "wear_rate")]
+    if data.quantity == THICKNESS:  # along the arc: 1/cos of the pressure angle there, whose tan is the roll
+        both = [values * np.hypot(1.0, on_flank("roll_angle")[order]) for values in both]
+    value, slope = (np.stack([np.interp(places, x, state) for state in values]) for values in both)
+    return RunCurve(np.asarray(run["cycle"].values, float)[keep], value, slope)
+
+
+def _per_cycle(run: StoredRun, clock: str) -> float:
+    """Return how much of a clock one cycle takes; conditions are constant, so any span tells."""
+    if clock not in run:
+        return math.nan
+    cycle, other = run["cycle"].values, run[clock].values
+    return float((other[-1] - other[0]) / (cycle[-1] - cycle[0]))
 
 
 def _beside(run: StoredRun, limit: Limit, ended: RunCurve, keep: Flags) -> dict[str, RunCurve]:
@@ -122,11 +344,6 @@ def _beside(run: StoredRun, limit: Limit, ended: RunCurve, keep: Flags) -> dict[
     return curves
 
 
-def _factor(scene: Mapping[str, Any]) -> float:
-    coefficient = (scene.get("wear") or {}).get("coefficient") or {}
-    return float(coefficient.get("factor", 1.0)) if isinstance(coefficient, dict) else 1.0
-
-
 def _coefficient(run: StoredRun, where: str | None) -> float:
     """Return the largest wear coefficient along the flank at the first state [m²/N]."""
     name = "effective_wear_coefficient"
@@ -135,16 +352,14 @@ def _coefficient(run: StoredRun, where: str | None) -> float:
     values = run[name].at("update", 0)
     member = None if where is None else where.split("-")[0]
     mine = [i for i, label in enumerate(values.known("flank")) if str(label).split("-")[0] == member]
-    values = values.at("flank", mine) if mine else values
-    return float(np.nanmax(values.values))
+    return float(np.nanmax((values.at("flank", mine) if mine else values).values))
 
 
 def _numerical(run: StoredRun, limit_cycle: float) -> float:
     """Return the largest relative error of the wear depth that the run tells of, late before the limit."""
     if "error_estimate_wear_depth" not in run or "max_wear_depth" not in run:
         return 0.0
-    depth = run["max_wear_depth"].largest("flank").values
-    error = run["error_estimate_wear_depth"].values
+    depth, error = run["max_wear_depth"].largest("flank").values, run["error_estimate_wear_depth"].values
     cycle = run["cycle"].values
     before = cycle <= max(limit_cycle, cycle[1]) * (1.0 + 1e-9)
     late = before & (depth > 0.05 * depth[before][-1])

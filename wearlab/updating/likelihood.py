@@ -6,18 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import log_ndtr
 
 from wearlab.arrays import Array, Flags
-from wearlab.campaign.distributions import Distribution
+from wearlab.campaign.distributions import SMALLEST, Distribution, LogNormal, Normal
 from wearlab.campaign.measured import PREVIOUS, Data
 from wearlab.units import convert
-from wearlab.updating import condensing
-from wearlab.updating.asking import Asked
-from wearlab.updating.censoring import Hidden
-from wearlab.updating.condensing import SIZE, condensed
-from wearlab.updating.filtering import LOG_TWO_PI, Filtered, Inspection, SharedError, filtered
-from wearlab.updating.history import RunHistory
+from wearlab.updating import sufficient
+from wearlab.updating.history import Asked, RunHistory
+from wearlab.updating.kalman import LOG_TWO_PI, Filtered, Hidden, Inspection, SharedError, filtered
 from wearlab.updating.observations import Observed
+from wearlab.updating.sufficient import SIZE, condensed
 
 PER = 1e6  # cycles over which ``drift`` is said
 MANY = 4000  # values from which independent ones are summed in pieces
@@ -34,12 +33,46 @@ class Spread:
     prior: Distribution | None = None
     scale: float = 1.0
 
-    def log_density(self, value: Array) -> Array:
+    def log_density(self, log_value: Array) -> Array:
         """Return the log of the prior's density per unit of ln value."""
         assert self.prior is not None
-        own = value / self.scale
-        with np.errstate(divide="ignore"):
-            return np.log(np.array([self.prior.density(x) * x for x in own.ravel()])).reshape(value.shape)
+        return log_density(self.prior, log_value - np.log(self.scale))
+
+
+def log_density(prior: Distribution, log_value: Array) -> Array:
+    """Return the log of a prior's density per unit of ln value; of normal laws however far out."""
+    x, shape = np.exp(log_value), prior.shape
+    with np.errstate(divide="ignore"):
+        if isinstance(shape, LogNormal):
+            logs = -0.5 * ((log_value - np.log(shape.median)) / shape.log_sd) ** 2 - np.log(shape.log_sd)
+        elif isinstance(shape, Normal):
+            logs = -0.5 * ((x - shape.mean) / shape.sd) ** 2 - np.log(shape.sd) + log_value
+        else:
+            return np.log([prior.density(value) * value for value in x.ravel().tolist()]).reshape(x.shape)
+    held = shape.below(prior.high) - shape.below(prior.low)
+    inside = (x >= prior.low * (1.0 - 1e-12)) & (x <= prior.high * (1.0 + 1e-12))
+    return np.where(inside, logs - 0.5 * LOG_TWO_PI - np.log(held), -np.inf)
+
+
+class Range(NamedTuple):
+    """Where ln of an unknown is looked for at first, and what its prior allows at all."""
+
+    low: float
+    high: float
+    least: float
+    most: float
+
+
+def range_of(prior: Distribution, scale: float = 1.0) -> Range:
+    """Return the range of ln value of a prior; a normal law allows more than it starts with."""
+    with np.errstate(divide="ignore"):
+        low, high = np.log(scale * np.array([prior.at(SMALLEST), prior.at(1.0 - SMALLEST)]))
+        ends = np.log(scale * np.array([max(prior.low, 0.0), prior.high]))
+    if not np.isfinite(low):  # a normal law of what is positive
+        low = np.log(scale * prior.at(0.5)) - 40.0
+    if isinstance(prior.shape, LogNormal | Normal):
+        return Range(float(low), float(high), float(ends[0]), float(ends[1]))
+    return Range(float(low), float(high), float(low), float(high))
 
 
 @dataclass(frozen=True)
@@ -68,16 +101,12 @@ class Block:
     @property
     def spreads(self) -> tuple[Spread, ...]:
         """Those that have a prior."""
-        return tuple(
-            parameter
-            for parameter in (self.sd, self.drift)
-            if parameter is not None and parameter.prior is not None
-        )
+        return tuple(s for s in (self.sd, self.drift) if s is not None and s.prior is not None)
 
     @property
-    def name(self) -> str:
-        """The quantity and where it was measured."""
-        return self.data.label
+    def relative(self) -> float:
+        """The error of a value in parts of the model: what is measured, and the run's own."""
+        return math.hypot(self.data.error.relative, self.numerical)
 
 
 def block_of(seen: Observed, *, accumulating: bool) -> Block:
@@ -202,35 +231,29 @@ def _condenses(block: Block, asked: Asked, sd: Array, rate: Array) -> bool:
         return False
     if error.offset_sd or seen.censored[block.rows].any():
         return False
-    return not seen.sd[block.rows].any() or (sd.size == 1 and not _relative(block))
+    return not seen.sd[block.rows].any() or (sd.size == 1 and not block.relative)
 
 
 def _condensed(block: Block, history: RunHistory, number: int, factor: Array, sd: Array) -> Array:
-    """Return the log likelihood by what is sufficient of the values, see `condensing`."""
+    """Return the log likelihood by what is sufficient of the values, see `sufficient`."""
     asked, rows, own = history.asked[number], block.rows, block.seen.sd[block.rows]
     values = (asked.cycle[rows], asked.column[rows], block.seen.value[rows])
     if not own.any():
         told = condensed(*values, np.ones(len(rows)))
-        return condensing.log_likelihood(told, history, asked, factor, sd, _relative(block))
+        return sufficient.log_likelihood(told, history, asked, factor, sd, block.relative)
     variance = own**2 + float(sd.ravel()[0]) ** 2
     told = condensed(*values, 1.0 / variance)
-    whole = condensing.log_likelihood(told, history, asked, factor, np.ones(1), 0.0)
+    whole = sufficient.log_likelihood(told, history, asked, factor, np.ones(1), 0.0)
     return np.asarray(whole - 0.5 * np.sum(np.log(variance)))
-
-
-def _relative(block: Block) -> float:
-    """Return the error of a value that is in parts of the model: what is measured, and the run's own."""
-    return math.hypot(block.data.error.relative, block.numerical)
 
 
 def _variance(block: Block, model: Array, sd: Array) -> Array:
     """Return the variance of each value's own error; of one where all are alike, its last dimension is 1."""
     own = block.seen.sd[block.rows]
-    relative = _relative(block)
     square = np.asarray(sd**2)[..., None]
     if own.any():
         square = square + own**2
-    return square + (relative * model) ** 2 if relative else square
+    return square + (block.relative * model) ** 2 if block.relative else square
 
 
 def _independent(residual: Array, variance: Array, model: Array, censored: Flags, below: Array) -> Array:
@@ -247,8 +270,6 @@ def _independent(residual: Array, variance: Array, model: Array, censored: Flags
         v = variance if variance.shape[-1] == 1 else variance[..., part]
         each = -0.5 * (np.where(hidden, 0.0, r) ** 2 / v + np.log(v) + LOG_TWO_PI)
         if hidden.any():
-            from scipy.special import log_ndtr
-
             score = (np.where(hidden, below[part], 0.0) - model[..., part]) / np.sqrt(v)
             each = np.where(hidden, log_ndtr(score), each)
         total = total + each.sum(axis=-1)

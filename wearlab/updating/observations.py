@@ -10,13 +10,18 @@ import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
 from wearlab.campaign.measured import WHEN, WHERE, Data
+from wearlab.scene.problems import Refusal
 from wearlab.tables import SEPARATORS, decoded
 from wearlab.units import UnitError, convert
-from wearlab.updating.errors import UpdateError
 
 LARGEST = 200_000_000  # bytes of a file
+LARGEST_NUMBER = 1e30
 PLACE_UNITS = {"diameter": "m", "roll_angle": "rad", "path_position": "m"}
 CLOCKS = {"cycle": "1", "hours": "s", "mesh_cycles": "1"}
+
+
+class UpdateError(Refusal):
+    """An update cannot be done; its problems tell place and remedy."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +70,7 @@ def read_observations(data: Data) -> Observed:
     UpdateError : with row and column of what cannot be read
     """
     content = _bytes(data)
-    rows = _rows(content, data)
-    header, body = rows[0], rows[1:]
+    line, header, row, cells = _rows(content, data)
     clock = next((name for name in WHEN if getattr(data.columns, name) is not None), "cycle")
     place_kind = next((name for name in WHERE if getattr(data.columns, name) is not None), None)
     names = {
@@ -77,28 +81,27 @@ def read_observations(data: Data) -> Observed:
         "place": getattr(data.columns, place_kind) if place_kind else None,
     }
     for name, column in names.items():
-        if column is not None and column not in header[1]:
+        if column is not None and column not in header:
             raise UpdateError(
-                f"{data.file}: line {header[0]}: no column {column!r} for {name}; there are "
-                f"{', '.join(header[1])}: name it in {data.place}.columns"
+                f"{data.file}: line {line}: no column {column!r} for {name}; there are "
+                f"{', '.join(header)}: name it in {data.place}.columns"
             )
-    unknown = set(data.units) - set(header[1])
+    unknown = set(data.units) - set(header)
     if unknown:
         raise UpdateError(f"{data.place}.units.{min(unknown)}: the file has no such column")
     wanted = {"time": CLOCKS[clock], "place": PLACE_UNITS.get(place_kind or "", "1")}
     columns = {
-        name: _column(data, header[1], body, column, wanted.get(name, data.si), name)
+        name: _column(data, cells[header.index(column)], row, column, wanted.get(name, data.si), name)
         for name, column in names.items()
         if column is not None
     }
-    nothing = np.full(len(body), np.nan)
-    row = np.array([number for number, _ in body], np.int64)
+    nothing = np.full(len(row), np.nan)
     seen = Observed(
         data,
         clock,
         columns["time"],
         columns["value"],
-        np.nan_to_num(columns.get("sd", np.zeros(len(body)))),
+        np.nan_to_num(columns.get("sd", np.zeros(len(row)))),
         columns.get("below", nothing),
         place_kind,
         columns.get("place", nothing),
@@ -119,35 +122,39 @@ def _bytes(data: Data) -> bytes:
         raise UpdateError(f"{data.place}.file: {path}: cannot be read ({error.strerror or error})") from error
 
 
-def _rows(content: bytes, data: Data) -> list[tuple[int, list[str]]]:
-    """Return the lines that are no comments, each with its number, the header first."""
+def _rows(content: bytes, data: Data) -> tuple[int, list[str], Index, list[tuple[str, ...]]]:
+    """Return line and names of the header, the lines of the rows below it, and the cells of each column."""
     text, _ = decoded(content)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line[0] != "#"]
     if not lines:
         raise UpdateError(f"{data.file}: has no header line")
+    numbers = np.array([n for n, _ in lines[1:]], np.int64)
     separator = next((mark for mark in SEPARATORS if mark and mark in lines[0][1]), ",")
-    rows = [
-        (n, [cell.strip() for cell in row])
-        for n, line in lines
-        for row in csv.reader([line], delimiter=separator)
-    ]
+    reader = csv.reader((line for _, line in lines), delimiter=separator)
+    try:
+        header = [cell.strip() for cell in next(reader)]
+        rows = list(reader)
+    except csv.Error as error:
+        raise UpdateError(f"{data.file}: line {lines[reader.line_num - 1][0]}: {error}") from None
+    twice = next((name for name in header if name and header.count(name) > 1), None)
+    if twice is not None:
+        raise UpdateError(f"{data.file}: line {lines[0][0]}: column {twice!r} stands twice; rename one")
+    wrong = next((i for i, row in enumerate(rows) if len(row) != len(header)), None)
+    if wrong is not None or len(rows) != len(numbers):
+        i = len(rows) - 1 if wrong is None else wrong
+        raise UpdateError(f"{data.file}: line {numbers[i]}: {len(rows[i])} columns instead of {len(header)}")
+    columns = list(zip(*rows, strict=True)) or [()] * len(header)
     if separator != ",":  # then a comma is a decimal one
-        rows = [rows[0], *((n, [_pointed(cell) for cell in cells]) for n, cells in rows[1:])]
-    width = len(rows[0][1])
-    for number, row in rows[1:]:
-        if len(row) != width:
-            raise UpdateError(f"{data.file}: line {number}: {len(row)} columns instead of {width}")
-    return rows
+        columns = [tuple(map(_pointed, cells)) for cells in columns]
+    return lines[0][0], header, numbers, columns
 
 
 def _pointed(cell: str) -> str:
     return cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell
 
 
-def _column(
-    data: Data, header: list[str], body: list[tuple[int, list[str]]], column: str, unit: str, name: str
-) -> Array:
-    at = header.index(column)
+def _column(data: Data, cells: tuple[str, ...], lines: Index, column: str, unit: str, name: str) -> Array:
+    """Return the numbers of a column in SI."""
     own = data.units.get(column)
     if name == "time" and unit == "s" and own is None:
         own = "h"
@@ -159,23 +166,26 @@ def _column(
         scale = 1.0 if own is None else convert(1.0, own, unit)
     except UnitError as error:
         raise UpdateError(f"{data.place}.units.{column}: {error}") from None
-    values = np.empty(len(body))
-    for i, (number, row) in enumerate(body):
-        values[i] = _number(row[at], data.file, number, column, empty=name in ("value", "below", "sd"))
-    return values * scale
-
-
-def _number(text: str, file: Path, line: int, column: str, *, empty: bool) -> float:
-    if not text and empty:
-        return math.nan
+    empty = np.array([not cell.strip() for cell in cells], bool)
     try:
-        value = float(text)
+        values = np.array(["nan" if none else cell for cell, none in zip(cells, empty, strict=True)], float)
     except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        said = f"{text!r} is no finite number" if text else "is empty"
-        raise UpdateError(f"{file}: line {line}, column {column!r}: {said}")
-    return value
+        values = np.array([_number(cell) for cell in cells])
+    wrong = ~(np.abs(values) < LARGEST_NUMBER) & ~(empty & (name in ("value", "below", "sd")))
+    if wrong.any():
+        i = int(np.argmax(wrong))
+        cell = cells[i].strip()
+        huge = "number that can be measured" if np.isfinite(values[i]) else "finite number"
+        said = f"{cell[:40]!r} is no {huge}" if cell else "is empty"
+        raise UpdateError(f"{data.file}: line {lines[i]}, column {column!r}: {said}")
+    return np.asarray(values * scale)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def _refuse_impossible(seen: Observed, names: dict[str, str | None]) -> None:

@@ -6,21 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import norm
 
 from wearlab.arrays import Array
 from wearlab.updating.answer import Answer, drifting_block
-from wearlab.updating.checking import Check, checks
-from wearlab.updating.draws import Draws, drawn
+from wearlab.updating.checks import Check, checks
+from wearlab.updating.draws import Draws, drawn, replicated
 from wearlab.updating.history import RunHistory
-from wearlab.updating.likelihood import (
-    MATTERS,
-    PER,
-    Block,
-    block_of,
-    inspections_of,
-    modelled,
-    numerical_share,
-)
+from wearlab.updating.likelihood import MATTERS, Block, block_of, inspections_of, numerical_share
 from wearlab.updating.posterior import Posterior, posterior
 
 if TYPE_CHECKING:
@@ -28,9 +21,9 @@ if TYPE_CHECKING:
 
 ACCUMULATING = "accumulating"
 TENSION = 3.0  # standard deviations of ln k between two files that contradict each other
-FAR = 3.0  # standard errors beyond which a value is odd
-FEWEST, CARRIED = 100.0, 0.25  # effective runs, and their share of all, below which the answer leans on few
+FEWEST, CARRIED = 100.0, 0.5  # effective runs, and their share of all, below which the answer leans on few
 HARDLY = 0.01  # prior predictive probability below which the prior excludes the data
+FALSE_ALARM = 0.001  # probability of a note on sound values, of a file
 
 
 @dataclass(frozen=True)
@@ -40,9 +33,11 @@ class UpdateOutcome:
     Parameters
     ----------
     study : what was asked
-    answer : on the grid
-    draws, prior_draws : from the posterior and from the prior
+    answer, prior : on the grid, after and before
+    draws, prior_draws : from both
     checks : of every inspection
+    courses : of each block, the probability of a course of its inspections as far off
+    sources : for each block that was measured, the answer without it; none where there is one block
     which : the number of the draw that each stored run is
     notes : what a reader must know
     stats : numbers about the update itself
@@ -54,6 +49,8 @@ class UpdateOutcome:
     prior: Answer
     prior_draws: Draws
     checks: tuple[Check, ...]
+    courses: dict[int, float]
+    sources: dict[int, Answer]
     which: NDArray[np.intp]
     notes: tuple[str, ...]
     stats: dict[str, float]
@@ -81,19 +78,10 @@ def answered(
     log_proposal: Array | None = None,
 ) -> Answer:
     """Return what is known after the observations that count in these blocks."""
+    last = [runs[0].asked[n].cycle[b.rows].max() for n, b in enumerate(blocks) if len(b.rows)]
+    drifting = drifting_block(tuple(blocks), study.limit.quantity, study.limit.where)
     post = posterior(runs, blocks, study.prior, log_proposal)
-    return Answer(post, now_of(runs[0], blocks), drifting_of(study, blocks))
-
-
-def now_of(run: RunHistory, blocks: Sequence[Block]) -> float:
-    """Return the cycle of the last inspection, the first cycle without one."""
-    last = [run.asked[n].cycle[b.rows].max() for n, b in enumerate(blocks) if len(b.rows)]
-    return float(max(last, default=run.start))
-
-
-def drifting_of(study: "MeasuredCase", blocks: Sequence[Block]) -> int | None:
-    """Return the block whose drift goes on to the limit."""
-    return drifting_block(tuple(blocks), study.limit.quantity, study.limit.where)
+    return Answer(post, float(max(last, default=runs[0].start)), drifting)
 
 
 def unseen(blocks: Sequence[Block]) -> tuple[Block, ...]:
@@ -121,78 +109,66 @@ def outcome(
     draws = drawn(answer, study.spec.draws, rng)
     before = answered(study, runs, unseen(blocks), log_proposal)
     prior_draws = drawn(before, study.spec.draws, rng)
-    checked = tuple(checks(answer.posterior, draws))
-    foreseen = prior_p(before, prior_draws, blocks, rng)
-    stats = _stats(study, answer, blocks, log_proposal, foreseen)
+    each, courses = checks(answer.posterior, draws)
+    told = [n for n, block in enumerate(blocks) if len(block.rows)]
+    sources = {}
+    if len(told) > 1:
+        for n in told:
+            rest = tuple(unseen([b])[0] if k == n else b for k, b in enumerate(blocks))
+            sources[n] = replace(answered(study, runs, rest, log_proposal), now=answer.now)
+    stats = _stats(study, answer, blocks, log_proposal)
+    stats["prior_predictive_p"] = _prior_p(before, prior_draws, blocks, rng)
+    notes = tuple(_notes(study, runs, answer, blocks, stats))
     return UpdateOutcome(
-        study,
-        answer,
-        draws,
-        before,
-        prior_draws,
-        checked,
-        which,
-        tuple(_notes(study, runs, answer, blocks, stats)),
-        stats,
+        study, answer, draws, before, prior_draws, tuple(each), courses, sources, which, notes, stats
     )
 
 
 def _stats(
-    study: "MeasuredCase",
-    answer: Answer,
-    blocks: tuple[Block, ...],
-    log_proposal: Array | None,
-    prior_predictive_p: float,
+    study: "MeasuredCase", answer: Answer, blocks: tuple[Block, ...], log_proposal: Array | None
 ) -> dict[str, float]:
     post = answer.posterior
+    seen = [block for block in blocks if len(block.seen)]
+    run = post.histories[0]
     stats = {
         "log_evidence": post.evidence,
         "effective_runs": post.effective_runs,
         "runs": float(len(post.histories)),
         "beyond_the_runs": answer.beyond,
         "end_passed": answer.passed,
-        "numerical_error": max(
-            (post.histories[0].numerical_of(b.data.quantity) for b in blocks if len(b.seen)), default=0.0
-        ),
-        "numerical_share": max(
-            (numerical_share(b, post.histories[0]) for b in blocks if len(b.seen)), default=0.0
-        ),
-        "prior_predictive_p": prior_predictive_p,
+        "numerical_error": max((run.numerical_of(b.data.quantity) for b in seen), default=0.0),
+        "numerical_share": max((numerical_share(b, run) for b in seen), default=0.0),
         "contradiction": contradiction(study, post.histories, blocks, log_proposal),
     }
     if any(block.data.error.drift is not None for block in blocks):
         other = [block_of(b.seen, accumulating=b.drift is None) for b in blocks]
-        alternative = posterior(post.histories, other, study.prior, log_proposal).evidence
-        with_drift = study.spec.discrepancy == ACCUMULATING
-        gain = post.evidence - alternative
-        stats["log_evidence_of_drift"] = gain if with_drift else -gain
+        gain = post.evidence - posterior(post.histories, other, study.prior, log_proposal).evidence
+        stats["log_evidence_of_drift"] = gain if study.spec.discrepancy == ACCUMULATING else -gain
     return stats
 
 
-def prior_p(before: Answer, draws: Draws, blocks: Sequence[Block], rng: np.random.Generator) -> float:
+def _prior_p(before: Answer, draws: Draws, blocks: Sequence[Block], rng: np.random.Generator) -> float:
     """Return how probable values as far out as each block's last were before: the least, two-sided."""
     least = 1.0
     for number, block in enumerate(blocks):
         if not len(block.rows) or block.seen.censored.any():
             continue
-        runs = before.posterior.histories
-        last = inspections_of(block, runs[0], number)[-1].values[-1:]
+        last = inspections_of(block, before.posterior.histories[0], number)[-1].values[-1:]
         latest = replace(block, rows=block.rows[last])
-        value = float(block.seen.value[block.rows[last]][0])
-        model = np.empty(len(draws))
-        for i in np.unique(draws.run):
-            mine = draws.of_run(int(i))
-            model[mine] = modelled(latest, runs[int(i)], number, draws.factor[mine])[..., 0]
-        cycle = float(runs[0].asked[number].cycle[latest.rows][0])
-        error = block.data.error
-        square = draws.sd[number] ** 2 + draws.drift[number] ** 2 * cycle / PER
-        square += (
-            error.offset_sd**2 + (error.relative * model) ** 2 + float(block.seen.sd[latest.rows][0]) ** 2
-        )
-        replica = model + np.sqrt(square) * rng.standard_normal(len(draws))
-        below = (np.sum(replica <= value) + 0.5) / (len(draws) + 1.0)
+        alone = tuple(latest if n == number else b for n, b in enumerate(before.posterior.blocks))
+        prior = replace(before.posterior, blocks=alone)
+        value = float(block.seen.value[latest.rows][0])
+        below = (np.sum(_prior_replicas(prior, draws, number, rng) <= value) + 0.5) / (len(draws) + 1.0)
         least = min(least, 2.0 * min(below, 1.0 - below))
     return float(least)
+
+
+def _prior_replicas(post: Posterior, draws: Draws, number: int, rng: np.random.Generator) -> Array:
+    """Return one value of a block as it could come out before anything is measured."""
+    still = replace(draws, drift=tuple(np.zeros_like(x) for x in draws.drift))
+    values = replicated(post, still, number, rng)[:, 0]
+    cycle = float(post.histories[0].asked[number].cycle[post.blocks[number].rows][0])
+    return np.asarray(values + draws.drift[number] * np.sqrt(cycle / 1e6) * rng.standard_normal(len(draws)))
 
 
 def contradiction(
@@ -200,7 +176,7 @@ def contradiction(
 ) -> float:
     """Return by how many standard deviations of ln k the two files most at odds differ, 0 for one file."""
     told = [n for n, block in enumerate(blocks) if len(block.rows)]
-    if len(told) < 2 or study.prior.factor is None:
+    if len(told) < 2 or study.prior is None:
         return 0.0
     each = []
     for n in told:
@@ -249,6 +225,8 @@ def _notes(
             f"{stats['numerical_share']:.2g} of the measuring error and counts as variance; lower "
             "numerics.tolerance"
         )
+    if not answer.posterior.resolved:
+        notes.append("the posterior is finer than its grid: the quantiles are rough; widen the errors")
     for n, block in enumerate(blocks):
         notes += _oddities(n, block, runs[0])
     if study.spec.discrepancy == ACCUMULATING and answer.drifting is None:
@@ -256,7 +234,7 @@ def _notes(
             f"no drift is given for {study.limit.quantity}, which ends the life: what the wear strays from "
             "now on is not in the remaining life"
         )
-    if len(runs) > 1 and stats["effective_runs"] < min(FEWEST, CARRIED * len(runs)):
+    if len(runs) > 1 and stats["effective_runs"] < min(FEWEST, max(CARRIED * len(runs), 20.0)):
         notes.append(
             f"only {stats['effective_runs']:.0f} of {len(runs)} runs carry the answer: more draws are needed"
         )
@@ -275,7 +253,8 @@ def _oddities(number: int, block: Block, run: RunHistory) -> list[str]:
     own = np.hypot(
         np.hypot(block.sd.known, seen.sd), np.hypot(error.offset_sd, error.relative * np.abs(value))
     )
-    negative = value < -FAR * own
+    far = norm.isf(FALSE_ALARM / len(seen))  # standard errors beyond which one of so many values is odd
+    negative = value < -far * own
     if wears and negative.any():
         i = int(np.argmax(negative))
         notes.append(
@@ -284,7 +263,7 @@ def _oddities(number: int, block: Block, run: RunHistory) -> list[str]:
         )
     if wears and seen.place_kind is None and block.data.since is None and not seen.censored.any():
         order = np.argsort(run.asked[number].cycle, kind="stable")
-        falls = np.flatnonzero(np.diff(value[order]) < -FAR * np.hypot(own[order][1:], own[order][:-1]))
+        falls = np.flatnonzero(np.diff(value[order]) < -far * np.hypot(own[order][1:], own[order][:-1]))
         if len(falls):
             i = int(order[falls[0] + 1])
             notes.append(

@@ -14,11 +14,8 @@ from wearlab.campaign.sampling import Sample, draw
 from wearlab.scene import Scene
 from wearlab.store.place import place
 from wearlab.units import is_quantity, split
-from wearlab.updating.errors import UpdateError
-from wearlab.updating.history import RunHistory, history_of
-from wearlab.updating.observations import Observed, read_observations
-from wearlab.updating.prior import Prior
-from wearlab.updating.scaling import refuse_what_does_not_scale
+from wearlab.updating.history import RunHistory, history_of, refuse_stages
+from wearlab.updating.observations import Observed, UpdateError, read_observations
 from wearlab.updating.stored import read_runs
 
 if TYPE_CHECKING:
@@ -53,9 +50,9 @@ class MeasuredCase:
     longer: float = 1.0
 
     @property
-    def prior(self) -> Prior:
-        """What is known of the factor before."""
-        return Prior(self.spec.unknown.get(FACTOR))
+    def prior(self) -> Distribution | None:
+        """What is known of the factor on the wear coefficient before; None: it is what the runs have."""
+        return self.spec.unknown.get(FACTOR)
 
     @property
     def costly(self) -> dict[str, Distribution]:
@@ -106,7 +103,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         if case.scene.wear is None or case.scene.wear.until is None:
             raise UpdateError(f"{about}wear.until: required: a run that wears is what k is inferred from")
         try:
-            refuse_what_does_not_scale(case.scene.model_dump())
+            refuse_stages(case.scene.model_dump())
         except UpdateError as error:
             raise UpdateError(f"{about}{error}") from None
         if FACTOR in spec.unknown and isinstance(case.scene.wear.coefficient, dict):
@@ -115,15 +112,11 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
                 'as "wear.coefficient.sun.factor"; it costs runs, as the other flanks go on as they are'
             )
         study = MeasuredCase(label, case.scene, spec, _limit(case.scene, spec, about), own, {})
-        made.append(replace(study, drawn=drawn_values(study, spec.draws)))
+        if study.costly:
+            drawn = draw(Sample("sobol", spec.draws, spec.seed), study.costly, "update.unknown")
+            study = replace(study, drawn=drawn)
+        made.append(study)
     return tuple(made)
-
-
-def drawn_values(study: MeasuredCase, n: int) -> dict[str, tuple[Any, ...]]:
-    """Return draws from the priors of the unknowns that cost runs, Sobol points."""
-    if not study.costly:
-        return {}
-    return draw(Sample("sobol", n, study.spec.seed), study.costly, "update.unknown")
 
 
 def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
@@ -166,10 +159,10 @@ def _lean(scene: Scene, study: MeasuredCase) -> Scene:
 
 def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
     """Return the variables that an update reads."""
-    names = {limit.quantity, "max_wear_depth", "effective_wear_coefficient", *ALWAYS}
-    for inspections in seen:
-        profile = inspections.data.quantity in ("wear_depth", THICKNESS)
-        names |= {"wear_depth", "wear_rate"} if profile else {inspections.data.quantity}
+    quantities = {limit.quantity, *(inspections.data.quantity for inspections in seen)}
+    names = (quantities - {THICKNESS}) | {"max_wear_depth", "effective_wear_coefficient", *ALWAYS}
+    if quantities & {"max_wear_depth", "wear_depth", THICKNESS}:  # a depth is interpolated with its rate
+        names |= {"wear_depth", "wear_rate"}
     return names
 
 
@@ -190,11 +183,6 @@ def histories(study: MeasuredCase, store: "Store") -> tuple[tuple[RunHistory, ..
                 f"{why.strip().rpartition(chr(10))[2]}".strip()
             )
     return _read(study, scenes, store)
-
-
-def plain(value: float | str) -> float:
-    """Return the number of a value as a campaign file writes it, in its own unit."""
-    return float(split(value)[0]) if is_quantity(value) else float(value)
 
 
 def _read(
@@ -221,3 +209,8 @@ def _read(
     if not read:
         raise UpdateError(f"{study.label}: none of its {len(scenes)} runs has data")
     return tuple(read), np.array(which, np.intp)
+
+
+def plain(value: float | str) -> float:
+    """Return the number of a value as a campaign file writes it, in its own unit."""
+    return float(split(value)[0]) if is_quantity(value) else float(value)

@@ -10,21 +10,58 @@ import csv
 import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.campaign import Campaign, load
+from wearlab.campaign.measured import PREVIOUS
 from wearlab.units import convert
-from wearlab.updating.errors import UpdateError
-from wearlab.updating.history import history_of
-from wearlab.updating.likelihood import block_of
-from wearlab.updating.making import Truth, made_up
-from wearlab.updating.observations import Observed
+from wearlab.updating.history import RunHistory, history_of
+from wearlab.updating.likelihood import PER, Block, block_of, inspections_of, modelled
+from wearlab.updating.observations import Observed, UpdateError
 from wearlab.updating.stored import StoredRun
-from wearlab.updating.study import MeasuredCase, studies
+from wearlab.updating.study import studies
 
 MADE = "# Made by: "
 DIGITS = 5
+
+
+class Truth(NamedTuple):
+    """What measurements are made up from: factor, and sd of a value and of the wear in `PER` cycles [SI]."""
+
+    factor: float
+    sd: float
+    drift: float
+
+
+def synthetic(
+    block: Block, run: RunHistory, number: int, truth: Truth, rng: np.random.Generator
+) -> tuple[Array, float, float]:
+    """Return values in place of those that count, how far the wear had strayed at the last, and when.
+
+    A value below its limit of detection is NaN.
+
+    Parameters
+    ----------
+    block, run, number : what is measured, the run that is the truth, the block's place
+    truth : what the run and its errors are
+    rng : of the errors
+    """
+    error, rows = block.data.error, block.rows
+    model = modelled(block, run, number, np.array([truth.factor]))[0]
+    spread = np.sqrt(truth.sd**2 + block.seen.sd[rows] ** 2 + (block.relative * model) ** 2)
+    value = model + spread * rng.standard_normal(len(rows))
+    last = float(block.data.since) if isinstance(block.data.since, float) else run.start
+    strayed = 0.0
+    for inspection in inspections_of(block, run, number):
+        step = np.sqrt(truth.drift**2 / PER * (inspection.cycle - last)) * rng.standard_normal()
+        strayed = step if block.data.since == PREVIOUS else strayed + step
+        value[inspection.values] += strayed + error.offset_sd * rng.standard_normal()
+        last = inspection.cycle
+    hidden = value < block.seen.below[rows]  # of which a file says no more than the limit of detection
+    return np.where(hidden, np.nan, value), float(strayed), last
 
 
 def twin_files(
@@ -44,33 +81,26 @@ def twin_files(
     """
     from wearlab.simulation import simulate
 
-    study = _whole(studies(campaign))
-    scene = study.scene
+    cases = studies(campaign)
+    blocks: dict[tuple[object, ...], Observed] = {}  # those of all cases, each once
+    for block in (block for study in cases for block in study.seen):
+        blocks.setdefault((block.data.file, block.data.columns.value, block.data.label), block)
+    scene = cases[0].scene
     for key, true in truth.items():
         scene = scene.replace(key, true)
-    run = history_of(StoredRun.of(simulate(scene)), "twin", scene.model_dump(), study.seen, study.limit)
+    measured = tuple(blocks.values())
+    run = history_of(StoredRun.of(simulate(scene)), "twin", scene.model_dump(), measured, cases[0].limit)
     rng = np.random.default_rng(seed)
     texts: dict[Path, str] = {}
-    for number, seen in enumerate(study.seen):
+    for number, seen in enumerate(measured):
         if run.asked[number].cycle.max(initial=0.0) > run.end:
             raise UpdateError(f"{seen.data.file}: goes on beyond the twin's run, {run.end:g} cycles")
-        block = block_of(seen, accumulating=True)
-        drift = 0.0 if block.drift is None else block.drift.known
-        truth_of_block = Truth(run.factor, block.sd.known, drift)
-        value, _, _ = made_up(block, run, number, truth_of_block, rng)
+        own = block_of(seen, accumulating=True)
+        drift = 0.0 if own.drift is None else own.drift.known
+        value, _, _ = synthetic(own, run, number, Truth(run.factor, own.sd.known, drift), rng)
         file = Path(seen.data.file)
         texts[file] = _with(texts.get(file, file.read_text(encoding="utf-8")), seen, value)
     return texts, float(run.limit_cycle)
-
-
-def _whole(sample: Sequence[MeasuredCase]) -> MeasuredCase:
-    """Return a study with the data of all cases, each block once."""
-    seen: dict[tuple[object, ...], Observed] = {}
-    for study in sample:
-        for block in study.seen:
-            seen.setdefault((block.data.file, block.data.columns.value, block.data.label), block)
-    first = sample[0]
-    return MeasuredCase(first.label, first.scene, first.spec, first.limit, tuple(seen.values()), {})
 
 
 def _with(text: str, seen: Observed, value: np.ndarray) -> str:

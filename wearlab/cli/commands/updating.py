@@ -27,7 +27,7 @@ def update(
     from wearlab.cli.updates import content
     from wearlab.updating import UpdateError
     from wearlab.updating import update as updated
-    from wearlab.updating.words import told
+    from wearlab.updating.summary import told
 
     store, campaign = Store(folder), read_campaign(file)
     with refusing(*REFUSALS, UpdateError):

@@ -12,7 +12,7 @@ from wearlab.figures.updated import Updated, finite
 
 
 def _remaining(update: Updated, ask: Ask) -> Iterator[Series]:
-    from wearlab.updating.words import latest
+    from wearlab.updating.summary import latest
 
     rest = finite(update["posterior"]["remaining_useful_life"])
     x, y = density(rest)

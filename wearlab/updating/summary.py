@@ -8,7 +8,7 @@ import xarray as xr
 from wearlab.schema import VARIABLES
 from wearlab.store.headline import hours_text
 from wearlab.units import HOUR, convert
-from wearlab.updating.checking import FLAGGED
+from wearlab.updating.checks import ALARM
 
 EVIDENCE = ((1.0, "cannot tell"), (3.0, "leans towards"), (5.0, "clearly prefers"))
 
@@ -201,7 +201,7 @@ def _rows(stats: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float, str
 def _flagged(stats: xr.Dataset, hours: float) -> Iterator[str]:
     for block, rows in _rows(stats):
         for cycle, p, words in rows:
-            if p < FLAGGED:
+            if p < ALARM / len(rows):
                 yield (
                     f"! the inspection at {_when(cycle, hours).strip()} is {words} of {block} (p = {p:.2g}): "
                     "look at its values, whether they are totals or differences, whether wear has changed"

@@ -17,8 +17,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from wearlab.arrays import Array
-from wearlab.updating.asking import Asked
-from wearlab.updating.history import RunHistory
+from wearlab.updating.history import Asked, RunHistory
 
 SIZE = 128  # values of a bin
 NODES = 12  # exact for a cubic squared times a variance that goes with it

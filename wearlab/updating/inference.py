@@ -1,0 +1,271 @@
+"""``wearlab update``: from stored runs and measurements to an answer that is kept as runs are.
+
+Unknowns that cost runs are drawn from their priors, and the runs are weighted by their evidence, with k and
+the errors integrated out. Where few of them carry the weight, as many more are drawn from a normal law fitted
+to them, in scores of the prior (z, standard normal before), and all are weighted as if drawn from the mixture
+(balance heuristic, Veach & Guibas 1995), so that none of the first is lost.
+"""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from statistics import NormalDist
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.arrays import Array
+from wearlab.campaign import Campaign
+from wearlab.campaign.sampling import written
+from wearlab.scene import SceneError
+from wearlab.sources import hash_of
+from wearlab.updating.history import RunHistory
+from wearlab.updating.observations import UpdateError
+from wearlab.updating.outcome import UpdateOutcome, answered, blocks_of, outcome
+from wearlab.updating.study import MeasuredCase, histories, plain, studies
+from wearlab.updating.tree import tree_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wearlab.store import Store
+
+FORMAT = 2  # of what is kept
+ENOUGH = 1e-3  # posterior probability beyond the stored runs that they are not made longer for
+MOST_LONGER = 8.0  # times its own limits that a run is made to last
+WIDER = 1.5  # times the posterior's own spread that more runs are drawn from
+FEWEST = 100.0  # effective runs below which more are drawn
+STANDARD = NormalDist()
+
+
+def update(
+    campaign: Campaign,
+    store: "Store",
+    *,
+    replay: bool = False,
+    check: int = 0,
+    progress: bool = True,
+    workers: int | None = None,
+) -> "xr.DataTree":
+    """Return what a campaign's measurements say of its wear coefficient and remaining life.
+
+    Missing runs are computed first; an update that was made before of the same runs and data is read.
+
+    Parameters
+    ----------
+    campaign : with an [update]
+    store : where runs and updates are kept
+    replay : also answer as after every inspection
+    check : number of synthetic twins of this study that are put through the same code
+    progress : show a bar, on a terminal
+    workers : processes for the runs [the cores]
+
+    Returns
+    -------
+    DataTree with the groups prior, posterior, posterior_predictive, predictions, log_likelihood,
+    observed_data, sample_stats; see docs/update.md.
+
+    Raises
+    ------
+    UpdateError : nothing was measured, a file cannot be read, or no run has data
+    StoreError : the store cannot be read or written
+    """
+    from wearlab.store.updates import read_update
+
+    wanted = studies(campaign)
+    about = subject(wanted)
+    name = identity(about, replay=replay, check=check)
+    known = read_update(store, name)
+    if known is not None:
+        return known
+    runner = Runner(campaign.title, store, progress, workers)
+    outcomes = [updated(study, runner) for study in wanted]
+    tree = tree_of(campaign, outcomes, replay=replay, check=check)
+    return keep(store, tree, outcomes, campaign.title, name=name, about=about)
+
+
+class Runner(NamedTuple):
+    """How the runs of an update are made.
+
+    Parameters
+    ----------
+    title : of the campaign
+    store : where they are kept
+    progress : whether a bar is shown
+    workers : processes [the cores]
+    """
+
+    title: str
+    store: "Store"
+    progress: bool = True
+    workers: int | None = None
+
+    def run(self, study: MeasuredCase) -> tuple[tuple[RunHistory, ...], NDArray[np.intp]]:
+        """Return the histories of a study, and the number of the draw that each one is."""
+        from wearlab.runner import run
+
+        campaign = study.campaign(self.title)
+        run(campaign, self.store, progress=self.progress, workers=self.workers)
+        return histories(study, self.store)
+
+
+def updated(study: MeasuredCase, runner: Runner) -> UpdateOutcome:
+    """Update one case: run what is missing, make runs longer, draw once more where few carry the weight."""
+    runs, which = runner.run(study)
+    while True:
+        answer = answered(study, runs, blocks_of(study, runs))
+        if answer.beyond <= ENOUGH or study.longer >= MOST_LONGER:
+            break
+        try:
+            longer = replace(study, longer=2.0 * study.longer)
+            after = runner.run(longer)
+        except (SceneError, UpdateError):
+            break
+        if after[0][0].end <= runs[0].end * 1.01:
+            break
+        study, (runs, which) = longer, after
+    proposal = None
+    if len(runs) > 1 and answer.posterior.effective_runs < min(FEWEST, 0.5 * len(runs)):
+        study, runs, which, proposal = _again(study, answer.posterior.weight, which, runner)
+    return outcome(study, runs, which, proposal)
+
+
+def _again(
+    study: MeasuredCase, weight: Array, which: NDArray[np.intp], runner: Runner
+) -> tuple[MeasuredCase, tuple[RunHistory, ...], NDArray[np.intp], Array]:
+    """Return the study with a second round of draws, its runs, and how they were drawn."""
+    from scipy.stats import qmc
+
+    first = len(next(iter(study.drawn.values())))
+    z = scores_of(study)[which]
+    mean = weight @ z
+    off = z - mean
+    covariance = WIDER**2 * ((off * weight[:, None]).T @ off + 1e-4 * np.eye(z.shape[1]))
+    size = 1 << max(first - 1, 0).bit_length()
+    inside = np.clip(qmc.Sobol(len(mean), rng=study.spec.seed + 1).random(size)[:first], 1e-9, 1.0 - 1e-9)
+    normal = np.array([[STANDARD.inv_cdf(float(p)) for p in row] for row in inside])
+    more = mean + normal @ np.linalg.cholesky(covariance).T
+    values = {
+        key: (*old, *(written(prior.at(STANDARD.cdf(float(x))), prior.unit) for x in column))
+        for (key, old), prior, column in zip(study.drawn.items(), study.costly.values(), more.T, strict=True)
+    }
+    both = replace(study, drawn=values)
+    runs, which = runner.run(both)
+    return both, runs, which, log_mixture(scores_of(both)[which], mean, covariance)
+
+
+def scores_of(study: MeasuredCase) -> Array:
+    """Return the standard scores of a study's draws, (draws, keys), 0 at the prior's median."""
+    columns = [
+        [prior.below(plain(value)) for value in study.drawn[key]] for key, prior in study.costly.items()
+    ]
+    inside = np.clip(np.array(columns).T, 1e-12, 1.0 - 1e-12)
+    return np.array([[STANDARD.inv_cdf(float(p)) for p in row] for row in inside])
+
+
+def log_mixture(z: Array, mean: Array, covariance: Array) -> Array:
+    """Return the log of the density that two equal rounds were drawn from, over that of the prior.
+
+    Parameters
+    ----------
+    z : (n, keys) scores
+    mean, covariance : of the second round
+    """
+    off = z - mean
+    square = np.einsum("ij,jk,ik->i", off, np.linalg.inv(covariance), off) - np.sum(z * z, axis=1)
+    log_ratio = -0.5 * (square + np.linalg.slogdet(covariance)[1])
+    return np.asarray(np.logaddexp(0.0, log_ratio) - np.log(2.0))
+
+
+def identity(about: str, *, replay: bool, check: int) -> str:
+    """Return the identity of an update: what it is of (`subject`), how it was asked for, this room's code."""
+    return _hash([FORMAT, code(), replay, check, about])
+
+
+def subject(wanted: Sequence[MeasuredCase]) -> str:
+    """Return the identity of what an update is of: its runs, the files' contents, its words.
+
+    A campaign's title is none of it: what is kept belongs to whatever asks the same, and to nothing else.
+    """
+    parts: list[Any] = []
+    for study in wanted:
+        spec = study.spec
+        parts += [study.label, [scene.id for scene in study.scenes(1)], repr(study.limit)]
+        parts += [
+            spec.discrepancy,
+            spec.draws,
+            spec.seed,
+            sorted((k, repr(v)) for k, v in spec.unknown.items()),
+            repr(spec.days),
+        ]
+        for seen in study.seen:
+            data = seen.data
+            parts += [data.quantity, data.where, data.columns.model_dump(), sorted(data.units.items())]
+            parts += [repr(data.error), sorted(data.select.items()), data.since, seen.fingerprint]
+    return _hash(parts)
+
+
+def subject_of(campaign: Campaign) -> str:
+    """Return the identity of what a campaign's update would be of, as its files stand now.
+
+    Raises
+    ------
+    UpdateError : it has no [update], or a file cannot be read
+    """
+    return subject(studies(campaign))
+
+
+def _hash(parts: list[Any]) -> str:
+    text = json.dumps(parts, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:20]
+
+
+@cache
+def code() -> str:
+    """Return the hash of the sources of this room."""
+    return hash_of(sorted(Path(__file__).parent.glob("*.py")))
+
+
+def kept(wanted: Sequence[MeasuredCase], store: "Store", *, replay: bool, check: int) -> "xr.DataTree | None":
+    """Return the update when it was made before, None otherwise."""
+    from wearlab.store.updates import read_update
+
+    return read_update(store, identity(subject(wanted), replay=replay, check=check))
+
+
+def keep(
+    store: "Store",
+    tree: "xr.DataTree",
+    outcomes: Sequence[UpdateOutcome],
+    title: str,
+    *,
+    name: str,
+    about: str,
+) -> "xr.DataTree":
+    """Write an update into the store; return it with its identity and seal.
+
+    Parameters
+    ----------
+    store : where it is kept
+    tree, outcomes : the update, and what it was made of
+    title : of the campaign
+    name, about : identity of the update, and of what it is of
+    """
+    from wearlab.store.seal import SEAL
+    from wearlab.store.updates import keep_update, seal_of
+
+    runs = list(dict.fromkeys(run.id for outcome in outcomes for run in outcome.posterior.histories))
+    summary = {outcome.study.label: _summary(outcome) for outcome in outcomes}
+    tree.attrs |= {"id": name, "subject": about, "runs": " ".join(runs), "summary": json.dumps(summary)}
+    tree.attrs[SEAL] = seal_of(tree)
+    keep_update(store, tree, title, runs, summary)
+    return tree
+
+
+def _summary(outcome: UpdateOutcome) -> dict[str, float]:
+    low, middle, high = outcome.answer.remaining(np.array([0.05, 0.5, 0.95]))
+    return {"now": outcome.answer.now, "remaining_5": low, "remaining_50": middle, "remaining_95": high}

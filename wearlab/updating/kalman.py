@@ -1,0 +1,222 @@
+"""How probable measurements are when their errors are shared or accumulate: a scalar Kalman filter.
+
+The wear strays from the model's by a Wiener process W whose variance grows by ``rate`` a cycle; an inspection
+sees it with one offset of its own and one independent error a value, y = m + W + offset + error. The values
+of one inspection are replaced by their weighted mean, which is sufficient for W. Values below a limit of
+detection come after the others: given what an inspection's values share, u, they are independent, so that
+p(y) = p(those seen) E[Π Φ((limit − m − u)/σ)], one integral over u for each inspection. Afterwards u is
+replaced by the normal law of equal mean and variance, which is exact without a drift.
+"""
+
+from dataclasses import dataclass, field
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+from scipy.special import log_ndtr, logsumexp
+
+from wearlab.arrays import Array, Flags
+
+LOG_TWO_PI = float(np.log(2.0 * np.pi))
+REACH = 7.0  # standard deviations of u that are integrated over
+PANELS, POINTS, FINEST = 14, 6, 280  # of the integral over u; the last for u that is spread far wider
+
+
+class Inspection(NamedTuple):
+    """The values taken at one time: when [cycles], and which."""
+
+    cycle: float
+    values: NDArray[np.intp]
+
+
+class Hidden(NamedTuple):
+    """Values of which only a limit is known: which (n,), and limit minus model (…, n), finite elsewhere."""
+
+    which: Flags
+    room: Array
+
+
+class SharedError(NamedTuple):
+    """What values have in common: variance of an inspection's offset, of W per cycle, and where W is 0."""
+
+    offset_variance: float
+    rate: Array
+    start: float
+
+
+@dataclass(frozen=True)
+class Innovation:
+    """One inspection, seen from those before it.
+
+    Parameters
+    ----------
+    count : of its values, without those below a limit of detection
+    surprise : difference of its mean from what was expected, over the standard deviation expected
+    chi_square : sum of all squared standard differences of its values
+    log_likelihood : of its values, given those before
+    before : mean of W just before it
+    mean, variance : of W after it
+    """
+
+    count: int
+    surprise: Array
+    chi_square: Array
+    log_likelihood: Array
+    before: Array
+    mean: Array
+    variance: Array
+
+
+@dataclass
+class Filtered:
+    """What the filter knows after the last inspection; every array has the shape of the lanes.
+
+    Parameters
+    ----------
+    log_likelihood : of all values
+    mean, variance : of W
+    cycle : of the last inspection
+    steps : the innovation of each inspection, where it was asked for
+    """
+
+    log_likelihood: Array
+    mean: Array
+    variance: Array
+    cycle: float
+    steps: list[Innovation] = field(default_factory=list)
+
+
+def filtered(
+    residual: Array,
+    variance: Array,
+    inspections: list[Inspection],
+    shared_error: SharedError,
+    *,
+    hidden: Hidden | None = None,
+    steps: bool = False,
+) -> Filtered:
+    """Return the likelihood of residuals and what is known of W.
+
+    Parameters
+    ----------
+    residual : (…, n) measured minus model; leading dimensions are lanes
+    variance : (…, n) or (…, 1) of the independent errors; lanes are broadcast
+    inspections : in order of time
+    shared_error : what values have in common
+    hidden : values of which only a limit is known
+    steps : whether each inspection's innovation is kept
+    """
+    offset_variance, rate, last = shared_error
+    lanes = np.broadcast_shapes(residual.shape[:-1], variance.shape[:-1], np.shape(rate))
+    total, mean, spread = (np.zeros(()) for _ in range(3))  # each grows to the lanes that it depends on
+    kept: list[Innovation] = []
+    for inspection in inspections:
+        before, before_spread = mean, spread + rate * (inspection.cycle - last)
+        last, values = inspection.cycle, inspection.values
+        under = values[:0] if hidden is None else values[hidden.which[values]]
+        told = values if not len(under) else np.setdiff1d(values, under)
+        whole = before_spread + offset_variance  # of W and the offset together
+        shared, shared_spread = before, whole
+        off, chi, gained = (np.zeros(()) for _ in range(3))
+        if len(told):
+            off, expected, chi, gained = _mean_of(residual, variance, told, shared, shared_spread)
+            gain = shared_spread / expected
+            shared, shared_spread = shared + gain * off, shared_spread * (1.0 - gain)
+            off = off / np.sqrt(expected)
+        if hidden is not None and len(under):
+            wide = [np.broadcast_to(part, lanes) for part in (shared, shared_spread)]
+            log_below, shared, shared_spread = below(hidden.room, variance, under, wide[0], np.sqrt(wide[1]))
+            gained = gained + log_below
+            if not len(told):
+                own = variance[..., 0 if variance.shape[-1] == 1 else under[0]]
+                off = (shared - before) / np.sqrt(wide[1] + own)
+        with np.errstate(invalid="ignore"):
+            gain = np.where(whole > 0.0, before_spread / whole, 0.0)
+        total = total + gained
+        mean = before + gain * (shared - before)
+        spread = before_spread * (1.0 - gain) + gain**2 * shared_spread
+        if steps:
+            each = (off, chi, gained, before, mean, spread)
+            kept.append(Innovation(len(told), *(np.broadcast_to(np.asarray(e, float), lanes) for e in each)))
+    total, mean, spread = (np.broadcast_to(part, lanes) for part in (total, mean, spread))
+    return Filtered(total, mean, spread, last, kept)
+
+
+def _mean_of(
+    residual: Array, variance: Array, values: NDArray[np.intp], before: Array, spread: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Return how far an inspection's mean is off, its variance expected, chi square and log likelihood."""
+    r = residual[..., values]
+    v = variance if variance.shape[-1] == 1 else variance[..., values]
+    n, times = len(values), len(values) if v.shape[-1] == 1 else 1
+    precision = np.sum(1.0 / v, axis=-1) * times
+    own = 1.0 / precision
+    average = np.sum(r / v, axis=-1) * own
+    expected = spread + own
+    off = average - before
+    constant = np.sum(np.log(v), axis=-1) * times - np.log(own) + np.log(expected) + n * LOG_TWO_PI
+    chi = off * off / expected
+    if n > 1:
+        chi = chi + np.sum(r * r / v, axis=-1) - average * average * precision
+    return off, expected, chi, -0.5 * (chi + constant)
+
+
+def below(
+    room: Array, variance: Array, values: NDArray[np.intp], mean: Array, spread: Array
+) -> tuple[Array, Array, Array]:
+    """Return log probability that all these values are below, and mean and variance of u given that.
+
+    Parameters
+    ----------
+    room : (…, n) limits minus model
+    variance : (…, n) or (…, 1) of the independent errors
+    values : which of the n are meant
+    mean, spread : (…) mean and standard deviation of u before
+    """
+    own = [np.sqrt(variance[..., 0 if variance.shape[-1] == 1 else value]) for value in values]
+    if len(values) == 1:  # in closed form
+        both = np.hypot(own[0], spread)
+        a = (room[..., values[0]] - mean) / both
+        log_probability = log_ndtr(a)
+        hazard = np.exp(-0.5 * a * a - 0.5 * LOG_TWO_PI - log_probability)
+        left = 1.0 - (spread / both) ** 2 * hazard * (a + hazard)
+        return log_probability, mean - spread**2 / both * hazard, spread**2 * left
+    ratio = max(float(np.max(spread / row)) for row in own)
+    z, logs = _normal_rule(int(np.clip(PANELS * np.ceil(0.5 * ratio), PANELS, FINEST)))
+    u = mean[..., None] + spread[..., None] * z
+    for value, sd in zip(values, own, strict=True):
+        logs = logs + log_ndtr((room[..., value][..., None] - u) / sd[..., None])
+    log_probability = logsumexp(logs, axis=-1)
+    weight = np.exp(logs - log_probability[..., None])
+    after = np.sum(weight * u, axis=-1)
+    return log_probability, after, np.sum(weight * (u - after[..., None]) ** 2, axis=-1)
+
+
+@cache
+def _normal_rule(panels: int) -> tuple[Array, Array]:
+    """Return points of a standard normal variable and the logs of their probabilities."""
+    nodes, weights = legendre.leggauss(POINTS)
+    edges = np.linspace(-REACH, REACH, panels + 1)
+    half = 0.5 * np.diff(edges)[:, None]
+    z = (0.5 * (edges[1:] + edges[:-1])[:, None] + half * nodes).ravel()
+    weight = (half * weights).ravel() * np.exp(-0.5 * z * z)
+    return z, np.log(weight / weight.sum())
+
+
+def smoothed_paths(
+    steps: list[Innovation], cycles: list[float], rate: Array, rng: np.random.Generator
+) -> Array:
+    """Return draws of W at the inspections given all of them, (inspections, …): drawn backwards."""
+    lanes = np.shape(steps[-1].mean)
+    paths = np.empty((len(steps), *lanes))
+    paths[-1] = steps[-1].mean + np.sqrt(steps[-1].variance) * rng.standard_normal(lanes)
+    for t in range(len(steps) - 2, -1, -1):
+        ahead = rate * (cycles[t + 1] - cycles[t])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            gain = np.where(steps[t].variance > 0.0, steps[t].variance / (steps[t].variance + ahead), 0.0)
+        mean = steps[t].mean + gain * (paths[t + 1] - steps[t].mean)
+        spread = np.maximum(steps[t].variance * (1.0 - gain), 0.0)
+        paths[t] = mean + np.sqrt(spread) * rng.standard_normal(lanes)
+    return paths

@@ -1,0 +1,188 @@
+"""How good the answers are: as after every inspection, and of synthetic twins put through the same code.
+
+Truths of twins are drawn from the prior, measurements from the model with its errors; each twin is updated
+as the real data are. The probability that a posterior gives to less than the truth is then uniform (Talts et
+al. 2018, arXiv:1804.06788), and an interval holds the truth as often as it says.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from wearlab.arrays import Array
+from wearlab.updating.answer import QUANTILES, Answer, passage_time, present_state
+from wearlab.updating.checks import checks
+from wearlab.updating.draws import Draws, drawn
+from wearlab.updating.likelihood import PER, Block
+from wearlab.updating.outcome import answered, unseen
+from wearlab.updating.posterior import Posterior
+from wearlab.updating.twins import Truth, synthetic
+
+if TYPE_CHECKING:
+    from wearlab.updating.study import MeasuredCase
+
+ABOUT = {
+    "life_quantile": "cycles to the limit",
+    "remaining_useful_life_quantile": "cycles from the inspection to the limit",
+    "factor_quantile": "factor on the wear coefficient",
+    "log_evidence": "log of the probability of all measurements until then",
+    "check_p_forward": "probability of an inspection as far off, by what was known before it",
+    "inspection": "cycle of the inspection",
+    "quantile": "probability of less",
+    "replay_inspections": "inspections before the measured end of life",
+    "replay_mean_error": "mean relative error of their medians of the remaining life",
+    "replay_in_50": "inspections whose 50 % interval of the remaining life held what came",
+    "replay_in_90": "inspections whose 90 % interval of the remaining life held what came",
+}
+MOST = 200  # inspections that are replayed; of more, evenly many
+DRAWS = 1000
+WIDTHS = (0.5, 0.9)
+
+
+def _dataset(values: Mapping[str, tuple[tuple[str, ...], Any]], **coords: Array) -> xr.Dataset:
+    """Return variables labelled by `ABOUT`."""
+    return xr.Dataset(
+        {name: (*each, {"units": "1", "long_name": ABOUT[name]}) for name, each in values.items()},
+        {name: (name, each, {"units": "1", "long_name": ABOUT[name]}) for name, each in coords.items()},
+    )
+
+
+def up_to(post: Posterior, cycle: float) -> tuple[Block, ...]:
+    """Return the blocks with what had been measured by a cycle."""
+    run = post.histories[0]
+    return tuple(
+        replace(block, rows=block.rows[run.asked[n].cycle[block.rows] <= cycle])
+        for n, block in enumerate(post.blocks)
+    )
+
+
+def replayed(study: "MeasuredCase", post: Posterior) -> xr.Dataset:
+    """Return quantiles of factor, life and remaining life after each inspection, and its check.
+
+    ``check_p_forward`` is the probability of an inspection as far off, by what was known before it.
+    """
+    run, p = post.histories[0], np.array(QUANTILES)
+    each = [run.asked[n].cycle[block.rows] for n, block in enumerate(post.blocks)]
+    cycles = np.unique(np.concatenate(each)) if each else np.zeros(0)
+    if len(cycles) > MOST:
+        cycles = cycles[np.linspace(0, len(cycles) - 1, MOST).astype(int)]
+    proposal = post.log_proposal if len(post.histories) > 1 else None
+    life, rest, factor, evidence, check = [], [], [], [], []
+    rng = np.random.default_rng([study.spec.seed, 3])
+    known = drawn(answered(study, post.histories, unseen(post.blocks), proposal), DRAWS, rng)
+    for cycle in cycles:
+        answer = answered(study, post.histories, up_to(post, float(cycle)), proposal)
+        life.append(answer.life(p))
+        rest.append(np.maximum(life[-1] - answer.now, 0.0))
+        factor.append(answer.factor(p))
+        evidence.append(answer.posterior.evidence)
+        last = [made.p for made in checks(answer.posterior, known)[0] if made.cycle == cycle]
+        check.append(min(last, default=np.nan))
+        known = drawn(answer, DRAWS, rng)
+    dims, shape = ("inspection", "quantile"), (len(cycles), len(p))
+    values = {
+        "life_quantile": (dims, np.reshape(life, shape)),
+        "remaining_useful_life_quantile": (dims, np.reshape(rest, shape)),
+        "factor_quantile": (dims, np.reshape(factor, shape)),
+        "log_evidence": (("inspection",), np.array(evidence, float)),
+        "check_p_forward": (("inspection",), np.array(check, float)),
+    }
+    return _dataset(values, inspection=cycles, quantile=p)
+
+
+def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
+    """Return how the answers before a measured end of life did.
+
+    Parameters
+    ----------
+    replay : as `replayed` returns it
+    end : cycle at which the limit was measured, NaN where it was not: then there is nothing to say
+    """
+    before = replay.isel(inspection=np.flatnonzero(replay["inspection"].values < end))
+    if not np.isfinite(end) or not before.sizes["inspection"]:
+        return xr.Dataset()
+    truth = end - before["inspection"].values
+    rest = before["remaining_useful_life_quantile"].transpose("quantile", "inspection").values
+    score = {
+        "replay_inspections": float(len(truth)),
+        "replay_mean_error": float(np.mean(np.abs(rest[2] - truth) / truth)),
+        "replay_in_50": float(np.sum((rest[1] <= truth) & (truth <= rest[3]))),
+        "replay_in_90": float(np.sum((rest[0] <= truth) & (truth <= rest[4]))),
+    }
+    return _dataset({name: ((), value) for name, value in score.items()})
+
+
+def calibrated(
+    study: "MeasuredCase", post: Posterior, n: int, *, told: Sequence[Block] | None = None
+) -> xr.Dataset:
+    """Return the ranks of the truths of synthetic twins, and how often intervals hold them.
+
+    Parameters
+    ----------
+    study, post : the study and its posterior: runs, blocks, prior
+    n : number of twins
+    told : the errors that the twins are updated with, where they are to be wrong [those they are made with]
+    """
+    rng = np.random.default_rng([study.spec.seed, 2])
+    before = answered(study, post.histories, unseen(post.blocks), post.log_proposal)
+    truths = drawn(before, n, rng)
+    ranks: dict[str, list[float]] = {"factor": [], "life": []}
+    for t in range(n):
+        made, life = twin(post, truths, t, before, rng)
+        if told is not None:
+            made = tuple(replace(believed, seen=real.seen) for believed, real in zip(told, made, strict=True))
+        kept = np.ones(len(post.histories), bool)
+        if len(kept) > 1:  # its own run knows too much
+            kept[truths.run[t]] = False
+        runs = tuple(run for run, held in zip(post.histories, kept, strict=True) if held)
+        answer = answered(study, runs, made, post.log_proposal[kept])
+        if study.prior is not None:
+            ranks["factor"].append(answer.factor_below(float(truths.factor[t])))
+        over = life <= answer.now and answer.drifting is not None
+        rank = float(rng.random() * answer.passed) if over else float(answer.life_below(life)[0])
+        ranks["life"].append(rank)
+    variables: dict[str, xr.Variable] = {}
+    for name, values in ranks.items():
+        if not values:
+            continue
+        ranked = np.array(values)
+        about = {"units": "1", "long_name": f"posterior probability of less {name} than the truth"}
+        variables[f"{name}_rank"] = xr.Variable("twin", ranked, about)
+        for width in WIDTHS:
+            share = float(np.mean(np.abs(ranked - 0.5) <= 0.5 * width))
+            about = {"units": "1", "long_name": "share of intervals with the truth"}
+            variables[f"{name}_coverage_{100 * width:.0f}"] = xr.Variable((), share, about)
+    return xr.Dataset(variables, {"twin": ("twin", np.arange(n), {"units": "1", "long_name": "twin"})})
+
+
+def twin(
+    post: Posterior, truths: Draws, t: int, before: Answer, rng: np.random.Generator
+) -> tuple[tuple[Block, ...], float]:
+    """Return the blocks with made-up values of one truth, and its life.
+
+    Parameters
+    ----------
+    post : for its runs and blocks
+    truths : draws from the prior
+    t : which of them
+    before : the prior, for what drifts on to the limit
+    rng : of errors and drift
+    """
+    run = post.histories[int(truths.run[t])]
+    factor = truths.factor[t : t + 1]
+    made, life = [], float(run.life(factor)[0])
+    for number, block in enumerate(post.blocks):
+        sd, drift = float(truths.sd[number][t]), float(truths.drift[number][t])
+        value, w, last = synthetic(block, run, number, Truth(float(factor[0]), sd, drift), rng)
+        values = block.seen.value.copy()
+        values[block.rows] = value
+        made.append(replace(block, seen=replace(block.seen, value=values)))
+        if number == before.drifting and drift > 0.0:
+            cycles = [run.asked[n].cycle[b.rows].max() for n, b in enumerate(post.blocks) if len(b.rows)]
+            now, rate = float(max(cycles)), np.array([drift**2 / PER])
+            w += float(np.sqrt(rate[0] * (now - last)) * rng.standard_normal())
+            life = now + float(passage_time(*present_state(run, factor, np.array([w]), now), rate, rng)[0])
+    return tuple(made), life
