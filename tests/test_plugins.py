@@ -13,12 +13,14 @@ import numpy as np
 import pytest
 
 import wearlab
+import wearlab as wl
 from wearlab.campaign import CampaignError, load
 from wearlab.cli.app import status_of
 from wearlab.compiled import SlowFunction
 from wearlab.plugins import PluginError, Trust, declaration, forget, trusting, use
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.build import build
+from wearlab.slots import VariantError
 from wearlab.store import Store
 
 EXAMPLES = Path(__file__).parents[1] / "campaigns" / "plugins"
@@ -75,6 +77,53 @@ def test_options_are_checked_converted_and_cited(plugin):
 
     said = json.loads(schema_json())["$defs"]["Mine"]["properties"]["limit"]
     assert (said["unit"], said["source"]) == ("Pa", "my thesis")
+
+
+def test_needs_that_no_scene_can_say_are_refused_when_loaded(plugin):
+    path = plugin(name="needy")
+    text = path.read_text()
+    for needs, said in (
+        (
+            '("lambda",)',
+            r"Mine.needs: 'lambda' is unknown, did you mean 'lambda_ratio'\? there are",
+        ),
+        ('"hardness"', r"'hardness' is no tuple: write \('hardness',\)"),
+    ):
+        path.write_text(
+            text.replace(
+                "class Mine(CoefficientModel):", f"class Mine(CoefficientModel):\n    needs = {needs}"
+            )
+        )
+        with pytest.raises(PluginError, match=said):
+            use([str(path)])
+
+
+def test_lambda_is_there_without_a_film_and_its_absence_is_no_number(plugin):
+    path = plugin(name="of-film", body="1e-18 * 2.718281828 ** -state.lambda_ratio + 0.0 * limit")
+    text = path.read_text()
+    use([str(path)])
+    rough = {
+        **PAIR["gears"],
+        "pinion": {"teeth": 50, "roughness_ra": "0.3 um"},
+        "gear": {"teeth": 50, "roughness_ra": "0.3 um"},
+    }
+    oil = {"viscosity": "0.012 Pa*s", "pressure_viscosity": "1.6e-8 1/Pa"}
+    run = wl.simulate(Scene.from_mapping({**worn("of-film"), "gears": rough, "lubricant": oil}))
+    ratio, k = run.lambda_ratio.values[0], run.effective_wear_coefficient.values[0]
+    assert 0.0 < ratio.min() < ratio.max() < 10.0
+    np.testing.assert_allclose(k, 1e-18 * 2.718281828**-ratio, rtol=1e-9)
+    with pytest.raises(VariantError, match="nan"):
+        wl.simulate(Scene.from_mapping(worn("of-film")))
+    path.write_text(
+        text.replace("class Mine(", "class Needy(")
+        .replace("of-film", "of-film-too")
+        .replace("(CoefficientModel):", '(CoefficientModel):\n    needs = ("lambda_ratio",)')
+    )
+    use([str(path)])
+    with pytest.raises(SceneError, match="roughness_ra"):
+        Scene.from_mapping({**worn("of-film-too"), "lubricant": oil})
+    with pytest.raises(SceneError, match=r"needs \[lubricant\]"):
+        Scene.from_mapping({**worn("of-film-too"), "gears": rough})
 
 
 def test_the_source_is_part_of_the_identity(plugin):

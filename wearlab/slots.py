@@ -117,6 +117,8 @@ class Variant(Part):
 
     slot: ClassVar[Slot]
     origin: ClassVar[Origin | None] = None
+    may_need: ClassVar[tuple[str, ...]] = ()
+    """What variants of this slot may name in ``needs``."""
 
     @classmethod
     def source(cls) -> str:
@@ -167,11 +169,28 @@ class Variant(Part):
         if cls.is_slot():
             cls.slot.base = cls
             return
+        cls._check_needs()
         field = cls.model_fields.get(cls.slot.chooser)
         names = get_args(field.annotation) if field is not None else ()
         if len(names) == 1 and isinstance(names[0], str):
             cls.origin = _ORIGIN.get()
             cls.slot.add(cls, names[0])
+
+    @classmethod
+    def _check_needs(cls) -> None:
+        """Refuse a class that needs what no scene can say."""
+        needs = cls.__dict__.get("needs", ())
+        needs = (needs,) if isinstance(needs, str) else needs
+        if not cls.may_need or isinstance(needs, property):
+            return
+        for name in needs:
+            if name not in cls.may_need:
+                close = nearest(name, cls.may_need)
+                meant = f", did you mean {close!r}?" if close else ";"
+                known = ", ".join(map(repr, cls.may_need))
+                raise SlotError(f"{cls.__name__}.needs: {name!r} is unknown{meant} there are {known}")
+        if isinstance(cls.__dict__.get("needs"), str):
+            raise SlotError(f"{cls.__name__}.needs: {cls.__dict__['needs']!r} is no tuple: write {needs!r}")
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:

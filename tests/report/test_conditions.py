@@ -108,6 +108,20 @@ def test_a_varied_wear_coefficient_gets_no_second_range():
     assert "varied from case to case" in " ".join(found.sentences) and "3.16" not in " ".join(found.sentences)
 
 
+def test_ends_that_nobody_asked_for_stand_in_the_head():
+    campaign = study(sweep=[{"wear.coefficient.value": ["1e-10 mm^3/Nm", "1e-9 mm^3/Nm"], "name": "k"}])
+    nothing = SimpleNamespace(state="done", summary={"operating_hours": 0.0, "end_reason": "no wear"})
+    vanished = SimpleNamespace(
+        state="done",
+        summary={"operating_hours": 36e4, "end_reason": "section vanished", "max_wear_depth": 1e-5},
+    )
+    first, second = (case.id for case in campaign.cases)
+    (alone,) = answer(campaign, {first: nothing}, 2.0).sentences
+    assert alone.startswith("1 of 1 ended otherwise than asked") and "nothing wears off these flanks" in alone
+    said = " ".join(answer(campaign, {first: nothing, second: vanished}, 2.0).sentences)
+    assert said.count("1 of 2 ended otherwise than asked") == 2 and "section vanished" in said
+
+
 def test_page_of_one_run(stored):
     campaign, store = stored
     alone = report(study(wear={"load": "static", **WEAR}), store)

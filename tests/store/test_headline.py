@@ -34,3 +34,12 @@ def test_nothing_to_tell_and_nothing_to_compare_with():
     assert headlines({"verdict": "completed"}) == []
     (still,) = headlines({"cycle": 0.0, "mesh_force_max": 0.0, "error_estimate_mesh_force_max": 1.0})
     assert still.error is None
+
+
+def test_an_end_that_nobody_asked_for_is_told_and_no_wear_before_all_else():
+    none = headlines({"cycle": 0.0, "ste_peak_to_peak": 1e-5, "max_wear_depth": 0.0, "end_reason": "no wear"})
+    assert none[0].short == "no wear" and "nothing wears" in none[0].text
+    worn = headlines({"cycle": 1e6, "max_wear_depth": 1e-6, "end_reason": "section vanished"})
+    assert [one.short for one in worn] == ["1 µm", "ended: section vanished"]
+    for asked in ("cycles", "depth"):
+        assert len(headlines({**LIFE, "cycle": 1e6, "end_reason": asked})) == 2

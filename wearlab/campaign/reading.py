@@ -20,7 +20,7 @@ from wearlab.campaign.undone import undone
 from wearlab.campaign.update import read_update, refuse_strange_unknowns
 from wearlab.nearest import meant
 from wearlab.plugins import Plugin, PluginError, use
-from wearlab.scene import Scene
+from wearlab.scene import Scene, oversights
 from wearlab.scene.later import LATER_KEYS, later
 from wearlab.scene.merge import Table
 from wearlab.scene.problems import shown
@@ -130,7 +130,8 @@ def _read(inherited: Inherited, file: Path | None) -> Campaign:
         raise CampaignError(problems)
     cases, excluded = without_excluded(cases, conditions)
     title, reference = texts[0] or (file.stem if file else "untitled"), texts[1] or None
-    warnings = tuple(undone(inherited.layers))
+    unmeant = dict.fromkeys(line for case in cases for line in oversights(case.scene))
+    warnings = (*undone(inherited.layers), *unmeant)
     return Campaign(
         title, reference, metadata, cases, axes, figures, file, excluded, plugins, update, report, warnings
     )

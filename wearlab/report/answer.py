@@ -8,7 +8,7 @@ import numpy as np
 from wearlab.report.conditions import case_name, initial_wear
 from wearlab.scene import Scene
 from wearlab.store.errors import StoreError
-from wearlab.store.headline import hours_text
+from wearlab.store.headline import hours_text, unasked_end
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Case
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 MOST_CASES = 24
 """Cases told one by one; of more, their quantiles."""
+FEW = 4
+"""Cases that a sentence names."""
 QUANTILES = (0.05, 0.5, 0.95)
 SHARE = 0.002  # of the life: numerical errors below are not worth words
 
@@ -75,8 +77,9 @@ def answer(
         and entries[case.id].state == "done"
     ]  # fmt: skip
     worn = [(case, summary) for case, summary in done if summary.get("operating_hours")]
+    ended = _ended_otherwise([(case_name(campaign, case), summary) for case, summary in done])
     if not worn:
-        return None
+        return Reply(tuple(ended), limit, ()) if ended else None
     lives = {case.id: float(s["service_life"]) for case, s in worn if _is_number(s.get("service_life"))}
     longest = max(lives.values(), default=0.0)
     first = next(iter(lives.values()), None) if len(worn) > 1 else None
@@ -89,9 +92,23 @@ def answer(
     ]
     flanks = {known_case.flank for known_case in cases if known_case.share}
     sentences = list(_sentences(cases, list(lives.values()), len(worn), limit, range_by))
+    sentences += ended
     sentences += _begun(cases, [case for case, _ in worn[:MOST_CASES]])
     shown = tuple(cases) if len(worn) <= MOST_CASES else ()
     return Reply(tuple(sentences), limit, shown, len(flanks) > 1)
+
+
+def _ended_otherwise(done: "Sequence[tuple[str, Mapping[str, Any]]]") -> list[str]:
+    """Return which cases ended otherwise than asked, those of one reason in one sentence."""
+    cases: dict[str, list[str]] = {}
+    for name, summary in done:
+        if end := unasked_end(summary):
+            cases.setdefault(end, []).append(name)
+    return [
+        f"{len(names)} of {len(done)} ended otherwise than asked ({', '.join(names[:FEW])}"
+        f"{', …' if len(names) > FEW else ''}): {end}."
+        for end, names in cases.items()
+    ]
 
 
 def _varies_coefficient(campaign: "Campaign") -> bool:

@@ -1,8 +1,8 @@
 """Scenes: what one run depends on, read from a campaign file, free of physics."""
 
 from wearlab.scene.identity import MODEL_VERSION
-from wearlab.scene.presence import parts_left_out, parts_present
+from wearlab.scene.presence import oversights, parts_left_out, parts_present
 from wearlab.scene.problems import SceneError
 from wearlab.scene.scene import Scene
 
-__all__ = ["MODEL_VERSION", "Scene", "SceneError", "parts_left_out", "parts_present"]
+__all__ = ["MODEL_VERSION", "Scene", "SceneError", "oversights", "parts_left_out", "parts_present"]

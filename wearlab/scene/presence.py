@@ -1,8 +1,15 @@
-"""Which parts a scene has, and which it leaves out: not computed, not compiled, not stored."""
+"""Which parts a scene has, and which it leaves out: not computed, compiled or stored; and its oversights."""
 
 from collections.abc import Iterable
 
 from wearlab.scene.scene import Scene
+from wearlab.slots import Variant
+from wearlab.wear.coefficients import CoefficientModel, HardnessCoefficient
+
+OF_OIL = {"lubricant", "lambda_ratio", "temperature"}
+"""What a wear law may need that the oil says."""
+ALIKE = 1.3
+"""Ratio of Young's moduli up to which materials count as one, as all steels are."""
 
 
 def _parts(scene: Scene) -> dict[str, str | None]:
@@ -63,3 +70,52 @@ def parts_present(scene: Scene) -> list[str]:
 def parts_left_out(scene: Scene) -> list[str]:
     """Return the parts a scene leaves out."""
     return [word for word, chosen in _parts(scene).items() if chosen is None]
+
+
+def oversights(scene: Scene) -> list[str]:
+    """Return what a scene says and hardly means, each with a remedy.
+
+    An oil that changes no life, and one wear coefficient for gears of different materials.
+    """
+    wear = scene.wear
+    if wear is None or wear.coefficient is None:
+        return []
+    each = [wear.coefficient_of(member) for member in scene.gears.toothed]
+    return [line for line in (_idle_oil(scene, each), _shared_coefficient(scene, each)) if line]
+
+
+def _idle_oil(scene: Scene, each: list[CoefficientModel]) -> str:
+    """Return that the oil does not change the life; nothing where it does, or where a plug-in may ask it."""
+    assert scene.wear is not None
+    asking: list[Variant] = [*each, scene.wear.law]
+    known = all(variant.origin is None for variant in asking)
+    asked = any(OF_OIL.intersection(getattr(variant, "needs", ())) for variant in asking)
+    if scene.lubricant is None or not known or asked or any(coefficient.film for coefficient in each):
+        return ""
+    rough = [name for name, gear in scene.gears.gears().items() if gear.roughness_ra is None]
+    further = f" (and {', '.join(f'gears.{name}.roughness_ra' for name in rough)})" if rough else ""
+    return (
+        f"the oil does not change this life: wear.coefficient = {each[0].chosen!r} takes no notice of "
+        f"[lubricant]; let its film count with film = true in [wear.coefficient]{further}, or leave it out"
+    )
+
+
+def _shared_coefficient(scene: Scene, each: list[CoefficientModel]) -> str:
+    """Return that gears of different materials have one coefficient."""
+    assert scene.wear is not None
+    of_each = all(isinstance(own, HardnessCoefficient) and own.hardness is None for own in each)
+    if isinstance(scene.wear.coefficient, dict) or of_each:
+        return ""
+    gears = scene.gears.gears()
+    material = {name: gear.material or scene.gears.material for name, gear in gears.items()}
+    modulus = {name: own.youngs_modulus for name, own in material.items()}
+    if max(modulus.values()) <= ALIKE * min(modulus.values()):
+        return ""
+    made_of = ", ".join(
+        f"{name} {own.name or f'E = {own.youngs_modulus:.3g} Pa'}" for name, own in material.items()
+    )
+    tables = ", ".join(f"{name} = {{…}}" for name in gears)
+    return (
+        f"one wear coefficient for two materials ({made_of}): the harder flank wears as the softer one does; "
+        f"give each its own, [wear.coefficient] {tables} (values: docs/shop_words.md)"
+    )

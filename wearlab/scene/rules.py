@@ -246,9 +246,15 @@ def _needs_temperature(scene: Sections, who: str) -> Problems:
         yield "lubricant", f"{who} needs the temperature of the oil"
 
 
+def _needs_both(scene: Sections, who: str) -> Problems:
+    yield from _needs_oil(scene, who)
+    yield from _needs_roughness(scene, who)
+
+
 NEEDED = {
     "lubricant": _needs_oil,
     "roughness": _needs_roughness,
+    "lambda_ratio": _needs_both,
     "hardness": _needs_hardness,
     "temperature": _needs_temperature,
 }

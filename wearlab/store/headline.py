@@ -46,6 +46,26 @@ ONE_STATE = (
 )
 
 
+AS_ASKED = ("cycles", "depth")
+"""Ends of a life that a scene asks for."""
+NO_WEAR = "no wear"
+
+
+def unasked_end(summary: Mapping[str, Any]) -> str:
+    """Return how a life ended that ended otherwise than asked; nothing of any other.
+
+    Parameters
+    ----------
+    summary : results by name, as the catalogue has them
+    """
+    reason = str(summary.get("end_reason") or "")
+    if not reason or reason in AS_ASKED:
+        return ""
+    if reason == NO_WEAR:
+        return "no wear: nothing wears off these flanks; look at the coefficient, its film and its factor"
+    return f"the life ended before its limit: {reason}"
+
+
 def headlines(summary: Mapping[str, Any]) -> list[Headline]:
     """Return what a run came to, the most telling first.
 
@@ -54,7 +74,13 @@ def headlines(summary: Mapping[str, Any]) -> list[Headline]:
     summary : results by name, SI, as the catalogue has them; a run whose last ``cycle`` is 0 wears nothing
     """
     kinds = ONE_STATE if summary.get("cycle") == 0.0 else WORN
-    return [_headline(kind, summary) for kind in kinds if summary.get(kind.name) is not None]
+    told = [_headline(kind, summary) for kind in kinds if summary.get(kind.name) is not None]
+    end = unasked_end(summary)
+    if not end:
+        return told
+    if summary["end_reason"] == NO_WEAR:
+        return [Headline(end, NO_WEAR, "", None), *told]
+    return [*told, Headline(end, f"ended: {summary['end_reason']}", "", None)]
 
 
 def _headline(kind: _Kind, summary: Mapping[str, Any]) -> Headline:

@@ -53,7 +53,7 @@ class WearLaw(NamedTuple):
     Parameters
     ----------
     flanks : what wears each flank, (driving, driven)
-    lambda_ratio : λ as a power of the load, None without film [1]
+    lambda_ratio : λ as a power of the load, None unless oil and both roughnesses are known [1]
     pressure_factor : of the pressure that wears to the mean pressure [1]
     projection : along which direction depth is counted
     """
@@ -122,7 +122,7 @@ def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
 
 
 def lambda_ratio(law: PreparedLaw, force: Array) -> Array | None:
-    """Return film thickness over roughness at the nodes, (n,) [1], None without film.
+    """Return film thickness over roughness at the nodes, (n,) [1], None where the scene does not say enough.
 
     References
     ----------
@@ -174,7 +174,7 @@ def flank_state(law: PreparedLaw, gear: int, force: Array, depth: Array | None =
         pressure=law.law.pressure_factor * mean_pressure(force, path),
         sliding_speed=np.abs(sliding_velocity(path)[gear]),
         sliding_distance=width * path.slide_ratio[gear] * path.passes[gear],
-        lambda_ratio=np.full(len(width), np.inf) if ratio is None else ratio,
+        lambda_ratio=np.full(len(width), NAN) if ratio is None else ratio,
         depth=np.zeros(len(width)) if depth is None else depth[gear],
         hardness=flank.hardness,
         temperature=flank.temperature,
@@ -211,7 +211,8 @@ def _checked(values: Array, function: object, what: str) -> Array:
     if not (np.isfinite(checked).all() and (checked >= 0.0).all()):
         worst = checked[~(checked >= 0.0)] if (~(checked >= 0.0)).any() else checked[~np.isfinite(checked)]
         name = getattr(function, "__qualname__", str(function))
-        raise VariantError(f"{name}: a {what} of {worst[0]:g}; it must be finite and not negative")
+        unsaid = "; what the scene does not say is nan: name it in needs" if np.isnan(worst[0]) else ""
+        raise VariantError(f"{name}: a {what} of {worst[0]:g}; it must be finite and not negative{unsaid}")
     return checked
 
 

@@ -8,6 +8,9 @@ from numpy.typing import ArrayLike
 from wearlab.arrays import Array
 from wearlab.wear.path import WearPath
 
+NEEDS = ("lubricant", "roughness", "lambda_ratio", "hardness", "temperature")
+"""What a coefficient, film or law may need: `lambda_ratio` is the oil and both roughnesses."""
+
 
 class Setting(NamedTuple):
     """A flank, its mate and the oil between them; what the scene does not say is ``None``.
@@ -39,7 +42,7 @@ class FlankState(NamedTuple):
     pressure : (n,) Hertz pressure then, mean or peak as ``wear.pressure`` says [Pa]
     sliding_speed : (n,) |v_own − v_other| [m/s]
     sliding_distance : (n,) sliding of the node in one cycle, over the width of contact [m]
-    lambda_ratio : (n,) film thickness over roughness, infinite without film model [1]
+    lambda_ratio : (n,) film thickness over roughness; NaN unless the scene has oil and both roughnesses [1]
     depth : (n,) wear so far [m]
     hardness : of this flank [Pa]
     temperature : of the oil [K]

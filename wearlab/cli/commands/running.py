@@ -80,6 +80,8 @@ def run(
 def _tell(campaign: "Campaign", report: "Report") -> None:
     for note in report.notes:
         complain(note)
+    for warning in campaign.warnings:
+        complain(f"warning: {warning}")
     say(report.headline)
     names: dict[str, str] = {case.id: case_name(campaign, case) for case in reversed(campaign.cases)}
     foreseen = {case.id for case in report.expected if case.comparison.met}

@@ -23,6 +23,7 @@ from wearlab.scene.build.mesh import build_analyses, build_meshes
 from wearlab.scene.build.sets import build_set
 from wearlab.scene.build.vibration import build_vibration
 from wearlab.scene.build.wear import build_film, build_law, build_load, build_path
+from wearlab.scene.presence import oversights
 from wearlab.wear.film import Film
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import PatchSetting
@@ -183,7 +184,7 @@ def _constant_error(scene: Scene, meshes: Sequence[Mesh]) -> Array:
 
 def _validity(scene: Scene, gears: GearSet, analyses: Sequence[ContactAnalysis]) -> tuple[str, ...]:
     """Return assumed values and limits of validity that the scene touches, one line each."""
-    flags = list(gears.assumed)
+    flags = [*oversights(scene), *gears.assumed]
     for kind, analysis in zip(gears.kinds, analyses, strict=True):
         flags += contact_flags(scene, kind.section, kind.pair, analysis)
         stiffness = scene.mesh.of(kind.section).stiffness

@@ -16,7 +16,7 @@ from wearlab.life.loads.static import StaticLoad
 from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
 from wearlab.slots import Variant
-from wearlab.wear.coefficients import CoefficientModel
+from wearlab.wear.coefficients import CoefficientModel, standard_film
 from wearlab.wear.film import Film, composite_rq
 from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
 from wearlab.wear.path import WearPath, contact_modulus, wear_path
@@ -92,10 +92,10 @@ def of_user(variant: Variant, built: Any) -> Any:
 
 
 def _lambda_ratio(each: list[CoefficientModel], where: Setting) -> PowerOfLoad | None:
-    """Return film thickness over roughness, by the film of the first flank that has one."""
-    film = next((setting.film_model for setting in each if setting.film_model is not None), None)
-    if film is None or where.roughness is None:
+    """Return film thickness over roughness, by the first film that a flank has, else the standard."""
+    if where.lubricant is None or where.roughness is None:
         return None
+    film = next(filter(None, (coefficient.film_model for coefficient in each)), standard_film())
     thickness = film.thickness(where)
     return thickness._replace(scale=thickness.scale / composite_rq(where.roughness))
 

@@ -25,7 +25,7 @@ from wearlab.options import (
 from wearlab.slots import Slot, Variant
 from wearlab.wear.films import FilmModel
 from wearlab.wear.path import WearPath
-from wearlab.wear.setting import PowerOfLoad, Setting
+from wearlab.wear.setting import NEEDS, PowerOfLoad, Setting
 
 if TYPE_CHECKING:
     from wearlab.arrays import Array
@@ -53,15 +53,21 @@ Film = Annotated[
 ]
 
 
+def standard_film() -> FilmModel:
+    """Return the film of Dowson and Higginson."""
+    return FilmModel.slot.variants[STANDARD_FILM].model_construct()  # type: ignore[return-value]
+
+
 class CoefficientModel(Variant):
     """Any wear coefficient: its film, its scatter, and ``build``.
 
-    ``needs`` names what the scene must say for it: ``lubricant``, ``roughness``, ``hardness`` of the flank,
-    ``temperature`` of the oil.
+    ``needs`` names what the scene must say for it: ``lubricant``, ``roughness``, ``lambda_ratio`` (both),
+    ``hardness`` of the flank, ``temperature`` of the oil.
     """
 
     slot: ClassVar[Slot] = Slot("wear.coefficient", __name__)
     per_member: ClassVar[bool] = True
+    may_need: ClassVar[tuple[str, ...]] = NEEDS
     needs: ClassVar[tuple[str, ...]] = ()
     departure: ClassVar[str] = "usually known within a decade; depth and 1/life are proportional to it"
     """How far it is known to be off."""
@@ -78,7 +84,7 @@ class CoefficientModel(Variant):
         """The film model, None without film."""
         if isinstance(self.film, FilmModel):
             return self.film
-        return FilmModel.slot.variants[STANDARD_FILM].model_construct() if self.film else None  # type: ignore[return-value]
+        return standard_film() if self.film else None
 
     def build(self, setting: "Setting") -> "PowerOfLoad | Callable[[FlankState], Array]":
         """Return k along the path, without ``factor`` and film: a power of the load, or a function.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from wearlab.arrays import Array
 from wearlab.options import option
 from wearlab.slots import Slot, Variant
-from wearlab.wear.setting import Setting
+from wearlab.wear.setting import NEEDS, Setting
 
 if TYPE_CHECKING:
     from wearlab.wear.setting import PowerOfLoad
@@ -19,6 +19,7 @@ class FilmModel(Variant):
     """Any film: its thickness under a load, and the share of wear it leaves; needs oil and roughnesses."""
 
     slot: ClassVar[Slot] = Slot("wear.coefficient.film", __name__)
+    may_need: ClassVar[tuple[str, ...]] = NEEDS
     needs: ClassVar[tuple[str, ...]] = ("lubricant", "roughness")
 
     def thickness(self, setting: "Setting") -> "PowerOfLoad":

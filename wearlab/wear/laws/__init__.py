@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from wearlab.options import option
 from wearlab.slots import Slot, Variant
-from wearlab.wear.setting import Setting
+from wearlab.wear.setting import NEEDS, Setting
 
 if TYPE_CHECKING:
     from wearlab.arrays import Array
@@ -23,6 +23,7 @@ class LawModel(Variant):
     """
 
     slot: ClassVar[Slot] = Slot("wear.law", __name__)
+    may_need: ClassVar[tuple[str, ...]] = NEEDS
     needs: ClassVar[tuple[str, ...]] = ()
     proportional: ClassVar[bool] = False
 
