@@ -62,17 +62,25 @@ def test_semicolons_decimal_commas_and_empty_last_cells_are_read(tmp_path):
 @pytest.mark.parametrize(
     ("text", "more", "said"),
     [
-        ("cycles,loss\n100,abc\n", {}, "line 2, column 'loss': 'abc' is no finite number"),
-        ("cycles,loss\n100,inf\n", {}, "line 2, column 'loss': 'inf' is no finite number"),
-        ("cycles,loss\n100,1e308\n", {}, "line 2, column 'loss': '1e308' is no number that can be measured"),
-        ("cycles,loss\n1e308,1\n", {}, "line 2, column 'cycles': '1e308' is no number that can be measured"),
-        (f"cycles,loss\n1,2\n3,{'4' * 140_000}\n", {}, "line 3: field larger than field limit"),
-        ("cycles,loss,loss\n1,2,3\n", {}, "line 1: column 'loss' stands twice; rename one"),
+        ("cycles,loss\n100,abc\n", {}, "line 2, column 'loss': 'abc' is no number (decimal point)"),
+        ("cycles,loss\n100,inf\n", {}, "line 2, column 'loss': 'inf' is not finite"),
+        (
+            "cycles,loss\n100,1e308\n",
+            {},
+            "line 2, column 'loss': '1e308' is beyond anything that is measured",
+        ),
+        (
+            "cycles,loss\n1e308,1\n",
+            {},
+            "line 2, column 'cycles': '1e308' is beyond anything that is measured",
+        ),
+        (f"cycles,loss\n1,2\n3,{'4' * 140_000}\n", {}, "line 3: more than 100,000 characters"),
+        ("cycles,loss,loss\n1,2,3\n", {}, "line 1: two columns are called 'loss'; rename one"),
         ("cycles,loss\n,1\n", {}, "line 2, column 'cycles': is empty"),
         ("cycles,loss\n-5,1\n", {}, "line 2, column 'cycles': -5 is before the first cycle"),
-        ("cycles,loss\n100,1,2\n", {}, "line 2: 3 columns instead of 2"),
+        ("cycles,loss\n50,1\n100,1,2\n", {}, "line 3: 3 columns instead of 2"),
         ("cycles,mass\n100,1\n", {}, "line 1: no column 'loss' for value; there are cycles, mass"),
-        ("", {}, "has no header line"),
+        ("", {}, "no rows under a header"),
         ("cycles,loss\n100,\n", {}, "column 'loss': is empty, and no limit of detection"),
         (GOOD, {"units": {"loss": "mm"}}, "update.data[0].units.loss: 'mm' is not a unit like 'kg'"),
         (GOOD, {"units": {}}, "column 'loss' needs its unit"),
@@ -139,3 +147,41 @@ def test_a_million_rows_are_read_in_seconds(tmp_path):
     seen = read(tmp_path, text)
     assert len(seen) == 300_000 and seen.value[-1] == pytest.approx(300e-6)
     assert time.process_time() - clock < 6.0
+
+
+DATED = "Datum;Verlust [mg]\n30.06.2026;140,5\n30.12.2026;265\n"
+CALENDAR = {"date": "2026-01-01", "hours": 1000, "hours_per_year": 3652.425}
+
+
+def dated(tmp_path, text=DATED, calendar=CALENDAR, **more):
+    block = section(tmp_path, text, columns={"date": "Datum", "value": "Verlust [mg]"}, units={}, **more) | {
+        "calendar": calendar
+    }
+    spec = read_update(block)
+    return read_observations(spec.data[0], spec.days)
+
+
+def test_dates_become_operating_hours_and_units_stand_in_the_header(tmp_path):
+    """Ten hours a day from 1,000 hours on 1 January: 30 June is 180 days later."""
+    seen = dated(tmp_path)
+    assert seen.clock == "hours" and seen.time / 3600.0 == pytest.approx([2800.0, 4630.0])
+    assert seen.value == pytest.approx([140.5e-6, 265e-6])
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"calendar": {"date": "2026-01-01", "hours_per_year": 3000}}, "dates need update.calendar"),
+        ({"text": "Datum,Verlust [mg]\n03/04/2026,1\n"}, 'date_format = "%d/%m/%Y" or "%m/%d/%Y"'),
+        ({"text": "Datum,Verlust [mg]\n2025-01-01,1\n"}, "line 2, column 'Datum': is before the first"),
+    ],
+)
+def test_dates_of_two_meanings_are_refused(tmp_path, more, said):
+    with pytest.raises(UpdateError) as caught:
+        dated(tmp_path, **more)
+    assert said in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_the_format_of_dates_can_be_said(tmp_path):
+    seen = dated(tmp_path, "Datum,Verlust [mg]\n03/04/2026,1\n", date_format="%m/%d/%Y")
+    assert seen.time[0] / 3600.0 == pytest.approx(1000.0 + 62 * 10.0)

@@ -14,7 +14,7 @@ from wearlab.schema import VARIABLES
 
 SECTION = "update"
 THICKNESS = "tooth_thickness"
-WHEN = ("cycle", "hours", "mesh_cycles")
+WHEN = ("cycle", "hours", "mesh_cycles", "date")
 WHERE = ("diameter", "roll_angle", "path_position")
 PREVIOUS = "previous"
 
@@ -62,6 +62,7 @@ class Data:
     error: ErrorModel
     select: dict[str, Any] = field(default_factory=dict)
     since: float | str | None = None
+    date_format: str | None = None
 
     @property
     def place(self) -> str:

@@ -190,6 +190,7 @@ def _data(given: Any, number: int) -> Data:
         error,
         dict(block.select),
         block.since,
+        block.date_format,
     )
 
 

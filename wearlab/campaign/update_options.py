@@ -20,6 +20,9 @@ class Columns(BaseModel):
     cycle: str | None = option(None, "cycles of the reference gear", derived="hours or mesh_cycles")
     hours: str | None = option(None, "operating hours", derived="cycle or mesh_cycles")
     mesh_cycles: str | None = option(None, "mesh cycles", derived="cycle or hours")
+    date: str | None = option(
+        None, "dates, ISO 8601 or as Excel writes them; they need update.calendar", derived="cycle or hours"
+    )
     value: str | None = option(None, "what was measured", derived="the quantity's name")
     sd: str | None = option(None, "standard error of each value, added to the error's", derived="none")
     below: str | None = option(
@@ -70,6 +73,11 @@ class DataBlock(BaseModel):
     units: dict[str, str] = option({}, "unit of each column that has one", derived="plain numbers")
     error: ErrorBlock = option(ErrorBlock(), "how far the values are off; required, or columns.sd")
     select: dict[str, Any] = option({}, "dimension = label, such as harmonic, order, mesh", derived="none")
+    date_format: str | None = option(
+        None,
+        'how dates are written, such as "%d/%m/%Y"',
+        derived="found out; refused where it has two meanings",
+    )
     since: float | str | None = option(
         None, 'values count from this cycle, or from the "previous" inspection', derived="from cycle 0"
     )

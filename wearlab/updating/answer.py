@@ -18,6 +18,7 @@ from wearlab.campaign.measured import Days
 from wearlab.units import HOUR
 from wearlab.updating.history import RunHistory
 from wearlab.updating.likelihood import PER, Block
+from wearlab.updating.observations import DAYS_A_YEAR
 from wearlab.updating.posterior import Posterior, quantiles, values_of
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -26,7 +27,6 @@ DROPPED = 1e-6  # probability of all states of a run that do not
 STATES = 5  # points over the present state
 STIFFEST = 1e8  # shape over mean from which a law is as good as a step
 TIMES, LONGEST = 49, 1e6  # of a first table of lives; times the median from which a life counts as endless
-DAYS_A_YEAR = 365.2425
 LAST_DAY = np.datetime64("9999-12-31")
 NEVER = "never"
 

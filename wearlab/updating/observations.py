@@ -1,23 +1,23 @@
 """``[[update.data]]``: a CSV file becomes observations in SI, each with its row."""
 
-import csv
 import hashlib
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
-from wearlab.campaign.measured import WHEN, WHERE, Data
+from wearlab.campaign.measured import WHEN, WHERE, Data, Days
+from wearlab.regular import read_regular
 from wearlab.scene.problems import Refusal
-from wearlab.tables import SEPARATORS, decoded
-from wearlab.units import UnitError, convert
+from wearlab.tables import LARGEST_FILE, Table, TableError, in_unit, read_table
+from wearlab.units import HOUR
 
-LARGEST = 200_000_000  # bytes of a file
-LARGEST_NUMBER = 1e30
+DAYS_A_YEAR = 365.2425
 PLACE_UNITS = {"diameter": "m", "roll_angle": "rad", "path_position": "m"}
-CLOCKS = {"cycle": "1", "hours": "s", "mesh_cycles": "1"}
+CLOCKS = {"cycle": "1", "hours": "s", "mesh_cycles": "1", "date": ""}
 
 
 class UpdateError(Refusal):
@@ -62,133 +62,103 @@ class Observed:
         return np.isnan(self.value)
 
 
-def read_observations(data: Data) -> Observed:
+def read_observations(data: Data, days: Days | None = None) -> Observed:
     """Return the observations of a block's file, in its order.
+
+    Parameters
+    ----------
+    data : the block
+    days : which day it was after how many operating hours, for a column of dates
 
     Raises
     ------
     UpdateError : with row and column of what cannot be read
     """
-    content = _bytes(data)
-    line, header, row, cells = _rows(content, data)
+    path = Path(data.file)
+    try:
+        table = read_table(path)
+        content = read_regular(path, LARGEST_FILE)
+    except (TableError, OSError) as error:
+        raise UpdateError(f"{data.place}.file: {path}: cannot be read ({error})") from None
     clock = next((name for name in WHEN if getattr(data.columns, name) is not None), "cycle")
     place_kind = next((name for name in WHERE if getattr(data.columns, name) is not None), None)
-    names = {
+    wanted = {
         "time": getattr(data.columns, clock) or clock,
         "value": data.columns.value or data.quantity,
         "sd": data.columns.sd,
         "below": data.columns.below,
         "place": getattr(data.columns, place_kind) if place_kind else None,
     }
-    for name, column in names.items():
-        if column is not None and column not in header:
+    names = {name: table.find(column) for name, column in wanted.items() if column is not None}
+    for name, found in names.items():
+        if found is None:
             raise UpdateError(
-                f"{data.file}: line {line}: no column {column!r} for {name}; there are "
-                f"{', '.join(header)}: name it in {data.place}.columns"
+                f"{path}: line {table.header_line}: no column {wanted[name]!r} for {name}; there are "
+                f"{', '.join(table.names)}: name it in {data.place}.columns"
             )
-    unknown = set(data.units) - set(header)
-    if unknown:
-        raise UpdateError(f"{data.place}.units.{min(unknown)}: the file has no such column")
-    wanted = {"time": CLOCKS[clock], "place": PLACE_UNITS.get(place_kind or "", "1")}
-    columns = {
-        name: _column(data, cells[header.index(column)], row, column, wanted.get(name, data.si), name)
-        for name, column in names.items()
-        if column is not None
-    }
-    nothing = np.full(len(row), np.nan)
+    unknown = next((column for column in sorted(data.units) if table.find(column) is None), None)
+    if unknown is not None:
+        raise UpdateError(f"{data.place}.units.{unknown}: the file has no such column")
+    units = {"time": CLOCKS[clock], "place": PLACE_UNITS.get(place_kind or "", "1")}
+    try:
+        columns = {
+            name: _dates(data, table, str(found), days)
+            if name == "time" and clock == "date"
+            else _numbers(data, table, str(found), units.get(name, data.si), name)
+            for name, found in names.items()
+        }
+    except TableError as error:
+        raise UpdateError(
+            f"{path.parent / str(error)}" if str(error).startswith(table.file) else f"{data.place}.{error}"
+        ) from None
+    nothing = np.full(len(table), np.nan)
     seen = Observed(
         data,
-        clock,
+        "hours" if clock == "date" else clock,
         columns["time"],
         columns["value"],
-        np.nan_to_num(columns.get("sd", np.zeros(len(row)))),
+        np.nan_to_num(columns.get("sd", np.zeros(len(table)))),
         columns.get("below", nothing),
         place_kind,
         columns.get("place", nothing),
-        row,
+        np.array(table.lines, np.int64),
         hashlib.sha256(content).hexdigest(),
     )
     _refuse_impossible(seen, names)
     return seen
 
 
-def _bytes(data: Data) -> bytes:
-    path = Path(data.file)
-    try:
-        if path.stat().st_size > LARGEST:
-            raise UpdateError(f"{path}: more than {LARGEST:,} bytes; thin it out")
-        return path.read_bytes()
-    except OSError as error:
-        raise UpdateError(f"{data.place}.file: {path}: cannot be read ({error.strerror or error})") from error
-
-
-def _rows(content: bytes, data: Data) -> tuple[int, list[str], Index, list[tuple[str, ...]]]:
-    """Return line and names of the header, the lines of the rows below it, and the cells of each column."""
-    text, _ = decoded(content)
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line[0] != "#"]
-    if not lines:
-        raise UpdateError(f"{data.file}: has no header line")
-    numbers = np.array([n for n, _ in lines[1:]], np.int64)
-    separator = next((mark for mark in SEPARATORS if mark and mark in lines[0][1]), ",")
-    reader = csv.reader((line for _, line in lines), delimiter=separator)
-    try:
-        header = [cell.strip() for cell in next(reader)]
-        rows = list(reader)
-    except csv.Error as error:
-        raise UpdateError(f"{data.file}: line {lines[reader.line_num - 1][0]}: {error}") from None
-    twice = next((name for name in header if name and header.count(name) > 1), None)
-    if twice is not None:
-        raise UpdateError(f"{data.file}: line {lines[0][0]}: column {twice!r} stands twice; rename one")
-    wrong = next((i for i, row in enumerate(rows) if len(row) != len(header)), None)
-    if wrong is not None or len(rows) != len(numbers):
-        i = len(rows) - 1 if wrong is None else wrong
-        raise UpdateError(f"{data.file}: line {numbers[i]}: {len(rows[i])} columns instead of {len(header)}")
-    columns = list(zip(*rows, strict=True)) or [()] * len(header)
-    if separator != ",":  # then a comma is a decimal one
-        columns = [tuple(map(_pointed, cells)) for cells in columns]
-    return lines[0][0], header, numbers, columns
-
-
-def _pointed(cell: str) -> str:
-    return cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell
-
-
-def _column(data: Data, cells: tuple[str, ...], lines: Index, column: str, unit: str, name: str) -> Array:
+def _numbers(data: Data, table: Table, column: str, unit: str, name: str) -> Array:
     """Return the numbers of a column in SI."""
-    own = data.units.get(column)
-    if name == "time" and unit == "s" and own is None:
-        own = "h"
+    given = {table.find(written): own for written, own in data.units.items()}
+    own = given.get(column) or table.units[column] or ("h" if unit == "s" else None)
     if own is None and unit not in ("1", ""):
         raise UpdateError(
             f'{data.place}.units: column {column!r} needs its unit: units = {{ {column} = "…" }}'
         )
-    try:
-        scale = 1.0 if own is None else convert(1.0, own, unit)
-    except UnitError as error:
-        raise UpdateError(f"{data.place}.units.{column}: {error}") from None
-    empty = np.array([not cell.strip() for cell in cells], bool)
-    try:
-        values = np.array(["nan" if none else cell for cell, none in zip(cells, empty, strict=True)], float)
-    except ValueError:
-        values = np.array([_number(cell) for cell in cells])
-    wrong = ~(np.abs(values) < LARGEST_NUMBER) & ~(empty & (name in ("value", "below", "sd")))
-    if wrong.any():
-        i = int(np.argmax(wrong))
-        cell = cells[i].strip()
-        huge = "number that can be measured" if np.isfinite(values[i]) else "finite number"
-        said = f"{cell[:40]!r} is no {huge}" if cell else "is empty"
-        raise UpdateError(f"{data.file}: line {lines[i]}, column {column!r}: {said}")
-    return np.asarray(values * scale)
+    numbers = table.numbers(column, empty=name in ("value", "below", "sd"))
+    return numbers if own is None else in_unit(numbers, own, unit, column)
 
 
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
+def _dates(data: Data, table: Table, column: str, days: Days | None) -> Array:
+    """Return the operating seconds at dates, by the hours of a year in operation."""
+    if days is None or days.hours is None:
+        raise UpdateError(
+            f"{data.place}.columns.date: dates need update.calendar = {{ date, hours, hours_per_year }}: "
+            "a day, the operating hours on it, and how they go on"
+        )
+    dates = table.dates(column, data.date_format)
+    passed = (dates - np.datetime64(days.day, "s")).astype(float) / 86400.0
+    hours = days.hours + passed * days.hours_per_year / DAYS_A_YEAR
+    if (hours < 0.0).any():
+        raise UpdateError(
+            f"{data.file}: line {table.lines[int(np.argmax(hours < 0.0))]}, column {column!r}: is before the "
+            "first operating hour, by update.calendar"
+        )
+    return np.asarray(hours * HOUR)
 
 
-def _refuse_impossible(seen: Observed, names: dict[str, str | None]) -> None:
+def _refuse_impossible(seen: Observed, names: Mapping[str, str | None]) -> None:
     """Refuse what cannot be a measurement, by row and column."""
     file = seen.data.file
 

@@ -118,7 +118,7 @@ def outcome(
             sources[n] = replace(answered(study, runs, rest, log_proposal), now=answer.now)
     stats = _stats(study, answer, blocks, log_proposal)
     stats["prior_predictive_p"] = _prior_p(before, prior_draws, blocks, rng)
-    notes = tuple(_notes(study, runs, answer, blocks, stats))
+    notes = (*_notes(study, runs, answer, blocks, stats), *_larger_errors(blocks, draws, prior_draws))
     return UpdateOutcome(
         study, answer, draws, before, prior_draws, tuple(each), courses, sources, which, notes, stats
     )
@@ -238,6 +238,22 @@ def _notes(
         notes.append(
             f"only {stats['effective_runs']:.0f} of {len(runs)} runs carry the answer: more draws are needed"
         )
+    return notes
+
+
+def _larger_errors(blocks: Sequence[Block], draws: Draws, before: Draws) -> list[str]:
+    """Return which unknown errors came out far from what was thought."""
+    notes = []
+    for n, block in enumerate(blocks):
+        for spread, side in ((block.sd, "sd"), (block.drift, "drift")):
+            if spread is None or spread.prior is None:
+                continue
+            prior, middle = getattr(before, side)[n], float(np.median(getattr(draws, side)[n]))
+            if not np.quantile(prior, HARDLY) <= middle <= np.quantile(prior, 1.0 - HARDLY):
+                notes.append(
+                    f"{spread.name.replace('_', ' ')} came out at {middle / np.median(prior):.3g} times the "
+                    "median of its prior: perhaps the model is wrong rather than the measurement"
+                )
     return notes
 
 

@@ -366,7 +366,7 @@ def _fitted(now: Range, points: Array, logs: Array) -> tuple[Range, bool]:
     low, high = float(points[max(held[0] - 1, 0)]), float(points[min(held[-1] + 1, len(points) - 1)])
     moved = high - low < 0.6 * width
     if held[0] == 0 and low > now.least + 1e-9:
-        low, moved = max(now.least, low - 0.5 * width), True
+        low, moved = max(now.least, low - width), True
     if held[-1] == len(points) - 1 and high < now.most - 1e-9:
-        high, moved = min(now.most, high + 0.5 * width), True
+        high, moved = min(now.most, high + width), True
     return now._replace(low=low, high=high), moved

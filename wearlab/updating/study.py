@@ -90,7 +90,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
     spec = campaign.update
     if spec is None:
         raise UpdateError("update: the campaign has no [update] section: nothing was measured")
-    seen = tuple(read_observations(block) for block in spec.data)
+    seen = tuple(read_observations(block, spec.days) for block in spec.data)
     made = []
     for case in campaign.cases:
         own = tuple(

@@ -10,6 +10,8 @@ from wearlab.store.headline import hours_text
 from wearlab.units import HOUR, convert
 from wearlab.updating.checks import ALARM
 
+DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
+WITHOUT = "remaining_without_"
 EVIDENCE = ((1.0, "cannot tell"), (3.0, "leans towards"), (5.0, "clearly prefers"))
 
 
@@ -87,9 +89,7 @@ def _case(tree: xr.DataTree, label: str | None) -> Iterator[str]:
     yield from _flagged(stats, hours)
     now = float(predictions["now"])
     yield _line("wear coefficient", _quantiles(sample["wear_coefficient"]), "m²/N")
-    if "factor_quantile" in predictions:
-        yield _line("factor", _last(predictions["factor_quantile"]), "")
-        yield _moved(predictions)
+    yield from _unknowns(group(tree, "prior", label), sample, predictions)
     life = _last(predictions["life_quantile"])
     rest = _last(predictions["remaining_useful_life_quantile"])
     yield _line("life", life, "cycles", hours)
@@ -101,6 +101,8 @@ def _case(tree: xr.DataTree, label: str | None) -> Iterator[str]:
     if "replay_inspections" in stats and np.isfinite(stats["replay_inspections"]):
         yield _scores(stats)
     yield from _checks(stats, hours)
+    yield from _sources(stats, rest, hours)
+    yield from _next_inspection(group(tree, "virtual_inspection", label), hours)
     if "log_evidence_of_drift" in stats:
         yield _evidence(float(stats["log_evidence_of_drift"]))
     if float(stats["runs"]) > 1:
@@ -147,16 +149,54 @@ def _day(ends: xr.DataArray) -> str:
     return f"reached on {middle} (50 %: {quarter} to {three}; 90 %: {low} to {high}), {rate}"
 
 
-def _moved(predictions: xr.Dataset) -> str:
-    before, after = (
-        np.log(_last(predictions[name])) for name in ("prior_factor_quantile", "factor_quantile")
-    )
-    spread = (before[4] - before[0]) / 3.2897
-    narrowed = (before[4] - before[0]) / max(after[4] - after[0], 1e-300)
-    moved = (after[2] - before[2]) / spread if spread > 0.0 else 0.0
-    return (
-        f"the data moved k by a factor of {np.exp(after[2] - before[2]):.3g}, {abs(moved):.2g} standard "
-        f"deviations of its prior, and narrowed its 90 % interval {narrowed:.3g} times (in ln k)"
+def _unknowns(prior: xr.Dataset, sample: xr.Dataset, predictions: xr.Dataset) -> Iterator[str]:
+    """Yield what is known of every unknown, after and before."""
+    for name in map(str, sample.data_vars):
+        if name in DERIVED or not np.isfinite(sample[name]).any():
+            continue
+        unit, shown = (sample[name].attrs.get(key, "1") for key in ("units", "display_units"))
+        scale = convert(1.0, unit, shown) if shown not in ("1", unit) else 1.0
+        after, before = (scale * _quantiles(each[name]) for each in (sample, prior))
+        if name == "factor":
+            after, before = (_last(predictions[f"{p}factor_quantile"]) for p in ("", "prior_"))
+        if not before[4] > before[0]:
+            continue
+        unit = "" if shown == "1" else shown.replace("um", "µm")
+        yield _line(name.replace("_", " "), after, unit)
+        spread = f"{before[2]:.4g} (90 %: {before[0]:.4g} to {before[4]:.4g})"
+        narrowed = (before[4] - before[0]) / max(after[4] - after[0], 1e-300)
+        logs = np.log([before, after]) if before[0] > 0.0 and after[0] > 0.0 else None
+        if logs is not None:
+            narrowed = np.ptp(logs[0]) / max(np.ptp(logs[1]), 1e-300)
+        moved = f"moved by a factor of {after[2] / before[2]:.3g}, narrowed {narrowed:.3g} times"
+        yield f"    before: {spread}; {moved}"
+
+
+def _sources(stats: xr.Dataset, rest: np.ndarray, hours: float) -> Iterator[str]:
+    """Yield the answer without each source."""
+    scale, unit = (hours, "h") if np.isfinite(hours) else (1.0, "cycles")
+    names = [str(n) for n in stats.data_vars if str(n).startswith(WITHOUT) and np.isfinite(stats[n]).any()]
+    if names:
+        yield f"remaining life with all sources: {_interval(scale * rest[[0, 2, 4]], unit)}"
+    for name in names:
+        source = name.removeprefix(WITHOUT).replace("_", " ")
+        yield f"  without {source}: {_interval(scale * stats[name].values, unit)}"
+
+
+def _interval(ends: np.ndarray, unit: str) -> str:
+    low, middle, high = (f"{value:.4g}" for value in ends)
+    return f"{middle} {unit} (90 %: {low} to {high})"
+
+
+def _next_inspection(ahead: xr.Dataset, hours: float) -> Iterator[str]:
+    if "recommended" not in ahead or not np.isfinite(ahead["recommended"]):
+        return
+    best = float(ahead["recommended"])
+    width = float(ahead["expected_width"].sel(instrument=1.0).sel(look=best, method="nearest"))
+    day = f" on {ahead['recommended_day'].item()}," if "recommended_day" in ahead else ""
+    yield (
+        f"next inspection:{day} at {_when(best, hours).strip()}: the 90 % interval is then expected to be "
+        f"{width:.2g} of that now; until then 19 lives in 20 have not ended"
     )
 
 
@@ -206,6 +246,14 @@ def _flagged(stats: xr.Dataset, hours: float) -> Iterator[str]:
                     f"! the inspection at {_when(cycle, hours).strip()} is {words} of {block} (p = {p:.2g}): "
                     "look at its values, whether they are totals or differences, whether wear has changed"
                 )
+
+    for name in map(str, stats.data_vars):
+        if name.startswith("course_p_") and float(stats[name]) < ALARM:
+            yield (
+                f"! the course of {name.removeprefix('course_p_').replace('_', ' ')} is not the model's "
+                f"(p = {float(stats[name]):.2g}): values stay above or below it for long, or are farther off "
+                "than their errors; the interval is too narrow whatever the error"
+            )
 
 
 def _checks(stats: xr.Dataset, hours: float) -> Iterator[str]:

@@ -116,6 +116,11 @@ def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Da
     ahead = virtual_inspection(outcome, rng)
     if ahead is not None:
         groups["virtual_inspection"] = ahead
+        if outcome.study.spec.days is not None:
+            run, rest = post.histories[0], np.array([float(ahead["recommended"]) - now])
+            (day,) = days_of(outcome.study.spec.days, rest, now - run.start, run.seconds_per_cycle)
+            about = {"long_name": "day of the recommended inspection"}
+            ahead["recommended_day"] = xr.Variable((), day, about)
     if replay:
         again = replayed(outcome.study, post)
         groups["predictions"] = (

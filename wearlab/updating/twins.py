@@ -6,8 +6,6 @@ places stay as the files have them, which so may hold zeros to begin with.
 """
 
 import argparse
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -17,6 +15,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.campaign import Campaign, load
 from wearlab.campaign.measured import PREVIOUS
+from wearlab.tables import read_table
 from wearlab.units import convert
 from wearlab.updating.history import RunHistory, history_of
 from wearlab.updating.likelihood import PER, Block, block_of, inspections_of, modelled
@@ -109,15 +108,13 @@ def _with(text: str, seen: Observed, value: np.ndarray) -> str:
     column = data.columns.value or data.quantity
     own = data.units.get(column)
     shown = value if own is None else value / convert(1.0, own, data.si)
+    table = read_table(Path(data.file))
+    at = table.names.index(str(table.find(column)))
     lines = text.splitlines()
-    head = next(i for i, line in enumerate(lines) if line.strip() and not line.startswith("#"))
-    at = next(csv.reader([lines[head]])).index(column)
     for row, number in zip(seen.row, shown, strict=True):
-        cells = next(csv.reader([lines[row - 1]]))
-        cells[at] = "" if np.isnan(number) else f"{number:.{DIGITS}g}"
-        written = io.StringIO()
-        csv.writer(written, lineterminator="").writerow(cells)
-        lines[row - 1] = written.getvalue()
+        cells = lines[row - 1].split(table.separator or None)
+        cells[at] = "" if np.isnan(number) else f"{number:.{DIGITS}g}".replace(".", table.decimal)
+        lines[row - 1] = (table.separator or " ").join(cells)
     return "\n".join(lines) + "\n"
 
 
