@@ -24,12 +24,11 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 import made_up
-from catalogues import texts_of, write_texts
+from catalogues import TEXTS, change_texts
 
 from wearlab.cli.app import status_of
 from wearlab.query import QueryError
 from wearlab.store import Store, StoreError
-from wearlab.store.packed import Texts
 
 FEW = ("wear_depth", "max_wear_depth", "life", "mesh_stiffness", "contact_ratio", "dynamic_mesh_force")
 """Results of every shape that a catalogue knows: what stores suffer is in their catalogues."""
@@ -173,8 +172,7 @@ VALUES = [
 ]
 COLUMNS = {
     "runs": "id state owner size sha256 started seconds source_hash wearlab_version layout",
-    "documents": "reason warnings dictionary packed",
-    "dictionaries": "kind content",
+    "documents": "reason warnings sizes digests summary scene",
     "layouts": "key layout",
     "keys": "name source kind unit quantity display_unit",
     "facts": "value",
@@ -198,10 +196,8 @@ def vandalised(dice: random.Random, store: Path) -> str:
             catalogue.write_bytes(catalogue.read_bytes()[:keep])
             return f"catalogue cut to {keep}"
         case 7:
-            column, value = dice.choice(Texts._fields), dice.choice(VALUES)
-            with closing(sqlite3.connect(catalogue, isolation_level=None)) as connection:
-                for number, texts in texts_of(connection).items():
-                    write_texts(connection, number, texts._replace(**{column: value}))
+            column, value = dice.choice(TEXTS), dice.choice(VALUES)
+            change_texts(catalogue, column, lambda text: value)
             return f"{column} = {str(value)[:40]}"
         case 2:
             table = dice.choice(list(COLUMNS))

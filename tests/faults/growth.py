@@ -27,7 +27,7 @@ from wearlab.cli.app import status_of
 from wearlab.runner.worker import Task, execute
 from wearlab.scene import Scene
 from wearlab.store import Store, runs
-from wearlab.store.image import to_image
+from wearlab.store.netcdf import to_image
 from wearlab.store.outcome import Outcome
 from wearlab.store.prune import prunable, prune
 

@@ -7,8 +7,7 @@ from random import Random
 import pytest
 
 from wearlab.query import Key, Vocabulary, holds, read_condition
-from wearlab.query.digits import edges, index_of_quantity, met
-from wearlab.query.evaluate import SIGNS
+from wearlab.query.evaluate import COMPARED, edges, index_of_quantity, met
 from wearlab.shop.hardness import SCALES
 from wearlab.units import KINDS, UnitError, convert, quantity, rounded
 
@@ -95,9 +94,9 @@ def test_the_limits_agree_with_rounding():
     for _ in range(1000):
         value = dice.uniform(1.0, 10.0) * 10.0 ** dice.randint(-20, 11)
         other = value * (1.0 + dice.choice((0.0, 1e-13, 1e-12, 3e-12, 1e-11, 1e-10)) * dice.uniform(-1, 1))
-        for sign in SIGNS:
+        for sign in COMPARED:
             if sign != "contains" and abs(rounded(value) - rounded(other)) != 0.0:
-                assert met(sign, rounded(other), value) is SIGNS[sign](rounded(other), rounded(value))
+                assert met(sign, rounded(other), value) is COMPARED[sign](rounded(other), rounded(value))
 
 
 SPEEDS = (800.0, 1100.0, 3720.0)

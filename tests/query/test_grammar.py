@@ -1,9 +1,8 @@
 import pytest
 
 from wearlab.query import Key, QueryError, Vocabulary, holds, read_column, read_condition
-from wearlab.query.flat import flat
-from wearlab.query.scene_keys import quantity_at, scene_key
-from wearlab.query.tokens import LONGEST, tokens
+from wearlab.query.grammar import LONGEST, tokens
+from wearlab.query.keys import flat, quantity_at, scene_key
 
 SCENE = {
     "operation": {"torque": 340.0, "speed": 100.0},

@@ -13,7 +13,8 @@ from wearlab.runner import RunnerError
 from wearlab.runner.continuing import with_parents
 from wearlab.runner.worker import Task
 from wearlab.store import Store
-from wearlab.store.image import describe, to_image
+from wearlab.store.description import describe
+from wearlab.store.netcdf import to_image
 from wearlab.store.outcome import Outcome
 
 PARENT = "a" * 20

@@ -143,14 +143,14 @@ FULL_DISK = """
 import resource, signal, sys
 import fake_campaign
 import wearlab
-from wearlab.store import image
+from wearlab.store import netcdf
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-encoded = image.encoded
+encoded = netcdf.encoded
 def then_full(dataset):
     content = encoded(dataset)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
     return content
-image.encoded = then_full
+netcdf.encoded = then_full
 campaign = fake_campaign.sweep(1, updates=100000)
 try:
     wearlab.run(campaign, wearlab.Store(sys.argv[1]), simulate=fake_campaign.SIMULATE)

@@ -8,7 +8,7 @@ from conventions import check, complaints
 
 import wearlab as wl
 from wearlab.runner.worker import Task, execute
-from wearlab.store.image import to_image
+from wearlab.store.netcdf import to_image
 
 pytest.importorskip("compliance_checker")
 BASE = Path(__file__).parents[2] / "campaigns" / "base"

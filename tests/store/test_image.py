@@ -10,9 +10,9 @@ import pytest
 import xarray as xr
 
 from wearlab.store import StoreError
-from wearlab.store.image import describe, to_image
+from wearlab.store.description import describe
+from wearlab.store.netcdf import sealed, to_image
 from wearlab.store.reading import read_run, read_variable
-from wearlab.store.seal import sealed
 
 DATA = fake_campaign.dataset(fake_campaign.Scene())
 

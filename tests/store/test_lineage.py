@@ -8,8 +8,9 @@ from wearlab.cli.commands.showing import show_run
 from wearlab.store import Store
 from wearlab.store.audit import verify
 from wearlab.store.cite import bibtex, citation, facts_of
-from wearlab.store.image import describe, to_image
+from wearlab.store.description import describe
 from wearlab.store.lineage import children, lineage
+from wearlab.store.netcdf import to_image
 from wearlab.store.outcome import Outcome
 from wearlab.store.prune import prunable
 

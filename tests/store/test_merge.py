@@ -10,8 +10,8 @@ from fake_campaign import SIMULATE, Scene, filled, sweep
 
 from wearlab.runner.worker import Task, execute
 from wearlab.store import Store, StoreError
-from wearlab.store.image import to_image
 from wearlab.store.merge import merge
+from wearlab.store.netcdf import to_image
 
 
 @pytest.fixture

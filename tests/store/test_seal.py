@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wearlab.store.image import to_image
-from wearlab.store.seal import SEAL, content_hash, is_intact, results_hash, sealed
+from wearlab.store.netcdf import SEAL, content_hash, is_intact, results_hash, sealed, to_image
 
 DATA = xr.Dataset(
     {

@@ -11,7 +11,7 @@ import pytest
 from fake_campaign import sweep
 
 from wearlab.store import StoreError, touch
-from wearlab.store.image import to_image
+from wearlab.store.netcdf import to_image
 from wearlab.store.reading import read_run, read_variable
 
 DATA = fake_campaign.dataset(fake_campaign.Scene())

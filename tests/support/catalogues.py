@@ -5,49 +5,47 @@ import zlib
 from contextlib import closing
 from pathlib import Path
 
-from wearlab.store.packed import BETWEEN, RAW, Packing, Texts
-
-DOCUMENTS = "number INTEGER PRIMARY KEY, reason, warnings, sizes, digests, summary, scene, places BLOB"
-
-
-def reader(connection):
-    return lambda question, values=(): connection.execute(question, values).fetchall()
+TEXTS = ("sizes", "digests", "summary", "scene")
+OLDER = {
+    4: "number INTEGER PRIMARY KEY, reason, warnings, sizes, digests, summary, scene, places BLOB",
+    5: "number INTEGER PRIMARY KEY, reason TEXT, warnings TEXT, dictionary INTEGER, packed BLOB",
+}
 
 
-def texts_of(connection) -> dict[int, Texts]:
-    """Return the packed texts of every run by its number."""
-    rows = connection.execute("SELECT number, dictionary, packed FROM documents").fetchall()
-    return {number: Packing().unpack(reader(connection), *packed) for number, *packed in rows}
+def change_texts(path: Path, name: str, change) -> None:
+    """Change one of the texts of every run."""
+    with closing(sqlite3.connect(path)) as connection, connection:
+        for number, text in connection.execute(f"SELECT number, {name} FROM documents").fetchall():
+            connection.execute(f"UPDATE documents SET {name} = ? WHERE number = ?", (change(text), number))
 
 
-def write_texts(connection, number: int, texts) -> None:
-    """Give a run other texts."""
-    deflate = zlib.compressobj(wbits=RAW)
-    packed = deflate.compress(BETWEEN.join(map(str, texts)).encode()) + deflate.flush()
-    connection.execute("UPDATE documents SET dictionary = 0, packed = ? WHERE number = ?", (packed, number))
+def packed(texts, dictionary: bytes = b"") -> bytes:
+    """Return texts as version 5 packed them."""
+    deflate = zlib.compressobj(wbits=-15, zdict=dictionary)
+    return deflate.compress("\0".join(text or "" for text in texts).encode()) + deflate.flush()
 
 
 def make_older(path: Path, version: int) -> None:
-    """Give a catalogue the tables of version 2, 3 or 4: facts by places, texts as they are."""
-    packing = Packing()
+    """Give a catalogue the tables of version 2 to 5."""
     with closing(sqlite3.connect(path)) as connection, connection:
-        texts = connection.execute("SELECT * FROM documents").fetchall()
-        facts = connection.execute("SELECT key << 32 | run, value FROM facts").fetchall()
-
-        read = reader(connection)
-        rows = [(*row[:3], *packing.unpack(read, *row[3:]), b"") for row in texts]
-        for table in ("documents", "facts", "dictionaries"):
+        documents = connection.execute("SELECT * FROM documents").fetchall()
+        facts = connection.execute("SELECT key, run, value FROM facts").fetchall()
+        for table in ("documents", "facts"):
             connection.execute(f"DROP TABLE {table}")
-        connection.execute(f"CREATE TABLE documents ({DOCUMENTS})")
-        connection.execute("CREATE TABLE facts (place INTEGER PRIMARY KEY, value)")
-        connection.executemany("INSERT INTO documents VALUES (?, ?, ?, ?, ?, ?, ?, ?)", rows)
-        connection.executemany("INSERT INTO facts VALUES (?, ?)", facts)
-        if version < 4:
-            (rates,) = connection.execute(
-                "SELECT group_concat(number) FROM keys WHERE kind = 'rate'"
-            ).fetchone()
-            connection.execute(f"DELETE FROM facts WHERE place >> 32 IN ({rates or 0})")
-            connection.execute("DELETE FROM keys WHERE kind = 'rate'")
+        connection.execute(f"CREATE TABLE documents ({OLDER[max(version, 4)]})")
+        if version == 5:
+            connection.execute("CREATE TABLE dictionaries (number INTEGER PRIMARY KEY, kind, content BLOB)")
+            shared = "\0".join(text or "" for text in documents[0][3:]).encode()
+            connection.execute("INSERT INTO dictionaries VALUES (1, 'k', ?)", (shared,))
+            rows = [(*row[:3], 1, packed(row[3:], shared)) for row in documents]
+            connection.execute("CREATE TABLE facts (key, run, value, PRIMARY KEY (key, run)) WITHOUT ROWID")
+            connection.executemany("INSERT INTO facts VALUES (?, ?, ?)", facts)
+        else:
+            rows = [(*row, b"") for row in documents]
+            connection.execute("CREATE TABLE facts (place INTEGER PRIMARY KEY, value)")
+            places = [(key << 32 | run, value) for key, run, value in facts]
+            connection.executemany("INSERT INTO facts VALUES (?, ?)", places)
+        connection.executemany(f"INSERT INTO documents VALUES ({', '.join('?' * len(rows[0]))})", rows)
         if version < 3:
             connection.execute("ALTER TABLE campaigns DROP COLUMN metadata")
         connection.execute(f"PRAGMA user_version = {version}")

@@ -11,7 +11,8 @@ from fake_campaign import Axis
 from wearlab.campaign.axes import Coordinate as Coordinate
 from wearlab.schema import VARIABLES, attributes
 from wearlab.store import Store
-from wearlab.store.image import describe, to_image
+from wearlab.store.description import describe
+from wearlab.store.netcdf import to_image
 from wearlab.store.outcome import Outcome
 
 SPEEDS = (800.0, 1100.0, 3720.0)

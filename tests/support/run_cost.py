@@ -44,7 +44,8 @@ def scenes(runs: int):
 def measured(runs: int) -> dict[str, float]:
     """Return the median processor time of the parts of a run [ms], and bytes."""
     from wearlab.simulation import simulate
-    from wearlab.store.image import describe, to_image
+    from wearlab.store.description import describe
+    from wearlab.store.netcdf import to_image
 
     cases = scenes(2 * runs + 4)
     parts: dict[str, list[float]] = {}

@@ -13,7 +13,7 @@ import fake_campaign
 import psutil
 
 from wearlab.store import Store
-from wearlab.store.seal import SEAL, is_intact
+from wearlab.store.netcdf import SEAL, is_intact
 
 SCRIPT = Path(__file__).parent / "run_fake.py"
 PATIENCE = 120.0

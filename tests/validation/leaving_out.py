@@ -129,7 +129,7 @@ def scene(change: Change) -> Scene:
 def saving(part: Part, turns: int = TURNS) -> Saving:
     """Run both scenes of a part, compiled before, and return what its absence saves."""
     from wearlab.simulation import simulate
-    from wearlab.store.image import to_image
+    from wearlab.store.netcdf import to_image
 
     scenes = scene(part.present), scene(part.absent)
     datasets = [simulate(one) for one in scenes]

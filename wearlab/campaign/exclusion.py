@@ -12,8 +12,7 @@ from wearlab.campaign.case import Case
 from wearlab.campaign.derived import DERIVED, KEYS, Derivation
 from wearlab.campaign.errors import CampaignError
 from wearlab.query import QueryError, Vocabulary, holds, read_condition
-from wearlab.query.flat import flat
-from wearlab.query.scene_keys import scene_key
+from wearlab.query.keys import flat, scene_key
 from wearlab.scene import Scene
 from wearlab.scene.problems import shown
 

@@ -8,8 +8,7 @@ from wearlab.campaign.axes import RESERVED, Axis, Coordinate
 from wearlab.campaign.campaign import Campaign
 from wearlab.campaign.case import BASE, Case
 from wearlab.campaign.reading import load
-from wearlab.query.flat import flat
-from wearlab.query.scene_keys import scene_key
+from wearlab.query.keys import flat, scene_key
 from wearlab.scene import Scene
 from wearlab.units import convert
 

@@ -8,7 +8,7 @@ from wearlab.campaign.axes import Axis
 from wearlab.campaign.campaign import Campaign
 from wearlab.campaign.case import Case
 from wearlab.campaign.errors import CampaignError
-from wearlab.query.digits import index_of_quantity
+from wearlab.query.evaluate import index_of_quantity
 from wearlab.scene.merge import Table
 from wearlab.scene.problems import shown
 

@@ -135,7 +135,7 @@ def tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None
 
 def content(tree: "xr.DataTree") -> dict[str, Any]:
     """Return what `--json` tells of an update."""
-    from wearlab.store.image import plain
+    from wearlab.store.description import plain
 
     names = ("predictions", "sample_stats", "calibration")
     content: dict[str, Any] = {"id": tree.attrs["id"], "title": tree.attrs["title"]}

@@ -7,7 +7,7 @@ import numpy as np
 
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
-from wearlab.query.digits import index_of_quantity
+from wearlab.query.evaluate import index_of_quantity
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,7 +1,7 @@
-"""Conditions on runs: a small grammar of comparisons with units, bound to keys and asked of mappings."""
+"""Conditions on runs: a small grammar of comparisons with units, bound to keys and asked of values."""
 
-from wearlab.query.bind import Key, Vocabulary, read_column, read_condition
-from wearlab.query.errors import QueryError
 from wearlab.query.evaluate import holds
+from wearlab.query.grammar import QueryError
+from wearlab.query.keys import Key, Vocabulary, read_column, read_condition
 
 __all__ = ["Key", "QueryError", "Vocabulary", "holds", "read_column", "read_condition"]

@@ -1,15 +1,122 @@
-"""A bound condition asked of one mapping of values, as SQL would answer: true, false, or unknown (None)."""
+"""A bound condition asked of the values of one run: true, false, or unknown (None) where a value is missing.
 
+Two quantities are the same by the digits in which scenes are told apart: a file says 1100 rpm, a scene keeps
+115.191730632 rad/s, twelve digits of it. A condition that says 1100 rpm again, or 18.3333333333 rev/s, means
+that number: what a comparison asks is where a value stands beside all those with the same twelve digits.
+"""
+
+import math
 import operator
-from collections.abc import Callable, Mapping
+from array import array
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from numbers import Real
-from typing import Any
+from typing import Any, NamedTuple
 
-from wearlab.query.bind import Key
-from wearlab.query.digits import met
-from wearlab.query.grammar import DAY, All, Compare, Literal, Missing, Not, Some
+from wearlab.query.grammar import DAY, All, Compare, FirstCycle, Literal, Missing, Not, Some
+from wearlab.units import DIGITS, rounded
 
-SIGNS: dict[str, Callable[[Any, Any], bool]] = {
+ROUND_OFF = 4.0 * 2.0**-52  # relative, of a number that was converted from one unit to another
+HALF_A_DIGIT = 0.5 * 10.0 ** (1 - DIGITS)  # relative, where the leading digit is 1: there a digit is widest
+WHOLE = 10.0**DIGITS  # below it whole numbers have no digits that identity drops
+
+
+class RoundingEdges(NamedTuple):
+    """The lowest and the highest number that count as one."""
+
+    low: float
+    high: float
+
+
+@lru_cache(1000)
+def edges(value: float) -> RoundingEdges:
+    """Return between which numbers everything is the same as ``value``.
+
+    Parameters
+    ----------
+    value : SI; counts of more than twelve digits, such as seeds, are only themselves
+
+    Examples
+    --------
+    >>> low, high = edges(115.19173063162576)      # 1100 rpm
+    >>> low < 115.191730632 < high and not low < 115.191730633 < high
+    True
+    """
+    if not math.isfinite(value) or value == 0.0 or (abs(value) >= WHOLE and value == int(value)):
+        return RoundingEdges(value, value)
+    near, far = (rounded(abs(value) * (1.0 + sign * ROUND_OFF)) for sign in (-1.0, 1.0))
+    near -= _half_a_digit(near * (1.0 - HALF_A_DIGIT))  # below a power of ten, digits are finer
+    far += _half_a_digit(far)
+    return RoundingEdges(near, far) if value > 0.0 else RoundingEdges(-far, -near)
+
+
+def _half_a_digit(value: float) -> float:
+    """Return half a unit of the last digit that identity keeps."""
+    return HALF_A_DIGIT * 10.0 ** math.floor(math.log10(value))
+
+
+def met(sign: str, value: float, other: float) -> bool:
+    """Return whether ``value sign other`` holds to the digits of identity, sign one of < <= > >= = !=."""
+    low, high = edges(other)
+    match sign:
+        case "<":
+            return value < low
+        case "<=":
+            return value <= high
+        case ">":
+            return value > high
+        case ">=":
+            return value >= low
+        case "=":
+            return low <= value <= high
+    return not low <= value <= high
+
+
+def index_of_quantity(asked: Any, values: Sequence[Any], units: str | None, key: str = "") -> int | None:
+    """Return where a label stands among the values of an axis, None where it does not.
+
+    Parameters
+    ----------
+    asked : a label, a number, or a quantity with its unit
+    values : labels, or numbers in ``units``
+    units : of the values, None for plain ones
+    key : dotted key of a scene that the values were given to; tells that ``1/min`` are revolutions
+    """
+    wanted = _in_units(asked, units, key) if units else asked
+    for index, value in enumerate(values):
+        if value == wanted and isinstance(value, bool) == isinstance(wanted, bool):
+            return index
+    if not _is_number(wanted):
+        return None
+    gaps = [abs(value - wanted) if _is_number(value) else math.inf for value in values]
+    nearest = min(range(len(gaps)), key=gaps.__getitem__, default=None)
+    if nearest is None or not gaps[nearest] <= 2.0 * HALF_A_DIGIT * abs(wanted):
+        return None  # both the axis and what is asked may have been rounded
+    return nearest
+
+
+def _in_units(label: Any, units: str, key: str) -> Any:
+    """Return a quantity as a number in the units of an axis; anything else as it is."""
+    if not isinstance(label, str):
+        return label
+    from wearlab.query.keys import quantity_at
+    from wearlab.units import KINDS, UnitError, convert, quantity, split
+
+    try:
+        number, unit = split(label)
+        try:
+            return float(convert(float(number), unit, units))
+        except UnitError:
+            kind = quantity_at(key) if key else None
+            if kind is None:
+                return label
+            unit_size = quantity(f"1 {units}", kind) if KINDS[kind].unit != units else 1.0
+            return quantity(label, kind) / unit_size
+    except UnitError:
+        return label
+
+
+COMPARED: dict[str, Callable[[Any, Any], bool]] = {
     "<": operator.lt,
     "<=": operator.le,
     ">": operator.gt,
@@ -18,6 +125,9 @@ SIGNS: dict[str, Callable[[Any, Any], bool]] = {
     "!=": operator.ne,
     "contains": lambda text, piece: str(piece).lower() in str(text).lower(),
 }
+CYCLE = "cycle"
+HISTORY = "()"
+"""After the name of a result: its values at all wear states."""
 
 
 def holds(condition: Any, values: Mapping[str, Any]) -> bool | None:
@@ -25,8 +135,8 @@ def holds(condition: Any, values: Mapping[str, Any]) -> bool | None:
 
     Parameters
     ----------
-    condition : as `wearlab.query.bind.read_condition` returns it
-    values : by full name, SI; looked up only when needed
+    condition : as `wearlab.query.read_condition` returns it
+    values : by full name, SI; a tuple has several values, of which one has to meet a comparison
     """
     match condition:
         case All(conditions):
@@ -37,12 +147,14 @@ def holds(condition: Any, values: Mapping[str, Any]) -> bool | None:
             truth = holds(inner, values)
             return None if truth is None else not truth
         case Missing(operand):
-            return _value(operand, values) is None
+            return value_of(operand, values) in (None, ())
         case Compare(sign, left, right):
-            value, limit = _value(left, values), _value(right, values)
-            if isinstance(right, Literal) and right.is_day and value is not None:
-                value = value[:DAY]
-            return None if value is None or limit is None else compared(sign, value, limit)
+            value, limit = value_of(left, values), value_of(right, values)
+            if value is None or limit is None:
+                return None
+            some = value if isinstance(value, tuple) else (value,)
+            day = DAY if isinstance(right, Literal) and right.is_day else None
+            return any(compared(sign, each[:day] if day else each, limit) for each in some)
     raise AssertionError(condition)
 
 
@@ -50,7 +162,46 @@ def compared(sign: str, value: Any, other: Any) -> bool:
     """Return ``one sign other``; numbers to the digits in which scenes are told apart."""
     if sign != "contains" and _is_number(value) and _is_number(other):
         return met(sign, value, other)
-    return SIGNS[sign](value, other)
+    return isinstance(value, str) == isinstance(other, str) and COMPARED[sign](value, other)
+
+
+def value_of(operand: Any, values: Mapping[str, Any]) -> Any:
+    """Return the value of a key, a literal or a ``first_cycle(…)``, None where the run has none."""
+    match operand:
+        case Literal(value):
+            return value
+        case FirstCycle(Compare(sign, left, right)):
+            history, cycles = values.get(left.name + HISTORY), values.get(CYCLE + HISTORY)
+            return first_cycle(sign, float(right.value), history, cycles)
+    return values.get(operand.name)
+
+
+def first_cycle(sign: str, limit: float, values: bytes | None, cycles: bytes | None) -> float | None:
+    """Return the first cycle at which a history is beyond a limit, None when it never is.
+
+    Between two wear states the history is taken as a straight line over cycles. Where it has several values
+    at a state (flanks, meshes), the one that comes first counts.
+
+    Parameters
+    ----------
+    sign : one of < <= > >=
+    limit : where the line is cut [SI]
+    values, cycles : float64, as the catalogue keeps them; the lowest values first where there are two of each
+    """
+    if values is None or cycles is None:
+        return None
+    at, line = array("d", cycles), array("d", values)
+    count = len(at)
+    if len(line) != count:
+        line = line[count:] if sign[0] == ">" else line[:count]
+    for i, value in enumerate(line):
+        if value == value and met(sign, value, limit):
+            below = line[i - 1]
+            if i == 0 or below != below or value == below:
+                return at[i]
+            share = min(max((limit - below) / (value - below), 0.0), 1.0)
+            return at[i - 1] + share * (at[i] - at[i - 1])
+    return None
 
 
 def _is_number(value: Any) -> bool:
@@ -60,12 +211,8 @@ def _is_number(value: Any) -> bool:
 def _joined(conditions: tuple[Any, ...], values: Mapping[str, Any], decisive: bool) -> bool | None:
     unknown = False
     for condition in conditions:
-        truths = holds(condition, values)
-        if truths is decisive:
+        truth = holds(condition, values)
+        if truth is decisive:
             return decisive
-        unknown = unknown or truths is None
+        unknown = unknown or truth is None
     return None if unknown else not decisive
-
-
-def _value(operand: Key | Literal, values: Mapping[str, Any]) -> Any:
-    return operand.value if isinstance(operand, Literal) else values.get(operand.name)

@@ -3,8 +3,7 @@
 import json
 from typing import Any, NamedTuple
 
-from wearlab.query.flat import flat
-from wearlab.query.scene_keys import quantity_at
+from wearlab.query.keys import flat, quantity_at
 from wearlab.units import KINDS, convert, split
 
 

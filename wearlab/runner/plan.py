@@ -9,7 +9,7 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wearlab.query.flat import flat
+from wearlab.query.keys import flat
 from wearlab.runner.calibrating import calibrations
 from wearlab.runner.local import available_cores
 from wearlab.runner.worker import Task

@@ -133,7 +133,8 @@ def _labelled(dataset: "xr.Dataset", run_id: str, scene: str, started: str) -> "
 
 
 def _finished(dataset: "xr.Dataset") -> dict[str, Any]:
-    from wearlab.store.image import describe, to_image
+    from wearlab.store.description import describe
+    from wearlab.store.netcdf import to_image
 
     image, sha256 = to_image(dataset)
     kept = {"image": image, "sha256": sha256, **describe(dataset)._asdict()}

@@ -40,8 +40,8 @@ def outcome_of(path: Path) -> Outcome:
 
 
 def _outcome(path: Path, dataset: "xr.Dataset") -> Outcome:
-    from wearlab.store.image import describe
-    from wearlab.store.seal import is_intact
+    from wearlab.store.description import describe
+    from wearlab.store.netcdf import is_intact
 
     attributes = dataset.attrs
     for dim, size in dataset.sizes.items():

@@ -3,25 +3,32 @@
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
+from wearlab.query.evaluate import HISTORY
+from wearlab.query.keys import key_of
 from wearlab.store.adopt import ForeignRun, outcome_of
 from wearlab.store.bounds import refuse_links
 from wearlab.store.calibration import CALIBRATION_LIFE, calibration_of
 from wearlab.store.catalogue import Entry
+from wearlab.store.database import understood
+from wearlab.store.description import facts_of, kind_of, stored
 from wearlab.store.errors import StoreError
 from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.outcome import Outcome
 from wearlab.store.problem import Problem, stray
 from wearlab.store.runs import RunFiles, hash_of
 
+OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_version")
 SAME = 1e-9  # of two lives of one scene on two machines
 
 
 def verify(store: KeptRuns) -> Iterator[Problem]:
-    """Yield all that is wrong with a store: files unlike their recorded size and hash, then foreign files.
+    """Yield all that is wrong with a store: damaged files, entries unlike their files, then foreign files.
 
-    Files that the catalogue does not know are checked against the seal they carry. What a run that was
-    begun left behind is accounted for: the next ``run`` replaces it.
+    A file has its recorded size and hash, and what the catalogue says of a run follows from its file. Files
+    that the catalogue does not know are checked against the seal they carry. What a run that was begun left
+    behind is accounted for: the next ``run`` replaces it.
 
     Raises
     ------
@@ -33,9 +40,11 @@ def verify(store: KeptRuns) -> Iterator[Problem]:
         said = f"names {run_id[:40]!r}, which is no identity of a run"
         yield Problem(store.catalogue.path, "foreign", said)
     done = {store.files.path(e.id): e for e in entries.values() if e.state == "done"}
+    layouts = dict(store.catalogue.read("SELECT key, layout FROM layouts"))
     for path, entry in done.items():
-        if problem := check_file(path, entry):
+        if problem := check_file(path, entry) or check_entry(store, path, entry, layouts):
             yield problem
+    yield from _other_units(store)
     yield from _uncalibrated(done, entries)
     begun = [e for e in entries.values() if e.state == "running"]
     parts = {store.files.part(e.id, e.owner or "") for e in begun if store.files.is_writer(e.owner or "")}
@@ -83,6 +92,56 @@ def check_file(path: Path, entry: Entry) -> Problem | None:
     return None
 
 
+def check_entry(store: KeptRuns, path: Path, entry: Entry, layouts: Mapping[str, str]) -> Problem | None:
+    """Return how the catalogue's entry of a run, and what can be asked of it, differ from its sealed file.
+
+    Parameters
+    ----------
+    store : with the catalogue
+    path, entry : the file, which is what was written, and the run as the catalogue has it
+    layouts : the catalogue's tables of variables by their key
+    """
+    try:
+        outcome = outcome_of(path)
+    except StoreError as error:
+        kind = "foreign" if isinstance(error, ForeignRun) else "altered"
+        return Problem(path, kind, _reason(error, path))
+    own = {name: getattr(outcome, name) for name in OF_FILE}
+    wrong = [name for name, value in own.items() if value not in ("", getattr(entry, name))]
+    if layouts.get(entry.layout or "") != outcome.layout:
+        wrong.append("variables")
+    told = store.catalogue.facts(entry.id)
+    for source, name, value in facts_of(outcome.scene, outcome.summary, outcome.histories):
+        known_source, kind, known = told.pop(name, (source, kind_of(value), None))
+        if known_source != source or not _same(known, stored(value, kind)):
+            wrong.append(name if known is None else f"{name} = {_shown(known)}, not {_shown(value)}")
+    wrong += told
+    if not wrong:
+        return None
+    some = "; ".join(wrong[:3]) + (f" and {len(wrong) - 3} more" if len(wrong) > 3 else "")
+    said = f"the catalogue says otherwise than its file ({some}); 'wearlab reindex' mends it"
+    return Problem(path, "altered", said)
+
+
+def _other_units(store: KeptRuns) -> Iterator[Problem]:
+    """Yield the keys of the catalogue that have other units than scenes and results are kept in."""
+    for name, source, kind, *told in store.catalogue.read(
+        "SELECT name, source, kind, unit, quantity FROM keys"
+    ):
+        key = understood("a key in the catalogue", key_of, name.removesuffix(HISTORY), source, kind)
+        if key.unit and told != [key.unit, key.quantity]:
+            said = f"has {name} in {told[0]!r}, not in {key.unit!r}; 'wearlab reindex' mends it"
+            yield Problem(store.catalogue.path, "altered", said)
+
+
+def _same(known: Any, value: Any) -> bool:
+    return type(known) is type(value) and bool(known == value)
+
+
+def _shown(value: Any) -> str:
+    return "a history" if isinstance(value, bytes) else str(value)[:40]
+
+
 def _stranger(path: Path, files: RunFiles) -> Problem:
     if problem := stray(path, held=files.holds(path)):
         return problem
@@ -102,19 +161,21 @@ def reindex(store: KeptRuns) -> list[Problem]:
     """Make the catalogue's runs anew from the run files; return the files that were left out, and why.
 
     A damaged catalogue is set aside under another name first. A file that does not hold what was sealed in
-    it, or that is another run's, is left out. Failed and refused cases are in no file: they are forgotten and
-    computed again by the next ``run``.
+    it, or that is another run's, is left out. Runs that a living process computes stay its own. Failed and
+    refused cases are in no file: they are forgotten and computed again by the next ``run``.
     """
     if store.catalogue.exists() and not store.catalogue.is_sound():
         store.catalogue.set_aside()
     store.create()
     problems: list[Problem] = []
-    store.catalogue.clear_runs()
+    before, adopted = store.catalogue.begin_anew(), set[str]()
     for path in store.files:
         if store.files.holds(path):
             outcome = _adopted(path, problems)
             if outcome is not None:
-                store.catalogue.record([outcome])
+                store.catalogue.adopt(outcome, before, store.is_alive)
+                adopted.add(outcome.id)
+    store.catalogue.end_anew(before, adopted, store.is_alive)
 
     from wearlab.store.updates import reindex_updates
 

@@ -5,26 +5,28 @@ Only the process that calls ``run`` writes here, workers never do; it can be reb
 
 import json
 import sqlite3
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import zlib
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from wearlab.store import rows, tables
-from wearlab.store.database import CHUNK
+from wearlab.store import database as rows
+from wearlab.store.campaigns import Campaigns, Member, key_of, now
+from wearlab.store.database import CHUNK, VERSION, make_tables, understood
+from wearlab.store.description import Facts, facts_of
 from wearlab.store.errors import StoreError
-from wearlab.store.facts import Facts, facts_of
-from wearlab.store.memberships import Member, Memberships, key_of, now
 from wearlab.store.outcome import Outcome, State
-from wearlab.store.packed import Packing, Texts
-from wearlab.store.rows import understood
-from wearlab.store.tables import VERSION
 
 __all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member", "Placed"]
 
 OF_RUNS = "id, state, owner, size, sha256, started, seconds, source_hash, wearlab_version, layout"
-OF_DOCUMENTS = "reason, warnings, dictionary, packed"
+OF_DOCUMENTS = "reason, warnings, sizes, digests, summary, scene"
 FROM_BOTH = f"SELECT {OF_RUNS}, {OF_DOCUMENTS} FROM runs LEFT JOIN documents USING (number)"
+OLDER_TABLES = ("runs", "layouts", "keys", "facts", "documents")
+LARGEST = 16_000_000  # bytes of the texts of one run in a catalogue of version 5
+
+
+Row = tuple[Any, ...]
 
 
 class Head(NamedTuple):
@@ -72,7 +74,7 @@ class Entry:
     scene: str | None
 
 
-class Catalogue(Memberships):
+class Catalogue(Campaigns):
     """The SQLite file of a store.
 
     Parameters
@@ -80,11 +82,6 @@ class Catalogue(Memberships):
     path : the file ``catalogue.sqlite``
     address : of which this is a copy
     """
-
-    def __init__(self, path: Path, address: str | None = None) -> None:
-        super().__init__(path, address)
-        self._facts = Facts()
-        self._packing = Packing()
 
     def create(self) -> None:
         """Make the catalogue where there is none; harmless where there is one."""
@@ -96,33 +93,19 @@ class Catalogue(Memberships):
             ) from error
         with self._transaction(create=True) as connection:
             if connection.execute("PRAGMA user_version").fetchone()[0] == 0:
-                tables.make(connection)
-
-    def close(self) -> None:
-        """Let go of the file."""
-        super().close()
-        self._forget_numbers()
-
-    def _forget_numbers(self) -> None:
-        self._facts.clear()
-        self._packing.clear()
-
-    def _read_entry(self, row: tuple[Any, ...]) -> Entry:
-        return _entry(row[:-2], self._packing.unpack(self.read, *row[-2:]))
+                make_tables(connection)
 
     def entries(self, ids: Iterable[str] | None = None) -> dict[str, Entry]:
         """Return the known runs among ``ids``, in that order; all, by their start, when it is None."""
         if ids is None:
             return {
-                row[0]: understood(_of(row[0]), self._read_entry, row)
+                row[0]: understood(_of(row[0]), _entry, row)
                 for row in self.read(f"{FROM_BOTH} ORDER BY started, id")
             }
         wanted = list(dict.fromkeys(ids))
         by_id = {row[0]: row for row in self.read_many(f"{FROM_BOTH} WHERE id IN", wanted)}
         return {
-            run_id: understood(_of(run_id), self._read_entry, by_id[run_id])
-            for run_id in wanted
-            if run_id in by_id
+            run_id: understood(_of(run_id), _entry, by_id[run_id]) for run_id in wanted if run_id in by_id
         }
 
     def heads(self, ids: Iterable[str]) -> dict[str, Head]:
@@ -138,31 +121,27 @@ class Catalogue(Memberships):
     def placed(self, ids: Iterable[str]) -> list[Placed]:
         """Return what a grid needs of the known runs among ``ids``."""
         question = (
-            "SELECT id, state, sha256, layout, reason, dictionary, packed "
+            "SELECT id, state, sha256, layout, sizes, digests, reason "
             "FROM runs LEFT JOIN documents USING (number) WHERE id IN"
         )
         answer = self.read_many(question, list(dict.fromkeys(ids)))
-        return [understood(_of(row[0]), self._read_placed, row) for row in answer]
-
-    def _read_placed(self, row: tuple[Any, ...]) -> Placed:
-        run_id, state, sha256, layout, reason, *packed = row
-        texts = self._packing.unpack(self.read, *packed)
-        return Placed(run_id, state, sha256, layout, texts.sizes or None, texts.digests or None, reason)
+        return [understood(_of(row[0]), _placed, row) for row in answer]
 
     def costs(self, most: int) -> list[tuple[str, float | None, int | None]]:
         """Return scene, seconds and bytes of the finished runs, the latest first."""
         question = (
-            "SELECT seconds, size, dictionary, packed FROM runs JOIN documents USING (number) "
+            "SELECT scene, seconds, size FROM runs JOIN documents USING (number) "
             "WHERE state = 'done' ORDER BY number DESC LIMIT ?"
         )
-        return [
-            understood("a run in the catalogue", self._read_cost, *row) for row in self.read(question, [most])
-        ]
+        return [understood("a run in the catalogue", _cost, *row) for row in self.read(question, [most])]
 
-    def _read_cost(
-        self, seconds: Any, size: Any, dictionary: Any, packed: Any
-    ) -> tuple[str, float | None, int | None]:
-        return _cost(self._packing.unpack(self.read, dictionary, packed).scene, seconds, size)
+    def facts(self, run_id: str) -> dict[str, tuple[str, str, Any]]:
+        """Return source, kind and value of every fact of a run by its key, histories marked by their name."""
+        question = (
+            "SELECT k.name, k.source, k.kind, f.value FROM keys AS k JOIN facts AS f ON f.key = k.number "
+            "WHERE f.run = (SELECT number FROM runs WHERE id = ?)"
+        )
+        return {name: tuple(told) for name, *told in self.read(question, [run_id])}
 
     def matching(self, prefix: str) -> list[str]:
         """Return the ids that begin with ``prefix``."""
@@ -205,20 +184,17 @@ class Catalogue(Memberships):
         -------
         The ids taken, each with the owner it was taken over from (None when it was new).
         """
-        try:
-            with self._transaction() as connection:
-                for outcome in outcomes:
-                    self._record(connection, outcome)
-                return self._claim(connection, wanted, owner, free)
-        except BaseException:
-            self._forget_numbers()  # those given went with the transaction
-            raise
+        with self._transaction() as connection:
+            facts = Facts(connection)
+            for outcome in outcomes:
+                self._record(facts, outcome)
+            return self._claim(connection, wanted, owner, free)
 
-    def _record(self, connection: sqlite3.Connection, outcome: Outcome) -> None:
+    def _record(self, facts: Facts, outcome: Outcome) -> None:
         key = None if outcome.layout is None else key_of(outcome.layout)
         if key:
-            connection.execute("INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout))
-        self._keep(connection, _row(outcome, key), outcome.histories)
+            facts.connection.execute("INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout))
+        self._keep(facts, _row(outcome, key), outcome.histories)
 
     def _claim(
         self, connection: sqlite3.Connection, wanted: Sequence[str], owner: str, free: Callable[[Head], bool]
@@ -236,36 +212,40 @@ class Catalogue(Memberships):
         )
         return taken
 
-    def _keep(
-        self,
-        connection: sqlite3.Connection,
-        row: tuple[Any, ...],
-        histories: Mapping[str, bytes] | None = None,
-    ) -> None:
-        """Write one run, its values in the order of `OF_RUNS`, then reason, warnings and `Texts`."""
+    def _keep(self, facts: Facts, row: tuple[Any, ...], histories: Mapping[str, bytes]) -> None:
+        """Write one run, its values in the order of `OF_RUNS` and `OF_DOCUMENTS`."""
         marks = ", ".join("?" * 10)
         renewed = ", ".join(f"{name} = excluded.{name}" for name in OF_RUNS.split(", ")[1:])
-        ((number,),) = connection.execute(
+        ((number,),) = facts.connection.execute(
             f"INSERT INTO runs ({OF_RUNS}) VALUES ({marks}) ON CONFLICT (id) DO UPDATE SET {renewed} "
             "RETURNING number",
             row[:10],
         ).fetchall()
-        if connection.execute("SELECT 1 FROM documents WHERE number = ?", (number,)).fetchone():
-            self._facts.forget(connection, [number])
-        reason, warnings, *texts = row[10:]
-        connection.execute(
-            "INSERT OR REPLACE INTO documents VALUES (?, ?, ?, ?, ?)",
-            (number, reason, warnings, *self._packing.pack(connection, texts)),
+        facts.connection.execute(
+            "INSERT OR REPLACE INTO documents VALUES (?, ?, ?, ?, ?, ?, ?)", (number, *row[10:])
         )
-        summary, scene = texts[-2:]
-        facts = facts_of(scene, json.loads(summary or "{}"), histories or {})
-        self._facts.write(connection, number, facts)
+        summary, scene = row[-2:]
+        facts.write(number, facts_of(scene, json.loads(summary or "{}"), histories))
 
     def _upgrade(self) -> None:
+        """Turn the tables of an earlier version into these: every run is recorded anew."""
         with self._transaction(in_copy=True) as connection:
-            if connection.execute("PRAGMA user_version").fetchone()[0] < VERSION:
-                tables.upgrade(connection, self._keep, self._packing.pack)
-                self._facts.add_rates(connection)
+            version = connection.execute("PRAGMA user_version").fetchone()[0]
+            if version == VERSION:
+                return  # another process has done it
+            if version < 3:
+                connection.execute("ALTER TABLE campaigns ADD COLUMN metadata TEXT")
+            tables = ("runs", "layouts") if version == 1 else OLDER_TABLES
+            for table in tables:
+                connection.execute(f"ALTER TABLE {table} RENAME TO older_{table}")
+            make_tables(connection)
+            connection.execute("INSERT INTO layouts SELECT key, layout FROM older_layouts")
+            facts = Facts(connection)
+            for row, histories in _older_rows(connection, version):
+                self._keep(facts, row, histories)
+            for table in tables:
+                connection.execute(f"DROP TABLE older_{table}")
+            connection.execute("DROP TABLE IF EXISTS dictionaries")
 
     def release(self, owner: str) -> list[str]:
         """Forget the runs that ``owner`` had begun and not finished; return their ids."""
@@ -280,20 +260,98 @@ class Catalogue(Memberships):
         with self._transaction() as connection:
             return sum(self._delete(connection, "id = ?", run_id) for run_id in ids)
 
-    def _delete(self, connection: sqlite3.Connection, condition: str, value: str) -> int:
-        run_numbers = connection.execute(f"SELECT number FROM runs WHERE {condition}", (value,))
-        numbers = [row[0] for row in run_numbers]
-        self._facts.forget(connection, numbers)
+    def _delete(self, connection: sqlite3.Connection, condition: str, *values: str) -> int:
+        run_numbers = connection.execute(f"SELECT number FROM runs WHERE {condition}", values)
+        numbers = [row[0] for row in run_numbers.fetchall()]
+        facts = Facts(connection)
+        for number in numbers:
+            facts.forget(number)
         for table in ("runs", "documents"):
             connection.executemany(f"DELETE FROM {table} WHERE number = ?", ((number,) for number in numbers))
         return len(numbers)
 
-    def clear_runs(self) -> None:
-        """Forget every run; campaigns stay."""
+    def begin_anew(self) -> dict[str, Row]:
+        """Forget what can be asked for, to be written anew; return the runs, which stay until `end_anew`."""
         with self._transaction() as connection:
-            for table in ("runs", "documents", "dictionaries", "facts", "keys", "layouts"):
+            for table in ("facts", "keys"):
                 connection.execute(f"DELETE FROM {table}")
-        self._forget_numbers()
+            return {row[0]: row for row in connection.execute(f"SELECT {OF_RUNS} FROM runs")}
+
+    def adopt(self, outcome: Outcome, before: Mapping[str, Row], alive: Callable[[str], bool]) -> None:
+        """Record a run from its file, unless another process has recorded it meanwhile or computes it.
+
+        Parameters
+        ----------
+        outcome : of the file
+        before : the runs as `begin_anew` found them
+        alive : says whether the owner of a run still runs
+        """
+        with self._transaction() as connection:
+            question = f"SELECT {OF_RUNS} FROM runs WHERE id = ?"
+            row = connection.execute(question, (outcome.id,)).fetchone()
+            if row is None or (row == before.get(outcome.id) and not _is_busy(row, alive)):
+                connection.execute("DELETE FROM layouts WHERE key = ?", (key_of(outcome.layout or ""),))
+                self._record(Facts(connection), outcome)
+
+    def end_anew(
+        self, before: Mapping[str, Row], adopted: Collection[str], alive: Callable[[str], bool]
+    ) -> None:
+        """Forget the runs that were there before and are neither in a file nor recorded since."""
+        with self._transaction() as connection:
+            for row in connection.execute(f"SELECT {OF_RUNS} FROM runs").fetchall():
+                if row[0] not in adopted and row == before.get(row[0]) and not _is_busy(row, alive):
+                    self._delete(connection, "id IS ?", row[0])
+            connection.execute("DELETE FROM documents WHERE number NOT IN (SELECT number FROM runs)")
+            connection.execute("DELETE FROM layouts WHERE key NOT IN (SELECT layout FROM runs)")
+
+
+def _is_busy(row: Row, alive: Callable[[str], bool]) -> bool:
+    """Say whether a living process computes a run."""
+    return row[1] == "running" and isinstance(row[2], str) and alive(row[2])
+
+
+def _older_rows(
+    connection: sqlite3.Connection, version: int
+) -> Iterator[tuple[tuple[Any, ...], dict[str, bytes]]]:
+    """Yield the runs of a catalogue of an earlier version, and their histories."""
+    if version == 1:
+        for row in connection.execute(
+            f"SELECT {OF_RUNS}, {OF_DOCUMENTS} FROM older_runs ORDER BY started, id"
+        ):
+            yield row, {}
+        return
+    packed = {5: "dictionary, packed, NULL, NULL"}.get(version, "sizes, digests, summary, scene")
+    place = "key = k.number AND run = ?" if version == 5 else "place = k.number << 32 | ?"
+    histories = (
+        f"SELECT k.name, f.value FROM older_keys AS k JOIN older_facts AS f ON f.{place} "
+        "WHERE k.kind = 'history'"
+    )
+    rows_of = (
+        f"SELECT number, {OF_RUNS}, reason, warnings, {packed} "
+        "FROM older_runs LEFT JOIN older_documents USING (number) ORDER BY number"
+    )
+    for number, *row in connection.execute(rows_of):
+        if version == 5:
+            row[-4:] = _unpacked(connection, *row[-4:-2])
+        yield (
+            tuple(row),
+            {name.removesuffix("()"): value for name, value in connection.execute(histories, (number,))},
+        )
+
+
+def _unpacked(connection: sqlite3.Connection, dictionary: Any, packed: Any) -> tuple[str | None, ...]:
+    """Return sizes, digests, summary and scene as version 5 packed them; none where they cannot be read."""
+    if packed is None:
+        return (None,) * 4
+    known = connection.execute("SELECT content FROM dictionaries WHERE number = ?", (dictionary,)).fetchone()
+    inflate = zlib.decompressobj(wbits=-15, zdict=known[0] if known else b"")
+    try:
+        texts = inflate.decompress(packed, LARGEST).decode().split("\0")
+        for text in texts:
+            rows.table(text)
+    except (zlib.error, TypeError, ValueError, RecursionError):
+        return (None,) * 4  # 'wearlab verify' names the run, 'wearlab reindex' mends it
+    return tuple(texts) if len(texts) == 4 and inflate.eof else (None,) * 4
 
 
 def _of(run_id: Any) -> str:
@@ -306,9 +364,10 @@ def _head(row: tuple[Any, ...]) -> Head:
     return Head(rows.optional_text(run_id) or "", state, *plain, bool(warned))
 
 
-def _entry(row: tuple[Any, ...], texts: Texts) -> Entry:
-    run_id, state, owner, size, sha256, started, seconds, source, version, layout, reason, warnings = row
-    rows.table(texts.scene)
+def _entry(row: tuple[Any, ...]) -> Entry:
+    run_id, state, owner, size, sha256, started, seconds, source, version, layout = row[:10]
+    reason, warnings, sizes, digests, summary, scene = row[10:]
+    rows.table(scene)
     return Entry(
         id=rows.optional_text(run_id) or "",
         state=state,
@@ -322,11 +381,17 @@ def _entry(row: tuple[Any, ...], texts: Texts) -> Entry:
         layout=rows.optional_text(layout),
         reason=rows.optional_text(reason),
         warnings=rows.texts(warnings),
-        sizes=rows.lengths(texts.sizes),
-        digests=rows.table(texts.digests),
-        summary=rows.table(texts.summary),
-        scene=texts.scene or None,
+        sizes=rows.lengths(sizes),
+        digests=rows.table(digests),
+        summary=rows.table(summary),
+        scene=scene or None,
     )
+
+
+def _placed(row: tuple[Any, ...]) -> Placed:
+    run_id, state, sha256, layout, sizes, digests, reason = row
+    rows.lengths(sizes), rows.table(digests)
+    return Placed(run_id, state, sha256, layout, sizes or None, digests or None, reason)
 
 
 def _cost(scene: Any, seconds: Any, size: Any) -> tuple[str, float | None, int | None]:

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 
 from wearlab.store.calibration import calibration_of
 from wearlab.store.lineage import lineage
-from wearlab.store.seal import SEAL
+from wearlab.store.netcdf import SEAL
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wearlab.store.memberships import Member
+    from wearlab.store.campaigns import Member
     from wearlab.store.store import Store
     from wearlab.store.updates import KeptUpdate
 

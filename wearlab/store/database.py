@@ -1,9 +1,13 @@
-"""A SQLite file that several processes read and write in turn.
+"""The SQLite file of a store: its tables, transactions of several processes, and what rows may hold.
 
 With a rollback journal: two processes on one store wait for each other for a moment and never corrupt it,
 on a shared home directory too (a write-ahead log is faster, but wrong as soon as two machines write).
+
+``runs`` is narrow, so that looking through it is quick; the texts of a run stand in ``documents``, each as it
+is. ``facts`` holds every value that can be asked for, those of one key side by side.
 """
 
+import json
 import os
 import sqlite3
 import weakref
@@ -14,8 +18,39 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from wearlab.store.errors import StoreError
-from wearlab.store.tables import VERSION
 
+VERSION = 6
+TABLES = """
+CREATE TABLE runs (
+    number INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT NOT NULL UNIQUE,
+    state TEXT NOT NULL CHECK (state IN ('running', 'done', 'failed', 'refused')),
+    owner TEXT, size INTEGER, sha256 TEXT, started TEXT, seconds REAL,
+    source_hash TEXT, wearlab_version TEXT, layout TEXT
+);
+CREATE TABLE documents (
+    number INTEGER PRIMARY KEY, reason TEXT, warnings TEXT, sizes TEXT, digests TEXT, summary TEXT, scene TEXT
+);
+CREATE TABLE keys (
+    number INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, source TEXT NOT NULL, kind TEXT NOT NULL,
+    unit TEXT NOT NULL, quantity TEXT, display_unit TEXT NOT NULL
+);
+CREATE TABLE facts (key INTEGER NOT NULL, run INTEGER NOT NULL, value, PRIMARY KEY (key, run)) WITHOUT ROWID;
+CREATE TABLE layouts (key TEXT PRIMARY KEY, layout TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS campaigns (
+    key TEXT PRIMARY KEY, title TEXT, reference TEXT, path TEXT, recorded TEXT, metadata TEXT
+) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS members (
+    campaign TEXT NOT NULL, number INTEGER NOT NULL, run TEXT NOT NULL, label TEXT, position TEXT,
+    PRIMARY KEY (campaign, number)
+) WITHOUT ROWID;
+CREATE INDEX IF NOT EXISTS members_of_run ON members (run);
+CREATE TABLE IF NOT EXISTS expectations (
+    campaign TEXT NOT NULL, number INTEGER NOT NULL, verdict TEXT, expected TEXT, measured TEXT, met INTEGER,
+    PRIMARY KEY (campaign, number)
+) WITHOUT ROWID
+"""
+
+Read = TypeVar("Read")
 Value = TypeVar("Value")
 BROKEN = (sqlite3.Error, UnicodeDecodeError)  # a damaged file may make its own complaint unreadable
 PATIENCE = 60.0  # s to wait for another process's transaction
@@ -72,31 +107,6 @@ class Database:
         """Yield the rows that answer a question ending in ``IN``, for any number of values."""
         for some in batched(values, CHUNK):
             yield from self.read(f"{question} ({', '.join('?' * len(some))})", some)
-
-    def teach(self, name: str, count: int, function: Callable[..., Any]) -> None:
-        """Let questions call a function of ``count`` values."""
-        self._open().create_function(name, count, function, deterministic=True)
-
-    def has_index(self, name: str, of: str) -> bool:
-        """Make an index where there is none, unless the file may only be read or is held by another process.
-
-        Parameters
-        ----------
-        name : of the index
-        of : table, columns and condition, as SQL has them
-        """
-        connection = self._open()
-        question = "SELECT 1 FROM sqlite_master WHERE type = 'index' AND name = ?"
-        if connection.execute(question, (name,)).fetchone():
-            return True
-        try:
-            connection.execute("PRAGMA busy_timeout = 0")
-            connection.execute(f"CREATE INDEX IF NOT EXISTS {name} ON {of}")
-        except sqlite3.OperationalError:
-            return False
-        finally:
-            connection.execute(f"PRAGMA busy_timeout = {1000.0 * PATIENCE:.0f}")
-        return True
 
     @contextmanager
     def _transaction(self, *, create: bool = False, in_copy: bool = False) -> Iterator[sqlite3.Connection]:
@@ -203,6 +213,13 @@ class Database:
         return StoreError(reason)
 
 
+def make_tables(connection: sqlite3.Connection) -> None:
+    """Make all tables, within a transaction."""
+    for statement in TABLES.split(";"):
+        connection.execute(statement)
+    connection.execute(f"PRAGMA user_version = {VERSION}")
+
+
 def touch_shared(path: Path) -> None:
     """Make an empty file as open to others as the umask says: SQLite would let nobody else write it."""
     with suppress(OSError):  # SQLite then says what is wrong
@@ -219,3 +236,82 @@ def _additions(connection: sqlite3.Connection) -> int:
     """Return how many views and triggers there are, of which wearlab makes none."""
     question = "SELECT count(*) FROM sqlite_master WHERE type IN ('view', 'trigger')"
     return int(connection.execute(question).fetchone()[0])
+
+
+class Unreadable(StoreError):
+    """A row that no wearlab wrote; the message names it and the remedy."""
+
+    def __init__(self, what: str, reason: object) -> None:
+        super().__init__(f"{what} cannot be understood ({reason}); 'wearlab reindex' mends it")
+
+
+def understood(what: str, read: Callable[..., Read], *values: Any) -> Read:
+    """Return what a reader makes of values.
+
+    Raises
+    ------
+    Unreadable : it cannot
+    """
+    try:
+        return read(*values)
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise Unreadable(what, str(error)[:100] or type(error).__name__) from error
+
+
+def table(text: Any) -> dict[str, Any]:
+    """Return a table that is kept as JSON, empty where there is none."""
+    document = json.loads(optional_text(text) or "{}")
+    if not isinstance(document, dict):
+        raise ValueError(f"{str(text)[:20]!r} is no table")
+    return document
+
+
+def place(text: Any) -> dict[str, Any]:
+    """Return a case's place in its campaign: a name, number or yes or no along each axis."""
+    document = table(text)
+    if not all(value is None or isinstance(value, str | int | float) for value in document.values()):
+        raise ValueError(f"{str(text)[:20]!r} is no place")
+    return document
+
+
+def texts(text: Any) -> tuple[str, ...]:
+    """Return a list that is kept as JSON, as texts."""
+    document = json.loads(optional_text(text) or "[]")
+    if not isinstance(document, list):
+        raise ValueError(f"{str(text)[:20]!r} is no list")
+    return tuple(map(str, document))
+
+
+def lengths(text: Any) -> dict[str, int]:
+    """Return the lengths of dimensions."""
+    document = table(text)
+    if not all(isinstance(n, int) and n >= 0 for n in document.values()):
+        raise ValueError(f"{str(text)[:20]!r} are no lengths of dimensions")
+    return document
+
+
+def optional_text(value: Any) -> str | None:
+    """Return a text or None."""
+    if value is not None and not isinstance(value, str):
+        raise TypeError(f"{str(value)[:20]!r} is no text")
+    return value
+
+
+def optional_number(value: Any) -> Any:
+    """Return a number or None."""
+    if value is not None and not isinstance(value, int | float):
+        raise TypeError(f"{str(value)[:20]!r} is no number")
+    return value
+
+
+def layout(text: Any) -> dict[str, Any]:
+    """Return a table of variables: dims, type and attributes of each, and the labels of dimensions."""
+    document = table(text)
+    for name, variable in document["variables"].items():
+        plain = isinstance(variable["dims"], list) and all(isinstance(dim, str) for dim in variable["dims"])
+        if not (plain and isinstance(variable["attrs"], dict) and isinstance(variable["dtype"], str)):
+            raise ValueError(f"variable {name[:20]!r}")
+        variable.setdefault("coordinate", False)
+    if not all(isinstance(labels, list) for labels in document["labels"].values()):
+        raise ValueError("labels of a dimension are no list")
+    return document

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.arrays import Array
-from wearlab.query.result_keys import declared_key
+from wearlab.query.keys import declared_key
 from wearlab.store.indicators import INDICATORS, indicators
 from wearlab.store.table import Column
 

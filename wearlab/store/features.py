@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.query.flat import flat
-from wearlab.query.result_keys import declared_key
-from wearlab.query.scene_keys import scene_key
+from wearlab.query.keys import declared_key, flat, scene_key
 from wearlab.store.errors import StoreError
 from wearlab.store.feature_columns import STATE, Source, sources
 from wearlab.store.kept_runs import KeptRuns

@@ -18,10 +18,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from wearlab.query.digits import met
-from wearlab.query.flat import flat
+from wearlab.query.evaluate import met
+from wearlab.query.keys import flat
 from wearlab.query.scene_differences import differences
-from wearlab.query.scene_keys import quantity_at
+from wearlab.query.keys import quantity_at
 from wearlab.store.bounds import number_type, refuse_oversized
 from wearlab.store.catalogue import Placed
 from wearlab.store.lazy import LazyVariable, Places, RunFile, RunGroup

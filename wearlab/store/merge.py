@@ -141,7 +141,7 @@ def _save(store: "Store", outcomes: Iterable[Outcome], owner: str) -> None:
 
 
 def _compare(store: "Store", other: "Store", run_id: str, made: Merged) -> None:
-    from wearlab.store.seal import results_hash
+    from wearlab.store.netcdf import results_hash
 
     same = results_hash(store.run(run_id)) == results_hash(other.run(run_id))
     (made.same if same else made.conflicting).append(run_id)

@@ -1,25 +1,33 @@
-"""Questions to the catalogue: what can be asked for, and the quickest way to the answer."""
+"""Questions to the catalogue: what can be asked for, and the runs that meet a condition.
 
-from collections.abc import Iterator, Sequence
+What a question names is read for all runs at once, one key after the other; the condition is then asked of
+each run, by `wearlab.query.holds` as everywhere.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
-from wearlab.query.evaluate import compared
+from wearlab.query import Key, QueryError, Vocabulary, holds, read_column, read_condition
+from wearlab.query.evaluate import CYCLE, HISTORY, value_of
 from wearlab.query.grammar import All, Compare, FirstCycle, Missing, Not, Some
-from wearlab.store.database import Database
-from wearlab.store.facts import MARKS, first_cycle
-from wearlab.store.inquiry import DOCUMENTS, MEMBERS, OF_AXES, OTHER_CODE, Inquiry
-from wearlab.store.rows import understood
+from wearlab.store.catalogue import Catalogue
+from wearlab.store.database import understood
 from wearlab.store.table import Column, Table
-from wearlab.store.walks import Walk, walkable
-from wearlab.units import KINDS
+from wearlab.units import KINDS, split
 
 __all__ = ["CatalogueSearch", "QueryError"]
 
+COLUMNS = {
+    **{"id": "id", "status": "state", "started": "started", "seconds": "seconds", "bytes": "size"},
+    **{"source_hash": "source_hash", "wearlab_version": "wearlab_version"},
+}
+DOCUMENTS = ("reason", "warnings")
+OF_CAMPAIGNS = ("campaign", "case")
+OTHER_CODE = "other_code"
 OWN_KEYS = (
     *(Key(name, "text") for name in ("id", "status", "source_hash", "wearlab_version")),
-    *(Key(name, "text") for name in (*DOCUMENTS, *MEMBERS)),
+    *(Key(name, "text") for name in (*DOCUMENTS, *OF_CAMPAIGNS)),
     *(Key("started", "date"), Key("seconds", unit="s", display_unit="s"), Key("bytes"), Key(OTHER_CODE)),
 )
 ALIASES = {
@@ -27,9 +35,6 @@ ALIASES = {
     **{"life_hours": "service_life", "hours_of_life": "service_life", "hours": "operating_hours"},
     **{"torque": "operation.torque", "speed": "operation.speed"},  # not those of a duty or a calibration
 }
-MANY = 5_000  # runs from which values that are asked for get an index
-FEW = 0.2  # share of the runs up to which an index is the quicker way to them
-COUNTED = 20_000  # runs that are counted to choose a way
 
 
 class CatalogueSearch:
@@ -40,30 +45,23 @@ class CatalogueSearch:
     catalogue : where the runs are
     """
 
-    def __init__(self, catalogue: Database) -> None:
+    def __init__(self, catalogue: Catalogue) -> None:
         self.catalogue = catalogue
-        rows = catalogue.read("SELECT number, name, source, kind, unit, quantity, display_unit FROM keys")
-        self.numbers = {row[1]: row[0] for row in rows}
-        self.runs = int(catalogue.read("SELECT coalesce(max(number), 0) FROM runs")[0][0])
-        keys = [understood("a key in the catalogue", _key, *row[1:]) for row in rows]
-        named = [
-            replace(key, history=key.name + MARKS["history"] in self.numbers)
-            for key in keys
-            if key.kind not in MARKS
-        ]
+        rows = catalogue.read("SELECT name, number, source, kind, unit, quantity, display_unit FROM keys")
+        self.numbers = {row[0]: row[1] for row in rows}
+        own = [row for row in rows if row[3] != "history"]
+        keys = [understood("a key in the catalogue", _key, row[0], *row[2:]) for row in own]
+        named = [replace(key, history=key.name + HISTORY in self.numbers) for key in keys]
         self.axes: set[str] = set()
         self.vocabulary = Vocabulary([*named, *OWN_KEYS], ALIASES, self._elsewhere)
-        catalogue.teach("first_cycle", 5, first_cycle)
-        catalogue.teach("met", 3, _met)
 
     def _elsewhere(self, name: str) -> Key | str | None:
         """Return the key of a result or a scene's value that no run here has, or of a campaign's axis."""
-        from wearlab.query.result_keys import declared_key
-        from wearlab.query.scene_keys import declared_scene_key
+        from wearlab.query.keys import declared_key, declared_scene_key
 
         if (declared := declared_key(name) or declared_scene_key(name)) is not None:
             return declared
-        if not self.catalogue.read(f"SELECT 1 {OF_AXES} WHERE j.key = ? LIMIT 1", (name,)):
+        if not any(name in member.position for member in self.catalogue.members()):
             return None
         self.axes.add(name)
         return Key(name, "text")
@@ -75,7 +73,7 @@ class CatalogueSearch:
         ----------
         where : condition; empty: all runs
         columns : names or ``first_cycle(…)`` beside id and status [what the condition names]
-        sort : a column; a minus sign before it turns the order
+        sort : a column; a minus sign before it turns the order; what is missing comes last
         limit : at most so many rows
 
         Raises
@@ -84,62 +82,72 @@ class CatalogueSearch:
         """
         condition = read_condition(where, self.vocabulary) if where.strip() else None
         asked = [(text, read_column(text, self.vocabulary)) for text in columns or ()]
+        named = keys_of(condition)
         if columns is None:
-            asked = [(key.name, key) for key in _named(condition)]
+            asked = [(key.name, key) for key in named if not key.name.endswith(HISTORY)]
+        by = read_column(sort.lstrip("-"), self.vocabulary) if sort else None
         first = [(name, self.vocabulary.keys[name]) for name in ("id", "status")]
         shown = dict(first + asked)
-        by = read_column(sort.lstrip("-"), self.vocabulary) if sort else None
+        named += [key for operand in (*shown.values(), by) for key in keys_of(operand)]
+        runs = self._values(dict.fromkeys(key.name for key in named))
+        found = [run for run in runs if condition is None or holds(condition, run)]
+        if by is not None:
+            found = _sorted(found, by, sort or "")
         heads = tuple(_column(text, column) for text, column in shown.items())
-        for walk in self._walks(condition, by, limit):
-            question = Inquiry(condition, walk, self.numbers, self.axes)
-            wanted = ", ".join(question.value(column) for column in shown.values())
-            order = question.order(by, sort) if sort else question.run
-            tail = " LIMIT ?" if limit is not None else ""
-            text = f"SELECT {wanted} {question.source} ORDER BY {order}{tail}"
-            values = (*question.values, *(() if limit is None else (limit,)))
-            rows = self.catalogue.read(text, values)
-            if not walk.leaves_out or len(rows) == limit:
-                break
-        return Table(heads, rows)
+        return Table(
+            heads, [tuple(_cell(value_of(column, run)) for column in shown.values()) for run in found[:limit]]
+        )
 
-    def _walks(self, condition: Any, by: Any, limit: int | None) -> Iterator[Walk]:
-        """Yield the ways to go through the runs, the quickest first; the last finds all of them.
+    def _values(self, names: Iterable[str]) -> list[dict[str, Any]]:
+        """Return the values of these names for every run, in the order in which they were begun."""
+        numbers = self.catalogue.read("SELECT number, id FROM runs ORDER BY number")
+        columns: list[tuple[str, Callable[[int, str], Any]]] = []
+        for name in names:
+            if name in COLUMNS:
+                columns.append((name, _by_number(self._rows(f"SELECT number, {COLUMNS[name]} FROM runs"))))
+            elif name in DOCUMENTS:
+                columns.append((name, _by_number(self._rows(f"SELECT number, {name} FROM documents"))))
+            elif name == OTHER_CODE:
+                columns.append((name, _by_number(self._other_code())))
+            elif name in OF_CAMPAIGNS or name in self.axes:
+                columns.append((name, _by_id(self._of_campaigns(name))))
+            elif name in self.numbers:
+                facts = f"SELECT run, value FROM facts WHERE key = {int(self.numbers[name])}"
+                columns.append((name, _by_number(self._rows(facts))))
+        return [{name: value(number, run_id) for name, value in columns} for number, run_id in numbers]
 
-        Through the values of the key that a condition restricts most, or, for a few of many in the order of a
-        key, along that order, until as many meet the condition; runs without that key come after all others.
-        """
-        fitting = walkable(condition, self.numbers)
-        met = {id(row): self._met(row) for row in fitting}
-        driver = min(fitting, key=lambda part: met[id(part)], default=None)
-        share = min(1.0, met[id(driver)] / max(1, self.runs)) if driver is not None else 1.0
-        named = by.name if isinstance(by, Key) and by.name in self.numbers else None
-        if named and limit is not None and limit < share * share * self.runs:
-            if index := self.index(named):
-                yield Walk(named, index, None)
-        if driver is None:
-            yield Walk(None, None, None)
-        else:
-            yield Walk(driver.left.name, self.index(driver.left.name) if share < FEW else None, driver)
+    def _rows(self, question: str) -> dict[int, Any]:
+        return dict(self.catalogue.read(question))
 
-    def index(self, name: str) -> str | None:
-        """Return the index of a key's values, made where many runs have none yet; None: there is none."""
-        number = self.numbers[name]
-        index = f"by_value_{number}"
-        of = f"facts (value) WHERE key = {number}"
-        return index if self.runs >= MANY and self.catalogue.has_index(index, of) else None
+    def _other_code(self) -> dict[int, bool | None]:
+        """Return whether runs were made by other code than the present, where that is known."""
+        from wearlab.sources import present_hashes
 
-    def _met(self, comparison: Compare) -> int:
-        """Return how many runs meet a comparison, or `COUNTED`; of few runs as if all did."""
-        index = self.index(comparison.left.name)
-        if index is None:
-            return self.runs
-        question = Inquiry(comparison, Walk(comparison.left.name, index, comparison), self.numbers)
-        counted = f"SELECT count(*) FROM (SELECT 1 {question.facts} LIMIT {COUNTED})"
-        return int(self.catalogue.read(counted, question.values)[0][0])
+        known = present_hashes()
+        rows = self._rows("SELECT number, source_hash FROM runs")
+        return {number: source not in known if source else None for number, source in rows.items()}
+
+    def _of_campaigns(self, name: str) -> dict[str, tuple[str, ...]]:
+        """Return what campaigns say of each run: their titles, its labels, or its places on an axis."""
+        told: dict[str, dict[str, None]] = {}
+        for member in self.catalogue.members():
+            of = {"campaign": member.campaign, "case": member.label}
+            value = of[name] if name in of else member.position.get(name)
+            if value is not None:
+                told.setdefault(member.run, {})[str(value)] = None
+        return {run: tuple(values) for run, values in told.items()}
+
+
+def _by_number(values: Mapping[int, Any]) -> Callable[[int, str], Any]:
+    return lambda number, run_id: values.get(number)
+
+
+def _by_id(values: Mapping[str, tuple[str, ...]]) -> Callable[[int, str], Any]:
+    return lambda number, run_id: values.get(run_id, ())
 
 
 def _key(name: Any, source: Any, kind: Any, unit: Any, quantity: Any, shown: Any) -> Key:
-    """Return a key as the catalogue tells it, which may be a stranger's."""
+    """Return a key as the catalogue tells it, which anybody may have written."""
     if not all(isinstance(text, str) for text in (name, kind, unit, shown)):
         raise TypeError(f"{str(name)[:20]!r} is not told in words")
     if quantity is not None and quantity not in KINDS:
@@ -147,31 +155,53 @@ def _key(name: Any, source: Any, kind: Any, unit: Any, quantity: Any, shown: Any
     return Key(name, kind, unit, quantity, shown, source == "scene")
 
 
-def _met(sign: str, left: Any, right: Any) -> bool | None:
-    """Return a comparison of two stored values for SQL, None where one is missing."""
-    if left is None or right is None:
-        return None
-    return compared({"<>": "!="}.get(sign, sign), left, right)
-
-
-def _named(tree: Any) -> list[Key]:
-    """Return the keys that a condition names, each once."""
+def keys_of(tree: Any) -> list[Key]:
+    """Return the keys that a condition or a column names, each once; histories marked by their names."""
     match tree:
         case All(conditions) | Some(conditions):
-            names = [key for condition in conditions for key in _named(condition)]
-        case Not(inner):
-            names = _named(inner)
-        case Missing(operand):
-            names = _named(operand)
+            names = [key for condition in conditions for key in keys_of(condition)]
+        case Not(inner) | Missing(inner):
+            names = keys_of(inner)
+        case FirstCycle(Compare(_, left, _)):
+            names = [left, Key(left.name + HISTORY), Key(CYCLE + HISTORY)]
         case Compare(_, left, right):
-            names = _named(left) + _named(right)
-        case FirstCycle(inner):
-            names = _named(inner)
+            names = keys_of(left) + keys_of(right)
         case Key():
             names = [tree]
         case _:
             names = []
     return list(dict.fromkeys(names))
+
+
+def _sorted(runs: list[dict[str, Any]], by: Any, sort: str) -> list[dict[str, Any]]:
+    """Return runs in the order of a column; equal ones stay as they are."""
+    ranked = [(_rank(value_of(by, run)), run) for run in runs]
+    known = [(rank, run) for rank, run in ranked if rank is not None]
+    known.sort(key=lambda pair: pair[0], reverse=sort.startswith("-"))
+    return [run for _, run in known] + [run for rank, run in ranked if rank is None]
+
+
+def _rank(value: Any) -> tuple[bool, Any, str] | None:
+    """Return what a value is sorted by: numbers before texts; values of an axis by their number."""
+    if isinstance(value, tuple):
+        value = value[0] if value else None
+        with_number = _number_of(value)
+        return None if value is None else (with_number is None, with_number or 0.0, value)
+    if value is None:
+        return None
+    return (True, 0.0, value) if isinstance(value, str) else (False, value, "")
+
+
+def _number_of(text: str | None) -> float | None:
+    """Return the number of a quantity with its unit, None of any other text."""
+    try:
+        return float(split(text or "")[0])
+    except ValueError:
+        return None
+
+
+def _cell(value: Any) -> Any:
+    return (",".join(value) or None) if isinstance(value, tuple) else value
 
 
 def _column(text: str, column: Any) -> Column:

@@ -3,7 +3,7 @@
 import json
 from typing import TYPE_CHECKING, Any
 
-from wearlab.query.scene_keys import quantity_at
+from wearlab.query.keys import quantity_at
 from wearlab.units import KINDS, convert
 
 if TYPE_CHECKING:

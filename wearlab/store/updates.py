@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.store.bounds import refuse_links
+from wearlab.store.campaigns import now
 from wearlab.store.errors import StoreError
 from wearlab.store.files import written
 from wearlab.store.kept_runs import KeptRuns
-from wearlab.store.memberships import now
+from wearlab.store.netcdf import SEAL
 from wearlab.store.problem import Problem, stray
 from wearlab.store.runs import Image, RunFiles, hash_of
-from wearlab.store.seal import SEAL
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,7 +62,7 @@ def update_files(store: KeptRuns) -> RunFiles:
 
 def seal_of(tree: "xr.DataTree") -> str:
     """Return the SHA-256 over the content of all groups."""
-    from wearlab.store.seal import content_hash
+    from wearlab.store.netcdf import content_hash
 
     digest = hashlib.sha256()
     nodes = {node.path: node for node in tree.subtree}

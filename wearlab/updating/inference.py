@@ -255,7 +255,7 @@ def keep(
     title : of the campaign
     name, about : identity of the update, and of what it is of
     """
-    from wearlab.store.seal import SEAL
+    from wearlab.store.netcdf import SEAL
     from wearlab.store.updates import keep_update, seal_of
 
     runs = list(dict.fromkeys(run.id for outcome in outcomes for run in outcome.posterior.histories))

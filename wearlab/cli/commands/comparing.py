@@ -62,7 +62,7 @@ def _meant(word: str, store: "Store") -> Any:
 def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> list[str]:
     from wearlab.report.comparison import comparison_figure
     from wearlab.store.files import write_whole
-    from wearlab.store.image import to_image
+    from wearlab.store.netcdf import to_image
 
     written = []
     with refusing(*REFUSALS, OSError):
@@ -128,7 +128,7 @@ def _tell_first(comparison: "xr.Dataset") -> None:
 def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:
     import json
 
-    from wearlab.store.image import plain
+    from wearlab.store.description import plain
 
     attributes = {
         key: value for key, value in comparison.attrs.items() if not key.startswith(("only_", "scene_"))

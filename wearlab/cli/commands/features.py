@@ -27,7 +27,7 @@ def features(
     json: Json = False,
 ) -> Status:
     """Write one row for each wear state of each run: harmonics, indicators, orders as columns."""
-    from wearlab.query.errors import QueryError
+    from wearlab.query.grammar import QueryError
 
     if out is not None and out.suffix not in ENDINGS:
         raise Stop(f"{out}: features are written as {' or '.join(ENDINGS)}")

@@ -77,7 +77,7 @@ def ls(
         from wearlab.cli.updates import list_updates
 
         return list_updates(store, json or format is Format.JSON)
-    from wearlab.query.errors import QueryError
+    from wearlab.query.grammar import QueryError
 
     wanted = RowsWanted(where, split_columns(columns), sort, limit, state)
     with refusing(*REFUSALS, QueryError):

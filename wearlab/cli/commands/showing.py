@@ -160,7 +160,7 @@ def _groups(stored: Mapping[str, dict[str, Any]]) -> list[str]:
 
 def _in_file_units(path: str, value: Any) -> str:
     """Return a value of a scene as files write it: a quantity with its unit, anything else as JSON."""
-    from wearlab.query.scene_keys import scene_key
+    from wearlab.query.keys import scene_key
     from wearlab.units import convert
 
     some = value if isinstance(value, list) else [value]

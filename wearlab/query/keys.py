@@ -1,15 +1,17 @@
-"""Names become keys, quantities become SI: a condition is bound to what is known."""
+"""Names become keys, quantities become SI: a condition is bound to what scenes and results have."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from typing import Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from wearlab.query import grammar
-from wearlab.query.errors import QueryError
-from wearlab.query.grammar import All, Compare, FirstCycle, Literal, Missing, Name, Not, Some
-from wearlab.units import KINDS, UnitError, convert, quantity
+from wearlab.query.grammar import All, Compare, FirstCycle, Literal, Missing, Name, Not, QueryError, Some
+from wearlab.units import KINDS, Measure, UnitError, convert, quantity, split
+
+if TYPE_CHECKING:
+    from wearlab.options import Unit
 
 PLAIN = ("", "1", "cycles")
 SHOWN = 12
@@ -212,3 +214,120 @@ def _same(name: str, other: str) -> bool:
 
 def _example(key: Key) -> str:
     return f"'{KINDS[key.quantity].example}'" if key.quantity else f"'1 {key.display_unit or key.unit}'"
+
+
+def scene_key(name: str, text: bool) -> Key:
+    """Return the key of a scene's value.
+
+    Parameters
+    ----------
+    name : dotted
+    text : whether its value is a text
+    """
+    if text:
+        return Key(name, "text", is_path=True)
+    kind = quantity_at(name)
+    if kind is None:
+        return Key(name, is_path=True)
+    return Key(name, "number", KINDS[kind].unit, kind, _shown(KINDS[kind]), is_path=True)
+
+
+def _shown(kind: Measure) -> str:
+    """Return the unit that values of a kind are read in: that of its example, if it is one and no scale."""
+    from wearlab.shop.hardness import SCALES
+
+    usual = split(kind.example)[1], *kind.units
+    return next((unit for unit in usual if unit not in SCALES), kind.unit)
+
+
+def quantity_at(name: str) -> str | None:
+    """Return the kind of quantity that a dotted key holds, None for plain values."""
+    from wearlab.scene.lookup import field_at  # managing runs needs no scenes
+
+    field = field_at(tuple(word for word in name.split(".") if not word.isdigit()))
+    if field is None:
+        return None
+    unit = _unit(field.metadata) or _within(field.annotation)
+    return unit.kind if unit else None
+
+
+def declared_scene_key(name: str) -> Key | str | None:
+    """Return the key of a scene's value that no run has, or what else a name is; None: no name of a scene."""
+    from wearlab.scene.lookup import field_at, parts_at
+
+    path = tuple(word for word in name.split(".") if not word.isdigit())
+    field = field_at(path)
+    if field is None:
+        return None
+    if parts_at(path):
+        return "is a table: ask for one of its keys"
+    if field.exclude:
+        return "stands in campaign files only, runs keep what it leads to"
+    return scene_key(name, text=quantity_at(name) is None and _is_text(field.annotation))
+
+
+def _is_text(annotation: Any) -> bool:
+    """Say whether a value may be a word."""
+    return annotation is str or isinstance(annotation, str) or any(map(_is_text, get_args(annotation)))
+
+
+def _unit(metadata: Iterable[Any]) -> "Unit | None":
+    from wearlab.options import Unit
+
+    return next((mark for mark in metadata if isinstance(mark, Unit)), None)
+
+
+def _within(annotation: Any) -> "Unit | None":
+    own = _unit(getattr(annotation, "__metadata__", ()))
+    return own or next((unit for inner in get_args(annotation) if (unit := _within(inner))), None)
+
+
+STATISTICS = ("_min", "_mean", "_max")
+
+
+def key_of(name: str, source: str, kind: str) -> Key:
+    """Return a key as conditions understand it.
+
+    Parameters
+    ----------
+    name : dotted key of a scene, or variable
+    source : scene | result | history
+    kind : number | text | history
+    """
+    if source == "scene":
+        return scene_key(name, kind == "text")
+    from wearlab.schema import VARIABLES
+
+    variable = VARIABLES.get(name) or VARIABLES.get(_stem(name))
+    if kind == "text" or variable is None:
+        return Key(name, kind)
+    return Key(name, kind, variable.units, None, variable.display_units)
+
+
+def declared_key(name: str) -> Key | None:
+    """Return the key of a result that datasets may have, None for any other name."""
+    from wearlab.schema import VARIABLES
+
+    variable = VARIABLES.get(name) or VARIABLES.get(_stem(name))
+    if variable is None:
+        return None
+    return key_of(name, "result", "number" if variable.units else "text")
+
+
+def _stem(name: str) -> str:
+    return next((name.removesuffix(end) for end in STATISTICS if name.endswith(end)), name)
+
+
+def flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values; entries of a list are numbered from 0, what is absent is left out."""
+    inner: Iterable[tuple[Any, Any]]
+    if isinstance(values, dict):
+        inner = values.items()
+    elif isinstance(values, list):
+        inner = enumerate(values)
+    else:
+        if values is not None:
+            yield above, values
+        return
+    for key, value in inner:
+        yield from flat(value, f"{above}.{key}" if above else str(key))

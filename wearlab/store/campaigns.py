@@ -8,9 +8,8 @@ from datetime import UTC, datetime, timedelta
 from operator import itemgetter
 from typing import Any, Literal
 
-from wearlab.store.database import Database
+from wearlab.store.database import Database, optional_text, place, understood
 from wearlab.store.outcome import Comparison
-from wearlab.store.rows import optional_text, place, understood
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,7 @@ class Member:
     metadata: dict[str, str] = field(default_factory=dict)
 
 
-class Memberships(Database):
+class Campaigns(Database):
     """The campaigns of a catalogue."""
 
     def record_campaign(

@@ -1,0 +1,215 @@
+"""What the catalogue keeps of a run: lengths, variables, scalar results, every value that can be asked for.
+
+A grid opens and a question is answered without opening files. All of it follows from the file of the run and
+its scene, so that `wearlab verify` can compare both.
+"""
+
+import hashlib
+import json
+import math
+import sqlite3
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from wearlab.query.evaluate import HISTORY
+from wearlab.query.keys import flat, key_of
+from wearlab.store.calibration import CALIBRATION, CALIBRATION_LIFE
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+LIFE = "update"
+AT_STATES = frozenset((LIFE, "flank", "mesh", "member"))
+ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
+CODE = ("commit", "model_version")
+PARENT_CYCLE = "parent_cycle"
+LONGEST = 200  # characters of a text that can be asked for
+Fact = tuple[str, str, Any]  # source, name, value
+
+
+class Description(NamedTuple):
+    """What the catalogue records of a dataset, so that a grid opens without opening files.
+
+    Parameters
+    ----------
+    sizes : length of each dimension
+    layout : JSON: per variable its dims, dtype, attributes, whether it is a coordinate; labels of dimensions
+    digests : hash of the values of each coordinate
+    summary : scalar results; the largest of each result at a wear state; of some along the phase the
+        smallest, largest and mean; the code that made it
+    histories : each result at the wear states, smallest and largest where there are several; float64
+    """
+
+    sizes: dict[str, int]
+    layout: str
+    digests: dict[str, str]
+    summary: dict[str, Any]
+    histories: dict[str, bytes]
+
+
+def describe(dataset: "xr.Dataset") -> Description:
+    """Return sizes, layout, summary and histories of a run."""
+    variables = {
+        str(name): {
+            "dims": list(variable.dims),
+            "dtype": "str" if variable.dtype.kind in "OUS" else variable.dtype.str,
+            "attrs": {str(key): plain(value) for key, value in variable.attrs.items()},
+            "coordinate": name in dataset.coords,
+        }
+        for name, variable in dataset.variables.items()
+    }
+    labels = {str(dim): dataset[dim].values.tolist() for dim in dataset.dims if dim in dataset.coords}
+    layout = json.dumps({"variables": variables, "labels": labels}, sort_keys=True)
+    digests = {str(name): _digest(values) for name, values in dataset.coords.items()}
+    sizes = {str(dim): n for dim, n in dataset.sizes.items()}
+    return Description(sizes, layout, digests, *_results(dataset))
+
+
+def _digest(values: "xr.DataArray") -> str:
+    data = values.values
+    content = repr(data.tolist()).encode() if data.dtype.kind in "OUS" else data.tobytes()
+    return hashlib.sha256(repr((values.dims, values.shape)).encode() + content).hexdigest()[:16]
+
+
+def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
+    """Return summary and histories."""
+    import numpy as np
+
+    summary: dict[str, Any] = {
+        name: str(dataset.attrs[name]) for name in (*CODE, CALIBRATION) if name in dataset.attrs
+    }
+    for key in (PARENT_CYCLE, CALIBRATION_LIFE):
+        with suppress(KeyError, ValueError, TypeError):
+            summary[key] = plain(float(dataset.attrs[key]))
+    histories: dict[str, bytes] = {}
+    for name, variable in dataset.variables.items():
+        if variable.ndim == 0:
+            summary[str(name)] = plain(variable.values)
+        elif variable.dtype.kind not in "fiu":
+            continue
+        elif AT_STATES.issuperset(variable.dims):
+            values = np.asarray(variable.values, float)
+            summary[str(name)] = plain(_largest(values, np.fmax))
+            if variable.dims[0] == LIFE:
+                histories[str(name)] = _history(values)
+        elif name in ALONG_PHASE:
+            values = variable.values
+            summary |= {
+                f"{name}_min": plain(_largest(values, np.fmin)),
+                f"{name}_mean": plain(np.mean(values)),
+            }
+            summary[f"{name}_max"] = plain(_largest(values, np.fmax))
+    return summary, histories
+
+
+def _largest(values: "NDArray[Any]", choose: Any) -> Any:
+    return choose.reduce(values, axis=None) if values.size else math.nan
+
+
+def _history(values: "NDArray[Any]") -> bytes:
+    """Return the values at each wear state; the lowest, then the highest, where there are several."""
+    import numpy as np
+
+    if values.ndim == 1:
+        return values.tobytes()
+    own = values.reshape(len(values), -1)
+    return np.concatenate([np.fmin.reduce(own, axis=1), np.fmax.reduce(own, axis=1)]).tobytes()
+
+
+def plain(value: Any) -> Any:
+    """Return a value that JSON can hold; what is not finite becomes None."""
+    if hasattr(value, "tolist"):  # of numpy
+        value = value.tolist()
+    if isinstance(value, list):
+        return [plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if isinstance(value, str | int | float | bool | None) else str(value)
+
+
+class Facts:
+    """Writes facts within one transaction; knows the numbers of the keys that it has met there.
+
+    Another process may have made the tables anew since the last transaction: no number outlives one.
+
+    Parameters
+    ----------
+    connection : to the catalogue, within a transaction
+    """
+
+    def __init__(self, connection: sqlite3.Connection) -> None:
+        self.connection = connection
+        self._numbers: dict[str, tuple[int, str]] = {}
+
+    def write(self, run: int, facts: Iterator[Fact]) -> None:
+        """Write the facts of one run, in the place of all that it had."""
+        self.forget(run)
+        rows = {}
+        for source, name, value in facts:
+            number, kind = self._number(source, name, value)
+            rows[number] = stored(value, kind)
+        self.connection.executemany(
+            "INSERT INTO facts VALUES (?, ?, ?)", ((key, run, value) for key, value in rows.items())
+        )
+
+    def forget(self, run: int) -> None:
+        """Remove the facts of a run."""
+        self.connection.execute(
+            "DELETE FROM facts WHERE run = ?1 AND key IN (SELECT number FROM keys)", (run,)
+        )
+
+    def _number(self, source: str, name: str, value: Any) -> tuple[int, str]:
+        """Return the number of a key and its kind, which is that of the first value met."""
+        if name not in self._numbers:
+            question = "SELECT number, kind FROM keys WHERE name = ?"
+            known = self.connection.execute(question, (name,)).fetchone()
+            if known is None:
+                kind = kind_of(value)
+                key = key_of(name.removesuffix(HISTORY), source, kind)
+                self.connection.execute(
+                    "INSERT INTO keys (name, source, kind, unit, quantity, display_unit) "
+                    "VALUES (?, ?, ?, ?, ?, ?)",
+                    (name, source, kind, key.unit, key.quantity, key.display_unit),
+                )
+                known = self.connection.execute(question, (name,)).fetchone()
+            self._numbers[name] = known
+        return self._numbers[name]
+
+
+def kind_of(value: Any) -> str:
+    """Return the kind of a fact: history, text or number."""
+    return "history" if isinstance(value, bytes) else "text" if isinstance(value, str) else "number"
+
+
+def stored(value: Any, kind: str) -> Any:
+    """Return a value as it stands under a key of this kind."""
+    return value if kind_of(value) == kind else str(value)
+
+
+def facts_of(scene: str, summary: Mapping[str, Any], histories: Mapping[str, bytes]) -> Iterator[Fact]:
+    """Yield every fact of a run: values of its scene, scalar results, and values along its life.
+
+    Parameters
+    ----------
+    scene : canonical JSON
+    summary : results by name
+    histories : per variable its values at all wear states, the lower ones first where there are two of each
+    """
+    taken = set()
+    for name, value in flat(json.loads(scene or "{}")):
+        taken.add(name)
+        yield from _fact("scene", name, value)
+    for name, value in summary.items():
+        if name not in taken:
+            yield from _fact("result", name, value)
+    for name, values in histories.items():
+        yield "history", name + HISTORY, values
+
+
+def _fact(source: str, name: str, value: Any) -> Iterator[Fact]:
+    if isinstance(value, bool):
+        yield source, name, int(value)
+    elif isinstance(value, int | float) or (isinstance(value, str) and len(value) <= LONGEST):
+        yield source, name, value
