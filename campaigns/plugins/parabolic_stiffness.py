@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from annotated_types import Lt
 
-from wearlab.mesh.pair_stiffness import PairStiffness
+from wearlab.mesh.stiffness import PairStiffness
 from wearlab.mesh.stiffnesses import StiffnessModel
 from wearlab.options import NOT_NEGATIVE, POSITIVE, Number, SpringRate, option
 

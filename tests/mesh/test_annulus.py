@@ -7,8 +7,14 @@ from scipy.integrate import quad, solve_ivp
 from wearlab.gears.external import external_pair
 from wearlab.gears.outline import load_angle, root_half_angle
 from wearlab.gears.specification import STEEL, Basics, GearSpec
-from wearlab.mesh.annulus import arc_tractions, arc_work, body_compliance, body_coupling, mode_compliance
-from wearlab.mesh.body import foundation_compliance
+from wearlab.mesh.body import (
+    arc_tractions,
+    arc_work,
+    body_compliance,
+    body_coupling,
+    foundation_compliance,
+    mode_compliance,
+)
 
 INNER, OUTER = 0.020, 0.070
 

@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from wearlab.mesh.annulus import body_coupling
+from wearlab.mesh.body import body_coupling
 from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
-from wearlab.mesh.curve import PiecewiseCurve, constant
 from wearlab.mesh.hertz import weber_compliance, yang_sun
 from wearlab.mesh.profile import lookup, profile_grid
 from wearlab.mesh.stiffness import (
     ConstantContact,
     GivenStiffness,
+    PiecewiseCurve,
     PotentialEnergy,
     SectionVanished,
     WeberContact,
+    constant,
 )
 from wearlab.mesh.tooth import tooth_flexibility
 

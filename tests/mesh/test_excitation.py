@@ -3,16 +3,14 @@
 import numpy as np
 import pytest
 
-from wearlab.mesh.clock import Mesh, breaks_on_clock, instants_of
+from wearlab.mesh.clock import Mesh, breaks_on_clock, instants_of, sampling
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.curve import constant
 from wearlab.mesh.errors import mesh_error
 from wearlab.mesh.excitation import Fourier, Modulated, Pairs, Touching, combined_error
 from wearlab.mesh.force import mesh_force
 from wearlab.mesh.profile import lookup, profile_grid
-from wearlab.mesh.sampling import sampling
 from wearlab.mesh.stages import stage_grid
-from wearlab.mesh.stiffness import GivenStiffness
+from wearlab.mesh.stiffness import GivenStiffness, constant
 from wearlab.mesh.tabulation import stage_tables
 
 K, LOAD = 2.4e8, 4824.0

@@ -10,7 +10,7 @@ from wearlab.gears.external import external_pair
 from wearlab.gears.internal import internal_pair
 from wearlab.gears.outline import load_angle
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.mesh.annulus import arc_tractions, arc_work
+from wearlab.mesh.body import arc_tractions, arc_work
 from wearlab.mesh.finite_element import (
     FiniteElement,
     Options,

@@ -12,8 +12,16 @@ from wearlab.gears.external import external_pair
 from wearlab.gears.internal import internal_pair
 from wearlab.gears.outline import contact_depth, involute_point, involute_rise, load_angle, root_curve
 from wearlab.gears.specification import STEEL, Basics, GearSpec
-from wearlab.mesh.annulus import arc_tractions, arc_work, body_compliance, body_coupling, mode_compliance
-from wearlab.mesh.body import foundation_compliance, foundation_validity, sainsot_coefficients
+from wearlab.mesh.body import (
+    arc_tractions,
+    arc_work,
+    body_compliance,
+    body_coupling,
+    foundation_compliance,
+    foundation_validity,
+    mode_compliance,
+    sainsot_coefficients,
+)
 from wearlab.mesh.hertz import weber_compliance, yang_sun
 from wearlab.mesh.tooth import tooth_compliance, tooth_flexibility
 

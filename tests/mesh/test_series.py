@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from wearlab.mesh.curve import PiecewiseCurve, constant
 from wearlab.mesh.errors import MemberError, mesh_error
 from wearlab.mesh.harmonics import harmonics
 from wearlab.mesh.modulation import Modulation, fit
 from wearlab.mesh.profile import profile_grid
+from wearlab.mesh.stiffness import PiecewiseCurve, constant
 
 
 def test_harmonics_of_a_jump_are_those_of_its_integral(pair):

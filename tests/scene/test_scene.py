@@ -7,11 +7,10 @@ from wearlab.dynamics.models.spur_3dof import Spur3dofDynamics
 from wearlab.dynamics.models.torsional import TorsionalDynamics
 from wearlab.life.steps.adaptive import AdaptiveStep
 from wearlab.life.steps.euler import EulerStep
-from wearlab.mesh.contacts.displacement import DisplacementContact
+from wearlab.mesh.contacts import DisplacementContact
 from wearlab.mesh.excitations.fourier import FourierExcitation
 from wearlab.mesh.excitations.pairs import PairsExcitation
-from wearlab.mesh.stiffnesses.constant import ConstantStiffness
-from wearlab.mesh.stiffnesses.finite_element import FiniteElementStiffness
+from wearlab.mesh.stiffnesses import ConstantStiffness, FiniteElementStiffness
 from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
 from wearlab.wear.coefficients import ConstantCoefficient, HardnessCoefficient
 

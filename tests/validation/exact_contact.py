@@ -11,11 +11,10 @@ import numpy as np
 
 from wearlab.accuracy.ladder import timing
 from wearlab.gears.gear import GearPair
-from wearlab.mesh.exact.algorithm_1 import PUBLISHED_POINTS, algorithm_1
 from wearlab.mesh.exact.flank import Flank
-from wearlab.mesh.exact.gaps import WornFlanks
+from wearlab.mesh.exact.gaps import PUBLISHED_POINTS, WornFlanks, algorithm_1
+from wearlab.mesh.exact.kinematics import tangency
 from wearlab.mesh.exact.minimum_gap import minimum_gap
-from wearlab.mesh.exact.tangency import tangency
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.scene.build.contact import flanks_of

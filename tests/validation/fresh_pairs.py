@@ -20,7 +20,7 @@ from stiffness_table import drawn
 
 import wearlab
 from wearlab.gears.specification import GearError
-from wearlab.mesh.stiffnesses.finite_element import STIFFNESS_OFF
+from wearlab.mesh.stiffnesses import STIFFNESS_OFF
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.simulation.departures import ERROR_OFF, FORCE_OFF, SHARE_OFF

@@ -18,13 +18,12 @@ from wearlab.dynamics.extremes import extremes
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.response import deflection_at
 from wearlab.dynamics.system import System
-from wearlab.mesh.clock import Mesh, look_within
+from wearlab.mesh.clock import Mesh, look_within, sampling
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.errors import MeshError
 from wearlab.mesh.excitation import Touching
 from wearlab.mesh.force import mesh_force
 from wearlab.mesh.profile import lookup
-from wearlab.mesh.sampling import sampling
 from wearlab.mesh.stages import stage_grid
 from wearlab.mesh.tabulation import stage_tables
 from wearlab.scene import Scene

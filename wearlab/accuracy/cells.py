@@ -15,8 +15,8 @@ from wearlab.arrays import Array, Index
 from wearlab.dynamics.structure import force_vectors
 from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
+from wearlab.mesh.clock import Friction, sampling
 from wearlab.mesh.excitation import Touching
-from wearlab.mesh.sampling import Friction, sampling
 from wearlab.mesh.stages import StageGrid, StageTables
 from wearlab.mesh.tabulation import stage_tables
 

@@ -14,9 +14,8 @@ from wearlab.dynamics.response import Response
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
-from wearlab.mesh.clock import look
+from wearlab.mesh.clock import look, sampling
 from wearlab.mesh.excitation import Touching
-from wearlab.mesh.sampling import sampling
 from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build

@@ -1,7 +1,8 @@
 """The root of a tooth, and where its involute begins.
 
-A rack's rounded tip leaves a trochoid. With γ the angle of the rounding's normal to the pitch line, a the depth of the rounding's centre below it, b
-its distance from the tooth's centre line and ρ its radius: ``φ = (a/tanγ + b)/r``, ``D = a/sinγ + ρ``,
+A rack's rounded tip leaves a trochoid. With γ the angle of the rounding's normal to the pitch line, a the
+depth of the rounding's centre below it, b its distance from the tooth's centre line and ρ its radius:
+``φ = (a/tanγ + b)/r``, ``D = a/sinγ + ρ``,
 ``x = r cosφ − D sin(γ − φ)``, ``y = r sinφ − D cos(γ − φ)`` (Litvin & Fuentes, 2nd ed., 6.4).
 """
 

@@ -1,6 +1,6 @@
 """What is given of gears, and the refusal of what cannot be.
 
-Material, modification of the profile as material removed normal to the flank, numbers of teeth and dimensions.
+Material, modification of the profile as material removed normal to the flank, teeth and dimensions.
 """
 
 import math

@@ -10,9 +10,8 @@ from wearlab.arrays import Array, Index
 from wearlab.dynamics.response import Response, coordinates_at, deflection_at
 from wearlab.dynamics.system import System
 from wearlab.mesh.between import Between
-from wearlab.mesh.clock import Instants, instants
+from wearlab.mesh.clock import Instants, Sampling, instants
 from wearlab.mesh.excitation import Excitation, Touching
-from wearlab.mesh.sampling import Sampling
 from wearlab.mesh.stages import StageGrid, StageTables
 from wearlab.mesh.tabulation import stage_tables
 

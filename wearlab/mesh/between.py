@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.mesh.clock import look_within, of_kind
+from wearlab.mesh.clock import Sampling, look_within, of_kind
 from wearlab.mesh.excitation import Touching
-from wearlab.mesh.sampling import Sampling
 from wearlab.mesh.tabulation import stage_springs
 
 

@@ -1,5 +1,17 @@
-"""Fillet-foundation compliance: the elastic wheel body under the root of a loaded tooth."""
+"""The elastic wheel body under a loaded tooth: Sainsot's formula, and an annulus that teeth share.
 
+The annulus is plane, clamped at the bore, or at the outside of a ring's rim. A tooth hands its load
+over to the arc |θ| ≤ θ_f of the root circle as a normal stress linear in θ and a constant shear stress, the
+only such tractions in equilibrium with the load. Michell's solution gives the displacement of every Fourier
+mode in closed form (four constants a mode), and the work of one tooth's tractions on the displacements due to
+another's is their compliance: the body's displacement along the neighbour's line of action, rotation times
+lever included. It is symmetric (Betti) and positive semidefinite (energy) by construction.
+
+Plane stress, as Sainsot's polynomials are: a single tooth then agrees with them within 6 per cent for
+2 <= r_f/r_bore <= 3.4 and 20 to 100 teeth (15 per cent at r_f/r_bore = 1.5).
+"""
+
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +20,7 @@ from numpy.typing import ArrayLike
 from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
 from wearlab.gears.outline import load_angle, root_half_angle
+from wearlab.gears.specification import Material
 
 BORE_RANGE = (1.4, 7.0)
 ANGLE_RANGE = (0.01, 0.12)
@@ -61,7 +74,7 @@ def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
     tooth's centre line. Wear moves the contact point along its own normal, so u stays ``r_b/cosλ − r_f``.
     It is negative where that line crosses the root circle first, and so is the cross term then.
     A ring: ``u = r_f − r_b/cosλ`` and ``h_f = r_rim/r_f``, outside what the polynomials were fitted to
-    (:func:`foundation_validity` says so; :func:`wearlab.mesh.annulus.body_compliance` has no such range).
+    (:func:`foundation_validity` says so; :func:`wearlab.mesh.body.body_compliance` has no such range).
 
     Parameters
     ----------
@@ -122,3 +135,226 @@ def foundation_validity(gear: Gear) -> tuple[str, ...]:
                 f"fitted for {low:g} to {high:g}"
             )
     return tuple(messages)
+
+
+KEPT_BODIES = 64  # whose responses are remembered: a sweep of loads has the same bodies throughout
+MODES_PER_ARC = 60.0  # Fourier modes times θ_f: the energy of mode n falls as n^-3
+
+
+class ModeCompliance(NamedTuple):
+    """Displacements of the root circle under unit tractions σ cos nθ and τ sin nθ, n = 0, 1, 2 and up.
+
+    Tractions and displacements count outwards (σ, u_r) and along rising θ (τ, u_θ).
+
+    Parameters
+    ----------
+    normal : (n_modes,) u_r due to σ [m/Pa]
+    mixed : (n_modes,) u_r due to τ, equal to u_θ due to σ [m/Pa]
+    shear : (n_modes,) u_θ due to τ [m/Pa]; mode 0 is u_θ under a uniform shear
+    """
+
+    normal: Array
+    mixed: Array
+    shear: Array
+
+
+def mode_compliance(clamped: float, loaded: float, material: Material, n_modes: int) -> ModeCompliance:
+    """Solve the annulus, clamped at one radius and loaded at the other, for every Fourier mode.
+
+    Parameters
+    ----------
+    clamped, loaded : radii of bore (a ring: outside of the rim) and root circle [m]
+    material : elastic constants; plane stress
+    n_modes : modes 0 … n_modes − 1
+
+    Returns
+    -------
+    ModeCompliance
+
+    References
+    ----------
+    Michell, Proc. London Math. Soc. 31 (1899) 100–124; Barber, Elasticity, 3rd ed., Table 9.1, written
+    here as displacements from the Kolosov–Muskhelishvili potentials z^k and z^m.
+    """
+    n = np.arange(n_modes, dtype=float)
+    solutions = _michell(n, material)
+    inner, outer = sorted((clamped, loaded))
+    clamp, _ = _at_radius(solutions, n, clamped, inner, outer, material)
+    rim, surface = _at_radius(solutions, n, loaded, inner, outer, material)
+    # an inner surface faces the centre: what pulls it outwards is a negative stress there
+    tractions = np.zeros((n_modes, 4, 2))
+    tractions[:, 2, 0] = tractions[:, 3, 1] = 1.0 if loaded == outer else -1.0
+    compliance = rim @ np.linalg.solve(np.concatenate([clamp, surface], axis=1), tractions)
+    return ModeCompliance(compliance[:, 0, 0], compliance[:, 0, 1], compliance[:, 1, 1])
+
+
+def _at_radius(
+    solutions: Array,
+    n: Array,
+    radius: float,
+    inner: float,
+    outer: float,
+    material: Material,
+) -> tuple[Array, Array]:
+    """Displacements (u_r, u_θ) and tractions (σ_r, τ) of the solutions, each (n_modes, 2, 4)."""
+    mu = material.shear_modulus
+    lame = 2.0 * mu * material.poisson_ratio / (1.0 - material.poisson_ratio)
+    displacement, traction = np.empty((2, len(n), 2, 4))
+    for column, (U, V, power, logarithm) in enumerate(solutions):
+        # growing powers are scaled by the outer and falling ones by the inner radius: nothing overflows
+        scale = np.where(power > 0.0, outer, inner)
+        size = (radius / scale) ** power
+        u = size * (U + logarithm * np.log(radius / scale))
+        v = size * (V - logarithm * np.log(radius / scale))
+        u_rate, v_rate = power * u + size * logarithm, power * v - size * logarithm
+        displacement[:, 0, column], displacement[:, 1, column] = u, v
+        traction[:, 0, column] = ((lame + 2.0 * mu) * u_rate + lame * (u + n * v)) / radius
+        traction[:, 1, column] = mu * (v_rate - n * u - v) / radius
+    return displacement, traction
+
+
+def _michell(n: Array, material: Material) -> Array:
+    """Return the four solutions of each mode, u_r = (U + G ln r) r^p cos nθ, u_θ = (V − G ln r) r^p sin nθ.
+
+    Shape (4 solutions, 4 values U V p G, n_modes); the overall factor of each is free.
+    """
+    kappa = (3.0 - material.poisson_ratio) / (1.0 + material.poisson_ratio)
+    ones, zeros = np.ones_like(n), np.zeros_like(n)
+    solutions = np.array(
+        [
+            [kappa - n - 1.0, kappa + n + 1.0, n + 1.0, zeros],
+            [kappa + n - 1.0, n - kappa - 1.0, 1.0 - n, zeros],
+            [-ones, ones, n - 1.0, zeros],
+            [-ones, -ones, -n - 1.0, zeros],
+        ]
+    )
+    # mode 1: r^(1−n) and r^(n−1) coincide; the point force takes the place of the second
+    solutions[1, :, n == 1.0] = [-1.0, -1.0, 0.0, 2.0 * kappa]
+    # mode 0: radial and rotational solutions part, r and 1/r each
+    solutions[:, :, n == 0.0] = np.array(
+        [[1.0, 0.0, 1.0, 0.0], [0.0, 1.0, 1.0, 0.0], [1.0, 0.0, -1.0, 0.0], [0.0, 1.0, -1.0, 0.0]]
+    )[:, :, None]
+    return solutions
+
+
+def arc_tractions(gear: Gear, radius: ArrayLike) -> Array:
+    """Return the tractions that carry a unit load into the root arc, per unit face width.
+
+    ``σ = σ0 + σ1 θ/θ_f`` and ``τ = τ0``, with the radial force ``2 r_f sinθ_f σ0 = −sinλ``, the moment about
+    the centre ``2 r_f² θ_f τ0 = −r_b`` and the tangential force
+    ``2 r_f [σ1 (sinθ_f/θ_f − cosθ_f) + τ0 sinθ_f] = −cosλ``. The load presses a ring's tooth outwards,
+    towards its root: there the radial force is +sinλ.
+
+    Parameters
+    ----------
+    gear : the gear
+    radius : (n,) contact radii [m]
+
+    Returns
+    -------
+    (3, n) σ0, σ1, τ0 [1/m]; the loaded flank is on the side of positive θ
+
+    References
+    ----------
+    Sainsot, Velex & Duverger 2004: normal stress linear, shear constant along the root arc.
+    """
+    theta, r_f = root_half_angle(gear), gear.root_radius
+    lam = load_angle(gear, radius)
+    outwards = np.sin(lam) if gear.internal else -np.sin(lam)
+    constant = outwards / (2.0 * r_f * np.sin(theta))
+    shear = np.full_like(lam, -gear.base_radius / (2.0 * r_f**2 * theta))
+    rest = -np.cos(lam) / (2.0 * r_f) - shear * np.sin(theta)
+    return np.stack([constant, rest / (np.sin(theta) / theta - np.cos(theta)), shear])
+
+
+def arc_work(gear: Gear, separation: float) -> Array:
+    """Return the work of each arc traction on the displacements due to each, at an angular separation.
+
+    Parameters
+    ----------
+    gear : the gear
+    separation : angle from the acting to the observing tooth [rad]
+
+    Returns
+    -------
+    (3, 3) observing × acting shapes (1, θ/θ_f normal; 1 shear), per unit face width [m²/Pa]
+
+    References
+    ----------
+    Sainsot, Velex & Duverger 2004, for the tractions; the displacements are those of `mode_compliance`.
+    """
+    return _arc_work(root_half_angle(gear), gear.bore_radius, gear.root_radius, gear.material, separation)
+
+
+@lru_cache(KEPT_BODIES)
+def _arc_work(theta: float, bore: float, r_f: float, material: Material, separation: float) -> Array:
+    n_modes = int(MODES_PER_ARC / theta) + 2
+    compliance = mode_compliance(bore, r_f, material, n_modes)
+    n = np.arange(1, n_modes)
+    even = 2.0 * np.sin(n * theta) / n
+    odd = 2.0 * (np.sin(n * theta) / n**2 - theta * np.cos(n * theta) / n) / theta
+    nothing = np.zeros_like(even)
+    # complex amplitudes of e^{inθ}: cosines are real, sines −i
+    normal = np.stack([even + 0j, -1j * odd, nothing + 0j])
+    shear = np.stack([nothing, nothing, even])
+    u_r = compliance.normal[1:] * normal + 1j * compliance.mixed[1:] * shear
+    u_t = -1j * compliance.mixed[1:] * normal + compliance.shear[1:] * shear
+    turn = np.exp(1j * n * separation)
+    work = (normal.conj() * turn) @ u_r.T + (shear * turn) @ u_t.T
+    uniform = (2.0 * theta) ** 2 / 2.0 * np.diag([compliance.normal[0], 0.0, compliance.shear[0]])
+    total: Array = r_f / np.pi * (work.real + uniform)
+    return total
+
+
+def body_compliance(gear: Gear, radius: ArrayLike) -> Array:
+    """Return the annulus's own compliance along the line of action, beside Sainsot's polynomials.
+
+    Parameters
+    ----------
+    gear : the gear
+    radius : (n,) contact radii [m]
+
+    Returns
+    -------
+    (n,) for the whole face width [m/N]
+
+    References
+    ----------
+    Sainsot, Velex & Duverger 2004, for the tractions; clamped at the bore as there.
+    """
+    p = arc_tractions(gear, radius)
+    own: Array = np.einsum("a...,ab,b...->...", p, arc_work(gear, 0.0), p) / gear.face_width
+    return own
+
+
+def body_coupling(gear: Gear, radius: ArrayLike, other: ArrayLike, teeth_apart: int = 1) -> Array:
+    """Return the body compliance two loaded teeth share, over the geometric mean of their own.
+
+    The foundation compliance between them is this ratio times ``√(c_f,i c_f,j)``. Both touch the same line of
+    action, so the tooth with the larger contact radius (a ring's: the smaller) is on the loaded flank's side.
+
+    Parameters
+    ----------
+    gear : the gear
+    radius, other : (n,) contact radii of the two teeth [m]
+    teeth_apart : how many pitches lie between them [1]
+
+    Returns
+    -------
+    (n,) ratio between −1 and 1 [1]; 1 for a tooth with itself
+
+    References
+    ----------
+    Michell 1899, for the displacements; Sainsot, Velex & Duverger 2004, for the tractions on the root circle.
+    """
+    first, second = np.broadcast_arrays(np.asarray(radius, dtype=float), np.asarray(other, dtype=float))
+    low, high = np.minimum(first, second), np.maximum(first, second)
+    if gear.internal:
+        low, high = high, low
+    p, q = arc_tractions(gear, low), arc_tractions(gear, high)
+    own = arc_work(gear, 0.0)
+    across = arc_work(gear, 2.0 * np.pi * teeth_apart / gear.teeth)
+    shared = np.einsum("a...,ab,b...->...", q, across, p)
+    squares = np.einsum("a...,ab,b...->...", p, own, p) * np.einsum("a...,ab,b...->...", q, own, q)
+    ratio: Array = shared / np.sqrt(squares)
+    return ratio

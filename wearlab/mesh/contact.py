@@ -8,9 +8,9 @@ import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
 from wearlab.mesh.exact.gaps import Gaps
-from wearlab.mesh.pair_stiffness import PairStiffness
 from wearlab.mesh.profile import Lookup, ProfileGrid, interpolate, lookup
 from wearlab.mesh.sharing import share
+from wearlab.mesh.stiffness import PairStiffness
 
 HERTZ_ITERATIONS = 30
 HERTZ_TOLERANCE = 1e-8

@@ -1,20 +1,69 @@
-"""Gaps beyond A and E to first order in wear: the end of one flank against the points that its mate turns by.
+"""Contact beyond A and E: the gaps of tip corners, and how far a deflection keeps them in contact.
 
 Before A the driven tip meets the driving flank, after E the driving tip the driven one, both inside the
 active flanks. Geometry knows neither load nor wear, so it is a table: the unworn separation of each node near
 the tip from the mate, and which point of the mate it meets. Wear adds what is gone of both points, and the
 pair touches where the sum is least: at the tip corner, or inside of it where the tip is worn round.
+
+`reach_beyond` tells a run without extended contact once how much it leaves out: both flanks are taken as
+their nodes with straight lines between, and the tip corner is met exactly; kinematics as in
+:mod:`wearlab.mesh.exact.kinematics`, for all points and positions at once.
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array, Complex, Index
 from wearlab.gears.gear import DRIVEN, DRIVING, TIP_AT, GearPair
-from wearlab.mesh.beyond import beyond_path
+from wearlab.mesh.exact.flank import FoldedFlank, healthy_reach, side_of
+from wearlab.mesh.exact.kinematics import point_seen, turned_to
 from wearlab.mesh.profile import Extension
+
+FURTHEST = 0.95
+"""Base pitches beyond either end at most: no second pair comes before the one that approaches A."""
+
+
+def beyond_path(
+    pair: GearPair, gap: Callable[[Array], Array], deflection: tuple[float, float], close: float, points: int
+) -> Extension:
+    """Return how far beyond A and E a gap stays below a deflection, by scans that enclose its end.
+
+    Parameters
+    ----------
+    pair : the gears
+    gap : gap at path positions, (m,) from (m,) [m]
+    deflection : δ where a pair is about to enter at A, and where one has just left at E [m]
+    close : how narrowly the end of contact is enclosed, over the furthest place looked at [1]
+    points : positions of a scan
+
+    Returns
+    -------
+    Extension, each at most ``FURTHEST`` base pitches, and 0 where the end itself does not touch
+
+    References
+    ----------
+    Munro, Morrish & Palmer 1999: contact of tip corners beyond the ends of the path.
+    """
+    path, most = pair.path, FURTHEST * pair.base_pitch
+
+    def reached(end: float, sense: float, delta: float) -> float:
+        low, high = 0.0, most
+        while high - low > close * most:
+            distance = np.linspace(low, high, points)
+            touching = gap(end + sense * distance) < delta
+            if touching.all():
+                return high
+            index = int(np.argmin(touching))
+            if index == 0:
+                return low
+            low, high = distance[index - 1], distance[index]
+        return float(low)
+
+    return Extension(reached(path.A, -1.0, deflection[0]), reached(path.E, 1.0, deflection[1]))
+
 
 NEAR_TIP = 0.3
 """Base pitches from the tip within which a worn flank may touch beyond the path."""
@@ -168,3 +217,86 @@ def _position_at(pair: GearPair, gear: int, distance: Array, frame: _Frame) -> A
     side = np.sign(0.5 * (pair.path.A + pair.path.E) - foot)
     base = pair.gears[gear].base_radius
     return np.asarray(foot + side * np.sqrt(np.maximum(0.0, distance**2 - base**2)))
+
+
+NEARLY = 2e-3
+"""Of the furthest: a thousandth of a base pitch, by two scans."""
+POINTS_BELOW = 40
+"""Points between the form circle and the active flank."""
+
+
+def reach_beyond(pair: GearPair, position: Array, depth: Array, deflection: tuple[float, float]) -> Extension:
+    """Return how far beyond A and E the gap stays below a deflection, to a thousandth of a base pitch.
+
+    Parameters
+    ----------
+    pair : the gears
+    position : (n,) path positions of the nodes, A to E [m]
+    depth : (2, n) material removed from the flanks along their normals, (driving, driven) [m]
+    deflection : δ where a pair is about to enter at A, and where one has just left at E [m]
+
+    Raises
+    ------
+    FoldedFlank
+        When a flank overhangs.
+
+    References
+    ----------
+    Munro, Morrish & Palmer 1999: contact of tip corners beyond the ends of the path.
+    """
+    driving, driven = (_FlankPoints(pair, gear, position, depth[gear]) for gear in (0, 1))
+    return beyond_path(pair, lambda x: _gap(driving, driven, x), deflection, NEARLY, SCAN)
+
+
+class _FlankPoints:
+    """A worn flank as points: path position s, shift w along the healthy normal, and ``s + w``, ascending."""
+
+    def __init__(self, pair: GearPair, gear: int, position: Array, depth: Array) -> None:
+        low, high = healthy_reach(pair, gear)
+        before, after = _between(low, position[0]), _between(high, position[-1])[::-1]
+        self.s = np.concatenate([before, position, after])
+        signed = -depth if gear == DRIVING else depth
+        self.w = np.interp(self.s, position, signed)
+        self.w[len(before) : len(before) + len(position)] = signed
+        self.reach = self.s + self.w
+        self.base_radius = pair.gears[gear].base_radius
+        self.curvature = self.base_radius * np.tan(pair.working_pressure_angle)
+        self.side = side_of(pair, gear)
+        smooth = np.diff(self.s) > 0.0
+        if np.any(np.diff(self.reach)[smooth] <= 0.0):
+            raise FoldedFlank("the flank overhangs")
+        self.rising = np.maximum.accumulate(self.reach)
+
+
+def _between(end: float, active: float) -> Array:
+    """Return points from the end of a flank to its active part, which is left out."""
+    return np.linspace(end, active, POINTS_BELOW if end != active else 0, endpoint=False)
+
+
+def _gap(driving: _FlankPoints, driven: _FlankPoints, x: Array) -> Array:
+    """Return the smallest rotation gap over the points of the driving flank and at the driven tip, (m,)."""
+    with np.errstate(invalid="ignore"):
+        reach, q_n, q_u = point_seen(driving, driven, x[:, None], driving.s, driving.w)
+    s2 = np.interp(reach, driven.rising, driven.s, left=np.nan, right=np.nan)
+    gap = x[:, None] - s2 - turned_to(driven, reach, q_n, q_u)
+    best = np.where(np.isnan(gap), np.inf, gap).min(axis=1)
+    for end in (0, -1):
+        best = np.minimum(best, _corner_gap(driving, driven, x, reach, end))
+    return np.asarray(best)
+
+
+def _corner_gap(driving: _FlankPoints, driven: _FlankPoints, x: Array, reach: Array, end: int) -> Array:
+    """Return the gap of one end of the driven flank, inf where the driving flank has no such point, (m,)."""
+    corner = driven.reach[end]
+    with np.errstate(invalid="ignore"):
+        crosses = (reach[:, :-1] - corner) * (reach[:, 1:] - corner) <= 0.0
+    reached = crosses.any(axis=1)
+    at, row = np.argmax(crosses, axis=1), np.arange(len(x))
+    before, after = reach[row, at], reach[row, at + 1]
+    share = np.divide(
+        corner - before, after - before, out=np.zeros(len(x)), where=reached & (after != before)
+    )
+    s, w = (values[at] + share * (values[at + 1] - values[at]) for values in (driving.s, driving.w))
+    with np.errstate(invalid="ignore"):
+        _, q_n, q_u = point_seen(driving, driven, x, s, w)
+    return np.where(reached, x - driven.s[end] - turned_to(driven, corner, q_n, q_u), np.inf)

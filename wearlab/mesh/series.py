@@ -9,8 +9,7 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.outline import contact_depth
-from wearlab.mesh.annulus import body_compliance, body_coupling
-from wearlab.mesh.body import foundation_compliance
+from wearlab.mesh.body import body_compliance, body_coupling, foundation_compliance
 from wearlab.mesh.finite_element import FiniteElement, Options, Plane, pair_compliance
 from wearlab.mesh.hertz import yang_sun
 from wearlab.mesh.profile import ProfileGrid

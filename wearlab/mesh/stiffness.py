@@ -4,17 +4,135 @@ Every choice answers the same three questions at the profile nodes: the complian
 given wear, the compliance of the contact itself, and what neighbouring pairs share.
 """
 
-from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.mesh.curve import PiecewiseCurve
 from wearlab.mesh.hertz import weber_compliances
-from wearlab.mesh.pair_stiffness import PairStiffness
 from wearlab.mesh.profile import Lookup, ProfileGrid, lookup
 from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
+
+if TYPE_CHECKING:
+    from wearlab.mesh.profile import Lookup
+
+
+@dataclass(frozen=True)
+class PiecewiseCurve:
+    """A piecewise smooth function through given points.
+
+    Between jumps the shape-preserving cubic of Fritsch and Carlson (1980) is used: it never overshoots.
+    Beyond its ends the curve keeps its end values.
+
+    Parameters
+    ----------
+    x : (n,) abscissae, not descending; an abscissa that stands twice marks a jump
+    y : (n,) ordinates
+    """
+
+    x: Array
+    y: Array
+    _pieces: tuple[Any, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        from scipy.interpolate import PchipInterpolator
+
+        if np.any(np.diff(self.x) < 0):
+            raise ValueError("the abscissae of a table must not descend")
+        pieces = []
+        for x, y in zip(np.split(self.x, self._cuts), np.split(self.y, self._cuts), strict=True):
+            pieces.append(PchipInterpolator(x, y) if len(x) > 1 else _Constant(float(y[0])))
+        object.__setattr__(self, "_pieces", tuple(pieces))
+
+    @property
+    def _cuts(self) -> Index:
+        return np.flatnonzero(np.diff(self.x) == 0) + 1
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Abscissae at which the curve jumps."""
+        return tuple(float(x) for x in self.x[self._cuts])
+
+    def value(self, x: Array, side: Array) -> Array:
+        """Return the curve at ``x``, on the side of a jump on which the point ``side`` lies."""
+        x, side = np.broadcast_arrays(np.asarray(x, float), np.asarray(side, float))
+        inside = np.clip(x, self.x[0], self.x[-1])
+        piece = np.searchsorted(np.array(self.jumps), side, side="right")
+        result = np.empty(x.shape)
+        for index, curve in enumerate(self._pieces):
+            here = piece == index
+            result[here] = curve(inside[here])
+        return result
+
+
+@dataclass(frozen=True)
+class _Constant:
+    value: float
+
+    def __call__(self, x: Array) -> Array:
+        return np.full(np.shape(x), self.value)
+
+
+def constant(value: float) -> PiecewiseCurve:
+    """Return the curve that has one value everywhere."""
+    return PiecewiseCurve(np.array([0.0]), np.array([value]))
+
+
+class PairStiffness(Protocol):
+    """How a pair of teeth yields at the nodes of its path; what a subclass leaves out has a default here."""
+
+    @property
+    def load_dependent(self) -> bool:
+        """Whether :meth:`contact` depends on the force."""
+        return False
+
+    @property
+    def softening(self) -> float:
+        """By how much :meth:`contact` grows as the force shrinks, ``−F dc/dF``, about [m/N].
+
+        However rough, it changes only how soon compliances and forces agree.
+        """
+        return 0.0
+
+    @property
+    def bends(self) -> Array:
+        """Phases at which a prescribed course bends, (n,) [1]."""
+        return np.empty(0)
+
+    def body(self, wear: Array) -> Array:
+        """Return the compliance of both teeth and bodies for wear (2, n), (n,) [m/N].
+
+        Raises
+        ------
+        SectionVanished
+            When a worn section of a tooth has no thickness left.
+        """
+
+    def body_where(self, wear: Array, nodes: Array, driving: Array, driven: Array) -> Array:
+        """Return the compliance of teeth and bodies whose flanks meet off the line of action, (n,) [m/N].
+
+        Where a stiffness does not tell the two gears apart, that of the nodes stands for it.
+
+        Parameters
+        ----------
+        wear : (2, n) [m]
+        nodes : (n,) path positions of the nodes [m]
+        driving, driven : (n,) path positions of the flank points that meet there [m]
+        """
+        return self.body(wear)
+
+    def contact(self, force: Array | None) -> Array | float:
+        """Return the compliance of the contact under pair forces (n,), (n,) [m/N]."""
+        return 0.0
+
+    def cross(self, wear: Array) -> Array:
+        """Return the compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""
+        return np.zeros((0, wear.shape[1]))
+
+    def at_phases(self, where: "Lookup") -> Array | None:
+        """Return the stiffness of pairs at phases, 0 out of the path, (n, n_pairs) [N/m]; None: by nodes."""
+        return None
 
 
 class SectionVanished(ValueError):

@@ -7,11 +7,10 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit
-from wearlab.mesh.clock import of_kind
+from wearlab.mesh.clock import Sampling, of_kind
 from wearlab.mesh.contact import ContactAnalysis, Nodes
 from wearlab.mesh.excitation import Touching
 from wearlab.mesh.profile import Lookup
-from wearlab.mesh.sampling import Sampling
 from wearlab.mesh.sharing import equivalent_springs
 from wearlab.mesh.stages import StageTables
 

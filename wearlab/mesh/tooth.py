@@ -89,7 +89,7 @@ def tooth_flexibility(
         neighbours are the two sides of a jump
     shear_factor : shear correction of the section [1]; 1.2 for a rectangle
     body : compliance of the wheel body at contact radii (n,) [m/N]: Sainsot's, or the annulus's
-        (:func:`wearlab.mesh.annulus.body_compliance`), which thin rims need
+        (:func:`wearlab.mesh.body.body_compliance`), which thin rims need
 
     Returns
     -------

@@ -6,8 +6,7 @@ from typing import Annotated, Any
 from annotated_types import Le
 from pydantic import BeforeValidator, ValidationInfo, field_validator, model_validator
 
-from wearlab.mesh.slow_errors import SlowErrorModel
-from wearlab.mesh.slow_errors.averaged import AveragedErrors
+from wearlab.mesh.slow_errors import AveragedErrors, SlowErrorModel
 from wearlab.options import NOT_NEGATIVE, POSITIVE, Angle, Count, Depth, Part, named, option
 from wearlab.scene.members import set_in
 

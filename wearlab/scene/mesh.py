@@ -6,12 +6,10 @@ from annotated_types import Ge
 from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from wearlab.gears.sets import PLANETARY, SETS
-from wearlab.mesh.contacts import ContactModel
-from wearlab.mesh.contacts.displacement import DisplacementContact
+from wearlab.mesh.contacts import ContactModel, DisplacementContact
 from wearlab.mesh.excitations import ExcitationModel
 from wearlab.mesh.excitations.pairs import PairsExcitation
-from wearlab.mesh.stiffnesses import StiffnessModel
-from wearlab.mesh.stiffnesses.finite_element import FiniteElementStiffness
+from wearlab.mesh.stiffnesses import FiniteElementStiffness, StiffnessModel
 from wearlab.options import (
     NOT_NEGATIVE,
     Alternatives,

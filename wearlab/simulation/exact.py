@@ -9,11 +9,12 @@ import numpy as np
 from wearlab.arrays import Array, Flags
 from wearlab.life.state import KindState, WearState
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.exact.first_order import depth_of_disagreement, errors_in_both_forms
 from wearlab.mesh.exact.gaps import MeetingGaps, WornFlanks
 from wearlab.mesh.exact.relation import (
     MeshRelation,
     contact_loss,
+    depth_of_disagreement,
+    errors_in_both_forms,
     lone_ranges,
     mesh_relation,
     meshing_range,

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from wearlab.arrays import Array
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.specification import GearError
-from wearlab.mesh.curve import PiecewiseCurve
+from wearlab.mesh.stiffness import PiecewiseCurve
 
 Along = Literal["diameter", "roll_angle", "roll_length", "path_position"]
 Continuation = Literal["refuse", "hold", "slope", "zero"]

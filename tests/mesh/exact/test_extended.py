@@ -5,11 +5,10 @@ import pytest
 from exact_extension import Deflections, extension
 
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.curve import constant
 from wearlab.mesh.exact.gaps import DisplacementBeyond, ExactGaps, WornFlanks
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.profile import Extension, lookup, profile_grid
-from wearlab.mesh.stiffness import GivenStiffness
+from wearlab.mesh.stiffness import GivenStiffness, constant
 
 STIFFNESS, LOAD = 2.4e8, 2000.0
 

@@ -10,22 +10,21 @@ import pytest
 from tip_contact import tip_separation
 
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.curve import constant
 from wearlab.mesh.exact import relation as relation_module
-from wearlab.mesh.exact.algorithm_1 import algorithm_1
-from wearlab.mesh.exact.angles import contact_angle, position_of, rotation_angle
-from wearlab.mesh.exact.first_order import depth_of_disagreement, errors_in_both_forms
-from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps
+from wearlab.mesh.exact.flank import contact_angle, position_of, rotation_angle
+from wearlab.mesh.exact.gaps import AlgorithmOneGaps, ExactGaps, algorithm_1
+from wearlab.mesh.exact.kinematics import tangency
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.exact.relation import (
     contact_loss,
+    depth_of_disagreement,
+    errors_in_both_forms,
     lone_ranges,
     mesh_relation,
     meshing_range,
     single_share,
 )
-from wearlab.mesh.exact.tangency import tangency
-from wearlab.mesh.stiffness import GivenStiffness, SectionVanished
+from wearlab.mesh.stiffness import GivenStiffness, SectionVanished, constant
 from wearlab.scene.build.contact import cut_short
 
 _spec = importlib.util.spec_from_file_location("plane", Path(__file__).with_name("plane.py"))

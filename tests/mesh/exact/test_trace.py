@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from wearlab.mesh.exact.kinematics import FlankContact
 from wearlab.mesh.exact.minimum_gap import _search, minimum_gap
-from wearlab.mesh.exact.tangency import FlankContact
 from wearlab.mesh.exact.trace import trace, traced_gap
 
 

@@ -1,8 +1,10 @@
-"""``[mesh.contact]``: where the gaps of worn flanks come from, one model a file."""
+"""``[mesh.contact]``: where the gaps of worn flanks come from."""
 
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from wearlab.options import POSITIVE, Angle, option
+from annotated_types import Ge
+
+from wearlab.options import POSITIVE, Angle, Count, option
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
@@ -49,3 +51,55 @@ class ContactModel(Variant):
     def flags(self) -> tuple[str, ...]:
         """Return what a run must say of it, in words."""
         return ()
+
+
+class DisplacementContact(ContactModel):
+    """Worn flanks touch on the line of action: gaps are wear depths and modifications added up."""
+
+    departure: ClassVar[str] = (
+        "first order in wear; the unloaded error of Y23's internal flanks is 13 to 63 % too large at 20 to "
+        '100 um (mesh.contact = "exact" has no such error)'
+    )
+
+    model: Literal["displacement"] = option(
+        "displacement", "first-order form of worn contact", source="wearlab"
+    )
+
+    def build(self, flanks: "WornFlanks", extended: bool) -> "Gaps | None":
+        """Return gaps of tip corners beyond A and E; within, the contact analysis adds depths up itself."""
+        if not extended:
+            return None
+        from wearlab.mesh.exact.gaps import DisplacementBeyond
+
+        return DisplacementBeyond(flanks)
+
+
+class ExactContact(ContactModel):
+    """Worn flanks touch where they really meet, off the line of action."""
+
+    model: Literal["exact"] = option("exact", "smallest rotation gap of the worn flanks", source="Y23")
+
+    def build(self, flanks: "WornFlanks", extended: bool) -> "Gaps | None":
+        """Return the smallest rotation gaps."""
+        from wearlab.mesh.exact.gaps import ExactGaps
+
+        return ExactGaps(flanks)
+
+
+class AlgorithmOneContact(ContactModel):
+    """Y23's own search of one flank's points against the other's, half a step of it off (as published)."""
+
+    tip_corners: ClassVar[bool] = False
+
+    model: Literal["algorithm-1"] = option("algorithm-1", "Y23's search", source="Y23 Algorithm 1")
+    points: Annotated[Count, Ge(9)] = option(1849, "points searched on each flank", source="Y23 Table 1")
+
+    def build(self, flanks: "WornFlanks", extended: bool) -> "Gaps | None":
+        """Return the gaps that the search finds."""
+        from wearlab.mesh.exact.gaps import AlgorithmOneGaps
+
+        return AlgorithmOneGaps(flanks, self.points)
+
+    def flags(self) -> tuple[str, ...]:
+        """Return by how much it errs."""
+        return (f"contact by Algorithm 1: errors are half a step of {self.points} points off",)

@@ -12,10 +12,8 @@ from numpy.typing import ArrayLike
 
 from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
-from wearlab.mesh.exact.kinematics import corner_gap, rotation_gap
-from wearlab.mesh.exact.minimiser import smallest_within
-from wearlab.mesh.exact.tangency import FlankContact
-from wearlab.mesh.exact.trace import may_touch, trace, traced_gap
+from wearlab.mesh.exact.kinematics import FlankContact, corner_gap, rotation_gap
+from wearlab.mesh.exact.trace import may_touch, smallest_within, trace, traced_gap
 
 
 def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact:

@@ -1,8 +1,12 @@
-"""``errors.slow``: what is made of errors that come once per revolution, one variant a file."""
+"""``errors.slow``: what is made of errors that come once per revolution."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from math import lcm
+from typing import TYPE_CHECKING, ClassVar, Literal
 
+import numpy as np
+
+from wearlab.options import option
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
@@ -40,3 +44,45 @@ class SlowErrorModel(Variant):
         import numpy as np
 
         return np.zeros(len(meshes))
+
+
+class AveragedErrors(SlowErrorModel):
+    """Quadrature over member angles."""
+
+    model: Literal["averaged"] = option("averaged", "quadrature over member angles", source="wearlab")
+
+    def rows(self, meshes: "Sequence[Mesh]", at_angles: "Array") -> "Array":
+        """Return the errors at every angle of the quadrature."""
+        return at_angles
+
+
+class FrozenErrors(SlowErrorModel):
+    """One drawn angle."""
+
+    realised: ClassVar[bool] = True
+
+    model: Literal["frozen"] = option("frozen", "one drawn angle", source="wearlab")
+
+    def rows(self, meshes: "Sequence[Mesh]", at_angles: "Array") -> "Array":
+        """Return the errors at the drawn angle, (1, n_mesh) [m]."""
+        return self.constant(meshes)[None]
+
+    def constant(self, meshes: "Sequence[Mesh]") -> "Array":
+        """Return the errors at the drawn angle, (n_mesh,) [m]."""
+        return np.array([float(mesh.error.slow(np.zeros(1))[0]) for mesh in meshes])
+
+
+class HuntingErrors(SlowErrorModel):
+    """The full period, until the same teeth meet again."""
+
+    turns: ClassVar[bool] = True
+
+    model: Literal["hunting"] = option("hunting", "the full period", source="wearlab")
+
+    def periods(self, teeth: Sequence[int]) -> int:
+        """Return the least common multiple of the numbers of teeth."""
+        return lcm(*teeth)
+
+    def rows(self, meshes: "Sequence[Mesh]", at_angles: "Array") -> None:
+        """Return nothing: the errors are part of the motion."""
+        return None

@@ -1,14 +1,18 @@
-"""``[mesh.stiffness]``: how stiff one tooth pair, or the mesh, is, one model a file."""
+"""``[mesh.stiffness]``: how stiff one tooth pair, or the mesh, is."""
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from wearlab.options import option
+from pydantic import ConfigDict, ValidationInfo, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from wearlab.options import POSITIVE, Number, Part, SpringRate, option
 from wearlab.slots import Slot, Variant
+from wearlab.table_options import read_stiffness
 
 if TYPE_CHECKING:
     from wearlab.gears.gear import GearPair
-    from wearlab.mesh.pair_stiffness import PairStiffness
     from wearlab.mesh.profile import ProfileGrid
+    from wearlab.mesh.stiffness import PairStiffness, PiecewiseCurve
 
 
 class StiffnessModel(Variant):
@@ -55,3 +59,202 @@ class PrescribedStiffness(StiffnessModel):
     def of_mesh(self) -> bool:
         """Whether it is the stiffness of the whole mesh."""
         return self.of == "mesh"
+
+
+STIFFNESS_OFF = 0.026
+"""Largest departure of the default from converged elements [1]."""
+
+
+class FiniteElementStiffness(StiffnessModel):
+    """Plane finite elements of both gears, their bodies included, and the Hertz contact in series."""
+
+    model: Literal["finite-element"] = option(
+        "finite-element",
+        "plane finite elements, computed once for each shape of gear, whatever its module",
+        source="finite elements: docs/model_error.md",
+    )
+    plane: Literal["by-width", "strain", "stress"] = option(
+        "by-width",
+        "plane strain, plane stress, or by face width: stress below 3 modules, as in a thin solid tooth",
+        source="solid elements: docs/model_error.md",
+    )
+    hertz: Literal["weber", "yang-sun"] = option(
+        "weber",
+        "contact stiffness: load-dependent, which completes the elements exactly, or constant",
+        source="Weber & Banaschek 1953",
+    )
+    scale: Annotated[Number, POSITIVE] = option(
+        1.0, "factor on the stiffness; anything but 1 is flagged as tuned"
+    )
+
+    @property
+    def departure(self) -> str:
+        """How far it is known to be off: its contact decides."""
+        table = "tests/validation/defaults_table.py"
+        if self.hertz == "weber":
+            return (
+                f"within {100 * STIFFNESS_OFF:.2g} % of converged plane elements, worn by up to 50 um, at "
+                f"0.1 to 3 times the load ({table})"
+            )
+        return (
+            "9 to 51 % too stiff: a constant contact is about three times stiffer than a loaded one "
+            f"({table})"
+        )
+
+    def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
+        """Return the compliances that the elements of both gears give."""
+        from wearlab.mesh.series import finite_element
+
+        return finite_element(self, pair, grid)
+
+
+class PotentialEnergyStiffness(StiffnessModel):
+    """Bending, shear, compression, Hertz contact and fillet foundation in series, as in the papers.
+
+    An option that only this model has chooses it where ``model`` is left out.
+    """
+
+    implied_by: ClassVar[frozenset[str]] = frozenset({"foundation", "coupling", "correction", "shear_factor"})
+
+    model: Literal["potential-energy"] = option(
+        "potential-energy", "potential-energy method", source="W23, Y23"
+    )
+    hertz: Literal["yang-sun", "weber"] = option(
+        "yang-sun",
+        "contact stiffness: constant, or load-dependent (about three times softer)",
+        source="L16, W23, Y23",
+    )
+    foundation: Literal["sainsot", "annulus", "none"] = option(
+        "sainsot",
+        "flexibility of the wheel body: fitted polynomials, or a clamped annulus, which thin rims need",
+        source="Sainsot, Velex & Duverger 2004",
+    )
+    coupling: Literal["none", "shared"] = option(
+        "shared",
+        "whether simultaneous pairs share the wheel bodies, or each counts whole, as in the papers: "
+        "two pairs are then 14 to 34 % too stiff",
+        source="finite elements: campaigns/stiffness_models.toml",
+    )
+    plane: Literal["stress", "strain"] = option(
+        "stress",
+        "teeth and bodies in plane stress, as in the papers, or plane strain; the contact is in strain",
+        source="L16, W23, Y23",
+    )
+    correction: tuple[Annotated[Number, POSITIVE], Annotated[Number, POSITIVE]] = option(
+        (1.0, 1.0), "factors λ on the foundation stiffness of the driving and the driven gear"
+    )
+    shear_factor: Annotated[Number, POSITIVE] = option(
+        1.2, "shear correction of the tooth section; B23 prints 1.5", source="W23, B23"
+    )
+    scale: Annotated[Number, POSITIVE] = option(
+        1.0, "factor on the stiffness; anything but 1 is flagged as tuned"
+    )
+
+    @property
+    def bodies_yield(self) -> bool:
+        """Whether the wheel bodies are elastic."""
+        return self.foundation != "none"
+
+    @property
+    def bodies_shared(self) -> bool:
+        """Whether simultaneous pairs share them."""
+        return self.bodies_yield and self.coupling == "shared"
+
+    @property
+    def departure(self) -> str:
+        """How far it is known to be off: whether pairs share the bodies decides."""
+        table = "tests/validation/defaults_table.py"
+        if self.coupling == "shared":
+            return f"up to 26 % off plane elements, most under light loads ({table})"
+        return f"8 to 43 % off plane elements: two pairs count their bodies twice ({table})"
+
+    def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
+        """Return the flexibilities in series."""
+        from wearlab.mesh.series import potential_energy
+
+        return potential_energy(self, pair, grid)
+
+    def flags(self, pair: "GearPair", key: str) -> tuple[str, ...]:
+        """Return where the formula of the fillet foundation leaves its range, too."""
+        tuned = super().flags(pair, key)
+        if self.foundation != "sainsot":
+            return tuned
+        from wearlab.mesh.body import foundation_validity
+
+        return (*(flag for gear in pair.gears for flag in foundation_validity(gear)), *tuned)
+
+
+class ConstantStiffness(PrescribedStiffness):
+    """A constant stiffness, of each pair while in the path, or of the mesh."""
+
+    model: Literal["constant"] = option("constant", "constant stiffness", source="wearlab")
+    value: Annotated[SpringRate, POSITIVE] = option(..., "the stiffness")
+
+    def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
+        """Return the same everywhere."""
+        from wearlab.mesh.stiffness import GivenStiffness, constant
+
+        return GivenStiffness(constant(self.value), self.of_mesh, grid)
+
+
+class StiffnessUnits(Part):
+    """Units of the columns of a table."""
+
+    phase: Literal["1"] = option("1", "the phase is a fraction of the mesh period")
+    path_position: str | None = option(None, "unit of the path position", derived="the one in the header")
+    stiffness: str | None = option(
+        None, "unit of the stiffness, such as 'N/um'", derived="the one in the header"
+    )
+
+
+class TabulatedStiffness(PrescribedStiffness):
+    """A stiffness read from a file; its contents, not its path, are part of the scene."""
+
+    model_config = ConfigDict(json_schema_extra={"required": ["file"]})
+
+    model: Literal["tabulated"] = option("tabulated", "stiffness from a file", source="wearlab")
+    file: str | None = option(
+        None,
+        "CSV file with columns phase or path_position, and stiffness",
+        derived="required in a campaign file",
+        identity=False,
+    )
+    units: StiffnessUnits | None = option(
+        None, "units of the columns", derived="those in the headers", identity=False
+    )
+    along: SkipJsonSchema[Literal["phase", "path_position"]] = option(
+        ..., "what the abscissa is, read from the file"
+    )
+    abscissa: SkipJsonSchema[tuple[float, ...]] = option(
+        ..., "phase [1] or path position [m], ascending, from the file"
+    )
+    stiffness: SkipJsonSchema[tuple[float, ...]] = option(..., "stiffness [N/m], from the file")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _contents(cls, given: Any, info: ValidationInfo) -> Any:
+        if not isinstance(given, dict):
+            return given
+        return read_stiffness(given, (info.context or {}).get("base_directory"))
+
+    def curve(self, pair: "GearPair") -> "PiecewiseCurve":
+        """Return the stiffness over phase, or over ``(s − s_A)/p_b`` [N/m]."""
+        import numpy as np
+
+        from wearlab.mesh.stiffness import PiecewiseCurve
+
+        x = np.asarray(self.abscissa, float)
+        if self.along == "path_position":
+            x = (x - pair.path.A) / pair.base_pitch
+        return PiecewiseCurve(x, np.asarray(self.stiffness, float))
+
+    def jumps(self, pair: "GearPair") -> tuple[float, ...]:
+        """Return the phases at which the table has two values."""
+        places = self.curve(pair).jumps
+        return tuple(places) if self.of_mesh else tuple(x % 1.0 for x in places)
+
+    def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
+        """Return the table's values at the nodes."""
+        from wearlab.mesh.stiffness import GivenStiffness
+
+        return GivenStiffness(self.curve(pair), self.of_mesh, grid)

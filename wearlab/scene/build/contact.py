@@ -6,13 +6,11 @@ from wearlab.arrays import Array
 from wearlab.gears.gear import GearPair
 from wearlab.gears.outline import contact_depth
 from wearlab.gears.specification import GearError
-from wearlab.mesh.beyond import FURTHEST
 from wearlab.mesh.contact import ContactAnalysis, Nodes
-from wearlab.mesh.corners import unworn_extension
+from wearlab.mesh.corners import FURTHEST, FoldedFlank, reach_beyond, unworn_extension
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.profile import Extension, ProfileGrid
-from wearlab.mesh.reach import Folded, reach_beyond
 from wearlab.scene import Scene
 from wearlab.scene.build.gears import modifications
 
@@ -94,7 +92,7 @@ def reached_limits(
         return (f"extended contact is cut off at a deflection of {1e6 * deflection.max():.3g} µm",)
     try:
         share = sum(extended_length(pair, analysis, wear, deflection)) / (pair.path.E - pair.path.A)
-    except Folded:
+    except FoldedFlank:
         return ("flanks are worn too steeply to tell how far deflection extends their contact",)
     if share <= EXTENDED_CONTACT:
         return ()

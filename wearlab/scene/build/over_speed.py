@@ -11,7 +11,7 @@ from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.system import System
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration
-from wearlab.mesh.sampling import sampling
+from wearlab.mesh.clock import sampling
 from wearlab.mesh.stages import StageTables
 from wearlab.mesh.tabulation import stage_tables
 from wearlab.scene import Scene

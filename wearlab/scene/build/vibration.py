@@ -24,11 +24,10 @@ from wearlab.dynamics.system import System
 from wearlab.dynamics.turning import symmetry_of
 from wearlab.gears.specification import GearError
 from wearlab.life.vibration import Vibration
-from wearlab.mesh.clock import Mesh, look_within
+from wearlab.mesh.clock import Friction, Mesh, look_within, sampling
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.landing import Tables, landing_grid
-from wearlab.mesh.sampling import Friction, sampling
 from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.mesh.stiffness import GivenStiffness
 from wearlab.scene import Scene
