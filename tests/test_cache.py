@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from wearlab.cache import writable
 from wearlab.compiled import KEPT_FOLDERS, _cache_folder
+from wearlab.files import writable
 
 
 def test_old_builds_are_dropped_and_copies_of_stores_stay(

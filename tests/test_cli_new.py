@@ -9,7 +9,7 @@ import pytest
 import wearlab as wl
 from wearlab.campaign import editors_schema
 from wearlab.cli.app import status_of
-from wearlab.cli.commands.new import SCHEMA, STARTS, kinds
+from wearlab.cli.commands.schema import SCHEMA, STARTS, kinds
 
 
 @pytest.mark.parametrize("kind", kinds())

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from wearlab import units
 from wearlab.shop.hardness import SCALES
-from wearlab.units import KINDS, UnitError, convert, is_quantity, quantity, split
-from wearlab.usual_units import USUAL
+from wearlab.units import KINDS, USUAL, UnitError, convert, is_quantity, quantity, split
 
 
 @pytest.mark.parametrize(

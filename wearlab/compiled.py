@@ -13,7 +13,7 @@ from typing import Any
 
 import numba
 
-from wearlab.cache import cache_folder, writable
+from wearlab.files import cache_folder, writable
 from wearlab.sources import PACKAGE, hash_of
 
 KEPT_FOLDERS = 6

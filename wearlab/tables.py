@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.regular import read_regular
+from wearlab.files import read_regular
 from wearlab.units import KINDS, PER_MINUTE, UnitError, convert
 
 SEPARATORS = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", "": "blanks"}

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from wearlab.accuracy import life_ladders, lives, peers, steady_ladders
+from wearlab.accuracy import lives, steady_curves
 from wearlab.accuracy.ladder import Rung, WorkPrecision, interpolated, timing
-from wearlab.accuracy.reference import reference
-from wearlab.accuracy.steady import Steady
-from wearlab.accuracy.steady_ladders import marched_curve, steps_curve
+from wearlab.accuracy.steady import Steady, reference
+from wearlab.accuracy.steady_curves import marched_curve, steps_curve
 from wearlab.dynamics.methods import Newmark, RungeKutta4
 from wearlab.gears.specification import GearError
 from wearlab.life.euler import Euler
@@ -15,7 +14,7 @@ from wearlab.life.euler import Euler
 
 @pytest.fixture(autouse=True)
 def untimed(monkeypatch):
-    monkeypatch.setattr(steady_ladders, "timing", lambda action, **more: (action(), 1e-3)[1])
+    monkeypatch.setattr(steady_curves, "timing", lambda action, **more: (action(), 1e-3)[1])
 
 
 @pytest.fixture(scope="module")
@@ -40,10 +39,10 @@ def test_marched_methods_have_their_order(problem, known, method, order):
 
 
 def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
-    monkeypatch.setattr(peers, "TOLERANCES", (1e-4, 1e-7))
+    monkeypatch.setattr(steady_curves, "PEER_TOLERANCES", (1e-4, 1e-7))
     told = []
-    curves = list(peers.peer_curves(problem, known, told.append))
-    assert [curve.name for curve in curves] == told == [peer.name for peer in peers.peers()]
+    curves = list(steady_curves.peer_curves(problem, known, told.append))
+    assert [curve.name for curve in curves] == told == [peer.name for peer in steady_curves.peers()]
     for curve in curves:
         coarse, fine = curve.rungs
         assert fine.error < 3e-5 and fine.error < coarse.error, curve.name
@@ -51,14 +50,14 @@ def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
 
 
 def test_a_march_that_takes_long_or_does_not_settle_is_not_begun(problem, known, monkeypatch):
-    assert peers.periods_to(known, 1e-3) == np.ceil(np.log(1e-3) / np.log(known.multiplier))
-    assert peers.periods_to(known._replace(multiplier=1.01), 1e-3) == np.inf
-    assert not list(peers.peer_curves(problem, known._replace(multiplier=1.01), lambda text: None))
+    assert steady_curves.periods_to(known, 1e-3) == np.ceil(np.log(1e-3) / np.log(known.multiplier))
+    assert steady_curves.periods_to(known._replace(multiplier=1.01), 1e-3) == np.inf
+    assert not list(steady_curves.peer_curves(problem, known._replace(multiplier=1.01), lambda text: None))
 
 
 def test_a_ladder_ends_where_rungs_take_long_or_tell_nothing(problem, known, monkeypatch):
     def settings(seconds, disagreement):
-        monkeypatch.setattr(steady_ladders, "timing", lambda action, **more: seconds)
+        monkeypatch.setattr(steady_curves, "timing", lambda action, **more: seconds)
         sure = known._replace(disagreement=disagreement)
         curve = marched_curve(problem, sure, "any", (64, 128, 256), lambda left: RungeKutta4(tolerance=left))
         return len(curve.rungs)
@@ -84,20 +83,20 @@ def test_settings_that_physics_refuses_are_left_out(problem, known, wears, monke
             raise GearError("too few nodes")
         return lives.TimedLife(1e6, np.ones(4), np.zeros(4), 1, 1.0, False)
 
-    monkeypatch.setattr(life_ladders, "lived", refused)
+    monkeypatch.setattr(lives, "lived", refused)
     truth = lives.TimedLife(2e6, np.ones(4), np.zeros(4), 1, 1.0, False)
-    (curve,) = life_ladders._knob(wears, "numerics.profile_points", (41, 61), {}, truth)
+    (curve,) = lives._knob(wears, "numerics.profile_points", (41, 61), {}, truth)
     assert [rung.setting for rung in curve.rungs] == [61.0]
 
 
 def test_euler_over_cycles_is_of_first_order_and_lives_agree(wears):
     problem = lives.wearing(wears)
-    known = lives.lived(problem, life_ladders.Adaptive(), 1e-5)
+    known = lives.lived(problem, lives.Adaptive(), 1e-5)
     other = lives.second_life(problem, known.cycle)
     assert max(lives.errors(known, other)) < 3e-5
     deepest = float(known.depth.max())
     found = [(deepest / n, lives.lived(problem, Euler(deepest / n), 1e-3)) for n in (40, 80, 160)]
-    curves = {c.quantity: c for c in life_ladders._both("Euler", "threshold", "as published", found, other)}
+    curves = {c.quantity: c for c in lives._both("Euler", "threshold", "as published", found, other)}
     assert curves["life"].order(1e-6) == pytest.approx(1.0, abs=0.1)
     assert [rung.work for rung in curves["life"].rungs] == sorted(r.work for r in curves["life"].rungs)
 
@@ -145,6 +144,6 @@ def test_a_time_is_the_median_of_seven_after_a_warm_up():
 def test_harmonics_of_all_meshes_are_changed_wherever_they_are_written(planetary, sections):
     series = {"excitation": {"model": "fourier", "stiffness_harmonics": 3, "error_harmonics": 2}}
     written = series if sections == ("",) else dict.fromkeys(sections, series)
-    changed = steady_ladders.with_harmonics(planetary.replace("mesh", written), 7)
+    changed = steady_curves.with_harmonics(planetary.replace("mesh", written), 7)
     for one in changed.mesh.each("planetary"):
         assert (one.excitation.stiffness_harmonics, one.excitation.error_harmonics) == (7, 7)

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearlab.accuracy.cells import Motion
-from wearlab.accuracy.motion import approaches, motion_held, motion_of
+from wearlab.accuracy.equation import Motion, approaches, motion_held, motion_of
 from wearlab.accuracy.steady import Steady, steady
 from wearlab.mesh.tabulation import stage_tables
 from wearlab.scene import Scene

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from wearlab.accuracy.reference import over_periods, reference, second_method
-from wearlab.accuracy.steady import relative_error, steady
+from wearlab.accuracy.steady import over_periods, reference, relative_error, second_method, steady
 
 
 @pytest.mark.parametrize("which", ["loaded", "parting"])

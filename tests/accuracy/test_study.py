@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wearlab.accuracy import table
-from wearlab.accuracy.dataset import dataset, netcdf
+from wearlab.accuracy import pages as table
 from wearlab.accuracy.ladder import Rung, WorkPrecision
 from wearlab.accuracy.pages import pages
-from wearlab.accuracy.study import Study, cheapest_setting, comparison, knob_settings
-from wearlab.cli.commands.measuring import _content
+from wearlab.accuracy.study import Study, cheapest_setting, comparison, dataset, knob_settings, netcdf
+from wearlab.cli.commands.accuracy import _content
 from wearlab.figures.render import rendered
 
 

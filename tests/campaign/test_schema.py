@@ -6,7 +6,7 @@ import pytest
 
 from wearlab.campaign import schema_json
 from wearlab.scene import Scene
-from wearlab.scene.lookup import keys_at, parts_at
+from wearlab.scene.sections import keys_at, parts_at
 from wearlab.units import KINDS, quantity
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from wearlab.campaign import CampaignError, load
-from wearlab.regular import read_regular
+from wearlab.files import read_regular
 
 HUGE = "9" * 400
 LONG = ".".join(["a"] * 100_000)

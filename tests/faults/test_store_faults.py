@@ -203,7 +203,7 @@ def test_a_clock_that_was_set_back(store, monkeypatch, capsys):
 TWICE = """
 import os, signal, sys, time
 from wearlab.cli.app import main
-from wearlab.cli.commands import running
+from wearlab.cli.commands import run as running
 
 def stubborn(*words):
     try:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from wearlab.campaign.figure import FigureSpec
+from wearlab.campaign.campaign import FigureSpec
 from wearlab.figures.alike import drawn_once
 from wearlab.figures.ask import read
 from wearlab.figures.plot import Scale, Series

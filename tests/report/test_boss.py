@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from wearlab.campaign.errors import CampaignError
-from wearlab.campaign.report import PARTS, read_report
+from wearlab.campaign.campaign import PARTS, read_report
+from wearlab.campaign.inheritance import CampaignError
 from wearlab.gears.drawing import drawing, half_tooth
 from wearlab.gears.external import external_pair
 from wearlab.gears.specification import Basics, GearSpec

@@ -7,7 +7,7 @@ import pytest
 from made_up import put, run
 
 import wearlab as wl
-from wearlab.campaign.given import campaign_of
+from wearlab.campaign.reading import campaign_of
 from wearlab.report.answer import answer
 from wearlab.report.conditions import conditions
 from wearlab.report.page import report

@@ -4,14 +4,14 @@ import json
 
 import pytest
 
-from wearlab.campaign.given import campaign_of
-from wearlab.cli.commands.showing import show_run
+from wearlab.campaign.reading import campaign_of
+from wearlab.cli.commands.show import show_run
 from wearlab.runner import run
 from wearlab.runner.calibrating import calibrations
 from wearlab.runner.plan import plan
 from wearlab.runner.worker import Task
 from wearlab.scene import Scene
-from wearlab.scene.calibrating import calibrating
+from wearlab.scene.calibration import calibrating
 from wearlab.simulation import calibration
 from wearlab.store import Store
 from wearlab.store.cite import bibtex, citation, facts_of

@@ -9,7 +9,7 @@ from fake_campaign import Campaign, alter, sweep
 
 from wearlab.campaign import load
 from wearlab.cli import app
-from wearlab.cli.commands import planning
+from wearlab.cli.commands import plan as planning
 from wearlab.runner import plan as planner
 from wearlab.runner.plan import Amount, differing, least_bytes, parts_of, plan
 from wearlab.runner.worker import Task, execute

@@ -8,7 +8,7 @@ import pytest
 
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene, SceneError
-from wearlab.scene.build.gears import build_pair, build_planetary
+from wearlab.scene.build.sets import build_pair, build_planetary
 from wearlab.scene.merge import merge, nested
 
 INTERNAL = {

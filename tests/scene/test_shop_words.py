@@ -5,9 +5,8 @@ import math
 import pytest
 
 from wearlab.scene import Scene
-from wearlab.scene.build.errors import class_flags
-from wearlab.scene.build.gears import build_pair
-from wearlab.scene.build.sets import build_set
+from wearlab.scene.build.contact import class_flags
+from wearlab.scene.build.sets import build_pair, build_set
 from wearlab.scene.problems import SceneError
 from wearlab.shop import oil
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 import wearlab as wl
-from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.inheritance import CampaignError
 from wearlab.scene import Scene, SceneError
-from wearlab.scene.start import StartWear, is_replaced
+from wearlab.scene.wear import StartWear, is_replaced
 
 BASE = Path(wl.__file__).parents[1] / "campaigns" / "base" / "spur_50_50.toml"
 PARENT = "0123456789abcdef0123"

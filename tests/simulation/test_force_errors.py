@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from made_pair import PAIR
 
-from wearlab.accuracy.reference import second_method
-from wearlab.accuracy.steady import steady
+from wearlab.accuracy.steady import second_method, steady
 from wearlab.campaign import load
 from wearlab.dynamics.periodic import Periodic
 from wearlab.scene import Scene

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from wearlab.cli.commands.showing import show_run
+from wearlab.cli.commands.show import show_run
 from wearlab.store import Store
 from wearlab.store.audit import verify
 from wearlab.store.cite import bibtex, citation, facts_of

@@ -13,7 +13,7 @@ from typing import Any
 from wearlab.options import Part
 from wearlab.scene import MODEL_VERSION, Scene
 from wearlab.scene.identity import canonical
-from wearlab.scene.lookup import parts_in
+from wearlab.scene.sections import parts_in
 from wearlab.simulation import simulate
 
 FILE = Path(__file__).parents[1] / "golden" / "results.json"

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.campaign.measured import Data, ErrorModel, Limit, UpdateSpec
-from wearlab.campaign.update_options import Columns
+from wearlab.campaign.update_options import Columns, Data, ErrorModel, Limit, UpdateSpec
 from wearlab.updating.history import Asked, RunCurve, RunHistory
 from wearlab.updating.likelihood import block_of
 from wearlab.updating.observations import Observed

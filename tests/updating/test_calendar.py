@@ -5,9 +5,9 @@ from datetime import date
 import numpy as np
 import pytest
 
-from wearlab.campaign.errors import CampaignError
-from wearlab.campaign.measured import Days
+from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.update import read_update
+from wearlab.campaign.update_options import Days
 from wearlab.updating.answer import days_of
 
 UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}

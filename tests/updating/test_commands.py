@@ -51,7 +51,7 @@ def test_a_wrong_file_is_one_message_for_check_and_plan(told, campaign):
 def test_figures_and_report_hold_the_update(campaign, store, tree, tmp_path):
     from dataclasses import replace
 
-    from wearlab.campaign.figure import FigureSpec
+    from wearlab.campaign.campaign import FigureSpec
 
     kinds = ("posterior-fan", "remaining-life", "marginals", "pairs", "residuals", "look-next")
     drawn = replace(campaign, figures=tuple(FigureSpec(kind=kind) for kind in kinds))

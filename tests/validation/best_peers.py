@@ -17,8 +17,7 @@ from cyrk_marcher import CyRKMarcher
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from wearlab.accuracy.cells import Motion
-from wearlab.accuracy.motion import motion_of
+from wearlab.accuracy.equation import Motion, motion_of
 
 Array = NDArray[np.float64]
 

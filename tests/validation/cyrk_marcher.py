@@ -10,7 +10,7 @@ import numpy as np
 from motion_callback import motion_callback
 from numpy.typing import NDArray
 
-from wearlab.accuracy.cells import Motion
+from wearlab.accuracy.equation import Motion
 
 Array = NDArray[np.float64]
 

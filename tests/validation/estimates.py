@@ -20,9 +20,8 @@ import estimate_table
 from drawn_scenes import draw_any
 from estimate_figure import scores_png
 
-from wearlab.accuracy.dataset import netcdf
-from wearlab.cli.output import complain, say, show_table
-from wearlab.cli.progress import bar, write_all
+from wearlab.accuracy.study import netcdf
+from wearlab.cli.output import bar, complain, say, show_table, write_all
 from wearlab.simulation.provenance import provenance
 
 TABLE, DATASET, FIGURE = "estimates.csv", "estimates.nc", "estimates.png"

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 
-from wearlab.accuracy.cells import Motion
+from wearlab.accuracy.equation import Motion
 
 Array = NDArray[np.float64]
 Harmonics = NDArray[np.complex128]

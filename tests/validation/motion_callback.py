@@ -1,6 +1,6 @@
 """The equation of motion of one wear state as a C callback of the least cost, for foreign integrators.
 
-What :mod:`wearlab.accuracy.motion` reads from a flat array at every call is frozen into the code here: the
+What :mod:`wearlab.accuracy.equation` reads from a flat array at every call is frozen into the code here: the
 number of coordinates, meshes and pairs, whether there is friction, and the tables themselves. So the compiler
 unrolls every loop, and a right-hand side costs what its arithmetic costs.
 """
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.accuracy.cells import NEVER, Motion
+from wearlab.accuracy.equation import NEVER, Motion
 
 GUIDES_PER_CELL = 4
 FIRST, LAST, START = range(3)

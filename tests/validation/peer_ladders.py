@@ -11,10 +11,9 @@ from harmonic_balance import HarmonicBalance
 from numpy.typing import NDArray
 from transient import periods_to, transient
 
-from wearlab.accuracy.cells import Motion, starting_state
+from wearlab.accuracy.equation import Motion, starting_state
 from wearlab.accuracy.ladder import SHARE, Rung, WorkPrecision, timing, told
-from wearlab.accuracy.reference import Reference
-from wearlab.accuracy.steady import Steady, relative_error
+from wearlab.accuracy.steady import Reference, Steady, relative_error
 from wearlab.dynamics.balance import balance_of
 from wearlab.dynamics.periodic import Periodic
 

@@ -13,15 +13,13 @@ from pathlib import Path
 import numpy as np
 from peer_ladders import peer_curves
 
-from wearlab.accuracy.dataset import dataset, netcdf
 from wearlab.accuracy.ladder import WorkPrecision
 from wearlab.accuracy.pages import pages
-from wearlab.accuracy.reference import reference
-from wearlab.accuracy.steady import steady
-from wearlab.accuracy.steady_ladders import steps_curve
-from wearlab.accuracy.study import TARGETS, Study
+from wearlab.accuracy.steady import reference, steady
+from wearlab.accuracy.steady_curves import steps_curve
+from wearlab.accuracy.study import TARGETS, Study, dataset, netcdf
 from wearlab.campaign import load
-from wearlab.cli.progress import write_all
+from wearlab.cli.output import write_all
 from wearlab.figures.render import rendered
 
 NOTE = (

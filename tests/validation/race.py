@@ -20,9 +20,8 @@ from peer_ladders import FORGOTTEN, HARMONICS, Course, course
 from transient import periods_to
 
 from wearlab.accuracy.ladder import SHARE
-from wearlab.accuracy.reference import reference
-from wearlab.accuracy.steady import Steady, relative_error
-from wearlab.accuracy.steady_ladders import STEPS
+from wearlab.accuracy.steady import Steady, reference, relative_error
+from wearlab.accuracy.steady_curves import STEPS
 from wearlab.dynamics.balance import balance_of
 from wearlab.gears.specification import GearError
 

@@ -10,8 +10,7 @@ import time
 from typing import NamedTuple
 
 from wearlab.accuracy.ladder import timing
-from wearlab.accuracy.reference import tight_steps
-from wearlab.accuracy.steady import relative_error, steady
+from wearlab.accuracy.steady import relative_error, steady, tight_steps
 from wearlab.dynamics.periodic import Periodic
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene

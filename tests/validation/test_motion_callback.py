@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from motion_callback import motion_callback
 
-from wearlab.accuracy.motion import motion_held, motion_of
+from wearlab.accuracy.equation import motion_held, motion_of
 from wearlab.accuracy.steady import steady
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)

@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.accuracy.reference import Reference
-from wearlab.accuracy.steady import Steady
+from wearlab.accuracy.steady import Reference, Steady
 from wearlab.dynamics.periodic import Periodic
 from wearlab.dynamics.runge_kutta4 import TableMarcher
 

@@ -1,18 +1,20 @@
-"""A campaign's scenes studied one by one: error against run time of every knob, method and peer."""
+"""A campaign's scenes studied one by one, and all of it as one labelled dataset."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from datetime import UTC, datetime
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from wearlab.accuracy.ladder import Rung, WorkPrecision
-from wearlab.accuracy.life_ladders import life_study
-from wearlab.accuracy.lives import has_life
-from wearlab.accuracy.peers import peers
-from wearlab.accuracy.reference import Unsuited
-from wearlab.accuracy.steady_ladders import steady_study
+from wearlab.accuracy.lives import has_life, life_study
+from wearlab.accuracy.steady import Unsuited
+from wearlab.accuracy.steady_curves import missing_peers, peers, steady_study
 from wearlab.scene import Scene
+from wearlab.simulation.label import CONVENTIONS
+from wearlab.simulation.provenance import provenance
 
 TARGETS = (1e-3, 1e-6)
 """Relative errors at which wall times are compared."""
@@ -119,3 +121,96 @@ def knob_settings(studies: Study, quantity: str, error: float) -> dict[str, floa
         if rung is not None:
             settings[curve.knob] = rung.setting
     return settings
+
+
+SECONDS = {"units": "s", "display_units": "ms"}
+ATTRIBUTES: dict[str, dict[str, str]] = {
+    "setting": {"long_name": "value of the knob"},
+    "error": {"long_name": "relative error against the reference"},
+    "run_time": {"long_name": "wall time, a median where it is short", **SECONDS},
+    "run_time_warm": {"long_name": "wall time from the answer of a neighbouring wear state", **SECONDS},
+    "work": {"long_name": "right-hand sides of a steady state, contact analyses of a life"},
+    "observed_order": {"long_name": "observed order: slope of the error over the setting, both logarithmic"},
+    "time_to_error": {"long_name": "wall time to a relative error, between rungs interpolated", **SECONDS},
+    "warm_time_to_error": {"long_name": "as time_to_error, from the answer of a neighbour", **SECONDS},
+    "work_to_error": {"long_name": "as time_to_error, the work"},
+    "reference_disagreement": {"long_name": "relative difference of reference and second method"},
+    "largest_multiplier": {"long_name": "largest modulus of the Floquet multipliers"},
+}
+"""Of a variable without units they are 1."""
+RUNG = ("setting", "error", "run_time", "work", "run_time_warm")
+REACHED = ("time_to_error", "warm_time_to_error", "work_to_error")
+
+
+def dataset(title: str, studies: Sequence[Study], begun: float) -> xr.Dataset:
+    """Return studies as a dataset with dimensions case, curve and rung; shorter ladders are padded with NaN.
+
+    Parameters
+    ----------
+    title : of the campaign
+    studies : the studies
+    begun : start of the run, seconds since the epoch [s]
+    """
+    keys = list(
+        dict.fromkeys((c.name, c.knob, c.quantity, c.role) for study in studies for c in study.curves)
+    )
+    rungs = max((len(c.rungs) for study in studies for c in study.curves), default=0)
+    quantities = sorted({key[2] for key in keys})
+    shape = len(studies), len(keys)
+    by_rung: dict[str, Any] = {name: np.full((*shape, rungs), np.nan) for name in RUNG}
+    order = np.full(shape, np.nan)
+    reached: dict[str, Any] = {name: np.full((*shape, len(TARGETS)), np.nan) for name in REACHED}
+    apart = np.full((len(studies), len(quantities)), np.nan)
+    for i, study in enumerate(studies):
+        apart[i] = [study.disagreement.get(quantity, np.nan) for quantity in quantities]
+        for curve in study.curves:
+            at = keys.index((curve.name, curve.knob, curve.quantity, curve.role))
+            for name, values in zip(by_rung, zip(*curve.rungs, strict=True), strict=True):
+                by_rung[name][i, at, : len(values)] = values
+            order[i, at] = curve.order(study.uncertainty(curve.quantity))
+            for k, error in enumerate(TARGETS):
+                reached["time_to_error"][i, at, k] = curve.seconds_to(error)
+                reached["warm_time_to_error"][i, at, k] = curve.seconds_to(error, warm=True)
+                reached["work_to_error"][i, at, k] = curve.work_to(error)
+    made = xr.Dataset(
+        {
+            **{name: (("case", "curve", "rung"), values) for name, values in by_rung.items()},
+            "observed_order": (("case", "curve"), order),
+            **{name: (("case", "curve", "requested_error"), values) for name, values in reached.items()},
+            "reference_disagreement": (("case", "quantity_compared"), apart),
+            "largest_multiplier": (("case",), [study.multiplier for study in studies]),
+        },
+        coords={
+            "case": [study.label for study in studies],
+            "curve": [f"{name} ({knob}, {quantity})" for name, knob, quantity, _ in keys],
+            "name": ("curve", [key[0] for key in keys]),
+            "knob": ("curve", [key[1] for key in keys]),
+            "quantity": ("curve", [key[2] for key in keys]),
+            "role": ("curve", [key[3] for key in keys]),
+            "run_id": ("case", [study.scene.id for study in studies]),
+            "requested_error": list(TARGETS),
+            "quantity_compared": quantities,
+        },
+    )
+    for name, attributes in ATTRIBUTES.items():
+        made[name].attrs = {"units": "1"} | attributes
+    made.attrs = _attributes(title, studies, begun)
+    return made
+
+
+def _attributes(title: str, studies: Sequence[Study], begun: float) -> dict[str, str]:
+    made_by = provenance(studies[0].scene, begun)
+    kept = ("model_version", "source", "source_hash", "packages", "machine", "commit", "dirty")
+    return {
+        "Conventions": CONVENTIONS,
+        "title": title,
+        **{key: made_by[key] for key in kept if key in made_by},
+        "peers_missing": ", ".join(missing_peers()),
+        "notes": "\n".join(f"{study.label}: {note}" for study in studies for note in study.notes),
+        "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),
+    }
+
+
+def netcdf(made: xr.Dataset) -> bytes:
+    """Return the netCDF-4 file of a dataset."""
+    return bytes(made.to_netcdf(engine="netcdf4"))

@@ -1,12 +1,10 @@
 """Campaigns: a file becomes scenes, each with its place in a grid, and figures to draw."""
 
 from wearlab.campaign.axes import Axis, Coordinate
-from wearlab.campaign.campaign import Campaign, Metadata
-from wearlab.campaign.case import BASE, Case
-from wearlab.campaign.errors import CampaignError
+from wearlab.campaign.campaign import Campaign, FigureSpec, Metadata
+from wearlab.campaign.case import BASE, Case, Expectation, Wanted
 from wearlab.campaign.exclusion import Excluded
-from wearlab.campaign.expect import Expectation, Wanted
-from wearlab.campaign.figure import FigureSpec
+from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.json_schema import added_json, editors_schema, schema_json
 from wearlab.campaign.reading import load, read_plugins
 

@@ -4,10 +4,16 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from wearlab.campaign.distributions import DISTRIBUTIONS, is_distribution, read_distribution
-from wearlab.campaign.errors import CampaignError
-from wearlab.campaign.plain import is_list_of
-from wearlab.campaign.sampling import INDICES, Sample, draw, read_sample
+from wearlab.campaign.distributions import (
+    DISTRIBUTIONS,
+    INDICES,
+    Sample,
+    draw,
+    is_distribution,
+    read_distribution,
+    read_sample,
+)
+from wearlab.campaign.inheritance import CampaignError, is_list_of
 from wearlab.scene.problems import shown
 from wearlab.schema import DIMENSIONS, VARIABLES
 from wearlab.units import UnitError, convert, is_quantity, split
@@ -101,7 +107,7 @@ def overlap(key: str, other: str) -> bool:
 def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
     if "exclude" in block:
         raise CampaignError([f"{where}.exclude: write it at the top of the file, before its first table"])
-    keys = flat({key: value for key, value in block.items() if key not in OWN_WORDS})
+    keys = swept_keys({key: value for key, value in block.items() if key not in OWN_WORDS})
     if not keys:
         raise CampaignError([f'{where}: an empty sweep: give a dotted key a list, such as "operation.speed"'])
     if "sample" in block:
@@ -134,12 +140,12 @@ def _design(block: dict[str, Any], written: dict[str, tuple[Any, ...]], where: s
     return Axis(name, tuple(range(count)), None, INDICES, beside, written)
 
 
-def flat(table: dict[str, Any], above: str = "") -> dict[str, Any]:
+def swept_keys(table: dict[str, Any], above: str = "") -> dict[str, Any]:
     """Return dotted keys to lists or generators, however the file nested them."""
     flattened: dict[str, Any] = {}
     for key, value in table.items():
         if isinstance(value, dict) and not any(word in value for word in (*GENERATORS, *DISTRIBUTIONS)):
-            flattened |= flat(value, f"{above}{key}.")
+            flattened |= swept_keys(value, f"{above}{key}.")
         else:
             flattened[f"{above}{key}"] = value
     return flattened

@@ -1,19 +1,103 @@
-"""What a campaign file asks for."""
+"""A campaign: cases and axes, figures and report; as a table for notebooks and as plain data."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
+from typing import Annotated, Any, Literal
 
+from annotated_types import Ge
 from pydantic import BaseModel, ConfigDict
 
-from wearlab.campaign.axes import Axis
+from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.case import Case
 from wearlab.campaign.exclusion import Excluded
-from wearlab.campaign.figure import FigureSpec
-from wearlab.campaign.measured import UpdateSpec
-from wearlab.campaign.report import ReportSpec
-from wearlab.campaign.telling import campaign_html
-from wearlab.options import option
+from wearlab.campaign.inheritance import modelled
+from wearlab.campaign.update_options import UpdateSpec
+from wearlab.options import Number, option
 from wearlab.plugins import Plugin
+
+MOST_CASES = 30
+
+
+def campaign_html(title: str, sweeps: Sequence[Axis], cases: Sequence[Case]) -> str:
+    """Return title, and for every case its label, its place on the axes and its identity."""
+    axes = {axis.name: axis for axis in sweeps}
+    heads = ["case", *(f"{name} [{axis.units}]" if axis.units else name for name, axis in axes.items()), "id"]
+    rows = []
+    for case in cases[:MOST_CASES]:
+        places = (axes[n].values[case.position[n]] if n in case.position else "" for n in axes)
+        rows.append([case.label, *places, case.id[:10]])
+    head = "".join(f"<th>{escape(heading)}</th>" for heading in heads)
+    body = "".join(f"<tr>{''.join(f'<td>{escape(str(x))}</td>' for x in row)}</tr>" for row in rows)
+    more = f"<p>{MOST_CASES} of {len(cases)} cases</p>" if len(cases) > MOST_CASES else ""
+    return f"<p><b>{escape(title[1:-1])}</b></p><table><tr>{head}</tr>{body}</table>{more}"
+
+
+Names = str | tuple[str, ...]
+
+
+class FigureSpec(BaseModel):
+    """One figure of a campaign."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: str = option(..., "kind of figure, listed by `wearlab schema --figures`")
+    select: dict[str, Any] = option({}, "dimension = label, or a list of labels", derived="the kind's")
+    x: str | None = option(None, "dimension or coordinate along x", derived="the kind's")
+    y: Names | None = option(None, "variable along y, or a list of them", derived="the kind's")
+    hue: str | None = option(None, "dimension told apart by colour", derived="the kind's")
+    rows: str | None = option(None, "dimension told apart by rows of panels", derived="the kind's")
+    cols: str | None = option(None, "dimension told apart by columns of panels", derived="the kind's")
+    units: str | dict[str, str] | None = option(
+        None, "unit of y as a text, or a table of variable = unit", derived="each variable's display unit"
+    )
+    y_as: Literal["logarithm", "difference"] | None = option(
+        None, "y on a logarithmic axis, or less the first curve of its panel", derived="its value"
+    )
+    title: str | None = option(None, "title of the figure", derived="the kind's")
+    note: str | None = option(
+        None, "one line under the figure: departures from a paper, and why", derived="none"
+    )
+    published: Path | None = option(
+        None, "CSV of points from a paper: columns x, y, hue and their units", derived="none"
+    )
+
+
+SECTION = "report"
+DECADE = 10.0**0.5
+Part = Literal[
+    "answer", "gears", "figures", "asked", "results", "expected", "failures", "assumptions", "provenance"
+]
+PARTS: tuple[Part, ...] = (
+    *("answer", "gears", "figures", "assumptions", "asked", "results", "expected", "failures", "provenance"),
+)
+
+
+class ReportSpec(BaseModel):
+    """What the page of a campaign tells."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    lead: str | None = option(None, "what the reader should know first, in a sentence or two", derived="none")
+    sections: tuple[Part, ...] = option(
+        PARTS, "what is told, in this order; what a campaign does not have is left out", derived="all"
+    )
+    wear_coefficient_factor: Annotated[Number, Ge(1)] = option(
+        DECADE,
+        "the wear coefficient may be so many times as large or as small: the range of the answer",
+        derived="a decade in all, √10 either way",
+    )
+
+
+def read_report(table: Any) -> ReportSpec:
+    """Return what ``[report]`` asks for.
+
+    Raises
+    ------
+    CampaignError : anything in it is wrong
+    """
+    return modelled(ReportSpec, table, SECTION)
 
 
 class Metadata(BaseModel):
@@ -64,3 +148,84 @@ class Campaign:
 
     def _repr_html_(self) -> str:
         return campaign_html(repr(self), self.axes, self.cases)
+
+
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class RecordedCase:
+    """A run of a recorded campaign: its label, identity and place."""
+
+    label: str
+    id: str
+    position: dict[str, int]
+
+
+@dataclass(frozen=True)
+class RecordedCampaign:
+    """What `Store.open` asks of a campaign."""
+
+    title: str
+    reference: str | None
+    cases: tuple[RecordedCase, ...]
+    axes: tuple[Axis, ...] = ()
+    figures: tuple[Any, ...] = ()
+    path: Path | None = None
+
+
+def to_record(campaign: Campaign) -> dict[str, Any]:
+    """Return a campaign as JSON can hold it."""
+    names = [axis.name for axis in campaign.axes]
+    return {
+        "format": FORMAT,
+        "title": campaign.title,
+        "reference": campaign.reference,
+        "axes": [_axis(axis) for axis in campaign.axes],
+        "cases": [[case.id, case.label, [case.position.get(n) for n in names]] for case in campaign.cases],
+    }
+
+
+def _axis(axis: Axis) -> dict[str, Any]:
+    beside = {
+        n: [list(coordinate.values), coordinate.units, coordinate.key]
+        for n, coordinate in axis.coordinates.items()
+    }
+    return {
+        "name": axis.name,
+        "values": list(axis.values),
+        "units": axis.units,
+        "key": axis.key,
+        "beside": beside,
+    }
+
+
+def from_record(record: Mapping[str, Any]) -> RecordedCampaign:
+    """Return the campaign of a record.
+
+    Raises
+    ------
+    ValueError : it is no record, or one of a newer wearlab
+    """
+    try:
+        if record["format"] != FORMAT:
+            raise ValueError(f"record of format {record['format']!r}, this wearlab reads {FORMAT}")
+        axes = tuple(_read_axis(axis) for axis in record["axes"])
+        cases = tuple(_read_case(case, axes) for case in record["cases"])
+        return RecordedCampaign(str(record["title"]), record["reference"], cases, axes)
+    except (KeyError, TypeError, IndexError, AttributeError) as error:
+        raise ValueError(f"not the record of a campaign ({error!r})") from None
+
+
+def _read_axis(block: Mapping[str, Any]) -> Axis:
+    beside = {str(n): Coordinate(tuple(v), units, str(key)) for n, (v, units, key) in block["beside"].items()}
+    return Axis(str(block["name"]), tuple(block["values"]), block["units"], str(block["key"]), beside)
+
+
+def _read_case(block: list[Any], axes: tuple[Axis, ...]) -> RecordedCase:
+    run_id, label, places = block
+    position = {axis.name: int(i) for axis, i in zip(axes, places, strict=True) if i is not None}
+    for axis in axes:
+        if not 0 <= position.get(axis.name, 0) < len(axis.values):
+            raise IndexError(f"{axis.name} has no place {position[axis.name]}")
+    return RecordedCase(str(label), str(run_id), position)

@@ -1,9 +1,141 @@
-"""One run of a campaign, and its place in the grid."""
+"""One case of a campaign, and what ``[expect]`` says that it must come to."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
-from wearlab.campaign.expect import Expectation
+from wearlab.campaign.inheritance import CampaignError
+from wearlab.nearest import meant
 from wearlab.scene import Scene
+from wearlab.scene.merge import Table, merge
+from wearlab.scene.problems import not_a_choice, shown
+from wearlab.schema import VARIABLES
+from wearlab.units import UnitError, convert, is_quantity, split
+
+VERDICTS = (
+    *("completed", "refused", "failed", "aperiodic"),
+    *("coexisting", "non-unique", "not attracting within the margin", "unstable", "stopped"),
+)
+WITHOUT_DATA = ("refused", "failed")
+WORDS = ("verdict", "response_period", "end_reason")
+PLAIN = ("1", "", "cycles")
+
+
+class Wanted(NamedTuple):
+    """An expected value.
+
+    Parameters
+    ----------
+    value, tolerance : in the unit of the stored variable; the tolerance is absolute
+    written : both as the file wrote them
+    units : (stored, written) units, None for plain numbers
+    """
+
+    value: float
+    tolerance: float
+    written: str
+    units: tuple[str, str] | None = None
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """What a case is expected to come to.
+
+    Parameters
+    ----------
+    verdict : one of `VERDICTS`, or None
+    end_reason : with what the reason that ended the life begins, or None
+    values : variable → value and tolerance; ``response_period`` is one of them
+    """
+
+    verdict: str | None = None
+    end_reason: str | None = None
+    values: Mapping[str, Wanted] = field(default_factory=dict)
+
+
+def merged(base: Table | None, own: Table | None) -> Table | None:
+    """Return a case's ``expect`` over the file's, key by key; another verdict replaces it all."""
+    if not isinstance(base, dict) or not isinstance(own, dict):
+        return base if own is None else own
+    changes = "verdict" in own and own["verdict"] != base.get("verdict", "completed")
+    return own if changes else merge(base, own)
+
+
+def read_expectation(given: Any, where: str = "expect") -> Expectation | None:
+    """Return the expectation of a table, None when there is none.
+
+    Raises
+    ------
+    CampaignError
+        With every fault of the table.
+    """
+    if given is None:
+        return None
+    if not isinstance(given, dict):
+        raise CampaignError([f"{where}: {shown(given)} is no table: write [expect]"])
+    problems: list[str] = []
+    verdict, reason = given.get("verdict"), given.get("end_reason")
+    if verdict is not None and verdict not in VERDICTS:
+        problems.append(f"{where}.verdict: {not_a_choice(verdict, VERDICTS)}")
+    if reason is not None and not isinstance(reason, str):
+        problems.append(f"{where}.end_reason: {shown(reason)} is no text, such as 'cycles' or 'depth'")
+    values: dict[str, Wanted] = {}
+    for name, value in given.items():
+        if name in ("verdict", "end_reason"):
+            continue
+        try:
+            values[name] = _period(value) if name == "response_period" else _wanted(name, value)
+        except ValueError as error:
+            problems.append(f"{where}.{name}: {error}")
+    if verdict in WITHOUT_DATA and (values or reason):
+        problems.append(f"{where}: a case that is {verdict} has no data to compare: give the verdict alone")
+    if problems:
+        raise CampaignError(problems)
+    return Expectation(verdict, reason, values)
+
+
+def _period(value: Any) -> Wanted:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+        raise ValueError(f"{shown(value)} is no count of mesh periods; 0 is aperiodic")
+    return Wanted(float(value), 0.0, str(value))
+
+
+def _wanted(name: str, given: Any) -> Wanted:
+    """Return value and tolerance of a variable in its stored unit."""
+    if name not in VARIABLES:
+        raise ValueError(f"no variable of a dataset{meant(name, [*WORDS, *VARIABLES])}")
+    if not isinstance(given, dict) or set(given) != {"value", "tolerance"}:
+        raise ValueError(f"{shown(given)} is not {{value = …, tolerance = …}}")
+    units = VARIABLES[name].units
+    value, tolerance = (_number(given[key], key, units) for key in ("value", "tolerance"))
+    relative = is_quantity(given["value"]) and not isinstance(given["tolerance"], str)
+    absolute = abs(tolerance * value) if relative else tolerance
+    if absolute < 0.0:
+        raise ValueError(f"tolerance {shown(given['tolerance'])} is negative")
+    unit = (units, split(given["value"])[1]) if is_quantity(given["value"]) else None
+    return Wanted(value, absolute, f"{given['value']} ± {_said(given['tolerance'], relative)}", unit)
+
+
+def _said(tolerance: Any, relative: bool) -> str:
+    return f"{100.0 * tolerance:g} %" if relative else str(tolerance)
+
+
+def _number(given: Any, key: str, units: str) -> float:
+    """Return a number in the stored unit: a quantity with its unit, or a plain number where there is none."""
+    if isinstance(given, bool) or not isinstance(given, int | float | str):
+        raise ValueError(f"{key} {shown(given)} is neither a number nor a quantity")
+    if isinstance(given, int | float):
+        if key == "value" and units not in PLAIN and given != 0:
+            raise ValueError(f"{key} {shown(given)} needs its unit, such as '{given} {units}'")
+        return float(given)
+    if units in PLAIN:
+        raise ValueError(f"{key} {shown(given)}: a plain number, without quotes or unit")
+    try:
+        number, unit = split(given)
+        return convert(float(number), unit, units)
+    except UnitError as error:
+        raise ValueError(f"{key} {shown(given)}: {error}") from None
+
 
 BASE = "base"
 

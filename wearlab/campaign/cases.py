@@ -1,19 +1,97 @@
-"""``[[case]]`` and the product of all sweeps: which scenes a campaign has."""
+"""Cases of a campaign: the grid of its sweeps, named differences, and runs that go on from others."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import product
 from math import prod
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from wearlab.campaign.axes import MOST_CASES, Axis, too_many
-from wearlab.campaign.case import BASE, Case
-from wearlab.campaign.errors import CampaignError
-from wearlab.campaign.expect import merged, read_expectation
-from wearlab.campaign.plain import is_list_of
-from wearlab.campaign.start import Reader, named_start
+from wearlab.campaign.campaign import Campaign
+from wearlab.campaign.case import BASE, Case, merged, read_expectation
+from wearlab.campaign.inheritance import CampaignError, is_list_of
+from wearlab.query.evaluate import index_of_quantity
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.merge import DropError, Table, merge, nested, without
 from wearlab.scene.problems import shown, unknown_key
+
+DEEPEST = 20
+Reader = Callable[[Path], Campaign]
+_under_way: list[Path] = []
+
+
+def named_start(table: Table, read: Reader) -> Table:
+    """Return a scene's table in which ``start`` names its run by identity.
+
+    Which run a campaign's case is follows from the files alone; no store is asked. ``read`` reads the other.
+
+    Raises
+    ------
+    CampaignError
+        When the other campaign cannot be read, refers back to this one, or select means no single run.
+    """
+    start = table.get("start")
+    if not isinstance(start, dict) or "campaign" not in start:
+        return table
+    if "run" in start:
+        raise CampaignError(["start: give one of 'run' and 'campaign', not both"])
+    case = _selected(_campaign(start["campaign"], read), start.get("select", {}))
+    kept = {key: value for key, value in start.items() if key not in ("campaign", "select")}
+    return {**table, "start": {**kept, "run": case.id}}
+
+
+def _campaign(given: Any, read: Reader) -> Campaign:
+    if not isinstance(given, str):
+        raise CampaignError([f"start.campaign: {shown(given)} is no campaign file"])
+    file = Path(given).expanduser().resolve()
+    if file in _under_way or len(_under_way) > DEEPEST:
+        circle = " → ".join(path.name for path in (*_under_way, file))
+        raise CampaignError([f"start.campaign: campaigns continue each other in a circle: {circle}"])
+    _under_way.append(file)
+    try:
+        return read(file)
+    finally:
+        _under_way.pop()
+
+
+def _selected(campaign: Campaign, select: Any) -> Case:
+    if not isinstance(select, dict):
+        raise CampaignError([f"start.select: {shown(select)} is no table of axis = value"])
+    axes = {axis.name: axis for axis in campaign.axes}
+    valid = [*axes, "case"]
+    for key in select:
+        if key not in valid:
+            raise CampaignError(
+                [f"start.select.{key}: no axis of {campaign.title!r}; there are {', '.join(valid)}"]
+            )
+    wanted = {key: _index(axes[key], value) for key, value in select.items() if key != "case"}
+    label = select.get("case", campaign.cases[0].label)
+    selected = {
+        case.id: case
+        for case in campaign.cases
+        if case.label == label and all(case.position.get(name, at) == at for name, at in wanted.items())
+    }
+    if len(selected) != 1:
+        raise CampaignError(
+            [f"start.select: {shown(select)} means {len(selected)} runs of {campaign.title!r}; name one: "
+             f"{', '.join(valid)}"]
+        )  # fmt: skip
+    return next(iter(selected.values()))
+
+
+def _index(axis: Axis, wanted: Any) -> int:
+    """Return where a value, or a quantity in any unit, stands on an axis."""
+    index = index_of_quantity(wanted, axis.values, axis.units, axis.key)
+    if index is None:
+        units = f" {axis.units}" if axis.units else ""
+        listed = ", ".join(
+            f"{value:.12g}" if isinstance(value, float) else str(value) for value in axis.values
+        )
+        raise CampaignError(
+            [f"start.select.{axis.name}: {shown(wanted)} is not on the axis; there are {listed}{units}"]
+        )
+    return index
+
 
 OWN_WORDS = ("label", "drop", "sweep")
 EXPECT = "expect"

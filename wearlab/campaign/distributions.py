@@ -1,15 +1,13 @@
-"""What a value may be drawn from: the words of a sweep's samples and of an update's unknowns.
-
-Every distribution knows its quantile, its probability below a value and its density, so that a sample is a
-quantile of a uniform number, and a prior is the same thing asked the other way round.
-"""
+"""What values are drawn from, and how: distributions, correlations and samples."""
 
 import math
+import warnings
+from math import pi, sin
 from statistics import NormalDist
 from typing import Any, NamedTuple, Protocol
 
-from wearlab.campaign.errors import CampaignError
-from wearlab.scene.problems import shown
+from wearlab.campaign.inheritance import CampaignError
+from wearlab.scene.problems import not_a_choice, shown
 from wearlab.units import UnitError, convert, is_quantity, split
 
 SMALLEST = 2.0**-40  # a probability; a Sobol point may be exactly 0
@@ -340,3 +338,175 @@ def _check(shape: Shape, where: str) -> None:
         case Weibull(scale, exponent) if scale <= 0.0 or exponent <= 0.0:
             name, number = ("scale", scale) if scale <= 0.0 else ("shape", exponent)
             raise CampaignError([f"{where}.{name}: {number:g} must be greater than 0"])
+
+
+class Correlation(NamedTuple):
+    """Spearman's rank correlation ρ of two drawn keys, −1 < ρ < 1."""
+
+    first: str
+    second: str
+    rank: float
+
+
+def read_correlations(given: Any, where: str) -> tuple[Correlation, ...]:
+    """Return the correlations of a sample.
+
+    Parameters
+    ----------
+    given : list of [key, key, ρ]
+    where : place in the file
+
+    Raises
+    ------
+    CampaignError : an entry is malformed
+    """
+    if not isinstance(given, list):
+        raise CampaignError([f"{where}: {shown(given)} is no list of [key, key, ρ]"])
+    correlations = []
+    for number, block in enumerate(given):
+        fits = isinstance(block, list) and len(block) == 3 and all(isinstance(key, str) for key in block[:2])
+        rank = block[2] if fits else None
+        if isinstance(rank, bool) or not isinstance(rank, int | float) or not -1.0 < rank < 1.0:
+            raise CampaignError(
+                [f"{where}[{number}]: {shown(block)} is not [key, key, ρ] with ρ within −1 and 1"]
+            )
+        correlations.append(Correlation(block[0], block[1], float(rank)))
+    return tuple(correlations)
+
+
+def coupled(
+    points: list[list[float]], correlations: tuple[Correlation, ...], keys: list[str], where: str
+) -> list[list[float]]:
+    """Return points of the unit cube whose columns have the wanted rank correlations, each still uniform.
+
+    z = Φ⁻¹(u), z′ = L z with L Lᵀ = C, u′ = Φ(z′), where C_ij = 2 sin(π ρ_ij / 6) is the correlation of
+    normal variables with the rank correlation ρ_ij (Pearson 1907).
+
+    Parameters
+    ----------
+    points : u, independent, (n, keys)
+    correlations : ρ; others are 0
+    keys : what the columns are
+    where : place in the file
+
+    Raises
+    ------
+    CampaignError : a key is not drawn here, stands beside itself, or the correlations contradict each other
+    """
+    import numpy as np
+    from scipy.special import ndtr, ndtri
+
+    matrix = np.eye(len(keys))
+    for number, correlation in enumerate(correlations):
+        for key in correlation[:2]:
+            if key not in keys:
+                raise CampaignError(
+                    [f"{where}[{number}]: {key!r} is not drawn here; there are {', '.join(keys)}"]
+                )
+        i, j = keys.index(correlation.first), keys.index(correlation.second)
+        if i == j:
+            raise CampaignError([f"{where}[{number}]: {correlation.first!r} stands beside itself"])
+        matrix[i, j] = matrix[j, i] = 2.0 * sin(pi * correlation.rank / 6.0)
+    try:
+        lower = np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        raise CampaignError(
+            [f"{where}: no inputs can be correlated like this: the ρ contradict each other"]
+        ) from None
+    uniform = np.clip(np.asarray(points), 2.0**-40, 1.0 - 2.0**-40)
+    shares: list[list[float]] = ndtr(ndtri(uniform) @ lower.T).tolist()
+    return shares
+
+
+INDICES = "sobol-indices"
+METHODS = ("sobol", "latin-hypercube", "random", INDICES)
+DIGITS = 12
+
+
+class Sample(NamedTuple):
+    """How the points of a block are drawn."""
+
+    method: str
+    n: int
+    seed: int
+    correlation: tuple[Correlation, ...] = ()
+
+
+def read_sample(given: Any, where: str, most: int) -> Sample:
+    """Return how a block is sampled.
+
+    Parameters
+    ----------
+    given : its ``sample`` table
+    where : place of the block in the file
+    most : number of points that a campaign may have
+    """
+    wanted = "{method = …, n = …, seed = …}, with correlation = [[key, key, ρ], …] where inputs go together"
+    if not isinstance(given, dict) or set(given) - {"correlation"} != {"method", "n", "seed"}:
+        raise CampaignError([f"{where}.sample: {shown(given)} is not {wanted}"])
+    if given["method"] not in METHODS:
+        raise CampaignError([f"{where}.sample.method: {not_a_choice(given['method'], METHODS)}"])
+    for key, least in (("n", 1), ("seed", 0)):
+        number = given[key]
+        if isinstance(number, bool) or not isinstance(number, int) or number < least:
+            raise CampaignError([f"{where}.sample.{key}: {shown(number)} is no whole number from {least} on"])
+    if given["n"] > most:
+        raise CampaignError([f"{where}.sample.n: {given['n']} points are more than {most}; draw fewer"])
+    correlation = read_correlations(given.get("correlation", []), f"{where}.sample.correlation")
+    if correlation and given["method"] == INDICES:
+        raise CampaignError(
+            [f"{where}.sample.correlation: Sobol' indices are of independent inputs: drop it"]
+        )
+    return Sample(given["method"], given["n"], given["seed"], correlation)
+
+
+def draw(sample: Sample, distributions: dict[str, Distribution], where: str) -> dict[str, tuple[Any, ...]]:
+    """Return the drawn values of every key as a campaign file would write them.
+
+    Parameters
+    ----------
+    sample : how
+    distributions : of every drawn key
+    where : place of the block in the file
+    """
+    if sample.method == INDICES:
+        points = _pairs(sample, len(distributions))
+    else:
+        points = _points(sample.method, sample.n, len(distributions), sample.seed)
+    if sample.correlation:
+        points = coupled(points, sample.correlation, list(distributions), f"{where}.sample.correlation")
+    return {
+        key: tuple(written(distribution.at(point[column]), distribution.unit) for point in points)
+        for column, (key, distribution) in enumerate(distributions.items())
+    }
+
+
+def _pairs(sample: Sample, width: int) -> list[list[float]]:
+    """Return A, B and A with each input of B, pair of points by pair of points, (n (width + 2), width)."""
+    rows: list[list[float]] = []
+    for both in _points("sobol", sample.n, 2 * width, sample.seed):
+        a, b = both[:width], both[width:]
+        rows += [a, b, *([*a[:j], b[j], *a[j + 1 :]] for j in range(width))]
+    return rows
+
+
+def written(value: float, unit: str | None) -> float | str:
+    """Return a value as a campaign file would write it."""
+    short = float(f"{value:.{DIGITS}g}")
+    return short if unit is None else f"{short!r} {unit}"
+
+
+def _points(method: str, n: int, width: int, seed: int) -> list[list[float]]:
+    """Return n points of the unit cube, (n, width)."""
+    if method == "random":
+        import numpy as np
+
+        drawn: list[list[float]] = np.random.default_rng(seed).random((n, width)).tolist()
+        return drawn
+    from scipy.stats import qmc
+
+    kinds = {"sobol": qmc.Sobol, "latin-hypercube": qmc.LatinHypercube}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # that n is no power of two: the user may extend it
+        points: list[list[float]] = kinds[method](width, rng=seed).random(n).tolist()
+    return points

@@ -1,17 +1,152 @@
-"""What a campaign file says together with the files it extends."""
+"""What a campaign file says together with the files it extends, as plain tables; errors of its keys."""
 
+import hashlib
+import os
+import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import islice
+from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
-from wearlab.campaign.errors import CampaignError
-from wearlab.campaign.plain import is_list_of
-from wearlab.campaign.vetting import LONGEST, faults, too_deep
-from wearlab.regular import read_regular
+from pydantic import BaseModel, ValidationError
+
+from wearlab.files import read_regular
+from wearlab.nearest import meant
 from wearlab.scene.merge import DropError, Table, merge, without
-from wearlab.scene.problems import shown
+from wearlab.scene.problems import EXPECTED, Refusal, not_of_kind, shown
+
+
+class CampaignError(Refusal):
+    """A campaign file is refused whole; its problems say file and path first."""
+
+
+def plain_table(table: Mapping[str, Any]) -> Table:
+    """Return a mapping in which arrays are lists, NumPy's numbers Python's, and paths texts."""
+    return {str(key): _plain(value) for key, value in table.items()}
+
+
+def is_list_of(value: Any, kind: type) -> bool:
+    """Whether a value is a list, all of whose elements are of a kind."""
+    return isinstance(value, list) and all(isinstance(element, kind) for element in value)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return plain_table(value)
+    if isinstance(value, PathLike):
+        return fspath(value)
+    if hasattr(value, "tolist"):  # an array, or one of its numbers
+        value = value.tolist()
+    return [_plain(element) for element in value] if isinstance(value, list | tuple) else value
+
+
+DEEPEST = 50  # tables within tables
+LONGEST = 1_000  # characters of a key
+WIDEST = 2**63  # whole numbers, as TOML has them
+WORD = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
+CHAIN = re.compile(rf"(?:^|[{{,])[ \t\[]*+(?:{WORD}[ \t]*+\.[ \t]*+){{{DEEPEST}}}", re.MULTILINE)
+
+
+def too_deep(text: str) -> str | None:
+    """Return why a text is not given to the TOML reader, which takes long over long dotted keys."""
+    chain = CHAIN.search(text)
+    if chain is None:
+        return None
+    line = text.count("\n", 0, chain.start()) + 1
+    return f"line {line}: a key of more than {DEEPEST} parts"
+
+
+def faults(table: dict[str, Any]) -> Iterator[str]:
+    """Yield what is wrong with keys and whole numbers, each with its path."""
+    waiting: list[tuple[str, Any, int]] = [("", table, 0)]
+    while waiting:
+        path, value, depth = waiting.pop()
+        if depth > DEEPEST:
+            yield f"{_short(path)}: keys nested more than {DEEPEST} deep"
+            return
+        if isinstance(value, dict):
+            for key, inner in value.items():
+                if fault := _of_key(key):
+                    yield f"{_short(path) or 'the file'}: {fault}"
+                else:
+                    waiting.append((f"{path}.{key}" if path else key, inner, depth + 1))
+        elif isinstance(value, list):
+            waiting += [(f"{path}[{number}]", inner, depth + 1) for number, inner in enumerate(value)]
+        elif isinstance(value, int) and not -WIDEST <= value < WIDEST:
+            digits = len(f"{abs(value):x}")
+            yield f"{_short(path)}: a whole number of {digits} hexadecimal digits: TOML has no more than 16"
+
+
+def _of_key(key: str) -> str | None:
+    if not key.strip():
+        return "an empty key"
+    if len(key) > LONGEST:
+        return f"a key of {len(key)} characters, {key[:20]!r}…"
+    if key.count(".") > DEEPEST:
+        return f"a key of {key.count('.') + 1} parts, {key[:20]!r}…"
+    return None
+
+
+def _short(path: str) -> str:
+    return path if len(path) < 200 else f"{path[:200]}…"
+
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def modelled(model: type[Model], given: Any, where: str) -> Model:
+    """Return a table of the file as a model.
+
+    Parameters
+    ----------
+    model : what it should be
+    given : what the file says
+    where : its place in the file
+
+    Raises
+    ------
+    CampaignError : with one line for each key that is wrong
+    """
+    try:
+        return model.model_validate(given)
+    except ValidationError as error:
+        faults: dict[str, list[dict[str, Any]]] = {}
+        for problem in error.errors():
+            faults.setdefault(str(problem["loc"][0]) if problem["loc"] else "", []).append(dict(problem))
+        raise CampaignError(
+            _line(key, errors, given, model, where) for key, errors in faults.items()
+        ) from None
+
+
+def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseModel], where: str) -> str:
+    """Return what is wrong with one key, "" for the whole table."""
+    error = errors[0]
+    if not key:
+        return f"{where}: {shown(given)} is {not_of_kind([error['type']])}: write {_header(where)}"
+    if error["type"] == "extra_forbidden":
+        remedy = meant(key, model.model_fields, f"; there are {', '.join(model.model_fields)}")
+        return f"{where}.{key}: unknown key{remedy}"
+    if error["type"] == "value_error":  # says itself what is wrong
+        return f"{where}.{key}: {error['msg'].removeprefix('Value error, ')}"
+    if error["type"] == "literal_error":
+        return f"{where}.{key}: {shown(given[key])} is not {error['ctx']['expected']}"
+    meaning = model.model_fields[key].description
+    if error["type"] == "missing":
+        return f"{where}.{key}: required: {meaning}"
+    if any(problem["type"] not in EXPECTED for problem in errors):
+        said = str(error["msg"])
+        return f"{where}.{key}: {shown(given[key])}: {said[:1].lower()}{said[1:]}: {meaning}"
+    wrong = not_of_kind(problem["type"] for problem in errors)
+    return f"{where}.{key}: {shown(given[key])} is {wrong}: {meaning}"
+
+
+def _header(where: str) -> str:
+    """Return how the table is begun in a file: ``[[figure]]`` for one of several."""
+    name, several, _ = where.partition("[")
+    return f"[[{name}]]" if several else f"[{name}]"
+
 
 LARGEST = 10_000_000  # bytes of a campaign file
 MOST_FAULTS = 20  # told at once
@@ -142,3 +277,34 @@ def _has(table: Any, words: list[str]) -> bool:
             return False
         table = table[word]
     return True
+
+
+def source_text(path: Path | None) -> str:
+    """Return the text of a campaign file and of all it extends, each under its name; "" without a file.
+
+    The file itself comes first. Names are relative to its folder: the text tells nothing of a machine.
+
+    Parameters
+    ----------
+    path : the campaign file
+    """
+    if path is None or not path.is_file():
+        return ""
+    files = dict.fromkeys(layer.file for layer in reversed(inherit(path.resolve()).layers))
+    return "\n".join(f"# ---- {_name(file, path.resolve().parent)}\n{_text_of(file)}" for file in files)
+
+
+def fingerprint(text: str) -> str:
+    """Return the hash by which a text is known, 16 hexadecimal digits; "" for no text."""
+    return hashlib.sha256(text.encode()).hexdigest()[:16] if text else ""
+
+
+def _name(file: Path, folder: Path) -> str:
+    try:
+        return Path(os.path.relpath(file, folder)).as_posix()
+    except ValueError:  # another drive
+        return file.name
+
+
+def _text_of(file: Path) -> str:
+    return file.read_text(encoding="utf-8-sig")

@@ -11,11 +11,9 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
-from wearlab.campaign.campaign import Metadata
-from wearlab.campaign.expect import VERDICTS
-from wearlab.campaign.figure import FigureSpec
-from wearlab.campaign.report import ReportSpec
-from wearlab.campaign.sampling import METHODS
+from wearlab.campaign.campaign import FigureSpec, Metadata, ReportSpec
+from wearlab.campaign.case import VERDICTS
+from wearlab.campaign.distributions import METHODS
 from wearlab.campaign.update_options import UpdateBlock
 from wearlab.options import option
 from wearlab.plugins import Plugin, brought

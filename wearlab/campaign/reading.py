@@ -1,29 +1,70 @@
-"""A campaign: one file, its scenes, its figures."""
+"""Whatever describes runs becomes a campaign: a file, a table, a scene or a list of scenes."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from os import PathLike
 from pathlib import Path
 from typing import Any, TypeVar
 
-from wearlab.campaign.axes import flat, overlap, read_axes
-from wearlab.campaign.campaign import Campaign, Metadata
+from wearlab.campaign.axes import RESERVED, Axis, Coordinate, overlap, read_axes, swept_keys
+from wearlab.campaign.campaign import SECTION as REPORT
+from wearlab.campaign.campaign import Campaign, FigureSpec, Metadata, read_report
+from wearlab.campaign.case import BASE, Case
 from wearlab.campaign.cases import EXPECT, expand, read_differences
-from wearlab.campaign.errors import CampaignError
 from wearlab.campaign.exclusion import read_conditions, without_excluded
-from wearlab.campaign.figure import FigureSpec
-from wearlab.campaign.inheritance import PLUGINS, Inherited, inherit, inherit_table
-from wearlab.campaign.measured import SECTION as UPDATE
-from wearlab.campaign.modelled import modelled
-from wearlab.campaign.plain import is_list_of, plain_table
-from wearlab.campaign.report import SECTION as REPORT
-from wearlab.campaign.report import read_report
-from wearlab.campaign.undone import undone
+from wearlab.campaign.inheritance import (
+    PLUGINS,
+    CampaignError,
+    Inherited,
+    Layer,
+    inherit,
+    inherit_table,
+    is_list_of,
+    modelled,
+    plain_table,
+)
 from wearlab.campaign.update import read_update, refuse_strange_unknowns
+from wearlab.campaign.update_options import SECTION as UPDATE
 from wearlab.nearest import meant
 from wearlab.plugins import Plugin, PluginError, use
+from wearlab.query.keys import flat, scene_key
 from wearlab.scene import Scene, oversights
-from wearlab.scene.later import LATER_KEYS, later
 from wearlab.scene.merge import Table
-from wearlab.scene.problems import shown
+from wearlab.scene.problems import LATER_KEYS, later, shown
+from wearlab.units import convert
+
+TOLD_ELSEWHERE = ("title", "reference", "figure", "sweep", "case", "metadata", "report", "exclude")
+
+
+def undone(layers: Sequence[Layer]) -> Iterator[str]:
+    """Yield what files that are extended twice set back, one line each.
+
+    Parameters
+    ----------
+    layers : the files of a campaign, the one that counts most last
+    """
+    for again, layer in enumerate(layers):
+        first = next(i for i, other in enumerate(layers) if other.file == layer.file)
+        if first == again:
+            continue
+        for key, value in _values(layer):
+            between = [layer for layer in layers[first + 1 : again] if _sets_otherwise(layer, key, value)]
+            later = any(overlap(key, other) for layer in layers[again + 1 :] for other, _ in _values(layer))
+            if between and not later:
+                other = between[-1].file.name
+                yield (
+                    f"extends: {layer.file.name} is reached again after {other} and sets {key} "
+                    f"back to {shown(value)}: put {other} last"
+                )
+
+
+def _values(layer: Layer) -> list[tuple[str, object]]:
+    sections = {name: own for name, own in layer.table.items() if name not in TOLD_ELSEWHERE}
+    return list(swept_keys(sections).items())
+
+
+def _sets_otherwise(layer: Layer, key: str, value: object) -> bool:
+    return any(overlap(key, other) and (other, own) != (key, value) for other, own in _values(layer))
+
 
 OWN_KEYS = (
     "title",
@@ -106,7 +147,7 @@ def _with_file(line: str, inherited: Inherited) -> str:
 def _swept_keys(table: Table) -> list[str]:
     blocks = table.get("sweep", [])
     blocks = blocks if isinstance(blocks, list) else [blocks]
-    return [key for block in blocks if isinstance(block, dict) for key in flat(block)]
+    return [key for block in blocks if isinstance(block, dict) for key in swept_keys(block)]
 
 
 def _read(inherited: Inherited, file: Path | None) -> Campaign:
@@ -183,3 +224,77 @@ def _figures(blocks: Any) -> tuple[FigureSpec, ...]:
     if not isinstance(blocks, list):
         raise CampaignError([f"figure: {shown(blocks)} is no list of tables: write [[figure]]"])
     return tuple(modelled(FigureSpec, block, f"figure[{number}]") for number, block in enumerate(blocks))
+
+
+Given = Campaign | Scene | Sequence[Scene] | Mapping[str, Any] | str | PathLike[str]
+ALONG = "scene"
+
+
+def campaign_of(given: Given) -> Campaign:
+    """Return the campaign that is meant.
+
+    Parameters
+    ----------
+    given : a campaign; the path of its file; a mapping like a file; a scene; a list of scenes, which become
+        an axis ``scene`` with everything in which they differ along it
+
+    Raises
+    ------
+    CampaignError : the file or the mapping is wrong
+    TypeError : it is none of these
+    """
+    match given:
+        case Scene():
+            return Campaign("one scene", None, {}, (Case(BASE, given, {}),))
+        case Mapping() | str() | PathLike():
+            return load(given)  # type: ignore[arg-type]
+        case Sequence():
+            scenes = [block for block in given if isinstance(block, Scene)]
+            if not scenes or len(scenes) < len(given):
+                raise TypeError("a list of runs holds scenes only, and at least one")
+            return _of_scenes(scenes)
+        case _ if hasattr(given, "cases"):  # also a record of one
+            return given
+    raise TypeError(f"{type(given).__name__} is no campaign: give one, its file, a mapping, or scenes")
+
+
+def _of_scenes(scenes: Sequence[Scene]) -> Campaign:
+    cases = tuple(Case(BASE, scene, {ALONG: number}) for number, scene in enumerate(scenes))
+    axis = Axis(ALONG, tuple(range(len(scenes))), coordinates=_differences(scenes))
+    return Campaign(f"{len(scenes)} scenes", None, {}, cases, (axis,))
+
+
+def _differences(scenes: Sequence[Scene]) -> dict[str, Coordinate]:
+    """Return what differs between scenes, by as few last words of its key as make a free name."""
+    tables = [dict(flat(scene.model_dump())) for scene in scenes]
+    keys = [
+        key
+        for key in tables[0]
+        if all(isinstance(given_table.get(key), str | int | float) for given_table in tables)
+    ]
+    differences: dict[str, Coordinate] = {}
+    for key in keys:
+        values = tuple(table[key] for table in tables)
+        if len(set(values)) > 1:
+            words = key.split(".")
+            names = ("_".join(words[-count:]) for count in range(1, len(words) + 1))
+            name = next(
+                (
+                    known_name
+                    for known_name in names
+                    if known_name not in differences and known_name not in RESERVED
+                ),
+                None,
+            )
+            if name is not None:
+                differences[name] = _shown(values, key)
+    return differences
+
+
+def _shown(values: tuple[Any, ...], key: str) -> Coordinate:
+    """Return values in the unit in which people write them."""
+    known = scene_key(key, isinstance(values[0], str))
+    if not known.unit or known.unit == known.display_unit:
+        return Coordinate(values, known.unit or None, key)
+    shown = tuple(convert(float(value), known.unit, known.display_unit) for value in values)
+    return Coordinate(shown, known.display_unit, key)

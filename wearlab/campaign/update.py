@@ -6,31 +6,27 @@ No part of any run's identity: the same stored runs serve every measurement.
 from collections.abc import Sequence
 from typing import Any
 
-from wearlab.campaign.axes import flat
-from wearlab.campaign.distributions import Distribution, is_distribution, read_distribution
-from wearlab.campaign.errors import CampaignError
-from wearlab.campaign.measured import (
+from wearlab.campaign.axes import swept_keys
+from wearlab.campaign.distributions import Distribution, is_distribution, read_distribution, written
+from wearlab.campaign.inheritance import CampaignError, modelled
+from wearlab.campaign.update_options import (
     PREVIOUS,
     SECTION,
     THICKNESS,
     WHEN,
     WHERE,
-    Data,
-    Days,
-    ErrorModel,
-    Limit,
-    UpdateSpec,
-    unit_of,
-)
-from wearlab.campaign.modelled import modelled
-from wearlab.campaign.sampling import written
-from wearlab.campaign.update_options import (
     CalendarBlock,
     Columns,
+    Data,
     DataBlock,
+    Days,
     ErrorBlock,
+    ErrorModel,
+    Limit,
     LimitBlock,
     UpdateBlock,
+    UpdateSpec,
+    unit_of,
 )
 from wearlab.nearest import meant
 from wearlab.scene import Scene, SceneError
@@ -115,7 +111,7 @@ def _unknown(given: Any) -> dict[str, Distribution]:
             [f'{where}: required: what is not known, such as "wear.coefficient.factor" = {{lognormal = …}}']
         )
     priors = {}
-    for key, value in flat(given).items():
+    for key, value in swept_keys(given).items():
         if not is_distribution(value):
             raise CampaignError([f"{where}.{key}: {shown(value)} is no distribution to be known better"])
         priors[key] = read_distribution(value, f"{where}.{key}")

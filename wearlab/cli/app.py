@@ -13,15 +13,11 @@ from typing import Any
 from typer.main import get_command
 
 from wearlab.cli import commands
-from wearlab.cli.output import ASKED, STORE, Status, Stop, complain
+from wearlab.cli.output import ASKED, FULL, STORE, Status, Stop, complain, fill_closed, nowhere
 from wearlab.cli.registry import app
-from wearlab.cli.streams import FULL, fill_closed, nowhere
 from wearlab.store.errors import StoreError
 
-FIRST = (
-    *("checking", "planning", "running", "listing", "showing", "drawing", "comparing", "reporting"),
-    *("modes", "measuring", "describing", "sharing"),
-)
+FIRST = (*("plan", "run", "ls", "show", "figures", "compare", "accuracy", "schema", "share"),)
 """The order in which help lists the files of ``commands``; others follow by name."""
 
 

@@ -1,21 +1,78 @@
-"""What commands say: tables on standard output, one message on standard error, or JSON."""
+"""What commands write: texts, tables, JSON, errors, progress; closed streams and Ctrl-C harm no store."""
 
+import errno
 import json
+import os
+import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from enum import IntEnum, StrEnum
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from wearlab.cli.streams import nowhere
 from wearlab.store.errors import StoreError
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
     from wearlab.plugins import Plugin
+
+
+STANDARD = ("stdin", "stdout", "stderr")
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
+"""What the system says of an output that takes no more."""
+
+
+def fill_closed() -> None:
+    """Let streams that this process was begun without (``>&-``) lead nowhere.
+
+    A number that stays free is given to the next file that is opened: what a library prints would go into it.
+    """
+    for number, name in enumerate(STANDARD):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "r" if number == 0 else "w", encoding="utf-8"))
+
+
+def nowhere(stream: object) -> None:
+    """Drop what a stream holds back and whatever comes, so that Python does not complain when it leaves."""
+    with suppress(OSError, ValueError, AttributeError):
+        sink = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(sink, stream.fileno())  # type: ignore[attr-defined]
+        os.close(sink)
+
+
+SECOND = b"wearlab: interrupted twice: stopped at once; finished runs are kept, run again to continue\n"
+
+
+def at_once_when_twice() -> None:
+    """Let a second Ctrl-C end this process without any farewell.
+
+    Whatever is written at that moment appears whole or not at all, and workers go when their parent does.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return
+    first = signal.getsignal(signal.SIGINT)
+    if first is not signal.default_int_handler:
+        return  # somebody else decides here
+    signal.signal(signal.SIGINT, _first)
+
+
+def _first(number: int, frame: FrameType | None) -> None:
+    signal.signal(signal.SIGINT, _second)
+    raise KeyboardInterrupt
+
+
+def _second(number: int, frame: FrameType | None) -> None:
+    os.write(2, SECOND)
+    os._exit(Status.INTERRUPTED)
+
 
 Content = TypeVar("Content")
 STORE = Path("wearlab-store")
@@ -194,3 +251,45 @@ def seconds_text(seconds: float | None) -> str:
 
 
 REFUSALS: tuple[type[Exception], ...] = (StoreError,)
+
+
+@contextmanager
+def bar(total: int, silent: bool, what: str = "") -> Iterator[Callable[[str], None]]:
+    """Show on standard error how far a long work is; silent where nobody watches.
+
+    Parameters
+    ----------
+    total : how many steps it has; what is yielded is called after each, with its name
+    silent : whether nobody is to see it
+    what : what the steps are, shown in place of their names
+    """
+    from rich import progress
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if silent or not console.is_terminal:
+        yield lambda text: None
+        return
+    columns = (
+        progress.SpinnerColumn(),
+        progress.TextColumn("{task.description}"),
+        progress.BarColumn(),
+        progress.MofNCompleteColumn(),
+        progress.TimeElapsedColumn(),
+        progress.TextColumn("left"),
+        progress.TimeRemainingColumn(),
+    )
+    with progress.Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(what, total=total)
+        yield lambda text: bar.update(task, advance=1, description=what or text)
+
+
+def write_all(content: Mapping[str, bytes], folder: Path) -> list[Path]:
+    """Write files into a folder, each whole or not at all, and return them."""
+    written = []
+    for name, image in content.items():
+        part = folder / f"{name}.part"
+        part.write_bytes(image)
+        os.replace(part, folder / name)
+        written.append(folder / name)
+    return written

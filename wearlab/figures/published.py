@@ -16,7 +16,7 @@ from wearlab.figures.ask import Ask, Points
 from wearlab.figures.errors import FigureError
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.wording import Label, converted
-from wearlab.regular import read_regular
+from wearlab.files import read_regular
 from wearlab.units import UnitError
 
 LARGEST = 10_000_000  # bytes of a file of points

@@ -11,8 +11,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from wearlab.campaign.record import RecordedCampaign, from_record, to_record
-from wearlab.campaign.source import fingerprint, source_text
+from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
+from wearlab.campaign.inheritance import fingerprint, source_text
 from wearlab.figures.ask import Ask, Points, read
 from wearlab.figures.errors import FigureError
 from wearlab.figures.kinds import KINDS

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 from pydantic import ValidationError
 
-from wearlab.campaign.figure import FigureSpec
+from wearlab.campaign.campaign import FigureSpec
 from wearlab.figures.ask import read
 from wearlab.figures.drawing import plotted
 from wearlab.figures.errors import FigureError, choices

@@ -242,7 +242,7 @@ def _shown(kind: Measure) -> str:
 
 def quantity_at(name: str) -> str | None:
     """Return the kind of quantity that a dotted key holds, None for plain values."""
-    from wearlab.scene.lookup import field_at  # managing runs needs no scenes
+    from wearlab.scene.sections import field_at  # managing runs needs no scenes
 
     field = field_at(tuple(word for word in name.split(".") if not word.isdigit()))
     if field is None:
@@ -253,7 +253,7 @@ def quantity_at(name: str) -> str | None:
 
 def declared_scene_key(name: str) -> Key | str | None:
     """Return the key of a scene's value that no run has, or what else a name is; None: no name of a scene."""
-    from wearlab.scene.lookup import field_at, parts_at
+    from wearlab.scene.sections import field_at, parts_at
 
     path = tuple(word for word in name.split(".") if not word.isdigit())
     field = field_at(path)

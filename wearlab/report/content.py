@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wearlab.campaign.report import ReportSpec
-from wearlab.campaign.source import fingerprint, source_text
+from wearlab.campaign.campaign import ReportSpec
+from wearlab.campaign.inheritance import fingerprint, source_text
 from wearlab.report.answer import Reply, answer
 from wearlab.report.conditions import Conditions, conditions
 from wearlab.report.drawn import Drawn, drawn

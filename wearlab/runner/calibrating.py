@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 from wearlab.runner.worker import Task
 
 if TYPE_CHECKING:
-    from wearlab.scene.calibrating import CalibrationLife
+    from wearlab.scene.calibration import CalibrationLife
     from wearlab.store import Store
 
 
 def calibrations(tasks: Iterable[Task]) -> dict[str, Task]:
     """Return the run that calibrates each task, by the id of the task that needs one."""
-    from wearlab.scene.calibrating import calibrating  # managing runs needs no scenes
+    from wearlab.scene.calibration import calibrating  # managing runs needs no scenes
 
     needed = {task.id: calibrating(task.scene) for task in tasks}
     return {needing: Task(scene.id, scene) for needing, scene in needed.items() if scene is not None}
@@ -44,7 +44,7 @@ def with_calibrations(tasks: Iterable[Task], needed: Mapping[str, Task], store: 
 
 
 def _life(store: "Store", run_id: str) -> "CalibrationLife":
-    from wearlab.scene.calibrating import CalibrationLife
+    from wearlab.scene.calibration import CalibrationLife
 
     run = store.run(run_id)
     error = float(run["error_estimate_life"].values) if "error_estimate_life" in run else 0.0

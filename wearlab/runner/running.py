@@ -27,7 +27,7 @@ from wearlab.store.place import place
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
-    from wearlab.campaign.given import Given
+    from wearlab.campaign.reading import Given
     from wearlab.store import Store
 
 CALIBRATING = "lives that calibrate the wear coefficient of the other cases"
@@ -75,7 +75,7 @@ def run(
     RunnerError : no scheduler answers
     Interrupted : on Ctrl-C; the finished runs are kept, those in flight are released
     """
-    from wearlab.campaign.given import campaign_of
+    from wearlab.campaign.reading import campaign_of
 
     clock = time.perf_counter()
     campaign, store = campaign_of(campaign), _store(store)

@@ -7,7 +7,7 @@ from pydantic_core import PydanticCustomError
 
 from wearlab.dynamics.models import DynamicModel
 from wearlab.options import named
-from wearlab.scene.members import set_in
+from wearlab.scene.gears import set_in
 
 
 def _of_the_set(value: Any, info: ValidationInfo) -> Any:

@@ -1,26 +1,213 @@
-"""``[gears]``: a pair with external teeth, a pinion in a ring, or a planetary set."""
+"""``[gears]``: the gear set, its members and the shape of their teeth."""
 
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
-from annotated_types import Ge
+from annotated_types import Ge, Gt
 from pydantic import BeforeValidator, Field, model_validator
 
-from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SetDescriptor
+from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SETS, UNSAID, SetDescriptor
 from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
+    Alternatives,
     Angle,
     Count,
     Depth,
     Inertia,
     Length,
     Mass,
+    Number,
     Part,
     option,
 )
-from wearlab.scene.material import STEEL, NamedMaterial
-from wearlab.scene.toothed import GearOptions, Iso21771, Ring, Toothed
+from wearlab.scene.materials import STEEL, NamedMaterial
+
+ALL_TOOTHED, ALL_FLANKS = UNSAID.toothed, UNSAID.flanks
+
+
+def kind_of(mapping: Any) -> str:
+    """Return the kind of gear set that a raw scene says, "" where it says none that there is."""
+    gears = mapping.get("gears") if isinstance(mapping, dict) else None
+    kind = gears.get("kind") if isinstance(gears, dict) else None
+    return kind if isinstance(kind, str) and kind in SETS else UNSAID.kind
+
+
+def set_in(context: Any) -> SetDescriptor:
+    """Return the kind of gear set in whose scene a section is read."""
+    return SETS.get((context or {}).get("kind", ""), UNSAID)
+
+
+def member_of(flank: str) -> str:
+    """Return the member a flank belongs to: both flanks of a planet are the planet's."""
+    return flank.split("-")[0]
+
+
+Iso21771 = "ISO 21771"
+
+
+class ReliefOptions(Part):
+    """Material removed at one end of the active profile."""
+
+    alternatives: ClassVar[Alternatives] = ((("length",), ("start_diameter",), ("start_roll_angle",)),)
+
+    amount: Annotated[Depth, POSITIVE] = option(
+        ..., "removed at the end of the active profile, along the normal"
+    )
+    length: Annotated[Length, POSITIVE] | None = option(
+        None,
+        "length of the relief along the path of contact, from the end of the active profile",
+        derived="from where it starts",
+    )
+    start_diameter: Annotated[Length, POSITIVE] | None = option(
+        None, "diameter at which the relief starts", derived="from length", source="ISO 21771"
+    )
+    start_roll_angle: Annotated[Angle, POSITIVE] | None = option(
+        None, "roll angle at which the relief starts", derived="from length", source="ISO 21771"
+    )
+    shape: Literal["linear", "parabolic"] = option("linear", "course of the relief along the path")
+
+    @model_validator(mode="after")
+    def _begins_somewhere(self) -> "ReliefOptions":
+        if self.length is None and self.start_diameter is None and self.start_roll_angle is None:
+            raise ValueError("give length along the path, start_diameter or start_roll_angle")
+        return self
+
+
+class Toothed(Part):
+    """What every gear has, external or ring."""
+
+    alternatives: ClassVar[Alternatives] = (
+        (("tip_diameter",), ("addendum_coefficient", "tip_alteration_coefficient")),
+        (("root_diameter",), ("dedendum_coefficient",)),
+    )
+
+    teeth: Annotated[Count, Gt(2)] = option(..., "number of teeth z")
+    profile_shift_coefficient: Number | None = option(
+        None,
+        "profile shift x over the module; positive moves the profile outwards: thicker teeth, larger spaces "
+        "of a ring",
+        derived="0, or derived from centre_distance",
+        source=Iso21771,
+    )
+    addendum_coefficient: Annotated[Number, POSITIVE] | None = option(
+        None,
+        "addendum of the basic rack over the module",
+        derived="1, unless tip_diameter is given",
+        source="ISO 53",
+    )
+    dedendum_coefficient: Annotated[Number, POSITIVE] | None = option(
+        None, "dedendum of the basic rack over the module", derived="1.25, unless root_diameter is given",
+        source="ISO 53",
+    )  # fmt: skip
+    tip_alteration_coefficient: Number | None = option(
+        None,
+        "tip alteration k over the module, negative shortens",
+        derived="keeps the tip clearance when shifts change the centre distance",
+        source=Iso21771,
+    )
+    tip_diameter: Annotated[Length, POSITIVE] | None = option(
+        None, "tip diameter, instead of the coefficients", derived="from the coefficients"
+    )
+    root_diameter: Annotated[Length, POSITIVE] | None = option(
+        None, "root diameter, instead of the coefficient", derived="from the coefficient"
+    )
+    fillet_radius_coefficient: Annotated[Number, NOT_NEGATIVE] = option(
+        0.38,
+        "tip rounding of the generating rack, or root fillet of a ring, over the module",
+        source="ISO 53",
+    )
+    face_width: Annotated[Length, POSITIVE] | None = option(
+        None, "face width of this gear", derived="the set's"
+    )
+    material: NamedMaterial | None = option(None, "material of this gear", derived="the set's")
+    mass: Annotated[Mass, POSITIVE] | None = option(None, "mass", derived="from the solid")
+    inertia: Annotated[Inertia, POSITIVE] | None = option(
+        None, "moment of inertia about the axis", derived="from the solid"
+    )
+    roughness_ra: Annotated[Depth, POSITIVE] | None = option(
+        None, "mean roughness R_a of the flanks; R_q = 1.25 R_a is assumed", derived="no film thickness ratio"
+    )
+    tip_relief: ReliefOptions | None = option(None, "relief at the tip", derived="no relief")
+    root_relief: ReliefOptions | None = option(
+        None, "relief at the root, by its length along the path", derived="no relief"
+    )
+    profile_crowning: Depth | None = option(
+        None,
+        "removed at both ends of the active profile, 0 in its middle",
+        derived="none",
+        source="ISO 1328-1",
+    )
+    profile_slope: Depth | None = option(
+        None,
+        "surplus of material at the tip end against the root end",
+        derived="none",
+        source="ISO 1328-1 f_Hα",
+    )
+
+    @model_validator(mode="after")
+    def _root_by_length(self) -> "Toothed":
+        if self.root_relief is not None and self.root_relief.length is None:
+            raise ValueError(
+                "root_relief begins where the mate's tip first touches: give its length along the path"
+            )
+        return self
+
+    @model_validator(mode="before")
+    @classmethod
+    def _standard_rack(cls, given: Any) -> Any:
+        if not isinstance(given, dict):
+            return given
+        filled = dict(given)
+        if given.get("tip_diameter") is None:
+            filled.setdefault("addendum_coefficient", 1.0)
+        if given.get("root_diameter") is None:
+            filled.setdefault("dedendum_coefficient", 1.25)
+        return filled
+
+
+class GearOptions(Toothed):
+    """One external gear."""
+
+    root_profile: Literal["trochoid", "radial"] | None = option(
+        None,
+        "shape of the tooth below the involute; a radial root is up to 22 % softer",
+        derived="trochoid where it exists, else radial below the base circle",
+        source="wearlab",
+    )
+    bore_diameter: Annotated[Length, NOT_NEGATIVE] | None = option(
+        None, "bore of the wheel body", derived="half the root diameter, flagged as assumed"
+    )
+
+
+class Ring(Toothed):
+    """A ring gear: teeth that point inwards."""
+
+    alternatives: ClassVar[Alternatives] = (
+        (
+            ("tip_diameter",),
+            ("addendum_coefficient", "tip_alteration_coefficient", "tip_alteration"),
+        ),
+        (("tip_alteration_coefficient",), ("tip_alteration",)),
+        (("root_diameter",), ("dedendum_coefficient",)),
+    )
+
+    tip_alteration: Literal["wang-2023"] | None = option(
+        None,
+        "shortens the teeth to r − m h_a + m/(z tan²α), which an unshifted pinion's involute just reaches",
+        derived="tip_alteration_coefficient, else what keeps the tip clear of the mate's root curve",
+        source="Y23 Table 1",
+    )
+    root_profile: Literal["fillet", "radial"] | None = option(
+        None,
+        "a circle between involute and root circle, or the involute up to the root circle",
+        derived="fillet, the largest that fits if the wanted one does not",
+        source="wearlab",
+    )
+    rim_diameter: Annotated[Length, POSITIVE] = option(
+        ..., "outside diameter of the rim, above the root diameter, where the body is held"
+    )
+
 
 ECCENTRICITY = "distance of the toothing's axis from the axis it turns about"
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from wearlab.nearest import meant
-from wearlab.scene.lookup import MEMBERS, Path, choice_of, chooser_at, parts_at
+from wearlab.scene.sections import MEMBERS, Path, choice_of, chooser_at, parts_at
 
 Table = dict[str, Any]
 

@@ -1,10 +1,14 @@
-"""``[numerics]``: one tolerance, and what may override what follows from it."""
+"""``[numerics]``: one tolerance, and what may override what follows from it; ``[store]``: what is kept."""
 
 from typing import Annotated
 
-from annotated_types import Ge, Le, Lt
+from annotated_types import Ge, Le, Lt, MinLen
+from pydantic import AfterValidator
+from pydantic_core import PydanticCustomError
 
+from wearlab.nearest import meant
 from wearlab.options import POSITIVE, Count, Number, Part, option
+from wearlab.schema import ON_REQUEST, VARIABLES
 
 MOST = 1_000_000  # points; a state of the wear would take gigabytes
 DERIVED = "from the tolerance"
@@ -33,3 +37,39 @@ class Numerics(Part):
         "right-hand sides after which a life ends where it is, to be gone on from",
         derived="from the tolerance and the coordinates: minutes of work",
     )
+
+
+ALL = "all"
+"""Stands for every variable that the present parts make without being asked."""
+
+
+def _known(names: tuple[str, ...]) -> tuple[str, ...]:
+    for name in names:
+        if name not in VARIABLES and name != ALL:
+            raise PydanticCustomError(
+                "variable",
+                "{name} is no variable of a dataset{near}",
+                {"name": repr(name), "near": meant(name, (*VARIABLES, ALL))},
+            )
+    return tuple(sorted(set(names)))
+
+
+class StoreSection(Part):
+    """What is kept of a run."""
+
+    variables: Annotated[tuple[str, ...], MinLen(1), AfterValidator(_known)] | None = option(
+        None,
+        "variables to store; 'all' is all that the present parts make, to which those made on request "
+        "(mesh_acceleration, its spectrum and statistics, mesh_deflection_orders) are added by name",
+        derived="all that the present parts make",
+        source="wearlab",
+    )
+
+    def keeps(self, name: str) -> bool:
+        """Whether a variable that was made is stored."""
+        return self.variables is None or name in self.variables or ALL in self.variables
+
+    @property
+    def requested(self) -> tuple[str, ...]:
+        """The variables that are made because they are named here."""
+        return tuple(name for name in self.variables or () if name in ON_REQUEST)

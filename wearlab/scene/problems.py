@@ -1,4 +1,4 @@
-"""What is wrong with a scene, said so that the reader can mend it: path, value, nearest valid choice."""
+"""What is wrong with a scene, one line a fault: path, value, and what would be right."""
 
 import re
 from collections.abc import Iterable
@@ -8,10 +8,22 @@ from typing import Any, get_args
 from pydantic import ValidationError
 
 from wearlab.options import Part, Unit
-from wearlab.scene.later import LATER_CHOICES, LATER_KEYS, later
-from wearlab.scene.lookup import MEMBERS, Path, chooser_at, nearest_place, parts_at, parts_in
+from wearlab.scene.sections import MEMBERS, Path, chooser_at, nearest_place, parts_at, parts_in
 from wearlab.slots import PLUGIN
 from wearlab.units import KINDS
+
+LATER_KEYS: dict[str, dict[str, str]] = {
+    "": {},
+    "gears": {"helix_angle": "helical gears"},
+}
+
+LATER_CHOICES: dict[str, dict[str, str]] = {}
+
+
+def later(what: str) -> str:
+    """Return the sentence that refuses it."""
+    return f"{what}: not part of this version of wearlab"
+
 
 LIMITS = {
     "greater_than": ("gt", "greater than"),

@@ -1,9 +1,10 @@
-"""A scene: everything one run depends on, and nothing else."""
+"""A scene: all sections of one run, typed, frozen and in SI."""
 
 import json
 import pickle
 from collections.abc import Iterator, Mapping
 from functools import cached_property
+from html import escape
 from pathlib import Path
 from typing import Any, cast
 
@@ -11,20 +12,53 @@ from pydantic import PrivateAttr, ValidationError, model_validator
 
 from wearlab.options import Part
 from wearlab.plugins import CONSENT, LOADED, Plugin, PluginError, bring
-from wearlab.scene import lookup
-from wearlab.scene.errors import ErrorsSection
+from wearlab.scene.gears import kind_of
 from wearlab.scene.identity import canonical, identity, stored
-from wearlab.scene.members import kind_of
 from wearlab.scene.merge import DropError, merge, nested, without
-from wearlab.scene.mesh import OWN_MESHES, MeshSection, OneMesh
+from wearlab.scene.mesh import OWN_MESHES, ErrorsSection, MeshSection, OneMesh
 from wearlab.scene.problems import SceneError, problems_of
 from wearlab.scene.rules import broken_rules
-from wearlab.scene.sections import Sections
-from wearlab.scene.start import StartWear
-from wearlab.scene.telling import html, one_line
-from wearlab.scene.wear import InitialWears, WearSection
+from wearlab.scene.sections import Sections, forget
+from wearlab.scene.wear import InitialWears, StartWear, WearSection
 from wearlab.slots import Slot, Variant, when_changed
 from wearlab.wear.coefficients import CalibrationLife
+
+
+def one_line(scene: Sections, written: Mapping[str, Any]) -> str:
+    """Return the gears with their teeth, torque and speed as written, how they move and whether they wear."""
+    teeth = " × ".join(
+        str(member["teeth"]) for member in _tables(scene.gears.model_dump()) if member.get("teeth")
+    )
+    motion = "quasi-static" if scene.dynamics is None else scene.dynamics.chosen
+    wear = "no wear" if scene.wear is None else f"{scene.wear.load.chosen} wear"
+    return ", ".join(part for part in (f"{scene.gears.kind} {teeth}", _driven(written), motion, wear) if part)
+
+
+def html(title: str, written: Mapping[str, Any]) -> str:
+    """Return everything that a scene's file says, section by section, below the scene in one line."""
+    rows = "".join(
+        f"<tr><td>{escape(key)}</td><td>{escape(str(value))}</td></tr>" for key, value in _written(written)
+    )
+    return f"<p><b>{escape(title[1:-1])}</b></p><table>{rows}</table>"
+
+
+def _driven(written: Mapping[str, Any]) -> str:
+    given = written.get("operation", {})
+    return ", ".join(str(given[key]) for key in ("torque", "power", "speed") if key in given)
+
+
+def _tables(gears: dict[str, Any]) -> list[dict[str, Any]]:
+    return [table for table in gears.values() if isinstance(table, dict)]
+
+
+def _written(table: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:
+    return [
+        pair
+        for key, value in table.items()
+        for pair in (
+            _written(value, f"{above}{key}.") if isinstance(value, dict) else [(f"{above}{key}", value)]
+        )
+    ]
 
 
 class Scene(Sections):
@@ -206,7 +240,7 @@ def _renew() -> None:
     parts += [OneMesh, MeshSection, ErrorsSection, InitialWears, WearSection, Sections, Scene]
     for part in parts:
         part.model_rebuild(force=True)
-    lookup.forget()
+    forget()
 
 
 when_changed(_renew)

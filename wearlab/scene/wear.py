@@ -1,11 +1,14 @@
-"""``[wear]``: the wear law, what loads it, where it begins and ends."""
+"""``[wear]``: law, coefficient, initial wear and end of a life; ``[start]``: the run that it goes on from."""
 
-from typing import Annotated, Any, ClassVar
+import re
+from typing import Annotated, Any, ClassVar, NamedTuple
 
-from annotated_types import MinLen
+from annotated_types import Le, MinLen
 from pydantic import (
     AfterValidator,
     BeforeValidator,
+    Discriminator,
+    Tag,
     ValidationInfo,
     create_model,
     model_validator,
@@ -15,6 +18,7 @@ from wearlab.life.loads import LoadModel
 from wearlab.life.steps import StepMethod
 from wearlab.life.steps.adaptive import AdaptiveStep
 from wearlab.options import (
+    NOT_NEGATIVE,
     POSITIVE,
     Alternatives,
     Depth,
@@ -25,15 +29,63 @@ from wearlab.options import (
     named,
     option,
 )
-from wearlab.scene.coefficient import Coefficient
-from wearlab.scene.members import ALL_FLANKS, member_of, set_in
+from wearlab.scene.gears import ALL_FLANKS, ALL_TOOTHED, member_of, set_in
+from wearlab.scene.identity import canonical
 from wearlab.slots import implied
 from wearlab.units import rounded
+from wearlab.wear.coefficients import CoefficientModel
 from wearlab.wear.initials import InitialModel
 from wearlab.wear.laws import ArchardLaw, LawModel
 from wearlab.wear.patches import ElasticPatch, PatchModel
 from wearlab.wear.pressures import MeanPressure, PressureModel
 from wearlab.wear.projections import NormalProjection, ProjectionModel
+
+NAMES = (*dict.fromkeys((*ALL_TOOTHED, *ALL_FLANKS)), "carrier")
+OneCoefficient = Annotated[CoefficientModel, *named()]
+
+
+def _per_member(value: Any, info: ValidationInfo) -> Any:
+    """Read per-member tables as overrides of the general one."""
+    members = set_in(info.context).toothed
+    strangers = [name for name in NAMES if isinstance(value, dict) and name in value and name not in members]
+    if strangers:
+        raise ValueError(
+            f"{', '.join(map(repr, strangers))}: no member with teeth of this gear set; there are "
+            f"{', '.join(members)}"
+        )
+    if not isinstance(value, dict) or not any(member in value for member in members):
+        return value
+    general = {key: own for key, own in value.items() if key not in members}
+    return {member: _over(general, value.get(member, {})) for member in members}
+
+
+def _over(general: dict[str, Any], own: Any) -> Any:
+    """Return a member's options over the general ones; another model starts afresh."""
+    own = {"model": own} if isinstance(own, str) else own
+    if not isinstance(own, dict) or own.get("model", general.get("model")) != general.get("model"):
+        return own
+    return {**general, **own}
+
+
+def _one_if_equal(each: Any) -> Any:
+    """Return one coefficient where both members have the same."""
+    if not isinstance(each, dict):
+        return each
+    different = {canonical(coefficient.model_dump()) for coefficient in each.values()}
+    return next(iter(each.values())) if len(different) == 1 else each
+
+
+def _one_or_each(value: Any) -> str:
+    return "each" if isinstance(value, dict) and any(member in value for member in ALL_TOOTHED) else "one"
+
+
+Coefficient = Annotated[
+    Annotated[OneCoefficient, Tag("one")] | Annotated[dict[str, OneCoefficient], Tag("each")],
+    Discriminator(_one_or_each),
+    BeforeValidator(_per_member),
+    AfterValidator(_one_if_equal),
+]
+
 
 Positive = Annotated[Number, POSITIVE]
 PositiveDepth = Annotated[Depth, POSITIVE]
@@ -191,3 +243,80 @@ class WearSection(Part):
     def initial_of(self, flank: str) -> Any:
         """Return the initial wear of one flank, None when it is new."""
         return None if self.initial is None else getattr(self.initial, flank)
+
+
+ID = re.compile(r"[0-9a-f]{20,64}")
+
+
+class StartWear(NamedTuple):
+    """The wear that a run starts from, read from its parent.
+
+    Parameters
+    ----------
+    cycle : of the parent, at which it was taken
+    error : of its interpolation between stored states, estimated [m]; 0 at a stored state
+    side : flank → side of the tooth that the parent loaded
+    position : flank → (n,) path coordinate of the nodes [m]
+    depth : flank → (n,) wear depth there [m]
+    estimate : error of the parent's wear depth at that cycle, as the parent estimates it [m]; NaN: unknown
+    """
+
+    cycle: float
+    error: float
+    side: dict[str, str]
+    position: dict[str, tuple[float, ...]]
+    depth: dict[str, tuple[float, ...]]
+    estimate: float = 0.0
+
+
+def _identity(text: str) -> str:
+    if not ID.fullmatch(text):
+        raise ValueError(
+            f"{text!r} is no full id of a run, 20 hexadecimal digits as `wearlab ls --json` shows it; or "
+            "give 'campaign' and 'select'"
+        )
+    return text
+
+
+class Start(Part):
+    """Another run's wear at one of its cycles; ``cycle`` counts from 0 again, ``parent_cycle`` is kept.
+
+    A campaign file may name the run by ``campaign`` and ``select`` instead of ``run``.
+    """
+
+    alternatives: ClassVar[Alternatives] = (
+        (("run",), ("campaign", "select")),
+        (("cycle",), ("life_fraction",)),
+    )
+
+    run: Annotated[str, AfterValidator(_identity)] | None = option(
+        None, "identity of the run to continue", derived="named by campaign and select", source="wearlab"
+    )
+    campaign: str | None = option(
+        None, "campaign file whose run is continued", derived="named by run", source="wearlab", identity=False
+    )
+    select: dict[str, Any] | None = option(
+        None,
+        "axis = value or case = label, of the run in that campaign",
+        derived="its only run",
+        source="wearlab",
+        identity=False,
+    )
+    cycle: Annotated[Number, NOT_NEGATIVE] | None = option(
+        None, "cycle of that run at which this one begins", derived="its last state", source="wearlab"
+    )
+    life_fraction: Annotated[Number, NOT_NEGATIVE, Le(1.0)] | None = option(
+        None, "the same as a fraction of that run's life", derived="its last state", source="wearlab"
+    )
+    replace: tuple[str, ...] = option((), "members that get new flanks", source="wearlab")
+
+    @model_validator(mode="after")
+    def _one_run(self) -> "Start":
+        if self.run is None:
+            raise ValueError("give 'run', or 'campaign' and 'select', of the run to continue")
+        return self
+
+
+def is_replaced(flank: str, replaced: tuple[str, ...]) -> bool:
+    """Say whether a flank belongs to one of the replaced members."""
+    return member_of(flank) in replaced

@@ -7,7 +7,7 @@ Each file of this folder declares a few groups of variables; a group is what one
 from typing import NamedTuple
 
 from wearlab.results import RESULTS
-from wearlab.schema import coordinates, dynamics, life, mesh, over_speed, wear
+from wearlab.schema import coordinates, dynamics, life, mesh
 from wearlab.variable import Variable as Variable
 
 
@@ -45,9 +45,7 @@ DIMENSIONS = (
     Dimension("edge", "the last speed before a jump, the first after it"),
 )
 
-GROUPS = tuple(
-    group for part in (coordinates, wear, mesh, dynamics, over_speed, life) for group in part.GROUPS
-)
+GROUPS = tuple(group for part in (coordinates, mesh, dynamics, life) for group in part.GROUPS)
 VARIABLES: dict[str, Variable] = {
     **{name: variable for group in GROUPS for name, variable in group.variables.items()},
     **{result.name: result.variable for result in RESULTS},

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from wearlab.life.limits import WORN_OUT
 from wearlab.options import Stored
 from wearlab.scene import Scene
-from wearlab.scene.calibrating import calibrated_coefficient, calibrating
+from wearlab.scene.calibration import calibrated_coefficient, calibrating
 from wearlab.simulation.errors import Refused
 from wearlab.simulation.estimates import estimated
 from wearlab.simulation.living import live_through

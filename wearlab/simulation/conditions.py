@@ -8,7 +8,7 @@ import xarray as xr
 
 from wearlab.life.history import History
 from wearlab.scene import Scene
-from wearlab.scene.duty import labels_of
+from wearlab.scene.operation import labels_of
 
 Values = dict[str, Any]
 

@@ -6,7 +6,7 @@ from wearlab.arrays import Array
 from wearlab.life.state import Wear
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
-from wearlab.scene.start import is_replaced
+from wearlab.scene.wear import is_replaced
 from wearlab.simulation.errors import Refused
 
 APART = 1e-9  # of the path: the two nodes of a step of the wear stand so far apart

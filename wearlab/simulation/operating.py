@@ -8,7 +8,7 @@ from wearlab.life.coupled import Coupled
 from wearlab.life.duty import DutyCoupling, DutyShares, duty_shares
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
-from wearlab.scene.duty import labels_of
+from wearlab.scene.operation import labels_of
 
 
 @dataclass(frozen=True)

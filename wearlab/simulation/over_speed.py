@@ -13,7 +13,7 @@ from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
-from wearlab.scene.build.over_speed import OverSpeed, build_over_speed
+from wearlab.scene.build.modes import OverSpeed, build_over_speed
 from wearlab.simulation.vibration import transmission_error
 
 Values = dict[str, Any]

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.scene.start import StartWear
+from wearlab.scene.wear import StartWear
 from wearlab.store.errors import StoreError
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wearlab.scene.start import Start
+    from wearlab.scene.wear import Start
 
 ERROR = "error_estimate_wear_depth"
 

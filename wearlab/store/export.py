@@ -69,7 +69,7 @@ def export(
 
 def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
     """Return CF and ACDD attributes; the same store gives the same ones, whenever it is exported."""
-    from wearlab.campaign.source import fingerprint, source_text
+    from wearlab.campaign.inheritance import fingerprint, source_text
 
     entries, grid = store.entries(case.id for case in campaign.cases), store.open(campaign)
     text = source_text(campaign.path)

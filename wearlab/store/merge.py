@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from wearlab.files import read_regular
 from wearlab.plugins import FOLDER
-from wearlab.regular import read_regular
 from wearlab.store.adopt import outcome_of
 from wearlab.store.audit import check_file
 from wearlab.store.errors import StoreError

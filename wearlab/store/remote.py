@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from wearlab.cache import cache_folder
+from wearlab.files import cache_folder
 from wearlab.store.database import Database
 from wearlab.store.errors import StoreError
 from wearlab.store.files import write_whole

@@ -13,7 +13,7 @@ from wearlab.store.problem import Problem
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wearlab.campaign.given import Given
+    from wearlab.campaign.reading import Given
     from wearlab.store.catalogue import Placed
     from wearlab.store.table import Table
 
@@ -57,7 +57,7 @@ class Store(KeptRuns):
         CampaignError : the file or the mapping is wrong
         StoreError : there is no store
         """
-        from wearlab.campaign.given import campaign_of
+        from wearlab.campaign.reading import campaign_of
         from wearlab.store.grid import named_runs, open_grid
         from wearlab.store.si import axes_in_si
 

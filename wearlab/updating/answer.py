@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from scipy.special import log_ndtr, logsumexp, ndtr
 
 from wearlab.arrays import Array
-from wearlab.campaign.measured import Days
+from wearlab.campaign.update_options import Days
 from wearlab.units import HOUR
 from wearlab.updating.history import RunHistory
 from wearlab.updating.likelihood import PER, Block

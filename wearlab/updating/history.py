@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from wearlab.arrays import Array, Flags
-from wearlab.campaign.measured import THICKNESS, Limit
+from wearlab.campaign.update_options import THICKNESS, Limit
 from wearlab.updating.observations import Observed, UpdateError
 from wearlab.updating.stored import StoredRun, StoredVariable
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from wearlab.arrays import Array
 from wearlab.campaign import Campaign
-from wearlab.campaign.sampling import written
+from wearlab.campaign.distributions import written
 from wearlab.scene import SceneError
 from wearlab.sources import hash_of
 from wearlab.updating.history import RunHistory

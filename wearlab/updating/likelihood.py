@@ -10,7 +10,7 @@ from scipy.special import log_ndtr
 
 from wearlab.arrays import Array, Flags
 from wearlab.campaign.distributions import SMALLEST, Distribution, LogNormal, Normal
-from wearlab.campaign.measured import PREVIOUS, Data
+from wearlab.campaign.update_options import PREVIOUS, Data
 from wearlab.units import convert
 from wearlab.updating import sufficient
 from wearlab.updating.history import Asked, RunHistory

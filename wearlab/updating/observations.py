@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
-from wearlab.campaign.measured import WHEN, WHERE, Data, Days
-from wearlab.regular import read_regular
+from wearlab.campaign.update_options import WHEN, WHERE, Data, Days
+from wearlab.files import read_regular
 from wearlab.scene.problems import Refusal
 from wearlab.tables import LARGEST_FILE, Table, TableError, in_unit, read_table
 from wearlab.units import HOUR

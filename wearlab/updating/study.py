@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.campaign import Axis, Campaign, Case
-from wearlab.campaign.distributions import Distribution
-from wearlab.campaign.measured import THICKNESS, Limit, UpdateSpec
-from wearlab.campaign.sampling import Sample, draw
+from wearlab.campaign.distributions import Distribution, Sample, draw
+from wearlab.campaign.update_options import THICKNESS, Limit, UpdateSpec
 from wearlab.scene import Scene
 from wearlab.store.place import place
 from wearlab.units import is_quantity, split

@@ -9,7 +9,7 @@ import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.campaign import Campaign
-from wearlab.campaign.measured import THICKNESS
+from wearlab.campaign.update_options import THICKNESS
 from wearlab.schema import VARIABLES, attributes
 from wearlab.sources import source_hash
 from wearlab.units import KINDS, convert

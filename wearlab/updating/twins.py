@@ -14,7 +14,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.campaign import Campaign, load
-from wearlab.campaign.measured import PREVIOUS
+from wearlab.campaign.update_options import PREVIOUS
 from wearlab.tables import read_table
 from wearlab.units import convert
 from wearlab.updating.history import RunHistory, history_of

@@ -16,10 +16,8 @@ from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.mesh.profile import NO_EXTENSION, Extension, profile_grid
 from wearlab.mesh.stiffnesses import StiffnessModel
 from wearlab.scene import Scene
-from wearlab.scene.build.contact import extension_wanted, flanks_of
-from wearlab.scene.build.errors import build_errors
-from wearlab.scene.build.gears import kinks, modifications
-from wearlab.scene.build.sets import build_set
+from wearlab.scene.build.contact import build_errors, extension_wanted, flanks_of
+from wearlab.scene.build.sets import build_set, kinks, modifications
 
 NODES_AT_DEFAULT = 201
 DEFAULT_TOLERANCE = 1e-3

@@ -1,14 +1,24 @@
-"""Natural frequencies of a scene at its mean mesh stiffness."""
+"""Natural frequencies of a scene, and its response over speed."""
 
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.dynamics.continuation import Continuation
 from wearlab.dynamics.mode_kinds import mode_kinds
 from wearlab.dynamics.modes import Modes, critical_speeds, modes
+from wearlab.dynamics.periodic import Periodic
+from wearlab.dynamics.system import System
+from wearlab.life.state import WearState
+from wearlab.life.vibration import Vibration
+from wearlab.mesh.clock import sampling
+from wearlab.mesh.stages import StageTables
+from wearlab.mesh.tabulation import stage_tables
+from wearlab.scene import Scene
 from wearlab.scene.build.parts import Parts
-from wearlab.scene.build.vibration import mean_stiffness
+from wearlab.scene.build.vibration import OnClock, build_friction, fluctuation, mean_stiffness, steps_grid
 
 
 class SceneModes(NamedTuple):
@@ -42,3 +52,65 @@ def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
         system.coordinates,
         mode_kinds(system, system_modes) if (~system.central & ~system.turns).any() else None,
     )
+
+
+@dataclass(frozen=True)
+class OverSpeed:
+    """What a continuation over speed needs of one wear state.
+
+    Parameters
+    ----------
+    scene, parts, state : the scene, its physics, and the wear state
+    speeds : (n,) ascending speeds of the input member [rad/s]
+    directions : names of the directions, in the order in which they are followed
+    continuation : how
+    """
+
+    scene: Scene
+    parts: Parts
+    state: WearState
+    speeds: Array
+    directions: tuple[str, ...]
+    continuation: Continuation
+
+    def vibration(self, speed: float) -> Vibration:
+        """Return the dynamics at a speed [rad/s], with steps by the rule for that speed."""
+        scene, parts, vibration = self.scene, self.parts, self.parts.vibration
+        assert vibration is not None
+        assert scene.operation.speed is not None
+        period = parts.gears.period * scene.operation.speed / speed
+        analyses = [kind.analysis for kind in parts.kinds]
+        stiffest = np.array([self.state.kind[mesh.kind].static.tangent.max() for mesh in parts.meshes])
+        clock = OnClock(analyses, parts.meshes, parts.edges)
+        grid = steps_grid(scene, clock, vibration.system, stiffest, period)
+        return replace(
+            vibration,
+            sampling=sampling(
+                [analysis.grid for analysis in analyses],
+                parts.meshes,
+                parts.edges,
+                grid,
+                build_friction(scene, parts.gears),
+            ),
+            period=period,
+            fluctuation=fluctuation(scene, grid.phase),
+            touching=None,
+        )
+
+    def mesh_at(self, speed: float) -> tuple[System, StageTables, float]:
+        """Return system, tables and duration of a mesh period at a speed [rad/s]."""
+        moving = self.vibration(speed)
+        tables = stage_tables(self.parts.coupling.touching(self.state), moving.sampling, moving.fluctuation)
+        return moving.system, tables, moving.period
+
+
+def build_over_speed(scene: Scene, parts: Parts, state: WearState) -> OverSpeed:
+    """Return the continuation that ``dynamics.response`` asks for, at one wear state."""
+    assert scene.dynamics is not None and scene.dynamics.response is not None
+    assert parts.vibration is not None and isinstance(parts.vibration.method, Periodic)
+    given: Any = scene.dynamics.response
+    speeds = np.linspace(getattr(given.speed, "from"), given.speed.to, given.speed.points)
+    return OverSpeed(
+        scene, parts, state, speeds, given.directions,
+        Continuation(given.transient, given.strobe, parts.vibration.method),
+    )  # fmt: skip

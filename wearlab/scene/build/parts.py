@@ -16,11 +16,9 @@ from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.profile import Extension, Lookup
 from wearlab.scene import Scene
-from wearlab.scene.build.contact import contact_flags
-from wearlab.scene.build.errors import class_flags
-from wearlab.scene.build.gears import modifications
+from wearlab.scene.build.contact import class_flags, contact_flags
 from wearlab.scene.build.mesh import build_analyses, build_meshes
-from wearlab.scene.build.sets import build_set
+from wearlab.scene.build.sets import build_set, modifications
 from wearlab.scene.build.vibration import build_vibration
 from wearlab.scene.build.wear import build_film, build_law, build_load, build_path
 from wearlab.scene.presence import oversights

@@ -1,4 +1,4 @@
-"""``[dynamics]`` → the system in its one form, the method, and the stages at which the mesh is tabulated."""
+"""The dynamics of a scene: equation of motion, steps, damping and loads."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -10,6 +10,7 @@ from scipy.linalg import null_space
 from wearlab.arrays import Array
 from wearlab.dynamics.collocation import SIZES
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
+from wearlab.dynamics.models import InMotion
 from wearlab.dynamics.modes import modes
 from wearlab.dynamics.steps import (
     EXACT_LARGEST,
@@ -32,7 +33,29 @@ from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.mesh.stiffness import GivenStiffness
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
-from wearlab.scene.build.system import build_system
+
+ANY = 1e8
+"""A mesh stiffness, where its size is of no account [N/m]."""
+
+
+def build_system(scene: Scene, gears: GearSet, stiffness: Array) -> System:
+    """Return the system of ``dynamics.model``; damping ratios refer to mean stiffnesses (n_mesh,) [N/m]."""
+    assert scene.dynamics is not None
+    meshes = tuple(scene.mesh.of(kind.section) for kind in gears.kinds)
+    return scene.dynamics.build(InMotion(gears, meshes, scene.operation, stiffness))
+
+
+def check_held(scene: Scene, gears: GearSet) -> None:
+    """Refuse a set of which anything floats: its meshes need no more than to be there.
+
+    Raises
+    ------
+    GearError
+        Naming what floats, or what the rotation of the carrier tears away.
+    """
+    if scene.dynamics is not None:
+        build_system(scene, gears, np.full(len(gears.mesh_names), ANY))
+
 
 RESOLVED = 0.3
 """Share of the tolerance that the stages may miss of mesh stiffness and error."""

@@ -1,0 +1,261 @@
+"""One wear state as a function of time that any integrator can call.
+
+Our own methods read tables at their stages; a foreign integrator asks at times of its own. So the mesh is
+written as polynomials of degree four on cells that end wherever anything in it bends: at the profile nodes,
+the jumps and the points of a given table.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wearlab.arrays import Array, Index
+from wearlab.compiled import jit
+from wearlab.dynamics.structure import force_vectors
+from wearlab.dynamics.system import System
+from wearlab.life.vibration import Vibration
+from wearlab.mesh.clock import Friction, sampling
+from wearlab.mesh.excitation import Touching
+from wearlab.mesh.stages import StageGrid, StageTables
+from wearlab.mesh.tabulation import stage_tables
+
+DEGREE = 4
+NEVER = 1e300
+"""A backlash that no motion reaches: no back flank."""
+CELLS_PER_SEGMENT = 96
+"""Cells of a segment of a set of several meshes, whose nodes together are too many."""
+
+
+class Motion(NamedTuple):
+    """The equation of motion of one wear state; forces are divided by the masses.
+
+    Parameters
+    ----------
+    stiffness, damping : (n, n) of supports
+    direction : (n_mesh, n) of the mesh deflections
+    mesh_damping, backlash : (n_mesh,) [N s/m], normal backlash [m]
+    push : (n,) acceleration by the loads [m/s²]
+    per_force : (channels, n) acceleration by a unit mesh force, then by its friction
+    edges : (n_cells + 1,) phases at which cells begin and end [1]
+    coefficients : (n_cells, n_mesh, quantities, 5) stiffness and gap of every pair, friction, error and rate
+    breaks : (n_segments + 1,) phases between which the mesh is smooth [1]
+    first_cell : (n_segments + 1,) cell with which each segment begins
+    pairs : pairs in the path of a mesh
+    period : duration of a mesh period [s]
+    gated : whether meshes damp in contact alone
+    rubs : whether flanks rub
+    """
+
+    stiffness: Array
+    damping: Array
+    direction: Array
+    mesh_damping: Array
+    backlash: Array
+    push: Array
+    per_force: Array
+    edges: Array
+    coefficients: Array
+    breaks: Array
+    first_cell: Index
+    pairs: int
+    period: float
+    gated: bool
+    rubs: bool
+
+
+def motion(
+    kinds: Sequence[Touching], vibration: Vibration, system: System, friction: Friction | None
+) -> Motion:
+    """Write a wear state as a :class:`Motion`.
+
+    Parameters
+    ----------
+    kinds : contact of the wear state of every kind of mesh, and what the excitation was fitted to
+    vibration : the dynamics; its slow errors must not turn (no hunting)
+    system : its structure with all loads known
+    friction : of the flanks, None without
+    """
+    given = vibration.sampling
+    edges, segment = _edges(kinds, vibration)
+    width = np.diff(edges)
+    halves = StageGrid(
+        np.stack([edges[:-1], edges[:-1] + 0.5 * width], 1).ravel(),
+        np.repeat(0.5 * width, 2),
+        np.repeat(segment, 2),
+    )
+    grids = [kind.analysis.grid for kind in kinds]
+    tables = stage_tables(kinds, sampling(grids, given.meshes, given.edges, halves, friction), None)
+    meshes, inverse = len(given.meshes), np.linalg.inv(system.mass)
+    return Motion(
+        inverse @ system.total_stiffness,
+        inverse @ system.total_damping,
+        system.direction,
+        system.mesh_damping,
+        np.full(meshes, NEVER) if system.backlash is None else system.backlash,
+        inverse @ system.load,
+        force_vectors(system)[1] @ inverse.T,
+        edges,
+        _coefficients(tables),
+        given.edges,
+        np.searchsorted(edges, given.edges - 1e-12),
+        tables.stiffness.shape[3],
+        vibration.period,
+        not system.damping_always,
+        tables.sliding is not None,
+    )
+
+
+def _edges(kinds: Sequence[Touching], vibration: Vibration) -> tuple[Array, Index]:
+    """Return cell edges (n_cells + 1,) and the smooth segment of each cell.
+
+    One mesh bends at its nodes; of several meshes the bends are too many and too small to be told.
+    """
+    inner = np.empty(0)
+    if len(vibration.sampling.meshes) == 1:
+        analysis = kinds[0].analysis
+        inner = analysis.grid.phase_nodes[0]
+        inner = np.concatenate([inner, analysis.stiffness.bends])
+    edges, segments = [vibration.sampling.edges[:1]], []
+    for index, (low, high) in enumerate(pairwise(vibration.sampling.edges)):
+        inside = np.unique(np.round(inner[(inner > low + 1e-9) & (inner < high - 1e-9)], 12))
+        if not len(inner):
+            inside = np.linspace(low, high, CELLS_PER_SEGMENT + 1)[1:-1]
+        edges += [inside, np.array([high])]
+        segments += [index] * (len(inside) + 1)
+    return np.concatenate(edges), np.array(segments)
+
+
+def _coefficients(tables: StageTables) -> Array:
+    """Return coefficients (n_cells, n_mesh, quantities, 5), constant first, through five points a cell."""
+    quantities = [tables.stiffness, tables.gap]
+    if tables.sliding is not None and tables.moment is not None:
+        quantities += [tables.sliding, tables.moment]
+    ends = tables.error[..., None], tables.error_rate[..., None]
+    values = np.concatenate([*quantities, *ends], axis=3)  # at start, middle and end of every half cell
+    five = np.concatenate([values[0::2], values[1::2, 1:]], axis=1)
+    inverse = np.linalg.inv(np.vander(np.linspace(0.0, 1.0, DEGREE + 1), increasing=True))
+    return np.ascontiguousarray(np.einsum("kp,tpmq->tmqk", inverse, five))
+
+
+def starting_state(system: System, mean: Array) -> Array:
+    """Return the static equilibrium at mean mesh stiffnesses (n_mesh,), at rest, (2n,): a first guess."""
+    q = np.linalg.lstsq(system.in_contact(mean), system.load, rcond=1e-12)[0]
+    return np.concatenate([q, np.zeros(len(q))])
+
+
+BY_APPROACH = np.zeros(0, np.bool_)
+"""No contact is held: the approach of the flanks decides."""
+
+
+@jit
+def polynomial(coefficients: Any, u: float) -> float:
+    """Return ``Σ c_k u^k``."""
+    value = coefficients[DEGREE]
+    for power in range(DEGREE - 1, -1, -1):
+        value = value * u + coefficients[power]
+    return value
+
+
+@jit
+def cell_within(edges: Any, first: int, last: int, phase: float) -> int:
+    """Return the cell among ``first … last − 1`` that holds ``phase``: one side of a jump."""
+    low, high = first, last - 1
+    while low < high:
+        middle = (low + high + 1) // 2
+        if edges[middle] <= phase:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+@jit
+def within(given: Any, cell: int, phase: float) -> float:
+    """Return where in a cell a phase lies, 0 to 1."""
+    return (phase - given.edges[cell]) / (given.edges[cell + 1] - given.edges[cell])
+
+
+@jit
+def motion_in_cell(given: Any, cell: int, phase: float, y: Any, contact: Any, out: Any) -> None:
+    """Write ẏ (2n,) at ``phase`` of ``cell``; contact by the sign of the approach, or as ``contact`` says.
+
+    Parameters
+    ----------
+    contact : (n_mesh · (n_pairs + 1),) whether each pair and the back flank touch; empty: their approach
+        decides
+    """
+    n, pairs, meshes = len(given.push), given.pairs, len(given.backlash)
+    u, held = within(given, cell, phase), len(contact) > 0
+    for row in range(n):
+        out[row] = y[n + row]
+        a = given.push[row]
+        for col in range(n):
+            a -= given.stiffness[row, col] * y[col] + given.damping[row, col] * y[n + col]
+        out[n + row] = a
+    for m in range(meshes):
+        mesh = given.coefficients[cell, m]
+        delta, rate = -polynomial(mesh[-2], u), -polynomial(mesh[-1], u) / given.period
+        for row in range(n):
+            delta += given.direction[m, row] * y[row]
+            rate += given.direction[m, row] * y[n + row]
+        force, every, touching, rubbed, moment = 0.0, 0.0, False, 0.0, 0.0
+        for p in range(pairs):
+            k = polynomial(mesh[p], u)
+            if k > 0.0:
+                every += k
+                approach = delta - polynomial(mesh[pairs + p], u)
+                if contact[m * (pairs + 1) + p] if held else approach > 0.0:
+                    force += k * approach
+                    touching = True
+                    if given.rubs:
+                        rubbed += k * approach * polynomial(mesh[2 * pairs + p], u)
+                        moment += k * approach * polynomial(mesh[3 * pairs + p], u)
+        back = -given.backlash[m] - delta
+        if contact[m * (pairs + 1) + pairs] if held else back > 0.0:
+            force -= every * back
+            touching = True
+        if touching or not given.gated:
+            force += given.mesh_damping[m] * rate
+        for row in range(n):
+            out[n + row] -= given.per_force[m, row] * force
+            if given.rubs:
+                out[n + row] -= given.per_force[meshes + m, row] * rubbed
+                out[n + row] -= given.per_force[2 * meshes + m, row] * moment
+
+
+@jit
+def motion_of(time: float, y: Any, given: Motion) -> Any:
+    """Return ẏ (2n,) at ``time`` [s]: contact by the sign of the approach, the mesh repeats every period."""
+    out, phase = np.empty(len(y)), time / given.period
+    phase -= np.floor(phase)
+    cell = cell_within(given.edges, 0, len(given.edges) - 1, phase)
+    motion_in_cell(given, cell, phase, y, BY_APPROACH, out)
+    return out
+
+
+@jit
+def motion_held(time: float, y: Any, given: Motion, first: int, last: int, contact: Any) -> Any:
+    """Return ẏ (2n,) in one smooth segment (cells ``first … last − 1``) while ``contact`` lasts."""
+    out, phase = np.empty(len(y)), time / given.period
+    motion_in_cell(given, cell_within(given.edges, first, last, phase), phase, y, contact, out)
+    return out
+
+
+@jit
+def approaches(time: float, y: Any, given: Motion, first: int, last: int) -> Any:
+    """Return the approach of all pairs and back flanks, (n_mesh · (n_pairs + 1),) [m]; −1 out of the path."""
+    pairs, meshes, phase = given.pairs, len(given.backlash), time / given.period
+    cell = cell_within(given.edges, first, last, phase)
+    u, out = within(given, cell, phase), np.empty(meshes * (pairs + 1))
+    for m in range(meshes):
+        mesh = given.coefficients[cell, m]
+        delta = -polynomial(mesh[-2], u)
+        for row in range(len(given.push)):
+            delta += given.direction[m, row] * y[row]
+        for p in range(pairs):
+            inside = polynomial(mesh[p], u) > 0.0
+            out[m * (pairs + 1) + p] = delta - polynomial(mesh[pairs + p], u) if inside else -1.0
+        out[m * (pairs + 1) + pairs] = -given.backlash[m] - delta
+    return out

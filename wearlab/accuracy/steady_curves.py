@@ -1,0 +1,340 @@
+"""Work-precision curves of a steady state: every knob, every named method, every peer."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import partial
+from importlib.util import find_spec
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from wearlab.accuracy.equation import Motion, motion_of, starting_state
+from wearlab.accuracy.ladder import LONG, SHARE, Rung, WorkPrecision, fine_enough, timing
+from wearlab.accuracy.steady import (
+    Reference,
+    Steady,
+    marching_steps,
+    reference,
+    relative_error,
+    steady,
+    stiffest_meshes,
+    tight_steps,
+)
+from wearlab.arrays import Array
+from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
+from wearlab.dynamics.response import Response
+from wearlab.dynamics.steps import fastest_rate
+from wearlab.gears.specification import GearError
+from wearlab.life.vibration import Vibration
+from wearlab.scene import Scene
+from wearlab.scene.mesh import OWN_MESHES
+
+Rates = Callable[[float, Array], Array]
+
+METHODS = ("RK45", "DOP853")
+PEER_TOLERANCES = tuple(10.0 ** -np.arange(3.0, 9.5, 1.0))
+LONGEST = 10.0
+"""A march that would take longer is not begun [s]."""
+
+
+class Peer(NamedTuple):
+    """One foreign integrator: its name, and a function with the arguments of `scipy.integrate.solve_ivp`."""
+
+    name: str
+    solve: Callable[..., Any]
+
+
+def peers() -> Iterator[Peer]:
+    """Yield what is installed."""
+    from scipy.integrate import solve_ivp
+
+    yield from (Peer(f"SciPy {method}", partial(solve_ivp, method=method)) for method in METHODS)
+    if not missing_peers():
+        from CyRK import pysolve_ivp
+
+        yield from (Peer(f"CyRK {method}", partial(pysolve_ivp, method=method)) for method in METHODS)
+
+
+def missing_peers() -> tuple[str, ...]:
+    """Return the peers that are not installed (``pip install wearlab[peers]``)."""
+    return () if find_spec("CyRK") is not None else ("CyRK",)
+
+
+def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]) -> Iterator[WorkPrecision]:
+    """Yield the curves of the peers over their relative tolerance, where a transient dies in time.
+
+    Parameters
+    ----------
+    problem, known : the scene and its answer
+    report : told who comes next
+    """
+    system, tables = known.response.system, known.response.tables
+    start = starting_state(system, np.einsum("s,sm->m", tables.width, tables.stiffness.sum(axis=3)[:, 1]))
+    given = bound(problem.motion(system))
+    for peer in peers():
+        report(peer.name)
+        rungs: list[Rung] = []
+        for tolerance in PEER_TOLERANCES:
+            rung = _rung(peer, problem, given, known, tolerance, start)
+            if rung is None:
+                break
+            rungs.append(rung)
+            if fine_enough(rung, known.disagreement):
+                break
+        if rungs:
+            yield WorkPrecision(peer.name, "relative", "mesh_force", "peer", tuple(rungs))
+
+
+def periods_to(known: Reference, left: float) -> float:
+    """Return the mesh periods until so much is left of a transient; infinite where it does not die."""
+    largest = known.multiplier ** (1.0 / len(known.force))
+    return float(np.ceil(np.log(left) / np.log(largest))) if 0.0 < largest < 1.0 else float("inf")
+
+
+def bound(given: Motion) -> Rates:
+    """Return ẏ (2n,) of time and state, compiled for one wear state: its tables cost no call anything."""
+
+    @numba.njit
+    def rates(time: float, y: Any) -> Any:
+        return motion_of(time, y, given)
+
+    return rates
+
+
+def marched(peer: Peer, given: Rates, start: Array, times: Array, tolerance: float, scale: Array) -> Any:
+    """Return the states (n_times, 2n) at ascending times [s], None where the peer gives up.
+
+    Parameters
+    ----------
+    peer, given : who integrates what
+    start : (2n,) state at time 0
+    times : (n_times,) when states are wanted [s]
+    tolerance, scale : relative tolerance, and size of the states (2n,)
+    """
+    solution = peer.solve(
+        given, (0.0, float(times[-1])), np.ascontiguousarray(start), t_eval=times, rtol=tolerance,
+        atol=tolerance * scale,
+    )  # fmt: skip
+    return np.array(solution.y).T[: len(times)] if solution.success else None
+
+
+def _rung(
+    peer: Peer, problem: Steady, given: Rates, known: Reference, tolerance: float, start: Array
+) -> Rung | None:
+    """Return a setting of a peer, None where its march would take too long."""
+    scale, periods = np.abs(known.response.state).max(axis=(0, 1)), periods_to(known, SHARE * tolerance)
+    period = np.array([problem.vibration.period])
+    for _ in range(2):  # the first compiles
+        begun = time.perf_counter()
+        marched(peer, given, known.start, period, tolerance, scale)
+    if periods * (time.perf_counter() - begun) > LONGEST:
+        return None
+    turns = periods + np.arange(len(known.force))[:, None] + problem.phase
+    begun = time.perf_counter()
+    motion = marched(peer, given, start, np.ravel(turns) * problem.vibration.period, tolerance, scale)
+    seconds = time.perf_counter() - begun
+    if motion is None:
+        return Rung(tolerance, float("inf"), seconds, float("nan"))
+    force = problem.force_of_states(motion.reshape(*turns.shape, -1))
+    return Rung(tolerance, relative_error(force, known.force), seconds, float("nan"))
+
+
+STEPS = (8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 96, 128, 192, 256, 384, 448, 512, 640, 768, 1024)
+MARCHED_STEPS = tuple(2**power for power in range(5, 16))
+STABLE_TURN = 2.78  # rad: RK4 is stable while its steps turn the fastest mode by less
+RELATIVE = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+PROFILE_POINTS = (25, 51, 101, 201, 401, 801, 1601)
+FINEST_PROFILE = 3201
+PHASE_POINTS = (8, 16, 32, 64, 128, 256, 512)
+FINEST_PHASE = 8192
+HARMONICS = (1, 2, 3, 5, 8, 12, 20, 40)
+MOST_HARMONICS = 160
+TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+FINE = 2.5e-8
+"""Error of the steps while other knobs are turned."""
+SETTLED = 1e-10
+
+Report = Callable[[str], None]
+
+
+def steady_curves(problem: Steady, known: Reference, report: Report) -> Iterator[WorkPrecision]:
+    """Yield the curves of a steady state.
+
+    Parameters
+    ----------
+    problem, known : the scene and its answer
+    report : told what comes next
+    """
+    report("steps_per_period, periodic")
+    yield steps_curve(problem, known)
+    if problem.vibration.fluctuation is None:
+        yield from peer_curves(problem, known, report)
+    report("steps_per_period, rk4")
+    turn = fastest_rate(problem.vibration.system, stiffest_meshes(problem)) * problem.vibration.period
+    stable = tuple(steps for steps in MARCHED_STEPS if turn / steps < STABLE_TURN)
+    yield marched_curve(problem, known, "rk4", stable, lambda left: RungeKutta4(tolerance=left))
+    report("steps_per_period, newmark")
+    yield marched_curve(problem, known, "newmark", MARCHED_STEPS, lambda left: Newmark(tolerance=left))
+    report("relative tolerance, rk45")
+    yield adaptive_curve(problem, known)
+    yield from knob_curves(problem, report)
+    yield phase_points_curve(problem, known)
+
+
+def steps_curve(problem: Steady, known: Reference, ladder: tuple[int, ...] = STEPS) -> WorkPrecision:
+    """Return our default method over its steps: cold, tables included, and warm from a neighbour.
+
+    What a scene prepares once for all its wear states (the look-up of the stages here, the polynomials of the
+    mesh for the peers) is not timed, nor the factors that one wear state keeps for all its neighbours. The
+    error is that of the worse of both.
+    """
+    rungs = []
+    for steps in ladder:
+        with suppress(GearError):  # so few steps are refused
+            rungs.append(_steps_rung(problem, known, problem.with_few_steps(steps)))
+    return WorkPrecision("periodic", "steps_per_period", "mesh_force", "wearlab", tuple(rungs))
+
+
+def _steps_rung(problem: Steady, known: Reference, vibration: Vibration) -> Rung:
+    response = problem.solve(vibration)
+    near = problem.solve_near(vibration)
+    both = response, problem.solve(vibration, near)
+    return Rung(
+        len(response.tables.width),
+        max(relative_error(problem.force_of(vibration, ladder), known.force) for ladder in both),
+        timing(lambda: problem.solve(vibration)),
+        response.counts.right_hand_sides,
+        timing(lambda: problem.solve(vibration, near)),
+    )
+
+
+def marched_curve(
+    problem: Steady,
+    known: Reference,
+    name: str,
+    ladder: tuple[int, ...],
+    method: Callable[[float], Any],
+) -> WorkPrecision:
+    """Return a fixed-step method over its steps, marched until its transient is less than its error."""
+    rungs: list[Rung] = []
+    for steps in ladder:
+        if rungs and fine_enough(rungs[-1], known.disagreement):
+            break
+        settled = problem.with_steps(steps, method(SETTLED))
+        error = _error(problem, known, settled)
+        vibration = problem.with_steps(steps, method(max(SETTLED, min(1e-2, SHARE * error))))
+        rungs.append(_marched_rung(problem, known, vibration, len(vibration.sampling.grid.width)))
+    return WorkPrecision(
+        name, "steps_per_period", "mesh_force", "as published", tuple(rungs), f'method = "{name}"'
+    )
+
+
+def adaptive_curve(problem: Steady, known: Reference) -> WorkPrecision:
+    """Return the adaptive Runge–Kutta pair over its tolerance, on tables as fine as that needs."""
+    problem.solve(problem.with_steps(STEPS[-1], RungeKutta45(relative=1.0, tolerance=1.0)))  # compiles
+    rungs: list[Rung] = []
+    for relative in RELATIVE:
+        if rungs and fine_enough(rungs[-1], known.disagreement):
+            break
+        method = RungeKutta45(relative=relative, tolerance=max(SETTLED, SHARE * relative))
+        vibration = problem.with_steps(marching_steps(problem, relative), method)
+        rungs.append(_marched_rung(problem, known, vibration, relative))
+    return WorkPrecision("rk45", "relative", "mesh_force", "as published", tuple(rungs), 'method = "rk45"')
+
+
+def _error(problem: Steady, known: Reference, vibration: Any) -> float:
+    return relative_error(problem.force_of(vibration, problem.solve(vibration)), known.force)
+
+
+def _marched_rung(problem: Steady, known: Reference, vibration: Any, setting: float) -> Rung:
+    begun = time.perf_counter()
+    response = problem.solve(vibration)
+    seconds = time.perf_counter() - begun
+    error = relative_error(problem.force_of(vibration, response), known.force)
+    if seconds < LONG:
+        seconds = timing(lambda: problem.solve(vibration))
+    return Rung(setting, error, seconds, response.counts.right_hand_sides)
+
+
+def knob_curves(problem: Steady, report: Report) -> Iterator[WorkPrecision]:
+    """Yield the curves of knobs that change the model: the answer of their finest rung is the truth."""
+    report("profile_points")
+    scene = problem.scene
+    fine = scene.replace("numerics.steps_per_period", tight_steps(problem, FINE))
+    truth = _solved(fine.replace("numerics.profile_points", FINEST_PROFILE))[1]
+    yield _knob(fine, "numerics.profile_points", PROFILE_POINTS, truth)
+    report("tolerance")
+    yield _knob(scene, "numerics.tolerance", TOLERANCES, truth)
+    if scene.mesh.each(scene.gears.kind)[0].excitation.chosen == "fourier":
+        report("harmonics")
+        yield harmonics_curve(fine)
+
+
+def harmonics_curve(scene: Scene) -> WorkPrecision:
+    """Return the curve over the harmonics of stiffness and error together, against very many."""
+    truth = _solved(with_harmonics(scene, MOST_HARMONICS))[1]
+    rungs = tuple(_knob_rung(with_harmonics(scene, count), count, truth) for count in HARMONICS)
+    return WorkPrecision(
+        "harmonics", "stiffness_harmonics", "mesh_force", "wearlab", rungs, "error_harmonics alike"
+    )
+
+
+def with_harmonics(scene: Scene, count: int) -> Scene:
+    """Return the scene with so many harmonics of all meshes, wherever they are written."""
+    wanted = {"excitation": {"stiffness_harmonics": count, "error_harmonics": count}}
+    own = [name for name in OWN_MESHES if getattr(scene.mesh, name) is not None]
+    return scene.replace("mesh", dict.fromkeys(own, wanted) if own else wanted)
+
+
+def _knob(scene: Scene, key: str, values: tuple[float, ...], truth: Array) -> WorkPrecision:
+    rungs = tuple(_knob_rung(scene.replace(key, value), value, truth) for value in values)
+    name = key.rpartition(".")[2]
+    return WorkPrecision(name, name, "mesh_force", "wearlab", rungs)
+
+
+def _knob_rung(scene: Scene, setting: float, truth: Array) -> Rung:
+    problem, force, response = _solved(scene)
+    coupling = problem.parts.coupling
+    wear = coupling.unworn()
+    seconds = timing(lambda: coupling.evaluate(wear))
+    return Rung(setting, relative_error(force, truth), seconds, response.counts.right_hand_sides)
+
+
+def _solved(scene: Scene) -> tuple[Steady, Array, Response]:
+    """Return problem, force and response; of a scene, at its own settings."""
+    problem = steady(scene)
+    response = problem.solve(problem.vibration)
+    force = problem.force_of(problem.vibration, response)
+    return problem, force, response
+
+
+def phase_points_curve(problem: Steady, known: Reference) -> WorkPrecision:
+    """Return the error of the dynamic factor over the number of stored phases."""
+    response = known.response
+    vibration = problem.with_steps(tight_steps(problem), Periodic())
+
+    def largest(points: int) -> float:
+        return float(problem.force_of(vibration, response, np.arange(points) / points).max())
+
+    truth = largest(FINEST_PHASE)
+    rungs = tuple(
+        Rung(n, abs(largest(n) / truth - 1.0), timing(lambda n=n: largest(n)), n)  # type: ignore[misc]
+        for n in PHASE_POINTS
+    )
+    return WorkPrecision("phase_points", "phase_points", "dynamic_factor", "wearlab", rungs)
+
+
+def steady_study(scene: Scene, report: Report) -> tuple[tuple[WorkPrecision, ...], float, float]:
+    """Return the curves of a scene's steady state, the disagreement of its reference, its multiplier.
+
+    Raises
+    ------
+    Unsuited
+        When the response is aperiodic or its slow errors turn.
+    """
+    problem = steady(scene)
+    report("reference")
+    known = reference(problem)
+    return tuple(steady_curves(problem, known, report)), known.disagreement, known.multiplier

@@ -1,0 +1,143 @@
+"""Error against run time of a campaign's scenes."""
+
+import time
+from collections.abc import Iterator
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from wearlab.cli.campaigns import case_name
+from wearlab.cli.output import (
+    Status,
+    bar,
+    complain,
+    read_campaign,
+    refusing,
+    say,
+    show_json,
+    show_table,
+    write_all,
+)
+from wearlab.cli.registry import File, Json, app
+
+if TYPE_CHECKING:
+    from wearlab.accuracy.study import Study
+    from wearlab.campaign import Campaign
+
+
+FILE = "accuracy.nc"
+
+
+@app.command()
+def accuracy(
+    file: File,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where dataset and figures go.")] = Path(
+        "accuracy"
+    ),
+    error: Annotated[
+        float | None,
+        typer.Option(metavar="E", help="Relative error asked for.", show_default="numerics.tolerance"),
+    ] = None,
+    json: Json = False,
+) -> Status:
+    """Measure error against run time of FILE's scenes, beside other integrators."""
+    campaign = read_campaign(file)
+    from wearlab.accuracy.study import dataset
+    from wearlab.gears.specification import GearError
+
+    with refusing(OSError):
+        out.mkdir(parents=True, exist_ok=True)
+    begun = time.time()
+    with refusing(GearError):
+        studies = _studies(campaign, silent=json)
+    made = dataset(campaign.title, studies, begun)
+    with refusing(OSError):
+        files = _write(made, out)
+    for study in studies:
+        for note in study.notes:
+            complain(f"{study.label}: {note}")
+    if json:
+        show_json(_content(studies, error, files))
+    else:
+        _tell(studies, error)
+        say()
+        for path in files:
+            say(str(path))
+    return Status.WELL if any(study.curves for study in studies) else Status.TROUBLE
+
+
+def _studies(campaign: "Campaign", *, silent: bool) -> list["Study"]:
+    from wearlab.accuracy.study import expected_reports, study
+
+    total = sum(expected_reports(case.scene) for case in campaign.cases)
+    names = _labels(campaign)
+    with bar(total, silent) as tell:
+        return [
+            study(name, case.scene, lambda what, name=name: tell(f"{name}: {what}"))  # type: ignore[misc]
+            for name, case in zip(names, campaign.cases, strict=True)
+        ]
+
+
+def _labels(campaign: "Campaign") -> list[str]:
+    """Return short names: the place on the axes where there is one, else the label."""
+    full = [case_name(campaign, case) for case in campaign.cases]
+    short = [name.partition("(")[2].rstrip(")") or name for name in full]
+    if len(campaign.axes) == 1:
+        short = [name.rpartition("=")[2] for name in short]
+    return short if len(set(short)) == len(short) else full
+
+
+def _write(made: Any, out: Path) -> list[Path]:
+    """Write the dataset and its figures, each whole or not at all."""
+    from wearlab.accuracy.pages import pages
+    from wearlab.accuracy.study import netcdf
+    from wearlab.figures.render import rendered
+
+    texts = {"Title": made.attrs["title"], "runs": " ".join(made.run_id.values.tolist())}
+    images = {f"{file}.png": rendered(plot, texts) for file, plot in pages(made).items()}
+    return write_all({FILE: netcdf(made), **images}, out)
+
+
+def _tables(studies: list["Study"], error: float | None) -> dict[str, tuple[tuple[str, ...], Any]]:
+    from wearlab.accuracy import pages as table
+
+    return {
+        "Reference": (table.REFERENCE_HEADS, table.reference_rows(studies)),
+        "Work and precision": (table.CURVE_HEADS, table.curve_rows(studies)),
+        "Beside other integrators": (table.PEER_HEADS, table.peer_rows(studies)),
+        "Contact analyses of a life": (table.LIFE_HEADS, table.life_rows(studies)),
+        "Cheapest setting": (table.CHEAPEST_HEADS, table.cheapest_rows(studies, error)),
+    }
+
+
+def _tell(studies: list["Study"], error: float | None) -> None:
+    from wearlab.accuracy.steady_curves import missing_peers
+
+    for title, (heads, rows) in _tables(studies, error).items():
+        if rows:
+            say()
+            show_table(heads, rows, title=title)
+    if missing_peers():
+        say(f'\nnot installed: {", ".join(missing_peers())} (the extra "peers")')
+
+
+def _content(studies: list["Study"], error: float | None, files: list[Path]) -> dict[str, Any]:
+    return {
+        **{
+            title: [dict(zip(heads, row, strict=True)) for row in rows]
+            for title, (heads, rows) in _tables(studies, error).items()
+        },
+        "curves": [row for study in studies for row in _rungs(study)],
+        "files": [str(path) for path in files],
+    }
+
+
+def _rungs(measured: "Study") -> Iterator[dict[str, Any]]:
+    """Yield every setting of every curve as plain numbers, times in seconds; None: not finite."""
+    for curve in measured.curves:
+        named = {name: getattr(curve, name) for name in ("name", "knob", "quantity", "role", "fixed")}
+        for rung in curve.rungs:
+            numbers = {key: value if isfinite(value) else None for key, value in rung._asdict().items()}
+            yield {"case": measured.label, **named, **numbers}

@@ -1,0 +1,159 @@
+"""Two runs or two campaigns side by side: a table, a dataset and a figure."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from wearlab.cli.output import REFUSALS, Status, Stop, read_campaign, refusing, say, show_json, show_table
+from wearlab.cli.registry import STORE, Json, StoreFolder, app
+from wearlab.store import Store
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+ENDINGS = ("png", "svg", "pdf")
+
+
+@app.command()
+def compare(
+    a: Annotated[
+        str,
+        typer.Argument(metavar="A", help="A run (id or condition) or a campaign file.", show_default=False),
+    ],
+    b: Annotated[str, typer.Argument(metavar="B", help="Another.", show_default=False)],
+    folder: StoreFolder = STORE,
+    on: Annotated[str, typer.Option(metavar="WHAT", help="At the same cycle or wear_depth.")] = "cycle",
+    tolerance: Annotated[float, typer.Option(metavar="T", help="Relative difference that counts.")] = 0.01,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the comparison as netCDF.")] = None,
+    figure: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw it: PNG, SVG or PDF.")] = None,
+    json: Json = False,
+) -> Status:
+    """Compare two runs or two campaigns: what was asked and what came out differently."""
+    from wearlab.comparison import CompareError
+    from wearlab.comparison import compare as compared
+
+    store = Store(folder)
+    if figure is not None and _ending(figure) not in ENDINGS:
+        raise Stop(f"--figure {figure}: a figure ends in .png, .svg or .pdf")
+    with refusing(*REFUSALS, CompareError):
+        left, right = (_meant(side, store) for side in (a, b))
+        comparison = compared(left, right, on=on, tolerance=tolerance, store=store)  # type: ignore[arg-type]
+    written = _write(comparison, out, figure)
+    if json:
+        show_json(_content(comparison, written))
+    else:
+        _tell(comparison, written)
+    return Status.WELL
+
+
+def _ending(figure: Path) -> str:
+    return figure.suffix.lower().removeprefix(".")
+
+
+def _meant(word: str, store: "Store") -> Any:
+    """Return the campaign of a file, or else the full id of a run."""
+    if Path(word).is_file() or word.endswith(".toml"):
+        return read_campaign(word)
+    return store.find(word).id
+
+
+def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> list[str]:
+    from wearlab.report.comparison import comparison_figure
+    from wearlab.store.files import write_whole
+    from wearlab.store.netcdf import to_image
+
+    written = []
+    with refusing(*REFUSALS, OSError):
+        if data is not None:
+            write_whole(data, to_image(comparison)[0])
+            written.append(str(data))
+        if figure is not None:
+            write_whole(figure, comparison_figure(comparison, _ending(figure)))
+            written.append(str(figure))
+    return written
+
+
+def _tell(comparison: "xr.Dataset", written: list[str]) -> None:
+    from wearlab.comparison.table import (
+        PAIR_HEADS,
+        QUANTITY_HEADS,
+        SCENE_HEADS,
+        pair_rows,
+        quantity_rows,
+        scene_rows,
+    )
+
+    campaigns = "pair" in comparison.dims
+    names = (comparison.attrs["campaign_a"], comparison.attrs["campaign_b"]) if campaigns else (
+        comparison.attrs["run_a"], comparison.attrs["run_b"])  # fmt: skip
+    say(f"A  {names[0]}\nB  {names[1]}\n")
+    rows = scene_rows(comparison)
+    if rows:
+        title = "Asked differently, in every pair" if campaigns else "Asked differently"
+        show_table(SCENE_HEADS, rows, title=title)
+    else:
+        say("No key of the scenes differs" + (" in every pair" if campaigns else ""))
+    say()
+    along = comparison.attrs["aligned_on"].replace("_", " ")
+    title = f"At the same {along}, tolerance {comparison.attrs['tolerance']:g}"
+    if campaigns:
+        show_table(PAIR_HEADS, pair_rows(comparison), title=title)
+        for side in ("a", "b"):
+            left = _list(comparison, f"only_{side}")
+            if left:
+                say(f"\nonly in {side.upper()}: {'; '.join(left)}")
+    else:
+        show_table(QUANTITY_HEADS, quantity_rows(comparison), title=title)
+        _tell_first(comparison)
+    for path in written:
+        say(path)
+
+
+def _tell_first(comparison: "xr.Dataset") -> None:
+    import numpy as np
+
+    from wearlab.comparison.table import QUANTITY_HEADS, quantity_rows
+
+    first = comparison["first_difference"].values
+    if not np.isfinite(first).any():
+        say("\nNowhere do they differ by more than the tolerance.")
+        return
+    row = quantity_rows(comparison)[int(np.nanargmin(first))]
+    where = row[QUANTITY_HEADS.index("first above tolerance")]
+    say(f"\nThey first differ by more than the tolerance at {where}: {row[0]}.")
+
+
+def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:
+    import json
+
+    from wearlab.store.description import plain
+
+    attributes = {
+        key: value for key, value in comparison.attrs.items() if not key.startswith(("only_", "scene_"))
+    }
+    content: dict[str, Any] = {
+        **attributes,
+        "scene_differences": json.loads(comparison.attrs["scene_differences"]),
+        "quantities": comparison["quantity"].values.tolist(),
+        "largest_relative_difference": plain(comparison["largest_relative_difference"].values),
+        "first_difference": plain(comparison["first_difference"].values),
+    }
+    for name in ("life", "service_life", "relative_difference", "largest_value"):
+        if name in comparison:
+            content[name] = plain(comparison[name].values)
+    if "pair" in comparison.dims:
+        content["pairs"] = [
+            {"name": str(name), "runs": comparison["run_id"].values[i].tolist()}
+            for i, name in enumerate(comparison["pair"].values)
+        ]
+        content |= {side: _list(comparison, side) for side in ("only_a", "only_b")}
+    return {**content, "files": written}
+
+
+def _list(comparison: "xr.Dataset", name: str) -> list[str]:
+    import json
+
+    texts: list[str] = json.loads(comparison.attrs.get(name, "[]"))
+    return texts

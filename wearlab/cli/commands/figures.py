@@ -1,0 +1,173 @@
+"""``figures``, ``report`` and ``profile``: pictures of a campaign, its page, and a measured flank."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from wearlab.cli.campaigns import sound_campaign
+from wearlab.cli.output import REFUSALS, Status, Stop, complain, read_campaign, refusing, say, show_json
+from wearlab.cli.registry import STORE, File, Json, StoreFolder, app
+from wearlab.store import Store
+
+if TYPE_CHECKING:
+    from wearlab.figures.again import Redrawn
+
+
+@app.command()
+def figures(
+    file: Annotated[
+        str | None, typer.Argument(metavar="FILE", help="A campaign file (TOML).", show_default=False)
+    ] = None,
+    folder: StoreFolder = STORE,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the figures go.")] = Path("figures"),
+    ending: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png, svg or pdf.")] = "png",
+    again: Annotated[
+        list[Path] | None,
+        typer.Option("--from", metavar="FIGURE", help="Draw this figure again, by what its file says."),
+    ] = None,
+    json: Json = False,
+) -> Status:
+    """Draw the figures of FILE from the stored runs, or a figure again from what its file says."""
+    if again and file is None:
+        return redraw_figures(again, Store(folder), out, json)
+    if file is None or again:
+        raise Stop("figures: give a campaign FILE, or --from FIGURE")
+    return draw_figures(file, Store(folder), out, ending, json)
+
+
+def draw_figures(file: str, store: "Store", out: Path, ending: str, as_json: bool) -> Status:
+    """Draw the figures of a campaign from its stored runs."""
+    from wearlab.figures import FigureError, draw
+    from wearlab.figures.drawing import check_format
+
+    with refusing(FigureError):
+        check_format(ending)
+    campaign = sound_campaign(file)
+    status = Status.WELL
+    with refusing(*REFUSALS, OSError):
+        try:
+            drawn = tuple(draw(campaign, store, out, ending))
+        except FigureError as error:
+            complain(str(error))
+            drawn, status = error.drawn, Status.TROUBLE
+    if as_json:
+        show_json([str(path) for path in drawn])
+    else:
+        for path in drawn:
+            say(str(path))
+    return status
+
+
+def redraw_figures(figures: Sequence[Path], store: "Store", out: Path, as_json: bool) -> Status:
+    """Draw figures again from the store, and say which of their runs are missing or stale."""
+    from wearlab.figures import FigureError, redraw
+
+    with refusing(*REFUSALS, FigureError, OSError):
+        drawn = [redraw(figure, store, out) for figure in figures]
+    if as_json:
+        show_json([{**vars(redrawn), "path": str(redrawn.path)} for redrawn in drawn])
+    else:
+        for redrawn in drawn:
+            _tell(redrawn)
+    return Status.TROUBLE if any(redrawn.missing for redrawn in drawn) else Status.WELL
+
+
+def _tell(drawn: "Redrawn") -> None:
+    say(f"{drawn.path}: {'the same bytes' if drawn.same else 'differs from the figure it was drawn from'}")
+    for words, runs in (
+        ("missing", drawn.missing),
+        ("stale, made by other code", drawn.stale),
+        ("computed again since the figure was drawn", drawn.changed),
+    ):
+        if runs:
+            complain(f"{words}: {', '.join(runs)}")
+
+
+@app.command()
+def report(
+    file: File,
+    folder: StoreFolder = STORE,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The page.", show_default="FILE's name, .html")
+    ] = None,
+    json: Json = False,
+) -> Status:
+    """Write one self-contained HTML page about FILE and its stored runs."""
+    from wearlab.report.page import report as page_of
+    from wearlab.store.files import write_whole
+
+    store, campaign = Store(folder), read_campaign(file)
+    path = out or Path(f"{Path(file).stem}.html")
+    with refusing(*REFUSALS, OSError):
+        write_whole(path, page_of(campaign, store).encode())
+    if json:
+        show_json({"file": str(path)})
+    else:
+        say(str(path))
+    return Status.WELL
+
+
+@app.command()
+def profile(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="A measured flank, as the machine wrote it.", show_default=False),
+    ],
+    columns: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=HEADER", help="Which header is meant, such as deviation=Abweichung."),
+    ] = None,
+    units: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=UNIT", help="A unit that the file does not tell, such as diameter=mm."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FIGURE", help="PNG, SVG or PDF.", show_default="FILE's name, .png")
+    ] = None,
+    json: Json = False,
+) -> Status:
+    """Draw a measured flank as it was understood, and say how the file was read."""
+    from wearlab.figures.drawing import check_format, write
+    from wearlab.figures.errors import FigureError
+    from wearlab.figures.profile import profile_figure
+    from wearlab.table_options import profile_table
+    from wearlab.tables import TableError, read_table
+
+    figure = out or Path(f"{file.stem}.png")
+    mapped = _pairs(columns or [], "--columns")
+    given = {"file": str(file), "columns": mapped, "units": _pairs(units or [], "--units")}
+    with refusing(TableError, FigureError):
+        ending = figure.suffix.lower().removeprefix(".")
+        check_format(ending)
+        table = read_table(file)
+        x, y, abscissa, ordinate = profile_table(given, None)
+        write(figure, profile_figure(file.name, (x, abscissa), (y, ordinate), table.understood, ending))
+    headers = [str(table.meant(name, mapped)) for name in (x, y)]
+    told = {
+        "file": str(file),
+        "read as": table.understood,
+        "x": f"{x}: column {headers[0]!r}, {len(abscissa)} values",
+        "y": f"{y}: column {headers[1]!r}",
+        "not used": ", ".join(name for name in table.names if name not in headers),
+        "above the headers": " | ".join(line.strip() for line in table.preamble),
+        "figure": str(figure),
+    }
+    if json:
+        show_json(told)
+    else:
+        for name, text in told.items():
+            if text:
+                say(f"{name:<20}{text}")
+    return Status.WELL
+
+
+def _pairs(given: Sequence[str], option: str) -> dict[str, str]:
+    pairs = [path.partition("=") for path in given]
+    wrong = next(
+        (path for path, (_, sign, text) in zip(given, pairs, strict=True) if not sign or not text), None
+    )
+    if wrong is not None:
+        raise Stop(f"{option} {wrong}: write NAME=TEXT, such as deviation=Abweichung")
+    return {name.strip(): text.strip() for name, _, text in pairs}

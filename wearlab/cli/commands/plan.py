@@ -1,0 +1,230 @@
+"""Before a run: ``check``, ``plan``, ``compile`` and ``modes``."""
+
+from collections import Counter
+from contextlib import ExitStack
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from wearlab.cli.campaigns import first_of_each_label, impossible, refuse_the_impossible, sound_campaign
+from wearlab.cli.output import (
+    REFUSALS,
+    Status,
+    Stop,
+    complain,
+    read_campaign,
+    refusing,
+    say,
+    show_json,
+    show_table,
+)
+from wearlab.cli.registry import STORE, File, Json, StoreFolder, Workers, app
+from wearlab.store import Store
+from wearlab.store.place import value_text
+from wearlab.units import HOUR, MINUTE
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wearlab.campaign import Campaign
+    from wearlab.runner.plan import Amount, Plan
+
+
+MOST_VALUES = 20
+"""Values of an axis that are listed one by one."""
+
+
+@app.command()
+def check(file: File, json: Json = False) -> Status:
+    """Show what FILE asks for: parts present and left out, cases, and which of them cannot be."""
+    from wearlab.scene import parts_left_out, parts_present
+
+    campaign = sound_campaign(file)
+    refuse_the_impossible(campaign)
+    parts = {
+        label: (parts_present(case.scene), parts_left_out(case.scene))
+        for label, case in first_of_each_label(campaign).items()
+    }
+    refused = impossible(campaign)
+    status = Status.WELL if all(case["expected"] for case in refused) else Status.TROUBLE
+    runs = len({case.id for case in campaign.cases})
+    if json:
+        show_json(
+            {
+                "title": campaign.title,
+                "cases": len(campaign.cases),
+                "runs": runs,
+                "axes": [{"name": a.name, "values": list(a.values), "units": a.units} for a in campaign.axes],
+                "parts": {label: {"present": p, "left_out": out} for label, (p, out) in parts.items()},
+                "refused": refused,
+                "warnings": list(campaign.warnings),
+            }
+        )
+        return status
+    say(campaign.title)
+    for axis in campaign.axes:
+        ends = axis.values if len(axis.values) <= MOST_VALUES else (*axis.values[:3], "…", axis.values[-1])
+        values = ", ".join(value_text(value, None) for value in ends)
+        count = "" if len(ends) == len(axis.values) else f" ({len(axis.values)} values)"
+        say(f"  {axis.name}: {values} {axis.units or ''}".rstrip() + count)
+    say(f"  {len(campaign.cases)} cases, {runs} runs")
+    for label, (present, left_out) in parts.items():
+        say(f"\n{label}")
+        for part in present:
+            say(f"  + {part}")
+        say(f"  left out: {', '.join(left_out) or 'nothing'}")
+    from wearlab.cli.commands.run import tell_update
+    from wearlab.updating import UpdateError
+
+    with refusing(UpdateError):
+        tell_update(campaign)
+    for warning in campaign.warnings:
+        complain(f"\nwarning: {warning}")
+    for case in refused:
+        foreseen = ", as expected" if case["expected"] else ""
+        complain(f"\nrefused{foreseen}: {case['case']}: {case['reason']}")
+    return status
+
+
+SHOWN = 6
+UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
+
+
+@app.command()
+def plan(
+    file: File,
+    folder: StoreFolder = STORE,
+    workers: Workers = None,
+    retry: Annotated[bool, typer.Option("--retry", help="Count failed and refused cases too.")] = False,
+    json: Json = False,
+) -> Status:
+    """Show what run would do with FILE: new, cached, excluded, failed before; time and disk space."""
+    from wearlab.runner.plan import plan as planned_of
+
+    store = Store(folder)
+    campaign = read_campaign(file)
+    with refusing(*REFUSALS):
+        planned = planned_of(campaign, store, workers=workers, retry=retry)
+    if json:
+        content = asdict(planned) | {"runs": [run._asdict() for run in planned.runs]}
+        show_json(content | {name: amount and amount._asdict() for name, amount in _amounts(planned)})
+    else:
+        _tell(planned)
+        if campaign.update is not None:
+            _tell_update(campaign, store, workers)
+    for warning in planned.warnings:
+        complain(f"warning: {warning}")
+    return Status.TROUBLE if planned.warnings else Status.WELL
+
+
+def _tell_update(campaign: "Campaign", store: "Store", workers: int | None) -> None:
+    from wearlab.cli.commands.run import tell_plan
+    from wearlab.updating import UpdateError
+
+    with refusing(*REFUSALS, UpdateError):
+        tell_plan(campaign, store, workers)
+
+
+def _amounts(planned: "Plan") -> "list[tuple[str, Amount | None]]":
+    return [("seconds", planned.seconds), ("bytes", planned.bytes)]
+
+
+def _tell(planned: "Plan") -> None:
+    from wearlab.runner.plan import WORDS
+
+    say(planned.title)
+    say(f"  {planned.cases} cases, {len(planned.runs)} distinct runs, {len(planned.excluded)} excluded")
+    for state, words in WORDS.items():
+        if count := planned.count(state):
+            say(f"  {count:>7} {words}")
+    if other := sum(run.other_code for run in planned.runs):
+        say(f"  {other:>7} of the cached made by other code")
+    for keys, count in Counter(run.changed for run in planned.runs if run.changed).items():
+        say(f"  {count:>7} of the new were run before with another {_some(keys)}")
+    for condition, count in Counter(condition for condition, _ in planned.excluded).items():
+        say(f"  {count:>7} excluded by {condition}")
+    for run in planned.runs:
+        if run.state in ("failed", "refused", "lost"):
+            where = ", ".join(f"{name}={value}" for name, value in run.position.items())
+            say(f"  {run.state}: {run.label}{f' ({where})' if where else ''}")
+    if planned.seconds is None and planned.basis:
+        say(f"  {planned.basis}")
+        return
+    if planned.seconds is None or planned.bytes is None:
+        to_do = any(run.state in ("new", "lost") for run in planned.runs)
+        say("  time and size unknown: no recorded runs to tell from" if to_do else "  nothing to do")
+        return
+    about, least, most = (_time(value / planned.workers) for value in planned.seconds)
+    workers = "one worker" if planned.workers == 1 else f"{planned.workers} workers"
+    say(f"  time: about {about} with {workers} ({least} to {most})")
+    low, high = _size(planned.bytes.low), _size(planned.bytes.high)
+    say(f"  disk: about {_size(planned.bytes.value)} ({low} to {high}), {_size(planned.free)} free")
+    say(f"  from {planned.basis}")
+
+
+def _some(keys: "Sequence[str]") -> str:
+    more = f" and {len(keys) - SHOWN} more" if len(keys) > SHOWN else ""
+    return ", ".join(keys[:SHOWN]) + more
+
+
+def _time(seconds: float) -> str:
+    if seconds >= HOUR:
+        return f"{seconds / HOUR:.3g} h"
+    return f"{seconds / MINUTE:.3g} min" if seconds >= MINUTE else f"{seconds:.2g} s"
+
+
+def _size(count: float) -> str:
+    scale, unit = next(((scale, unit) for scale, unit in UNITS if count >= scale), (1.0, "bytes"))
+    return f"{count / scale:.3g} {unit}"
+
+
+@app.command("compile")
+def compile_command(
+    files: Annotated[
+        list[str], typer.Argument(metavar="FILE...", help="Campaign files (TOML).", show_default=False)
+    ],
+    workers: Workers = None,
+) -> Status:
+    """Compile what the runs of FILEs will call, ahead of them: for an image, or before nodes begin."""
+    from wearlab.cli.output import bar
+    from wearlab.runner.compiling import compile_ahead
+
+    campaigns = [read_campaign(file) for file in files]
+    with ExitStack() as open_bar:
+        kinds, seconds = compile_ahead(
+            campaigns, workers, lambda total: open_bar.enter_context(bar(total, silent=False))
+        )
+    say(f"compiled for {kinds} {'kind' if kinds == 1 else 'kinds'} of scenes in {seconds:.1f} s")
+    return Status.WELL
+
+
+@app.command()
+def modes(
+    file: File,
+    case: Annotated[
+        str | None, typer.Option(metavar="LABEL", help="Which case.", show_default="the first")
+    ] = None,
+    json: Json = False,
+) -> Status:
+    """Show natural frequencies and critical speeds of FILE's gears."""
+    campaign = read_campaign(file)
+    cases = first_of_each_label(campaign)
+    if case is None:
+        case = campaign.cases[0].label
+    if case not in cases:
+        raise Stop(f"--case {case}: there are {', '.join(cases)}")
+    from wearlab.gears.specification import GearError
+    from wearlab.simulation import modes_table
+
+    with refusing(GearError, ValueError):
+        rows: list[dict[str, Any]] = modes_table(cases[case].scene)
+    if json:
+        show_json(rows)
+    elif rows:
+        show_table(list(rows[0]), [[_cell(value) for value in row.values()] for row in rows])
+    return Status.WELL
+
+
+def _cell(value: object) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else str(value)

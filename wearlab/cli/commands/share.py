@@ -1,0 +1,231 @@
+"""Stores that are handed on, trusted and tidied."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from wearlab.cli.output import (
+    REFUSALS,
+    Status,
+    Stop,
+    bar,
+    complain,
+    read_campaign,
+    refusing,
+    say,
+    show_json,
+    show_table,
+)
+from wearlab.cli.registry import STORE, File, Json, Run, StoreFolder, app
+from wearlab.sources import SHORT_ID
+from wearlab.store import Store
+
+if TYPE_CHECKING:
+    from wearlab.campaign import Campaign
+
+
+MEGABYTE = 1e6
+
+
+@app.command()
+def export(
+    file: File,
+    out: Annotated[
+        Path,
+        typer.Argument(
+            metavar="OUT", help="out.nc, out.zarr (a folder), or out.zip (a crate).", show_default=False
+        ),
+    ],
+    folder: StoreFolder = STORE,
+    json: Json = False,
+) -> Status:
+    """Write all runs of FILE as one file that needs no wearlab to be read; a crate holds its figures too."""
+    from wearlab.store.export import export
+
+    store, campaign = Store(folder), read_campaign(file)
+    with refusing(*REFUSALS):
+        total = len({case.id for case in campaign.cases})
+        with bar(total, json, "runs") as tell:
+            if out.suffix == ".zip":
+                _export_crate(campaign, store, out, tell)
+            else:
+                export(campaign, store, out, tell)
+        entries = store.entries(case.id for case in campaign.cases)
+    done = sum(entry.state == "done" for entry in entries.values())
+    if json:
+        show_json({"file": str(out), "runs": total, "done": done})
+    else:
+        say(str(out))
+        if done < total:
+            complain(f"{total - done} of {total} runs have no data; the attribute 'missing' names them")
+    return Status.WELL if done == total else Status.TROUBLE
+
+
+def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callable[[str], None]) -> None:
+    """Write a crate with every figure that can be drawn."""
+    from tempfile import TemporaryDirectory
+
+    from wearlab.figures import FigureError, draw
+    from wearlab.store.crate import export_crate
+
+    with TemporaryDirectory(prefix="wearlab-") as folder:
+        try:
+            drawn = tuple(draw(campaign, store, Path(folder)))
+        except FigureError as error:
+            complain(str(error))
+            drawn = error.drawn
+        export_crate(campaign, store, out, drawn, tell)
+
+
+@app.command()
+def merge(
+    other: Annotated[Path, typer.Argument(metavar="OTHER", help="Another store.", show_default=False)],
+    folder: StoreFolder = STORE,
+    json: Json = False,
+) -> Status:
+    """Take the runs of the store OTHER into this one, each verified."""
+    from wearlab.store.merge import merge
+
+    theirs, store = Store(other), Store(folder)
+    with refusing(*REFUSALS):
+        total = len(theirs.entries())
+        with bar(total, json, "runs") as tell:
+            made = merge(store, theirs, tell)
+    if json:
+        show_json(vars(made))
+    else:
+        say(
+            f"{len(made.copied)} runs copied, {len(made.same)} were here already, "
+            f"{made.campaigns} campaigns and {made.updates} updates copied"
+        )
+        for run_id in made.repaired:
+            say(f"repaired: run {run_id}: its file here was damaged")
+        for run_id in made.conflicting:
+            complain(f"conflict: run {run_id} has other results here; ours stay")
+        for run_id, reason in made.damaged.items():
+            complain(f"not taken over: {run_id}: {reason}")
+    return Status.TROUBLE if made.conflicting or made.damaged else Status.WELL
+
+
+@app.command()
+def pull(
+    other: Annotated[
+        Path, typer.Argument(metavar="OTHER", help="A folder, or https://… or s3://…", show_default=False)
+    ],
+    folder: StoreFolder = STORE,
+    json: Json = False,
+) -> Status:
+    """Bring here what the store OTHER has and this one has not, each run verified; the same as merge."""
+    return merge(other, folder, json)
+
+
+@app.command()
+def push(
+    other: Annotated[
+        Path, typer.Argument(metavar="OTHER", help="The folder to bring them to.", show_default=False)
+    ],
+    folder: StoreFolder = STORE,
+    json: Json = False,
+) -> Status:
+    """Bring to the store OTHER what this one has and that one has not, each run verified."""
+    return merge(folder, other, json)
+
+
+@app.command()
+def prune(
+    folder: StoreFolder = STORE,
+    keep: Annotated[
+        list[str] | None, typer.Option(metavar="FILE", help="A campaign whose runs stay.")
+    ] = None,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Remove them; otherwise only say what would go.")
+    ] = False,
+    json: Json = False,
+) -> Status:
+    """Show the runs that no campaign refers to, and remove them with --yes."""
+    from wearlab.store.prune import prunable, prune
+
+    store = Store(folder)
+    kept = [case.id for file in keep or [] for case in read_campaign(file).cases]
+    with refusing(*REFUSALS, OSError):
+        removable = prunable(store, kept)
+        freed = prune(store, removable) if yes else 0
+    total = sum(run.bytes for run in removable)
+    if json:
+        show_json(
+            {"removed": yes, "bytes": freed if yes else total, "runs": [vars(run) for run in removable]}
+        )
+        return Status.WELL
+    rows = [(r.id[:SHORT_ID], r.state, f"{r.bytes / MEGABYTE:.2f} MB", r.reason) for r in removable]
+    if rows:
+        show_table(("id", "state", "size", "why"), rows)
+    if yes:
+        say(f"{len(removable)} runs removed, {freed / MEGABYTE:.1f} MB freed")
+    else:
+        more = "; nothing was removed: --yes removes them" if removable else ""
+        say(f"{len(removable)} runs can go, {total / MEGABYTE:.1f} MB{more}")
+    return Status.WELL
+
+
+@app.command()
+def reindex(folder: StoreFolder = STORE, json: Json = False) -> Status:
+    """Make the catalogue anew from the run files."""
+    store = Store(folder)
+    if not store.files.folder.is_dir():
+        raise Stop(f"{store.path}: there is no store here")
+    with refusing(*REFUSALS):
+        problems = store.reindex()
+        count = len(store.entries())
+    if json:
+        left = [{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems]
+        show_json({"runs": count, "left_out": left})
+    else:
+        for problem in problems:
+            complain(f"left out: {problem.message}")
+        if count and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
+            complain(
+                "campaigns stand in no run's file: 'wearlab run FILE' records one anew, and computes nothing "
+                "that is there; until then prune does not know what is wanted"
+            )
+        say(f"{count} runs in the catalogue")
+    return Status.TROUBLE if problems else Status.WELL
+
+
+@app.command()
+def cite(
+    run: Run,
+    folder: StoreFolder = STORE,
+    json: Json = False,
+) -> Status:
+    """Print how to cite a run, and where it comes from."""
+    from wearlab.store.cite import bibtex, citation, facts_of
+
+    with refusing(*REFUSALS):
+        facts = facts_of(Store(folder), run)
+    if json:
+        show_json(facts)
+    else:
+        if "author" not in facts:
+            complain("no author: write [metadata] author = [...] into the campaign file and run it again")
+        say(citation(facts))
+        say()
+        say(bibtex(facts))
+    return Status.WELL
+
+
+@app.command()
+def verify(folder: StoreFolder = STORE, json: Json = False) -> Status:
+    """Compare every run file with the hash of what was written."""
+    store = Store(folder)
+    with refusing(*REFUSALS):
+        problems = store.verify()
+        done = sum(entry.state == "done" for entry in store.entries().values())
+    if json:
+        show_json([{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems])
+    else:
+        for problem in problems:
+            say(f"{problem.kind:<11}{problem.path}: {problem.message}")
+        say(f"{done} runs compared, {len(problems)} problems")
+    return Status.TROUBLE if problems else Status.WELL

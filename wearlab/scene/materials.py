@@ -1,0 +1,212 @@
+"""Materials of gears and ``[lubricant]``: constants, or names of the catalogues."""
+
+import re
+from typing import Annotated, ClassVar, Literal
+
+from annotated_types import Lt
+from pydantic import BeforeValidator, model_validator
+
+from wearlab.nearest import meant
+from wearlab.options import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Alternatives,
+    Density,
+    Hardness,
+    KinematicViscosity,
+    Number,
+    Part,
+    Pressure,
+    PressureViscosity,
+    Stored,
+    Temperature,
+    Viscosity,
+    option,
+)
+from wearlab.shop import oil
+from wearlab.shop.materials import ALIASES, MATERIALS, known
+
+CONSTANTS = ("youngs_modulus", "poisson_ratio", "density", "hardness")
+
+
+class MaterialOptions(Part):
+    """An isotropic elastic material; a name of the catalogue gives all of it, and options beside it win."""
+
+    youngs_modulus: Annotated[Pressure, POSITIVE] = option(..., "Young's modulus E")
+    poisson_ratio: Annotated[Number, NOT_NEGATIVE, Lt(0.5)] = option(..., "Poisson's ratio ν")
+    density: Annotated[Density, POSITIVE] = option(..., "density ρ")
+    hardness: Annotated[Hardness, POSITIVE] | None = option(
+        None,
+        "hardness of the flanks, such as '60 HRC', '300 HV', '200 HB' or '7 GPa'",
+        derived="what is usual for a named material, for wear laws that ask for it",
+        source="HRC by ASTM E140, HB by ISO 18265",
+    )
+    name: str | None = option(
+        None,
+        "a material of the catalogue, such as '18CrNiMo7-6' or 'POM'",
+        derived="none",
+        source="wearlab.shop.materials",
+        identity=False,
+    )
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """What the catalogue says, and what of it is assumed."""
+        if self.name is None or self.name == "steel":
+            return ()
+        entry = MATERIALS[self.name]
+        lines = [f"{self.name}: constants of {entry.source}"]
+        if entry.hardness is not None and self.hardness == entry.hardness:
+            lines.append(f"{self.name}: hardness {entry.treatment}, assumed")
+        if entry.hardness is None:
+            lines.append(f"{self.name}: constants hold {entry.treatment}")
+        return tuple(lines)
+
+
+def _material(value: object) -> object:
+    """Read a name of the catalogue, alone or beside options that differ from it."""
+    name = value if isinstance(value, str) else value.get("name") if isinstance(value, dict) else None
+    if name is None:
+        return value
+    material = known(name) if isinstance(name, str) else None
+    if material is None:
+        raise ValueError(f"{not_a_name(name)}; or give youngs_modulus, poisson_ratio and density")
+    entry = MATERIALS[material]
+    own = {key: Stored(constant) for key, constant in zip(CONSTANTS, entry[:4], strict=True) if constant}
+    beside = {k: v for k, v in value.items() if k != "name"} if isinstance(value, dict) else {}
+    return {**own, "name": material, **beside}
+
+
+def not_a_name(name: object) -> str:
+    """Return that a name is not in the catalogue, and the nearest that is."""
+    near = meant(str(name), [*MATERIALS, *ALIASES], ";")
+    return f"{name!r} is not a known material{near} there are {', '.join(MATERIALS)}"
+
+
+NamedMaterial = Annotated[
+    MaterialOptions,
+    BeforeValidator(_material, json_schema_input_type=Literal[tuple(MATERIALS)] | MaterialOptions),
+]
+
+
+STEEL = MaterialOptions(youngs_modulus=Stored(206e9), poisson_ratio=Stored(0.3), density=Stored(7830.0))
+
+
+GRADE = re.compile(r"(?:ISO\s*)?(?:VG\s*)?(\d+)", re.IGNORECASE)
+RANGE = (263.15, 423.15)  # K, where ASTM D341 is drawn
+
+
+def _grade(value: object) -> object:
+    """Read ``"ISO VG 220"`` as 220."""
+    grade = GRADE.fullmatch(value.strip()) if isinstance(value, str) else None
+    number = int(grade[1]) if grade else value
+    if isinstance(number, int) and not isinstance(number, bool) and number in oil.GRADES:
+        return number
+    raise ValueError(
+        f"{value!r} is no grade of ISO 3448: write 'ISO VG 220'; there are {', '.join(map(str, oil.GRADES))}"
+    )
+
+
+Grade = Annotated[
+    int, BeforeValidator(_grade, json_schema_input_type=Annotated[str, "such as 'ISO VG 220'"] | int)
+]
+
+
+class Lubricant(Part):
+    """Viscosity and its growth with pressure: given, or those of an ISO VG grade or datasheet when warm."""
+
+    alternatives: ClassVar[Alternatives] = (
+        (("viscosity",), ("grade", "viscosity_index"), ("kinematic_viscosity_40", "kinematic_viscosity_100")),
+    )
+
+    viscosity: Annotated[Viscosity, POSITIVE] | None = option(
+        None,
+        "dynamic viscosity η0 at ambient pressure, where the flanks touch",
+        derived="from grade or datasheet at the temperature (ASTM D341)",
+        source="Dowson & Higginson 1966",
+    )
+    pressure_viscosity: Annotated[PressureViscosity, POSITIVE] | None = option(
+        None,
+        "pressure-viscosity coefficient α",
+        derived="estimated from the viscosity, k η^s",
+        source="Dowson & Higginson 1966, W23 Eq. 41; estimate: AGMA 925-A03",
+    )
+    temperature: Annotated[Temperature, POSITIVE] | None = option(
+        None, "temperature of the oil where the flanks touch, such as '60 degC'", derived="not known"
+    )
+    grade: Grade | None = option(
+        None, "viscosity grade, such as 'ISO VG 220'", derived="none", source="ISO 3448", identity=False
+    )
+    viscosity_index: Annotated[Number, POSITIVE] | None = option(
+        None, "viscosity index of a grade", derived="95", source="ISO 2909, ASTM D2270", identity=False
+    )
+    kinematic_viscosity_40: Annotated[KinematicViscosity, POSITIVE] | None = option(
+        None, "datasheet: kinematic viscosity at 40 °C", derived="none", source="ASTM D341", identity=False
+    )
+    kinematic_viscosity_100: Annotated[KinematicViscosity, POSITIVE] | None = option(
+        None, "datasheet: kinematic viscosity at 100 °C", derived="none", source="ASTM D341", identity=False
+    )
+    density: Annotated[Density, POSITIVE] | None = option(
+        None,
+        "density of a grade or datasheet at 15 °C",
+        derived="43.37 lg ν₄₀ + 805.5 kg/m³",
+        source="ISO/TR 15144-1",
+        identity=False,
+    )
+    base: Literal["mineral", "pao"] = option(
+        "mineral", "base oil, for α", source="AGMA 925-A03", identity=False
+    )
+
+    @model_validator(mode="after")
+    def _at_the_temperature(self) -> "Lubricant":
+        """Fill in viscosity and α of a grade or datasheet."""
+        words = self._words()
+        if words is None:
+            if self.viscosity is None or self.pressure_viscosity is None:
+                raise ValueError(
+                    "give viscosity and pressure_viscosity; or grade and temperature, such as 'ISO VG 220' "
+                    "and '60 degC'; or kinematic_viscosity_40, kinematic_viscosity_100 and temperature"
+                )
+            return self
+        if self.temperature is None or not RANGE[0] <= self.temperature <= RANGE[1]:
+            raise ValueError("a grade or datasheet needs temperature, such as '60 degC' (-10 to 150 degC)")
+        properties = {
+            "viscosity": oil.dynamic_viscosity(words, self.temperature),
+            "pressure_viscosity": self.pressure_viscosity or oil.pressure_viscosity(words, self.temperature),
+        }
+        self.__dict__.update(properties)  # frozen from here on
+        return self
+
+    def _words(self) -> oil.Oil | None:
+        try:
+            if self.grade is not None:
+                index = self.viscosity_index or oil.USUAL_INDEX
+                return oil.of_grade(self.grade, index, self.density, self.base)
+            if self.kinematic_viscosity_40 and self.kinematic_viscosity_100:
+                if self.kinematic_viscosity_100 >= self.kinematic_viscosity_40:
+                    raise ValueError("the viscosity at 100 degC must be below that at 40 degC")
+                pair = self.kinematic_viscosity_40, self.kinematic_viscosity_100
+                return oil.of_datasheet(*pair, self.density, self.base)
+        except ValueError as error:
+            raise ValueError(str(error)) from None
+        if self.kinematic_viscosity_40 or self.kinematic_viscosity_100:
+            raise ValueError("a datasheet gives both kinematic_viscosity_40 and kinematic_viscosity_100")
+        return None
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """What was taken from a grade or datasheet, and what of it is an estimate."""
+        words = self._words()
+        if words is None or self.temperature is None or self.viscosity is None:
+            return ()
+        degrees = self.temperature - oil.KELVIN
+        name = f"ISO VG {self.grade}" if self.grade else "datasheet"
+        lines = [f"oil: {name} at {degrees:.4g} °C: η0 = {1e3 * self.viscosity:.4g} mPa·s (ASTM D341)"]
+        if "pressure_viscosity" not in self.model_fields_set and self.pressure_viscosity:
+            value = f"{1e9 * self.pressure_viscosity:.3g} 1/GPa"
+            lines.append(f"oil: pressure-viscosity coefficient {value} estimated (AGMA 925-A03, {self.base})")
+        if self.grade and self.viscosity_index is None:
+            lines.append("oil: viscosity index 95 assumed")
+        if self.density is None:
+            lines.append(f"oil: density {words.density_15:.0f} kg/m³ at 15 °C estimated (ISO/TR 15144-1)")
+        return tuple(lines)
