@@ -1,11 +1,14 @@
 """Twins: intervals hold the truth as often as they say; with the wrong errors they do not, and it shows."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made import ErrorModel, blocks, history, observed, study
 from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
+from wearlab.campaign.update_options import TrueModel
 from wearlab.updating.outcome import answered
 from wearlab.updating.validation import calibrated
 
@@ -66,3 +69,26 @@ def test_twins_with_a_drift_are_calibrated():
         for width in (0.5, 0.9):
             low, high = bounds(width)
             assert low <= float(found[f"{name}_coverage_{100 * width:.0f}"]) <= high
+
+
+def with_truth(error, believed, power=1.0):
+    """Return what ``--check`` says of a study that believes one error model where another is true."""
+    seen = (observed(np.repeat(CYCLES, 4), np.zeros(24), believed),)
+    asked = study(PRIOR, seen)
+    true = TrueModel(None if error is None else (error,), power)
+    asked = replace(asked, spec=replace(asked.spec, check=true))
+    answer = answered(asked, [history(seen)], blocks(seen))
+    return float(calibrated(asked, answer.posterior, 100)["factor_coverage_90"])
+
+
+def test_check_fails_where_the_twins_have_errors_that_the_study_leaves_out():
+    """Could not fail: its twins came from the very model that it checks."""
+    offset = ErrorModel(2e-4, 0.0, 1e-3)
+    assert with_truth(offset, ErrorModel(2e-4)) < 0.6
+    assert with_truth(offset, offset) > 0.8
+    assert with_truth(ErrorModel(2e-4), offset) > 0.97  # too wide: errors that are not there
+
+
+def test_check_fails_where_the_twins_follow_another_law():
+    assert with_truth(None, ErrorModel(2e-4), power=0.7) < 0.5
+    assert with_truth(None, ErrorModel(2e-4), power=1.0) > 0.8

@@ -73,7 +73,7 @@ def test_wear_does_not_come_back_is_not_said_of_sound_data():
 
 
 def test_a_narrow_prior_far_from_the_truth_gives_way():
-    """Prior 1 ± 5 %, truth 8: it had ended at seven deviations, 2.02 ± 0.01 %, and a life four times too long."""
+    """Prior 1 ± 5 %, truth 8: it had ended at seven deviations, 2.02 ± 0.01 %, a life four times too long."""
     cycles = np.linspace(1e5, 6e5, 6)
     sd = np.log1p(0.05**2) ** 0.5
     values = 8.0 * RATE * cycles

@@ -16,6 +16,7 @@ from wearlab.campaign.update_options import (
     WHEN,
     WHERE,
     CalendarBlock,
+    CheckBlock,
     Columns,
     Data,
     DataBlock,
@@ -24,6 +25,7 @@ from wearlab.campaign.update_options import (
     ErrorModel,
     Limit,
     LimitBlock,
+    TrueModel,
     UpdateBlock,
     UpdateSpec,
     unit_of,
@@ -52,7 +54,7 @@ def read_update(given: Any) -> UpdateSpec:
     if not isinstance(blocks, list):
         problems.append(f"{SECTION}.data: {shown(blocks)} is no list of tables: write [[{SECTION}.data]]")
         blocks = []
-    head = {key: value for key, value in given.items() if key not in ("data", "limit", "calendar")}
+    head = {key: value for key, value in given.items() if key not in ("data", "limit", "calendar", "check")}
     spec = _tried(problems, modelled, UpdateBlock, head, SECTION)
     unknown = _tried(problems, _unknown, given.get("unknown"))
     limit = _tried(problems, _limit, given.get("limit"))
@@ -69,9 +71,10 @@ def read_update(given: Any) -> UpdateSpec:
                 f"{SECTION}.discrepancy: {spec.discrepancy!r} needs error.drift in the data whose quantity "
                 "strays: a value with its unit, or a distribution"
             )
+    check = _tried(problems, _check, given.get("check"), data)
     if problems:
         raise CampaignError(problems)
-    return UpdateSpec(limit, spec.discrepancy, spec.draws, spec.seed, unknown, tuple(data), days)
+    return UpdateSpec(limit, spec.discrepancy, spec.draws, spec.seed, unknown, tuple(data), days, check)
 
 
 def refuse_strange_unknowns(spec: UpdateSpec, scenes: Sequence[Scene], labels: Sequence[str]) -> None:
@@ -133,6 +136,17 @@ def _limit(given: Any) -> Limit | None:
     if block.flank is not None:
         raise CampaignError([f"{where}.flank: belongs to a depth; a worn mass has a member"])
     return Limit("worn_mass", block.worn_mass, block.member)
+
+
+def _check(given: Any, data: Sequence[Data | None]) -> TrueModel | None:
+    if given is None:
+        return None
+    where = f"{SECTION}.check"
+    block = modelled(CheckBlock, given, where)
+    if block.error is None:
+        return TrueModel(None, block.power)
+    errors = [_error(block.error, one.si, f"{where}.error", False) for one in data if one is not None]
+    return TrueModel(tuple(errors), block.power)
 
 
 def _days(given: Any) -> Days | None:

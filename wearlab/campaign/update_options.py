@@ -110,6 +110,19 @@ class CalendarBlock(BaseModel):
     hours_per_year: float = option(..., "operating hours in a year from then on; 8766 without a stop")
 
 
+class CheckBlock(BaseModel):
+    """What is true of the synthetic twins of ``--check``, where that is not what the study believes."""
+
+    model_config = Strict
+
+    error: ErrorBlock | None = option(
+        None, "true errors of every block of data", derived="those that the data have in this file"
+    )
+    power: Annotated[float, POSITIVE] = option(
+        1.0, "true wear is the model's after cycles to this power, equal at the last inspection"
+    )
+
+
 class UpdateBlock(BaseModel):
     """What was measured, what is unknown, and which wear ends the life."""
 
@@ -123,6 +136,9 @@ class UpdateBlock(BaseModel):
     seed: int = option(0, "seed of all draws")
     calendar: CalendarBlock | None = option(
         None, "so that the life ends on a day", derived="cycles and hours only"
+    )
+    check: CheckBlock | None = option(
+        None, "what is true of the twins of --check", derived="what the study believes"
     )
     unknown: dict[str, Any] = option(..., "dotted key = distribution: what is not known")
     data: tuple[DataBlock, ...] = option((), "what was measured")
@@ -207,6 +223,14 @@ class Days:
 
 
 @dataclass(frozen=True)
+class TrueModel:
+    """What is true of synthetic twins: errors of each block (None: its own), and a power of the cycles."""
+
+    errors: tuple[ErrorModel, ...] | None
+    power: float
+
+
+@dataclass(frozen=True)
 class UpdateSpec:
     """A whole ``[update]``."""
 
@@ -217,6 +241,7 @@ class UpdateSpec:
     unknown: dict[str, Distribution]
     data: tuple[Data, ...]
     days: Days | None = None
+    check: TrueModel | None = None
 
 
 def unit_of(quantity: str) -> str:

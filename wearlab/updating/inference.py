@@ -201,6 +201,7 @@ def subject(wanted: Sequence[MeasuredCase]) -> str:
             spec.seed,
             sorted((k, repr(v)) for k, v in spec.unknown.items()),
             repr(spec.days),
+            repr(spec.check),
         ]
         for seen in study.seen:
             data = seen.data

@@ -12,6 +12,7 @@ foretold by the rest. Unknown errors have even grids in their logs, where the po
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -79,12 +80,12 @@ class Posterior:
         """The effective number of runs: 1/Σ w²."""
         return float(1.0 / np.sum(self.weight**2))
 
-    @property
+    @cached_property
     def log_factor(self) -> Array:
         """Ln factor on the grids, (runs, n)."""
         return self.centre[:, None] + self.width[:, None] * np.sinh(self.place)
 
-    @property
+    @cached_property
     def mass(self) -> Array:
         """Probability of each point of the grids, (runs, n); all together 1."""
         if self.prior is None:
@@ -187,7 +188,12 @@ def posterior(
     """
     runs, some = tuple(histories), tuple(blocks)
     proposal = np.zeros(len(runs)) if log_proposal is None else log_proposal
-    grids = [_Grid(run, some, prior) for run in runs]
+    grids: list[_Grid] = []
+    known = any(len(block.rows) for block in some) or prior is None
+    for run in runs:  # each begins where the one before it ended up; of a prior all are alike
+        grids.append(
+            _Grid(run, some, prior, grids[-1].factor if grids else None) if known or not grids else grids[0]
+        )
     n = FINER * (max(len(grid.nodes) for grid in grids) - 1) + 1
     tables = [grid.fine(n) for grid in grids]
     place = np.stack([table[0] for table in tables])
@@ -225,7 +231,13 @@ def posterior(
 class _Grid:
     """The grids of one run, put where its posterior is."""
 
-    def __init__(self, run: RunHistory, blocks: tuple[Block, ...], prior: Distribution | None) -> None:
+    def __init__(
+        self,
+        run: RunHistory,
+        blocks: tuple[Block, ...],
+        prior: Distribution | None,
+        begin: Range | None = None,
+    ) -> None:
         self.run, self.prior = run, prior
         self.blocks = [(number, block) for number, block in enumerate(blocks) if len(block.rows)]
         self.axes = {
@@ -236,7 +248,7 @@ class _Grid:
         }
         self.count = len(blocks)
         self.centre, self.width, self.resolved = float(np.log(run.factor)), 1.0, True
-        self.factor = None if prior is None else range_of(prior)
+        self.factor = None if prior is None else begin or range_of(prior)
         self.ends = (0.0, 0.0)
         self._narrow()
         self.spreads = self._spreads(SPREADS)
@@ -271,7 +283,7 @@ class _Grid:
     def _log_likelihood(self, points: Array) -> Array:
         total = np.zeros(len(points))
         for table in self._tables(points).values():
-            total = total + logsumexp(table, axis=(1, 2))
+            total = total + (table[:, 0, 0] if table[0].size == 1 else logsumexp(table, axis=(1, 2)))
         return total
 
     def _narrow(self) -> None:
@@ -362,9 +374,9 @@ class _Grid:
 def _fitted(now: Range, points: Array, logs: Array) -> tuple[Range, bool]:
     """Return the range that holds all within `DEPTH` of the top, and whether it moved."""
     held = np.flatnonzero(logs > logs.max() - DEPTH)
-    width = now.high - now.low
+    width = (now.high - now.low) * (4.0 if np.argmax(logs) in (0, len(logs) - 1) else 1.0)
     low, high = float(points[max(held[0] - 1, 0)]), float(points[min(held[-1] + 1, len(points) - 1)])
-    moved = high - low < 0.6 * width
+    moved = high - low < 0.6 * (now.high - now.low)
     if held[0] == 0 and low > now.least + 1e-9:
         low, moved = max(now.least, low - width), True
     if held[-1] == len(points) - 1 and high < now.most - 1e-9:

@@ -275,7 +275,8 @@ def _evidence(gain: float) -> str:
 
 def _calibration(dataset: xr.Dataset) -> Iterator[str]:
     n = dataset.sizes["twin"]
-    yield f"check by {n} synthetic twins of this study:"
+    whose = "with the errors of update.check" if "true_model" in dataset.attrs else "of this study"
+    yield f"check by {n} synthetic twins {whose}:"
     for name in ("factor", "life"):
         if f"{name}_rank" not in dataset:
             continue

@@ -13,10 +13,12 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
+from wearlab.campaign.update_options import TrueModel
 from wearlab.updating.answer import QUANTILES, Answer, passage_time, present_state
 from wearlab.updating.checks import checks
 from wearlab.updating.draws import Draws, drawn
-from wearlab.updating.likelihood import PER, Block
+from wearlab.updating.history import Clock, RunHistory
+from wearlab.updating.likelihood import PER, Block, block_of
 from wearlab.updating.outcome import answered, unseen
 from wearlab.updating.posterior import Posterior
 from wearlab.updating.twins import Truth, synthetic
@@ -126,14 +128,21 @@ def calibrated(
     n : number of twins
     told : the errors that the twins are updated with, where they are to be wrong [those they are made with]
     """
-    rng = np.random.default_rng([study.spec.seed, 2])
-    before = answered(study, post.histories, unseen(post.blocks), post.log_proposal)
+    rng, true = np.random.default_rng([study.spec.seed, 2]), study.spec.check
+    source = post
+    if true is not None:
+        runs = tuple(_bent(run, true.power) for run in post.histories)
+        source, told = replace(post, histories=runs, blocks=_true_blocks(post, true)), told or post.blocks
+    before = answered(study, source.histories, unseen(source.blocks), post.log_proposal)
     truths = drawn(before, n, rng)
     ranks: dict[str, list[float]] = {"factor": [], "life": []}
     for t in range(n):
-        made, life = twin(post, truths, t, before, rng)
+        made, life = twin(source, truths, t, before, rng)
         if told is not None:
-            made = tuple(replace(believed, seen=real.seen) for believed, real in zip(told, made, strict=True))
+            made = tuple(
+                replace(believed, seen=replace(real.seen, data=believed.data))
+                for believed, real in zip(told, made, strict=True)
+            )
         kept = np.ones(len(post.histories), bool)
         if len(kept) > 1:  # its own run knows too much
             kept[truths.run[t]] = False
@@ -155,7 +164,31 @@ def calibrated(
             share = float(np.mean(np.abs(ranked - 0.5) <= 0.5 * width))
             about = {"units": "1", "long_name": "share of intervals with the truth"}
             variables[f"{name}_coverage_{100 * width:.0f}"] = xr.Variable((), share, about)
-    return xr.Dataset(variables, {"twin": ("twin", np.arange(n), {"units": "1", "long_name": "twin"})})
+    coords = {"twin": ("twin", np.arange(n), {"units": "1", "long_name": "twin"})}
+    return xr.Dataset(variables, coords, {} if true is None else {"true_model": repr(true)})
+
+
+def _bent(run: RunHistory, power: float) -> RunHistory:
+    """Return a run whose wear goes as the cycles to a power, and is its own at the last inspection."""
+    last = (
+        max((float(asked.cycle.max()) for asked in run.asked if len(asked.cycle)), default=run.end)
+        - run.start
+    )
+    share = np.concatenate([np.linspace(0.0, 2.0, 401), np.geomspace(2.1, 1e4, 400)])
+    clock = Clock(run.start + last * share, run.start + last * share**power)
+    return run if power == 1.0 else replace(run, clock=clock)
+
+
+def _true_blocks(post: Posterior, true: TrueModel) -> tuple[Block, ...]:
+    """Return the blocks with the errors that are true of twins."""
+    if true.errors is None:
+        return post.blocks
+    made = []
+    for block in post.blocks:
+        error = true.errors[block.data.number - 1]
+        seen = replace(block.seen, data=replace(block.data, error=error))
+        made.append(replace(block_of(seen, accumulating=True), rows=block.rows, numerical=block.numerical))
+    return tuple(made)
 
 
 def twin(
