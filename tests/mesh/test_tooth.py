@@ -40,7 +40,7 @@ def at_angle(gear, height):
     return middle
 
 
-def by_quadrature(gear, radius, wear_at, lowest, shear_factor=1.2):
+def by_quadrature(gear, radius, wear_at, lowest, shear_factor=1.2, back_at=lambda r: 0.0):
     """Integrate each energy with quad: M about the worn centroid, N and V in the worn section."""
     lam = float(load_angle(gear, radius))
     x_A, y_A = (float(v) for v in involute_point(gear, lam))
@@ -52,13 +52,13 @@ def by_quadrature(gear, radius, wear_at, lowest, shear_factor=1.2):
     form_x = float(involute_point(gear, load_angle(gear, gear.form_radius))[0])
 
     def energy(x):
-        y, h_y = float(half_thickness(gear, x)), 0.0
+        y, h_y, back = float(half_thickness(gear, x)), 0.0, 0.0
         if x > lowest_x:
             angle = at_angle(gear, x)
             r = math.hypot(*involute_point(gear, angle))
-            h_y = wear_at(r) / math.cos(angle)
-        t = 2 * y - h_y
-        centroid = -0.5 * h_y
+            h_y, back = wear_at(r) / math.cos(angle), back_at(r) / math.cos(angle)
+        t = 2 * y - h_y - back
+        centroid = 0.5 * (back - h_y)
         moment = math.cos(lam) * (x_A - x) - math.sin(lam) * (y_A - centroid)
         bending = moment**2 / (E * B * t**3 / 12)
         shear = shear_factor * math.cos(lam) ** 2 / (G * B * t)
@@ -106,6 +106,30 @@ def test_worn_tooth_against_quadrature(side):
             expected - by_quadrature(gear, radius[i], lambda r: 0.0, radius.min()), rel=2e-3, abs=2e-16
         )
         assert worn[i] == pytest.approx(expected, rel=1e-5, abs=0)
+
+
+@pytest.mark.parametrize("share", [0.4, 1.0])
+def test_a_tooth_worn_on_both_sides_against_quadrature(share):
+    """Y23's Fig. 10: the section is thinner by both depths, and its centroid where they leave it."""
+    pair = build(RADIAL)
+    gear, s = pair.driving, np.linspace(pair.path.A, pair.path.E, 201)
+    radius = pair.radius(0, s)
+
+    def wear_at(r):
+        position = math.sqrt(r**2 - gear.base_radius**2) - gear.base_radius * math.tan(
+            pair.working_pressure_angle
+        )
+        return 120e-6 * (position / pair.path.E) ** 2 + 20e-6
+
+    wear = np.array([wear_at(r) for r in radius])
+    flexibility = tooth_flexibility(gear, radius)
+    worn, _ = evaluate(flexibility._replace(back=share * wear), wear)
+    drive, _ = evaluate(flexibility, wear)
+    for i in (60, 150, 180):
+        expected = by_quadrature(gear, radius[i], wear_at, radius.min(), back_at=lambda r: share * wear_at(r))
+        before = by_quadrature(gear, radius[i], wear_at, radius.min())
+        assert worn[i] == pytest.approx(expected, rel=1e-5, abs=0)
+        assert worn[i] - drive[i] == pytest.approx(expected - before, rel=2e-3, abs=2e-16)
 
 
 def test_shear_factor_enters_the_shear_alone():

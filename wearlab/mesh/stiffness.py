@@ -4,7 +4,7 @@ Every choice answers the same three questions at the profile nodes: the complian
 given wear, the compliance of the contact itself, and what neighbouring pairs share.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
@@ -134,6 +134,13 @@ class PairStiffness(Protocol):
         """Return the stiffness of pairs at phases, 0 out of the path, (n, n_pairs) [N/m]; None: by nodes."""
         return None
 
+    def with_worn_backs(self, depth: Array) -> "PairStiffness":
+        """Return the stiffness of teeth whose back flanks are worn as well, by (2, n) along the normal [m].
+
+        A stiffness that knows no sections stays as it is.
+        """
+        return self
+
 
 class SectionVanished(ValueError):
     """The wear is deeper than the tooth can bear: a section of it is gone."""
@@ -237,6 +244,16 @@ class HertzInSeries(PairStiffness):
         return self.hertz.softening / self.scale
 
 
+Teeth = tuple[ToothFlexibility, ToothFlexibility]
+"""The two teeth of a pair, (driving, driven)."""
+
+
+def with_backs(teeth: Teeth, depth: Array) -> Teeth:
+    """Return teeth whose back flanks are worn by (2, n) [m]."""
+    first, second = (tooth._replace(back=np.array(own)) for tooth, own in zip(teeth, depth, strict=True))
+    return first, second
+
+
 @dataclass(frozen=True)
 class PotentialEnergy(HertzInSeries):
     """Bending, shear and compression of both teeth, their foundations, and the Hertzian contact in series.
@@ -263,6 +280,10 @@ class PotentialEnergy(HertzInSeries):
     def body(self, wear: Array) -> Array:
         """Return the compliance of both teeth and bodies, (n,) [m/N]."""
         return np.asarray(self.bodies(wear).sum(axis=0))
+
+    def with_worn_backs(self, depth: Array) -> "PotentialEnergy":
+        """Return the stiffness of teeth whose back flanks are worn by (2, n) along the normal as well [m]."""
+        return replace(self, teeth=with_backs(self.teeth, depth))
 
     def body_where(self, wear: Array, nodes: Array, driving: Array, driven: Array) -> Array:
         """Return the compliance of each tooth and body at its own flank point, both together, (n,) [m/N]."""

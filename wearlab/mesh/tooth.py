@@ -7,10 +7,11 @@ the section's own centroid is
     M(x) = r_b − x cosλ − ½ h_y(x) sinλ
 
 (the line of action passes r_b from the gear's centre, and wear h on the loaded flank moves the centroid by
-half of h_y = h / cosλ(x)). A ring's tooth stands on the root circle too, and points inwards: with heights
-counted inwards from its root, M = x cosλ − r_b − ½ h_y sinλ has the same form, and so have all sums. M² is a
-polynomial in quantities of the contact point times quantities of the section: running sums of 1/A, 1/I, x/I,
-x²/I, h_y/I, x h_y/I and h_y²/I give every contact point in one pass.
+half of h_y = h / cosλ(x)). Wear of the back flank thins the section as well, and moves the centroid the
+other way: h_y is then the difference of both. A ring's tooth stands on the root circle too, and points
+inwards: with heights counted inwards from its root, M = x cosλ − r_b − ½ h_y sinλ has the same form, and so
+have all sums. M² is a polynomial in quantities of the contact point times quantities of the section: running
+sums of 1/A, 1/I, x/I, x²/I, h_y/I, x h_y/I and h_y²/I give every contact point in one pass.
 """
 
 import math
@@ -52,6 +53,7 @@ class ToothFlexibility(NamedTuple):
     section_fraction : (points,) where in an interval the section lies, linear in the path [1]
     bending, shear, axial : 12/(E B) [m/N], shear_factor/(G B) [m/N], 1/(E B) [m/N]
     minimum_thickness : a section this thin counts as broken [m]
+    back : (n,) wear of the back flank along its normal, at the radii of the nodes [m]
     """
 
     rising: bool
@@ -71,6 +73,7 @@ class ToothFlexibility(NamedTuple):
     shear: float
     axial: float
     minimum_thickness: float
+    back: Array
 
 
 def tooth_flexibility(
@@ -127,6 +130,7 @@ def tooth_flexibility(
         shear_factor / (gear.material.shear_modulus * B),
         1.0 / (E * B),
         min(0.02 * gear.module, 0.5 * tip_thickness),
+        np.zeros_like(r),
     )
 
 
@@ -188,8 +192,8 @@ def tooth_compliance(
     """Fill the compliances of a worn tooth at every node, per whole face width.
 
     ``c = ∫ M²/(E I) + κ cos²λ ∫ 1/(G A) + sin²λ ∫ 1/(E A)`` with ``A = B t``, ``I = B t³/12`` and
-    ``t = 2y − h_y``, from the root to the worn contact point ``x_A − h sinλ``. Without wear every term
-    in h is an exact zero. Wear between nodes is linear along the path.
+    ``t = 2y − h_y`` less the back flank's wear, from the root to the worn contact point ``x_A − h sinλ``.
+    Without wear every term in h is an exact zero. Wear between nodes is linear along the path.
 
     Parameters
     ----------
@@ -214,9 +218,12 @@ def tooth_compliance(
         if k > 0:
             below = i - 1 if tooth.rising else i + 1
             start, change = wear[below], wear[i] - wear[below]
+            start_back, change_back = tooth.back[below], tooth.back[i] - tooth.back[below]
             for g in range(tooth.section_fraction.size):
                 h = (start + change * tooth.section_fraction[g]) * tooth.section_slope[k - 1, g]
-                t = tooth.section_thickness[k - 1, g] - h
+                b = (start_back + change_back * tooth.section_fraction[g]) * tooth.section_slope[k - 1, g]
+                t = tooth.section_thickness[k - 1, g] - h - b
+                h -= b
                 if t <= tooth.minimum_thickness:
                     return False
                 x, inverse = tooth.section_height[k - 1, g], 1.0 / t
@@ -235,11 +242,11 @@ def tooth_compliance(
         bend += sin * (cos * H1 - arm * H0) + 0.25 * sin * sin * HH
         # the strip above the worn contact point, at its middle, carries nothing any more
         strip = wear[i] * sin
-        h = wear[i] / cos
-        t = 2.0 * tooth.half_thickness[i] + strip * sin / cos - h
+        h, b = wear[i] / cos, tooth.back[i] / cos
+        t = 2.0 * tooth.half_thickness[i] + strip * sin / cos - h - b
         if t <= tooth.minimum_thickness:
             return False
-        moment = arm - (tooth.height[i] - 0.5 * strip) * cos - 0.5 * h * sin
+        moment = arm - (tooth.height[i] - 0.5 * strip) * cos - 0.5 * (h - b) * sin
         lost = strip / t
         tooth_out[i] = tooth.bending * (bend - lost * moment * moment / (t * t)) + stretch * (K0 - lost)
         foundation_out[i] = tooth.foundation[i]

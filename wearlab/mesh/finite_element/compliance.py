@@ -36,7 +36,7 @@ from wearlab.mesh.finite_element.elements import (
     sector,
 )
 from wearlab.mesh.finite_element.outline import LoadedFlank, Wear, chart
-from wearlab.mesh.stiffness import HertzInSeries, SectionVanished
+from wearlab.mesh.stiffness import HertzInSeries, SectionVanished, with_backs
 from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
 
 KEPT_IN_PROCESS = 64
@@ -235,9 +235,15 @@ class FiniteElement(HertzInSeries):
         """Return the compliance of both teeth and bodies, (n,) [m/N]."""
         return (self.own + self._beams(wear) - self._unworn_beams) / self.scale
 
+    def with_worn_backs(self, depth: Array) -> "FiniteElement":
+        """Return the stiffness of teeth whose back flanks are worn by (2, n) along the normal as well [m]."""
+        return self if self.teeth is None else replace(self, teeth=with_backs(self.teeth, depth))
+
     @cached_property
     def _unworn_beams(self) -> Array:
-        return self._beams(np.zeros((2, len(self.own))))
+        unworn = np.zeros((2, len(self.own)))
+        teeth = None if self.teeth is None else with_backs(self.teeth, unworn)
+        return replace(self, teeth=teeth)._beams(unworn)
 
     def _beams(self, wear: Array) -> Array:
         """Return the compliance of both teeth as beams, without bodies, (n,) [m/N]."""

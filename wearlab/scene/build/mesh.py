@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -93,16 +93,26 @@ def largest_load(scene: Scene, kind: PairOfSet) -> float:
 
 def _analysis(scene: Scene, kind: PairOfSet, points: int, extension: Extension) -> ContactAnalysis:
     asked = scene.mesh.of(kind.section)
-    options = ContactOptions(asked.stiffness, asked.contact, asked.extended_contact)
+    initial = [None if scene.wear is None else scene.wear.initial_of(flank) for flank in kind.flanks]
+    backs = tuple(wear if wear is not None and wear.thins_teeth else None for wear in initial)
+    options = ContactOptions(asked.stiffness, asked.contact, asked.extended_contact, backs)
     return contact_analysis(kind.pair, options, points, extension, kind.load)
 
 
 class ContactOptions(NamedTuple):
-    """How teeth give way and where they touch: what a contact analysis is told of ``[mesh]``."""
+    """How teeth give way and where they touch: what a contact analysis is told of a scene.
+
+    Parameters
+    ----------
+    stiffness, contact : the models
+    extended : whether tip corners touch beyond A and E
+    backs : initial wear that the back flanks of (driving, driven) carry too, None without
+    """
 
     stiffness: StiffnessModel
     contact: ContactModel
     extended: bool
+    backs: tuple[Any, ...] = (None, None)
 
 
 @lru_cache(KEPT_ANALYSES)
@@ -126,9 +136,17 @@ def contact_analysis(
 def _unloaded(pair: GearPair, options: ContactOptions, points: int, extension: Extension) -> ContactAnalysis:
     stiffness, contact = options.stiffness, options.contact
     grid = profile_grid(pair, points, kinks(pair), stiffness.jumps(pair), extension)
+    teeth = stiffness.build(pair, grid)
+    if any(back is not None for back in options.backs):
+        position = grid.position
+        depth = [
+            np.zeros_like(position) if back is None else back.at_nodes(pair, gear, position)
+            for gear, back in enumerate(options.backs)
+        ]
+        teeth = teeth.with_worn_backs(grid.beyond(np.stack(depth)))
     return ContactAnalysis(
         grid,
-        stiffness.build(pair, grid),
+        teeth,
         modifications(pair, grid.position).sum(axis=0),
         0.0,
         contact.engagement_gap(pair),

@@ -31,12 +31,26 @@ class InitialModel(Variant):
     keeps_table: ClassVar[bool] = True
     by_law: ClassVar[bool] = False
 
-    sides: Literal["drive", "both"] = option("drive", "which flanks of each tooth carry it")
+    sides: Literal["drive", "both"] = option(
+        "drive",
+        "which flanks of each tooth carry it; wear of both thins its section",
+        source="Y23",
+    )
+
+    @property
+    def thins_teeth(self) -> bool:
+        """Whether the back flanks carry it too, and its course is known before a run."""
+        return self.sides == "both" and not self.by_law
 
     def flags(self, flank: str) -> Iterator[str]:
         """Yield what a run must say of it, in words."""
         if self.sides == "both":
             yield "initial wear of back flanks is not part of the back contact"
+        if self.sides == "both" and self.by_law:
+            yield (
+                f"wear.initial.{flank}: back flanks worn by the wear law do not thin the teeth; give a "
+                "shape or a file"
+            )
 
     def at_nodes(self, pair: "GearPair", gear: int, position: "Array") -> "Array":
         """Return its depth along the flank normal, (n,) [m].
