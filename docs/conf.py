@@ -1,4 +1,4 @@
-"""The site: Markdown by MyST, reference pages made from the code itself when the site is built.
+"""The site: Markdown by MyST, reference pages made by ``python docs/reference_pages.py``.
 
 ``pip install '.[docs]' && sphinx-build -W docs site``
 """
@@ -53,7 +53,13 @@ def spread_raises(app, what, name, obj, options, lines):
     lines[:] = found
 
 
+def stack_tables(app, page, source):
+    """Let a telephone stack the cells of the reference pages' tables."""
+    if page.startswith("reference/"):
+        source[0] = reference_pages.stacked(source[0])
+
+
 def setup(app):
-    """Write the generated pages before the site is read."""
+    """Shape docstrings and tables for the site; the reference pages are committed."""
     app.connect("autodoc-process-docstring", spread_raises, priority=400)  # before napoleon
-    app.connect("builder-inited", lambda app: reference_pages.write(Path(app.srcdir) / "reference"))
+    app.connect("source-read", stack_tables)

@@ -1,7 +1,11 @@
-"""Reference pages made from the code: every option, variable, command and kind of figure."""
+"""Reference pages made from the code: every option, variable, command and kind of figure.
+
+``python docs/reference_pages.py`` writes them; they are committed, and a test holds that they are up to date.
+"""
 
 import ast
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -32,10 +36,22 @@ def _cell(value: Any) -> str:
 
 
 def _table(heads: tuple[str, ...], rows: list[tuple[Any, ...]]) -> str:
-    """Return a table whose class names its heads, so that a telephone can stack and label its cells."""
+    """Return a table as plain Markdown, which a clone shows as one, too."""
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
-    lines += ["| " + " | ".join(map(_cell, row)) + " |" for row in rows]
-    return "\n".join(["```{table}", f":class: stacked heads-{heads[1].replace(' ', '-')}", "", *lines, "```"])
+    return "\n".join([*lines, *("| " + " | ".join(map(_cell, row)) + " |" for row in rows)])
+
+
+TABLE = re.compile(r"(?:^\|.*\n)+", re.MULTILINE)
+
+
+def stacked(text: str) -> str:
+    """Return a page whose tables name their heads as a class: a telephone can stack and label their cells."""
+
+    def wrapped(found: re.Match[str]) -> str:
+        second = found[0].splitlines()[0].split("|")[2].strip().replace(" ", "-")
+        return f"```{{table}}\n:class: stacked heads-{second}\n\n{found[0]}```\n"
+
+    return TABLE.sub(wrapped, text)
 
 
 def options() -> str:
@@ -208,9 +224,7 @@ def figures() -> str:
         shows = kind.shows[0].upper() + kind.shows[1:]
         parts += [f"## `{kind.name}`", f"{shows}."]
         if thumbnail.exists():
-            parts.append(
-                f"```{{image}} ../images/kinds/{kind.name}.png\n:alt: {kind.title}\n:width: 420px\n```"
-            )
+            parts.append(f"![{kind.title}](../images/kinds/{kind.name}.png)")
         files = drawn.get(kind.name, [])
         told = f"Made by {', '.join(files[:3])}." if files else "No campaign that comes along draws it."
         needs = ", ".join(f"`{name}`" for name in kind.needs if ":" not in name)
@@ -277,3 +291,7 @@ def _told(file: Path) -> Iterator[tuple[str, str]]:
     for node in ast.parse(file.read_text()).body:
         if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
             yield node.name, ast.get_docstring(node) or node.name.removeprefix("test_").replace("_", " ")
+
+
+if __name__ == "__main__":
+    write(TOP / "docs" / "reference")

@@ -95,6 +95,24 @@ def test_reference_pages_name_everything():
     assert "tuned" in pages.published() and "| test" not in pages.checks()
 
 
+def test_reference_pages_are_those_of_this_code(tmp_path):
+    """They are committed, so that a clone has what is linked to: ``python docs/reference_pages.py``."""
+    reference_pages().write(tmp_path)
+    made = {file.name: file.read_text() for file in tmp_path.iterdir()}
+    kept = {name: (DOCS / "reference" / name).read_text() for name in made}
+    assert [name for name in made if made[name] != kept[name]] == []
+
+
+def test_every_link_leads_to_a_file():
+    wrong = [
+        f"{page.relative_to(TOP)}: {target}"
+        for page in [*PAGES, *(DOCS / "reference").glob("*.md")]
+        for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", re.sub(r"`[^`]*`", "", page.read_text()))
+        if not (page.parent / target).exists()
+    ]
+    assert wrong == []
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [p for p in PAGES if sessions(p)], ids=lambda page: page.stem)
 def test_a_page_runs_as_it_is_printed(page, tmp_path):

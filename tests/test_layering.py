@@ -47,7 +47,18 @@ ROAD = (
 )
 PHYSICS = ROAD[ROAD.index("gears") : ROAD.index("scene")]
 SIBLINGS = (("dynamics", "wear"), ("comparison", "figures"))
-FUNCTIONS = {"compare", "figure", "gradient", "load", "open", "run", "simulate", "update"}  # of `wearlab`
+FUNCTIONS = {
+    "compare",
+    "figure",
+    "gradient",
+    "load",
+    "open",
+    "plan",
+    "run",
+    "simulate",
+    "update",
+}
+"""Of `wearlab`."""
 LABELLED = {"xarray", "dask", "distributed", "netCDF4", "pandas", "matplotlib"}
 HEAVY = LABELLED | {"numba", "scipy"}
 MODULE = re.compile(r"wearlab(\.\w+)+(?=:|$)")

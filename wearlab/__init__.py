@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from wearlab.gradients import gradient as gradient
     from wearlab.query import QueryError as QueryError
     from wearlab.runner import run as run
+    from wearlab.runner.plan import plan as plan
     from wearlab.scene import Scene as Scene
     from wearlab.scene import SceneError as SceneError
     from wearlab.simulation import simulate as simulate
@@ -46,6 +47,7 @@ HOMES = {
     "gradient": "wearlab.gradients",
     "load": "wearlab.campaign",
     "open": "wearlab.store:open_store",
+    "plan": "wearlab.runner.plan",
     "run": "wearlab.runner",
     "simulate": "wearlab.simulation",
     "sobol_indices": "wearlab.comparison",
@@ -54,7 +56,8 @@ HOMES = {
 __all__ = [
     *("Campaign", "CampaignError", "FigureError", "GradientError", "QueryError", "Scene", "SceneError"),
     *("Store", "StoreError"),
-    *("align", "compare", "figure", "gradient", "load", "open", "run", "simulate", "sobol_indices", "update"),
+    *("align", "compare", "figure", "gradient", "load", "open", "plan", "run", "simulate", "sobol_indices"),
+    "update",
 ]
 
 

@@ -182,3 +182,23 @@ def test_the_time_of_a_coupled_life_is_not_foretold_from_other_runs(store):
     )
     static = load({"extends": str(coupled.path), "wear": {"load": "static"}})
     assert plan(static, store).seconds is not None
+
+
+def test_a_plan_is_made_of_whatever_can_be_run(tmp_path, monkeypatch):
+    """``wl.plan`` takes what ``wl.run`` takes, and writes nothing."""
+    import wearlab as wl
+
+    pair = {
+        "gears": {
+            **{"kind": "external-pair", "module": "3 mm", "face_width": "20 mm"},
+            **{"pinion": {"teeth": 25}, "gear": {"teeth": 30}},
+        },
+        "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
+    }
+    monkeypatch.setenv("WEARLAB_STORE", str(tmp_path / "store"))
+    scene = wl.Scene.from_mapping(pair)
+    for given in (pair, scene, [scene, scene.replace("operation.torque", "80 N*m")], wl.load(pair)):
+        planned = wl.plan(given)
+        assert planned.count("new") == len(planned.runs) >= 1
+    assert not (tmp_path / "store").exists()
+    assert wl.plan(pair, tmp_path / "other").cases == 1

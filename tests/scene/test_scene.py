@@ -286,3 +286,15 @@ def test_parts_that_are_asked_for_are_present_and_read(table, key, value, part, 
 def test_the_face_load_factor_is_read(table):
     assert Scene.from_mapping(table).mesh.face_load_factor == 1.0
     assert Scene.from_mapping(table).replace("mesh.face_load_factor", 1.2).mesh.face_load_factor == 1.2
+
+
+def test_several_options_are_replaced_at_once(table):
+    """One by one the first change alone would be refused: the distance fits the old teeth only."""
+    scene = Scene.from_mapping(table)
+    changes = {"operation.torque": "80 N*m", "operation.speed": "900 rpm"}
+    both = scene.replace(changes)
+    assert both == scene.replace("operation.torque", "80 N*m").replace("operation.speed", "900 rpm")
+    assert both.replace({key: table["operation"][key.split(".")[1]] for key in changes}) == scene
+    fixed = scene.replace("gears.centre_distance", "150 mm")
+    with pytest.raises(SceneError):
+        fixed.replace({"gears.centre_distance": None, "gears.nonsense": 3})

@@ -5,6 +5,7 @@ import shutil
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from os import PathLike
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,6 +20,7 @@ from wearlab.store.place import place
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
+    from wearlab.campaign.reading import Given
     from wearlab.store import Store
     from wearlab.store.catalogue import Entry, Head
 
@@ -97,16 +99,31 @@ class Plan:
         return sum(run.state == state for run in self.runs)
 
 
-def plan(campaign: "Campaign", store: "Store", *, workers: int | None = None, retry: bool = False) -> Plan:
+def plan(
+    campaign: "Given",
+    store: "Store | str | PathLike[str] | None" = None,
+    *,
+    workers: int | None = None,
+    retry: bool = False,
+) -> Plan:
     """Return what ``run`` would do with a campaign; nothing is computed and nothing written.
 
     Parameters
     ----------
-    campaign : the cases
-    store : where runs are kept; it need not exist
+    campaign : the cases: a campaign, its file, a mapping like a file, a scene, or a list of scenes
+    store : where runs are kept; it need not exist [``WEARLAB_STORE``, else ``wearlab-store``]
     workers : number of worker processes [the cores of this machine]
     retry : whether failed and refused cases would be computed again
+
+    Raises
+    ------
+    CampaignError : the file or the mapping is wrong
+    StoreError : the store cannot be read
     """
+    from wearlab.campaign.reading import campaign_of
+    from wearlab.runner.running import store_of
+
+    campaign, store = campaign_of(campaign), store_of(store)
     exists = store.catalogue.exists()
     heads = store.heads(case.id for case in campaign.cases) if exists else {}
     runs: dict[str, PlannedRun] = {}

@@ -78,7 +78,7 @@ def run(
     from wearlab.campaign.reading import campaign_of
 
     clock = time.perf_counter()
-    campaign, store = campaign_of(campaign), _store(store)
+    campaign, store = campaign_of(campaign), store_of(store)
     again = chosen(recompute, retry)
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
     tasks = with_parents(tasks, store)
@@ -129,7 +129,8 @@ def _wanting(tasks: "dict[str, Task]", store: "Store", again: Callable[[Head], b
     return [task for i, task in tasks.items() if i not in finished]
 
 
-def _store(given: "Store | str | PathLike[str] | None") -> "Store":
+def store_of(given: "Store | str | PathLike[str] | None") -> "Store":
+    """Return the store at a path, or the one of this process [``WEARLAB_STORE``, else ``wearlab-store``]."""
     from wearlab.store import Store
 
     if given is None:

@@ -124,25 +124,37 @@ class Scene(Sections):
         """Return the scene that a dataset stores as canonical JSON."""
         return cls.from_mapping(stored(json.loads(text)))
 
-    def replace(self, key: str, value: Any) -> "Scene":
-        """Return a scene in which one option differs; other models and alternatives make way.
+    def replace(self, key: str | Mapping[str, Any], value: Any = None) -> "Scene":
+        """Return a scene in which some options differ; other models and alternatives make way.
 
         Parameters
         ----------
-        key : dotted key, such as ``"operation.torque"``
+        key : dotted key, such as ``"operation.torque"``; or several with their values, changed together: what
+            lies between, such as gears of which only one has its new teeth, need not be a valid scene
         value : as a campaign file writes it; ``None`` takes the option back to its default
 
         Raises
         ------
         SceneError
             When the result is no valid scene.
+
+        Examples
+        --------
+        >>> import wearlab as wl
+        >>> pair = wl.Scene.from_mapping({
+        ...     "gears": {"kind": "external-pair", "module": "3 mm", "face_width": "20 mm",
+        ...               "pinion": {"teeth": 25}, "gear": {"teeth": 30}},
+        ...     "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
+        ... })
+        >>> pair.replace({"operation.torque": "80 N*m", "gears.gear.teeth": 31}).operation.torque
+        80.0
         """
-        try:
-            changed = (
-                without(self._mapping, key) if value is None else merge(self._mapping, nested(key, value))
-            )
-        except DropError as error:
-            raise SceneError((f"scene.{key}: {error}",)) from None
+        changed = self._mapping
+        for name, new in (key if isinstance(key, Mapping) else {key: value}).items():
+            try:
+                changed = without(changed, name) if new is None else merge(changed, nested(name, new))
+            except DropError as error:
+                raise SceneError((f"scene.{name}: {error}",)) from None
         return type(self).from_mapping(changed, self._base)
 
     @property

@@ -113,8 +113,11 @@ def _authors(facts: dict[str, str]) -> list[str]:
 def citation(facts: dict[str, str]) -> str:
     """Return one sentence that cites a run, and a line of provenance."""
     orcid = f" (ORCID {facts['orcid']})" if "orcid" in facts else ""
-    who = f"{', '.join(_authors(facts))}{orcid}. " if _authors(facts) else ""
-    year = f"({facts['date'][:4]}). " if "date" in facts else ""
+    names = ", ".join(_authors(facts))
+    who = f"{names}{orcid}" if names else facts.get("institution", "")
+    year = [f"({facts['date'][:4]})"] if "date" in facts else []
+    title = f"{_title(facts)} [data set]"
+    head = ". ".join([who, *year, title] if who else [title, *year])  # without an author the title is first
     end = f" After {facts['reference']}." if "reference" in facts else ""
     onward = f" It goes on from {facts['lineage']}." if "lineage" in facts else ""
     onward += (
@@ -126,9 +129,9 @@ def citation(facts: dict[str, str]) -> str:
     code = f"wearlab {facts.get('wearlab_version', '?')}, sources {facts.get('source_hash', '?')}"
     commit = f", commit {facts['commit']}" if facts.get("commit", "unknown") != "unknown" else ""
     changed = " with changes" if facts.get("dirty") == "true" else ""
-    what = f"{_title(facts)} [data set]. {facts.get('kind', 'Run')} {facts['id']}"
+    what = f"{facts.get('kind', 'Run')} {facts['id']}"
     return (
-        f"{who}{year}{what}, computed by {code}.{onward}{end}{licence}\n"
+        f"{head}. {what}, computed by {code}.{onward}{end}{licence}\n"
         f"provenance: {code}{commit}{changed}; SHA-256 of the file {facts.get('sha256', '?')}, "
         f"of its content {facts.get(SEAL, '?')}"
     )
