@@ -125,3 +125,32 @@ def test_few_effective_runs_of_few_are_said():
     found = outcome(replace(study(None, seen, draws=100)), runs, np.arange(8))
     assert 1.5 < found.stats["effective_runs"] < 8.0
     assert any("runs carry the answer" in note for note in found.notes)
+
+
+def test_contradicting_sources_widen_the_interval():
+    """Two weighings 20 % apart, 1 % each: the answer had stayed 1 % wide. Against own quadrature."""
+    cycle = np.array([5e5])
+    ones = [observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n) for n, f in ((1, 1.0), (2, 1.2))]
+    found = outcome(study(WIDE, ones, draws=300), (history(ones),), np.zeros(1, np.intp))
+    low, middle, high = found.answer.factor(np.array([0.05, 0.5, 0.95]))
+    assert low < 0.95 and high > 1.25 and 1.05 < middle < 1.15
+    without = [one.factor(np.array([0.5]))[0] for one in found.sources.values()]
+    assert without == pytest.approx([1.2, 1.0], rel=1e-3)
+    tau = np.linspace(1e-3, 2.5, 3000)[:, None]
+    u = np.linspace(-1.5, 2.0, 1501)
+    prior = stats.norm(0.0, np.sqrt(np.log1p(14.0**2))).pdf(u)
+    logs = [stats.norm(np.log(f), np.hypot(tau, 0.01 / f)).logpdf(u) for f in (1.0, 1.2)]
+    density = prior * np.trapezoid(np.exp(sum(logs) - 0.5 * (tau / 0.5) ** 2), tau[:, 0], axis=0)
+    below = np.cumsum(density) / density.sum()
+    exact = np.exp(np.interp([0.05, 0.5, 0.95], below, u))
+    assert [low, middle, high] == pytest.approx(exact, rel=0.01)
+    assert any("an unknown scale of its own" in note for note in found.notes)
+
+
+def test_sources_that_agree_are_pooled_as_before():
+    cycle = np.array([5e5])
+    ones = [observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n) for n, f in ((1, 1.0), (2, 1.01))]
+    found = outcome(study(WIDE, ones, draws=100), (history(ones),), np.zeros(1, np.intp))
+    assert np.ptp(found.answer.factor(np.array([0.05, 0.95]))) == pytest.approx(
+        3.29 * 0.01 / 2**0.5, rel=0.01
+    )

@@ -40,11 +40,13 @@ class Answer:
     posterior : on its grids
     now : the last inspection [cycles]
     drifting : number of the block whose drift goes on to the limit, None without one
+    contradiction : standard deviations of ln k between the two sources most at odds
     """
 
     posterior: Posterior
     now: float
     drifting: int | None
+    contradiction: float = 0.0
 
     def factor(self, p: Array) -> Array:
         """Return quantiles of the factor on the wear coefficient."""

@@ -14,12 +14,13 @@ from wearlab.updating.checks import Check, checks
 from wearlab.updating.draws import Draws, drawn, replicated
 from wearlab.updating.history import RunHistory
 from wearlab.updating.likelihood import MATTERS, Block, block_of, inspections_of, numerical_share
-from wearlab.updating.posterior import Posterior, posterior
+from wearlab.updating.posterior import Posterior, posterior, widened
 
 if TYPE_CHECKING:
     from wearlab.updating.study import MeasuredCase
 
 ACCUMULATING = "accumulating"
+MOST_WIDENED = 60  # runs that contradicting sources are widened in
 TENSION = 3.0  # standard deviations of ln k between two files that contradict each other
 FEWEST, CARRIED = 100.0, 0.5  # effective runs, and their share of all, below which the answer leans on few
 HARDLY = 0.01  # prior predictive probability below which the prior excludes the data
@@ -81,7 +82,18 @@ def answered(
     last = [runs[0].asked[n].cycle[b.rows].max() for n, b in enumerate(blocks) if len(b.rows)]
     drifting = drifting_block(tuple(blocks), study.limit.quantity, study.limit.where)
     post = posterior(runs, blocks, study.prior, log_proposal)
-    return Answer(post, float(max(last, default=runs[0].start)), drifting)
+    answer = Answer(post, float(max(last, default=runs[0].start)), drifting)
+    told = [n for n, block in enumerate(blocks) if len(block.rows)]
+    if len(told) < 2 or study.prior is None:
+        return answer
+    each = []
+    for n in told:
+        alone = tuple(b if k == n else unseen([b])[0] for k, b in enumerate(blocks))
+        each.append(posterior(runs, alone, study.prior, log_proposal))
+    answer = replace(answer, contradiction=contradiction(each))
+    if answer.contradiction > TENSION and drifting is None and len(runs) <= MOST_WIDENED:
+        return replace(answer, posterior=widened(post, each))
+    return answer
 
 
 def unseen(blocks: Sequence[Block]) -> tuple[Block, ...]:
@@ -138,7 +150,7 @@ def _stats(
         "end_passed": answer.passed,
         "numerical_error": max((run.numerical_of(b.data.quantity) for b in seen), default=0.0),
         "numerical_share": max((numerical_share(b, run) for b in seen), default=0.0),
-        "contradiction": contradiction(study, post.histories, blocks, log_proposal),
+        "contradiction": answer.contradiction,
     }
     if any(block.data.error.drift is not None for block in blocks):
         other = [block_of(b.seen, accumulating=b.drift is None) for b in blocks]
@@ -171,21 +183,13 @@ def _prior_replicas(post: Posterior, draws: Draws, number: int, rng: np.random.G
     return np.asarray(values + draws.drift[number] * np.sqrt(cycle / 1e6) * rng.standard_normal(len(draws)))
 
 
-def contradiction(
-    study: "MeasuredCase", runs: tuple[RunHistory, ...], blocks: tuple[Block, ...], log_proposal: Array | None
-) -> float:
-    """Return by how many standard deviations of ln k the two files most at odds differ, 0 for one file."""
-    told = [n for n, block in enumerate(blocks) if len(block.rows)]
-    if len(told) < 2 or study.prior is None:
-        return 0.0
-    each = []
-    for n in told:
-        alone = tuple(b if k == n else unseen([b])[0] for k, b in enumerate(blocks))
-        each.append(Answer(posterior(runs, alone, study.prior, log_proposal), 0.0, None).mean_factor)
+def contradiction(each: Sequence[Posterior]) -> float:
+    """Return by how many standard deviations of ln k the two sources most at odds differ."""
+    known = [Answer(post, 0.0, None).mean_factor for post in each]
     return max(
         abs(a[0] - b[0]) / max(float(np.hypot(a[1], b[1])), 1e-12)
-        for i, a in enumerate(each)
-        for b in each[i + 1 :]
+        for i, a in enumerate(known)
+        for b in known[i + 1 :]
     )
 
 
@@ -208,7 +212,13 @@ def _notes(
     if stats["contradiction"] > TENSION:
         notes.append(
             f"two files contradict each other: alone, each gives a k that is {stats['contradiction']:.1f} "
-            "standard deviations from the other's"
+            "standard deviations from the other's; "
+            + (
+                "the interval leaves it out"
+                if answer.drifting is not None
+                else "each was given an unknown scale "
+                "of its own, which widens the interval; find out which is wrong"
+            )
         )
     if np.isinf(runs[0].limit_cycle):
         notes.append("the limit is never reached: the run does not wear there any more")

@@ -11,7 +11,7 @@ foretold by the rest. Unknown errors have even grids in their logs, where the po
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -29,6 +29,7 @@ NODES, SPREADS = 97, 33  # of the factor to begin with, of an error
 MOST_NODES = {False: 6145, True: 769}  # by whether errors are unknown besides
 FINER = 8
 DEPTH = 28.0  # of the log density below its top that grids reach down to
+SCALE = 0.5  # of what sources that contradict each other may be off by, in ln k
 FORETOLD = 2e-6  # of the largest density, by which every other node may be off from what the rest foretell
 ROUNDS = 60
 
@@ -198,34 +199,77 @@ def posterior(
     tables = [grid.fine(n) for grid in grids]
     place = np.stack([table[0] for table in tables])
     logs = np.stack([table[1] for table in tables])
-    top = logs.max(axis=1, keepdims=True)
-    density = np.exp(logs - top)
-    if prior is None:
-        below, total = density, np.ones(len(runs))
-    else:
-        step = (place[:, -1] - place[:, 0]) / (n - 1)
-        spline = CubicSpline(np.arange(n), density, axis=1).antiderivative()
-        below = spline(np.arange(n)) * step[:, None]
-        total = below[:, -1]
-        density, below = density / total[:, None], below / total[:, None]
-    evidence = top[:, 0] + np.log(total)
-    relative = evidence - proposal
-    return Posterior(
+    centre, width = (np.array([getattr(grid, name) for grid in grids]) for name in ("centre", "width"))
+    nodes, spreads = tuple(grid.nodes for grid in grids), tuple(grid.spreads for grid in grids)
+    resolved, blank = all(grid.resolved for grid in grids), np.zeros(0)
+    raw = Posterior(
         runs,
         some,
         prior,
-        tuple(grid.nodes for grid in grids),
-        tuple(grid.spreads for grid in grids),
-        np.array([grid.centre for grid in grids]),
-        np.array([grid.width for grid in grids]),
+        nodes,
+        spreads,
+        centre,
+        width,
         place,
-        density,
-        below,
-        evidence,
-        np.exp(relative - logsumexp(relative)),
+        blank,
+        blank,
+        blank,
+        blank,
         proposal,
-        all(grid.resolved for grid in grids),
+        resolved,
     )
+    return _normed(raw, logs)
+
+
+def _normed(post: Posterior, logs: Array) -> Posterior:
+    """Return a posterior with its densities, evidences and weights, from logs on its grids (runs, n)."""
+    n = logs.shape[1]
+    top = logs.max(axis=1, keepdims=True)
+    density = np.exp(logs - top)
+    below, total = density, np.ones(len(logs))
+    if post.prior is not None:
+        step = (post.place[:, -1] - post.place[:, 0]) / (n - 1)
+        below = CubicSpline(np.arange(n), density, axis=1).antiderivative()(np.arange(n)) * step[:, None]
+        total = below[:, -1]
+        density, below = density / total[:, None], below / total[:, None]
+    evidence = top[:, 0] + np.log(total)
+    relative = evidence - post.log_proposal
+    weight = np.exp(relative - logsumexp(relative))
+    return replace(post, density=density, below=below, log_evidence=evidence, weight=weight)
+
+
+def widened(post: Posterior, alone: Sequence[Posterior]) -> Posterior:
+    """Return what is known where each source has a scale of its own: it sees ln k + δ, δ ~ N(0, τ²).
+
+    p(u | y) ∝ p(u) ∫ p(τ) Π_b ∫ L_b(x) N(x; u, τ²) dx dτ, τ half-normal with a standard deviation of `SCALE`:
+    the random effects of a meta-analysis.
+
+    Parameters
+    ----------
+    post : of all sources together, as if each were right
+    alone : of each source alone
+    """
+    assert post.prior is not None
+    n, runs = post.place.shape[1], len(post.weight)
+    tau = np.geomspace(0.01, 4.0, 25) * SCALE
+    log_tau = -0.5 * (tau / SCALE) ** 2 + np.log(tau)
+    s = np.broadcast_to(np.linspace(-6.0, 6.0, n), (runs, n))
+    centre, width, logs = post.centre.copy(), np.empty(runs), np.empty((runs, n))
+    for i in range(runs):
+        means = [float(np.sum(one.mass[i] * one.log_factor[i]) / one.mass[i].sum()) for one in alone]
+        centre[i], width[i] = np.mean(means), max(np.ptp(means), 1e-6) / 4.0
+        u = centre[i] + width[i] * np.sinh(s[i])
+        together = log_tau + np.zeros((n, 1))
+        for one in alone:
+            x = one.log_factor[i][::4]
+            own = np.log(np.maximum(one.density[i][::4] * even_weights(n)[::4], 1e-290))
+            own = own - log_density(post.prior, x) + one.log_evidence[i]
+            away = (u[:, None] - x) ** 2
+            seen = [logsumexp(own - 0.5 * away / t**2, axis=1) - np.log(t) for t in tau]
+            together = together + np.stack(seen, axis=1)
+        logs[i] = logsumexp(together, axis=1) + log_density(post.prior, u) + np.log(width[i] * np.cosh(s[i]))
+    nodes = tuple(c + w * np.sinh(s[0][::FINER]) for c, w in zip(centre, width, strict=True))
+    return _normed(replace(post, nodes=nodes, centre=centre, width=width, place=s), logs)
 
 
 class _Grid:
