@@ -18,6 +18,7 @@ from wearlab.store.cite import bibtex, citation, facts_of
 from wearlab.store.export import export_attributes
 from wearlab.store.lineage import calibrated_by
 from wearlab.store.merge import merge
+from wearlab.store.outcome import Outcome
 from wearlab.store.prune import prunable
 
 PAIR = {
@@ -115,6 +116,20 @@ def test_a_store_elsewhere_lives_it_again(kept, tmp_path):
     run(campaign("170 N*m"), elsewhere, workers=1, progress=False)
     assert elsewhere.run(own).attrs["calibration_life"] == store.run(own).attrs["calibration_life"]
     assert set(elsewhere.entries()) == {own, by}
+
+
+def test_a_calibration_that_failed_is_tried_again_though_its_campaign_is_complete(kept, tmp_path):
+    store, _, by = kept
+    copy = Store(tmp_path / "copy")
+    merge(copy, store)
+    known = copy.entries([by])[by]
+    copy.catalogue.record(
+        [Outcome(by, "failed", "2026-01-01", 0.0, known.scene, reason="the worker process died")]
+    )
+    assert run(campaign("170 N*m"), copy, workers=1, progress=False).ok
+    assert copy.heads([by])[by].state == "failed"
+    assert run(campaign("170 N*m"), copy, workers=1, progress=False, retry=True).ok
+    assert copy.heads([by])[by].state == "done" and copy.verify() == []
 
 
 def test_equal_needs_are_one_run():

@@ -75,6 +75,14 @@ def test_a_worker_that_dies_takes_only_its_own_case(store, log, monkeypatch, bat
     assert "worker process died" in report.troubled[0].reason
 
 
+def test_a_case_whose_process_was_killed_twice_is_tried_once_more(store, log):
+    """Whoever kills workers is seldom the case that they compute."""
+    case = Case("base", Scene(act="die twice", log=str(log)))
+    quiet = Case("quiet", Scene(speed=7.0))
+    report = run(Campaign((case, quiet)), store, workers=1)
+    assert report.ok and simulated(log) == {1100.0: 3}
+
+
 def test_a_single_case_needs_no_cluster(store, log, monkeypatch):
     monkeypatch.setattr(cluster, "connect", lambda *_: pytest.fail("a cluster was started"))
     monkeypatch.setattr(running, "connect", lambda *_: pytest.fail("a cluster was started"))

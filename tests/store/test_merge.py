@@ -2,6 +2,8 @@
 
 import hashlib
 import json
+import multiprocessing
+import os
 from dataclasses import replace
 
 import pytest
@@ -12,6 +14,7 @@ from wearlab.runner.worker import Task, execute
 from wearlab.store import Store, StoreError
 from wearlab.store.merge import merge
 from wearlab.store.netcdf import to_image
+from wearlab.store.runs import RunFiles
 
 
 @pytest.fixture
@@ -34,6 +37,46 @@ def test_what_we_lack_comes_verified(two):
     assert len([member for member in ours.catalogue.members() if member.campaign == "theirs"]) == 6
     again = merge(ours, others)
     assert not again.copied and again.campaigns == 0
+
+
+def die_after_writing(ours, others):
+    """Merge as a process that is killed when its second file is in place and nothing says so."""
+    written, whole = [], RunFiles.write
+
+    def write(self, images, writer):
+        whole(self, images, writer)
+        written.extend(images)
+        if len(written) == 2:
+            os._exit(9)
+
+    RunFiles.write = write
+    merge(Store(ours), Store(others))
+
+
+def test_a_merge_that_was_killed_leaves_no_unknown_run(two):
+    ours, others, _ = two
+    ours.close()
+    others.close()
+    dying = multiprocessing.get_context("spawn").Process(
+        target=die_after_writing, args=(str(ours.path), str(others.path))
+    )
+    dying.start()
+    dying.join()
+    assert dying.exitcode == 9 and ours.verify() == []
+    merge(ours, others)
+    assert ours.verify() == [] and len(ours.entries()) == 6
+    assert {entry.state for entry in ours.entries().values()} == {"done", "failed"}
+
+
+def test_a_merge_that_is_interrupted_keeps_what_it_wrote(two, monkeypatch):
+    ours, others, _ = two
+
+    def stop(run_id):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        merge(ours, others, stop)
+    assert ours.verify() == [] and "running" not in {head.state for head in ours.entries().values()}
 
 
 def test_what_was_spoilt_is_left_there(two):

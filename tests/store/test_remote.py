@@ -1,7 +1,7 @@
 """Stores that another machine writes, read over HTTP and through fsspec."""
 
 import threading
-from contextlib import closing
+from contextlib import closing, suppress
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -149,3 +149,64 @@ def test_only_copies_are_fetched(tmp_path):
     secret.write_text("secret")
     with pytest.raises(StoreError, match="cannot be read"):
         store.run(run_id)
+
+
+@pytest.fixture
+def huge():
+    """Return the address of a server that answers everything with 300 MB, and how much it has sent."""
+    pytest.importorskip("aiohttp")
+    sent = []
+
+    class Answer(Quiet):
+        head = b""
+
+        def do_HEAD(self):
+            self.answer()
+
+        def do_GET(self):
+            self.answer()
+            if "journal" not in self.path:
+                with suppress(OSError):
+                    self.wfile.write(self.head)
+                    for _ in range(300):
+                        self.wfile.write(bytes(1_000_000))
+                        sent.append(1_000_000)
+
+        def answer(self):
+            self.send_response(404 if "journal" in self.path else 200)
+            self.end_headers()  # no length is told
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Answer)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}", Answer, sent
+    server.shutdown()
+    server.server_close()
+
+
+def test_an_answer_that_is_no_catalogue_is_not_read_whole(huge, tmp_path, monkeypatch):
+    address, _, sent = huge
+    monkeypatch.setenv("WEARLAB_CACHE", str(tmp_path / "cache"))
+    with pytest.raises(StoreError, match="no catalogue of wearlab"):
+        Store(f"{address}/store")
+    assert sum(sent) < 30_000_000
+
+
+def test_a_catalogue_longer_than_its_head_says_is_not_read_whole(huge, tmp_path, monkeypatch):
+    address, answer, sent = huge
+    monkeypatch.setenv("WEARLAB_CACHE", str(tmp_path / "cache"))
+    there = filled(tmp_path / "there", sweep(1))
+    there.close()
+    monkeypatch.setattr(answer, "head", there.catalogue.path.read_bytes())
+    with pytest.raises(StoreError, match=r"is larger than the .* bytes that the catalogue says"):
+        Store(f"{address}/store")
+    assert sum(sent) < 60_000_000
+
+
+def test_a_run_larger_than_the_catalogue_says_is_not_read_whole(elsewhere):
+    there, address = elsewhere
+    here, run_id = Store(address), sweep(5).cases[1].id
+    with there.files.path(run_id).open("ab") as file:
+        file.truncate(10**8)
+    with pytest.raises(StoreError, match=r"is larger than the .* bytes that the catalogue says"):
+        here.run(run_id)
+    here.close()

@@ -96,6 +96,7 @@ def _index(axis: Axis, wanted: Any) -> int:
 OWN_WORDS = ("label", "drop", "sweep")
 EXPECT = "expect"
 ENOUGH = 20
+MANY = 1_000  # cases from which the last ones are looked at first
 
 
 class Difference(NamedTuple):
@@ -181,6 +182,8 @@ def expand(
     swept = sum(difference.sweep for difference in differences) + 1
     if (count := swept * prod(len(axis.values) for axis in axes)) > MOST_CASES:
         raise CampaignError([f"sweep: {swept} swept cases make {too_many(count)}"])
+    if count > MANY:
+        _look_at_the_far_end(table, axes)
     cases: list[Case] = []
     problems: list[str] = []
     for label, position, scene in _scenes(table, axes, differences):
@@ -195,6 +198,18 @@ def expand(
     if problems:
         raise CampaignError(problems)
     return tuple(cases)
+
+
+def _look_at_the_far_end(table: Table, axes: tuple[Axis, ...]) -> None:
+    """Refuse the last values of axes before a large grid is spread out: ranges are often wrong there."""
+    scene = {key: value for key, value in table.items() if key != EXPECT}
+    for axis in axes:
+        for key, values in axis.written.items():
+            scene = merge(scene, nested(key, values[-1]))
+    try:
+        Scene.from_mapping({key: value for key, value in scene.items() if key != "start"})
+    except SceneError as error:
+        raise CampaignError(error.problems) from None
 
 
 def _scenes(

@@ -150,6 +150,7 @@ def _header(where: str) -> str:
 
 LARGEST = 10_000_000  # bytes of a campaign file
 MOST_FAULTS = 20  # told at once
+MOST_FILES = 60  # that a campaign extends, each counted as often as it is reached
 PATH_KEYS = ("file", "published", "campaign")
 PLUGINS = "plugins"
 
@@ -224,6 +225,13 @@ def _over_parents(own: Table, file: Path, folder: Path, children: tuple[Path, ..
     for parent in parents:
         above = inherit((folder / parent).resolve(), children)
         table, layers = merge(table, above.table), layers + above.layers
+        if len(layers) > MOST_FILES:
+            raise CampaignError(
+                [
+                    f"{file}: extends: more than {MOST_FILES} files, each counted as often as it is reached: "
+                    "name each once, in the file that needs it"
+                ]
+            )
     for key in drops:
         try:
             table = without(table, key)

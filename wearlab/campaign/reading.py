@@ -47,7 +47,8 @@ def undone(layers: Sequence[Layer]) -> Iterator[str]:
         if first == again:
             continue
         for key, value in _values(layer):
-            between = [layer for layer in layers[first + 1 : again] if _sets_otherwise(layer, key, value)]
+            others = [other for other in layers[first + 1 : again] if other.file != layer.file]
+            between = [other for other in others if _sets_otherwise(other, key, value)]
             later = any(overlap(key, other) for layer in layers[again + 1 :] for other, _ in _values(layer))
             if between and not later:
                 other = between[-1].file.name

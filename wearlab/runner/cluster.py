@@ -2,7 +2,7 @@
 
 import math
 import traceback
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -22,6 +22,7 @@ from wearlab.store.outcome import Outcome
 BATCH_SECONDS = 0.4  # a batch of short cases lasts about so long: dask costs 1.7 ms a task
 LARGEST_BATCH = 64
 CONNECT_SECONDS = 10
+MOST_DEATHS = 3  # of processes that computed one case by itself, after which it has failed
 AHEAD = 2  # batches per worker under way; the rest stays unclaimed, for another process to take
 Settle = Callable[[list[Outcome], Sequence[Task]], list[Task]]
 
@@ -134,7 +135,7 @@ class Cluster:
             elif isinstance(error, OtherCode) and self.crew is not None:
                 self.crew.learn(*error.args)
                 flight.returned.append(batch)
-            elif alone:
+            elif alone and flight.is_given_up(batch[0], error):
                 finished.append(_lost(batch[0], error))
             else:  # a case took its process down, and others with it: each is tried by itself
                 flight.suspects.extend(batch)
@@ -152,6 +153,14 @@ class _Flight:
         self.returned: list[list[Task]] = []  # by a worker that was refused
         self.suspects: deque[Task] = deque()
         self.on_trial = False
+        self.deaths: Counter[str] = Counter()
+
+    def is_given_up(self, task: Task, error: BaseException) -> bool:
+        """Say whether a case computed by itself failed, not only its process, which others may kill."""
+        from dask.distributed import KilledWorker
+
+        self.deaths[task.id] += 1
+        return not isinstance(error, KilledWorker) or self.deaths[task.id] >= MOST_DEATHS
 
     def next_batches(self, most: int) -> list[list[Task]]:
         """Take batches until so many are under way."""

@@ -7,7 +7,7 @@ from contextlib import ExitStack, suppress
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from wearlab.runner.again import chosen, restore
+from wearlab.runner.again import chosen
 from wearlab.runner.calibrating import calibrations, with_calibrations
 from wearlab.runner.cluster import Cluster, connect, refuse_unreachable
 from wearlab.runner.continuing import with_parents
@@ -85,7 +85,7 @@ def run(
     refuse_unreachable(None if store.catalogue.exists() else scheduler, dashboard)
     wanting = _wanting(tasks, store, again)
     used = plugins_of(task.scene for task in wanting)
-    needed = calibrations(wanting)
+    needed = calibrations(tasks.values() if retry or recompute in ("failed", "all") else wanting)
     notes = _opened(store)
     declare(used, store.path)
     key = _record(campaign, store)
@@ -101,8 +101,8 @@ def run(
 
         try:
             with ExitStack() as stack:
-                alone = [task for task in tasks.values() if task.id not in needed]
                 first = {task.id: task for task in needed.values()}
+                alone = [task for task in tasks.values() if task.id not in needed]
                 what = f"{'cases and ' if alone else ''}{CALIBRATING}" if first else CASES
                 calibrated = [tasks[run_id] for run_id in needed]
                 work.complete([*first.values(), *alone], cluster, what, more=len(calibrated) > 1)
@@ -152,8 +152,7 @@ def _opened(store: "Store") -> list[str]:
 
 def _tidy(store: "Store", owner: str, work: "_Work") -> None:
     """Forget what was begun and not finished; keep what has its file, written just now or long ago."""
-    begun = store.catalogue.release(owner)
-    restore(store, {*begun, *work.taken_again} - work.finished)
+    store.give_back(owner, work.taken_again - work.finished)
 
 
 class _Work:

@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
-from annotated_types import Ge, Gt
+from annotated_types import Ge, Gt, Le
 from pydantic import BeforeValidator, Field, model_validator
 
 from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SETS, UNSAID, SetDescriptor
@@ -82,7 +82,7 @@ class Toothed(Part):
         (("root_diameter",), ("dedendum_coefficient",)),
     )
 
-    teeth: Annotated[Count, Gt(2)] = option(..., "number of teeth z")
+    teeth: Annotated[Count, Gt(2), Le(10_000)] = option(..., "number of teeth z")
     profile_shift_coefficient: Number | None = option(
         None,
         "profile shift x over the module; positive moves the profile outwards: thicker teeth, larger spaces "

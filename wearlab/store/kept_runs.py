@@ -213,6 +213,26 @@ class KeptRuns:
                 self.files.discard_part(run_id, left_by)
         return list(taken)
 
+    def give_back(self, owner: str, more: Iterable[str] = ()) -> None:
+        """Forget the runs that a process began and has not finished; those with a file in place are kept.
+
+        The file of a run to be computed again stays until a new one replaces it; and an interruption may come
+        just after a file was written: nothing that was done is lost, and no file is left that nobody knows.
+
+        Parameters
+        ----------
+        owner : the process
+        more : ids of finished runs that it had taken again
+        """
+        from wearlab.store.adopt import outcome_of
+
+        wanted = {*self.catalogue.release(owner), *more}
+        known = self.heads(wanted)
+        for run_id in wanted:
+            if run_id not in known and self.files.path(run_id).is_file():
+                with suppress(StoreError):
+                    self.catalogue.record([outcome_of(self.files.path(run_id))])
+
     def _take_back(self, outcomes: Sequence[Outcome]) -> None:
         """Remove new files that the catalogue has no room for; those of runs computed again stay."""
         with suppress(StoreError):

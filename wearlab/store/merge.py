@@ -6,7 +6,7 @@ replaced by theirs.
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -69,9 +69,12 @@ def merge(store: "Store", other: "Store", tell: Callable[[str], None] = lambda r
     store.create()
     made = Merged()
     with store.presence() as presence:
-        for entry in theirs.values():
-            _take(store, other, entry, presence.token, made)
-            tell(entry.id)
+        try:
+            for entry in theirs.values():
+                _take(store, other, entry, presence.token, made)
+                tell(entry.id)
+        finally:
+            store.give_back(presence.token)
     made.campaigns = _campaigns(store, other)
     if other.address is None:
         made.updates = _updates(store, other, made)
@@ -87,7 +90,7 @@ def _take(store: "Store", other: "Store", entry: "Entry", owner: str, made: Merg
     if entry.state == "running" or (entry.state != "done" and ours is not None):
         return
     if entry.state != "done":
-        _save(store, [_without_data(entry)], owner)
+        store.save([_without_data(entry)], owner)
         made.copied.append(entry.id)
         return
     try:
@@ -102,8 +105,9 @@ def _take(store: "Store", other: "Store", entry: "Entry", owner: str, made: Merg
     except StoreError as error:
         made.damaged[entry.id] = str(error)
         return
-    if ours is None or ours.state != "running" or store.is_stale(ours):
-        _save(store, [outcome], owner)
+    # a file that appears is never one that nobody knows, wherever this is interrupted
+    if store.claim([entry.id], owner, lambda head: head.state != "running"):
+        store.save([outcome], owner)
         (made.repaired if whole else made.copied).append(entry.id)
 
 
@@ -134,10 +138,6 @@ def _plugins(store: "Store", other: "Store") -> None:
             continue
         if hashlib.sha256(source.encode()).hexdigest() == file.stem:
             write_whole(mine, content)
-
-
-def _save(store: "Store", outcomes: Iterable[Outcome], owner: str) -> None:
-    store.save(list(outcomes), owner)
 
 
 def _compare(store: "Store", other: "Store", run_id: str, made: Merged) -> None:

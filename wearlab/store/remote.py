@@ -2,25 +2,29 @@
 
 The catalogue is copied whole when the store is opened, and never while a transaction is under way there; a
 run's file is copied when it is first asked for, and compared with its hash as any other. Nothing is written
-there.
+there. No more is taken than the catalogue's head, or the catalogue, says that there is.
 """
 
 import hashlib
 import os
 import re
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from wearlab.files import cache_folder
 from wearlab.store.database import Database
 from wearlab.store.errors import StoreError
-from wearlab.store.files import write_whole
+from wearlab.store.files import part_of, write_whole
 
 ADDRESS = re.compile(r"([a-z][a-z0-9+.-]+):/+([^/].*)")
 ATTEMPTS, PAUSE = 20, 0.25  # looks at a catalogue that is being written, and seconds between two
 ORIGIN = "origin"
 HEAD = 100  # bytes
+MAGIC = b"SQLite format 3\0"
+UNKNOWN = 64_000_000  # bytes of a run of which the catalogue does not know the size
 
 
 class State(NamedTuple):
@@ -30,10 +34,12 @@ class State(NamedTuple):
     ----------
     head : SQLite's head of the file, in which transactions are counted
     idle : whether its journal says that none is under way
+    size : of the file, by its head [bytes]
     """
 
     head: bytes
     idle: bool
+    size: int
 
 
 def address_of(path: str | os.PathLike[str]) -> str | None:
@@ -61,13 +67,17 @@ def copy_of(address: str) -> Path:
     folder = copies() / hashlib.sha256(address.encode()).hexdigest()[:16]
     for _ in range(ATTEMPTS):
         before = _state(address)
-        content = _read(f"{address}/catalogue.sqlite")
-        if before.idle and before == _state(address):
+        if before.idle:
             folder.mkdir(parents=True, exist_ok=True)
-            write_whole(folder / ORIGIN, address.encode())
-            write_whole(folder / "catalogue.sqlite", content)
-            if Database(folder / "catalogue.sqlite").is_sound():
-                return folder
+            try:
+                with _copied(f"{address}/catalogue.sqlite", folder / "catalogue.sqlite", before.size) as copy:
+                    if before == _state(address) and Database(copy).is_sound():
+                        write_whole(folder / ORIGIN, address.encode())
+                        os.replace(copy, folder / "catalogue.sqlite")
+                        return folder
+            except StoreError:
+                if before == _state(address):  # else it has grown meanwhile
+                    raise
         time.sleep(PAUSE)
     raise StoreError(f"{address}: its catalogue is being written all the time, or damaged; try again")
 
@@ -82,20 +92,60 @@ def fetch(path: Path) -> bool:
     folder = path.absolute().parents[2]
     if folder.parent != copies() or not (folder / ORIGIN).is_file():
         return False
-    content = _read(f"{(folder / ORIGIN).read_text()}/runs/{path.parent.name}/{path.name}")
+    catalogue = Database(folder / "catalogue.sqlite")
+    known = catalogue.read("SELECT size FROM runs WHERE id = ? AND size > 0", (path.stem,))
+    catalogue.close()
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, content)
+    address = f"{(folder / ORIGIN).read_text()}/runs/{path.parent.name}/{path.name}"
+    with _copied(address, path, int(known[0][0]) if known else UNKNOWN) as copy:
+        os.replace(copy, path)
     return True
 
 
-def _read(address: str) -> bytes:
-    try:
-        import fsspec
+@contextmanager
+def _copied(address: str, path: Path, most: int) -> Iterator[Path]:
+    """Copy a file beside where it is wanted, piece by piece, and no more of it than it may have.
 
-        with fsspec.open(address, "rb") as file:
-            return bytes(file.read())
+    Raises
+    ------
+    StoreError : there is none, it cannot be reached, or is larger
+    """
+    import fsspec
+
+    part = part_of(path)
+
+    class Bounded(fsspec.Callback):
+        def set_size(self, size: int | None) -> None:
+            super().set_size(size)
+            refuse_larger(size or 0)
+
+        def relative_update(self, inc: int = 1) -> None:
+            super().relative_update(inc)
+            refuse_larger(self.value)
+
+    def refuse_larger(size: int) -> None:
+        if size > most:
+            raise StoreError(f"{address}: is larger than the {most} bytes that the catalogue says; not read")
+
+    try:
+        with _reached(address):
+            files, name = fsspec.core.url_to_fs(address)
+            files.get_file(name, str(part), callback=Bounded())
+            refuse_larger(part.stat().st_size)
+        yield part
+    finally:
+        part.unlink(missing_ok=True)
+
+
+@contextmanager
+def _reached(address: str) -> Iterator[None]:
+    """Say what could not be read elsewhere, and why."""
+    try:
+        yield
+    except (StoreError, KeyboardInterrupt):
+        raise
     except FileNotFoundError as error:
-        raise StoreError(f"{address}: there is no such file; is there a store?") from error
+        raise StoreError(f"{address}: no such file: there is no store here, or the run has gone") from error
     except ImportError as error:
         raise StoreError(f"{address}: {error}; pip install 'wearlab[remote]'") from error
     except Exception as error:  # every protocol has errors of its own
@@ -105,25 +155,27 @@ def _read(address: str) -> bytes:
 def _is_begun(files: Any, journal: str) -> bool:
     """Say whether a journal holds a change; one that is emptied or goes while it is looked at may."""
     try:
-        return bool(files.cat_file(journal, start=0, end=HEAD)[:8].strip(b"\0"))
+        return bool(_head(files, journal)[:8].strip(b"\0"))
     except FileNotFoundError:
         return False
-    except Exception:  # a range of what has no bytes just now: HTTP 416
-        return True
+
+
+def _head(files: Any, name: str) -> bytes:
+    """Return the first bytes of a file, and take few more: a server may answer a range with the whole."""
+    streamed = {"block_size": 0} if "http" in files.protocol else {}
+    with files.open(name, "rb", **streamed) as file:
+        return bytes(file.read(HEAD))[:HEAD]
 
 
 def _state(address: str) -> State:
     """Return the state of a catalogue as its machine has it now."""
-    try:
+    with _reached(address):
         import fsspec
 
         files, root = fsspec.core.url_to_fs(f"{address}/catalogue.sqlite")
-        told = files.cat_file(root, start=0, end=HEAD)[:HEAD]
+        told = _head(files, root)
         begun = files.exists(f"{root}-journal") and _is_begun(files, f"{root}-journal")
-    except FileNotFoundError as error:
-        raise StoreError(f"{address}: there is no store here") from error
-    except ImportError as error:
-        raise StoreError(f"{address}: {error}; pip install 'wearlab[remote]'") from error
-    except Exception as error:
-        raise StoreError(f"{address}: cannot be read ({error or type(error).__name__})") from error
-    return State(told, not begun)
+    if not told.startswith(MAGIC) or len(told) < HEAD:
+        raise StoreError(f"{address}: its catalogue.sqlite is no catalogue of wearlab; not read")
+    page = int.from_bytes(told[16:18], "big")
+    return State(told, not begun, (65_536 if page == 1 else page) * int.from_bytes(told[28:32], "big"))
