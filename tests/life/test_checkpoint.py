@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from wearlab.life.checkpoint import checkpoints
+from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits, Snapshots
-from wearlab.life.march import evolve
 
 
 class Killed(Exception):
@@ -63,7 +63,7 @@ def lived(image=None, die_after=None, of=Rate):
     rate, shown = of(), []
     try:
         with checkpoints(tell, image):
-            life = evolve(
+            life = integrate(
                 rate,
                 np.zeros(9),
                 limits=Limits(depth=1e-5),
@@ -117,12 +117,13 @@ def test_what_ended_is_not_marched_again():
 def test_another_march_takes_nothing_up():
     _, images, *_ = lived()
     with checkpoints(lambda told, image: None, images[-1]):
-        other = evolve(Rate(), np.full(9, 1e-7), limits=Limits(depth=1e-5))
+        other = integrate(Rate(), np.full(9, 1e-7), limits=Limits(depth=1e-5))
     assert other.cycle[0] == 0.0 and other.depth[0].max() == 1e-7
 
 
 def test_lives_without_a_keeper_are_the_same():
     whole, *_ = lived()
     same(
-        evolve(Rate(), np.zeros(9), limits=Limits(depth=1e-5), snapshots=Snapshots(cycles=(1e3, 5e3))), whole
+        integrate(Rate(), np.zeros(9), limits=Limits(depth=1e-5), snapshots=Snapshots(cycles=(1e3, 5e3))),
+        whole,
     )

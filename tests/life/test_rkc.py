@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from wearlab.life import rkc
+from wearlab.life import runge_kutta as rkc
 
 
 def amplification(z, scheme):
@@ -60,7 +60,7 @@ def test_second_order_on_nonlinear_toys_and_error_estimate_of_the_right_size(toy
         for steps in (20, 40, 80):
             h, size = h0, total / steps
             for _ in range(steps):
-                h = rkc.step(rate, h, rate(h), size, rkc.scheme(stages))
+                h = rkc.chebyshev_step(rate, h, rate(h), size, rkc.scheme(stages))
             errors.append(np.abs(h - exact).max())
         orders = np.log2(np.array(errors[:-1]) / errors[1:])
         assert orders == pytest.approx(2.0, abs=0.2)
@@ -71,8 +71,8 @@ def test_local_error_is_third_order_and_of_the_size_of_the_true_one(toys):
     h0 = np.zeros(1)
     ratios, sizes = [], []
     for size in (4e5, 2e5):
-        h = rkc.step(rate, h0, rate(h0), size, rkc.scheme(10))
-        estimate = rkc.local_error(h0, h, rate(h0), rate(h), size)
+        h = rkc.chebyshev_step(rate, h0, rate(h0), size, rkc.scheme(10))
+        estimate = rkc.chebyshev_error(h0, h, rate(h0), rate(h), size)
         ratios.append(float(estimate[0] / (rate.depth(size) - h[0])))
         sizes.append(float(estimate[0]))
     assert np.log2(sizes[0] / sizes[1]) == pytest.approx(3.0, abs=0.3)

@@ -5,8 +5,7 @@ import pytest
 
 from wearlab.dynamics.models.spur_3dof import Spur3dofDynamics
 from wearlab.dynamics.models.torsional import TorsionalDynamics
-from wearlab.life.steps.adaptive import AdaptiveStep
-from wearlab.life.steps.euler import EulerStep
+from wearlab.life.steps import AdaptiveStep, EulerStep
 from wearlab.mesh.contacts import DisplacementContact
 from wearlab.mesh.excitations.fourier import FourierExcitation
 from wearlab.mesh.excitations.pairs import PairsExcitation

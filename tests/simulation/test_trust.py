@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from wearlab.life.history import History
+from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
-from wearlab.life.march import evolve
 from wearlab.simulation.estimates import _doubts
 from wearlab.simulation.trust import scene_validity
 
@@ -16,7 +16,7 @@ STILL = SimpleNamespace(kinds=(), vibration=None, meshes=())
 def swinging(growth):
     """A life in which two nodes swing against each other and grow."""
     J = growth * np.array([[1.0, -2.0], [2.0, 1.0]])
-    life = evolve(lambda h: 1e-10 + np.clip(J @ (h - 1.0001 * h.mean()), -5e-11, 5e-11), np.zeros(2),
+    life = integrate(lambda h: 1e-10 + np.clip(J @ (h - 1.0001 * h.mean()), -5e-11, 5e-11), np.zeros(2),
                   limits=Limits(depth=100e-6))  # fmt: skip
     return History(life.cycle, (), life, sampled=History(life.cycle[:0], ()))
 

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 from fake_campaign import Scene
 
+from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
-from wearlab.life.march import evolve
 from wearlab.runner import under_way
 
 SIMULATE = "fake_life:simulate"
@@ -36,7 +36,7 @@ def simulate(scene: Scene) -> xr.Dataset:
             time.sleep(0.3)  # what was told is still on its way
             os._exit(9)
 
-    life = evolve(rate, np.zeros(7), limits=Limits(depth=2e-5), tolerance=1e-6, progress=shown)
+    life = integrate(rate, np.zeros(7), limits=Limits(depth=2e-5), tolerance=1e-6, progress=shown)
     if scene.log:
         with open(scene.log, "a") as file:
             file.write(f"{scene.speed:g} {rates}\n")

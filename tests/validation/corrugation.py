@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from wearlab.campaign import load
 from wearlab.life.history import SetRate
+from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
-from wearlab.life.march import evolve
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 
@@ -99,7 +99,7 @@ class _Flank:
     def _worn(self, depth: Array) -> Array:
         self.rate.recall(self.memory)
         cycles = WORN / self.fastest
-        life = evolve(self.rate, depth, limits=Limits(cycles=cycles), tolerance=TOLERANCE, scale=WORN)
+        life = integrate(self.rate, depth, limits=Limits(cycles=cycles), tolerance=TOLERANCE, scale=WORN)
         return np.asarray(life.depth[-1])
 
 

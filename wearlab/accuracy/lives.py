@@ -13,11 +13,11 @@ from wearlab.arrays import Array, Index
 from wearlab.dynamics.structure import in_registers
 from wearlab.gears.specification import GearError
 from wearlab.life.adaptive import Adaptive
-from wearlab.life.counted import CountedRate
 from wearlab.life.euler import Euler
 from wearlab.life.history import SetRate
+from wearlab.life.integrate import Method, integrate
 from wearlab.life.limits import Limits
-from wearlab.life.march import Method, evolve
+from wearlab.life.rate import CountedRate
 from wearlab.life.record import Life
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
@@ -98,7 +98,7 @@ def lived(problem: Wearing, method: Method, tolerance: float) -> TimedLife:
 
 
 def _evolved(problem: Wearing, method: Method, tolerance: float) -> Life:
-    return evolve(
+    return integrate(
         SetRate(problem.parts.coupling),
         problem.wear,
         limits=problem.limits,

@@ -14,11 +14,10 @@ from wearlab.gears.specification import GearError
 from wearlab.gradients.errors import GradientError
 from wearlab.gradients.numbers import STEP, STEP_OF_LARGE
 from wearlab.gradients.recorded import RecordedRate
-from wearlab.life.again import again
 from wearlab.life.coupling import Coupling
 from wearlab.life.limits import Flanks, StopWear
 from wearlab.life.state import WearState
-from wearlab.life.step import Node, Step, depth_at
+from wearlab.life.step import Node, Step, again, depth_at
 from wearlab.mesh.profile import Extension
 from wearlab.scene import Scene
 from wearlab.scene.build import KindParts, Parts, build

@@ -1,19 +1,20 @@
-"""A life of a gear set: march the wear, then evaluate in full every state that is kept."""
+"""A life of a gear set: integrate the wear, then evaluate in full every state that is kept."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array, Index
 from wearlab.life.coupled import Coupled
+from wearlab.life.integrate import ELASTIC_SCALE, Method, integrate
 from wearlab.life.limits import Limits, Snapshots, StopWear
-from wearlab.life.march import Method, evolve
+from wearlab.life.rate import Rate
 from wearlab.life.record import Life
 from wearlab.life.state import Wear, WearState
 from wearlab.life.step import Node
 from wearlab.life.vibration import Responses
-from wearlab.life.worn import worn
 
 MOST_EVALUATIONS = 5_000
 """Bound on the rates of one life at a tolerance of 1e-3; an ordinary life takes about a hundred."""
@@ -32,7 +33,7 @@ class History(NamedTuple):
     ----------
     cycle : (m,) cycles of the states [1]
     state : the states
-    life : the march that led through them, None when nothing wears on
+    life : the integration that led through them, None when nothing wears on
     sampled : accepted states, on which estimates of errors rest; None: on some of these
     stages : what a life of several conditions in order was joined from, each from its own first state
     seconds : (m,) operating time of the states [s], NaN where nothing turns; None: not asked for
@@ -90,7 +91,7 @@ def halving(count: int) -> list[int]:
 
 
 class SetRate:
-    """The wear rate of all flanks as the march sees it: flat, and with the last orbits as its memory.
+    """The wear rate of all flanks as the integration sees it: flat, and with the last orbits as its memory.
 
     Parameters
     ----------
@@ -179,13 +180,13 @@ def history(
     kept_work: float = np.inf,
     progress: Callable[[Node], None] | None = None,
 ) -> History:
-    """March the wear of a gear set to its limit and evaluate every kept state.
+    """Integrate the wear of a gear set to its limit and evaluate every kept state.
 
     Parameters
     ----------
     coupling : contact, dynamics and wear of the gear set
     wear : wear depth of every kind of mesh at cycle 0 [m]
-    limits, method, snapshots, tolerance, most_work, progress : see :func:`wearlab.life.march.evolve`
+    limits, method, snapshots, tolerance, most_work, progress : see :func:`wearlab.life.integrate.integrate`
     kept_work : work on states that nobody asked for, beyond which no more of them are kept
 
     Notes
@@ -203,7 +204,7 @@ def history(
         if progress is not None:
             progress(node)
 
-    life = evolve(
+    life = integrate(
         rate,
         coupling.flat(wear),
         limits=limits,
@@ -249,3 +250,42 @@ def _in_full(coupling: Coupled, wear: Wear, start: Responses) -> WearState | Non
         return coupling.evaluate(wear, start)
     except StopWear:
         return None
+
+
+def worn(
+    rate: Rate,
+    initial: ArrayLike,
+    flanks: Mapping[str, tuple[slice, float]],
+    *,
+    tolerance: float = 1e-3,
+    scale: float = ELASTIC_SCALE,
+    most_work: float = np.inf,
+) -> Array:
+    """Return the depths after wear by the law until each named flank is as deep as asked, (n,) [m].
+
+    All flanks run and wear together until the named one has its depth; then only the named flank keeps its
+    wear (its mate is taken as new). Several named flanks are worn one run each, all from ``initial``.
+
+    Parameters
+    ----------
+    rate : h (n,) [m] -> dh/dN (n,) [m per cycle]
+    initial : (n,) depths before [m]
+    flanks : name -> (entries of h on that flank, largest depth wanted there [m])
+    tolerance, scale, most_work : see :func:`wearlab.life.integrate.integrate`
+
+    Raises
+    ------
+    ValueError
+        When a flank cannot be worn to that depth, with the reason.
+    """
+    h0 = np.array(initial, float)
+    h = h0.copy()
+    for name, (flank, depth) in flanks.items():
+        if depth == 0.0:
+            continue
+        limits = Limits(depth=depth, flank=flank)
+        life = integrate(rate, h0, limits=limits, tolerance=tolerance, scale=scale, most_work=most_work)
+        if not life.worn_out:
+            raise ValueError(f"flank {name!r} cannot be worn to {depth:.3g} m by this law: {life.end_reason}")
+        h[flank] = life.depth[-1][flank]
+    return h

@@ -1,15 +1,18 @@
-"""States and steps over cycles, and the curve between the ends of a step."""
+"""States and steps over cycles, the curve between the ends of a step, jumps, and a step taken once more."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.life.limits import Flanks
-from wearlab.life.rkc import Scheme
+from wearlab.life.runge_kutta import Scheme, chebyshev_step, fourth_order_step
 
-EMBEDDED, EULER = "fourth order", "Euler"
-"""Methods of a step beside those of `wearlab.life.rkc`."""
+Rate = Callable[[Array], Array]
+
+FOURTH_ORDER, EULER = "fourth order", "Euler"
+"""Methods of a step beside the schemes of RKC2."""
 
 
 class Node(NamedTuple):
@@ -52,6 +55,22 @@ class Step(NamedTuple):
     def size(self) -> float:
         """ΔN [1]."""
         return self.end.cycle - self.start.cycle
+
+
+class Jump(NamedTuple):
+    """A discontinuity of the wear rate along the life.
+
+    Parameters
+    ----------
+    cycle : where it lies [1]
+    width : cycles within which it was located [1]
+    before, after : (n,) wear rate on either side [m per cycle]
+    """
+
+    cycle: float
+    width: float
+    before: Array
+    after: Array
 
 
 def depth_at(step: Step, cycle: float) -> Array:
@@ -97,3 +116,35 @@ def growth(start: Node, end: Node) -> float:
         return 1.0
     exponent = (end.cycle - start.cycle) * float((end.rate - start.rate) @ dh) / square
     return float(np.exp(min(max(0.0, exponent), 50.0)))
+
+
+def again(step: Step, rate: Rate, start: Node) -> Step:
+    """Return a step of the same method and size from another state.
+
+    Parameters
+    ----------
+    step : an accepted step
+    rate : r(h) [m per cycle]
+    start : the other state, at the same cycle
+
+    Raises
+    ------
+    ValueError
+        When the step crossed a jump of the rate, or held part of one that wavers: no method took it.
+    """
+    if step.by is None:
+        raise ValueError("the wear rate jumps or wavers in this step: it cannot be taken again")
+    if step.by == EULER:
+        depth = start.depth + step.size * start.rate
+        rate_at_end, slopes = rate(depth), (start.rate, start.rate)
+        end = Node(step.end.cycle, depth, rate_at_end)
+    elif isinstance(step.by, Scheme):
+        depth = chebyshev_step(rate, start.depth, start.rate, step.size, step.by)
+        end = Node(step.end.cycle, depth, rate(depth))
+        slopes = (start.rate, end.rate)
+    else:
+        found = fourth_order_step(rate, start.depth, start.rate, step.size)
+        depth, rate_at_end = found.depth, found.rate
+        end = Node(step.end.cycle, depth, rate_at_end)
+        slopes = (start.rate, rate_at_end)
+    return Step(start, end, slopes, np.zeros_like(depth), 1.0, step.by)

@@ -15,8 +15,7 @@ from pydantic import (
 )
 
 from wearlab.life.loads import LoadModel
-from wearlab.life.steps import StepMethod
-from wearlab.life.steps.adaptive import AdaptiveStep
+from wearlab.life.steps import AdaptiveStep, StepMethod
 from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,

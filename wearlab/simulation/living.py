@@ -8,8 +8,8 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.life.coupled import Coupled
 from wearlab.life.history import History, SetRate, history, most_evaluations, single_state, worn_by_law
+from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits, Snapshots, StopWear
-from wearlab.life.march import evolve
 from wearlab.life.record import Life
 from wearlab.life.state import Wear
 from wearlab.scene import Scene
@@ -42,7 +42,7 @@ def marched(scene: Scene, parts: Parts, rate: SetRate, wear: Wear) -> Life | Non
     if scene.wear is None or scene.wear.until is None:
         return None
     tolerance = cycle_tolerance(scene)
-    return evolve(
+    return integrate(
         rate,
         parts.coupling.flat(wear),
         limits=build_limits(scene, parts.gears, parts.coupling),

@@ -1,11 +1,19 @@
-"""``[wear.step]``: how the wear is stepped over cycles, one method a file."""
+"""``[wear.step]``: how the wear is stepped over cycles.
 
-from typing import TYPE_CHECKING, ClassVar
+A file beside this one adds another method.
+"""
 
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+from pydantic import Discriminator, Tag
+
+from wearlab.options import POSITIVE, Depth, Number, Part, option
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
-    from wearlab.life.march import Method
+    from wearlab.life.integrate import Method
+
+Positive = Annotated[Number, POSITIVE]
 
 
 class StepMethod(Variant):
@@ -17,3 +25,55 @@ class StepMethod(Variant):
     def build(self) -> "Method":
         """Return the method."""
         raise NotImplementedError(f"{type(self).__name__} has no build")
+
+
+class AdaptiveStep(StepMethod):
+    """Steps as long as error and stability allow."""
+
+    method: Literal["adaptive"] = option("adaptive", "adaptive steps over cycles", source="wearlab")
+
+    def build(self) -> "Method":
+        """Return the adaptive method."""
+        from wearlab.life.adaptive import Adaptive
+
+        return Adaptive()
+
+
+class EulerStep(StepMethod):
+    """Explicit Euler, a step as long as the wear takes to grow by a threshold (as published)."""
+
+    method: Literal["euler"] = option("euler", "the papers' Euler steps", source="L16 Fig. 2")
+    threshold: Annotated[Depth, POSITIVE] = option(..., "wear per step, ε^q", source="L16 Eq. 21")
+
+    def build(self) -> "Method":
+        """Return L16's method."""
+        from wearlab.life.euler import Euler
+
+        return Euler(self.threshold)
+
+
+class StabilitySize(Part):
+    """A step as a fraction of the stability limit."""
+
+    stability: Positive = option(..., "fraction of the stability limit", source="wearlab")
+
+
+def _size(value: Any) -> str:
+    return "fraction" if isinstance(value, dict | StabilitySize) else "count"
+
+
+class FixedStep(StepMethod):
+    """Equal explicit steps."""
+
+    method: Literal["fixed"] = option("fixed", "equal steps over cycles", source="wearlab")
+    size: Annotated[
+        Annotated[Positive, Tag("count")] | Annotated[StabilitySize, Tag("fraction")], Discriminator(_size)
+    ] = option(..., "cycles per step, or {stability = 0.9} of the limit")
+
+    def build(self) -> "Method":
+        """Return equal steps."""
+        from wearlab.life.euler import Fixed
+
+        if isinstance(self.size, StabilitySize):
+            return Fixed(stability=self.size.stability)
+        return Fixed(size=self.size)

@@ -1,9 +1,13 @@
+"""Lives whose rates get too dear for the work they may do: they end where they were asked to, and say so."""
+
 import numpy as np
 import pytest
 
+from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
-from wearlab.life.march import evolve
-from wearlab.life.schedule import HEAD_START, PLANNED, affordable, behind, share_of_depth
+from wearlab.life.rate import CountedRate
+from wearlab.life.rough import HEAD_START, Work, share_of_depth
+from wearlab.life.step import Node
 
 DEPTH = 4e-4
 
@@ -15,16 +19,19 @@ class DearOnceDeep:
         self.dear, self.work = dear, 0.0
         self.phase = np.linspace(0.0, 6.0, 30)
 
+    def still(self, h):
+        return 1e-11 * np.maximum(0.0, 1.0 - (h - h.mean()) / 5e-6)
+
     def __call__(self, h):
         deep = h.max() > 0.25 * DEPTH
         self.work += self.dear if deep else 1.0
-        wavering = 0.5 * np.sin(h / 1e-6 + self.phase) if deep else 0.0
+        wavering = 0.5 * np.sin(h / 5e-6 + self.phase) if deep else 0.0
         return 1e-11 * np.maximum(0.0, 1.0 + wavering - (h - h.mean()) / 5e-6)
 
 
 def lived(dear, most_work):
     rate = DearOnceDeep(dear)
-    return evolve(rate, np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work), rate
+    return integrate(rate, np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work), rate
 
 
 def test_a_life_ends_where_it_was_asked_to_and_not_by_its_work():
@@ -62,25 +69,22 @@ class DearNowAndThen(DearOnceDeep):
 @pytest.mark.parametrize("most_work", [60_000.0, 80_000.0])
 def test_steps_are_planned_by_what_rates_cost_on_the_whole(most_work):
     rate = DearNowAndThen(1.0)
-    life = evolve(rate, np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work)
-    assert life.end_reason == "depth" and life.hurried
+    life = integrate(rate, np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work)
+    assert life.end_reason == "depth"
 
 
 def test_a_life_hurries_before_its_rates_are_used_up():
-    life = evolve(DearOnceDeep(1.0), np.zeros(30), limits=Limits(depth=DEPTH), most_evaluations=500)
+    life = integrate(DearOnceDeep(1.0), np.zeros(30), limits=Limits(depth=DEPTH), most_evaluations=500)
     assert life.end_reason == "depth" and life.hurried
 
 
-def test_a_march_may_be_ahead_of_its_way_by_its_head_start():
-    assert not behind(HEAD_START - 0.01, 0.0) and behind(HEAD_START + 0.01, 0.0)
-    assert not behind(0.99, 1.0) and behind(0.66, 0.5)
-
-
-def test_affordable_steps_take_the_rates_they_were_planned_with():
-    left, radius, rates = 1e7, 2e-5, 300.0
-    size = affordable(left, radius, rates)
-    assert left / size * (2.0 + np.sqrt(1.5 * radius * size)) == pytest.approx(PLANNED * rates)
-    assert affordable(left, radius, 1.0) == left
+@pytest.mark.parametrize(("work", "way", "late"), [(-0.01, 0.0, False), (0.01, 0.0, True), (0.4, 0.5, False)])
+def test_a_life_may_be_ahead_of_its_way_by_its_head_start(work, way, late):
+    rate = CountedRate(DearOnceDeep(1.0), 1_000, 1_000.0)
+    begun = Work(rate, Node(0.0, np.zeros(30), np.ones(30)), 1e-6)
+    rate.rate.work = 1_000.0 * (HEAD_START + work)
+    left = np.inf if way == 1.0 else 1.0 - way
+    assert begun.is_late(rate, Node(way, np.zeros(30), np.ones(30)), left) is late
 
 
 def test_equal_shares_of_the_depth_reach_the_limit_in_as_many_steps():

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from wearlab.life.held import held_step
+from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
-from wearlab.life.march import evolve
+from wearlab.life.rough import held_step
 from wearlab.life.step import Node
 
 DEPTH, DEEP, RATE = 4e-4, 1e-4, 1e-11
@@ -33,7 +33,7 @@ class Wavering:
 
 
 def lived(level, seed=1, most_work=2e4):
-    return evolve(Wavering(level, seed), np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work)
+    return integrate(Wavering(level, seed), np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work)
 
 
 @pytest.fixture(scope="module")
@@ -91,29 +91,13 @@ def test_held_steps_converge_in_second_order_and_tell_more_than_their_error():
 
 def test_a_step_that_runs_into_a_rough_stretch_is_taken_again_as_a_held_one(quiet):
     """An ordinary first step of 2.7 µm in a stiff, noisy rate was accepted whole, wherever it led."""
-    life = evolve(Wavering(0.2, deep=0.0), np.zeros(30), limits=Limits(depth=DEPTH), most_work=2e5)
+    life = integrate(Wavering(0.2, deep=0.0), np.zeros(30), limits=Limits(depth=DEPTH), most_work=2e5)
     assert life.end_reason == "depth"
     assert life.depth[1].max() < 0.1e-6
     off = abs(life.cycle[-1] - quiet.cycle[-1])
     assert off < min(0.01 * quiet.cycle[-1], life.error_estimate_life)
 
 
-class DearAtLast(Wavering):
-    """A rate that costs more than all the work left, beyond four fifths of the way."""
-
-    def __call__(self, h):
-        self.work += 1e6 if h.max() > 0.8 * DEPTH else 0.0
-        return super().__call__(h)
-
-
-def test_a_life_out_of_work_near_its_end_holds_what_the_motion_added_last(quiet):
-    """It ended by the limit on its work before, a fifth of its depth from the end."""
-    life = evolve(DearAtLast(0.1), np.zeros(30), limits=Limits(depth=DEPTH), most_work=2e4)
-    assert life.end_reason == "depth" and life.hurried
-    off = abs(life.cycle[-1] - quiet.cycle[-1])
-    assert off < min(0.05 * quiet.cycle[-1], life.error_estimate_life)
-
-
 def test_a_life_out_of_work_far_from_its_end_stops():
-    life = evolve(Wavering(0.0, deep=0.1 * DEPTH), np.zeros(30), limits=Limits(depth=DEPTH), most_work=300)
+    life = integrate(Wavering(0.0, deep=0.1 * DEPTH), np.zeros(30), limits=Limits(depth=DEPTH), most_work=300)
     assert life.end_reason == "work limit" and life.cycle[-1] > 0.0

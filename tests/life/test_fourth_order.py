@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from wearlab.life import embedded
+from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
-from wearlab.life.march import evolve
+from wearlab.life.runge_kutta import fourth_order_error, fourth_order_step
 
 
 def decaying(h):
@@ -15,9 +15,8 @@ def decaying(h):
 
 def stepped(rate, h, size, radius):
     """Return depth, rate, estimated error, and the decay that the stages saw."""
-    begun = embedded.begin(rate, h, rate(h), size)
-    end, last, difference, seen = embedded.complete(rate, h, rate(h), size, begun)
-    return end, last, embedded.reported(difference, size * radius), seen
+    end, last, difference, seen = fourth_order_step(rate, h, rate(h), size)
+    return end, last, fourth_order_error(difference, size * radius), seen
 
 
 def after(size):
@@ -41,8 +40,7 @@ def test_the_companion_is_of_third_order_where_the_rate_is_not_linear():
     errors = []
     for size in (0.04, 0.02):
         h = np.full(1, np.tan(0.3))
-        begun = embedded.begin(rate, h, rate(h), size)
-        end, _, difference, _ = embedded.complete(rate, h, rate(h), size, begun)
+        end, _, difference, _ = fourth_order_step(rate, h, rate(h), size)
         exact = np.tan(0.3 + size)
         errors.append([abs(end[0] - exact), abs(end[0] + difference[0] - exact)])
     orders = np.log2(np.divide(*errors))
@@ -80,21 +78,11 @@ def test_stages_see_the_fastest_decay_and_no_noise():
     assert stepped(lambda h: 1.0 + 1e-9 * rng.normal(size=12), np.zeros(12), 0.1, 0.0)[3] == 0.0
 
 
-def test_what_is_foreseen_is_found():
-    def rate(h):
-        return np.array([1.0, 1.0]) - np.array([1.0, 0.5]) * h
-
-    for size in (0.1, 0.5):
-        begun = embedded.begin(rate, np.zeros(2), rate(np.zeros(2)), size)
-        found = np.abs(stepped(rate, np.zeros(2), size, 1.0)[2]).max()
-        assert 0.5 * found < np.abs(begun.foreseen(size, 1.0)).max() < 1.5 * found
-
-
 def test_a_mild_life_takes_a_fraction_of_the_rates_that_euler_takes():
     def rate(h):
         return 1e-13 / (1.0 + h / 2e-5)
 
-    life = evolve(rate, np.zeros(1), limits=Limits(depth=1e-5), tolerance=1e-3, scale=1e-8)
+    life = integrate(rate, np.zeros(1), limits=Limits(depth=1e-5), tolerance=1e-3, scale=1e-8)
     exact = (1e-5 + 1e-10 / 4e-5) / 1e-13
     error = abs(life.cycle[-1] / exact - 1.0)
     assert error < 3e-4

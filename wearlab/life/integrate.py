@@ -11,28 +11,31 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
-from wearlab.life.accumulated import AccumulatedError
 from wearlab.life.adaptive import Adaptive
-from wearlab.life.aim import longest_step
 from wearlab.life.checkpoint import Checkpoint, Progress, checkpoint
-from wearlab.life.counted import CountedRate, Rate
 from wearlab.life.euler import Euler, Fixed, SawTooth
-from wearlab.life.jump import Jump, shift_by
 from wearlab.life.limits import ALL_CYCLES, WORN_OUT, Limits, OutOfEvaluations, Snapshots, StopWear
-from wearlab.life.record import Life, read_off
-from wearlab.life.step import Node, Step, crossing, depth_at
+from wearlab.life.rate import CountedRate, Rate
+from wearlab.life.record import AccumulatedError, Life, read_off
+from wearlab.life.step import Jump, Node, Step, crossing, depth_at
 
 Method = Adaptive | Euler | Fixed
 
 ELASTIC_SCALE = 1e-6
 """Default depth scale: well below the elastic deflection of a loaded tooth pair (about 5 µm) [m]."""
 LANDED = 1e-10
+AIM = 1.1
+"""How far past the expected crossing of a depth limit the last step aims."""
+TREND = 0.5
+"""Share of the trend of the rate over the last step that is expected to go on: wear evens out."""
+MOST_TREND = 1.5
+"""Largest factor by which the trend of the rate moves the expected crossing."""
 GIVEN = ("rate", "limits", "tolerance", "scale")
-"""What a march and its stepper are given anew when they are taken up."""
+"""What a life and its stepper are given anew when they are taken up."""
 
 
 class Stepper(Protocol):
-    """What the march asks of a method."""
+    """What a life asks of a method of stepping over cycles."""
 
     rejected: int
     trying: float
@@ -46,14 +49,14 @@ class Stepper(Protocol):
     def wave_growth(self) -> float:
         """Fastest growth of a wave of wear where it is too fast to foresee its end, else 0 [1/cycle]."""
 
-    def advance(self, node: Node, largest: float) -> tuple[list[Step], Jump | None]:
-        """Return accepted steps from ``node``."""
+    def advance(self, node: Node, largest: float) -> tuple[Step, Jump | None]:
+        """Return the accepted step from ``node``, at most so many cycles long, and any jump it crosses."""
 
     def shorten(self, size: float) -> None:
         """Take no longer step next."""
 
 
-def evolve(
+def integrate(
     rate: Rate,
     initial: ArrayLike,
     *,
@@ -97,13 +100,13 @@ def evolve(
     if h0.ndim != 1 or not np.all(np.isfinite(h0)) or h0.min(initial=0.0) < 0.0:
         raise ValueError("initial wear depths must be one array of finite values that are not negative")
     counted = CountedRate(rate, most_evaluations, most_work)
-    march = _March(counted, limits, tolerance, scale, Node(0.0, h0, counted(h0)))
-    kept = checkpoint((h0, march.node.rate, limits, method, tolerance, scale), counted.shared)
-    march.run(method or Adaptive(), progress, kept)
-    return march.life(snapshots or Snapshots())
+    life = _Integration(counted, limits, tolerance, scale, Node(0.0, h0, counted(h0)))
+    kept = checkpoint((h0, life.node.rate, limits, method, tolerance, scale), counted.shared)
+    life.run(method or Adaptive(), progress, kept)
+    return life.record(snapshots or Snapshots())
 
 
-class _March:
+class _Integration:
     """The loop from state to state, and what it leaves behind."""
 
     def __init__(self, rate: CountedRate, limits: Limits, tolerance: float, scale: float, node: Node) -> None:
@@ -120,7 +123,7 @@ class _March:
         return self.nodes[-1]
 
     def run(self, method: Method, progress: Callable[[Node], None] | None, keep: Checkpoint | None) -> None:
-        """March until there is a reason to end, from where an earlier process put it down."""
+        """Go on until there is a reason to end, from where an earlier process put it down."""
         self.reason = WORN_OUT if self._reached(self.node) else ""
         stepper: Stepper | None = None
         followed: list[tuple[Node, Any]] = []
@@ -149,7 +152,7 @@ class _March:
             self.wave_growth, self.hurried = stepper.wave_growth, stepper.hurried
 
     def _put_down(self, stepper: Stepper | None, followed: list[tuple[Node, Any]]) -> dict[str, Any]:
-        """Return all that the march depends on: of itself, of its stepper, of its rate."""
+        """Return all that the life depends on: of itself, of its stepper, of its rate."""
         own = {name: value for name, value in vars(self).items() if name not in GIVEN}
         steps = None if stepper is None else {k: v for k, v in vars(stepper).items() if k not in GIVEN}
         return {"march": own, "stepper": steps, "followed": followed, "rate": self.rate.put_down()}
@@ -190,7 +193,7 @@ class _March:
             return
         memory = self.rate.remember()
         try:
-            steps, jump = stepper.advance(self.node, largest)
+            step, jump = stepper.advance(self.node, largest)
         except StopWear as stop:
             self.rate.recall(memory)
             if self._negligible(stepper.trying):
@@ -198,24 +201,13 @@ class _March:
             stepper.shorten(0.5 * stepper.trying)
             return
         noise = self.error.heard(self.rate.noise)
-        for step in steps:
-            if not self.reason:
-                doubt = self._doubt_of(step, memory) if jump is not None and step is steps[-1] else None
-                self._keep(step, noise)
-                if doubt is not None:
-                    self.error.doubt(doubt)
+        before = float(np.abs(self.error.total).max(initial=0.0))
+        self._keep(step, noise)
         if jump is not None and jump.cycle <= self.node.cycle:
             self.jumps.append(jump)
-
-    def _doubt_of(self, across: Step, memory: Any) -> Array:
-        """Return what the error of the depth before a jump is worth by shifting it, (n,) ≥ 0 [m]."""
-        beyond = self.rate.remember()
-        try:
-            shift = shift_by(self.rate, across, self.error.total, memory)
-        except (StopWear, OutOfEvaluations):
-            shift = across.size
-        self.rate.recall(beyond)
-        return np.asarray(shift * np.abs(across.end.rate - across.start.rate))
+            fastest = float(jump.before.max(initial=0.0))
+            if fastest > 0.0:  # by as much as the depth may be off, the jump may be shifted
+                self.error.doubt(before / fastest * np.abs(jump.after - jump.before))
 
     def _negligible(self, size: float) -> bool:
         """Whether a step is too short to matter for the life or the depth."""
@@ -252,7 +244,7 @@ class _March:
             rate = step.end.rate
         return Node(cycle, depth, rate)
 
-    def life(self, snapshots: Snapshots) -> Life:
+    def record(self, snapshots: Snapshots) -> Life:
         """Return the record, with the snapshots read off the curves."""
         cycle, depth = read_off(snapshots, self.nodes, self.curves)
         return Life(
@@ -272,3 +264,38 @@ class _March:
             count_rejected=self.rejected,
             steps=tuple(self.curves),
         )
+
+
+def longest_step(node: Node, limits: Limits, last: Step | None) -> float:
+    """Return the cycles that the next step may take, infinite where nothing wears to a limit.
+
+    Parameters
+    ----------
+    node : where the life is
+    limits : where it ends
+    last : the last step, whose trend is expected to go on; None: no step was made
+    """
+    left = np.inf if limits.cycles is None else limits.cycles - node.cycle
+    if limits.depth is None:
+        return float(left)
+    rate, missing = node.rate[limits.flank], limits.depth - node.depth[limits.flank]
+    if limits.cycles is None and not node.rate.any():
+        return np.inf
+    due = np.divide(missing, rate, out=np.full_like(missing, np.inf), where=rate > 0.0)
+    soonest = float(due.min(initial=np.inf))
+    if not np.isfinite(soonest):
+        return float(left)
+    braked = float((due if last is None else due * _braking(due, last, limits)).min())
+    return float(min(left, AIM * np.clip(braked, soonest / MOST_TREND, soonest * MOST_TREND)))
+
+
+def _braking(due: Array, last: Step, limits: Limits) -> Array:
+    """Return by what the trend of the last step moves the cycles due at the present rate, (n_flank,) [1].
+
+    ``g + q g²/2 = 1`` with q the change of the rate over those cycles, relative to the rate.
+    """
+    trend = (last.end.rate - last.start.rate)[limits.flank] / last.size
+    wears = np.isfinite(due)
+    q = np.zeros_like(due)
+    q[wears] = TREND * trend[wears] * due[wears] / last.end.rate[limits.flank][wears]
+    return np.asarray(2.0 / (1.0 + np.sqrt(np.maximum(0.0, 1.0 + 2.0 * q))))

@@ -1,0 +1,219 @@
+"""How stiff a wear rate is: the largest eigenvalue of ∂r/∂h, and what a life knows of it.
+
+Stages of a step tell a lower bound of the spectral radius ρ of ∂r/∂h. As long as ρ times the whole way left
+is small by it, no step can be stiff and no wave can grow much, and nothing else is asked. A longer way, or a
+step that fails its test, is worth a power iteration. A noisy rate hides its spectrum: what was known stays.
+
+**Growing waves.** Under the load of the moment a flank may corrugate: below the natural frequency of a mesh
+the force is largest where the flank is worn most, and waves of wear grow until teeth part. Errors grow with
+them, so that no step is short enough to tell where a wave will be many e-foldings later; what the waves do on
+the average is all that can be known.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.life import runge_kutta
+from wearlab.life.rate import CountedRate
+from wearlab.life.step import Node
+
+RADIUS_SAFETY = 1.15
+"""Margin on the spectral radius, which a power iteration tells from below."""
+MOST_ITERATIONS = 15
+KRYLOV = 16
+FOUND = 0.3
+"""Residual of an approximate eigenvalue, over the spectral radius seen, up to which it counts as found."""
+
+
+class Spectrum(NamedTuple):
+    """The dominant eigenvalue of ∂r/∂h.
+
+    Parameters
+    ----------
+    radius : ρ = |λ|max [1/cycle]
+    alignment : −v·Jv/(|v||Jv|): 1 for a real decaying λ, less off the axis [1]
+    direction : (n,) its vector, for the next estimate
+    """
+
+    radius: float
+    alignment: float
+    direction: Array
+
+    @property
+    def is_real(self) -> bool:
+        """Whether the fastest part simply decays (static load does, dynamics may not)."""
+        return self.alignment > 0.96
+
+
+def spectrum(
+    rate: Callable[[Array], Array],
+    h: Array,
+    start: Array,
+    *,
+    amplitude: float,
+    tolerance: float = 0.05,
+    iterations: int = MOST_ITERATIONS,
+) -> Spectrum:
+    """Return the dominant eigenvalue by power iteration with differences of the rate.
+
+    ``J v ≈ (r(h + δ(1 + v)) − r(h + δ))/δ`` with max|v| = 1: the probe never refills a flank.
+
+    Parameters
+    ----------
+    rate : r(h)
+    h : (n,) depth [m]
+    start : (n,) first direction: the last spectrum's, or random
+    amplitude : δ, small beside the elastic deflection and large beside the noise of r [m]
+    tolerance : relative change of ρ at which to stop
+    iterations : bound on the evaluations
+    """
+    base = rate(h + amplitude)
+    radius, alignment = 0.0, 1.0
+    v = start
+    for _ in range(iterations):
+        largest = float(np.abs(v).max())
+        if largest == 0.0:
+            return Spectrum(0.0, 1.0, start)
+        v = v / largest
+        Jv = (rate(h + amplitude * (1.0 + v)) - base) / amplitude
+        length, previous = float(np.linalg.norm(Jv)), radius
+        radius = length / float(np.linalg.norm(v))
+        if length == 0.0:
+            return Spectrum(0.0, 1.0, v)
+        alignment = -float(v @ Jv) / (length * float(np.linalg.norm(v)))
+        v = Jv
+        if abs(radius - previous) <= tolerance * radius:
+            break
+    return Spectrum(radius, alignment, v)
+
+
+def growth_rate(
+    rate: Callable[[Array], Array], h: Array, start: Array, *, amplitude: float, iterations: int = KRYLOV
+) -> float:
+    """Return the largest growth rate among the waves of a profile, the largest Re λ of ∂r/∂h, at least 0.
+
+    Arnoldi's method with differences of the rate, as in :func:`spectrum`; of its values only those count
+    whose residual is small, because those of a non-normal matrix may lie far from any eigenvalue.
+
+    Parameters
+    ----------
+    rate, h, start, amplitude : as for :func:`spectrum`
+    iterations : evaluations, the size of the Krylov space
+    """
+    length = float(np.linalg.norm(start))
+    if length == 0.0:
+        return 0.0
+    base = rate(h + amplitude)
+    basis, upper = [start / length], np.zeros((iterations + 1, iterations))
+    for k in range(iterations):
+        v = basis[-1]
+        largest = float(np.abs(v).max())
+        w = (rate(h + amplitude * (1.0 + v / largest)) - base) * (largest / amplitude)
+        for _ in range(2):  # twice is enough for orthogonality to rounding
+            for i, vector in enumerate(basis):
+                share = float(vector @ w)
+                upper[i, k] += share
+                w = w - share * vector
+        upper[k + 1, k] = length = float(np.linalg.norm(w))
+        if length <= 1e-10 * float(np.abs(upper).max()):
+            iterations = k + 1
+            break
+        basis.append(w / length)
+    values, vectors = np.linalg.eig(upper[:iterations, :iterations])
+    residual = upper[iterations, iterations - 1] * np.abs(vectors[-1])
+    eigenvalues = values[residual <= FOUND * np.abs(values)]
+    return max(0.0, float(eigenvalues.real.max(initial=0.0)))
+
+
+def random_direction(r: Array) -> Array:
+    """Return random signs weighted by the rate (a node that does not wear does not relax), (n,)."""
+    signs = np.random.default_rng(20160501).choice([-1.0, 1.0], size=r.shape)
+    return np.asarray(signs * (np.abs(r) + 1e-3 * float(np.abs(r).max(initial=0.0))))
+
+
+PROBE = 1e-3
+"""Amplitude of the power iteration over the depth scale."""
+NOTHING_KNOWN = Spectrum(0.0, 1.0, np.empty(0))
+"""Until the first look."""
+
+
+class KnownSpectrum:
+    """The spectrum of ∂r/∂h as it was last seen.
+
+    ``age``: steps since; ``looked``: whether more than stages of steps told it; ``wave_growth``: the fastest
+    growth of a wave of wear that was seen [1/cycle]; ``foreseeable``: whether errors made at the start stay
+    small to the end.
+
+    Parameters
+    ----------
+    scale : depth scale of the life [m]
+    heard : noise above which a rate hides its spectrum [m per cycle]
+    """
+
+    def __init__(self, scale: float, heard: float) -> None:
+        self.amplitude, self.heard = PROBE * scale, heard
+        self.spectrum = NOTHING_KNOWN
+        self.age = 0
+        self.wave_growth = 0.0
+        self.looked = self.growth_known = False
+        self.foreseeable = True
+
+    @property
+    def radius(self) -> float:
+        """Spectral radius with a margin [1/cycle]."""
+        return RADIUS_SAFETY * self.spectrum.radius
+
+    @property
+    def damping(self) -> float:
+        """RKC damping that suits the spectrum."""
+        return runge_kutta.SHARP if self.spectrum.is_real else runge_kutta.WIDE
+
+    @property
+    def reach(self) -> float:
+        """The longest step that any method takes [cycles]."""
+        return runge_kutta.longest_reach(self.damping) / self.radius if self.radius > 0.0 else np.inf
+
+    def told(self, rate: CountedRate, radius: float) -> None:
+        """Take what the stages of a step tell of the spectral radius, where nothing better is known."""
+        if not self.looked and rate.noise <= self.heard and radius > self.spectrum.radius:
+            self.spectrum = NOTHING_KNOWN._replace(radius=radius)
+
+    def look(self, rate: CountedRate, node: Node, memory: Any, direction: Array | None = None) -> None:
+        """Estimate the spectrum at a state, and put the rate's memory back.
+
+        Parameters
+        ----------
+        rate : the wear rate
+        node : the state
+        memory : of the rate there
+        direction : (n,) in which to look first, None: the one seen last
+        """
+        if rate.noise > self.heard:
+            self.age = 0
+            return
+        direction = self.spectrum.direction if direction is None else direction
+        direction = direction if direction.size == node.rate.size else random_direction(node.rate)
+        self.spectrum = spectrum(rate, node.depth, direction, amplitude=self.amplitude)
+        rate.recall(memory)
+        self.age, self.looked, self.growth_known = 0, True, self.spectrum.is_real or not self.foreseeable
+
+    def foresee(self, rate: CountedRate, node: Node, left: float, tolerance: float) -> None:
+        """Find out whether an error made at the start grows to less than 1/tolerance before the limit."""
+        if not self.foreseeable:
+            return
+        whole, most = node.cycle + (left if np.isfinite(left) else 0.0), -np.log(tolerance)
+        if self.spectrum.radius * whole > most and not self.growth_known:
+            self._look_for_growth(rate, node)
+        self.foreseeable = bool(self.wave_growth * whole <= most)
+
+    def _look_for_growth(self, rate: CountedRate, node: Node) -> None:
+        """Measure the growth of waves at a state where the spectrum was looked at, and is complex."""
+        if rate.noise > self.heard or not self.looked:
+            return
+        memory = rate.remember()
+        growth = growth_rate(rate, node.depth, self.spectrum.direction, amplitude=self.amplitude)
+        rate.recall(memory)
+        self.wave_growth, self.growth_known = max(self.wave_growth, growth), True
