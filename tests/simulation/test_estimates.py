@@ -1,5 +1,7 @@
 """Error estimates against tight references, on scenes of a seed that was not used to set their weights."""
 
+from dataclasses import replace
+
 import estimate_score as scoring
 import numpy as np
 import pytest
@@ -233,3 +235,28 @@ def test_a_late_rate_is_the_mean_over_the_last_tenth_of_the_depth():
     cycle = np.array([0.0, 10.0, 20.0, 21.0, 31.0])
     np.testing.assert_allclose(late_rate(cycle, depth), [1.0, 0.5])
     np.testing.assert_array_equal(late_rate(cycle[:1], depth[:1]), [0.0, 0.0])
+
+
+def test_the_error_of_a_life_is_that_of_the_place_that_ends_it() -> None:
+    """An error of the steps elsewhere, or where the flank is hardly worn, moves no life."""
+    still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
+    scene = still.replace("wear.snapshots", None).replace("wear.until.depth", "1 um")
+    (stage,) = stages_of(scene)
+    lived = live(scene, stage.first)
+    assert lived.life is not None
+    depth, own = lived.life.depth[-1], lived.life.depth_error
+    pinion = stage.first.coupling.entries(0, 0)
+    deepest = int(np.argmax(depth[pinion])) + pinion.start
+
+    def told(node: int, error: float) -> float:
+        off = own.copy()
+        off[node] = error
+        found = estimated(stage, lived._replace(life=replace(lived.life, depth_error=off))).life
+        assert found is not None
+        return found
+
+    usual, fastest = told(deepest, float(own[deepest])), float(lived.life.rate[-1][deepest])
+    shallow = int(np.argmin(depth[pinion])) + pinion.start
+    for node in (shallow, pinion.stop + 3):
+        assert told(node, 1e-7) == usual
+    assert told(deepest, -1e-7) == pytest.approx(usual + 1e-7 / fastest, rel=0.1)

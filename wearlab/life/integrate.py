@@ -253,6 +253,8 @@ class _Integration:
             rate=np.stack([node.rate for node in self.nodes]),
             error=np.array(self.error.local),
             accumulated_error=np.array(self.error.largest),
+            depth_error=self.error.total,
+            scatter=self.error.scatter,
             snapshot_cycle=cycle,
             snapshot_depth=depth,
             end_reason=self.reason,

@@ -20,6 +20,8 @@ class Life:
     error : (m,) estimated local error of the step that led there, largest over the nodes [m]
     accumulated_error : (m,) largest over the nodes of their signed sum, amplified where wear accelerates, and
         by as far as it may have shifted a jump; and the root of the squares of what scatters [m]
+    depth_error : (n,) estimated error of the last depth with its sign, less what scatters [m]
+    scatter : what scatters of that error, at any node [m]
     snapshot_cycle : (k,) cycles of the snapshots reached, in order [1]
     snapshot_depth : (k, n) depths there [m]
     end_reason : "cycles", "depth", "no wear", "saw-tooth", "evaluation limit", "work limit", or why the
@@ -37,6 +39,8 @@ class Life:
     rate: Array
     error: Array
     accumulated_error: Array
+    depth_error: Array
+    scatter: float
     snapshot_cycle: Array
     snapshot_depth: Array
     end_reason: str

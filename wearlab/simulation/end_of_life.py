@@ -24,11 +24,13 @@ class End(NamedTuple):
     rate : wear rate where they are worn deepest [m per cycle]
     between : by how much a flank may be worn deeper between its nodes [m]
     flanks : (k,) numbers of the flanks that are as deep
+    nodes : (m,) entries on these flanks where they are
     """
 
     rate: float
     between: float
     flanks: Index
+    nodes: Index
 
 
 def end_of(depth: Array, rate: Array, flank: Index, counts: Flanks) -> End:
@@ -45,7 +47,8 @@ def end_of(depth: Array, rate: Array, flank: Index, counts: Flanks) -> End:
     deep = numbers[largest >= DEEPEST * largest.max()]
     at = int(np.argmax(np.where(np.isin(flank, numbers), depth, -np.inf)))
     between = BETWEEN * max(above_nodes(depth[flank == number]) for number in deep)
-    return End(float(rate[at]), between, deep)
+    nodes = np.flatnonzero(np.isin(flank, deep) & (depth >= DEEPEST * largest.max()))
+    return End(float(rate[at]), between, deep, nodes)
 
 
 def late_rate(cycle: Array, depth: Array) -> Array:

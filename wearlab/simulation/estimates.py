@@ -259,7 +259,8 @@ def _life(stage: Stage, lived: History, worn: list[WornFurther | None], last: Ro
     end = end_of(life.depth[-1], rate, flank_of_nodes(stage.first), counts)
     if end.rate <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth
         return float("nan") if lived.cycle[-1] > 0.0 else 0.0
-    error = float(life.accumulated_error[-1]) + end.between + LIFE_SHARE * _at_deepest(lived, worn, last, end)
+    steps = float(np.abs(life.depth_error[end.nodes]).max()) + life.scatter
+    error = steps + end.between + LIFE_SHARE * _at_deepest(lived, worn, last, end)
     return min(error, float(_worn_at_most(life, lived.cycle[-1]))) / end.rate
 
 

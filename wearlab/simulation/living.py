@@ -179,6 +179,7 @@ def _one_life(lives: list[Life], starts: Array, reason: str) -> Life:
         rate=row("rate", none),
         error=row("error", none),
         accumulated_error=row("accumulated_error", end),
+        depth_error=lives[-1].depth_error + np.copysign(end[-1], lives[-1].depth_error),
         snapshot_cycle=np.concatenate([life.snapshot_cycle + start for life, start in begun]),
         snapshot_depth=np.concatenate([life.snapshot_depth for life in lives]),
         end_reason=reason,
