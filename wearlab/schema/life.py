@@ -6,6 +6,13 @@ _WEAR = ("update", "flank", "profile")
 
 WORN = {
     "wear_depth": Variable(_WEAR, "m", "um", "wear depth", "along the flank normal"),
+    "wear_slope": Variable(
+        _WEAR,
+        "1",
+        "1",
+        "slope of the wear depth",
+        "of the depth across the tooth over the height along its centre line; Y23 Eqs. 20 and 23",
+    ),
     "wear_rate": Variable(_WEAR, "m", "um", "wear depth per cycle"),
     "flank_deviation": Variable(
         _WEAR, "m", "um", "flank deviation", "−(modifications + wear), as a measuring machine prints"

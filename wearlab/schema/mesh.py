@@ -33,6 +33,9 @@ EXACT = {
         "rotation of the tooth's centre line from the line of centres",
         "a ring's: of the tooth space's; each pair as if it touched alone; Y23's φ1, φ2",
     ),
+    "rotation_lag": Variable(
+        _PAIR, "rad", "rad", "rotation by which a pair lags the leading one", "of the driven gear; Y23's Δφ2"
+    ),
     "engaged": Variable(_PAIR, "1", "1", "whether the pair is engaged", "by mesh.contact.engagement"),
     "meshing_range": Variable(
         ("update", "member", "mesh", "end"),

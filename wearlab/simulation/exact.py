@@ -31,10 +31,11 @@ Values = dict[str, Any]
 def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState], failures: list[str]) -> Values:
     """Return the mesh relationship at the stored phases, nothing where no mesh has exact contact.
 
-    ``contact_angle``, ``rotation_angle`` (update, member, mesh, pair, phase), ``engaged`` (update, mesh,
-    pair, phase), ``meshing_range``, ``contact_range`` and those of a lone pair (update, member, mesh, end),
-    ``contact_loss`` (update, member, mesh), how far the first-order form is off (update, mesh) and
-    ``unloaded_transmission_angle`` (update, mesh, phase); NaN for members not in a mesh, and what fails.
+    ``contact_angle``, ``rotation_angle`` (update, member, mesh, pair, phase), ``engaged`` and
+    ``rotation_lag`` (update, mesh, pair, phase), ``meshing_range``, ``contact_range`` and those of a lone
+    pair (update, member, mesh, end), ``contact_loss`` (update, member, mesh), how far the first-order form is
+    off (update, mesh) and ``unloaded_transmission_angle`` (update, mesh, phase); NaN for members not in a
+    mesh, and for what fails.
     """
     if all(_meeting(kind.analysis) is None for kind in parts.kinds):
         return {}
@@ -44,6 +45,7 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState], failur
     values: Values = {
         "contact_angle": np.full((*shape, slots, phases), np.nan),
         "rotation_angle": np.full((*shape, slots, phases), np.nan),
+        "rotation_lag": np.full((shape[0], shape[2], slots, phases), np.nan),
         "engaged": np.zeros((shape[0], shape[2], slots, phases), dtype=np.int8),
         "meshing_range": np.full((*shape, 2), np.nan),
         "contact_range": np.full((*shape, 2), np.nan),
@@ -90,6 +92,9 @@ def _one_state(
         if contact.by_threshold
         else np.mean(engaged.sum(axis=0) == 1)
     )
+    lag = (relation.gap - relation.unloaded_error) / kind_of_set.pair.driven.base_radius
+    lag = np.where(np.isfinite(lag), lag, np.nan)
+    values["rotation_lag"][update, mesh, : grid.slots] = grid.into_slots(lag, np.nan)
     values["unloaded_transmission_angle"][update, mesh] = (
         relation.unloaded_error / kind_of_set.pair.driven.base_radius
     )

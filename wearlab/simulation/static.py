@@ -9,6 +9,7 @@ from wearlab.arrays import Array, Index
 from wearlab.life.history import History
 from wearlab.life.state import WearState
 from wearlab.mesh.contact import Quasistatic
+from wearlab.mesh.exact.flank import wear_slope
 from wearlab.mesh.force import load_share
 from wearlab.mesh.harmonics import Harmonics, harmonics
 from wearlab.mesh.profile import ProfileGrid
@@ -242,6 +243,7 @@ def wear_values(parts: Parts, lived: History) -> Values:
     passes = np.array([gears.kinds[kind].passes[gear] for kind, gear in gears.flank_places])
     values: Values = {
         "wear_depth": depth,
+        "wear_slope": by_flank(parts, [_slopes(parts, kind, states) for kind in kinds]),
         "flank_deviation": -(depth + modification),
         "worn_mass": _worn_mass(parts, states),
         "mesh_cycles": lived.cycle * gears.reference_teeth,
@@ -252,6 +254,13 @@ def wear_values(parts: Parts, lived: History) -> Values:
     if all(state.wears for state in states):
         values["wear_rate"] = by_flank(parts, [np.stack([state.rate[k] for state in states]) for k in kinds])
     return values
+
+
+def _slopes(parts: Parts, kind: int, states: Sequence[WearState]) -> Array:
+    """Return the slopes of the wear of both flanks of a mesh, (n_updates, 2, n) [1]."""
+    own, depth = parts.kinds[kind], np.stack([state.kind[kind].wear for state in states])
+    both = [wear_slope(own.pair, gear, own.analysis.grid, depth[:, gear]) for gear in (0, 1)]
+    return np.stack(both, axis=1)
 
 
 def preset_depth(scene: Scene, parts: Parts, states: tuple[WearState, ...]) -> Array | None:

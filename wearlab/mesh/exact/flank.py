@@ -324,3 +324,29 @@ def local_points(pair: GearPair, gear: int, flank: Flank, position: Array) -> tu
     alpha = contact_angle(pair, gear, position)
     tilt = np.arctan(shifts[:, 1] * flank.base_radius / rho)
     return np.arctan2(rho, flank.base_radius) - alpha, np.hypot(flank.base_radius, rho), alpha - tilt
+
+
+def wear_slope(pair: GearPair, gear: int, grid: ProfileGrid, depth: Array) -> Array:
+    """Return the slope of the wear depth in the tooth's own axes, ``dh_x/dx``, at the nodes, (…, n) [1].
+
+    ``h_x = h/cos α`` across the tooth, over the height x along its centre line, ``dx/ds = t ρ cos α/r_b``; to
+    first order in the depth over the radius of curvature.
+
+    Parameters
+    ----------
+    pair, gear : the pair; 0 driving, 1 driven
+    grid : nodes of the flanks
+    depth : (…, n) wear along the flank normal [m]
+
+    References
+    ----------
+    Y23 Eqs. 19–23, Fig. 8: positive where wear deepens outwards.
+    """
+    base_radius, curvature, side = _form(pair, gear)
+    cosine = np.cos(contact_angle(pair, gear, grid.position))
+    across, rate, runs = depth / cosine, np.empty(depth.shape), pieces(grid)
+    for first, last in zip(runs.first, runs.last, strict=True):
+        run = slice(first, last + 1)
+        rate[..., run] = np.gradient(across[..., run], grid.position[run], axis=-1, edge_order=2)
+    rho = curvature + side * grid.position
+    return np.asarray(rate * base_radius / (side * rho * cosine))
