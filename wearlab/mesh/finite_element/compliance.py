@@ -98,8 +98,10 @@ def _reduced(sector: Sector, loads: Array) -> tuple[Array, Array, Array]:
     by_right = sign[inner, None] * by_left[place[image[inner]]] * sign[right]
     turn = _turn(2.0 * sector.chart.half_pitch, len(left))
     of_cuts = K[cuts][:, cuts].toarray() - coupling.T @ np.hstack([by_left, by_right])
-    reduced = turn.T @ of_cuts @ turn
-    return loads[inner].T @ moved, 0.5 * (reduced + reduced.T), -turn.T @ (coupling.T @ moved)
+    # by einsum: matrices so small are not worth waking a library's threads, which wait for busy cores
+    reduced = np.einsum("ki,kj->ij", turn, np.einsum("ik,kj->ij", of_cuts, turn))
+    own = np.einsum("ki,kj->ij", loads[inner], moved)
+    return own, 0.5 * (reduced + reduced.T), -np.einsum("ki,kj->ij", turn, coupling.T @ moved)
 
 
 def _solved(factors: SuperLU, columns: Array) -> Array:
