@@ -28,9 +28,9 @@ from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Friction, Mesh, look_within, sampling
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.gear_set import GearSet
-from wearlab.mesh.landing import Tables, landing_grid
 from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.mesh.stiffness import GivenStiffness
+from wearlab.mesh.table_steps import Tables, table_grid
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
 
@@ -204,7 +204,7 @@ def few_steps(clock: OnClock, steps: int, missing: float, most: int) -> StageGri
         each = [table.stiffness.at_phases(at) for (_, table), at in zip(tables, where, strict=True)]
         return np.array([pairs.sum(axis=1) for pairs in each if pairs is not None])
 
-    return landing_grid(clock.breaks, steps, SIZES[0], Tables(points, stiffness), missing, most)
+    return table_grid(clock.breaks, steps, SIZES[0], Tables(points, stiffness), missing, most)
 
 
 def given_by_table(analysis: ContactAnalysis) -> bool:

@@ -38,7 +38,7 @@ class Tables(NamedTuple):
     stiffness: Stiffness
 
 
-def landing_grid(
+def table_grid(
     breaks: Array, steps: int, multiple: int, tables: Tables, missing: float, most: int
 ) -> StageGrid | None:
     """Cut one mesh period into steps that land on breaks and, where that takes it, on points of tables.

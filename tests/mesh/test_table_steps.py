@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearlab.mesh.landing import Tables, landing_grid
+from wearlab.mesh.table_steps import Tables, table_grid
 
 RAMP = 0.3, 0.34
 POINTS = np.concatenate([[0.0], np.linspace(*RAMP, 21), [1.0]])
@@ -17,7 +17,7 @@ def ramped(phase: np.ndarray, middle: float) -> np.ndarray:
 
 
 def grid(missing: float, steps: int = 8, most: int = 1000):
-    return landing_grid(np.array([0.0, 0.8]), steps, 4, Tables(POINTS, ramped), missing, most)
+    return table_grid(np.array([0.0, 0.8]), steps, 4, Tables(POINTS, ramped), missing, most)
 
 
 def test_groups_end_where_the_ramp_does() -> None:
@@ -49,6 +49,6 @@ def test_what_groups_miss_is_what_was_asked_for() -> None:
 
 def test_few_steps_where_nothing_bends_and_none_where_too_many_are_asked_for() -> None:
     straight = Tables(POINTS, lambda x, middle: np.ones((1, len(x))))
-    flat = landing_grid(np.zeros(1), 10, 4, straight, 1e-9, 100)
+    flat = table_grid(np.zeros(1), 10, 4, straight, 1e-9, 100)
     assert flat is not None and len(flat.width) == 12
     assert grid(1e-12, most=20) is None
