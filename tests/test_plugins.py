@@ -79,6 +79,20 @@ def test_options_are_checked_converted_and_cited(plugin):
     assert (said["unit"], said["source"]) == ("Pa", "my thesis")
 
 
+def test_a_default_with_its_unit_is_read_when_the_plugin_is_loaded(plugin):
+    """It had passed ``check`` as the text that it is, and ended in numba's traceback."""
+    path = plugin(name="warm", limit="3 GPa")
+    text = path.read_text()
+    path.write_text(text.replace(str(3e9), '"3000 N/mm^2"'))
+    use([str(path)])
+    scene = Scene.from_mapping(worn("warm"))
+    assert scene.wear.coefficient.limit == 3e9
+    assert np.isfinite(wl.simulate(scene).wear_rate).all()
+    path.write_text(text.replace(str(3e9), '"60 degC"').replace('"warm"', '"warmer"'))
+    with pytest.raises(PluginError, match=r"warm.py: Mine.limit: default '60 degC': .*expected a pressure"):
+        use([str(path)])
+
+
 def test_needs_that_no_scene_can_say_are_refused_when_loaded(plugin):
     path = plugin(name="needy")
     text = path.read_text()

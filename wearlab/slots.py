@@ -22,7 +22,8 @@ from pydantic import (
 from pydantic_core import CoreSchema, core_schema
 
 from wearlab.nearest import nearest
-from wearlab.options import Part
+from wearlab.options import Part, Unit
+from wearlab.units import UnitError, quantity
 
 
 class Origin(NamedTuple):
@@ -170,11 +171,26 @@ class Variant(Part):
             cls.slot.base = cls
             return
         cls._check_needs()
+        if _ORIGIN.get() is not None:
+            cls._read_defaults()
         field = cls.model_fields.get(cls.slot.chooser)
         names = get_args(field.annotation) if field is not None else ()
         if len(names) == 1 and isinstance(names[0], str):
             cls.origin = _ORIGIN.get()
             cls.slot.add(cls, names[0])
+
+    @classmethod
+    def _read_defaults(cls) -> None:
+        """Take a default with a unit for its value in SI; refuse one that a campaign file could not say."""
+        for name, field in cls.model_fields.items():
+            unit = next((one for one in field.metadata if isinstance(one, Unit)), None)
+            if unit is None or not isinstance(field.default, str):
+                continue
+            try:
+                field.default = quantity(field.default, unit.kind)
+            except UnitError as error:
+                raise SlotError(f"{cls.__name__}.{name}: default {error}") from None
+        cls.model_rebuild(force=True)
 
     @classmethod
     def _check_needs(cls) -> None:

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from scipy import stats
 
@@ -37,6 +38,7 @@ def test_each_is_the_one_of_its_name(given, peer):
         assert one.at(p) == pytest.approx(value, rel=1e-9)
         assert one.below(value) == pytest.approx(p, rel=1e-9)
         assert one.density(value) == pytest.approx(peer.pdf(value), rel=1e-9)
+    np.testing.assert_array_equal(one.at(np.array(PROBABILITIES)), [one.at(p) for p in PROBABILITIES])
     assert math.isfinite(one.at(0.0)) and math.isfinite(one.at(1.0))
 
 
@@ -64,7 +66,7 @@ def test_units_join_the_first():
     one = read_distribution(
         {"triangular": ["1 mm", "2000 um", "0.5 cm"], "truncate": ["1.5 mm", "4e-3 m"]}, "a"
     )
-    assert one.unit == "mm" and one.shape == pytest.approx((1.0, 2.0, 5.0))
+    assert one.unit == "mm" and one.numbers == pytest.approx((1.0, 2.0, 5.0))
     assert (one.low, one.high) == (1.5, pytest.approx(4.0))
 
 
@@ -73,10 +75,11 @@ def test_sweeps_draw_from_each(word):
     given, peer = SAME[word]
     sample = {"method": "sobol", "n": 1024, "seed": 3}
     (axis,) = read_axes([{"wear.coefficient.factor": given, "sample": sample}])
-    inside = [peer.cdf(value) for value in axis.values]
+    inside = [peer.cdf(value) for value in axis.coordinates["factor"].values]
     assert stats.kstest(inside, "uniform").statistic < 0.005
     (axis,) = read_axes([{"wear.coefficient.factor": {**given, "truncate": [1.5, 2.0]}, "sample": sample}])
-    assert min(axis.values) >= 1.5 and max(axis.values) <= 2.0
+    drawn = axis.coordinates["factor"].values
+    assert min(drawn) >= 1.5 and max(drawn) <= 2.0
 
 
 @pytest.mark.parametrize(

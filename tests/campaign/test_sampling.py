@@ -25,14 +25,17 @@ def refused(block):
 
 
 def columns(axis):
-    return axis.values, axis.coordinates["factor"].values, axis.coordinates["total_composite"].values
+    """What is drawn stands beside the numbered samples, by its old names."""
+    assert axis.name == "sample" and axis.values == tuple(range(len(axis.values)))
+    return tuple(axis.coordinates[name].values for name in ("torque", "factor", "total_composite"))
 
 
 @pytest.mark.parametrize("method", ["sobol", "latin-hypercube", "random"])
 def test_drawn_values_follow_their_distributions(method):
     axis = sampled(method, 2048)
     torque, factor, error = columns(axis)
-    assert (axis.name, axis.units, axis.coordinates["total_composite"].units) == ("torque", "N*m", "um")
+    units = [axis.coordinates[name].units for name in ("torque", "total_composite")]
+    assert units == ["N*m", "um"]
     assert statistics.mean(torque) == pytest.approx(340.0, abs=0.7)
     assert statistics.stdev(torque) == pytest.approx(10.0, rel=0.05)
     assert statistics.median(factor) == pytest.approx(2.0, rel=0.03)
@@ -53,8 +56,8 @@ def test_keys_are_drawn_independently_and_reproducibly(method):
 
 @pytest.mark.parametrize(("method", "keeps"), [("sobol", True), ("random", True), ("latin-hypercube", False)])
 def test_what_can_be_extended_keeps_its_first_points(method, keeps):
-    few, more = sampled(method, 12), sampled(method, 20)
-    assert (more.values[:12] == few.values) is keeps
+    few, more = (columns(sampled(method, n))[0] for n in (12, 20))
+    assert (more[:12] == few) is keeps
 
 
 def test_a_latin_hypercube_has_one_point_in_every_stratum():
@@ -69,7 +72,8 @@ def test_lists_advance_beside_what_is_drawn():
     }
     axis = sampled("latin-hypercube", 20, **block)
     alone = sampled("latin-hypercube", 20, **{"a.factor": BLOCK["wear.coefficient.factor"]})
-    assert axis.values == tuple(range(1, 21)) and axis.coordinates["factor"].values == alone.values
+    assert axis.coordinates["seed"].values == tuple(range(1, 21))
+    assert axis.coordinates["factor"].values == alone.coordinates["factor"].values
     said = refused({**block, "sample": {"method": "latin-hypercube", "n": 21, "seed": 7}})
     assert "errors.seed has 20, wear.coefficient.factor has 21 values" in said
 

@@ -119,8 +119,8 @@ def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
         listed = ", ".join(f"{key} has {n}" for key, n in lengths.items())
         raise CampaignError([f"{where}: keys of one block advance together, but {listed} values"])
     first = next(iter(written))
-    if "sample" in block and block["sample"]["method"] == INDICES:
-        return _design(block, written, where, taken)
+    if "sample" in block:
+        return _drawn(block, written, where, taken)
     name = _name(block.get("name"), first, where, taken)
     labels = _labels(block.get("labels"), len(written[first]), where)
     if labels is not None:
@@ -132,12 +132,13 @@ def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
     return Axis(name, along.values, along.units, first, _others(written, name, taken, where), written)
 
 
-def _design(block: dict[str, Any], written: dict[str, tuple[Any, ...]], where: str, taken: set[str]) -> Axis:
-    """Return the axis of a design whose values stand several times: its runs are numbered."""
-    name = _name(block.get("name", "sample"), INDICES, where, taken)
+def _drawn(block: dict[str, Any], written: dict[str, tuple[Any, ...]], where: str, taken: set[str]) -> Axis:
+    """Return the axis of samples: numbered, with what was drawn as coordinates along it."""
+    key = INDICES if block["sample"]["method"] == INDICES else "sample"
+    name = _name(block.get("name", "sample"), key, where, taken)
     count = len(next(iter(written.values())))
-    beside = _others({INDICES: (), **written}, name, taken, where)
-    return Axis(name, tuple(range(count)), None, INDICES, beside, written)
+    beside = _others({key: (), **written}, name, taken, where)
+    return Axis(name, tuple(range(count)), None, key, beside, written)
 
 
 def swept_keys(table: dict[str, Any], above: str = "") -> dict[str, Any]:

@@ -2,9 +2,12 @@
 
 import math
 import warnings
+from collections.abc import Callable, Sequence
+from functools import cache
 from math import pi, sin
-from statistics import NormalDist
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.scene.problems import not_a_choice, shown
@@ -13,179 +16,21 @@ from wearlab.units import UnitError, convert, is_quantity, split
 SMALLEST = 2.0**-40  # a probability; a Sobol point may be exactly 0
 LEAST_KEPT = 1e-9  # probability that a truncation must leave
 TRUNCATE = "truncate"
-STANDARD = NormalDist()
-
-
-class Shape(Protocol):
-    """A distribution without unit and truncation."""
-
-    def quantile(self, p: float) -> float:
-        """Return the value with probability ``p`` below it."""
-
-    def below(self, x: float) -> float:
-        """Return the probability of a value below ``x``."""
-
-    def density(self, x: float) -> float:
-        """Return the probability per unit of ``x`` there."""
-
-
-class Uniform(NamedTuple):
-    """The same density from ``low`` to ``high``."""
-
-    low: float
-    high: float
-
-    def quantile(self, p: float) -> float:
-        """Return the value with probability ``p`` below it."""
-        return self.low + (self.high - self.low) * p
-
-    def below(self, x: float) -> float:
-        """Return the probability of a value below ``x``."""
-        return min(max((x - self.low) / (self.high - self.low), 0.0), 1.0)
-
-    def density(self, x: float) -> float:
-        """Return the probability per unit of ``x`` there."""
-        return 1.0 / (self.high - self.low) if self.low <= x <= self.high else 0.0
-
-
-class LogUniform(NamedTuple):
-    """The same density in ln x from ``low`` to ``high``."""
-
-    low: float
-    high: float
-
-    def quantile(self, p: float) -> float:
-        """Return the value with probability ``p`` below it."""
-        return self.low * (self.high / self.low) ** p
-
-    def below(self, x: float) -> float:
-        """Return the probability of a value below ``x``."""
-        if x <= self.low:
-            return 0.0
-        return min(math.log(x / self.low) / math.log(self.high / self.low), 1.0)
-
-    def density(self, x: float) -> float:
-        """Return the probability per unit of ``x`` there."""
-        return 1.0 / (x * math.log(self.high / self.low)) if self.low <= x <= self.high else 0.0
-
-
-class Triangular(NamedTuple):
-    """Density rising linearly from ``low`` to ``mode`` and falling to ``high``."""
-
-    low: float
-    mode: float
-    high: float
-
-    def quantile(self, p: float) -> float:
-        """Return the value with probability ``p`` below it."""
-        width, rise, fall = self.high - self.low, self.mode - self.low, self.high - self.mode
-        if p * width <= rise:
-            return self.low + math.sqrt(p * width * rise)
-        return self.high - math.sqrt((1.0 - p) * width * fall)
-
-    def below(self, x: float) -> float:
-        """Return the probability of a value below ``x``."""
-        width = self.high - self.low
-        if x <= self.low:
-            return 0.0
-        if x >= self.high:
-            return 1.0
-        if x < self.mode:
-            return (x - self.low) ** 2 / (width * (self.mode - self.low))
-        return 1.0 - (self.high - x) ** 2 / (width * (self.high - self.mode))
-
-    def density(self, x: float) -> float:
-        """Return the probability per unit of ``x`` there."""
-        if not self.low <= x <= self.high:
-            return 0.0
-        top = 2.0 / (self.high - self.low)
-        if x == self.mode:
-            return top
-        if x < self.mode:
-            return top * (x - self.low) / (self.mode - self.low)
-        return top * (self.high - x) / (self.high - self.mode)
-
-
-class Normal(NamedTuple):
-    """Gaussian, by mean and standard deviation."""
-
-    mean: float
-    sd: float
-
-    def quantile(self, p: float) -> float:
-        """Return the value with probability ``p`` below it."""
-        return self.mean + self.sd * STANDARD.inv_cdf(p)
-
-    def below(self, x: float) -> float:
-        """Return the probability of a value below ``x``."""
-        return STANDARD.cdf((x - self.mean) / self.sd)
-
-    def density(self, x: float) -> float:
-        """Return the probability per unit of ``x`` there."""
-        return STANDARD.pdf((x - self.mean) / self.sd) / self.sd
-
-
-class LogNormal(NamedTuple):
-    """Gaussian in ln x: ``median`` and the coefficient of variation, sd(ln x)² = ln(1 + cov²)."""
-
-    median: float
-    cov: float
-
-    @property
-    def log_sd(self) -> float:
-        """Standard deviation of ln x."""
-        return math.sqrt(math.log1p(self.cov**2))
-
-    def quantile(self, p: float) -> float:
-        """Return the value with probability ``p`` below it."""
-        return self.median * math.exp(self.log_sd * STANDARD.inv_cdf(p))
-
-    def below(self, x: float) -> float:
-        """Return the probability of a value below ``x``."""
-        return 0.0 if x <= 0.0 else STANDARD.cdf(math.log(x / self.median) / self.log_sd)
-
-    def density(self, x: float) -> float:
-        """Return the probability per unit of ``x`` there."""
-        if x <= 0.0:
-            return 0.0
-        return STANDARD.pdf(math.log(x / self.median) / self.log_sd) / (self.log_sd * x)
-
-
-class Weibull(NamedTuple):
-    """Probability below x = 1 − exp(−(x/scale)^shape)."""
-
-    scale: float
-    shape: float
-
-    def quantile(self, p: float) -> float:
-        """Return the value with probability ``p`` below it."""
-        return float(self.scale * (-math.log1p(-p)) ** (1.0 / self.shape))
-
-    def below(self, x: float) -> float:
-        """Return the probability of a value below ``x``."""
-        return 0.0 if x <= 0.0 else -math.expm1(-((x / self.scale) ** self.shape))
-
-    def density(self, x: float) -> float:
-        """Return the probability per unit of ``x`` there."""
-        if x <= 0.0:
-            return 0.0
-        part = (x / self.scale) ** self.shape
-        return float(self.shape / x * part * math.exp(-part))
 
 
 class Word(NamedTuple):
-    """A word of the campaign file: what it builds, from which numbers.
+    """A word of the campaign file: the law of `scipy.stats` that it means, and its numbers.
 
     Parameters
     ----------
-    shape : the distribution
+    law : law of its numbers, given `scipy.stats`, which takes longer to import than most files to read
     names : of its numbers
     listed : whether they may stand in a list
     plain : the one of them that has no unit, None: all share one
     about : what that one is
     """
 
-    shape: type[Any]
+    law: Callable[..., Any]
     names: tuple[str, ...]
     listed: bool = False
     plain: str | None = None
@@ -194,48 +39,94 @@ class Word(NamedTuple):
 
 WORDS = {
     "lognormal": Word(
-        LogNormal, ("median", "cov"), plain="cov", about="the standard deviation over the mean"
+        lambda stats, median, cov: stats.lognorm(math.sqrt(math.log1p(cov**2)), scale=median),
+        ("median", "cov"),
+        plain="cov",
+        about="the standard deviation over the mean",
     ),
-    "normal": Word(Normal, ("mean", "sd")),
-    "uniform": Word(Uniform, ("low", "high"), listed=True),
-    "loguniform": Word(LogUniform, ("low", "high"), listed=True),
-    "triangular": Word(Triangular, ("low", "mode", "high"), listed=True),
-    "weibull": Word(Weibull, ("scale", "shape"), plain="shape", about="the exponent"),
+    "normal": Word(lambda stats, mean, sd: stats.norm(mean, sd), ("mean", "sd")),
+    "uniform": Word(lambda stats, low, high: stats.uniform(low, high - low), ("low", "high"), listed=True),
+    "loguniform": Word(lambda stats, low, high: stats.loguniform(low, high), ("low", "high"), listed=True),
+    "triangular": Word(
+        lambda stats, low, mode, high: stats.triang((mode - low) / (high - low), low, high - low),
+        ("low", "mode", "high"),
+        listed=True,
+    ),
+    "weibull": Word(
+        lambda stats, scale, shape: stats.weibull_min(shape, scale=scale),
+        ("scale", "shape"),
+        plain="shape",
+        about="the exponent",
+    ),
 }
 DISTRIBUTIONS = tuple(WORDS)
 
 
 class Distribution(NamedTuple):
-    """What a value is drawn from, in ``unit``, between ``low`` and ``high``."""
+    """What a value is drawn from, in ``unit``, between ``low`` and ``high``.
 
-    shape: Shape
+    Parameters
+    ----------
+    word, numbers : a word of `WORDS` and what it is made from
+    unit : of the numbers, None for plain ones
+    low, high : where it is truncated
+    """
+
+    word: str
+    numbers: tuple[float, ...]
     unit: str | None = None
     low: float = -math.inf
     high: float = math.inf
 
-    def at(self, probability: float) -> float:
-        """Return the value that a draw stays below with this probability."""
-        p = min(max(probability, SMALLEST), 1.0 - SMALLEST)
-        below, above = self._ends
-        value = self.shape.quantile(min(max(below + (above - below) * p, SMALLEST), 1.0 - SMALLEST))
-        return min(max(value, self.low), self.high)
+    def at(self, probability: Any) -> Any:
+        """Return the value that a draw stays below with this probability; of an array, an array."""
+        p = np.clip(probability, SMALLEST, 1.0 - SMALLEST)
+        below, above = _ends(self)
+        value = _law(self.word, self.numbers).ppf(
+            np.clip(below + (above - below) * p, SMALLEST, 1.0 - SMALLEST)
+        )
+        return _alike(np.clip(value, self.low, self.high), probability)
 
-    def below(self, value: float) -> float:
-        """Return the probability of a draw below this value."""
-        below, above = self._ends
-        inside = min(max(value, self.low), self.high)
-        return min(max((self.shape.below(inside) - below) / (above - below), 0.0), 1.0)
+    def below(self, value: Any) -> Any:
+        """Return the probability of a draw below this value; of an array, an array."""
+        below, above = _ends(self)
+        inside = _law(self.word, self.numbers).cdf(np.clip(value, self.low, self.high))
+        return _alike(np.clip((inside - below) / (above - below), 0.0, 1.0), value)
 
-    def density(self, value: float) -> float:
-        """Return the probability per ``unit`` at this value."""
-        if not self.low <= value <= self.high:
-            return 0.0
-        below, above = self._ends
-        return self.shape.density(value) / (above - below)
+    def density(self, value: Any) -> Any:
+        """Return the probability per ``unit`` at this value; of an array, an array."""
+        inside = (np.asarray(value) >= self.low) & (np.asarray(value) <= self.high)
+        return _alike(np.where(inside, np.exp(self.log_density(value)), 0.0), value)
 
-    @property
-    def _ends(self) -> tuple[float, float]:
-        return self.shape.below(self.low), self.shape.below(self.high)
+    def log_density(self, value: Any) -> Any:
+        """Return the log of `density`, −∞ beyond the ends; right to rounding however far out."""
+        below, above = _ends(self)
+        x, ends = np.asarray(value, float), 1e-12 * np.abs(value)
+        logs = _law(self.word, self.numbers).logpdf(x) - math.log(above - below)
+        return _alike(np.where((x >= self.low - ends) & (x <= self.high + ends), logs, -np.inf), value)
+
+
+@cache
+def _law(word: str, numbers: tuple[float, ...]) -> Any:
+    """Return the frozen law of `scipy.stats`."""
+    from scipy import stats
+
+    return WORDS[word].law(stats, *numbers)
+
+
+@cache
+def _ends(distribution: Distribution) -> tuple[float, float]:
+    """Return the probabilities below the ends of a distribution, before it was truncated."""
+    low, high = distribution.low, distribution.high
+    if math.isinf(low) and math.isinf(high):
+        return 0.0, 1.0
+    law = _law(distribution.word, distribution.numbers)
+    return float(law.cdf(low)), float(law.cdf(high))
+
+
+def _alike(found: Any, asked: Any) -> Any:
+    """Return a number where a number was asked for."""
+    return float(found) if np.ndim(asked) == 0 else found
 
 
 def is_distribution(value: Any) -> bool:
@@ -260,10 +151,10 @@ def read_distribution(given: dict[str, Any], where: str) -> Distribution:
     if extra:
         raise CampaignError([f"{where}: {extra[0]!r} does not belong here; units stand in the values"])
     numbers, unit = _numbers(WORDS[kind], given[kind], f"{where}.{kind}")
-    shape = WORDS[kind].shape(*numbers)
-    _check(shape, f"{where}.{kind}")
+    _check(kind, numbers, f"{where}.{kind}")
+    whole = Distribution(kind, tuple(numbers), unit)
     if TRUNCATE not in given:
-        return Distribution(shape, unit)
+        return whole
     ends = given[TRUNCATE]
     place = f"{where}.{TRUNCATE}"
     if not isinstance(ends, list) or len(ends) != 2:
@@ -271,9 +162,9 @@ def read_distribution(given: dict[str, Any], where: str) -> Distribution:
     low, high = (_in(value, unit, place) for value in ends)
     if not low < high:
         raise CampaignError([f"{place}: from {low:g} to {high:g} there is nothing to draw"])
-    if shape.below(high) - shape.below(low) < LEAST_KEPT:
+    if whole.below(high) - whole.below(low) < LEAST_KEPT:
         raise CampaignError([f"{place}: practically nothing of the distribution lies within {shown(ends)}"])
-    return Distribution(shape, unit, low, high)
+    return whole._replace(low=low, high=high)
 
 
 def _numbers(word: Word, given: Any, where: str) -> tuple[list[float], str | None]:
@@ -321,22 +212,21 @@ def _in_unit(value: float, own: str | None, unit: str | None, where: str) -> flo
         raise CampaignError([f"{where}: {error}"]) from None
 
 
-def _check(shape: Shape, where: str) -> None:
+def _check(word: str, numbers: Sequence[float], where: str) -> None:
     """Refuse numbers that make no distribution."""
-    match shape:
-        case Uniform(low, high) | LogUniform(low, high) if not low < high:
+    said: tuple[Any, ...] = (word, *numbers)
+    match said:
+        case ["uniform" | "loguniform", low, high] if not low < high:
             raise CampaignError([f"{where}: from {low:g} to {high:g} there is nothing to draw"])
-        case LogUniform(low, _) if low <= 0.0:
+        case ["loguniform", low, _] if low <= 0.0:
             raise CampaignError([f"{where}.low: {low:g} must be greater than 0"])
-        case Triangular(low, mode, high) if not (low <= mode <= high and low < high):
+        case ["triangular", low, mode, high] if not (low <= mode <= high and low < high):
             raise CampaignError([f"{where}: {low:g}, {mode:g}, {high:g} are not in rising order"])
-        case Normal(_, spread) | LogNormal(_, spread) if spread <= 0.0:
-            name = "sd" if isinstance(shape, Normal) else "cov"
+        case ["normal" | "lognormal", _, spread] if spread <= 0.0:
+            name = WORDS[word].names[1]
             raise CampaignError([f"{where}.{name}: {spread:g} must be greater than 0; or write a value"])
-        case LogNormal(median, _) if median <= 0.0:
-            raise CampaignError([f"{where}.median: {median:g} must be greater than 0"])
-        case Weibull(scale, exponent) if scale <= 0.0 or exponent <= 0.0:
-            name, number = ("scale", scale) if scale <= 0.0 else ("shape", exponent)
+        case ["lognormal" | "weibull", *several] if min(several) <= 0.0:
+            name, number = next((n, x) for n, x in zip(WORDS[word].names, several, strict=True) if x <= 0.0)
             raise CampaignError([f"{where}.{name}: {number:g} must be greater than 0"])
 
 
@@ -393,7 +283,6 @@ def coupled(
     ------
     CampaignError : a key is not drawn here, stands beside itself, or the correlations contradict each other
     """
-    import numpy as np
     from scipy.special import ndtr, ndtri
 
     matrix = np.eye(len(keys))
@@ -475,9 +364,10 @@ def draw(sample: Sample, distributions: dict[str, Distribution], where: str) -> 
         points = _points(sample.method, sample.n, len(distributions), sample.seed)
     if sample.correlation:
         points = coupled(points, sample.correlation, list(distributions), f"{where}.sample.correlation")
+    columns = np.asarray(points, float).T
     return {
-        key: tuple(written(distribution.at(point[column]), distribution.unit) for point in points)
-        for column, (key, distribution) in enumerate(distributions.items())
+        key: tuple(written(value, distribution.unit) for value in distribution.at(column).tolist())
+        for column, (key, distribution) in zip(columns, distributions.items(), strict=True)
     }
 
 
@@ -499,8 +389,6 @@ def written(value: float, unit: str | None) -> float | str:
 def _points(method: str, n: int, width: int, seed: int) -> list[list[float]]:
     """Return n points of the unit cube, (n, width)."""
     if method == "random":
-        import numpy as np
-
         drawn: list[list[float]] = np.random.default_rng(seed).random((n, width)).tolist()
         return drawn
     from scipy.stats import qmc

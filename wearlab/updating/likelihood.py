@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
 from wearlab.arrays import Array, Flags
-from wearlab.campaign.distributions import SMALLEST, Distribution, LogNormal, Normal
+from wearlab.campaign.distributions import SMALLEST, Distribution
 from wearlab.campaign.update_options import PREVIOUS, Data
 from wearlab.units import convert
 from wearlab.updating import sufficient
@@ -41,17 +41,8 @@ class Spread:
 
 def log_density(prior: Distribution, log_value: Array) -> Array:
     """Return the log of a prior's density per unit of ln value; of normal laws however far out."""
-    x, shape = np.exp(log_value), prior.shape
-    with np.errstate(divide="ignore"):
-        if isinstance(shape, LogNormal):
-            logs = -0.5 * ((log_value - np.log(shape.median)) / shape.log_sd) ** 2 - np.log(shape.log_sd)
-        elif isinstance(shape, Normal):
-            logs = -0.5 * ((x - shape.mean) / shape.sd) ** 2 - np.log(shape.sd) + log_value
-        else:
-            return np.log([prior.density(value) * value for value in x.ravel().tolist()]).reshape(x.shape)
-    held = shape.below(prior.high) - shape.below(prior.low)
-    inside = (x >= prior.low * (1.0 - 1e-12)) & (x <= prior.high * (1.0 + 1e-12))
-    return np.where(inside, logs - 0.5 * LOG_TWO_PI - np.log(held), -np.inf)
+    found: Array = prior.log_density(np.exp(log_value)) + log_value
+    return found
 
 
 class Range(NamedTuple):
@@ -70,7 +61,7 @@ def range_of(prior: Distribution, scale: float = 1.0) -> Range:
         ends = np.log(scale * np.array([max(prior.low, 0.0), prior.high]))
     if not np.isfinite(low):  # a normal law of what is positive
         low = np.log(scale * prior.at(0.5)) - 40.0
-    if isinstance(prior.shape, LogNormal | Normal):
+    if prior.word in ("lognormal", "normal"):
         return Range(float(low), float(high), float(ends[0]), float(ends[1]))
     return Range(float(low), float(high), float(low), float(high))
 
