@@ -245,12 +245,17 @@ def test_check_shows_parts_and_cases(command, tmp_path):
         "speed: 800, 1100, 1860, 2200, 3720 rpm",
         "+ dynamics: spur-3dof",
         "left out: ",
+        "working centre distance",
+        "transverse contact ratio",
+        "form diameter at the root",
     ):
         assert words in checked.out
+    assert checked.out.count("working centre distance") == 1  # the static case has the same gears
     content = json.loads(command("check", SPEEDS, "--json").out)
     assert content["runs"] == 6
     assert "dynamics" in content["parts"]["static"]["left_out"]
     assert content["refused"] == []
+    assert ["a_w", "working centre distance", "150", "", "mm"] in content["gears"]["base"]
     assert files(tmp_path) == []
 
 

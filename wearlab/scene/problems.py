@@ -20,6 +20,10 @@ LATER_KEYS: dict[str, dict[str, str]] = {
 LATER_CHOICES: dict[str, dict[str, str]] = {}
 
 
+FACE_KEYS = ("hand", "lead_crowning", "lead_slope", "end_relief", "bias")
+"""Of a member: what flanks with a width will have."""
+
+
 def later(what: str) -> str:
     """Return the sentence that refuses it."""
     return f"{what}: not part of this version of wearlab"
@@ -76,6 +80,8 @@ def problems_of(error: ValidationError) -> list[str]:
 def unknown_key(key: str, above: Path, keys: Iterable[str]) -> str:
     """Return why a key is refused, and the nearest valid one."""
     reason = LATER_KEYS.get(".".join(above), {}).get(key)
+    if above[:1] == ("gears",) and len(above) == 2 and key in FACE_KEYS:
+        reason = "flanks that differ over the face width"
     if reason is not None:
         return later(reason)
     valid = [k for k in keys if k != key]

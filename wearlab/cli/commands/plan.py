@@ -1,7 +1,7 @@
 """Before a run: ``check``, ``plan``, ``compile`` and ``modes``."""
 
 from collections import Counter
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -46,7 +46,7 @@ def check(file: File, json: Json = False) -> Status:
         label: (parts_present(case.scene), parts_left_out(case.scene))
         for label, case in first_of_each_label(campaign).items()
     }
-    refused = impossible(campaign)
+    refused, built = impossible(campaign), _built(campaign)
     status = Status.WELL if all(case["expected"] for case in refused) else Status.TROUBLE
     runs = len({case.id for case in campaign.cases})
     if json:
@@ -57,6 +57,7 @@ def check(file: File, json: Json = False) -> Status:
                 "runs": runs,
                 "axes": [{"name": a.name, "values": list(a.values), "units": a.units} for a in campaign.axes],
                 "parts": {label: {"present": p, "left_out": out} for label, (p, out) in parts.items()},
+                "gears": {label: [list(row) for row in rows] for label, (_, rows) in built.items()},
                 "refused": refused,
                 "warnings": list(campaign.warnings),
             }
@@ -74,6 +75,9 @@ def check(file: File, json: Json = False) -> Status:
         for part in present:
             say(f"  + {part}")
         say(f"  left out: {', '.join(left_out) or 'nothing'}")
+    for label, table in built.items():
+        say(f"\ngears of {label}")
+        show_table(*table)
     from wearlab.cli.commands.run import tell_update
     from wearlab.updating import UpdateError
 
@@ -85,6 +89,25 @@ def check(file: File, json: Json = False) -> Status:
         foreseen = ", as expected" if case["expected"] else ""
         complain(f"\nrefused{foreseen}: {case['case']}: {case['reason']}")
     return status
+
+
+def _built(campaign: "Campaign") -> dict[str, tuple[tuple[str, ...], list[tuple[str, ...]]]]:
+    """Return heads and rows of the gears as they were built, once for all labels that have the same."""
+    from wearlab.gears.specification import GearError
+    from wearlab.scene.build.sheet import sheet
+
+    built: dict[str, Any] = {}
+    for label, case in first_of_each_label(campaign).items():
+        with suppress(GearError):  # told as refused
+            made = sheet(case.scene)
+            blank = [""] * len(made.members)  # behind what all gears share
+            rows = [
+                (row.symbol, row.meaning, *[*row.values, *blank][: len(blank)], row.unit) for row in made.rows
+            ]
+            table = ("", "", *made.members, "unit"), rows
+            if table not in built.values():
+                built[label] = table
+    return built
 
 
 SHOWN = 6
