@@ -79,6 +79,7 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
         "contact_ratio": [RATIO], "mesh_phase_offset": [0.0],
         "mesh_stiffness": 3e8 + 1e7 * np.arange(3)[:, None, None] + 1e6 * PHASE,
         "max_wear_depth": np.array([[0.0, 0.0], [1e-6, 2e-6], [4e-6, 5e-6]]) * (speed or 1000.0) / 1000.0,
+        "separation_fraction": 0.0,
         "static_mesh_force": [4800.0], "mesh_frequency": [50 * (speed or 0.0) / 60],
         "response_speed": np.linspace(80.0, 180.0, 6),
         "natural_frequency": [2000.0, 3000.0, 4000.0],

@@ -115,7 +115,7 @@ def banded(
     ended : what a run counts as beyond its end
     bands : the probabilities of their lower and upper edges
     """
-    first = group[0]
+    bare = replace(group[0], x_error=None, y_error=None, doubtful=None)
     x, values = _together(group, ended)
     top = max(float(np.nanmax(curve.y, initial=-np.inf)) for curve in group)
     drawn = []
@@ -126,10 +126,10 @@ def banded(
             held[np.flatnonzero(held)[-1] + 1] = True
             ends = np.minimum(ends[0], top), ends[1]
         edges = np.concatenate([x[held], x[held][::-1]]), np.concatenate([ends[0][held], ends[1][held][::-1]])
-        drawn.append(replace(first, x=edges[0], y=edges[1], look="area", text="", marks=()))
+        drawn.append(replace(bare, x=edges[0], y=edges[1], look="area", text="", marks=()))
     median = _quantile(values, 0.5)
     held = np.isfinite(median)
-    return [*drawn, replace(first, x=x[held], y=median[held], look="line")]
+    return [*drawn, replace(bare, x=x[held], y=median[held], look="line")]
 
 
 def _together(group: Sequence[Series], ended: Ended) -> tuple[Array, Array]:

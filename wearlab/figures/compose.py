@@ -151,7 +151,12 @@ def _panel(
     first = next((s for s in inside if s.look not in BESIDE), inside[0])
     across, up = powers[("x", *_scale(first, "x"))], powers[("y", *_scale(first, "y"))]
     curves = [
-        Curve(s.x / 10.0**across, s.y / 10.0**up, pen(s), s.look)
+        Curve(
+            *(s.x / 10.0**across, s.y / 10.0**up, pen(s), s.look, ""),
+            None if s.x_error is None else s.x_error / 10.0**across,
+            None if s.y_error is None else s.y_error / 10.0**up,
+            s.doubtful,
+        )
         for s in sorted(inside, key=lambda s: s.look == "published")
     ]
     marks = {mark: None for s in inside for mark in s.marks}

@@ -8,16 +8,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import xarray as xr
 
 from wearlab.figures.alike import drawn_once
 from wearlab.figures.ask import Ask
 from wearlab.figures.bands import ended_of, of_samples, sampled_axes, states_in_common, states_of_most
 from wearlab.figures.compose import compose, hue_of
+from wearlab.figures.doubt import note
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
 from wearlab.figures.kinds import KINDS
 from wearlab.figures.kinds.line import joined
+from wearlab.figures.palette import BESIDE
 from wearlab.figures.plot import Plot, Series, narrow
 from wearlab.figures.published import published
 from wearlab.figures.question import Question, question, texts
@@ -178,7 +181,7 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     ask, one_case = _of_one_case(_with_defaults(ask, kind, grid), grid)
     picked = pick(grid, ask, all_cases=kind.all_cases)
     runs = _able(grid, ask, kind, picked)
-    series = [curve for run in runs for curve in kind.curves(run, ask)]
+    series = [_told(curve, run) for run in runs for curve in kind.curves(run, ask)]
     series = [curve for curve in series if len(curve.x)] or series
     if not series:
         raise FigureError(f"{ask.name}: no selected run has {' or '.join(ask.y or kind.also or kind.needs)}")
@@ -194,10 +197,17 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
         series, drawn, rare = _sampled(grid, ask, series)
         series, said = of_samples(series, drawn, ended_of(_variable(ask, kind)))
         notes += rare + said
-    notes = [*_notes(ask, picked.missing), *notes]
+    uncertain = note(runs, ask.y or ([kind.y] if kind.y else [*kind.needs, *kind.also]), series)
+    notes = [*_notes(ask, picked.missing), *notes, *([uncertain] if uncertain else [])]
     if ask.published is not None:
         series += published(ask.published, series, hue_of(series, ask, kind, dims), ask)
     return compose(series, ask, kind, dims, notes), runs, picked.missing
+
+
+def _told(curve: Series, run: Run) -> Series:
+    """Return a curve that knows whether its run is in doubt."""
+    held = run.doubts and curve.look not in (*BESIDE, "area")
+    return replace(curve, doubtful=np.ones(len(curve.x), bool)) if held else curve
 
 
 def _joined(series: list[Series], ask: Ask, join: Callable[[list[Series]], list[Series]]) -> list[Series]:

@@ -1,6 +1,7 @@
 """The panels of a plot: curves, limits, ticks and marks on the axes of a figure."""
 
 import textwrap
+from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator, NullLocator
 
+from wearlab.arrays import Array
 from wearlab.figures import style
+from wearlab.figures.doubt import least_seen
 from wearlab.figures.palette import BESIDE
 from wearlab.figures.plot import Curve, Panel, Pen, Plot
 
@@ -20,6 +23,8 @@ LEAST_SPAN = 0.02  # of the values
 LETTER = 0.02  # of the width of a figure, that two letters of marks need
 BREAK, SLASH = (0.025, 0.055), ((-1.0, -0.5), (1.0, 0.5))  # heights and form of the strokes of a cut axis
 MANY = 1e4  # largest over smallest
+MOST_BARS = 40  # points: errors of more are drawn as a band
+BAND_ALPHA, HOLLOW_MARKS = 0.22, 9
 DASH = 4.0  # widths of a line
 HOLLOW = 6.6  # points: a published point goes around a marker of ours
 AREA_ALPHA, AREA_WIDTH = 0.25, 6.0
@@ -134,6 +139,9 @@ def _panel(ax: "Axes", panel: Panel, columns: int) -> None:
     ax.set_title(panel.title, pad=14.0 if panel.marks and panel.title else None)
     for curve in panel.curves:
         _curve(ax, curve)
+    least = {side: least_seen(getattr(curve, side) for curve in panel.curves) for side in "xy"}
+    for curve in panel.curves:
+        _uncertain(ax, curve, least)
     _part_levels(ax)
     for mark, side in zip(panel.marks, _sides(panel, columns), strict=True):
         ax.axvline(mark.x, color="#9a9a9a", lw=0.6, ls=(0, (2, 2)), zorder=1)
@@ -164,6 +172,36 @@ def _curve(ax: "Axes", curve: Curve) -> None:
             curve.text, (curve.x[lowest], curve.y[lowest]), (3, -3), textcoords="offset points", va="top",
             size=style.MARK_SIZE, color=curve.pen.colour,
         )  # fmt: skip
+
+
+def _uncertain(ax: "Axes", curve: Curve, least: Mapping[str, float]) -> None:
+    """Draw the errors of a curve as bars, of a long one as a band, and hollow marks where it is in doubt."""
+    colour, many = curve.pen.colour, curve.look == "line" and len(curve.x) > MOST_BARS
+    x_error, y_error = _ends(curve.x, curve.x_error, least["x"]), _ends(curve.y, curve.y_error, least["y"])
+    if many and y_error is not None:
+        low, high = curve.y - y_error[0], curve.y + y_error[1]
+        ax.fill_between(curve.x, low, high, color=colour, alpha=BAND_ALPHA, lw=0, zorder=1.8)
+    elif not many and not (x_error is None and y_error is None):
+        only: Any = [len(curve.x) // 2] if curve.look == "horizontal" else slice(None)
+        up, across = (None if end is None else end[:, only] for end in (y_error, x_error))
+        bars: dict[str, Any] = {"elinewidth": 0.8, "capsize": 2.2, "capthick": 0.8, "zorder": 2.4}
+        ax.errorbar(curve.x[only], curve.y[only], up, across, "none", ecolor=colour, **bars)
+    if curve.doubtful is not None and curve.doubtful.any():
+        at = np.flatnonzero(curve.doubtful & np.isfinite(curve.x) & np.isfinite(curve.y))
+        at = at[:: max(1, len(at) // HOLLOW_MARKS)] if curve.look == "line" else at
+        at = at[1:-1] if curve.look == "horizontal" and len(at) > 2 else at
+        ax.plot(
+            curve.x[at], curve.y[at], ls="", marker=curve.pen.marker or "o", mfc="white", mec=colour, mew=1.0,
+            ms=2.6 if curve.look == "dots" else 4.6, zorder=4.5,
+        )  # fmt: skip
+
+
+def _ends(values: Array, error: Array | None, least: float) -> Array | None:
+    """Return how far bars reach below, never past zero, and above, (2, n); None where none is to be seen."""
+    if error is None or not np.nanmax(error, initial=0.0) > least:
+        return None
+    held = np.where(np.isfinite(error) & (error > least), error, np.nan)
+    return np.stack([np.where(values > 0.0, np.minimum(held, values), held), held])
 
 
 def _limits(ax: "Axes", plot: Plot) -> None:

@@ -1,8 +1,8 @@
 """What is to be seen, as plain data: series, panels, legend. No drawing, no matplotlib."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -55,6 +55,8 @@ class Series:
     said : what a reader must know of it, such as what is left out
     names : of the ordinates 1, 2, … where they are ranks
     own : abscissa of a run that is drawn as a horizontal line, None where it has none
+    x_error, y_error : estimated errors of its points, None where nothing is known of them
+    doubtful : whether each point is of a run that speaks against itself
     """
 
     key: Mapping[str, Label]
@@ -69,6 +71,29 @@ class Series:
     said: str = ""
     names: tuple[str, ...] = ()
     own: float | None = None
+    x_error: Array | None = None
+    y_error: Array | None = None
+    doubtful: Array | None = None
+
+    def at(self, index: Any) -> "Series":
+        """Return some of its points."""
+        beside = {name: v[index] for name in BESIDE_POINTS if (v := getattr(self, name)) is not None}
+        return replace(self, x=self.x[index], y=self.y[index], **beside)
+
+
+BESIDE_POINTS = ("x_error", "y_error", "doubtful")
+
+
+def merged(group: Sequence[Series]) -> Series:
+    """Return the points of several series as one, otherwise like the first."""
+    fields: dict[str, Any] = {}
+    for name in ("x", "y", *BESIDE_POINTS):
+        some = [getattr(curve, name) for curve in group]
+        if any(values is not None for values in some):
+            kind = bool if name == "doubtful" else float
+            none = (np.zeros(len(curve.x), kind) for curve in group)
+            fields[name] = np.concatenate([n if v is None else v for v, n in zip(some, none, strict=True)])
+    return replace(group[0], **fields)
 
 
 def horizontal(run: Series, places: Array) -> Series:
@@ -81,7 +106,7 @@ def horizontal(run: Series, places: Array) -> Series:
     """
     ends = [float(np.nanmin(places)), float(np.nanmax(places))]
     x = np.array(ends if run.own is None else [min(ends[0], run.own), run.own, max(ends[1], run.own)])
-    return replace(run, x=x, y=np.full(len(x), run.y[0]), look="horizontal")
+    return replace(merged([run] * len(x)), x=x, look="horizontal")
 
 
 @dataclass(frozen=True)
@@ -103,6 +128,9 @@ class Curve:
     pen: Pen
     look: Look
     text: str = ""
+    x_error: Array | None = None
+    y_error: Array | None = None
+    doubtful: Array | None = None
 
 
 @dataclass(frozen=True)

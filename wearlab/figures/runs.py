@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wearlab.figures.ask import Ask
+from wearlab.figures.doubt import doubts, read_for
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.select import index_of, narrow
 from wearlab.figures.wording import Label, converted, cycles, place
@@ -43,6 +44,7 @@ class Run:
     beside : value of each key that advances with an axis
     words : what stands along each axis
     own : of a case that is not swept, its own value of each key that is
+    doubts : what it says against itself
     """
 
     id: str
@@ -53,6 +55,7 @@ class Run:
     beside: Mapping[str, Label] = field(default_factory=dict)
     words: Mapping[str, str] = field(default_factory=dict)
     own: Mapping[str, float] = field(default_factory=dict)
+    doubts: tuple[str, ...] = ()
 
     def along(self, name: str) -> Label:
         """Return the run's place along an axis, or the value of a key that advances with one."""
@@ -160,7 +163,9 @@ def read_runs(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: Ask
     Variables that a run does not have are left out of its dataset.
     """
     grid = grid.rename({f"{name}_values": name for name in ("phase",) if f"{name}_values" in grid})
-    present = [name for name in dict.fromkeys((*names, *COORDINATES)) if name in grid.variables]
+    names = list(names)
+    wanted = dict.fromkeys((*names, *COORDINATES, *read_for(names)))
+    present = [name for name in wanted if name in grid.variables]
     dims = set(map(str, grid.run_id.dims))
     units = {name: str(grid[name].attrs.get("units", "1")) for name in along_axes(grid)}
     words = {name: axis_words(grid, name) for name in along_axes(grid)}
@@ -180,8 +185,8 @@ def read_runs(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: Ask
         if mine is not None and case is not None:
             beside = dict.fromkeys(beside, case)
         numbers = {name: float(v) for name, v in (mine or {}).items() if isinstance(v, int | float)}
-        narrowed = narrow(full, ask, dims)
-        runs.append(Run(run_id, labels, narrowed, units=units, beside=beside, words=words, own=numbers))
+        told = (units, beside, words, numbers, doubts(full))
+        runs.append(Run(run_id, labels, narrow(full, ask, dims), (), *told))
     return _with_states(runs)
 
 

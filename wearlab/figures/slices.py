@@ -8,6 +8,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
+from wearlab.figures.doubt import error_of
 from wearlab.figures.errors import FigureError
 from wearlab.figures.plot import Scale
 from wearlab.figures.runs import Run, plain
@@ -58,12 +59,14 @@ class Slice(NamedTuple):
     place : their positions
     values : display units
     scale : words and unit
+    error : estimated error of the values, None where there is none
     """
 
     key: Mapping[str, Label]
     place: Mapping[str, int]
     values: Array
     scale: Scale
+    error: Array | None = None
 
 
 def units_of(variable: "xr.DataArray", name: str, ask: Ask, axis: str = "y") -> tuple[str, str]:
@@ -110,12 +113,16 @@ def slices(run: Run, name: str, ask: Ask, *along: str, axis: str = "y") -> Itera
     variable = run.data[name]
     others = [str(dim) for dim in variable.dims if dim not in along]
     values, scale = shown(variable, name, ask, axis)
-    array = variable.copy(data=values)
+    array, error = variable.copy(data=values), error_of(run.data, name)
+    if error is not None:
+        error = error.copy(data=converted(error.values, *units_of(variable, name, ask, axis)))
+    kept = [dim for dim in along if dim in variable.dims]
     for point in np.ndindex(*(variable.sizes[dim] for dim in others)):
         index = dict(zip(others, point, strict=True))
         key = {dim: label(run, dim, i) for dim, i in index.items()}
-        kept = [dim for dim in along if dim in variable.dims]
-        yield Slice({**run.place, **key}, index, array.isel(index).transpose(*kept).values, scale)
+        off = None if error is None else np.atleast_1d(error.isel(index).transpose(*kept).values)
+        part = array.isel(index).transpose(*kept).values
+        yield Slice({**run.place, **key}, index, part, scale, off)
 
 
 def label(run: Run, dim: str, index: int) -> Label:

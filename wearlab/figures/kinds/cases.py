@@ -8,7 +8,7 @@ import numpy as np
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import Kind
-from wearlab.figures.plot import Scale, Series
+from wearlab.figures.plot import Scale, Series, merged
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import slices
 from wearlab.figures.wording import Label
@@ -28,7 +28,8 @@ def _numbers(run: Run, ask: Ask) -> Iterator[Series]:
     for piece in slices(run, name, ask):
         key = {dim: label for dim, label in piece.key.items() if dim not in (*run.place, "update")}
         values = np.atleast_1d(piece.values)
-        yield Series({**key, "run": Label(called, called)}, values, np.zeros(1), piece.scale, PLACE, "points")
+        named = {**key, "run": Label(called, called)}
+        yield Series(named, values, np.zeros(1), piece.scale, PLACE, "points", x_error=piece.error)
 
 
 def listed(series: list[Series]) -> list[Series]:
@@ -51,13 +52,12 @@ def listed(series: list[Series]) -> list[Series]:
     rows = []
     for key, group in groups.items():
         places = np.array([1.0 + names.index(curve.key["run"].text) for curve in group])
-        values = np.concatenate([curve.x for curve in group])
-        rows.append(replace(group[0], key=dict(key), x=values, y=places, names=names))
+        rows.append(replace(merged(group), key=dict(key), y=places, names=names))
     if len(groups) == 1 and len(names) > 1:
         ends = np.array([0.5, len(names) + 0.5])
         first = rows[0]
         level = np.full(2, first.x[0])
-        rows.append(replace(first, key={}, x=level, y=ends, look="reference", text=names[0]))
+        rows.append(Series({}, level, ends, first.across, first.up, "reference", names[0], names=names))
     return rows
 
 

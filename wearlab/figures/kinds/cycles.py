@@ -22,7 +22,8 @@ def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[Series]:
         held = np.isfinite(x) & np.isfinite(y)
         look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
         hours = hours_a_cycle(run) if (ask.x or "cycle") == "cycle" else None
-        yield Series(piece.key, x[held], y[held], across, piece.scale, look, hours=hours)
+        whole = Series(piece.key, x, y, across, piece.scale, look, hours=hours, y_error=piece.error)
+        yield whole.at(held)
 
 
 def hours_a_cycle(run: Run) -> float | None:

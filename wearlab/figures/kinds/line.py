@@ -10,7 +10,7 @@ from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
 from wearlab.figures.kinds.path import POSITIONS, along_path
-from wearlab.figures.plot import Look, Scale, Series, horizontal
+from wearlab.figures.plot import Look, Scale, Series, horizontal, merged
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import slices, thinned
 from wearlab.figures.wording import Label
@@ -42,7 +42,8 @@ def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
         for extra, x, across in _positions(run, dim, coordinate, piece.place, ask):
             held = np.isfinite(x) & np.isfinite(piece.values)
             look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
-            yield Series({**piece.key, **extra}, x[held], piece.values[held], across, piece.scale, look)
+            key, y, up = {**piece.key, **extra}, piece.values, piece.scale
+            yield Series(key, x, y, across, up, look, y_error=piece.error).at(held)
 
 
 def _over_sweep(run: Run, name: str, ask: Ask, axis: str) -> Iterator[Series]:
@@ -51,7 +52,8 @@ def _over_sweep(run: Run, name: str, ask: Ask, axis: str) -> Iterator[Series]:
     across = Scale(run.words.get(axis, axis.replace("_", " ")), run.units.get(axis, "1"))
     for piece in slices(thinned(run), name, ask):
         y = np.atleast_1d(piece.values)
-        yield Series(piece.key, np.array([x]), y, across, piece.scale, "line-points", own=own)
+        point = Series(piece.key, np.array([x]), y, across, piece.scale, "line-points", own=own)
+        yield replace(point, y_error=piece.error)
 
 
 def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
@@ -109,15 +111,13 @@ def joined(series: list[Series], axis: str) -> list[Series]:
 
 
 def _join(group: list[Series], places: Array) -> Series:
-    first = group[0]
-    x, y = (np.concatenate([getattr(curve, side) for curve in group]) for side in ("x", "y"))
-    if np.isnan(x).all():
-        return horizontal(first, places)
-    held = np.isfinite(x) & np.isfinite(y)
-    steps = np.diff(x[held])
-    look: Look = "dots" if len(x) > FEWEST_DOTS and (steps > 0).any() and (steps < 0).any() else first.look
-    order = np.argsort(x[held], kind="stable")
-    return Series(first.key, x[held][order], y[held][order], first.across, first.up, look)
+    whole = merged(group)
+    if np.isnan(whole.x).all():
+        return horizontal(group[0], places)
+    held = whole.at(np.isfinite(whole.x) & np.isfinite(whole.y))
+    steps = np.diff(held.x)
+    mixed = len(whole.x) > FEWEST_DOTS and (steps > 0).any() and (steps < 0).any()
+    return replace(held.at(np.argsort(held.x, kind="stable")), look="dots" if mixed else whole.look)
 
 
 LINE = Kind(

@@ -20,10 +20,8 @@ def along_path(run: Run, name: str, ask: Ask, extra: Mapping[str, Label] | None 
     for piece in slices(run, name, ask, "profile"):
         x, across = companion(run, ask.x or POSITIONS[0], piece.place, ask)
         held = np.isfinite(x)
-        yield Series(
-            {**piece.key, **(extra or {})},
-            x[held], piece.values[held], across, piece.scale, marks=_marks(run, x, piece.place),
-        )  # fmt: skip
+        key, marks = {**piece.key, **(extra or {})}, _marks(run, x, piece.place)
+        yield Series(key, x, piece.values, across, piece.scale, marks=marks, y_error=piece.error).at(held)
 
 
 def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...]:

@@ -9,7 +9,7 @@ from wearlab.arrays import Array
 from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Kind
-from wearlab.figures.plot import Look, Mark, Scale, Series, horizontal
+from wearlab.figures.plot import Look, Mark, Scale, Series, horizontal, merged
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import Slice, companion, lone, slices
 from wearlab.figures.wording import Label, typeset
@@ -23,7 +23,8 @@ def _points(run: Run, ask: Ask) -> Iterator[Series]:
     for piece in _results(run, ask):
         x, across, own = _abscissa(run, ask, piece)
         key = {n: label for n, label in piece.key.items() if n not in run.place} | _told_apart(run, ask)
-        yield Series(key, x, np.atleast_1d(piece.values), across, piece.scale, "points", own=own)
+        point = Series(key, x, np.atleast_1d(piece.values), across, piece.scale, "points", own=own)
+        yield replace(point, y_error=piece.error)
 
 
 def _results(run: Run, ask: Ask) -> Iterator[Slice]:
@@ -71,12 +72,11 @@ def _gathered(series: list[Series]) -> list[Series]:
     placed = places[np.isfinite(places)]
     gathered = []
     for group in groups.values():
-        x, y = (np.concatenate([getattr(curve, side) for curve in group]) for side in ("x", "y"))
-        if placed.size and np.isnan(x).all():
+        whole = merged(group)
+        if placed.size and np.isnan(whole.x).all():
             gathered += [horizontal(curve, placed) for curve in group]
             continue
-        held = np.isfinite(x) & np.isfinite(y)
-        gathered.append(replace(group[0], x=x[held], y=y[held], look=look))
+        gathered.append(replace(whole.at(np.isfinite(whole.x) & np.isfinite(whole.y)), look=look))
     return gathered
 
 

@@ -1,0 +1,135 @@
+"""How far a run can be trusted, as figures show it: bars of estimated errors, hollow marks, one note."""
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.figures.plot import Series
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wearlab.figures.runs import Run
+
+FIRM = ("", "completed", "stopped")
+"""Verdicts of a run whose numbers stand: one that did not end as asked for is told by what it lacks."""
+TRUSTED = "as usual"
+LOST = "contact lost"
+SEEN = 0.01  # of the range of the values: smaller errors are hidden by lines and marks
+MOST_NAMED = 6
+DEPTH, FORCE, LARGEST, LIFE = (
+    f"error_estimate_{of}" for of in ("wear_depth", "mesh_force", "mesh_force_max", "life")
+)
+ESTIMATES = {
+    **dict.fromkeys(("wear_depth", "max_wear_depth", "flank_deviation"), DEPTH),
+    **dict.fromkeys(("dynamic_mesh_force", "normal_mesh_force", "pair_force", "pair_normal_force"), FORCE),
+    **dict.fromkeys(("dynamic_factor", "normal_force_factor"), LARGEST),
+    **dict.fromkeys(("life", "service_life", "remaining_useful_life"), LIFE),
+    "bearing_force": "error_estimate_bearing_force",
+    "calibrated_wear_coefficient": "error_estimate_wear_coefficient",
+}
+"""Variable → the estimate of its error; of a factor times the static force, of hours in cycles."""
+WITNESSES = ("verdict", "estimate_quality", "validity", "separation_fraction")
+"""What a run says against itself."""
+
+
+def read_for(names: Iterable[str]) -> list[str]:
+    """Return the variables that tell how far others can be trusted."""
+    estimates = [ESTIMATES[name] for name in names if name in ESTIMATES]
+    return [*WITNESSES, *estimates, *(("life", "static_mesh_force") if estimates else ())]
+
+
+def error_of(data: "xr.Dataset", name: str) -> "xr.DataArray | None":
+    """Return the estimated error of a variable, in its unit and its dimensions; None where there is none.
+
+    Parameters
+    ----------
+    data : a run
+    name : of the variable
+    """
+    estimate = ESTIMATES.get(name)
+    if estimate not in data or name not in data:
+        return None
+    error = data[estimate]
+    if estimate == LARGEST:
+        if "static_mesh_force" not in data:
+            return None
+        error = error / data["static_mesh_force"]
+    elif name == "service_life":
+        error = error * data[name] / data["life"]
+    if not set(error.dims) <= set(data[name].dims):
+        return None
+    return error.broadcast_like(data[name]).transpose(*data[name].dims)
+
+
+def doubts(data: "xr.Dataset") -> tuple[str, ...]:
+    """Return what speaks against a run's numbers, in words; nothing for most runs."""
+    words = {name: str(data[name].values) for name in WITNESSES[:3] if name in data}
+    found = [verdict for verdict in (words.get("verdict", ""),) if verdict not in FIRM]
+    quality = words.get("estimate_quality", TRUSTED)
+    if quality not in ("", TRUSTED):
+        found.append(quality.partition(":")[0] if found else quality)
+    lost = [line for line in words.get("validity", "").split("\n") if line.startswith(LOST)]
+    if not lost and "separation_fraction" in data:
+        share = float(np.nanmax(data["separation_fraction"].values, initial=0.0))
+        lost = [f"{LOST} for {100 * share:.2g} % of the time"] if share > 0.0 else []
+    return (*found, *(line.partition(":")[0] for line in lost[:1]))
+
+
+def least_seen(values: Iterable[Array]) -> float:
+    """Return the smallest error that can be seen beside values on one axis."""
+    whole = np.concatenate([np.ravel(some) for some in values] or [np.zeros(0)])
+    held = whole[np.isfinite(whole)]
+    return SEEN * float(np.ptp(held) or np.abs(held[0])) if len(held) else 0.0
+
+
+def note(runs: Sequence["Run"], names: Iterable[str], series: Sequence[Series]) -> str:
+    """Return the line that says how uncertain a figure is, "" where nothing is to be said.
+
+    Parameters
+    ----------
+    runs : those that it shows
+    names : the variables that it shows
+    series : their curves
+    """
+    largest = max((_relative(run.data, name) for name in names for run in runs), default=0.0)
+    said = []
+    if largest > 0.0:
+        drawn = any(_is_seen(series, side) for side in "xy")
+        how = "Bars and bands: estimated numerical error" if drawn else "Estimated numerical error"
+        said.append(f"{how}, up to {100 * largest:.2g} %{'' if drawn else ': too small to be seen'}.")
+    doubtful: dict[str, list[str]] = {}
+    for run in runs:
+        if run.doubts:
+            doubtful.setdefault(", ".join(run.doubts), []).append(_name(run))
+    if doubtful:
+        told = [f"{_listed(list(dict.fromkeys(names)))} ({why})".strip() for why, names in doubtful.items()]
+        more = f"; and for {len(told) - MOST_NAMED} more reasons" if len(told) > MOST_NAMED else ""
+        said.append(f"Hollow coloured marks are in doubt: {'; '.join(told[:MOST_NAMED])}{more}.")
+    return " ".join(said)
+
+
+def _is_seen(series: Sequence[Series], side: str) -> bool:
+    least = least_seen(getattr(curve, side) for curve in series)
+    errors = (getattr(curve, f"{side}_error") for curve in series)
+    return any(error is not None and bool(np.nanmax(error, initial=0.0) > least) for error in errors)
+
+
+def _relative(data: "xr.Dataset", name: str) -> float:
+    error = error_of(data, name)
+    if error is None:
+        return 0.0
+    scale, size = (float(np.nanmax(np.abs(v.values), initial=0.0)) for v in (data[name], error))
+    return size / scale if 0.0 < scale < np.inf else 0.0
+
+
+def _name(run: "Run") -> str:
+    told = dict.fromkeys(x.text for dim, x in run.place.items() if (dim, x.value) != ("case", "base"))
+    return ", ".join(told or (x.text for x in run.place.values())) or "this run"
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return f"{'; '.join(names[:MOST_NAMED])}{more}"
