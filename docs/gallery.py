@@ -11,8 +11,8 @@ from pathlib import Path
 
 import wearlab as wl
 from wearlab.figures import FigureError, drawing
-from wearlab.figures.light import lightened
 from wearlab.figures.question import question
+from wearlab.figures.render import lightened
 
 TOP = Path(__file__).parents[1]
 OUT = TOP / "docs" / "images" / "kinds"

@@ -10,8 +10,8 @@ import pytest
 from PIL import Image
 
 from wearlab.figures import KINDS, FigureError
-from wearlab.figures.panels import _sides
 from wearlab.figures.plot import Curve, Mark, Panel, Pen
+from wearlab.figures.render import _sides
 from wearlab.schema import VARIABLES
 
 

@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from wearlab.figures.kinds.sensitivity import RANK, SENSITIVITY, ranked
-from wearlab.figures.panels import _limits
 from wearlab.figures.plot import Plot, Scale, Series
+from wearlab.figures.render import _limits
 from wearlab.figures.wording import Label
 
 

@@ -28,7 +28,7 @@ class Ask:
     y : names of variables
     units : variable → unit
     y_as : "logarithm": on such an axis; "difference": less the first curve of its panel
-    title, note : texts
+    title, note : texts; a title of "" is none
     published : CSV of points from a paper: where it is, or what it says
     """
 
@@ -65,10 +65,8 @@ def read(spec: Any, number: int, folder: Path | None) -> Ask:
         y=(y,) if isinstance(y, str) else tuple(y or ()),
         units=_units(getattr(spec, "units", None), name),
         published=_path(getattr(spec, "published", None), folder),
-        **{
-            key: getattr(spec, key, None) or None
-            for key in ("x", "hue", "rows", "cols", "y_as", "title", "note")
-        },
+        **{key: getattr(spec, key, None) or None for key in ("x", "hue", "rows", "cols", "y_as", "note")},
+        title=getattr(spec, "title", None),
     )
 
 

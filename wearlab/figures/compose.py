@@ -15,7 +15,7 @@ from wearlab.figures.wording import Label, axis_label, power_of_ten
 
 MOST_COLUMNS = 3
 SHOWS_ITSELF = ("variable", "part")  # what the y label tells
-COLOURED = ("line", "line-points", "dots", "area", "horizontal")
+COLOURED = ("line", "line-points", "dots", "area", "horizontal", "stem")
 ALONE = "#0072B2"  # a curve without a hue
 OURS = "computed"
 """A curve without a hue, beside published points."""
@@ -59,7 +59,7 @@ def compose(
     bar = bar_of([h for h in hues if h is not None], hue)
     ups = {s.up.words for s in series}
     return Plot(
-        title=ask.title or _title(series, varied, ask, kind),
+        title=_title(series, varied, ask, kind) if ask.title is None else ask.title,
         panels=_lettered(panels),
         rows=shape[0],
         columns=shape[1],

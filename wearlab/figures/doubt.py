@@ -1,7 +1,7 @@
 """How far a run can be trusted, as figures show it: bars of estimated errors, hollow marks, one note."""
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from wearlab.figures.plot import Series
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wearlab.figures.runs import Run
 
 FIRM = ("", "completed", "stopped")
 """Verdicts of a run whose numbers stand: one that did not end as asked for is told by what it lacks."""
@@ -85,12 +84,12 @@ def least_seen(values: Iterable[Array]) -> float:
     return SEEN * float(np.ptp(held) or np.abs(held[0])) if len(held) else 0.0
 
 
-def note(runs: Sequence["Run"], names: Iterable[str], series: Sequence[Series]) -> str:
+def note(runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]) -> str:
     """Return the line that says how uncertain a figure is, "" where nothing is to be said.
 
     Parameters
     ----------
-    runs : those that it shows
+    runs : `wearlab.figures.runs.Run` of those that it shows
     names : the variables that it shows
     series : their curves
     """
@@ -125,7 +124,7 @@ def _relative(data: "xr.Dataset", name: str) -> float:
     return size / scale if 0.0 < scale < np.inf else 0.0
 
 
-def _name(run: "Run") -> str:
+def _name(run: Any) -> str:
     told = dict.fromkeys(x.text for dim, x in run.place.items() if (dim, x.value) != ("case", "base"))
     return ", ".join(told or (x.text for x in run.place.values())) or "this run"
 

@@ -39,7 +39,6 @@ FORMATS = ("png", "svg", "pdf")
 MOST_NAMED = 8
 
 SPEED = "response_speed"
-OVER_SWEEPS = ("line", "scatter")
 
 
 def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -> list[Path]:
@@ -111,8 +110,7 @@ def both_widths(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[byte
     ------
     FigureError : it cannot be drawn
     """
-    from wearlab.figures.light import lightened
-    from wearlab.figures.render import rendered
+    from wearlab.figures.render import lightened, rendered
 
     plot, _, _ = seen(asked, grid, store)
     broad = lightened(rendered(plot, {}))
@@ -189,7 +187,7 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     notes = [*one_case, *_left_out(runs, series), *_cases_left_out(grid, ask, kind)]
     series, alike = drawn_once(series, ask)
     notes += [*alike, *dict.fromkeys(curve.said for curve in series if curve.said)]
-    if ask.kind == "line" and ask.x in along_axes(grid):
+    if kind.over_sweeps and kind.joined is None and ask.x in along_axes(grid):
         series = joined(states_in_common(series, dims), str(grid[ask.x].dims[0]))
     if kind.joined is not None:
         series = _joined(series, ask, kind.joined)
@@ -307,14 +305,14 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
             raise FigureError(f"{ask.name}: y = {name!r} is not there; {_near(name, grid.data_vars)}")
         if grid[name].dtype.kind not in "fiub":
             raise FigureError(f"{ask.name}: y = {name!r} holds text, not numbers")
-    lacking = [dim for dim in kind.dims if ask.y and dim not in grid[ask.y[0]].dims]
+    lacking = [d for d in kind.dims if ask.y and not set(d.split("|")) & set(grid[ask.y[0]].dims)]
     if lacking:
         raise FigureError(
             f"{ask.name}: y = {ask.y[0]!r} does not run along {' and '.join(lacking)}, "
             'which this kind shows; kind = "line" draws it'
         )
     axes = along_axes(grid)
-    if ask.x in axes and kind.name not in OVER_SWEEPS:
+    if ask.x in axes and not kind.over_sweeps:
         raise FigureError(
             f'{ask.name}: x = {ask.x!r} is a sweep, which kind = "line" or "scatter" draws over; '
             f"here it may be hue, rows or cols"

@@ -20,7 +20,7 @@ class Kind:
     title : its default title
     shows : one sentence
     needs : variables that a run must have
-    dims : dimensions that its curves are taken along
+    dims : dimensions that its curves are taken along, ``a|b`` for either
     series : run, or case of an update → curves
     roles : which dimension becomes hue, columns, rows, by preference; ``*`` is a dimension of the grid
     also : variables it draws where a run has them
@@ -31,6 +31,7 @@ class Kind:
     y : the variable it draws when ``y`` names none
     titled : its title for another variable, with {} for its words; none: the same
     along_x : whether y runs along the abscissa, as in a histogram
+    over_sweeps : whether x may be a sweep
     of : what it is drawn from: runs, or the kept update of the campaign
     joined : the series of all runs → the curves to be seen, None: as they are
     """
@@ -52,6 +53,7 @@ class Kind:
     along_x: bool = False
     joined: Callable[[list[Series]], list[Series]] | None = None
     of: Literal["runs", "update"] = "runs"
+    over_sweeps: bool = False
 
     def curves(self, run: Any, ask: Ask) -> Iterable[Series]:
         """Return the curves of a run, or of a case of an update; without ``y``, of its own variable."""

@@ -22,6 +22,7 @@ Look = Literal[
     "dashed",
     "dash-dot",
     "horizontal",
+    "stem",
 ]
 
 

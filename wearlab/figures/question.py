@@ -72,7 +72,8 @@ def question(campaign: "Campaign", spec: Any, number: int) -> Question:
     """
     folder = campaign.path.parent if campaign.path else None
     ask = read(spec, number, folder)
-    table = {key: value for key in KEYS if (value := getattr(spec, key, None)) not in (None, {}, (), "")}
+    given = {key: getattr(spec, key, None) for key in KEYS}
+    table = {k: v for k, v in given.items() if v not in (None, {}, (), "") or (k, v) == ("title", "")}
     points = None if ask.published is None else points_of(ask.published, ask)
     text = source_text(campaign.path)
     about = _subject(campaign, ask) if ask.kind in KINDS and KINDS[ask.kind].of == "update" else ""

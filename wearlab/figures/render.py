@@ -1,12 +1,11 @@
-"""A plot becomes a file, with :mod:`wearlab.figures.panels` the only ones that know matplotlib.
-
-Equal plots give equal bytes.
-"""
+"""A plot becomes a figure of matplotlib, and a file. Equal plots give equal bytes."""
 
 import io
 import json
 import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
@@ -17,25 +16,75 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator, NullLocator
+from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from wearlab.figures import style
-from wearlab.figures.panels import draw_panels, names_of, strokes
-from wearlab.figures.plot import Bar, LegendEntry, Plot
-from wearlab.figures.wording import axis_label, power_of_ten
+from wearlab.arrays import Array
+from wearlab.figures.doubt import least_seen
+from wearlab.figures.errors import FigureError
+from wearlab.figures.palette import BESIDE, INK
+from wearlab.figures.plot import Bar, Curve, LegendEntry, Panel, Pen, Plot
+from wearlab.figures.wording import axis_label, latex, power_of_ten
 
 if TYPE_CHECKING:
-    pass
+    from matplotlib.axes import Axes
 
-SHORT_TEXT, LONG_TEXT = (
-    1_000,
-    500_000,
-)  # characters: packed between, since readers refuse large unpacked texts
+DPI = 180
+RC: dict[str, Any] = {
+    **{"font.family": ["STIXGeneral", "DejaVu Serif"], "mathtext.fontset": "stix", "font.size": 9.0},
+    **{"axes.labelsize": "medium", "axes.titlesize": "medium", "axes.titlelocation": "left"},
+    **{"axes.titlepad": 5.0, "axes.linewidth": 0.6, "axes.edgecolor": "#444444", "axes.labelcolor": INK},
+    **{"axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True},
+    **{"axes.xmargin": 0.0, "axes.ymargin": 0.06, "axes.formatter.useoffset": False},
+    **{"grid.color": "#e6e6e6", "grid.linewidth": 0.5, "text.color": INK},
+    **{f"{side}tick.labelsize": 8.0 for side in "xy"},
+    **{f"{side}tick.color": "#444444" for side in "xy"},
+    **{f"{side}tick.labelcolor": INK for side in "xy"},
+    **{f"{side}tick.major.size": 2.5 for side in "xy"},
+    **{f"{side}tick.major.width": 0.6 for side in "xy"},
+    **{"lines.linewidth": 1.15, "lines.markersize": 3.6, "lines.solid_capstyle": "round"},
+    **{"legend.frameon": False, "legend.fontsize": 8.5, "legend.handlelength": 1.9},
+    **{"legend.columnspacing": 1.6, "legend.handletextpad": 0.5, "legend.borderaxespad": 0.0},
+    **{"legend.borderpad": 0.0, "figure.facecolor": "white", "savefig.facecolor": "white"},
+}
+"""The look of every figure, for print."""
 REPRODUCIBLE = {"svg.hashsalt": "wearlab", "svg.fonttype": "path", "pdf.fonttype": 42}
 DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
+SETTINGS: Any = DEFAULTS | RC | REPRODUCIBLE  # whatever matplotlibrc a reader keeps at home
+FONTS = {"font.family", "font.serif", "font.sans-serif", "font.monospace", "text.usetex"}
+SCALED = ("font.size", "labelsize", "fontsize", "linewidth", "markersize", "major.size", "major.width")
 
-SETTINGS: Any = DEFAULTS | style.RC | REPRODUCIBLE  # whatever matplotlibrc a reader keeps at home
+# inches, of a figure in the default size
+MARGIN, GAP = 0.08, 0.07
+TITLE_HEIGHT, LEGEND_LINE, NOTE_LINE = 0.25, 0.175, 0.15
+NAME_LINE, NAMES = 0.15, 0.7  # of names of ranks: a line, and what else the panel needs
+BAR_WIDTH, BAR_LINE, BAR_HEIGHT = (
+    2.4,
+    0.34,
+    0.09,
+)  # of a bar of colours, and of what it takes with its numbers
+WIDTHS = {1: 5.0, 2: 7.2, 3: 7.2}
+HEIGHTS = {"wide": {1: 2.75, 2: 2.25, 3: 1.85}, "square": {1: 4.2, 2: 3.0, 3: 2.2}}
+SQUARE_WIDTH, SMALL_WIDTH = 4.6, 3.6
+# letters by inch
+NOTE_LETTERS, TITLE_LETTERS, BAR_LETTERS, NAME_LETTERS = 21.5, 13.0, 14.0, 9.7
+# over the size of the text
+TITLE, NOTE, MARK = 10.5 / 9.0, 7.5 / 9.0, 8.0 / 9.0
+
+LEAST_SPAN = 0.02  # of the values
+LETTER = 0.02  # of the width of a figure, that two letters of marks need
+BREAK, SLASH = (0.025, 0.055), ((-1.0, -0.5), (1.0, 0.5))  # heights and form of the strokes of a cut axis
+MANY = 1e4  # largest over smallest
+SQUEEZED = 3.0  # longest over shortest abscissa of panels: beyond, each has its own
+MOST_BARS = 40  # points: errors of more are drawn as a band
+BAND_ALPHA, HOLLOW_MARKS = 0.22, 9
+DASH = 4.0  # widths of a line
+AREA_ALPHA, AREA_WIDTH = 0.25, 6.0
+SHORT_TEXT, LONG_TEXT = 1_000, 500_000  # characters: packed between, readers refuse large unpacked texts
+COLOURS = 128
+"""Lines, their antialiasing and bands need no more; a figure then takes a third of its bytes."""
+STEPS: dict[str, Any] = {"steps": [1, 2, 2.5, 5, 10]}
 
 
 class Shown(Figure):
@@ -43,14 +92,33 @@ class Shown(Figure):
 
     def _repr_png_(self) -> bytes:
         stream = io.BytesIO()
-        self.savefig(stream, format="png", dpi=style.DPI)
+        self.savefig(stream, format="png", dpi=DPI)
         return stream.getvalue()
 
 
-def drawn(plot: Plot) -> Figure:
-    """Return the figure of a plot in the house style, whatever the reader's."""
-    with matplotlib.rc_context(SETTINGS):
-        return draw(plot)
+def drawn(plot: Plot, size: float | tuple[float, float] | None = None, ax: Any = None) -> Figure:
+    """Return the figure of a plot in the house style, but for what the reader's own rcParams say.
+
+    Parameters
+    ----------
+    plot : what to draw
+    size : width, or width and height [inches]; text and lines grow with the width
+    ax : axes to draw in, as many as there are panels; title and notes are left to their owner
+
+    Raises
+    ------
+    FigureError : more or fewer axes than panels
+    """
+    own = {key: v for key, v in matplotlib.rcParams.items() if v != matplotlib.rcParamsDefault.get(key)}
+    if FONTS & own.keys():
+        own["font.family"] = matplotlib.rcParams["font.family"]
+    width, height = (size, None) if isinstance(size, int | float) else size or (None, None)
+    scale = 1.0 if width is None else width / _width(plot)
+    house = {k: v * scale if k.endswith(SCALED) and isinstance(v, float) else v for k, v in RC.items()}
+    settings: Any = house | {key: value for key, value in own.items() if key in RC}
+    with matplotlib.rc_context(settings):
+        plot = _for_latex(plot) if matplotlib.rcParams["text.usetex"] else plot
+        return draw(plot, width, height) if ax is None else _draw_in(plot, ax)
 
 
 def rendered(plot: Plot, texts: Mapping[str, str], ending: str = "png") -> bytes:
@@ -63,133 +131,423 @@ def rendered(plot: Plot, texts: Mapping[str, str], ending: str = "png") -> bytes
     ending : png, svg or pdf
     """
     with matplotlib.rc_context(SETTINGS):
-        figure = draw(plot)
-        stream = io.BytesIO()
-        figure.savefig(stream, format=ending, dpi=style.DPI, **_saved(texts, ending))
+        figure, stream = draw(plot), io.BytesIO()
+        figure.savefig(stream, format=ending, dpi=DPI, **_saved(texts, ending))
     return stream.getvalue()
+
+
+def lightened(png: bytes) -> bytes:
+    """Return a PNG with a palette in place of true colours, the same bytes for the same picture."""
+    with Image.open(io.BytesIO(png)) as picture:
+        few = picture.convert("RGB").quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    stream = io.BytesIO()
+    few.save(stream, format="png", optimize=True)
+    return stream.getvalue() if stream.tell() < len(png) else png
 
 
 def _saved(texts: Mapping[str, str], ending: str) -> dict[str, Any]:
     """Return the options of ``savefig`` that write texts and suppress dates."""
     title = texts.get("Title", "")
-    match ending:
-        case "svg":
-            described = json.dumps(texts, ensure_ascii=False)
-            return {"metadata": {"Title": title, "Description": described, "Date": None, "Creator": None}}
-        case "pdf":
-            undated = dict.fromkeys(("CreationDate", "Creator", "Producer"))
-            return {"metadata": {"Title": title, "Subject": json.dumps(texts), **undated}}
-        case _:
-            return {"pil_kwargs": {"pnginfo": _chunks(texts)}}
-
-
-def _chunks(texts: Mapping[str, str]) -> PngInfo:
-    """Return the text chunks of a PNG, long ones compressed as far as readers accept it."""
+    if ending == "svg":
+        described = json.dumps(texts, ensure_ascii=False)
+        return {"metadata": {"Title": title, "Description": described, "Date": None, "Creator": None}}
+    if ending == "pdf":
+        undated = dict.fromkeys(("CreationDate", "Creator", "Producer"))
+        return {"metadata": {"Title": title, "Subject": json.dumps(texts), **undated}}
     chunks = PngInfo()
     for key, text in texts.items():
-        packed = SHORT_TEXT < len(text) < LONG_TEXT
         add = chunks.add_text if text.isascii() else chunks.add_itxt
-        add(key, text, zip=packed)
-    return chunks
+        add(key, text, zip=SHORT_TEXT < len(text) < LONG_TEXT)
+    return {"pil_kwargs": {"pnginfo": chunks}}
 
 
-def draw(plot: Plot) -> Figure:
-    """Return the figure of a plot."""
-    size = min(plot.columns, max(style.WIDTHS))
-    width = style.SQUARE_WIDTH if plot.shape == "square" and plot.columns == 1 else style.WIDTHS[size]
-    width = style.SMALL_WIDTH if plot.small else width
-    notes = [line for note in plot.notes for line in textwrap.wrap(note, int(width * 21.5))]
-    title = textwrap.wrap(plot.title, int(width * 13.0))
+def _width(plot: Plot) -> float:
+    """Return the default width [inches]."""
+    if plot.small:
+        return SMALL_WIDTH
+    return SQUARE_WIDTH if plot.shape == "square" and plot.columns == 1 else WIDTHS[_columns(plot)]
+
+
+def _columns(plot: Plot) -> int:
+    return min(plot.columns, max(WIDTHS))
+
+
+def draw(plot: Plot, width: float | None = None, height: float | None = None) -> Figure:
+    """Return the figure of a plot, as high as its panels and texts need where no height [inches] is given."""
+    width = width or _width(plot)
+    unit = matplotlib.rcParams["font.size"] / RC["font.size"]  # of all lengths, over those above
+    letters = width / unit
+    notes = [line for note in plot.notes for line in textwrap.wrap(note, int(letters * NOTE_LETTERS))]
+    title = textwrap.wrap(plot.title, int(letters * TITLE_LETTERS))
     figure = Shown(figsize=(width, 1.0))
     FigureCanvasAgg(figure)
-    legend = _legend(figure, plot.legend, width)
-    bar = style.BAR_LINE if plot.bar else 0.0
-    above = style.MARGIN + len(title) * style.TITLE_HEIGHT + legend * style.LEGEND_LINE + bar + style.GAP
-    below = len(notes) * style.NOTE_LINE + style.MARGIN + (style.GAP if notes else 0.0)
-    called = [names_of(panel, width) for panel in plot.panels]
+    legend = _legend(figure, plot.legend, width - 2 * MARGIN * unit)
+    bar = BAR_LINE if plot.bar else 0.0
+    above = unit * (MARGIN + len(title) * TITLE_HEIGHT + legend * LEGEND_LINE + bar + GAP)
+    below = unit * (len(notes) * NOTE_LINE + MARGIN + (GAP if notes else 0.0))
+    called = [_names_of(panel, letters) for panel in plot.panels]
     lines = max((len(names) * max(map(len, names)) for names in called if names), default=0)
-    tall = max(style.HEIGHTS[plot.shape][size], style.NAMES + lines * style.NAME_LINE)
-    height = above + below + plot.rows * tall
+    tall = unit * max(HEIGHTS[plot.shape][_columns(plot)], NAMES + lines * NAME_LINE)
+    given, height = height, height or above + below + plot.rows * tall
+    tall = (height - above - below) / plot.rows if given else tall
     figure.set_size_inches(width, height)
-    rect = (0.0, below / height, 1.0, 1.0 - (above + below) / height)
+    rect = (0.0, below / height, 1.0, max(1.0 - (above + below) / height, 0.1))
     figure.set_layout_engine(
         ConstrainedLayoutEngine(rect=rect, w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.02)
     )
-    _frame(figure, title, notes, width, height)
-    draw_panels(figure, plot)
+    _frame(figure, title, notes, unit)
+    _draw_panels(figure, plot, letters, tall / unit)
     if plot.bar is not None:
-        _bar(figure, plot.bar, width, height, 1.0 - (above - style.GAP) / height)
+        _bar(figure, plot.bar, unit, 1.0 - (above - GAP * unit) / height)
     return figure
 
 
-def _bar(figure: Figure, bar: Bar, width: float, height: float, bottom: float) -> None:
+def _draw_in(plot: Plot, ax: Any) -> Figure:
+    """Draw the panels of a plot in somebody's axes, with the legend in the first; return their figure."""
+    axes = list(np.ravel(ax))
+    if len(axes) != len(plot.panels):
+        raise FigureError(
+            f"figure: it has {len(plot.panels)} panels and ax holds {len(axes)} axes: give as many, or "
+            "narrow the figure by select"
+        )
+    for own, panel in zip(axes, plot.panels, strict=True):
+        _panel(own, panel, plot)
+        room = int(own.get_window_extent().height / own.figure.dpi * 130 / matplotlib.rcParams["font.size"])
+        own.set(
+            xlabel=panel.x_label, ylabel="" if panel.names else textwrap.fill(panel.y_label, max(room, 8))
+        )
+        _scaled(own, plot)
+        if panel.names:
+            own.set_yticks(range(1, len(panel.names) + 1), panel.names)
+    if plot.title and len(axes) == 1:
+        axes[0].set_title(plot.title)
+    if plot.legend:
+        axes[0].legend(handles=[_handle(entry) for entry in plot.legend])
+    if plot.bar is not None:
+        axes[0].figure.colorbar(_colours(plot.bar, 0), ax=axes, label=axis_label(plot.bar.words, "", 0))
+    return axes[0].figure
+
+
+def _for_latex(plot: Plot) -> Plot:
+    """Return a plot whose texts LaTeX can read."""
+    panels = [
+        replace(
+            panel,
+            title=latex(panel.title),
+            x_label=latex(panel.x_label),
+            y_label=latex(panel.y_label),
+            names=tuple(map(latex, panel.names)),
+            marks=tuple(mark._replace(text=latex(mark.text)) for mark in panel.marks),
+        )
+        for panel in plot.panels
+    ]
+    legend = tuple(entry._replace(text=latex(entry.text)) for entry in plot.legend)
+    bar = None if plot.bar is None else replace(plot.bar, words=latex(plot.bar.words))
+    notes = tuple(map(latex, plot.notes))
+    return replace(plot, title=latex(plot.title), panels=tuple(panels), legend=legend, bar=bar, notes=notes)
+
+
+def _colours(bar: Bar, power: int) -> ScalarMappable:
+    norm = (LogNorm if bar.logarithmic else Normalize)(bar.low / 10.0**power, bar.high / 10.0**power)
+    return ScalarMappable(norm, LinearSegmentedColormap.from_list("", bar.anchors))
+
+
+def _bar(figure: Figure, bar: Bar, unit: float, bottom: float) -> None:
     """Draw a bar of colours with its numbers below and what it shows beside it."""
+    width, height = figure.get_size_inches()
     power = power_of_ten([np.array([bar.low, bar.high])], "1")
-    low, high = bar.low / 10.0**power, bar.high / 10.0**power
-    norm = (LogNorm if bar.logarithmic else Normalize)(low, high)
-    long = min(style.BAR_WIDTH, 0.4 * width)
-    place = (
-        (style.MARGIN + 0.1) / width,
-        bottom + (style.BAR_LINE - style.BAR_HEIGHT - 0.02) / height,
-        long / width,
-        style.BAR_HEIGHT / height,
-    )
-    axes = figure.add_axes(place)
+    left, long = (MARGIN + 0.1) * unit, min(BAR_WIDTH * unit, 0.4 * width)
+    foot, tall = bottom + (BAR_LINE - BAR_HEIGHT - 0.02) * unit / height, BAR_HEIGHT * unit / height
+    axes = figure.add_axes((left / width, foot, long / width, tall))
     axes.set_in_layout(False)
-    colours = LinearSegmentedColormap.from_list("", bar.anchors)
-    shown = figure.colorbar(ScalarMappable(norm, colours), cax=axes, orientation="horizontal")
+    shown = figure.colorbar(_colours(bar, power), cax=axes, orientation="horizontal")
     shown.outline.set_visible(False)
     if not bar.logarithmic:
-        shown.locator = MaxNLocator(5, steps=[1, 2, 2.5, 5, 10])
+        shown.locator = MaxNLocator(5, **STEPS)
         shown.update_ticks()
-    axes.tick_params(labelsize=7.5, pad=1.5, length=2)
+    axes.tick_params(labelsize=7.5 * unit, pad=1.5, length=2)
     axes.grid(False)
-    words = axis_label(bar.words, "1" if power else "", power) if power else axis_label(bar.words, "", 0)
-    at = (style.MARGIN + 0.1 + long + 0.2) / width
-    words = textwrap.fill(words, int((1.0 - at) * width * style.LETTERS)) if "$" not in words else words
-    figure.text(at, place[1] + place[3] / 2, words, size=8.5, va="center", ha="left", parse_math="$" in words)
+    words = axis_label(bar.words, "1" if power else "", power)
+    at = (left + long + 0.2 * unit) / width
+    room = int((1.0 - at) * width / unit * BAR_LETTERS)
+    words = textwrap.fill(words, room) if "$" not in words else words
+    size = matplotlib.rcParams["legend.fontsize"]
+    figure.text(at, foot + tall / 2, words, size=size, va="center", ha="left", parse_math="$" in words)
 
 
-def _frame(figure: Figure, title: Sequence[str], notes: Sequence[str], width: float, height: float) -> None:
+def _frame(figure: Figure, title: Sequence[str], notes: Sequence[str], unit: float) -> None:
     """Write title and notes, and put the legend below the title."""
-    left, top = style.MARGIN / width, 1.0 - style.MARGIN / height
+    width, height = figure.get_size_inches() / unit
+    size = matplotlib.rcParams["font.size"]
+    left, top = MARGIN / width, 1.0 - MARGIN / height
+    plain: dict[str, Any] = {"ha": "left", "parse_math": False}
     for line in title:
-        figure.text(left, top, line, size=10.5, weight="bold", va="top", ha="left", parse_math=False)
-        top -= style.TITLE_HEIGHT / height
+        figure.text(left, top, line, size=TITLE * size, weight="bold", va="top", **plain)
+        top -= TITLE_HEIGHT / height
     for legend in figure.legends:
         legend.set_loc("upper left")
         legend.set_bbox_to_anchor((left, top), transform=figure.transFigure)
     for number, line in enumerate(reversed(notes)):
-        y = (style.MARGIN + number * style.NOTE_LINE) / height
-        figure.text(
-            left, y, line, size=style.NOTE_SIZE, color="#555555", va="bottom", ha="left", parse_math=False
-        )
+        y = (MARGIN + number * NOTE_LINE) / height
+        figure.text(left, y, line, size=NOTE * size, color="#555555", va="bottom", **plain)
 
 
-def _legend(figure: Figure, entries: Sequence[LegendEntry], width: float) -> int:
-    """Add the legend in as many columns as fit; return its number of lines."""
+def _legend(figure: Figure, entries: Sequence[LegendEntry], room: float) -> int:
+    """Add the legend in as many columns as fit [inches]; return its number of lines."""
     if not entries:
         return 0
     handles = [_handle(entry) for entry in entries]
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
     for lines in range(1, len(entries) + 1):
         columns = -(-len(entries) // lines)
-        legend = figure.legend(
-            handles=_by_rows(handles, columns), loc="upper left", ncols=columns, alignment="left"
-        )
+        by_rows = [handle for column in range(columns) for handle in handles[column::columns]]
+        legend = figure.legend(handles=by_rows, loc="upper left", ncols=columns, alignment="left")
         legend.set_in_layout(False)
-        room = width - 2 * style.MARGIN
         if columns == 1 or legend.get_window_extent(renderer).width / figure.dpi <= room:
             break
         legend.remove()
     return -(-len(entries) // columns)
 
 
-def _by_rows(handles: list[Line2D], columns: int) -> list[Line2D]:
-    """Order handles so that a legend, which fills its columns first, reads row by row."""
-    return [handle for column in range(columns) for handle in handles[column::columns]]
-
-
 def _handle(entry: LegendEntry) -> Line2D:
-    look = "points" if entry.look == "dots" else entry.look
-    return Line2D([], [], label=entry.text, **strokes(entry.pen, look))
+    return Line2D(
+        [], [], label=entry.text, **strokes(entry.pen, "points" if entry.look == "dots" else entry.look)
+    )
+
+
+def strokes(pen: Pen, look: str) -> dict[str, Any]:
+    """Return how a look is drawn."""
+    colour, line = pen.colour, {"color": pen.colour, "ls": pen.dash}
+    dots = {"color": colour, "ls": "", "marker": "o"}
+    edged = {"mec": "white", "mew": 0.4}
+    width = matplotlib.rcParams["lines.linewidth"]
+    if look in BESIDE:
+        return {**line, "lw": 0.8 * width, "zorder": 1.5}
+    looks: dict[str, dict[str, Any]] = {
+        "points": {**dots, "mec": "white", "mew": 0.6, "ms": 5.0, "zorder": 4},
+        "dots": {**dots, "mew": 0.0, "ms": 1.8, "alpha": 0.7, "zorder": 3},
+        "area": {"color": colour, "lw": AREA_WIDTH, "alpha": AREA_ALPHA, "solid_capstyle": "butt"},
+        "hairline": {**line, "lw": 0.5 * width, "zorder": 3},
+        # a published point goes around a marker of ours
+        "published": {**dots, "mfc": "none", "mec": colour, "mew": 1.0, "ms": 6.6, "zorder": 5},
+        "horizontal": {**line, **edged, "ls": "--", "marker": pen.marker or "o", "zorder": 2.5}
+        | {"markevery": slice(1, -1)},
+        "line-points": {**line, **edged, "marker": pen.marker, "zorder": 3},
+        "stem": {**dots, **edged, "marker": pen.marker or "o", "zorder": 3},
+    }
+    return looks.get(look, {**line, "lw": pen.width * width, "zorder": 3})
+
+
+def _names_of(panel: Panel, letters: float) -> list[list[str]]:
+    """Return the lines of the names of a panel's ranks."""
+    return [textwrap.wrap(name, max(int(letters * NAME_LETTERS), 12)) or [""] for name in panel.names]
+
+
+def _draw_panels(figure: Figure, plot: Plot, letters: float, tall: float) -> None:
+    """Draw every panel of a plot on a figure, with what their axes share."""
+    grid = figure.add_gridspec(plot.rows, plot.columns)
+    places = {(panel.row, panel.column): panel for panel in plot.panels}
+    one_x = len({panel.x_label for panel in plot.panels}) == 1
+    shared_x = one_x and _alike_across(plot.panels)
+    axes: dict[tuple[int, int], Axes] = {}
+    for place, panel in places.items():
+        first = next(iter(axes.values()), None)
+        beside = next((a for (row, _), a in axes.items() if row == place[0]), None)
+        share_y = first if plot.share_y == "all" else beside if plot.share_y == "row" else None
+        axes[place] = figure.add_subplot(grid[place], sharex=first if shared_x else None, sharey=share_y)
+        _panel(axes[place], panel, plot)
+    bottom = max(row for row, _ in axes)
+    room = int((tall - 0.6) * 72 / 3.9)
+    for (row, column), ax in axes.items():
+        panel = places[row, column]
+        leftmost = plot.share_y == "none" or (row, column - 1) not in axes
+        lowest = (row + 1, column) not in axes or not shared_x
+        ax.tick_params(labelbottom=lowest and bool(panel.x_label), labelleft=leftmost)
+        ax.set_xlabel(panel.x_label if row == bottom or not one_x else "")
+        ax.set_ylabel(textwrap.fill(panel.y_label, room) if leftmost and not panel.names else "")
+        _scaled(ax, plot)
+        if panel.names:
+            told = ["\n".join(lines) for lines in _names_of(panel, letters)]
+            size = NOTE * matplotlib.rcParams["font.size"]
+            ax.set_yticks(range(1, len(told) + 1), told, size=size, parse_math=False)
+        _hours_on_top(ax, panel, first=(row - 1, column) not in axes)
+    if not plot.logarithmic and not plot.ranks:
+        for ax in axes.values():  # last: panels that share an axis share its limits
+            _mark_truncated(ax)
+    figure.align_ylabels(list(axes.values()))
+
+
+def _alike_across(panels: Sequence[Panel]) -> bool:
+    """Say whether no panel would be squeezed by the abscissa of another."""
+    spans = [max((_reach(curve.x) for curve in panel.curves), default=0.0) for panel in panels]
+    spans = [span for span in spans if span > 0.0]
+    return not spans or max(spans) <= SQUEEZED * min(spans)
+
+
+def _reach(x: Array) -> float:
+    held = x[np.isfinite(x)]
+    return float(np.ptp(held)) if len(held) else 0.0
+
+
+def _hours_on_top(ax: "Axes", panel: Panel, *, first: bool) -> None:
+    """Show operating hours above cycles, in the topmost panel of a column."""
+    if panel.hours is None or panel.marks or not first:
+        return
+    there, back = partial(np.multiply, panel.hours), partial(np.multiply, 1.0 / panel.hours)
+    top = ax.secondary_xaxis("top", functions=(there, back))
+    size = matplotlib.rcParams["font.size"]
+    top.set_xlabel("Operating time (h)", size=MARK * size)
+    top.tick_params(labelsize=NOTE * size, length=2.0)
+    top.xaxis.set_major_locator(MaxNLocator(5, **STEPS))
+    top.spines["top"].set_visible(True)
+
+
+def _sides(panel: Panel, columns: int) -> list[str]:
+    """Return how the letters of marks are aligned: two close neighbours turn away from each other."""
+    places = np.array([mark.x for mark in panel.marks])
+    drawn = np.concatenate([curve.x for curve in panel.curves] + [places])
+    room = LETTER * columns * np.ptp(drawn[np.isfinite(drawn)])
+    sides = []
+    for place in places:
+        away = places - place
+        after, before = np.any((away > 0) & (away < room)), np.any((away < 0) & (away > -room))
+        if "\n" in panel.marks[0].text and place in (places.min(), places.max()):  # words, not a letter
+            sides.append("left" if place == places.min() else "right")
+            continue
+        sides.append("center" if after == before else "right" if after else "left")
+    return sides
+
+
+def _panel(ax: "Axes", panel: Panel, plot: Plot) -> None:
+    """Draw title, curves, errors and marks of a panel."""
+    if panel.title:
+        ax.set_title(panel.title, pad=14.0 if panel.marks else None)
+    least = {side: least_seen(getattr(curve, side) for curve in panel.curves) for side in "xy"}
+    for curve in panel.curves:
+        _curve(ax, curve)
+        _uncertain(ax, curve, least)
+    _part_levels(ax)
+    size = MARK * matplotlib.rcParams["font.size"]
+    for mark, side in zip(panel.marks, _sides(panel, plot.columns), strict=True):
+        ax.axvline(mark.x, color="#9a9a9a", lw=0.6, ls=(0, (2, 2)), zorder=1)
+        away: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
+        ax.annotate(
+            mark.text, (mark.x, 1.0), (0, 2), ha=side, va="bottom", size=size, color="#555555", **away
+        )
+    ax.xaxis.set_major_locator(MaxNLocator(6, **STEPS))
+    ax.yaxis.set_major_locator(MaxNLocator(6, **STEPS))
+
+
+def _curve(ax: "Axes", curve: Curve) -> None:
+    if curve.look == "area":
+        ax.fill(curve.x, curve.y, color=curve.pen.colour, alpha=AREA_ALPHA, lw=0.0, zorder=2)
+        return
+    if curve.look == "stem":
+        ax.vlines(
+            curve.x,
+            0.0,
+            curve.y,
+            colors=curve.pen.colour,
+            lw=matplotlib.rcParams["lines.linewidth"],
+            zorder=2,
+        )
+    ax.plot(curve.x, curve.y, **strokes(curve.pen, curve.look))
+    if curve.text:
+        at, size = int(np.argmin(curve.y)), MARK * matplotlib.rcParams["font.size"]
+        place = (curve.x[at], curve.y[at])
+        ax.annotate(
+            curve.text,
+            place,
+            (3, -3),
+            textcoords="offset points",
+            va="top",
+            size=size,
+            color=curve.pen.colour,
+        )
+
+
+def _part_levels(ax: "Axes") -> None:
+    """Give horizontal lines dashes and marks that leave the others to be seen where they coincide."""
+    levels = [line for line in ax.lines if line.get_markevery() is not None]
+    for number, line in enumerate(levels):
+        line.set_linestyle((DASH * number, (DASH, DASH * max(len(levels) - 1, 0.6))))
+        line.set_markersize(line.get_markersize() * (1.8 + 0.8 * (len(levels) - 1 - number)))
+
+
+def _uncertain(ax: "Axes", curve: Curve, least: Mapping[str, float]) -> None:
+    """Draw the errors of a curve as bars, of a long one as a band, and hollow marks where it is in doubt."""
+    colour, many = curve.pen.colour, curve.look == "line" and len(curve.x) > MOST_BARS
+    x_error, y_error = _ends(curve.x, curve.x_error, least["x"]), _ends(curve.y, curve.y_error, least["y"])
+    if many and y_error is not None:
+        low, high = curve.y - y_error[0], curve.y + y_error[1]
+        ax.fill_between(curve.x, low, high, color=colour, alpha=BAND_ALPHA, lw=0, zorder=1.8)
+    elif not many and not (x_error is None and y_error is None):
+        only: Any = [len(curve.x) // 2] if curve.look == "horizontal" else slice(None)
+        up, across = (None if end is None else end[:, only] for end in (y_error, x_error))
+        bars: dict[str, Any] = {"elinewidth": 0.8, "capsize": 2.2, "capthick": 0.8, "zorder": 2.4}
+        ax.errorbar(curve.x[only], curve.y[only], up, across, "none", ecolor=colour, **bars)
+    if curve.doubtful is not None and curve.doubtful.any():
+        at = np.flatnonzero(curve.doubtful & np.isfinite(curve.x) & np.isfinite(curve.y))
+        at = at[:: max(1, len(at) // HOLLOW_MARKS)] if curve.look == "line" else at
+        at = at[1:-1] if curve.look == "horizontal" and len(at) > 2 else at
+        hollow: dict[str, Any] = {"ls": "", "mfc": "white", "mec": colour, "mew": 1.0, "zorder": 4.5}
+        size = 2.6 if curve.look == "dots" else 4.6
+        ax.plot(curve.x[at], curve.y[at], marker=curve.pen.marker or "o", ms=size, **hollow)
+
+
+def _ends(values: Array, error: Array | None, least: float) -> Array | None:
+    """Return how far bars reach below, never past zero, and above, (2, n); None where none is to be seen."""
+    if error is None or not np.nanmax(error, initial=0.0) > least:
+        return None
+    held = np.where(np.isfinite(error) & (error > least), error, np.nan)
+    return np.stack([np.where(values > 0.0, np.minimum(held, values), held), held])
+
+
+def _limits(ax: "Axes", plot: Plot) -> None:
+    """Leave room where points sit on the edge; start at zero what comes near it; do not magnify round-off."""
+    pointed = any(c.look not in ("line", *BESIDE) for panel in plot.panels for c in panel.curves)
+    if plot.shape == "square" or pointed:
+        ax.margins(x=0.05)
+    lines = [np.asarray(line.get_ydata(), float) for line in ax.lines if np.size(line.get_ydata()) > 1]
+    values = np.concatenate([y[np.isfinite(y)] for y in lines]) if lines else np.zeros(1)
+    low, high = ax.get_ylim()
+    least = LEAST_SPAN * float(np.max(np.abs(values), initial=0.0))
+    if high - low < least:
+        middle = (low + high) / 2
+        ax.set_ylim(middle - least / 2, middle + least / 2)
+    if plot.ranks:
+        ax.set_ylim(np.floor(max(values)) + 0.7, 0.3)
+        ax.yaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
+    elif (values >= 0.0).all() and 0.0 != low < 0.25 * high:
+        ax.set_ylim(0.0, high)
+
+
+def _scaled(ax: "Axes", plot: Plot) -> None:
+    """Set the limits of an axes on which everything has been drawn."""
+    if not plot.logarithmic:
+        _limits(ax, plot)
+        return
+    for name in "xy" if plot.logarithmic_across else "y":
+        _by_logarithm(ax, name)
+
+
+def _by_logarithm(ax: "Axes", name: str) -> None:
+    """Let the axis "x" or "y" go by the logarithm, over many decades with a label for each."""
+    axis = {"x": ax.xaxis, "y": ax.yaxis}[name]
+    ax.set(**{f"{name}scale": "log", f"{name}margin": 0.1})
+    low, high = axis.get_view_interval()
+    many = high > MANY * low
+    axis.set_major_locator(LogLocator() if many else LogLocator(subs=(1.0, 2.0, 5.0)))
+    formatter = LogFormatter(labelOnlyBase=False, minor_thresholds=(np.inf, np.inf))
+    axis.set_major_formatter(LogFormatterSciNotation() if many else formatter)
+    axis.set_minor_locator(NullLocator())
+
+
+def _mark_truncated(ax: "Axes") -> None:
+    """Draw two strokes through the y axis at the end beyond which zero lies, if it is not on the axis."""
+    low, high = ax.get_ylim()
+    if min(low, high) <= 0.0 <= max(low, high):
+        return
+    stroke: dict[str, Any] = {"marker": SLASH, "ms": 7.0, "mec": "#444444", "mew": 0.9, "ls": "", "zorder": 6}
+    for height in BREAK if abs(low) < abs(high) else tuple(1.0 - height for height in BREAK):
+        ax.add_artist(Line2D([0.0], [height], transform=ax.transAxes, clip_on=False, **stroke))

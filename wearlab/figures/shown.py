@@ -17,18 +17,28 @@ if TYPE_CHECKING:
 WHERE = "figure"
 
 
-def figure(of: Any, kind: str, **options: Any) -> "Figure":
+def figure(
+    of: Any,
+    kind: str,
+    *,
+    ax: Any = None,
+    size: float | tuple[float, float] | None = None,
+    **options: Any,
+) -> "Figure":
     """Return a figure of stored or simulated runs.
 
     Parameters
     ----------
     of : a grid (`Store.open`), one run (`Store.run`, `simulate`), or what `run` returned
     kind : listed by ``wearlab schema --figures``
+    ax : axes of matplotlib to draw in, one for each panel; title and legend stand in them, notes are left out
+    size : width, or width and height [inches]; text and lines grow with the width [the house's]
     options : as in ``[[figure]]``: select, x, y, hue, rows, cols, units, title, note, published
 
     Returns
     -------
-    A figure of matplotlib; notebooks show it, ``savefig`` writes it.
+    A figure of matplotlib; notebooks show it, ``savefig`` writes it. What the reader's rcParams set (fonts,
+    ``text.usetex``, ``font.size``) holds before the house style; ``title=""`` leaves the title out.
 
     Raises
     ------
@@ -38,7 +48,7 @@ def figure(of: Any, kind: str, **options: Any) -> "Figure":
     plot, _, _ = plotted(_grid(of), read(spec, 1, None))
     from wearlab.figures.render import drawn
 
-    return drawn(plot)
+    return drawn(plot, size, ax)
 
 
 def _specified(given: dict[str, Any]) -> FigureSpec:

@@ -11,6 +11,10 @@ from wearlab.arrays import Array
 from wearlab.units import convert
 
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+NORMAL = {above: plain for plain, above in SUPERSCRIPTS.items()}
+LATEX = {"µ": r"$\mu$", "λ": r"$\lambda$", "η": r"$\eta$", "ε": r"$\varepsilon$", "°": r"$^\circ$"}
+LATEX |= {"±": r"$\pm$", "×": r"$\times$", "≤": r"$\le$", "→": r"$\to$", "·": r"$\cdot$", "−": "$-$"}
+LATEX |= {"…": r"\ldots{}", "–": "--", "₀": "$_0$", "₁": "$_1$", "\N{NO-BREAK SPACE}": "~"}
 COUNTS = {3: "thousands", 6: "millions", 9: "billions"}
 NO_BREAK = "\N{NO-BREAK SPACE}"
 ORDINALS = {1: "1st", 2: "2nd", 3: "3rd"}
@@ -112,3 +116,23 @@ def axis_label(words: str, units: str, power: int) -> str:
         inside = f"{ten} {pretty}".strip()
     start = words[:1].upper() + words[1:] if words[:1].isascii() else words
     return f"{start} ({inside.replace(chr(32), NO_BREAK)})" if inside else start
+
+
+def latex(text: str) -> str:
+    r"""Return a text as LaTeX reads it: signs escaped, powers as mathematics; what stands in $ as it is.
+
+    Examples
+    --------
+    >>> print(latex("5 % of 20 µm at 10⁻³ m²/N"))
+    5 \% of 20 $\mu$m at 10$^{-3}$ m$^{2}$/N
+    """
+    parts = text.split("$")
+    if len(parts) % 2 == 0:  # a lone sign of the currency
+        parts = [text.replace("$", r"\$")]
+    return "$".join(part if number % 2 else _latex(part) for number, part in enumerate(parts))
+
+
+def _latex(text: str) -> str:
+    text = re.sub(r"([%&#_{}])", r"\\\1", text)
+    text = re.sub("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda power: f"$^{{{power[0].translate(NORMAL)}}}$", text)
+    return "".join(LATEX.get(sign, sign) for sign in text)

@@ -137,4 +137,5 @@ LINE = Kind(
         ("rows", "flank"),
     ),
     all_cases=True,
+    over_sweeps=True,
 )

@@ -125,6 +125,7 @@ SCATTER = Kind(
     series=_points,
     roles=(("hue", "flank"), ("hue", "member"), ("cols", "mesh")),
     all_cases=True,
+    over_sweeps=True,
     joined=_gathered,
     y="life",
 )

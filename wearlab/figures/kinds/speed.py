@@ -9,13 +9,20 @@ from wearlab.figures.ask import Ask
 from wearlab.figures.kind import Kind
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.runs import Run
-from wearlab.figures.slices import companion, shown, slices
+from wearlab.figures.slices import companion, shown, slices, thinned
+from wearlab.figures.wording import typeset
 
 SPECTRA = 70
 """Speeds of a waterfall."""
 PEAK = 14.0
 """Height of the largest peak of a waterfall, in distances between two spectra."""
-LAST_ORDER = 4.0
+FULL = 30
+"""Spectra from which on peaks are as high as that; of fewer, lower."""
+LAST_ORDER = {"order": 4.0, "harmonic": 10.0}
+STEMS = 3
+OVER = {"response_speed": "response_speed", "update": "cycle"}
+WHAT = {"response_speed": "speeds", "update": "wear states"}
+ORDER = Scale("order of the mesh", "1")
 POINTS_SHOWN = 6
 SPEED = "speed of the input member"
 
@@ -48,13 +55,23 @@ def _jumps(run: Run, ask: Ask) -> Iterator[tuple[int, float]]:
 
 
 def _bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
+    """Yield the states once per mesh period over speed, over wear, or at the run's place along a sweep."""
     name = ask.y[0]
-    for piece in slices(run, name, ask, "response_speed", "strobe"):
-        speed, across = companion(run, "response_speed", piece.place, ask)
-        x = np.repeat(speed, piece.values.shape[1])
-        y = piece.values.ravel()
-        held = np.isfinite(y)
-        yield Series(piece.key, x[held], y[held], Scale(SPEED, across.units), piece.scale, "dots")
+    once = "strobe" if "strobe" in run.data[name].dims else "mesh_period"
+    if ask.x is not None and (ask.x in run.place or ask.x in run.beside):
+        at, own = run.abscissa(ask.x)
+        across = Scale(run.words.get(ask.x, ask.x.replace("_", " ")), run.units.get(ask.x, "1"))
+        for piece in slices(thinned(run), name, ask, once):
+            y = piece.values[np.isfinite(piece.values)]
+            x = np.full(len(y), own if own is not None else at)
+            yield Series(piece.key, x, y, across, piece.scale, "points")
+        return
+    along = "response_speed" if "response_speed" in run.data[name].dims else "update"
+    for piece in slices(run, name, ask, along, once):
+        places, across = companion(run, ask.x or OVER[along], piece.place, ask)
+        across = Scale(SPEED, across.units) if along == "response_speed" else across
+        x, y = np.repeat(places, piece.values.shape[1]), piece.values.ravel()
+        yield Series(piece.key, x, y, across, piece.scale, "dots").at(np.isfinite(y))
 
 
 def _poincare(run: Run, ask: Ask) -> Iterator[Series]:
@@ -70,23 +87,44 @@ def _poincare(run: Run, ask: Ask) -> Iterator[Series]:
 
 
 def _waterfall(run: Run, ask: Ask) -> Iterator[Series]:
-    """Yield one spectrum a speed, drawn above its speed."""
+    """Yield one spectrum for each speed or wear state, drawn above its place."""
     name = ask.y[0]
-    for piece in slices(run, name, ask, "response_speed", "order"):
-        speed, up = companion(run, "response_speed", piece.place, ask, "y")
-        order, _ = companion(run, "order", piece.place, ask)
-        seen = order <= LAST_ORDER + 1e-9
-        every = max(1, -(-len(speed) // SPECTRA))
-        gap = float(speed[every] - speed[0]) if len(speed) > every else 1.0
+    along = "response_speed" if "response_speed" in run.data[name].dims else "update"
+    order = _order_of(run, name)
+    for piece in slices(run, name, ask, along, order):
+        places, up = companion(run, ask.x or OVER[along], piece.place, ask, "y")
+        orders, _ = companion(run, order, piece.place, ask)
+        seen = orders <= LAST_ORDER[order] + 1e-9
+        every = max(1, -(-len(places) // SPECTRA))
+        gap = float(np.ptp(places)) / max(len(places) - 1, 1) * every or 1.0
         most = float(np.nanmax(piece.values[:, seen])) or 1.0
-        words = f"{SPEED}; highest peak {most:.3g} {piece.scale.units.replace('um', 'µm')}"
-        drawn = range(0, len(speed), every)
-        said = f"{len(drawn)} of {len(speed)} speeds are drawn; select.response_speed names others."
+        above = SPEED if along == "response_speed" else up.words
+        words = f"{above}; highest peak {most:.3g} {typeset(piece.scale.units)}".rstrip()
+        drawn = range(0, len(places), every)
+        said = f"{len(drawn)} of {len(places)} {WHAT[along]} are drawn; select.{along} names others."
+        peak = PEAK * min(1.0, len(drawn) / FULL)
         for row in drawn:
-            y = speed[row] + PEAK * gap * piece.values[row, seen] / most
-            across = Scale("order of the mesh", "1")
-            line = Series(piece.key, order[seen], y, across, Scale(words, up.units), "hairline")
+            x, height = orders[seen], piece.values[row, seen]
+            if order == "harmonic":  # whole orders alone: each a peak of its own
+                x, height = (
+                    (x[:, None] + [-0.08, 0.0, 0.08]).ravel(),
+                    np.outer(height, [0.0, 1.0, 0.0]).ravel(),
+                )
+            y = places[row] + peak * gap * height / most
+            line = Series(piece.key, x, y, ORDER, Scale(words, up.units), "hairline")
             yield line if every == 1 else replace(line, said=said)
+
+
+def _orders(run: Run, ask: Ask) -> Iterator[Series]:
+    """Yield the amplitudes of each wear state as stems."""
+    order = _order_of(run, ask.y[0])
+    for piece in slices(thinned(run, STEMS), ask.y[0], ask, order):
+        x, _ = companion(run, order, piece.place, ask)
+        yield Series(piece.key, x, piece.values, ORDER, piece.scale, "stem").at(np.isfinite(piece.values))
+
+
+def _order_of(run: Run, name: str) -> str:
+    return "order" if "order" in run.data[name].dims else "harmonic"
 
 
 ROLES = (("hue", "direction"), ("cols", "*"), ("rows", "*"), ("hue", "*"))
@@ -105,13 +143,14 @@ RESPONSE_CURVE = Kind(
 BIFURCATION = Kind(
     name="bifurcation",
     title="Bifurcation diagram",
-    shows="mesh deflection once per mesh period over speed",
+    shows="mesh deflection once per mesh period over speed; with y = poincare_deflection over wear or sweeps",
     needs=("response_speed", "response_poincare_deflection"),
-    dims=("response_speed", "strobe"),
+    dims=("strobe|mesh_period",),
+    over_sweeps=True,
     series=_bifurcation,
-    roles=ROLES,  # type: ignore[arg-type]
+    roles=(("hue", "direction"), ("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
     y="response_poincare_deflection",
-    titled="{} once per mesh period",
+    titled="{}",
 )
 POINCARE = Kind(
     name="poincare",
@@ -127,10 +166,23 @@ POINCARE = Kind(
 WATERFALL = Kind(
     name="waterfall",
     title="Orders over speed",
-    shows="spectrum of the dynamic transmission error over the order of the mesh, one line a speed",
+    shows="spectrum of the dynamic transmission error over the order of the mesh, one line a speed, or with "
+    "y = dte_harmonics or mesh_acceleration_orders one a wear state",
     needs=("response_speed", "order", "response_dte_orders"),
-    dims=("response_speed", "order"),
+    dims=("response_speed|update", "order|harmonic"),
     series=_waterfall,
     roles=(("cols", "direction"), ("rows", "*"), ("cols", "*")),
     y="response_dte_orders",
+    titled="Orders",
+)
+ORDERS = Kind(
+    name="orders",
+    title="Orders of the dynamic transmission error",
+    shows="amplitude of each order of the mesh as a stem, in up to three wear states",
+    needs=("dte_harmonics",),
+    dims=("order|harmonic",),
+    series=_orders,
+    roles=(("hue", "update"), ("cols", "*"), ("rows", "*")),
+    y="dte_harmonics",
+    titled="{}",
 )
