@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from wearlab.comparison import CompareError, compare
-from wearlab.comparison.pair_of_runs import first_above
+from wearlab.comparison.runs import first_above
 
 PHASE = np.arange(32) / 32
 S = np.array([-3.0, -1.0, -1.0, 0.0, 2.0, 2.0, 4.0]) * 1e-3

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from made_up import SPEEDS, Axis, Campaign, Case, put, run
 
-from wearlab.figures.ask import Ask, read
 from wearlab.figures.drawing import draw, plotted
+from wearlab.figures.kind import Ask, read
 from wearlab.store import Store
 
 

@@ -9,7 +9,7 @@ import pytest
 from made_up import put, run
 
 from wearlab.figures import FigureError, draw, redraw
-from wearlab.figures.embedded import embedded
+from wearlab.figures.question import embedded
 from wearlab.store import Store
 
 WISH = {"kind": "max-wear", "select": {"flank": "gear", "speed": [800, 1100]}, "note": 'µ (a) \\ <b> & "c"'}
@@ -107,7 +107,7 @@ def test_what_is_no_figure_of_ours(store, tmp_path):
 def test_what_is_larger_than_any_figure(store, tmp_path, monkeypatch):
     from PIL import Image
 
-    monkeypatch.setattr("wearlab.figures.embedded.LARGEST", 1000)
+    monkeypatch.setattr("wearlab.figures.question.LARGEST", 1000)
     Image.new("L", (100, 100)).save(tmp_path / "wide.png")
     (tmp_path / "long.png").write_bytes(b"\x89PNG" + bytes(1000))
     for name, message in (

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.campaign.campaign import FigureSpec
-from wearlab.figures.alike import drawn_once
-from wearlab.figures.ask import read
+from wearlab.figures.curves import drawn_once
+from wearlab.figures.kind import read
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.wording import Label
 

@@ -9,16 +9,16 @@ import xarray as xr
 from made_up import Axis, Campaign, Case, put, run
 
 from wearlab.figures import KINDS, FigureError
-from wearlab.figures.ask import read
 from wearlab.figures.drawing import draw, plotted
+from wearlab.figures.kind import read
 from wearlab.figures.kinds.cases import listed
 from wearlab.figures.kinds.distribution import QUANTILE_BANDS
 from wearlab.figures.kinds.line import joined
 from wearlab.figures.kinds.sensitivity import ranked
+from wearlab.figures.layout import MOST_PANELS
 from wearlab.figures.palette import MOST_NAMES
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.render import rendered
-from wearlab.figures.roles import MOST_PANELS
 from wearlab.figures.wording import Label
 from wearlab.schema import VARIABLES
 from wearlab.store import Store

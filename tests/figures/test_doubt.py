@@ -7,9 +7,9 @@ import pytest
 from made_up import Axis, Campaign, Case, put, run
 
 from wearlab.figures import KINDS
-from wearlab.figures.ask import read
 from wearlab.figures.doubt import ESTIMATES, doubts, error_of
 from wearlab.figures.drawing import plotted
+from wearlab.figures.kind import read
 from wearlab.figures.render import drawn
 from wearlab.schema import VARIABLES, attributes
 from wearlab.store import Store

@@ -7,8 +7,8 @@ import pytest
 
 import wearlab as wl
 from wearlab.figures import KINDS, FigureError
-from wearlab.figures.ask import read
 from wearlab.figures.drawing import plotted
+from wearlab.figures.kind import read
 from wearlab.figures.render import rendered
 
 BASE = Path(wl.__file__).parents[1] / "campaigns" / "base"

@@ -7,8 +7,8 @@ import pytest
 from made_up import SPEEDS, Axis, Campaign, Case, put, run
 
 from wearlab.figures import FigureError
-from wearlab.figures.ask import read
 from wearlab.figures.drawing import plotted
+from wearlab.figures.kind import read
 from wearlab.figures.plot import Mark, Panel, Pen
 from wearlab.figures.render import _sides, strokes
 from wearlab.store import Store

@@ -5,8 +5,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from wearlab.figures import FigureError
-from wearlab.figures.ask import Ask
-from wearlab.figures.ordinates import from_first, require_positive
+from wearlab.figures.curves import from_first, require_positive
+from wearlab.figures.kind import Ask
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.render import _mark_truncated
 from wearlab.figures.wording import Label

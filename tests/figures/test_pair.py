@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearlab.figures.kinds.pair import through_engagement
+from wearlab.figures.kinds.engagement import through_engagement
 
 RATIO, PERIODS = 1.6, 3
 

@@ -1,7 +1,7 @@
 import pytest
 
 from wearlab.figures import FigureError
-from wearlab.figures.select import index_of
+from wearlab.figures.runs import index_of
 
 SPEEDS = [800.0, 1100.0, 3720.0]
 

@@ -7,7 +7,7 @@ import xarray as xr
 from made_up import put, run
 
 from wearlab.cli.app import status_of
-from wearlab.figures.embedded import embedded
+from wearlab.figures.question import embedded
 from wearlab.store import Store
 
 

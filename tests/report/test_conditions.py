@@ -8,8 +8,7 @@ from made_up import put, run
 
 import wearlab as wl
 from wearlab.campaign.reading import campaign_of
-from wearlab.report.answer import answer
-from wearlab.report.conditions import conditions
+from wearlab.report.answer import answer, conditions
 from wearlab.report.page import report
 from wearlab.scene.build.parts import build
 from wearlab.scene.build.sheet import sheet

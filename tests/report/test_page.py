@@ -11,9 +11,8 @@ from made_up import put, run
 
 import wearlab as wl
 from wearlab.cli.app import status_of
-from wearlab.report.drawn import drawn
+from wearlab.report.content import drawn, remarks
 from wearlab.report.page import report
-from wearlab.report.remarks import remarks
 from wearlab.store import Store
 from wearlab.store.outcome import Comparison, Outcome
 from wearlab.store.place import place

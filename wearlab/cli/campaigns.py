@@ -19,7 +19,7 @@ def sound_campaign(file: str) -> "Campaign":
 def refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
     """Stop where a figure names what does not exist."""
     if campaign.figures:
-        from wearlab.figures.checking import figure_problems
+        from wearlab.figures.question import figure_problems
 
         problems = figure_problems(campaign)
         if problems:

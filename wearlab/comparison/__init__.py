@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from wearlab.comparison.errors import CompareError
 
 if TYPE_CHECKING:
-    from wearlab.comparison.comparing import compare as compare
+    from wearlab.comparison.campaigns import compare as compare
     from wearlab.comparison.sobol import sobol_indices as sobol_indices
 
 __all__ = ["CompareError", "compare", "sobol_indices"]
@@ -14,7 +14,7 @@ __all__ = ["CompareError", "compare", "sobol_indices"]
 
 def __getattr__(name: str) -> object:
     if name == "compare":
-        return import_module("wearlab.comparison.comparing").compare
+        return import_module("wearlab.comparison.campaigns").compare
     if name == "sobol_indices":
         return import_module("wearlab.comparison.sobol").sobol_indices
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING
 from wearlab.figures.errors import FigureError
 
 if TYPE_CHECKING:
-    from wearlab.figures.again import redraw as redraw
     from wearlab.figures.drawing import draw as draw
+    from wearlab.figures.drawing import figure as figure
+    from wearlab.figures.drawing import redraw as redraw
     from wearlab.figures.kinds import KINDS as KINDS
-    from wearlab.figures.shown import figure as figure
 
 __all__ = ["KINDS", "FigureError", "draw", "figure", "redraw"]
 
 HOMES = {
     "draw": "wearlab.figures.drawing",
-    "figure": "wearlab.figures.shown",
+    "figure": "wearlab.figures.drawing",
     "KINDS": "wearlab.figures.kinds",
-    "redraw": "wearlab.figures.again",
+    "redraw": "wearlab.figures.drawing",
 }
 
 

@@ -1,36 +1,45 @@
-"""Every figure of a campaign, drawn from the store."""
+"""Every figure of a campaign drawn from the store, one for a program, one again by what its file says."""
 
 import os
 import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
+from pydantic import ValidationError
 
-from wearlab.figures.alike import drawn_once
-from wearlab.figures.ask import Ask
-from wearlab.figures.bands import ended_of, of_samples, sampled_axes, states_in_common, states_of_most
-from wearlab.figures.compose import compose, hue_of
+from wearlab.campaign.campaign import FigureSpec
+from wearlab.figures.curves import (
+    drawn_once,
+    ended_of,
+    of_samples,
+    sampled_axes,
+    states_in_common,
+    states_of_most,
+)
 from wearlab.figures.doubt import note
 from wearlab.figures.errors import FigureError, choices
-from wearlab.figures.kind import Kind
+from wearlab.figures.kind import Ask, Kind, read
 from wearlab.figures.kinds import KINDS
 from wearlab.figures.kinds.line import joined
+from wearlab.figures.layout import ROLES, compose, hue_of
 from wearlab.figures.palette import BESIDE
 from wearlab.figures.plot import Plot, Series, narrow
 from wearlab.figures.published import published
-from wearlab.figures.question import Question, question, texts
-from wearlab.figures.roles import ROLES
+from wearlab.figures.question import Question, asked_by, embedded, question, texts
 from wearlab.figures.runs import BASE, Picked, Run, along_axes, axis_named, pick, read_runs, require
-from wearlab.figures.updated import updated_cases
+from wearlab.figures.updates import updated_cases
 from wearlab.figures.wording import Label
+from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store.errors import StoreError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from wearlab.campaign import Campaign
     from wearlab.store import Store
 
@@ -350,3 +359,126 @@ def write(path: Path, image: bytes) -> Path:
     except OSError as error:
         raise FigureError(f"{path}: cannot be written ({error.strerror or error})") from error
     return path
+
+
+WHERE = "figure"
+
+
+def figure(
+    of: Any,
+    kind: str,
+    *,
+    ax: Any = None,
+    size: float | tuple[float, float] | None = None,
+    **options: Any,
+) -> "Figure":
+    """Return a figure of stored or simulated runs.
+
+    Parameters
+    ----------
+    of : a grid (`Store.open`), one run (`Store.run`, `simulate`), or what `run` returned
+    kind : listed by ``wearlab schema --figures``
+    ax : axes of matplotlib to draw in, one for each panel; title and legend stand in them, notes are left out
+    size : width, or width and height [inches]; text and lines grow with the width [the house's]
+    options : as in ``[[figure]]``: select, x, y, hue, rows, cols, units, title, note, published
+
+    Returns
+    -------
+    A figure of matplotlib; notebooks show it, ``savefig`` writes it. What the reader's rcParams set (fonts,
+    ``text.usetex``, ``font.size``) holds before the house style; ``title=""`` leaves the title out.
+
+    Raises
+    ------
+    FigureError : no such kind or option, or nothing of it can be drawn
+    """
+    spec = _specified({"kind": kind, **options})
+    plot, _, _ = plotted(_grid(of), read(spec, 1, None))
+    from wearlab.figures.render import drawn
+
+    return drawn(plot, size, ax)
+
+
+def _specified(given: dict[str, Any]) -> FigureSpec:
+    known = FigureSpec.model_fields
+    for key in given:
+        if key not in known:
+            raise FigureError(f"{WHERE}: {key!r} is no option; {choices(key, sorted(known))}")
+    if given["kind"] not in KINDS:
+        raise FigureError(f"{WHERE}: no such kind; {choices(str(given['kind']), KINDS)}")
+    try:
+        return FigureSpec.model_validate(
+            {key: tuple(value) if isinstance(value, list) else value for key, value in given.items()}
+        )
+    except ValidationError as error:
+        key = str(error.errors()[0]["loc"][0])
+        raise FigureError(f"{WHERE}: {key} = {given[key]!r}: wanted: {known[key].description}") from None
+
+
+def _grid(of: Any) -> xr.Dataset:
+    """Return a grid; of one run, a grid of one point."""
+    grid = of.to_xarray() if hasattr(of, "to_xarray") and not isinstance(of, xr.Dataset) else of
+    if not isinstance(grid, xr.Dataset):
+        raise FigureError(f"{WHERE}: {type(of).__name__} is no dataset: give a grid, a run, or a report")
+    if "run_id" in grid:
+        return grid
+    if "id" not in grid.attrs:
+        raise FigureError(f"{WHERE}: this dataset is neither a run nor a grid of runs")
+    states = {"run_id": str(grid.attrs["id"]), "status": "done", "n_updates": grid.sizes.get("update", 1)}
+    return grid.assign(states)
+
+
+@dataclass(frozen=True)
+class Redrawn:
+    """A figure drawn again.
+
+    Parameters
+    ----------
+    path : the new file
+    same : whether it has the bytes of the one that asked
+    missing : runs without data, by name and state
+    stale : runs made by other code than the present
+    changed : runs computed again since the figure was first drawn
+    """
+
+    path: Path
+    same: bool
+    missing: tuple[str, ...]
+    stale: tuple[str, ...]
+    changed: tuple[str, ...]
+
+
+def redraw(figure: Path, store: "Store", out: Path) -> Redrawn:
+    """Draw a figure again from a store, by what its file says.
+
+    Parameters
+    ----------
+    figure : PNG, SVG or PDF drawn by wearlab
+    store : where the runs are; nothing is computed
+    out : folder of the new figure, which may be that of the old one
+
+    Returns
+    -------
+    Redrawn
+
+    Raises
+    ------
+    FigureError : the file carries no question, or none of its runs is there
+    StoreError : there is no store, or a file of it is damaged
+    """
+    asked = asked_by(embedded(figure), figure)
+    ending = figure.suffix.lower().removeprefix(".")
+    check_format(ending)
+    before = figure.read_bytes()
+    image, missing = answer(asked, store.open(asked.campaign), store, ending)  # type: ignore[arg-type]
+    path = write(out / f"{asked.name}.{ending}", image)
+    stale, changed = _doubtful(asked, store)
+    return Redrawn(path, image == before, missing, stale, changed)
+
+
+def _doubtful(asked: Question, store: "Store") -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the runs made by other code, and those computed again since, each by its short id."""
+    recorded = asked.runs or {}
+    entries = store.entries(recorded)
+    stale = [i[:SHORT_ID] for i, e in entries.items() if is_other_code(e.source_hash)]
+    changed = [i[:SHORT_ID] for i, e in entries.items() if e.sha256 != recorded[i]]
+    return tuple(stale), tuple(changed)

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from wearlab.figures.ask import Ask, Points
 from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import Ask, Points
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.wording import Label, converted
 from wearlab.files import read_regular

@@ -1,26 +1,66 @@
-"""A figure as a question: what was asked of which runs, written into the figure's own file.
-
-The campaign is recorded as far as its grid needs it, so a figure is drawn again from a store alone, without
-the campaign file; the points of a paper travel along.
-"""
+"""A figure as a question: what was asked of which runs, written into its file and read back."""
 
 import json
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
 
 from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
 from wearlab.campaign.inheritance import fingerprint, source_text
-from wearlab.figures.ask import Ask, Points, read
-from wearlab.figures.errors import FigureError
+from wearlab.figures.errors import FigureError, choices
+from wearlab.figures.kind import Ask, Points, read
 from wearlab.figures.kinds import KINDS
 from wearlab.figures.published import points_of
+from wearlab.schema import DIMENSIONS, VARIABLES
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
     from wearlab.store.catalogue import Entry
+
+
+def figure_problems(campaign: "Campaign") -> list[str]:
+    """Return one line for each ``[[figure]]`` that no run could satisfy: its kind, names or labels are wrong.
+
+    Parameters
+    ----------
+    campaign : its figures, axes and cases
+    """
+    folder = campaign.path.parent if campaign.path else None
+    problems = []
+    for number, spec in enumerate(campaign.figures, 1):
+        try:
+            problems += list(_problems(campaign, spec, number, folder))
+        except FigureError as error:
+            problems.append(str(error))
+    return problems
+
+
+def _problems(campaign: "Campaign", spec: Any, number: int, folder: Any) -> Iterator[str]:
+    ask = read(spec, number, folder)
+    if ask.kind not in KINDS:
+        yield f"figure {number}: kind {ask.kind!r} is unknown; {choices(ask.kind, KINDS)}"
+    axes = {axis.name: axis for axis in campaign.axes}
+    beside = {name for axis in campaign.axes for name in axis.coordinates}
+    keys = {word for axis in campaign.axes for word in (axis.key, axis.key.rpartition(".")[2])}
+    names = {*axes, *beside, "case", *(dimension.name for dimension in DIMENSIONS), *VARIABLES}
+    for key in ask.select:
+        if key not in names:
+            yield f"{ask.name}: select.{key} is unknown; {choices(key, sorted(names - set(VARIABLES)))}"
+    for role in ("x", "hue", "rows", "cols"):
+        name = getattr(ask, role)
+        if name is not None and name not in names | keys:
+            yield f"{ask.name}: {role} = {name!r} is unknown; {choices(name, sorted(names))}"
+    for name in ask.y:
+        of_update = ask.kind in KINDS and KINDS[ask.kind].of == "update"
+        if name not in VARIABLES and not of_update:
+            yield f"{ask.name}: y = {name!r} is no variable; {choices(name, VARIABLES)}"
+    if isinstance(ask.published, Path) and not ask.published.is_file():
+        yield f"{ask.name}: published file {spec.published} is not there"
+
 
 QUESTION = "question"
 FORMAT = 1
@@ -166,3 +206,69 @@ def asked_by(told: Mapping[str, str], file: Path) -> Question:
 
 def _json(value: Any) -> str:
     return json.dumps(value, sort_keys=True, ensure_ascii=False, separators=(",", ":"))
+
+
+DESCRIPTION = "{http://purl.org/dc/elements/1.1/}description"
+SUBJECT = re.compile(rb"/Subject \(((?:[^\\()]|\\.)*)\)", re.DOTALL)
+ESCAPED = re.compile(rb"\\(.)", re.DOTALL)
+LARGEST = 50_000_000  # bytes, and pixels
+ESCAPES = {b"n": b"\n", b"r": b"\r"}
+
+
+def embedded(file: Path) -> dict[str, str]:
+    """Return the texts of a figure's file, by keyword; none when it is not ours.
+
+    Raises
+    ------
+    FigureError : it cannot be read, or is no PNG, SVG or PDF
+    """
+    try:
+        if file.exists() and not file.is_file():
+            raise FigureError(f"{file}: is no file")
+        if file.stat().st_size > LARGEST:
+            raise FigureError(f"{file}: {file.stat().st_size} bytes are more than a figure has")
+        data = file.read_bytes()
+    except OSError as error:
+        raise FigureError(f"{file}: cannot be read ({error.strerror or error})") from error
+    reader = next((read for start, read in READERS.items() if data.lstrip().startswith(start)), None)
+    if reader is None:
+        raise FigureError(f"{file}: is no PNG, SVG or PDF")
+    try:
+        return reader(file, data)
+    except (ValueError, SyntaxError, OSError, ElementTree.ParseError) as error:
+        raise FigureError(f"{file}: is damaged ({error})") from error
+
+
+def _png(file: Path, data: bytes) -> dict[str, str]:
+    from PIL import Image
+
+    with Image.open(file, formats=["PNG"]) as image:
+        if image.width * image.height > LARGEST:
+            raise FigureError(f"{file}: {image.width} by {image.height} pixels are more than a figure has")
+        image.load()
+        return {str(key): str(text) for key, text in image.text.items()}  # type: ignore[attr-defined]
+
+
+def _svg(file: Path, data: bytes) -> dict[str, str]:
+    description = ElementTree.fromstring(data).find(f".//{DESCRIPTION}")
+    return _texts(description.text if description is not None else None)
+
+
+def _pdf(file: Path, data: bytes) -> dict[str, str]:
+    subject = SUBJECT.search(data)
+    if subject is None:
+        return {}
+    return _texts(ESCAPED.sub(lambda match: ESCAPES.get(match[1], match[1]), subject[1]).decode("ascii"))
+
+
+def _texts(text: str | None) -> dict[str, str]:
+    texts = json.loads(text or "{}")
+    return {str(key): str(value) for key, value in texts.items()} if isinstance(texts, dict) else {}
+
+
+READERS: dict[bytes, Callable[[Path, bytes], dict[str, str]]] = {
+    b"\x89PNG": _png,
+    b"%PDF": _pdf,
+    b"<?xml": _svg,
+    b"<svg": _svg,
+}

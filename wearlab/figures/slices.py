@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.ask import Ask
 from wearlab.figures.doubt import error_of
 from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import Ask
 from wearlab.figures.plot import Scale
 from wearlab.figures.runs import Run, plain
 from wearlab.figures.wording import Label, converted, place

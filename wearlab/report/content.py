@@ -1,6 +1,8 @@
-"""What a report tells of a campaign, as plain texts and tables: no HTML, nothing computed."""
+"""What a report tells of a campaign, as plain texts, tables and figures: no HTML, nothing computed."""
 
+import base64
 import json
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,10 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.campaign.campaign import ReportSpec
 from wearlab.campaign.inheritance import fingerprint, source_text
-from wearlab.report.answer import Reply, answer
-from wearlab.report.conditions import Conditions, conditions
-from wearlab.report.drawn import Drawn, drawn
-from wearlab.report.remarks import departures, remarks
+from wearlab.figures.drawing import both_widths, fault
+from wearlab.figures.errors import FigureError
+from wearlab.figures.question import question
+from wearlab.report.answer import Conditions, Reply, answer, conditions
 from wearlab.scene import parts_left_out, parts_present
 from wearlab.scene.build.sheet import Sheet, sheet
 from wearlab.store.calibration import calibration_of
@@ -25,6 +27,89 @@ if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Case
     from wearlab.store import Store
     from wearlab.store.catalogue import Entry
+
+
+MOST_LINES = 100
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w)")
+
+
+def departures(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
+    """Return the known departures of the models of runs, each with its count."""
+    counted = Counter(
+        line
+        for entry in entries.values()
+        for line in {*str(entry.summary.get("model_error") or "").split("\n")} - {""}
+    )
+    return tuple(counted.most_common(MOST_LINES))
+
+
+def remarks(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
+    """Return assumed values and limits of validity that runs touch, warnings too, each with its count.
+
+    Lines that differ in one number are one, with its range.
+    """
+    lines: dict[str, set[str]] = {}
+    for entry in entries.values():
+        said = {*str(entry.summary.get("validity") or "").split("\n"), *entry.warnings} - {""}
+        for line in said:
+            lines.setdefault(line, set()).add(entry.id)
+    alike: dict[str, list[str]] = {}
+    for line in lines:
+        alike.setdefault(NUMBER.sub("#", line), []).append(line)
+    counted: Counter[str] = Counter()
+    for some in alike.values():
+        for words, those in _ranged(some).items():
+            counted[words] = len(set().union(*(lines[line] for line in those)))
+    return tuple(counted.most_common(MOST_LINES))
+
+
+def _ranged(lines: list[str]) -> dict[str, list[str]]:
+    """Return what to say of lines that are equal but for their numbers, and of which lines it is said."""
+    numbers = list(zip(*(list(NUMBER.finditer(line)) for line in lines), strict=True))
+    varying = [matches for matches in numbers if len({match[0] for match in matches}) > 1]
+    if len(varying) != 1:
+        return {line: [line] for line in lines}
+    ordered = sorted(varying[0], key=lambda match: float(match[0]))
+    first, last = ordered[0], ordered[-1]
+    return {f"{first.string[: first.end()]} to {last[0]}{first.string[first.end() :]}": lines}
+
+
+BROAD = 1000  # pixels: several columns of panels take a whole row
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure as a data URI, with one for small screens if that is another; or why there is none."""
+
+    title: str
+    uri: str
+    note: str
+    problem: str
+    broad: bool = False
+    small: str = ""
+
+
+def _uri(image: bytes) -> str:
+    return f"data:image/png;base64,{base64.b64encode(image).decode('ascii')}"
+
+
+def drawn(campaign: "Campaign", store: "Store") -> Iterator[Drawn]:
+    """Yield each figure of a campaign, or why it cannot be drawn."""
+    if not campaign.figures:
+        return
+    grid = store.open(campaign)
+    for number, spec in enumerate(campaign.figures, 1):
+        title = str(getattr(spec, "title", None) or spec.kind)
+        note = str(getattr(spec, "note", None) or "")
+        try:
+            image, small = both_widths(question(campaign, spec, number), grid, store)
+            broad = int.from_bytes(image[16:20], "big") > BROAD
+            yield Drawn(title, _uri(image), note, "", broad, _uri(small) if small else "")
+        except (FigureError, StoreError) as error:
+            yield Drawn(title, "", note, str(error))
+        except Exception as error:  # a fault of ours in one figure stops no page
+            yield Drawn(title, "", note, fault(f"figure {number} ({spec.kind})", error))
+
 
 MOST_ROWS = 2000  # of a table: beyond, a page is no place to read them
 MOST_FAILURES = 100

@@ -60,7 +60,7 @@ def _meant(word: str, store: "Store") -> Any:
 
 
 def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> list[str]:
-    from wearlab.report.comparison import comparison_figure
+    from wearlab.report.plots import comparison_figure
     from wearlab.store.files import write_whole
     from wearlab.store.netcdf import to_image
 

@@ -12,7 +12,7 @@ from wearlab.cli.registry import STORE, File, Json, StoreFolder, app
 from wearlab.store import Store
 
 if TYPE_CHECKING:
-    from wearlab.figures.again import Redrawn
+    from wearlab.figures.drawing import Redrawn
 
 
 @app.command()
@@ -131,7 +131,7 @@ def profile(
     """Draw a measured flank as it was understood, and say how the file was read."""
     from wearlab.figures.drawing import check_format, write
     from wearlab.figures.errors import FigureError
-    from wearlab.figures.profile import profile_figure
+    from wearlab.report.plots import profile_figure
     from wearlab.table_options import profile_table
     from wearlab.tables import TableError, read_table
 

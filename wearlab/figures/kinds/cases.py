@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Kind
+from wearlab.figures.kind import Ask, Kind
 from wearlab.figures.plot import Scale, Series, merged
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import slices

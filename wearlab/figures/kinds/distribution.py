@@ -12,10 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.ask import Ask
-from wearlab.figures.bands import Ended, banded, ended_of
+from wearlab.figures.curves import Ended, banded, ended_of
 from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Kind
+from wearlab.figures.kind import Ask, Kind
 from wearlab.figures.kinds.cycles import hours_a_cycle
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.runs import Run

@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError, choices
-from wearlab.figures.kind import Kind
+from wearlab.figures.kind import Ask, Kind
 from wearlab.figures.kinds.path import POSITIONS, along_path
 from wearlab.figures.plot import Look, Scale, Series, horizontal, merged
 from wearlab.figures.runs import Run

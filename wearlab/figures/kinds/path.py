@@ -4,8 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from wearlab.figures.ask import Ask
-from wearlab.figures.kind import Kind
+from wearlab.figures.kind import Ask, Kind
 from wearlab.figures.plot import Mark, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, slices, thinned

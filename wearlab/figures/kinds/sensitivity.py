@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.ask import Ask
 from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Kind
+from wearlab.figures.kind import Ask, Kind
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.runs import BASE, Run
 from wearlab.figures.slices import lone, shown

@@ -1,4 +1,4 @@
-"""Curves of a sample of runs become bands: median, 25-75 % and 5-95 % of the runs."""
+"""What becomes of curves before they find their panels: bands, what is drawn once, differences."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -7,11 +7,15 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.plot import Series
-from wearlab.figures.wording import Label
+from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import Ask
+from wearlab.figures.palette import BESIDE
+from wearlab.figures.plot import Scale, Series
+from wearlab.figures.wording import Label, joined
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 BANDS = ((0.05, 0.95), (0.25, 0.75))
 ACROSS = 200
@@ -243,3 +247,140 @@ def _common_label(name: str, some: Sequence[Label]) -> Label:
     if low == high:
         return Label(middle, low.text)
     return Label(middle, f"{name}: {label_text(low.text, high.text)}")
+
+
+SYMMETRIC = ("mesh", "bearing")  # dimensions along which planets repeat themselves
+SEEN = 1e-3  # of the range of all curves on an axis: smaller differences are not to be seen
+
+
+def drawn_once(series: Sequence[Series], ask: Ask) -> tuple[list[Series], list[str]]:
+    """Return the series without those that repeat another's along a symmetric dimension, and notes.
+
+    A label is left out where every one of its curves is that of one other label; dimensions that the figure
+    itself names are left alone.
+    """
+    kept, notes = list(series), []
+    told = {*ask.select, ask.hue, ask.rows, ask.cols}
+    for dim in SYMMETRIC:
+        if dim not in told:
+            kept, more = _along(kept, dim)
+            notes += more
+    return kept, notes
+
+
+def _along(series: list[Series], dim: str) -> tuple[list[Series], list[str]]:
+    groups: dict[Label, dict[object, list[Series]]] = {}
+    for curve in series:
+        if dim in curve.key:
+            rest = tuple((name, label) for name, label in curve.key.items() if name != dim)
+            groups.setdefault(curve.key[dim], {}).setdefault((rest, curve.look, curve.text), []).append(curve)
+    if len(groups) < 2:
+        return series, []
+    spans = _spans(series)
+    same: dict[Label, list[Label]] = {}
+    for label, curves in groups.items():
+        first = next((known for known in same if _alike(groups[known], curves, spans)), label)
+        same.setdefault(first, []).append(label)
+    dropped = {label for first, labels in same.items() for label in labels if label != first}
+    notes = [
+        f"The same, drawn once as {first.text}: {', '.join(other_label.text for other_label in labels[1:])}."
+        for first, labels in same.items()
+        if len(labels) > 1
+    ]
+    return [curve for curve in series if curve.key.get(dim) not in dropped], notes
+
+
+def _spans(series: Sequence[Series]) -> dict[Scale, float]:
+    """Return the range of all values of each scale."""
+    ends: dict[Scale, list[float]] = {}
+    for curve in series:
+        for scale, values in ((curve.across, curve.x), (curve.up, curve.y)):
+            held = values[np.isfinite(values)]
+            if len(held):
+                ends.setdefault(scale, []).extend((float(held.min()), float(held.max())))
+    return {scale: max(all_) - min(all_) for scale, all_ in ends.items()}
+
+
+def _alike(a: dict[object, list[Series]], b: dict[object, list[Series]], spans: dict[Scale, float]) -> bool:
+    return a.keys() == b.keys() and all(
+        len(a[key]) == len(b[key])
+        and all(
+            first.across == two.across
+            and first.up == two.up
+            and _close(first.x, two.x, spans.get(first.across, 0.0))
+            and _close(first.y, two.y, spans.get(first.up, 0.0))
+            for first, two in zip(a[key], b[key], strict=True)
+        )
+        for key in a
+    )
+
+
+def _close(a: Array, b: Array, span: float) -> bool:
+    return a.shape == b.shape and np.allclose(a, b, rtol=0.0, atol=SEEN * span, equal_nan=True)
+
+
+def from_first(
+    series: Sequence[Series], roles: Mapping[str, str], ask: Ask
+) -> tuple[list[Series], tuple[str, ...]]:
+    """Return every curve less the first one of its panel, and a note that says what the first one is.
+
+    The first curve is that of the first hue; where its abscissae are others, it is read between them.
+
+    Parameters
+    ----------
+    series : all curves
+    roles : role → dimension
+    ask : the figure's wishes
+
+    Raises
+    ------
+    FigureError : nothing varies by hue in a panel, or there is something that is no curve
+    """
+    hue = roles.get("hue")
+    if hue is None:
+        raise FigureError(f'{ask.name}: y_as = "difference" needs a second curve; nothing varies by hue here')
+    if any(curve.look in (*BESIDE, "published", "area") for curve in series):
+        raise FigureError(
+            f'{ask.name}: y_as = "difference" is for curves alone, without published points, bands and levels'
+        )
+    panels = [roles[role] for role in ("rows", "cols") if role in roles]
+    first: dict[tuple[Label | None, ...], Series] = {}
+    for curve in series:
+        first.setdefault(tuple(curve.key.get(name) for name in panels), curve)
+    differences = [
+        _less(curve, first[tuple(curve.key.get(name) for name in panels)], hue) for curve in series
+    ]
+    return differences, (_said(list(first.values()), hue),)
+
+
+def _less(curve: Series, first: Series, hue: str) -> Series:
+    if not np.all(np.diff(first.x) >= 0.0):
+        raise ValueError(f"abscissae of {first.key[hue].text} do not ascend")
+    at = first.y if np.array_equal(curve.x, first.x) else np.interp(curve.x, first.x, first.y)
+    return replace(curve, y=curve.y - at, up=Scale(f"change of {_within(curve.up.words)}", curve.up.units))
+
+
+def _within(words: str) -> str:
+    return words if words[:2].isupper() else words[:1].lower() + words[1:]
+
+
+def _said(first: Sequence[Series], hue: str) -> str:
+    low, high = min(np.nanmin(curve.y) for curve in first), max(np.nanmax(curve.y) for curve in first)
+    named = ", ".join(dict.fromkeys(curve.key[hue].text for curve in first))
+    values = f"{low:.4g} to {high:.4g}{joined(first[0].up.units)}"
+    return f"Drawn is the change from {named}, whose values run from {values}."
+
+
+def require_positive(series: Sequence[Series], ask: Ask) -> None:
+    """Refuse what a logarithmic axis cannot show.
+
+    Raises
+    ------
+    FigureError : a value is not above zero
+    """
+    for curve in series:
+        least = float(np.nanmin(curve.y, initial=np.inf))
+        if least <= 0.0:
+            raise FigureError(
+                f'{ask.name}: y_as = "logarithm": {curve.up.words} reaches {least:.3g}; all must be above 0'
+            )

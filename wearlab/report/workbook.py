@@ -1,0 +1,113 @@
+"""A campaign's numbers as a workbook: a sheet of runs, one of wear states, one of their origin."""
+
+import io
+from collections.abc import Iterator, Mapping
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearlab.store.errors import StoreError
+from wearlab.units import convert
+
+MOST_ROWS = 1_048_575  # of a sheet, below its head
+MOST_LABELS = 12  # along a dimension of a run that becomes columns
+UPDATE = "update"
+WAVES = ("profile", "phase")
+
+
+def workbook(grid: xr.Dataset, attributes: Mapping[str, str]) -> bytes:
+    """Return an .xlsx file of a grid's numbers and words; waves and profiles are left to netCDF.
+
+    Parameters
+    ----------
+    grid : of `Store.open`
+    attributes : what is said of the whole
+
+    Raises
+    ------
+    StoreError : openpyxl is not installed, or more rows than a sheet holds
+    """
+    try:
+        from openpyxl import Workbook
+    except ImportError:
+        raise StoreError(
+            "a workbook needs the package openpyxl: pip install 'wearlab[xlsx]'; or name the file .nc"
+        ) from None
+    book = Workbook(write_only=True)
+    for title, rows in (("runs", _rows(grid, ())), ("wear states", _rows(grid, (UPDATE,)))):
+        sheet = book.create_sheet(title)
+        for number, row in enumerate(rows):
+            if number > MOST_ROWS:
+                raise StoreError(f"more than {MOST_ROWS} rows are more than a sheet holds: name the file .nc")
+            sheet.append(row)
+    about = book.create_sheet("about")
+    for key, value in attributes.items():
+        about.append([key, str(value)[:32_000]])
+    stream = io.BytesIO()
+    book.save(stream)
+    return stream.getvalue()
+
+
+def _rows(grid: xr.Dataset, along: tuple[str, ...]) -> Iterator[list[Any]]:
+    """Yield the head and one row for each run, or for each of its wear states."""
+    dims = [str(dim) for dim in grid["run_id"].dims]
+    columns = dict(_columns(grid, dims, along))
+    axes = {
+        _head(str(name), grid[name]): grid[name] for name in grid.coords if set(grid[name].dims) <= set(dims)
+    }
+    yield [*axes, *(["wear state"] if along else []), *columns]
+    for place in product(*(range(grid.sizes[dim]) for dim in dims)):
+        at = dict(zip(dims, place, strict=True))
+        where = [_plain(axis.isel(at, missing_dims="ignore").values) for axis in axes.values()]
+        values = [_shown(column.isel(at, missing_dims="ignore")) for column in columns.values()]
+        if not along:
+            yield where + [_plain(value) for value in values]
+            continue
+        for state in range(int(grid["n_updates"].isel(at))):
+            yield [*where, state, *(_plain(value[state]) for value in values)]
+
+
+def _columns(grid: xr.Dataset, dims: list[str], along: tuple[str, ...]) -> Iterator[tuple[str, xr.DataArray]]:
+    """Yield the variables that are numbers or words of a run or of a wear state, a column for each label."""
+    for name, variable in grid.variables.items():
+        own = [dim for dim in variable.dims if dim not in dims]
+        left = [dim for dim in own if dim not in along]
+        lone = set(variable.dims) == {name} or (name in grid.coords and not own)
+        if lone or not set(along) <= set(own) or len(left) > 1:
+            continue
+        array = grid[name]
+        if not left:
+            yield _head(str(name), array), array
+        elif (
+            left[0] in grid.coords
+            and grid.sizes[left[0]] <= MOST_LABELS
+            and left[0] not in ("profile", "phase")
+        ):
+            for number, label in enumerate(grid[left[0]].values):
+                yield _head(f"{name} {label}", array), array.isel({left[0]: number})
+
+
+def _head(name: str, array: xr.DataArray) -> str:
+    shown = array.attrs.get("display_units") or array.attrs.get("units") or ""
+    return f"{name} [{shown}]" if shown not in ("", "1") else name
+
+
+def _shown(array: xr.DataArray) -> Any:
+    """Return values in display units."""
+    stored, wanted = (str(array.attrs.get(key) or "") for key in ("units", "display_units"))
+    values = array.values
+    if array.dtype.kind not in "fiu" or not wanted or stored in ("", wanted):
+        return values
+    return convert(values.astype(float), stored, wanted)
+
+
+def _plain(value: Any) -> Any:
+    """Return one value as a cell holds it: nothing where nothing is known."""
+    value = np.asarray(value).item()
+    while isinstance(value, np.ndarray):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None if np.isnan(value) else str(value)
+    return value if isinstance(value, bool | int | float) else str(value)
