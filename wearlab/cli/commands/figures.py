@@ -90,18 +90,22 @@ def report(
     file: File,
     folder: StoreFolder = STORE,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The page.", show_default="FILE's name, .html")
+        Path | None,
+        typer.Option(metavar="FILE", help="The page (.html, .pdf).", show_default="FILE.html"),
     ] = None,
     json: Json = False,
 ) -> Status:
-    """Write one self-contained HTML page about FILE and its stored runs."""
+    """Write one self-contained page about FILE and its stored runs: HTML, or PDF by the name of OUT."""
+    from wearlab.report.page import ReportError, as_file, check_suffix
     from wearlab.report.page import report as page_of
     from wearlab.store.files import write_whole
 
-    store, campaign = Store(folder), read_campaign(file)
     path = out or Path(f"{Path(file).stem}.html")
-    with refusing(*REFUSALS, OSError):
-        write_whole(path, page_of(campaign, store).encode())
+    with refusing(ReportError):
+        check_suffix(path)
+    store, campaign = Store(folder), read_campaign(file)
+    with refusing(*REFUSALS, ReportError, OSError):
+        write_whole(path, as_file(page_of(campaign, store), path.suffix))
     if json:
         show_json({"file": str(path)})
     else:

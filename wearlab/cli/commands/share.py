@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 
 MEGABYTE = 1e6
+EXPORTS = (".nc", ".zarr", ".xlsx", ".zip")
 
 
 @app.command()
@@ -35,7 +36,9 @@ def export(
     out: Annotated[
         Path,
         typer.Argument(
-            metavar="OUT", help="out.nc, out.zarr (a folder), or out.zip (a crate).", show_default=False
+            metavar="OUT",
+            help="out.nc, out.zarr (folder), out.xlsx, out.zip (crate).",
+            show_default=False,
         ),
     ],
     folder: StoreFolder = STORE,
@@ -44,12 +47,16 @@ def export(
     """Write all runs of FILE as one file that needs no wearlab to be read; a crate holds its figures too."""
     from wearlab.store.export import export
 
+    if out.suffix.lower() not in EXPORTS:
+        raise Stop(f"{out}: an export is written as {', '.join(EXPORTS)}, not as {out.suffix or 'nothing'}")
     store, campaign = Store(folder), read_campaign(file)
-    with refusing(*REFUSALS):
+    with refusing(*REFUSALS, OSError):
         total = len({case.id for case in campaign.cases})
         with bar(total, json, "runs") as tell:
-            if out.suffix == ".zip":
+            if out.suffix.lower() == ".zip":
                 _export_crate(campaign, store, out, tell)
+            elif out.suffix.lower() == ".xlsx":
+                _export_workbook(campaign, store, out)
             else:
                 export(campaign, store, out, tell)
         entries = store.entries(case.id for case in campaign.cases)
@@ -61,6 +68,14 @@ def export(
         if done < total:
             complain(f"{total - done} of {total} runs have no data; the attribute 'missing' names them")
     return Status.WELL if done == total else Status.TROUBLE
+
+
+def _export_workbook(campaign: "Campaign", store: "Store", out: Path) -> None:
+    from wearlab.report.workbook import workbook
+    from wearlab.store.export import export_attributes
+    from wearlab.store.files import write_whole
+
+    write_whole(out, workbook(store.open(campaign), export_attributes(campaign, store)))
 
 
 def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callable[[str], None]) -> None:
