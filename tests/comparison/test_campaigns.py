@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from made_up import SPEEDS, Axis, Campaign, Case, put, run
 
 from wearlab.comparison import CompareError, compare
+from wearlab.comparison.campaigns import side
 from wearlab.store import Store
 
 
@@ -77,3 +79,22 @@ def test_by_id(store):
     assert float(found["largest_relative_difference"].sel(quantity="mesh_stiffness")) == pytest.approx(
         0.01 / 1.01
     )
+
+
+def test_a_case_that_shares_a_run_with_the_base_takes_no_place_from_it():
+    """Was: the base lost its 900 rpm, and the case stood at 800 rpm."""
+    own = json.dumps({"as built": {"speed": 900.0}})
+    computed = (("speed", "case"), [[True, False], [True, True]], {"own_values": own})
+    grid = xr.Dataset(
+        {
+            "run_id": (("speed", "case"), [["a", "b"], ["b", "b"]]),
+            "status": (("speed", "case"), np.full((2, 2), "done")),
+        },
+        {
+            "speed": ("speed", [800.0, 900.0], {"units": "rpm"}),
+            "case": ["base", "as built"],
+            "computed": computed,
+        },
+    )
+    named = {member.name: member.id for member in side(grid, None, "A").members}
+    assert named == {"speed = 800 rpm": "a", "speed = 900 rpm": "b", "as built": "b"}

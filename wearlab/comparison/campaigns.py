@@ -11,6 +11,7 @@ import xarray as xr
 from wearlab.comparison.errors import CompareError
 from wearlab.comparison.quantities import QUANTITIES, described
 from wearlab.comparison.runs import CYCLE, SIDES, WEAR_DEPTH, compare_runs
+from wearlab.store.grid import own_values
 from wearlab.store.place import place, value_text
 from wearlab.units import KINDS, UnitError, convert
 
@@ -101,8 +102,9 @@ def _reader(store: "Store", run_id: str) -> Callable[[], xr.Dataset]:
 
 def _of_grid(grid: xr.Dataset, name: str) -> Side:
     dims = [str(dim) for dim in grid["run_id"].dims]
-    members: dict[str, SideRun] = {}
+    members: dict[object, SideRun] = {}
     absent = [str(missing) for missing in np.atleast_1d(grid.attrs.get("missing", []))]
+    repeated = own_values(grid) if "computed" in grid.coords else None
     for point in np.ndindex(*grid["run_id"].shape):
         run_id = str(grid["run_id"].values[point])
         if not run_id or str(grid["status"].values[point]) != "done":
@@ -110,11 +112,12 @@ def _of_grid(grid: xr.Dataset, name: str) -> Side:
         index = dict(zip(dims, point, strict=True))
         values = {d: (_plain(grid[d].values[i]), grid[d].attrs.get("units")) for d, i in index.items()}
         label = str(values.pop("case", (BASE, None))[0])
-        if run_id in members:  # broadcast along the axes: known by its label alone
-            members[run_id] = SideRun(_key(label, {}), label, run_id, members[run_id].read)
+        own = point if repeated is not None and label not in repeated else (label, run_id)
+        if own in members or label in (repeated or ()):  # repeated along the axes: known by its label alone
+            members[own] = SideRun(_key(label, {}), label, run_id, _point(grid, index))
             continue
         words = ", ".join(f"{d} = {value_text(v, u)}" for d, (v, u) in values.items())
-        members[run_id] = SideRun(_key(label, values), words or label, run_id, _point(grid, index))
+        members[own] = SideRun(_key(label, values), words or label, run_id, _point(grid, index))
     ordered = sorted(members.values(), key=lambda member: dict(member.key)["case"] != BASE)
     return Side(str(grid.attrs.get("title") or name), tuple(ordered), tuple(absent))
 

@@ -1,7 +1,6 @@
 """The runs that a figure shows: picked from a campaign's grid, loaded without padding, narrowed by select."""
 
 import itertools
-import json
 import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,6 +14,7 @@ from wearlab.figures.kind import Ask
 from wearlab.figures.wording import Label, converted, cycles, place
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.schema import VARIABLES, origin_of
+from wearlab.store.grid import own_values
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -236,12 +236,6 @@ def _is_repeated(grid: "xr.Dataset", dims: Sequence[str], point: tuple[int, ...]
     index = tuple(at if dim == "case" else slice(None) for dim, at in zip(dims, point, strict=True))
     ids = grid.run_id.values[index]
     return bool(ids.size > 1 and len(set(ids.flat) - {""}) == 1)
-
-
-def own_values(grid: "xr.Dataset") -> dict[str, dict[str, Any]]:
-    """Return what each case that is not swept has of the keys that are, by case and coordinate."""
-    told = grid["computed"].attrs.get("own_values") if "computed" in grid.coords else None
-    return dict(json.loads(told)) if told else {}
 
 
 def plain(value: Any) -> Any:

@@ -33,8 +33,8 @@ MOST_LINES = 100
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w)")
 
 
-def departures(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
-    """Return the known departures of the models of runs, each with its count."""
+def model_errors(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
+    """Return the known errors of the models of runs, each with its count."""
     counted = Counter(
         line
         for entry in entries.values()
@@ -177,7 +177,7 @@ class Content:
     figures: tuple[Drawn, ...]
     failures: tuple[Failure, ...]
     remarks: tuple[tuple[str, int], ...]
-    departures: tuple[tuple[str, int], ...]
+    model_errors: tuple[tuple[str, int], ...]
     code: tuple[Mapping[str, str], ...]
     lineage: tuple[tuple[str, tuple[str, ...]], ...]
     text: str
@@ -225,7 +225,7 @@ def content(campaign: "Campaign", store: "Store") -> Content:
         gears=_gears(campaign) if "gears" in report.sections else (),
         failures=tuple(_failures(campaign, rows, entries))[:MOST_FAILURES],
         remarks=remarks(entries),
-        departures=departures(entries),
+        model_errors=model_errors(entries),
         code=tuple(_code(store, entries)),
         lineage=tuple(_lineage(campaign, store, entries)),
         measured=measured,

@@ -183,6 +183,12 @@ def _along(axis: "Axis") -> "dict[str, Axis | Coordinate]":
     return {axis.name: axis, **axis.coordinates}
 
 
+def own_values(grid: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Return what each case that is not swept has of the keys that are, by case and coordinate."""
+    told = grid["computed"].attrs.get("own_values") if "computed" in grid.coords else None
+    return dict(json.loads(told)) if told else {}
+
+
 def _own_value(stored: Any, along: "Axis | Coordinate") -> Any:
     """Return a value of a scene in the unit of an axis, None where the scene has no such key."""
     kind = quantity_at(along.key)
