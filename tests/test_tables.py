@@ -5,7 +5,7 @@ import pytest
 
 import wearlab as wl
 from wearlab.cli.app import status_of
-from wearlab.tables import Table, TableError, read_table
+from wearlab.tables import ReadTable, TableError, read_table
 
 PAIR = """
 [gears]
@@ -25,7 +25,7 @@ until = { cycles = 1e6 }
 
 @pytest.fixture
 def table(tmp_path):
-    def read(text: str | bytes, encoding: str = "utf-8") -> Table:
+    def read(text: str | bytes, encoding: str = "utf-8") -> ReadTable:
         (tmp_path / "t.csv").write_bytes(text if isinstance(text, bytes) else text.encode(encoding))
         return read_table(tmp_path / "t.csv")
 

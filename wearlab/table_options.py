@@ -8,7 +8,7 @@ from typing import Any
 from pydantic_core import PydanticCustomError
 
 from wearlab.options import Stored
-from wearlab.tables import Table, TableError, in_unit, read_table
+from wearlab.tables import ReadTable, TableError, in_unit, read_table
 from wearlab.units import PER_MINUTE
 
 ABSCISSAE = {"phase": "1", "path_position": "m"}
@@ -93,7 +93,7 @@ def profile_table(
 
 
 def _of_table(
-    table: Table, mapped: Mapping[str, str], units: Mapping[str, str], name: str, wanted: str
+    table: ReadTable, mapped: Mapping[str, str], units: Mapping[str, str], name: str, wanted: str
 ) -> tuple[float, ...]:
     """Return a column in SI, by the unit that the campaign file gives, else by the one in the header."""
     header = table.meant(name, mapped)
@@ -114,7 +114,7 @@ def _path(file: str, base: Path | None) -> Path:
 
 
 def _column(
-    asked: Any, table: Table, mapped: Mapping[str, str], known: tuple[str, ...], key: str, file: str
+    asked: Any, table: ReadTable, mapped: Mapping[str, str], known: tuple[str, ...], key: str, file: str
 ) -> str:
     """Return the quantity meant: the one asked for or mapped, or the only known one of the file."""
     if asked is not None and asked not in known:
@@ -164,7 +164,7 @@ def duty_table(
     return torque, speed, share
 
 
-def _times(table: Table, columns: Mapping[str, str], units: Mapping[str, str]) -> tuple[float, ...]:
+def _times(table: ReadTable, columns: Mapping[str, str], units: Mapping[str, str]) -> tuple[float, ...]:
     header = table.meant("share", columns)
     unit = units.get("share") or (table.units[header] if header else "") or "1"
     for wanted in TIMES:

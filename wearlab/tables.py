@@ -58,7 +58,7 @@ class TableError(ValueError):
 
 
 @dataclass(frozen=True)
-class Table:
+class ReadTable:
     """A table as it was understood, its cells as texts.
 
     Parameters
@@ -185,7 +185,7 @@ class Table:
         return f"{self.file}: line {self.lines[row]}, column {name!r}"
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path) -> ReadTable:
     """Return a file's table.
 
     Raises
@@ -216,7 +216,7 @@ def in_unit(values: Array, unit: str | None, wanted: str, column: str) -> Array:
 
 
 @lru_cache(maxsize=32)
-def _read(path: Path, modified: int, size: int) -> Table:
+def _read(path: Path, modified: int, size: int) -> ReadTable:
     raw = read_regular(path, LARGEST_FILE)
     if raw.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
         raise TableError(f"{path.name}: is a workbook, no text: save its sheet as CSV")
@@ -301,7 +301,7 @@ def _score(rows: Sequence[Sequence[str] | None]) -> int:
     return score
 
 
-def _parsed(file: str, lines: Sequence[tuple[int, str]], encoding: str, reading: _Reading) -> Table:
+def _parsed(file: str, lines: Sequence[tuple[int, str]], encoding: str, reading: _Reading) -> ReadTable:
     """Return the table of all lines."""
     parts = [_name_and_unit(cell) for cell in reading.headers]
     names, width, header_line = tuple(name for name, _ in parts), len(parts), lines[reading.header][0]
@@ -325,7 +325,7 @@ def _parsed(file: str, lines: Sequence[tuple[int, str]], encoding: str, reading:
             )
     kept = [row for row in fitted[: last + 1] if row]
     units = [given or _bare(below) for (_, given), below in zip(parts, reading.units, strict=True)]
-    return Table(
+    return ReadTable(
         file,
         reading.headers,
         names,

@@ -69,7 +69,7 @@ def test_tolerance_steers_every_part(scene):
 def test_a_life_ends_at_its_bound_on_the_work_and_says_what_to_do(scene):
     tight = scene("base case").replace("numerics.cycle_tolerance", 1e-6).replace("wear.snapshots", None)
     whole = simulate(tight)
-    most = 0.4 * int(whole.count_right_hand_sides)
+    most = 0.05 * int(whole.count_right_hand_sides)  # of the whole run: the life takes a part of it
     part = simulate(tight.replace("numerics.most_right_hand_sides", most))
     assert (str(part.verdict.values), str(part.end_reason.values)) == ("stopped", "work limit")
     assert 0.0 < float(part.cycle[-1]) < float(whole.cycle[-1])

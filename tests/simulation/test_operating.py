@@ -131,7 +131,7 @@ def test_a_depth_ends_the_stage_that_reaches_it(short):
     ("key", "value", "text"),
     [
         ("duty", [{**RATED, "share": 0.4}], "sum to 0.4, not to 1"),
-        ("duty", {"file": "loads.csv"}, "'units' is required"),
+        ("duty", {"file": "loads.csv"}, "cannot read loads.csv"),
         ("stage", [RATED, EASY], "stage 1 needs 'cycles'"),
         (
             "stage",

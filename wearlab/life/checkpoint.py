@@ -27,7 +27,7 @@ NUMBER = re.compile(r"[<>|=](b1|[iu][1248]|f[248]|c8|c16|U[0-9]{1,4})")
 PLAIN = (type(None), bool, int, float, str)
 
 
-class Progress(NamedTuple):
+class Reached(NamedTuple):
     """How far a life is, for those who wait.
 
     Parameters
@@ -40,7 +40,7 @@ class Progress(NamedTuple):
     depth: float
 
 
-Report = Callable[[Progress, Callable[[], bytes]], None]
+Report = Callable[[Reached, Callable[[], bytes]], None]
 """Called with every accepted state and what makes its checkpoint, which costs nothing until it is called."""
 
 
@@ -289,7 +289,7 @@ class Checkpoint:
         except CheckpointError:
             return None
 
-    def keep(self, reached: Progress, state: Callable[[], Any]) -> None:
+    def keep(self, reached: Reached, state: Callable[[], Any]) -> None:
         """Report an accepted state, which can be kept."""
 
         def image() -> bytes:

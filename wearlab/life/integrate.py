@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
 from wearlab.life.adaptive import Adaptive
-from wearlab.life.checkpoint import Checkpoint, Progress, checkpoint
+from wearlab.life.checkpoint import Checkpoint, Reached, checkpoint
 from wearlab.life.euler import Euler, Fixed, SawTooth
 from wearlab.life.limits import ALL_CYCLES, WORN_OUT, Limits, OutOfEvaluations, Snapshots, StopWear
 from wearlab.life.rate import CountedRate, Rate
@@ -143,7 +143,7 @@ class _Integration:
                 progress(self.node)
             if keep is not None:
                 followed.append((self.node, self.rate.remember()))
-                reached = Progress(self.node.cycle, float(self.node.depth.max(initial=0.0)))
+                reached = Reached(self.node.cycle, float(self.node.depth.max(initial=0.0)))
                 keep.keep(reached, partial(self._put_down, stepper, followed))
         if keep is not None:
             keep.settle(partial(self._put_down, stepper, followed))

@@ -12,7 +12,7 @@ from wearlab.arrays import Array, Flags, Index
 from wearlab.campaign.update_options import WHEN, WHERE, Data, Days
 from wearlab.files import read_regular
 from wearlab.scene.problems import Refusal
-from wearlab.tables import LARGEST_FILE, Table, TableError, in_unit, read_table
+from wearlab.tables import LARGEST_FILE, ReadTable, TableError, in_unit, read_table
 from wearlab.units import HOUR
 
 DAYS_A_YEAR = 365.2425
@@ -128,7 +128,7 @@ def read_observations(data: Data, days: Days | None = None) -> Observed:
     return seen
 
 
-def _numbers(data: Data, table: Table, column: str, unit: str, name: str) -> Array:
+def _numbers(data: Data, table: ReadTable, column: str, unit: str, name: str) -> Array:
     """Return the numbers of a column in SI."""
     given = {table.find(written): own for written, own in data.units.items()}
     own = given.get(column) or table.units[column] or ("h" if unit == "s" else None)
@@ -140,7 +140,7 @@ def _numbers(data: Data, table: Table, column: str, unit: str, name: str) -> Arr
     return numbers if own is None else in_unit(numbers, own, unit, column)
 
 
-def _dates(data: Data, table: Table, column: str, days: Days | None) -> Array:
+def _dates(data: Data, table: ReadTable, column: str, days: Days | None) -> Array:
     """Return the operating seconds at dates, by the hours of a year in operation."""
     if days is None or days.hours is None:
         raise UpdateError(
