@@ -52,7 +52,7 @@ def test_a_rate_that_changes_among_thousands_of_depths_is_called(n):
     ids=["known", "unknown", "relative"],
 )
 def test_clean_twins_are_not_called(error):
-    """Fewer than one in twenty, of 60; `tests/validation/update_checks.py` draws more."""
+    """Fewer than one in twenty, of 60."""
     cycles, alarms = np.linspace(1e5, 1.2e6, 12), 0
     for seed in range(60):
         rng = np.random.default_rng([7, seed])

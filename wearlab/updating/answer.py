@@ -178,8 +178,7 @@ class _Passage:
 def first_passage(ahead: float, mean: Array, shape: Array) -> Array:
     """Return the probability that a Wiener process with a mean course has reached a limit.
 
-    Φ((t/μ − 1) √(λ/t)) + exp(2 λ/μ) Φ(−(t/μ + 1) √(λ/t)), the inverse Gaussian law: that of SciPy, whose
-    ``invgauss.cdf`` takes ten times as long for arrays of shapes.
+    Φ((t/μ − 1) √(λ/t)) + exp(2 λ/μ) Φ(−(t/μ + 1) √(λ/t)), the inverse Gaussian law.
 
     Parameters
     ----------

@@ -91,7 +91,7 @@ def answered(
         alone = tuple(b if k == n else unseen([b])[0] for k, b in enumerate(blocks))
         each.append(posterior(runs, alone, study.prior, log_proposal))
     answer = replace(answer, contradiction=contradiction(each))
-    if answer.contradiction > TENSION and drifting is None and len(runs) <= MOST_WIDENED:
+    if answer.contradiction > TENSION and _widens(answer, runs):
         return replace(answer, posterior=widened(post, each))
     return answer
 
@@ -193,6 +193,11 @@ def contradiction(each: Sequence[Posterior]) -> float:
     )
 
 
+def _widens(answer: Answer, runs: Sequence[RunHistory]) -> bool:
+    """Whether sources that contradict each other widen the interval: without drift, and in few runs."""
+    return answer.drifting is None and len(runs) <= MOST_WIDENED
+
+
 def _notes(
     study: "MeasuredCase",
     runs: tuple[RunHistory, ...],
@@ -214,10 +219,10 @@ def _notes(
             f"two files contradict each other: alone, each gives a k that is {stats['contradiction']:.1f} "
             "standard deviations from the other's; "
             + (
-                "the interval leaves it out"
-                if answer.drifting is not None
-                else "each was given an unknown scale "
-                "of its own, which widens the interval; find out which is wrong"
+                "each was given an unknown scale of its own, which widens the interval; "
+                "find out which is wrong"
+                if _widens(answer, runs)
+                else "the interval leaves it out"
             )
         )
     if np.isinf(runs[0].limit_cycle):
