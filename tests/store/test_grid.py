@@ -252,3 +252,39 @@ def test_any_part_of_a_grid_is_what_the_whole_has_there(fill, index):
     campaign = alter(sweep(4), 1, updates=5)
     grid = fill(campaign).open(campaign)
     np.testing.assert_array_equal(grid.wear_depth[index].compute(), grid.wear_depth.compute()[index])
+
+
+def test_a_grid_is_saved_as_it_is(fill, tmp_path):
+    campaign = alter(sweep(3, static=True), 1, act="fail")
+    grid = fill(campaign).open(campaign)
+    whole = grid.compute()
+    grid.to_netcdf(tmp_path / "grid.nc")
+    with xr.open_dataset(tmp_path / "grid.nc") as saved:
+        xr.testing.assert_equal(saved.load(), whole)
+    pytest.importorskip("zarr")
+    grid.to_zarr(tmp_path / "grid.zarr", mode="w", zarr_format=2)
+    xr.testing.assert_equal(xr.open_zarr(tmp_path / "grid.zarr", mask_and_scale=False).compute(), whole)
+
+
+def test_texts_of_runs_are_texts_and_need_no_file(fill, monkeypatch):
+    campaign = alter(sweep(3, static=True), 1, act="fail")
+    store = fill(campaign)
+    seen = reads(monkeypatch)
+    grid = store.open(campaign)
+    assert {type(text) for text in grid.verdict.values.ravel()} == {str}
+    assert set(grid.groupby("verdict").groups) == {"", "completed"}
+    assert grid.verdict.str.startswith("comp").sum() == 5
+    assert seen == []
+    by_verdict = grid[["life", "verdict"]].groupby("verdict").mean()
+    done = grid.life.where(grid.verdict == "completed").mean()
+    assert by_verdict.life.sel(verdict="completed") == done
+
+
+def test_one_text_of_a_lazy_variable_is_no_array(fill):
+    store = fill(sweep(1))
+    (run,) = store.catalogue.placed([sweep(1).cases[0].id])
+    group = lazy.RunGroup({}, {"verdict": {"dims": []}}, {})
+    file = lazy.RunFile(str(store.files.path(run.id)), run.sha256, 0)
+    numbers = np.zeros(1, np.intp)
+    text = lazy.LazyVariable("verdict", numbers, [file], [group], {0: ()}, (), np.dtype(object), "")
+    assert isinstance(text[:1][0], str)

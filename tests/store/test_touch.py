@@ -79,7 +79,7 @@ def test_every_way_to_read_a_run_looks(fill, tmp_path):
     with pytest.raises(StoreError, match="is not what was written"):
         store.run(case.id)
     for name in grid.data_vars:
-        if grid[name].dims[:1] == ("speed",) and name not in ("status", "reason", "run_id", "n_updates"):
+        if grid[name].dims[:1] == ("speed",) and store.open(sweep(2))[name].chunks is not None:
             with pytest.raises(StoreError, match="is not what was written"):
                 store.open(sweep(2))[name].load()
     with pytest.raises(StoreError, match="is not what was written"):

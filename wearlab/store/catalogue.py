@@ -41,7 +41,7 @@ class Head(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """What a grid needs of a run; ``sizes`` and ``digests`` are JSON."""
+    """What a grid needs of a run; ``sizes``, ``digests`` and ``summary`` are JSON."""
 
     id: str
     state: State | Literal["interrupted"]
@@ -50,6 +50,7 @@ class Placed(NamedTuple):
     sizes: str | None
     digests: str | None
     reason: str | None
+    summary: str | None
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,7 @@ class Catalogue(Campaigns):
     def placed(self, ids: Iterable[str]) -> list[Placed]:
         """Return what a grid needs of the known runs among ``ids``."""
         question = (
-            "SELECT id, state, sha256, layout, sizes, digests, reason "
+            "SELECT id, state, sha256, layout, sizes, digests, reason, summary "
             "FROM runs LEFT JOIN documents USING (number) WHERE id IN"
         )
         answer = self.read_many(question, list(dict.fromkeys(ids)))
@@ -389,9 +390,9 @@ def _entry(row: tuple[Any, ...]) -> Entry:
 
 
 def _placed(row: tuple[Any, ...]) -> Placed:
-    run_id, state, sha256, layout, sizes, digests, reason = row
-    rows.lengths(sizes), rows.table(digests)
-    return Placed(run_id, state, sha256, layout, sizes or None, digests or None, reason)
+    run_id, state, sha256, layout, sizes, digests, reason, summary = row
+    rows.lengths(sizes), rows.table(digests), rows.optional_text(summary)
+    return Placed(run_id, state, sha256, layout, sizes or None, digests or None, reason, summary)
 
 
 def _cost(scene: Any, seconds: Any, size: Any) -> tuple[str, float | None, int | None]:

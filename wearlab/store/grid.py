@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 BASE = "base"
 MISSING, EXCLUDED, DONE = "missing", "excluded", "done"
 UPDATE = "update"
+TEXT = np.dtype(object, metadata={"element_type": str})  # as xarray marks texts that it need not look through
 MOST_WORDS = 2  # keys that name the base beside its cases
 Variables = dict[str, Any]
 
@@ -48,6 +49,7 @@ class Grid:
     numbers : number of the run with data at each point, −1 where there is none (grid shape)
     files, groups : the runs with data
     digests : hash of each coordinate's values, per run
+    texts : name → the text of each run, where a run has one: known without opening files
     sizes : longest length of each run dim
     labels : labels along run dims; ``by_label`` are those whose values are placed by name
     token : changes when a run is another
@@ -58,6 +60,7 @@ class Grid:
     files: tuple[RunFile, ...]
     groups: tuple[RunGroup, ...]
     digests: Sequence[Mapping[str, str]]
+    texts: Mapping[str, NDArray[np.object_]]
     sizes: Mapping[str, int]
     labels: Mapping[str, list[Any]]
     by_label: frozenset[str]
@@ -232,9 +235,23 @@ def _grid(
         repr(([(r.id, r.sha256) for r in done], points.tobytes(), top)).encode()
     ).hexdigest()
     digests = [json.loads(run.digests or "{}") for run in done]
+    texts = _texts(done, groups)
     return Grid(
-        dims, np.asarray(of_case[points]), files, groups, digests, sizes, labels, by_label, token[:16]
+        dims, np.asarray(of_case[points]), files, groups, digests, texts, sizes, labels, by_label, token[:16]
     )
+
+
+def _texts(done: Sequence[Placed], groups: Sequence[RunGroup]) -> dict[str, NDArray[np.object_]]:
+    """Return the texts that runs have one of, such as the verdict, as the catalogue has them."""
+    of_group = [
+        {n for n, v in group.variables.items() if v["dtype"] == "str" and not v["dims"]} for group in groups
+    ]
+    names = sorted(set[str]().union(*of_group))
+    summaries = [json.loads(run.summary or "{}") for run in done] if names else []
+    return {
+        name: np.array([*(str(summary.get(name) or "") for summary in summaries), ""], object)
+        for name in names
+    }
 
 
 def _group(layout: Mapping[str, Any], sizes: str | None) -> RunGroup:
@@ -272,6 +289,10 @@ def _add(variables: Variables, coordinates: Variables, name: str, grid: Grid) ->
     """Put one variable into the grid: shared labels as they are, everything else as a lazy array."""
     first = next(group.variables[name] for group in grid.groups if name in group.variables)
     own = tuple(first["dims"])
+    if not own and name in grid.texts:
+        texts = np.asarray(grid.texts[name][grid.numbers], TEXT)
+        (coordinates if first["coordinate"] else variables)[name] = (grid.dims, texts, first["attrs"])
+        return
     if own == (name,) and name in grid.labels:
         coordinates[name] = ((name,), grid.labels[name], first["attrs"])
         return
@@ -328,7 +349,7 @@ def _labelled(labels: list[Any] | None, union: list[Any]) -> list[int] | None:
 def _dtype(stored: str, whole: bool) -> tuple[np.dtype[Any], Any]:
     """Return dtype and filling: text stays text, numbers with holes become float64."""
     if stored == "str":
-        return np.dtype(object), ""
+        return TEXT, ""
     stored = number_type(stored)
     return (np.dtype(stored), 0) if whole and np.dtype(stored).kind != "f" else (np.dtype(float), np.nan)
 

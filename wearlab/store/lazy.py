@@ -88,7 +88,8 @@ class LazyVariable:
             number = int(numbers[point])
             if number >= 0 and self.files[number].group in self.places:
                 values = self._values(self.files[number])
-                result[(*point, *self._where(self.files[number].group, values.shape))] = values
+                # a 0-d array of texts would stand in an object array as an array
+                result[(*point, *self._where(self.files[number].group, values.shape))] = values[()]
         kept = tuple(slice(None) if isinstance(i, slice) else 0 for i in index[:grid])
         return np.asarray(result[kept + index[grid:]])
 
