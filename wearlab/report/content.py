@@ -240,7 +240,7 @@ def _measured(campaign: "Campaign", store: "Store") -> tuple[tuple[str, ...], tu
     from wearlab.store.updates import read_update, updates_of
     from wearlab.updating.inference import subject_of
     from wearlab.updating.observations import UpdateError
-    from wearlab.updating.summary import answers, believed, told
+    from wearlab.updating.summary import BELIEVED, answers, told
 
     if campaign.update is None:
         return (), ()
@@ -251,7 +251,7 @@ def _measured(campaign: "Campaign", store: "Store") -> tuple[tuple[str, ...], tu
     tree = read_update(store, own[0].id) if own else None
     if tree is None:
         return ("! no update of these measurements as they stand is kept: wearlab update FILE makes it",), ()
-    return (*told(tree)[1:], "", *believed(tree)), tuple(answers(tree))
+    return (*told(tree)[1:], "", *BELIEVED), tuple(answers(tree))
 
 
 def _values(values: Sequence[Any], units: str | None) -> str:
