@@ -175,7 +175,7 @@ class _Passage:
         return found
 
 
-def first_passage(ahead: float, mean: Array, shape: Array) -> Array:
+def first_passage(ahead: Array | float, mean: Array, shape: Array) -> Array:
     """Return the probability that a Wiener process with a mean course has reached a limit.
 
     Φ((t/μ − 1) √(λ/t)) + exp(2 λ/μ) Φ(−(t/μ + 1) √(λ/t)), the inverse Gaussian law.

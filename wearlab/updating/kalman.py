@@ -10,7 +10,7 @@ replaced by the normal law of equal mean and variance, which is exact without a 
 
 from dataclasses import dataclass, field
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -25,9 +25,9 @@ PANELS, POINTS, FINEST = 14, 6, 280  # of the integral over u; the last for u th
 
 
 class Inspection(NamedTuple):
-    """The values taken at one time: when [cycles], and which."""
+    """The values taken at one time: when [cycles], of each lane where they differ, and which."""
 
-    cycle: float
+    cycle: Any
     values: NDArray[np.intp]
 
 

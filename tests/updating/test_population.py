@@ -1,0 +1,162 @@
+"""A population of units: liners of engines that were measured, and a sampler that shares no code with it."""
+
+import time
+
+import numpy as np
+import pytest
+from scipy import stats
+from units import LIMIT, PRIORS, RATE, law, liners, lognormal, simulated, unit
+
+from wearlab.updating import population as room
+from wearlab.updating.fleet import after, state_of
+from wearlab.updating.population import factors, population
+
+P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
+ALL = ("power", "straying", "sd_0")
+
+
+def test_the_next_inspection_of_every_liner_is_foreseen():
+    """From the inspections before and the other liners; the median rate of the others is off by 0.245 mm."""
+    units = liners(lognormal("0.05 mm", 0.5))
+    found = population(units, law(*ALL), 0)
+    rng, error, inside = np.random.default_rng(1), [], {0: 0, 1: 0}
+    for number, each in enumerate(units):
+        values = dict(zip(each.cycles, each.blocks[0].seen.value, strict=True))
+        for before, now in zip(each.cycles[:-1], each.cycles[1:], strict=True):
+            foreseen = after(found, number, before, rng).value(now, P)
+            error.append(foreseen[2] - values[now])
+            for width in inside:
+                inside[width] += foreseen[width] <= values[now] <= foreseen[-1 - width]
+    assert found.resolved and len(error) == 26
+    assert 1e3 * np.mean(np.abs(error)) < 0.235
+    assert 0.80 <= inside[0] / 26 <= 0.97 and 0.35 <= inside[1] / 26 <= 0.7
+
+
+@pytest.mark.slow
+def test_five_units_agree_with_emcee():
+    """Factors of all units and what they share, sampled together; likelihoods from whole covariances."""
+    emcee = pytest.importorskip("emcee")
+    units = liners()[:5]
+    names = ("power", "straying", "spread", "median")
+    found = population(units, law("power", "straying"), 0)
+
+    def log_probability(points):
+        power, straying, spread, median = points[:, :4].T
+        total = -0.5 * ((points[:, 4:] - median[:, None]) / np.exp(spread)[:, None]) ** 2
+        total = total.sum(axis=1) - 5.0 * spread
+        for name, column in zip(names, (power, straying, spread, median), strict=True):
+            prior, _ = PRIORS[name]
+            sigma = np.sqrt(
+                np.log1p({"power": 0.3, "straying": 1.0, "spread": 1.0, "median": 2.0}[name] ** 2)
+            )
+            total += stats.norm(np.log(prior.at(0.5)), sigma).logpdf(column)
+        for k, each in enumerate(units):
+            equal = 1.5e4 * (each.cycles / 1.5e4) ** np.exp(power)[:, None]
+            factor = np.exp(points[:, 4 + k])
+            rate = (np.exp(straying) * factor * RATE * 1.5e4) ** 2 / 1.5e4
+            cov = rate[:, None, None] * np.minimum(equal[:, :, None], equal[:, None, :])
+            root = np.linalg.cholesky(cov + 5e-5**2 * np.eye(len(each.cycles)))
+            off = each.blocks[0].seen.value - RATE * factor[:, None] * equal
+            z = np.linalg.solve(root, off[..., None])[..., 0]
+            total += -0.5 * (z**2).sum(axis=1) - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
+        return total
+
+    rng = np.random.default_rng(3)
+    start = np.array([-0.3, -1.4, -1.5, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1]) + 0.05 * rng.standard_normal((60, 9))
+    sampler = emcee.EnsembleSampler(60, 9, log_probability, vectorize=True)
+    sampler._random.seed(4)
+    sampler.run_mcmc(start, 6000)
+    chain = sampler.get_chain(discard=1000, thin=5, flat=True)
+    for column, name in enumerate(names):
+        mine, theirs = np.log(found.quantile(name, P)), np.quantile(chain[:, column], P)
+        assert np.abs(mine - theirs).max() < 0.1 * chain[:, column].std(), name
+    theta = found.theta[room.drawn(found, 8000, rng)]
+    for k, each in enumerate(units):
+        mine = np.quantile(factors(each, found.law, theta, rng), P)
+        theirs = np.quantile(chain[:, 4 + k], P)
+        assert np.abs(mine - theirs).max() < 0.1 * chain[:, 4 + k].std(), each.name
+
+
+def test_a_finer_lattice_changes_nothing(monkeypatch):
+    units, names = simulated(8, 4, 5), ("straying", "spread", "median")
+    coarse = population(units, law("straying"), 0)
+    known = [np.log(coarse.quantile(name, P)) for name in names]
+    monkeypatch.setattr(room, "SPACING", {3: 0.3})
+    monkeypatch.setattr(room, "RADIUS", 6.0)
+    room.lattice.cache_clear()
+    fine = population(units, law("straying"), 0)
+    exact = [np.log(fine.quantile(name, P)) for name in names]
+    room.lattice.cache_clear()
+    assert len(fine.theta) > 5 * len(coarse.theta)
+    assert coarse.evidence == pytest.approx(fine.evidence, abs=5e-3)
+    for mine, theirs in zip(known, exact, strict=True):
+        assert np.abs(mine - theirs).max() < 0.05 * np.ptp(theirs)
+
+
+def test_a_population_that_is_known_gives_each_unit_its_conjugate_law():
+    """Narrow priors: y = f g with ln f ~ N(m, s²), small errors, against a quadrature of its own."""
+    cycle, value = np.array([1e4, 2e4]), np.array([1.25e-3, 2.55e-3])
+    one = unit("a", cycle, value, 1e-4)
+    tight = {"spread": (lognormal(0.3, 1e-3), 1.0), "median": (lognormal(1.0, 1e-3), 1.0)}
+    known = law(sd=1e-4)._replace(
+        parameters=tuple(room.Parameter(n, *tight[n]) for n in ("spread", "median"))
+    )
+    found = population([one], known, 0)
+    u = np.linspace(-1.0, 1.0, 200_001)
+    logs = stats.norm(0.0, 0.3).logpdf(u)
+    logs += stats.norm(value[:, None], 1e-4).logpdf(RATE * np.exp(u) * cycle[:, None]).sum(axis=0)
+    mass = np.exp(logs - logs.max())
+    assert found.evidence == pytest.approx(np.log(np.trapezoid(mass, u)) + logs.max(), abs=1e-3)
+    rng = np.random.default_rng(0)
+    mine = np.quantile(factors(one, known, found.theta[room.drawn(found, 20_000, rng)], rng), P)
+    exact = np.interp(P, np.cumsum(mass) / mass.sum(), u)
+    assert np.abs(mine - exact).max() < 0.05 * 0.02
+
+
+def test_intervals_of_lives_hold_the_truth_as_often_as_they_say():
+    """40 fleets of 6 drawn outside of the code: what they share, their walks, their lives."""
+    sigma = {"straying": (0.2, 0.5), "spread": (0.3, 0.5), "median": (1.0, 0.3)}
+    asked = law("straying")._replace(
+        parameters=tuple(room.Parameter(name, lognormal(*prior)) for name, prior in sigma.items())
+    )
+    rng, ranks, grid = np.random.default_rng(9), [], np.linspace(0.0, 6e5, 12_001)
+    at = np.array([50, 100, 200])
+    for seed in range(40):
+        cov = np.array([prior[1] for prior in sigma.values()])
+        truth = np.log([prior[0] for prior in sigma.values()])
+        straying, spread, median = np.exp(truth + np.sqrt(np.log1p(cov**2)) * rng.standard_normal(3))
+        units, lives = [], []
+        for factor in median * np.exp(spread * rng.standard_normal(6)):
+            steps = straying * factor * RATE * np.sqrt(1.5e4 * np.diff(grid, prepend=0.0))
+            worn = factor * RATE * grid + np.cumsum(steps * rng.standard_normal(len(grid)))
+            over = worn >= LIMIT
+            lives.append(grid[np.argmax(over)] if over.any() else np.inf)
+            units.append(unit("a", grid[at], worn[at] + 5e-5 * rng.standard_normal(3)))
+        found = population(units, asked, seed)
+        for each, life in zip(units, lives, strict=True):
+            ranks.append(float(state_of(found, each, found.weight(), rng).life_below(life)[0]))
+    ranks = np.array(ranks)
+    assert stats.kstest(ranks, "uniform").pvalue > 1e-3
+    assert 0.85 <= np.mean(np.abs(ranks - 0.5) <= 0.45) <= 0.95
+    assert 0.40 <= np.mean(np.abs(ranks - 0.5) <= 0.25) <= 0.60
+
+
+def test_a_unit_that_was_not_measured_is_as_wide_as_the_population():
+    units = [*simulated(10, 4, 6), unit("new", [], [])]
+    found = population(units, law("straying"), 0)
+    rng = np.random.default_rng(0)
+    new, old = (after(found, k, units[k].now, rng) for k in (10, 0))
+    assert np.std(np.log(new.factor)) > 1.1 * found.quantile("spread", np.array(0.5))
+    assert np.ptp(new.life(P[[0, 4]])) > 1.5 * np.ptp(old.life(P[[0, 4]]))
+
+
+@pytest.mark.slow
+def test_a_hundred_units_take_some_seconds():
+    units = simulated(100, 10, 7)
+    clock = time.perf_counter()
+    found = population(units, law("straying"), 0)
+    rng = np.random.default_rng(0)
+    for each in units:
+        state_of(found, each, found.weight(), rng).life(P)
+    assert time.perf_counter() - clock < 10.0
+    assert found.quantile("spread", np.array([0.05, 0.95])) == pytest.approx([0.3, 0.3], rel=0.3)

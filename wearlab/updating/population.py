@@ -1,0 +1,377 @@
+"""Units of one population: what each tells of the others, integrated over a lattice.
+
+The wear coefficient of unit i is f_i times that of its run, ln f_i ~ N(m, s²); m, s, and the errors θ that
+all units share are unknown. At equal wear time Λ = T (N/T)^b a unit has worn h_i(f_i Λ) + W; W is a Wiener
+process whose standard deviation at T is ρ h_i(f_i T): wear strays by a share of itself. Then
+
+    p(θ, m, s | y) ∝ p(θ) p(m) p(s) Π_i Z_i,   Z_i = ∫ L_i(u; θ) N(u; m, s²) du,
+
+with L_i from the filter, exact, and its integral on a grid of the unit's own. What is left, up to five
+dimensions, is summed over a lattice in the scores of a normal law fitted to the posterior.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import map_coordinates
+from scipy.spatial import cKDTree
+from scipy.special import logsumexp, ndtri
+from scipy.stats import qmc
+
+from wearlab.arrays import Array, Index
+from wearlab.campaign.distributions import Distribution
+from wearlab.updating.history import RunHistory
+from wearlab.updating.kalman import Filtered, Hidden, Inspection, SharedError, filtered
+from wearlab.updating.likelihood import Block, inspections_of, log_density
+from wearlab.updating.posterior import even_weights
+
+POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
+NODES, FINER = 65, 4  # of a unit's grid; times as fine as it is integrated
+ZOOMS, ZOOMED = 4, 13  # to find the top of a unit's likelihood
+REACH = 6.0  # standard deviations of the population that a unit's grid goes to
+RADIUS = 4.5  # of the lattice, in standard deviations
+SPACING = {1: 0.1, 2: 0.25, 3: 0.5, 4: 0.8, 5: 1.0}  # of the lattice, by its dimensions
+BETWEEN, WIDER = 2**15, 1.3  # points between the lattice's; times as wide as the fitted law they lie
+EDGE = 0.03  # probability at the lattice's edge from which it does not hold the posterior
+GUIDES, ROUNDS, FIT = 64, 12, 16.0  # points that the law is fitted with, rounds, effective points of each
+
+
+class Parameter(NamedTuple):
+    """Something positive that all units share: its name, its prior, and the SI value of the prior's unit."""
+
+    name: str
+    prior: Distribution
+    scale: float = 1.0
+
+    def log_density(self, log_value: Array) -> Array:
+        """Return the log of the prior's density per unit of ln value."""
+        return log_density(self.prior, log_value - np.log(self.scale))
+
+    @property
+    def normal(self) -> tuple[float, float]:
+        """Mean and standard deviation of ln value, by the prior's quantiles."""
+        low, middle, high = np.log(self.scale * np.asarray(self.prior.at(np.array([0.159, 0.5, 0.841]))))
+        return float(middle), float(0.5 * (high - low))
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit: its name, its run, and what was measured of it."""
+
+    name: str
+    run: RunHistory
+    blocks: tuple[Block, ...]
+
+    @property
+    def now(self) -> float:
+        """The last inspection [cycles]; the first cycle where there was none."""
+        return float(max(self.cycles, default=self.run.start))
+
+    @property
+    def cycles(self) -> Array:
+        """The inspections, rising [cycles]."""
+        each = [self.run.asked[n].cycle[block.rows] for n, block in enumerate(self.blocks)]
+        return np.unique(np.concatenate(each)) if each else np.zeros(0)
+
+    def up_to(self, cycle: float) -> "Unit":
+        """Return the unit with what had been measured by a cycle."""
+        held = [
+            replace(block, rows=block.rows[self.run.asked[n].cycle[block.rows] <= cycle])
+            for n, block in enumerate(self.blocks)
+        ]
+        return replace(self, blocks=tuple(held))
+
+
+class Shared(NamedTuple):
+    """What the units share, as lanes (p, 1): power b, straying ρ, sd of each block; and T [cycles]."""
+
+    power: Array
+    straying: Array
+    sd: tuple[Array, ...]
+    reference: float
+
+    def equal(self, cycle: float | Array) -> Array:
+        """Return Λ of cycles from the start."""
+        return np.asarray(self.reference * (cycle / self.reference) ** self.power)
+
+    def inverse(self, equal: Array) -> Array:
+        """Return the cycles from the start at Λ."""
+        with np.errstate(over="ignore"):
+            return np.asarray(self.reference * (equal / self.reference) ** (1.0 / self.power))
+
+    def rate(self, run: RunHistory, block: Block | None, number: int, factor: Array) -> Array:
+        """Return the variance of W per unit of Λ, of a block's quantity or of the one with the limit."""
+        curve = run.limit if block is None else run.asked[number].curve
+        worn = curve.at(run.start + self.reference * factor / run.factor)
+        return np.asarray((self.straying * worn) ** 2 / self.reference)
+
+
+def seen_by(unit: Unit, shared: Shared, log_factor: Array) -> list[Filtered]:
+    """Return how probable each block of a unit is, and what is known of its W, for lanes (p, nodes)."""
+    run, factor, found = unit.run, np.exp(log_factor), []
+    for number, block in enumerate(unit.blocks):
+        asked, rows = run.asked[number], block.rows
+        passed = (asked.cycle[rows] - run.start) / shared.reference
+        equal = shared.reference * passed ** shared.power[..., None]
+        model = asked.curve.at(run.start + equal * (factor / run.factor)[..., None], asked.column[rows])
+        variance = (
+            shared.sd[number][..., None] ** 2 + block.seen.sd[rows] ** 2 + (block.relative * model) ** 2
+        )
+        hidden, censored = None, block.seen.censored[rows]
+        residual = np.where(censored, 0.0, block.seen.value[rows] - model)
+        if censored.any():
+            hidden = Hidden(censored, np.where(censored, block.seen.below[rows], 0.0) - model)
+        times = [
+            Inspection(shared.equal(time.cycle - run.start), time.values)  # of each lane
+            for time in inspections_of(block, run, number)
+        ]
+        errors = SharedError(block.data.error.offset_sd**2, shared.rate(run, block, number, factor), 0.0)
+        found.append(filtered(residual, variance, times, errors, hidden=hidden))
+    return found
+
+
+class Law(NamedTuple):
+    """What is unknown of all units together, and what is known.
+
+    Parameters
+    ----------
+    parameters : unknown; the errors first, then spread and median
+    reference : T, cycles at which f and straying are said
+    power, straying : where they are known
+    sd : of each block where it is known
+    """
+
+    parameters: tuple[Parameter, ...]
+    reference: float
+    power: float = 1.0
+    straying: float = 0.0
+    sd: tuple[float, ...] = (0.0,)
+
+    def shared(self, theta: Array) -> Shared:
+        """Return what the units share at points (p, parameters)."""
+        columns = {
+            p.name: np.exp(column)[:, None] for p, column in zip(self.parameters, theta.T, strict=True)
+        }
+        one = np.ones((len(theta), 1))
+        sd = tuple(columns.get(sd_name(n), known * one) for n, known in enumerate(self.sd))
+        power, straying = columns.get(POWER, self.power * one), columns.get(STRAYING, self.straying * one)
+        return Shared(power, straying, sd, self.reference)
+
+
+def sd_name(number: int) -> str:
+    """Return the name of the unknown error of a block."""
+    return f"sd_{number}"
+
+
+def _table(unit: Unit, shared: Shared, low: float, high: float) -> tuple[Array, Array]:
+    """Return ln f on a fine grid of the unit, (p, n), and the log of its likelihood times the spacing."""
+
+    def log_likelihood(u: Array) -> Array:
+        return np.asarray(sum(np.broadcast_to(s.log_likelihood, u.shape) for s in seen_by(unit, shared, u)))
+
+    lanes = len(shared.power)
+    centre, half = np.full(lanes, 0.5 * (low + high)), 0.5 * (high - low)
+    width, even = np.full(lanes, 0.5 * half), np.linspace(-1.0, 1.0, ZOOMED)
+    for _ in range(ZOOMS):
+        logs = log_likelihood(centre[:, None] + half * even)
+        best = np.clip(logs.argmax(axis=1), 1, ZOOMED - 2)
+        left, top, right = (logs[np.arange(lanes), best + k] for k in (-1, 0, 1))
+        step = half * (even[1] - even[0])
+        bend = np.maximum((2.0 * top - left - right) / step**2, 1e-12)
+        centre = np.clip(centre + half * even[best], low, high)
+        width, half = np.clip(1.0 / np.sqrt(bend), 1e-4, 0.25 * (high - low)), 0.2 * half
+    ends = [np.arcsinh((end - centre) / width)[:, None] for end in (low, high)]
+    coarse, fine = (np.linspace(0.0, 1.0, n) for n in (NODES, FINER * (NODES - 1) + 1))
+    logs = log_likelihood(centre[:, None] + width[:, None] * np.sinh(ends[0] + (ends[1] - ends[0]) * coarse))
+    logs = CubicSpline(coarse, np.maximum(logs, logs.max(axis=1, keepdims=True) - 1e5), axis=1)(fine)
+    z = ends[0] + (ends[1] - ends[0]) * fine
+    spacing = width[:, None] * np.cosh(z) * (ends[1] - ends[0]) * fine[1] * even_weights(len(fine))
+    return centre[:, None] + width[:, None] * np.sinh(z), logs + np.log(spacing)
+
+
+def integrand(unit: Unit, law: Law, theta: Array) -> tuple[Array, Array]:
+    """Return ln f of a unit, (p, n), and the log of the mass there of L N(u; m, s²), for points (p, d)."""
+    spread, median = np.exp(theta[:, -2]), theta[:, -1]
+    low, high = float(np.min(median - REACH * spread)), float(np.max(median + REACH * spread))
+    errors = np.round(theta[:, :-2], 10)
+    _, first, which = np.unique(errors, axis=0, return_index=True, return_inverse=True)
+    u, logs = _table(unit, law.shared(theta[first]), low, high)
+    u, logs = u[which.ravel()], logs[which.ravel()]
+    z = (u - median[:, None]) / spread[:, None]
+    return u, logs - 0.5 * z * z - np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
+
+
+def log_marginal(unit: Unit, law: Law, theta: Array) -> Array:
+    """Return ln Z of a unit at points (p, parameters), (p,)."""
+    if not len(unit.cycles):
+        return np.zeros(len(theta))
+    _, logs = integrand(unit, law, theta)
+    top = logs.max(axis=1)
+    return np.asarray(top + np.log(np.exp(logs - top[:, None]).sum(axis=1)))
+
+
+@dataclass(frozen=True)
+class Population:
+    """What is known of all units together.
+
+    Parameters
+    ----------
+    law, units : what was asked
+    mean, root : ln of the parameters at the lattice's middle, and what its scores are multiplied by
+    theta : (p, parameters) ln of the parameters at its points
+    log_prior : (p,) of the prior times the lattice's cell
+    log_marginal : (units, p) ln Z of each unit
+    resolved : whether the lattice holds the posterior
+    """
+
+    law: Law
+    units: tuple[Unit, ...]
+    mean: Array
+    root: Array
+    theta: Array
+    log_prior: Array
+    log_marginal: Array
+    resolved: bool
+
+    @property
+    def evidence(self) -> float:
+        """The log of the probability of all measurements."""
+        return float(logsumexp(self.log_prior + self.log_marginal.sum(axis=0)))
+
+    def weight(self, without: int | None = None, instead: Array | float = 0.0) -> Array:
+        """Return the probability of each point, (p,); without a unit, or with another ln Z of it."""
+        logs = self.log_prior + self.log_marginal.sum(axis=0)
+        if without is not None:
+            logs = logs - self.log_marginal[without] + instead
+        weight = np.exp(logs - logs.max())
+        return np.asarray(weight / weight.sum())
+
+    @cached_property
+    def _between(self) -> tuple[Array, Array]:
+        """Points between the lattice's, (q, parameters), and their probabilities, (q,).
+
+        The posterior over the normal law that it was fitted with is smooth: its log is a cubic spline.
+        """
+        d = self.theta.shape[1]
+        z, weight = lattice(d), self.weight()
+        ratio = np.log(np.maximum(weight, 1e-300)) + 0.5 * np.sum(z * z, axis=1)
+        reach = int(RADIUS // SPACING[d])
+        cube = np.stack(np.meshgrid(*[np.arange(2 * reach + 1)] * d, indexing="ij"), axis=-1).reshape(-1, d)
+        table = ratio[cKDTree(z).query(SPACING[d] * (cube - reach))[1]].reshape((2 * reach + 1,) * d)
+        points = WIDER * ndtri(np.clip(qmc.Sobol(d, rng=0).random(BETWEEN), 1e-5, 1.0 - 1e-5))
+        logs = map_coordinates(table, (points / SPACING[d] + reach).T, order=3, mode="nearest")
+        logs -= 0.5 * (1.0 - WIDER**-2) * np.sum(points**2, axis=1)
+        probability = np.exp(logs - logs.max())
+        return self.mean + points @ self.root.T, probability / probability.sum()
+
+    def parameters(self, n: int, rng: np.random.Generator) -> Array:
+        """Return draws of ln of the parameters, (n, parameters)."""
+        points, probability = self._between
+        return np.asarray(points[rng.choice(len(points), n, p=probability)])
+
+    def quantile(self, name: str, p: Array) -> Array:
+        """Return quantiles of a parameter."""
+        column = [parameter.name for parameter in self.law.parameters].index(name)
+        value, probability = self._between[0][:, column], self._between[1]
+        order = np.argsort(value)
+        below = np.cumsum(probability[order]) - 0.5 * probability[order]
+        return np.exp(np.interp(p, below, value[order]))
+
+
+def population(units: Sequence[Unit], law: Law, seed: int) -> Population:
+    """Return what is known of all units together.
+
+    Parameters
+    ----------
+    units : with their runs and measurements
+    law : what is unknown of them together
+    seed : of the points that the lattice is fitted with
+    """
+    logs = {p.name: p for p in law.parameters}
+
+    def log_prior(theta: Array) -> Array:
+        each = [p.log_density(column) for p, column in zip(logs.values(), theta.T, strict=True)]
+        return np.asarray(sum(each))
+
+    def log_units(theta: Array) -> Array:
+        return np.stack([log_marginal(unit, law, theta) for unit in units])
+
+    middle, spread = np.array([p.normal for p in law.parameters]).T
+    mean, root = middle, np.diag(spread)
+    temper, d = 0.0, len(middle)
+    rounds = iter(range(ROUNDS))
+    for n in rounds:
+        z = ndtri(np.clip(qmc.Sobol(d, rng=seed + n).random(GUIDES), 1e-6, 1.0 - 1e-6))
+        theta = mean + z @ root.T
+        seen, before = log_units(theta).sum(axis=0), log_prior(theta) + 0.5 * np.sum(z * z, axis=1)
+        least, most = temper, 1.0
+        for _ in range(30 if _effective(before + seen) < FIT else 0):
+            middle_temper = 0.5 * (least + most)
+            enough = _effective(before + middle_temper * seen) >= FIT
+            least, most = (middle_temper, most) if enough else (least, middle_temper)
+        temper = 1.0 if most == 1.0 else least
+        mean, root = _fitted(theta, before + temper * seen)
+        if temper == 1.0 and _effective(before + seen) > 2.0 * FIT:
+            break
+    for _ in range(3):
+        z = lattice(d)
+        theta = mean + z @ root.T
+        each, cell = log_units(theta), float(np.linalg.slogdet(root)[1]) + d * np.log(SPACING[d])
+        found = Population(law, tuple(units), mean, root, theta, log_prior(theta) + cell, each, True)
+        weight = found.weight()
+        edge = float(weight[np.linalg.norm(z, axis=1) > RADIUS - 0.5 * SPACING[d]].sum())
+        own = np.linalg.solve(root, (weight @ theta) - mean)
+        mean, fitted_root = _fitted(theta, np.log(np.maximum(weight, 1e-300)))
+        ratio = np.linalg.svd(np.linalg.solve(root, fitted_root), compute_uv=False)
+        if np.abs(own).max() < 0.3 and 0.7 < ratio.min() and ratio.max() < 1.2:
+            break
+        root = fitted_root
+    return replace(found, resolved=edge < EDGE)
+
+
+@cache
+def lattice(d: int) -> Array:
+    """Return even points within `RADIUS` of 0 in ``d`` dimensions, (p, d)."""
+    side = SPACING[d] * np.arange(-(RADIUS // SPACING[d]), RADIUS // SPACING[d] + 1.0)
+    points = np.stack(np.meshgrid(*[side] * d, indexing="ij"), axis=-1).reshape(-1, d)
+    return np.asarray(points[np.linalg.norm(points, axis=1) <= RADIUS])
+
+
+def _effective(logs: Array) -> float:
+    weight = np.exp(logs - logs.max())
+    return float(weight.sum() ** 2 / np.sum(weight**2))
+
+
+def _fitted(theta: Array, logs: Array) -> tuple[Array, Array]:
+    """Return mean and Cholesky root of the covariance of weighted points."""
+    weight = np.exp(logs - logs.max())
+    weight = weight / weight.sum()
+    mean = weight @ theta
+    off = theta - mean
+    covariance = (off * weight[:, None]).T @ off
+    return mean, np.linalg.cholesky(covariance + 1e-10 * np.eye(len(mean)))
+
+
+def drawn(found: Population, n: int, rng: np.random.Generator, weight: Array | None = None) -> Index:
+    """Return the lattice's points of ``n`` equally probable draws."""
+    own = found.weight() if weight is None else weight
+    return np.minimum(np.searchsorted(np.cumsum(own), (np.arange(n) + rng.random()) / n), len(own) - 1)
+
+
+def factors(unit: Unit, law: Law, theta: Array, rng: np.random.Generator) -> Array:
+    """Return a draw of ln f of a unit for each of the points (n, parameters), given its measurements."""
+    if not len(unit.cycles):
+        return np.asarray(theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(len(theta)))
+    u, logs = integrand(unit, law, theta)
+    mass = np.exp(logs - logs.max(axis=1, keepdims=True))
+    below = np.cumsum(0.5 * (mass[:, 1:] + mass[:, :-1]), axis=1)
+    at = rng.random(len(theta)) * below[:, -1]
+    i = np.minimum((below < at[:, None]).sum(axis=1), below.shape[1] - 1)
+    rows = np.arange(len(theta))
+    before = np.where(i > 0, below[rows, i - 1], 0.0)
+    share = (at - before) / np.maximum(below[rows, i] - before, 1e-300)
+    return np.asarray(u[rows, i] + share * (u[rows, i + 1] - u[rows, i]))
