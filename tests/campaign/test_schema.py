@@ -219,6 +219,7 @@ def test_top_level_keys():
         "sweep",
         "case",
         "figure",
+        "claim",
         "expect",
         "exclude",
         "update",

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict
 
 from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.case import Case
+from wearlab.campaign.claims import ClaimSpec
 from wearlab.campaign.exclusion import Excluded
 from wearlab.campaign.inheritance import modelled
 from wearlab.campaign.update_options import UpdateSpec
@@ -57,7 +58,10 @@ class FigureSpec(BaseModel):
     )
     title: str | None = option(None, "title of the figure", derived="the kind's")
     note: str | None = option(
-        None, "one line under the figure: departures from a paper, and why", derived="none"
+        None,
+        "one line under the figure: departures from a paper, and why; {formula:.2f unit} or {claim} in it is "
+        "a number of the stored runs",
+        derived="none",
     )
     published: Path | None = option(
         None, "CSV of points from a paper: columns x, y, hue and their units", derived="none"
@@ -127,6 +131,7 @@ class Campaign:
     update : what was measured and what is unknown, None when the file does not say
     report : what its page tells
     warnings : what the file does that it hardly means
+    claims : what it says of its runs
     """
 
     title: str
@@ -141,6 +146,7 @@ class Campaign:
     update: UpdateSpec | None = field(default=None, repr=False)
     report: ReportSpec = field(default=ReportSpec(), repr=False)
     warnings: tuple[str, ...] = field(default=(), repr=False)
+    claims: tuple[ClaimSpec, ...] = field(default=(), repr=False)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{axis.name} {len(axis.values)}" for axis in self.axes)

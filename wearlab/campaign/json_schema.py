@@ -13,6 +13,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
 from wearlab.campaign.campaign import FigureSpec, Metadata, ReportSpec
 from wearlab.campaign.case import VERDICTS
+from wearlab.campaign.claims import ClaimSpec
 from wearlab.campaign.distributions import METHODS
 from wearlab.campaign.update_options import UpdateBlock
 from wearlab.options import option
@@ -184,6 +185,7 @@ class CampaignFile(Scene):
         "conditions on keys, contact_ratio, mesh_frequency and speed_ratio; cases that meet one are not run",
     )
     figure: tuple[FigureSpec, ...] = option((), "figures drawn from the datasets")
+    claim: tuple[ClaimSpec, ...] = option((), "what the file says of its runs, for `wearlab check --claims`")
     expect: Expect | None = option(
         None, "expected outcome, of every case or of its own; no part of any run's identity", derived="none"
     )

@@ -10,6 +10,7 @@ from wearlab.campaign.campaign import SECTION as REPORT
 from wearlab.campaign.campaign import Campaign, FigureSpec, Metadata, read_report
 from wearlab.campaign.case import BASE, Case
 from wearlab.campaign.cases import EXPECT, expand, read_differences
+from wearlab.campaign.claims import note_problems, read_claims
 from wearlab.campaign.exclusion import read_conditions, without_excluded
 from wearlab.campaign.inheritance import (
     PLUGINS,
@@ -32,7 +33,7 @@ from wearlab.scene.merge import Table
 from wearlab.scene.problems import LATER_KEYS, later, shown
 from wearlab.units import convert
 
-TOLD_ELSEWHERE = ("title", "reference", "figure", "sweep", "case", "metadata", "report", "exclude")
+TOLD_ELSEWHERE = ("title", "reference", "figure", "claim", "sweep", "case", "metadata", "report", "exclude")
 
 
 def undone(layers: Sequence[Layer]) -> Iterator[str]:
@@ -78,6 +79,7 @@ OWN_KEYS = (
     "case",
     "exclude",
     "figure",
+    "claim",
     "expect",
     "update",
     "report",
@@ -159,6 +161,9 @@ def _read(inherited: Inherited, file: Path | None) -> Campaign:
     axes = tried(read_axes, table.get("sweep", []))
     differences = None if axes is None else tried(read_differences, table.get("case", []), axes)
     figures = tried(_figures, table.get("figure", []))
+    claims = tried(read_claims, table.get("claim", []))
+    if figures and claims is not None:
+        problems += note_problems([figure.note for figure in figures], claims)
     metadata = tried(_metadata, table.get("metadata", {}))
     texts = [tried(_text, table, key) for key in ("title", "reference")]
     sections = {key: value for key, value in table.items() if key in (*Scene.model_fields, EXPECT)}
@@ -175,7 +180,19 @@ def _read(inherited: Inherited, file: Path | None) -> Campaign:
     unmeant = dict.fromkeys(line for case in cases for line in oversights(case.scene))
     warnings = (*undone(inherited.layers), *unmeant)
     return Campaign(
-        title, reference, metadata, cases, axes, figures, file, excluded, plugins, update, report, warnings
+        title,
+        reference,
+        metadata,
+        cases,
+        axes,
+        figures,
+        file,
+        excluded,
+        plugins,
+        update,
+        report,
+        warnings,
+        claims,
     )
 
 

@@ -13,6 +13,7 @@ import xarray as xr
 from pydantic import ValidationError
 
 from wearlab.campaign.campaign import FigureSpec
+from wearlab.campaign.claims import filled
 from wearlab.figures.curves import (
     drawn_once,
     ended_of,
@@ -185,6 +186,7 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     if ask.kind not in KINDS:
         raise FigureError(f"{ask.name}: no such kind; {choices(ask.kind, KINDS)}")
     kind = KINDS[ask.kind]
+    ask = replace(ask, note=filled(ask.note, grid)) if ask.note else ask
     ask, one_case = _of_one_case(_with_defaults(ask, kind, grid), grid)
     picked = pick(grid, ask, all_cases=kind.all_cases)
     runs = _able(grid, ask, kind, picked)

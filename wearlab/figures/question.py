@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
+from wearlab.campaign.claims import spelled_note, strange_names
 from wearlab.campaign.inheritance import fingerprint, source_text
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Ask, Points, read
@@ -36,7 +37,9 @@ def figure_problems(campaign: "Campaign") -> list[str]:
             problems += list(_problems(campaign, spec, number, folder))
         except FigureError as error:
             problems.append(str(error))
-    return problems
+    axes = [name for axis in campaign.axes for name in (axis.name, *axis.coordinates)]
+    known = [*VARIABLES, *(dimension.name for dimension in DIMENSIONS), *axes]
+    return [*problems, *strange_names(campaign, known)]
 
 
 def _problems(campaign: "Campaign", spec: Any, number: int, folder: Any) -> Iterator[str]:
@@ -113,6 +116,8 @@ def question(campaign: "Campaign", spec: Any, number: int) -> Question:
     folder = campaign.path.parent if campaign.path else None
     ask = read(spec, number, folder)
     given = {key: getattr(spec, key, None) for key in KEYS}
+    if given["note"]:
+        given["note"] = spelled_note(given["note"], getattr(campaign, "claims", ()))
     table = {k: v for k, v in given.items() if v not in (None, {}, (), "") or (k, v) == ("title", "")}
     points = None if ask.published is None else points_of(ask.published, ask)
     text = source_text(campaign.path)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.campaign.campaign import ReportSpec
+from wearlab.campaign.claims import filled
 from wearlab.campaign.inheritance import fingerprint, source_text
 from wearlab.figures.drawing import both_widths, fault
 from wearlab.figures.errors import FigureError
@@ -100,9 +101,11 @@ def drawn(campaign: "Campaign", store: "Store") -> Iterator[Drawn]:
     grid = store.open(campaign)
     for number, spec in enumerate(campaign.figures, 1):
         title = str(getattr(spec, "title", None) or spec.kind)
-        note = str(getattr(spec, "note", None) or "")
+        note = ""
         try:
-            image, small = both_widths(question(campaign, spec, number), grid, store)
+            asked = question(campaign, spec, number)
+            note = filled(str(asked.table.get("note", "")), grid)
+            image, small = both_widths(asked, grid, store)
             broad = int.from_bytes(image[16:20], "big") > BROAD
             yield Drawn(title, _uri(image), note, "", broad, _uri(small) if small else "")
         except (FigureError, StoreError) as error:

@@ -36,8 +36,17 @@ MOST_VALUES = 20
 
 
 @app.command()
-def check(file: File, json: Json = False) -> Status:
-    """Show what FILE asks for: parts present and left out, cases, and which of them cannot be."""
+def check(
+    file: File,
+    claims: Annotated[
+        bool, typer.Option("--claims", help="Hold what FILE says of its runs against those in the store.")
+    ] = False,
+    folder: StoreFolder = STORE,
+    json: Json = False,
+) -> Status:
+    """Show what FILE asks for: parts, cases, and which of them cannot be; or whether its claims hold."""
+    if claims:
+        return _check_claims(sound_campaign(file), Store(folder), json)
     from wearlab.scene import parts_left_out, parts_present
 
     campaign = sound_campaign(file)
@@ -89,6 +98,31 @@ def check(file: File, json: Json = False) -> Status:
         foreseen = ", as expected" if case["expected"] else ""
         complain(f"\nrefused{foreseen}: {case['case']}: {case['reason']}")
     return status
+
+
+def _check_claims(campaign: "Campaign", store: "Store", json: bool) -> Status:
+    """Tell of every claim what the stored runs say, and which numbers of notes they do not have."""
+    from wearlab.campaign.claims import check_claims, unfilled
+
+    with refusing(*REFUSALS):
+        grid = store.open(campaign)
+        checked, lacking = list(check_claims(campaign.claims, grid)), unfilled(campaign, grid)
+    if json:
+        rows = [
+            {**one.claim.model_dump(exclude_none=True), "measured": one.measured, "holds": one.holds}
+            for one in checked
+        ]
+        show_json({"title": campaign.title, "claims": rows, "unfilled": lacking})
+    else:
+        for one in checked:
+            claim = one.claim
+            said = one.reason if one.measured is None else f"{one.measured:.4g} {claim.unit}".rstrip()
+            told = f"{claim.name}: {said}; claimed {claim.value} within {claim.tolerance}"
+            (say if one.holds else complain)(f"{'holds' if one.holds else 'fails'}  {told}")
+        for line in lacking:
+            complain(f"fails  {line}")
+        say(f"{sum(one.holds for one in checked)} of {len(checked)} claims hold: {campaign.title}")
+    return Status.WELL if all(one.holds for one in checked) and not lacking else Status.TROUBLE
 
 
 def _built(campaign: "Campaign") -> dict[str, tuple[tuple[str, ...], list[tuple[str, ...]]]]:

@@ -1,0 +1,193 @@
+"""Claims of a campaign, and numbers in its notes: read off stored runs, failing by name."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from made_up import put, run
+
+from wearlab.campaign import CampaignError, load
+from wearlab.campaign.claims import filled, spelled_note
+from wearlab.cli.app import status_of
+from wearlab.figures.drawing import plotted
+from wearlab.figures.question import question
+from wearlab.query import QueryError
+from wearlab.query.amounts import AmountError, amount
+from wearlab.query.formula import parse_formula
+from wearlab.store import Store
+from wearlab.store.netcdf import to_image
+
+FILE = r'''
+title   = "Three speeds"
+extends = "{base}"
+drop    = ["wear"]
+
+[[sweep]]
+"operation.speed" = ["800 rpm", "1100 rpm", "3720 rpm"]
+
+[[claim]]
+name      = "worn"
+quantity  = "max(max_wear_depth, flank)"
+select    = {{ speed = 1100, update = -1 }}
+value     = "5.5 um"
+tolerance = "1 %"
+source    = "made up"
+
+[[claim]]
+name      = "deepest_at"
+quantity  = "largest_at(max_wear_depth[flank=gear, update=-1], speed)"
+value     = "3720 rpm"
+tolerance = "0 rpm"
+
+[[claim]]
+name      = "growth"
+quantity  = "max_wear_depth[update=-1] / max_wear_depth[update=1] - 1"
+select    = {{ flank = "pinion", speed = "800 rpm" }}
+value     = "300 %"
+tolerance = "1 %"
+
+[[figure]]
+kind = "max-wear"
+note = """{{worn:.2f}} µm, by {{growth:+.0f}} %, {{mesh_frequency[speed=800]:.1f Hz}} Hz, \
+  {{max(wear_depth / 0):.1f um}}."""
+'''
+
+
+@pytest.fixture
+def file(tmp_path, request):
+    base = request.config.rootpath / "campaigns" / "base" / "spur_50_50.toml"
+    path = tmp_path / "speeds.toml"
+    path.write_text(FILE.format(base=base), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def store(file, tmp_path):
+    made = Store(tmp_path / "store")
+    made.create()
+    for case, speed in zip(load(file).cases, (800.0, 1100.0, 3720.0), strict=True):
+        put(made, case.id, run(speed))
+    return made
+
+
+@pytest.fixture
+def grid():
+    speed = xr.Variable("speed", [800.0, 1100.0], {"units": "rpm", "key": "operation.speed"})
+    depth = np.array([[[1.0, 3.0, np.nan], [4.0, 2.0, np.nan]], [[0.0, 6.0, 7.0], [8.0, 5.0, 9.0]]]) * 1e-6
+    return xr.Dataset(
+        {
+            "depth": (("speed", "case", "update"), depth, {"units": "m"}),
+            "force": (("speed",), [2.0, 4.0], {"units": "N"}),
+            "n_updates": (("speed", "case"), [[2, 2], [3, 3]]),
+        },
+        {"speed": speed, "case": ["base", "static"], "cycle": ("update", [0.0, 1e6, 2e6])},
+    )
+
+
+@pytest.mark.parametrize(
+    "text, unit, number",
+    [
+        ("max(depth)", "um", 7.0),
+        ("depth[speed='1100 rpm', case=static, update=-1]", "um", 9.0),
+        ("depth[speed=800, update=-1]", "um", 3.0),  # the last state of its own run
+        ("depth[speed=1100, cycle=1.2e6]", "um", 6.0),
+        ("(depth[update=1] - depth[update=0])[speed=800]", "um", 2.0),
+        ("depth[speed=800, update=1] / depth[speed=800, update=0] - 1", "%", 200.0),
+        ("largest_at(depth[update=1], speed)", "rpm", 1100.0),
+        ("smallest_at(depth[case=static, update=0], speed)", "rpm", 800.0),
+        ("mean(force) * 2 - 1 * mean(force)", "N", 3.0),
+        ("-range(force) + 3e0 * mean(abs(-force))", "N", 7.0),
+    ],
+)
+def test_a_formula_has_its_number(grid, text, unit, number):
+    assert amount(text, grid, unit) == pytest.approx(number, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text, unit, message",
+    [
+        ("depht", "um", "did you mean 'depth'"),
+        ("depth[update=0]", "um", r"2 numbers, not one: choose along speed \(2\)"),
+        ("depth[speed=900, update=0]", "um", "is not there"),
+        ("depth[speed=800, update=-4]", "um", "counts from 0 to 2"),
+        ("max(depth)", "N", "not a unit like"),
+        ("mean(force) * max(depth)", "N", "one side has to be a plain number"),
+        ("max(depth, flank)", "um", r"max\(…, flank\)"),
+        ("depth[speed=800, update=2]", "um", "no stored run has it"),
+    ],
+)
+def test_a_formula_without_a_number_says_why(grid, text, unit, message):
+    with pytest.raises(AmountError, match=message):
+        amount(text, grid, unit)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["__import__('os').system('x')", "depth.values", "max(depth", "depth[speed]", "1 +", "(" * 200 + "1",
+     "- " * 400 + "1", "exp(depth)", "largest_at(depth)", "depth; force", "depth[speed=(1)]", "9" * 2000],
+)  # fmt: skip
+def test_nothing_but_the_grammar_is_read(text):
+    with pytest.raises(QueryError):
+        parse_formula(text)
+
+
+def test_braces_that_are_no_placeholders_stay():
+    text = r"Depth in $10^{-3}$ and $\mathrm{mm}$, a set {1, 2}"
+    assert filled(spelled_note(text, ()), xr.Dataset()) == text
+
+
+def test_notes_are_filled_from_the_runs(file, store):
+    campaign = load(file)
+    grid = store.open(campaign)
+    asked = question(campaign, campaign.figures[0], 1)
+    plot, _, _ = plotted(grid, asked.ask)
+    note = "5.50 µm, by +300 %, 666.7 Hz, —."
+    assert any(note in " ".join(one.split()) for one in plot.notes)
+    assert "claim" not in asked.table["note"] and "worn" not in asked.table["note"]
+
+
+def test_three_numbers_changed_in_a_stored_run_make_three_claims_fail(file, store, capsys):
+    """A note that is no longer true is told by its name."""
+    command = ["check", str(file), "--claims", "--store", str(store.path)]
+    assert status_of(command) == 1  # the dash in the note
+    assert "3 of 3 claims hold" in capsys.readouterr().out
+    text = file.read_text().replace("{max(wear_depth / 0):.1f um}", "")
+    file.write_text(text)
+    assert status_of(command) == 0
+    ids = [case.id for case in load(file).cases]
+    for run_id, place in ((ids[0], (1, 0)), (ids[1], (2, 1)), (ids[1], (1, 1)), (ids[2], (2, 1))):
+        path = store.files.path(run_id)
+        data = xr.load_dataset(path)
+        data["max_wear_depth"][place] = 2e-7
+        path.unlink()
+        path.write_bytes(to_image(data)[0])
+    assert status_of(command) == 2  # the store says that this is not what was written
+    assert status_of(["reindex", "--store", str(store.path)]) == 0
+    capsys.readouterr()
+    assert status_of(command) == 1
+    told = capsys.readouterr()
+    assert "0 of 3 claims hold" in told.out
+    assert all(f"fails  {name}: " in told.err for name in ("worn", "deepest_at", "growth"))
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ('"deepest_at"', '"worn"', r"claim\[1\].name: 'worn' stands twice"),
+        ('"0 rpm"', '"0 um"', r"claim\[1\].tolerance: '0 um' is not in rpm, the unit of the value"),
+        ("{worn:.2f}", "{worm:.2f}", r"figure 1: note: 'worm' is no variable"),
+        ("{worn:.2f}", "{wor}", r"figure\[0\].note: \{wor\}: no claim is called so, did you mean 'worn'"),
+        ("{worn:.2f}", "{worn:two}", r"'two' is no format such as"),
+        ("{worn:.2f}", "{exp(worn):.2f}", r"no function 'exp'"),
+        ("max(max_wear_depth, flank)", "max(max_wear_dept, flank)", "did you mean 'max_wear_depth'"),
+        ("max(max_wear_depth, flank)", "max(max_wear_depth", r"claim\[0\].quantity: expected '\)'"),
+        ("tolerance = ", "tolerence = ", r"claim\[0\].tolerence: unknown key, did you mean 'tolerance'"),
+    ],
+)
+def test_what_is_wrong_with_claims_is_refused(file, old, new, message, capsys):
+    file.write_text(file.read_text().replace(old, new, 1))
+    assert status_of(["check", str(file)]) == 2
+    with pytest.raises(AssertionError, match=message):
+        raise AssertionError(capsys.readouterr().err)
+    if "is no variable" not in message and "did you mean 'max_wear" not in message:
+        with pytest.raises(CampaignError):
+            load(file)
