@@ -3,6 +3,7 @@
 from fake_campaign import sweep
 
 from wearlab.store.cite import bibtex, citation, facts_of
+from wearlab.store.crate import _citation
 
 
 def test_a_citation_names_the_run_the_code_and_both_hashes(fill, tmp_path):
@@ -20,6 +21,7 @@ def test_a_citation_names_the_run_the_code_and_both_hashes(fill, tmp_path):
     told = citation(facts)
     year = facts["date"][:4]  # without an author the title stands first, as APA has it: was "(2026). Wear …"
     assert told.startswith(f"Wear & 100 % {{µ}}, speed 1 rpm [data set]. ({year}). Run {run_id}")
+    assert _citation({"title": "Wear", "date_created": "2026-01-01"}).startswith("Wear [data set]. (2026)")
     assert citation({**facts, "institution": "A Works"}).startswith(f"A Works. ({year}). Wear")
     assert "sources abc" in told and "After doi:10/x." in told and entry.sha256 in told
     entry_text = bibtex(facts)

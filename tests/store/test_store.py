@@ -161,3 +161,15 @@ def test_a_store_where_none_can_be(tmp_path, below):
     with pytest.raises(StoreError, match=r"no store can be made here"):
         Store(tmp_path / "file" / below).create()
     assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_notebook_shows_the_states_of_ls_and_lists_runs(fill):
+    campaign = alter(sweep(3), 1, act="fail")
+    store = fill(campaign)
+    store.claim(["c" * 20], "a-process-that-died", lambda entry: False)
+    store.files.path(campaign.cases[2].id).unlink()
+    page = store._repr_html_()
+    for state in ("done", "failed", "interrupted", "lost"):
+        assert page.count(f"<td>{state}</td>") == 2, state
+    assert "running" not in page
+    assert all(case.id[:10] in page for case in campaign.cases)

@@ -284,13 +284,10 @@ def _row(
     where = place(campaign, case)
     summary = entry.summary if entry else {}
     told = headlines(summary)
-    state: str = "missing" if entry is None else "lost" if store.is_lost(entry) else entry.state
-    if entry is not None and store.is_stale(entry):
-        state = "interrupted"
     return Row(
         case=case.label,
         places=tuple(where.get(axis.name, "all") for axis in campaign.axes),
-        state=state,
+        state="missing" if entry is None else store.state_of(entry),
         verdict=str(summary.get("verdict") or ""),
         result=", ".join(text.text for text in told),
         error=", ".join(

@@ -110,14 +110,18 @@ def _authors(facts: dict[str, str]) -> list[str]:
     return [author.strip() for author in facts.get("author", "").split(";") if author.strip()]
 
 
+def head_of(who: str, date: str, title: str) -> str:
+    """Return the begin of a citation: author, year, title; without an author the title is first."""
+    year, title = [f"({date[:4]})"] if date else [], f"{title} [data set]"
+    return ". ".join([who, *year, title] if who else [title, *year])
+
+
 def citation(facts: dict[str, str]) -> str:
     """Return one sentence that cites a run, and a line of provenance."""
     orcid = f" (ORCID {facts['orcid']})" if "orcid" in facts else ""
     names = ", ".join(_authors(facts))
     who = f"{names}{orcid}" if names else facts.get("institution", "")
-    year = [f"({facts['date'][:4]})"] if "date" in facts else []
-    title = f"{_title(facts)} [data set]"
-    head = ". ".join([who, *year, title] if who else [title, *year])  # without an author the title is first
+    head = head_of(who, facts.get("date", ""), _title(facts))
     end = f" After {facts['reference']}." if "reference" in facts else ""
     onward = f" It goes on from {facts['lineage']}." if "lineage" in facts else ""
     onward += (

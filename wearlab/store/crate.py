@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from wearlab import __version__
+from wearlab.store.cite import head_of
 from wearlab.store.files import part_of, written
 
 if TYPE_CHECKING:
@@ -84,10 +85,10 @@ def _write(out: Path, parts: Mapping[str, tuple[bytes | Path, str]], metadata: s
 
 def _citation(said: Mapping[str, str]) -> str:
     """Return a sentence that cites the data, and where they come from."""
-    who = f"{said['creator_name']} " if "creator_name" in said else ""
-    year = f"({said['date_created'][:4]}). " if "date_created" in said else ""
+    who = said.get("creator_name") or said.get("institution", "")
     after = f" After {said['references']}." if "references" in said else ""
-    return f"{who}{year}{said['title']} [data set], computed by {said.get('source', 'wearlab')}.{after}\n"
+    head = head_of(who, said.get("date_created", ""), said["title"])
+    return f"{head}, computed by {said.get('source', 'wearlab')}.{after}\n"
 
 
 def _metadata(said: Mapping[str, str], parts: Mapping[str, str]) -> str:

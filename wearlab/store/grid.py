@@ -104,7 +104,7 @@ def open_grid(
     variables = _states(campaign, axes, grid, points, status, reasons)
     coordinates = _axis_coordinates(campaign, axes)
     if words := _base_words(campaign, scenes):
-        coordinates["case"] = ("case", axes["case"], {"base": words})
+        coordinates["case"][2]["base"] = words
     if "case" in axes and campaign.axes:
         coordinates["computed"] = _computed(
             campaign, axes, np.asarray(variables["status"][1] == DONE), scenes
@@ -388,9 +388,10 @@ def _axis_coordinates(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> Va
     for axis in campaign.axes:
         for name, values in _along(axis).items():
             units = {} if not values.units else {"units": values.units}
-            coordinates[name] = (axis.name, list(values.values), {**units, "key": values.key})
+            told = {"long_name": name.replace("_", " "), **units, "key": values.key}
+            coordinates[name] = (axis.name, list(values.values), told)
     if "case" in axes:
-        coordinates["case"] = ("case", axes["case"])
+        coordinates["case"] = ("case", axes["case"], {"long_name": "case"})
     return coordinates
 
 

@@ -145,6 +145,12 @@ class KeptRuns:
         """Say whether a finished run's file has gone or changed its length."""
         return self.address is None and entry.state == "done" and self.files.size(entry.id) != entry.size
 
+    def state_of(self, entry: Entry | Head) -> str:
+        """Return the state of a run; "interrupted" if its process died, "lost" if its file went."""
+        if self.is_stale(entry):
+            return "interrupted"
+        return "lost" if self.is_lost(entry) else entry.state
+
     def file_of(self, run_id: str) -> Path:
         """Return the file of a run, copied here first where the store is elsewhere."""
         path = self.files.path(run_id)

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from wearlab.store.table import Table
 
 
+LATEST = 20  # runs that a notebook shows
+
+
 class Store(KeptRuns):
     """A folder of runs.
 
@@ -34,13 +37,7 @@ class Store(KeptRuns):
     """
 
     def _repr_html_(self) -> str:
-        from wearlab.store.html import table_html
-
-        if not self.catalogue.exists():
-            return f"<p>{escape(repr(self))}: nothing is stored yet</p>"
-        told = self.catalogue.read("SELECT state, count(*), sum(size) FROM runs GROUP BY state")
-        rows = [(state, count, f"{(size or 0) / 1e6:.1f} MB") for state, count, size in told]
-        return f"<p><b>{escape(repr(self))}</b></p>{table_html(('state', 'runs', 'size'), rows)}"
+        return store_html(self)
 
     def open(self, campaign: "Given", *, si: bool = False) -> "xr.Dataset":
         """Return a campaign's runs as one lazy dataset: sweep axes, ``case``, then the run's dimensions.
@@ -123,3 +120,33 @@ def open_store(path: str | PathLike[str]) -> Store:
     if not store.catalogue.exists() and not store.files.folder.is_dir():
         raise StoreError(f"{store.path}: there is no store here; wearlab.run makes one")
     return store
+
+
+def store_html(store: KeptRuns) -> str:
+    """Return what a store holds: how many runs in which state, and the latest of them.
+
+    Parameters
+    ----------
+    store : states are those that ``wearlab ls`` lists
+    """
+    from wearlab.store.headline import headlines
+    from wearlab.store.html import table_html
+    from wearlab.store.lineage import name_of
+
+    name = escape(repr(store))
+    if not store.catalogue.exists():
+        return f"<p>{name}: nothing is stored yet</p>"
+    heads = store.heads(row[0] for row in store.catalogue.read("SELECT id FROM runs ORDER BY number"))
+    sizes: dict[str, list[int]] = {}
+    for head in heads.values():
+        sizes.setdefault(store.state_of(head), []).append(head.size or 0)
+    states = [(state, len(some), f"{sum(some) / 1e6:.1f} MB") for state, some in sizes.items()]
+    latest = store.entries(list(heads)[: -LATEST - 1 : -1]).values()
+    results = (next((told.text for told in headlines(entry.summary)), "") for entry in latest)
+    rows = [
+        (entry.id[:10], name_of(store, entry.id), store.state_of(entry), result, entry.reason or "")
+        for entry, result in zip(latest, results, strict=True)
+    ]
+    more = f"<p>the latest {LATEST} of {len(heads)} runs</p>" if len(heads) > LATEST else ""
+    runs = table_html(("run", "what", "state", "result", "reason"), rows)
+    return f"<p><b>{name}</b></p>{table_html(('state', 'runs', 'size'), states)}{runs}{more}"

@@ -43,7 +43,7 @@ class RowsWanted(NamedTuple):
     where : condition, empty: all
     columns : names to show, None: the usual
     sort, limit : order and number
-    state : as `state_of` tells it, None: any
+    state : as `Store.state_of` has it, None: any
     """
 
     where: str = ""
@@ -114,7 +114,7 @@ def _show_columns(store: "Store", wanted: RowsWanted, form: Format) -> None:
     places = [at for at, column in enumerate(answer.columns) if column.name in ("status", "state")]
     if wanted.state is not None or places:
         entries = store.entries(answer["id"])
-        told = {run_id: state_of(store, entry) for run_id, entry in entries.items()}
+        told = {run_id: store.state_of(entry) for run_id, entry in entries.items()}
         kept = [r for r in answer.records if wanted.state in (None, told[r[0]])]
         answer = replace(answer, records=[_told(row, places, told[row[0]]) for row in kept])
     if form is Format.CSV:
@@ -170,7 +170,7 @@ def _row(store: "Store", member: Member, entry: Entry) -> dict[str, Any]:
         "file": member.path,
         "label": member.label,
         "position": member.position,
-        "state": state_of(store, entry),
+        "state": store.state_of(entry),
         "life": entry.summary.get("life"),
         "max_wear_depth": entry.summary.get("max_wear_depth"),
         "error_estimates": errors,
@@ -208,13 +208,6 @@ def _expected(row: Mapping[str, Any]) -> tuple[str, str]:
     if expected is None:
         return "", ""
     return expected["expected"], expected["measured"] if expected["met"] else f"MISSED {expected['measured']}"
-
-
-def state_of(store: "Store", entry: Entry) -> str:
-    """Return the state of a run; one whose process died is "interrupted", one whose file went is "lost"."""
-    if store.is_stale(entry):
-        return "interrupted"
-    return "lost" if store.is_lost(entry) else entry.state
 
 
 def _note(row: Mapping[str, Any]) -> str:

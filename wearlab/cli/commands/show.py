@@ -7,7 +7,6 @@ from typing import Annotated, Any
 
 import typer
 
-from wearlab.cli.commands.ls import state_of
 from wearlab.cli.output import (
     REFUSALS,
     Status,
@@ -198,7 +197,7 @@ def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
     metadata = members[0].metadata if members else {}
     return {
         "id": entry.id,
-        "state": state_of(store, entry),
+        "state": store.state_of(entry),
         "verdict": entry.summary.get("verdict"),
         "result": [headline.text for headline in headlines(entry.summary)],
         "campaigns": list(dict.fromkeys(f"{m.campaign} ({m.label})" for m in members)),
