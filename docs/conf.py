@@ -55,7 +55,7 @@ def spread_raises(app, what, name, obj, options, lines):
 
 def stack_tables(app, page, source):
     """Let a telephone stack the cells of the reference pages' tables."""
-    if page.startswith("reference/"):
+    if page.startswith(("reference/", "papers/")):
         source[0] = reference_pages.stacked(source[0])
 
 

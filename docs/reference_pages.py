@@ -21,7 +21,6 @@ def write(folder: Path) -> None:
         "variables.md": variables(),
         "commands.md": commands(),
         "figures.md": figures(),
-        "published.md": published(),
         "checks.md": checks(),
     }
     folder.mkdir(exist_ok=True)
@@ -229,26 +228,6 @@ def figures() -> str:
         told = f"Made by {', '.join(files[:3])}." if files else "No campaign that comes along draws it."
         needs = ", ".join(f"`{name}`" for name in kind.needs if ":" not in name)
         parts.append(f"{told} Needs {needs}." if needs else told)
-    return "\n\n".join(parts) + "\n"
-
-
-def published() -> str:
-    """Return what the campaigns that follow papers say beside their figures: what agrees, what none can have."""
-    from wearlab.campaign import load
-
-    parts = [
-        "# The papers, figure by figure",
-        "Campaigns named `*_as_published` make the choices of their papers and draw the printed points beside their own. "
-        "Not every claim can be reproduced, and some contradict each other: what differs is said under the figure, and "
-        "a parameter that was tuned until a curve fits is called tuned.",
-    ]
-    for file in sorted((TOP / "campaigns").glob("*_as_published.toml")):
-        campaign = load(file)
-        noted = [figure for figure in campaign.figures if figure.note]
-        rows = [(figure.title or f"`{figure.kind}`", figure.note) for figure in noted]
-        if rows:
-            parts += [f"## {campaign.title}", f"`{file.name}`, after {campaign.reference}"]
-            parts += [_table(("figure", "what is to be known"), rows)]
     return "\n\n".join(parts) + "\n"
 
 

@@ -49,6 +49,18 @@ def grid(tmp_path_factory):
     return store.open(Campaign(cases, (Axis("torque", TORQUES, "N*m", "operation.torque"),)))
 
 
+def test_a_motion_whose_error_nobody_could_tell_is_drawn(tmp_path):
+    """Was: a division by zero where the estimate of a mesh force is missing at one wear state."""
+    data = made(60.0)
+    data["error_estimate_mesh_force"][-1] = np.nan
+    store = Store(tmp_path / "store")
+    store.create()
+    put(store, "0" * 32, data)
+    grid = store.open(Campaign((Case("base", "0" * 32),)))
+    plot = plot_of(grid, kind="mesh-force")
+    assert sum(len(panel.curves) for panel in plot.panels) >= 3
+
+
 def plot_of(grid, **wishes):
     return plotted(grid, read(SimpleNamespace(**wishes), 1, None))[0]
 

@@ -44,7 +44,7 @@ class ClaimSpec(BaseModel):
     tolerance: Written = option(
         ..., "how far it may be off: in the unit of the value, or `5 %` of it (of a value in %: in points)"
     )
-    published: Written | None = option(
+    printed: Written | None = option(
         None, "what the source prints, where runs differ from it", derived="the value"
     )
     source: str | None = option(None, "paper and figure, such as `W23 Fig. 7`", derived="none")
@@ -70,9 +70,9 @@ class ClaimSpec(BaseModel):
         return value - width, value + width
 
     @property
-    def printed(self) -> float:
+    def source_number(self) -> float:
         """What the source prints, in the unit of the value."""
-        return _measured(self.value if self.published is None else self.published)[0]
+        return _measured(self.value if self.printed is None else self.printed)[0]
 
 
 def _label(label: Written) -> str:
@@ -112,7 +112,7 @@ def _wrong(number: int, claim: ClaimSpec, claims: Sequence[ClaimSpec]) -> Iterat
         parse_formula(claim.formula)
     except QueryError as error:
         yield f"{where}.quantity: {error}"
-    for key in ("value", "tolerance", "published"):
+    for key in ("value", "tolerance", "printed"):
         given = getattr(claim, key)
         try:
             size, own = (0.0, unit) if given is None else _measured(given)

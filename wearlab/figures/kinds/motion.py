@@ -36,7 +36,9 @@ def _mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
         phase, _ = companion(run, "phase", piece.place, ask)
         if np.isnan(piece.values).all():
             continue
-        error = None if piece.error is None else repeated(piece.error, phase, periods)[1]
+        error = None
+        if piece.error is not None and not np.isnan(piece.error).all():
+            error = repeated(piece.error, phase, periods)[1]
         x, y = repeated(piece.values, phase, periods)
         yield Series(piece.key, x, y, PERIODS, piece.scale, y_error=error)
     if name == "dynamic_mesh_force" and "static_mesh_force" in run.data:
