@@ -107,3 +107,19 @@ def test_workers_with_other_code_are_one_message() -> None:
     answers["tcp://2"] = ImportError("no module named wearlab.sources")
     with pytest.raises(RunnerError, match="no module named"):
         local._refuse_other_code(client)
+
+
+def test_a_client_is_taken_as_scheduler_and_stays_open(tmp_path: Path) -> None:
+    from fake_campaign import SIMULATE, sweep
+
+    import wearlab as wl
+
+    with local_client(1, dashboard=False) as client:
+        report = wl.run(sweep(2), tmp_path, scheduler=client, simulate=SIMULATE, progress=False)
+        assert (report.computed, report.done) == (2, 2)
+        assert client.status == "running" and client.submit(max, 1, 2).result() == 2
+    with pytest.raises(RunnerError, match="the client is closed"):
+        wl.run(sweep(3), tmp_path / "none", scheduler=client, simulate=SIMULATE, progress=False)
+    with pytest.raises(RunnerError, match="neither an address nor a dask client"):
+        wl.run(sweep(3), tmp_path / "none", scheduler=5, simulate=SIMULATE)  # type: ignore[arg-type]
+    assert not (tmp_path / "none").exists()

@@ -14,7 +14,7 @@ from wearlab.figures.kind import Ask
 from wearlab.figures.wording import Label, converted, cycles, place
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.schema import VARIABLES, origin_of
-from wearlab.store.grid import own_values
+from wearlab.store.grid import own_values, words_of_key
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -112,8 +112,6 @@ RUN_DIMENSIONS = _run_dimensions()
 
 
 BASE = "base"
-UNSAID = ("value", "factor", "depth", "amount", "model", "file")
-"""Last words of keys that say too little alone."""
 LIVES = ("life", "service_life", "remaining_useful_life", "error_estimate_life")
 """What only runs have that reach the depth which ends a life."""
 COORDINATES = (
@@ -295,8 +293,7 @@ def axis_named(grid: "xr.Dataset", name: str) -> str:
 def axis_words(grid: "xr.Dataset", name: str) -> str:
     """Return what stands along an axis in words: the last words of the key that it was given to."""
     numbers = grid[name].dtype.kind in "fiu"
-    words = str(grid[name].attrs.get("key") or name).split(".") if numbers else [name]
-    return " ".join(words[-2:] if words[-1] in UNSAID else words[-1:]).replace("_", " ")
+    return words_of_key(str(grid[name].attrs.get("key") or name) if numbers else name)
 
 
 def _beside(grid: "xr.Dataset", point: Mapping[str, int]) -> dict[str, Label]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wearlab.runner.crew import Crew, OtherCode
 from wearlab.runner.local import local_client, quiet_logs
@@ -18,6 +18,9 @@ from wearlab.runner.waiting import result_of, wait_for_living, wait_looking
 from wearlab.runner.worker import Task, execute_all, warm_up
 from wearlab.sources import source_hash
 from wearlab.store.outcome import Outcome
+
+if TYPE_CHECKING:
+    from dask.distributed import Client
 
 BATCH_SECONDS = 0.4  # a batch of short cases lasts about so long: dask costs 1.7 ms a task
 LARGEST_BATCH = 64
@@ -197,7 +200,7 @@ class Pace:
         return max(1, min(fitting, LARGEST_BATCH, math.ceil(waiting / (2 * workers)), waiting))
 
 
-def refuse_unreachable(scheduler: str | None, dashboard: bool) -> None:
+def refuse_unreachable(scheduler: "str | Client | None", dashboard: bool) -> None:
     """Refuse before anything is written where the workers asked for cannot be had.
 
     Raises
@@ -205,24 +208,22 @@ def refuse_unreachable(scheduler: str | None, dashboard: bool) -> None:
     RunnerError : nobody answers, or the page needs what is not installed
     """
     if scheduler is not None:
-        from dask.distributed import Client
-
-        try:
-            Client(scheduler, timeout=CONNECT_SECONDS).close()
-        except (OSError, ValueError, TimeoutError) as error:
-            raise RunnerError(f"no dask scheduler answers at {scheduler} ({error})") from error
+        with _opened(scheduler):
+            pass
     elif dashboard and find_spec("bokeh") is None:
         raise RunnerError("the dashboard needs bokeh: pip install 'wearlab[dashboard]'")
 
 
 @contextmanager
-def connect(workers: int | None, scheduler: str | None, dashboard: bool = False) -> Iterator[Any]:
+def connect(
+    workers: int | None, scheduler: "str | Client | None", dashboard: bool = False
+) -> "Iterator[Client]":
     """Open a client of the given scheduler, or of a cluster of processes on this machine.
 
     Parameters
     ----------
     workers : number of processes [the cores]
-    scheduler : address of an existing scheduler; then ``workers`` has no meaning
+    scheduler : address of an existing scheduler, or its client; then ``workers`` has no meaning
     dashboard : whether a cluster on this machine shows dask's page about itself; an existing one decides
 
     Raises
@@ -235,18 +236,34 @@ def connect(workers: int | None, scheduler: str | None, dashboard: bool = False)
 
 
 @contextmanager
-def _remote(address: str) -> Iterator[Any]:
+def _opened(scheduler: "str | Client") -> "Iterator[Client]":
+    """Open a client of a scheduler; one that is given stays open."""
     from dask.distributed import Client
 
+    if isinstance(scheduler, Client):
+        if scheduler.status != "running" or scheduler.asynchronous:
+            raise RunnerError(
+                f"scheduler: the client is {scheduler.status} or asynchronous; give an open one"
+            )
+        yield scheduler
+        return
+    if not isinstance(scheduler, str):
+        raise RunnerError(f"scheduler: {scheduler!r} is neither an address nor a dask client")
     try:
-        client = Client(address, timeout=CONNECT_SECONDS)
+        client = Client(scheduler, timeout=CONNECT_SECONDS)
     except (OSError, ValueError, TimeoutError) as error:
-        raise RunnerError(f"no dask scheduler answers at {address} ({error})") from error
-    with steady_dask(), quiet_logs(), client:
+        raise RunnerError(f"no dask scheduler answers at {scheduler} ({error})") from error
+    with client:
+        yield client
+
+
+@contextmanager
+def _remote(scheduler: "str | Client") -> "Iterator[Client]":
+    with steady_dask(), quiet_logs(), _opened(scheduler) as client:
         try:
             client.wait_for_workers(1, timeout=300)
         except TimeoutError as error:
-            raise RunnerError(f"the dask scheduler at {address} has no workers") from error
+            raise RunnerError(f"the dask scheduler of {client} has no workers") from error
         yield client
 
 

@@ -26,6 +26,8 @@ from wearlab.store.outcome import Outcome
 from wearlab.store.place import place
 
 if TYPE_CHECKING:
+    from dask.distributed import Client
+
     from wearlab.campaign import Campaign
     from wearlab.campaign.reading import Given
     from wearlab.store import Store
@@ -39,7 +41,7 @@ def run(
     store: "Store | str | PathLike[str] | None" = None,
     *,
     workers: int | None = None,
-    scheduler: str | None = None,
+    scheduler: "str | Client | None" = None,
     retry: bool = False,
     recompute: str | None = None,
     progress: bool = True,
@@ -56,7 +58,7 @@ def run(
     campaign : the cases: a campaign, its file, a mapping like a file, a scene, or a list of scenes
     store : where runs are kept; made when it does not exist [``WEARLAB_STORE``, else ``wearlab-store``]
     workers : number of worker processes [the cores of this machine]
-    scheduler : address of a dask scheduler to use instead of own processes
+    scheduler : address of a dask scheduler, or a client, to use instead of own processes; it stays open
     retry : compute failed and refused cases again
     recompute : what is computed again: "failed" cases, those "stale" by other code, or "all"
     progress : show a bar, on a terminal or in a notebook
@@ -72,7 +74,7 @@ def run(
     CampaignError : the file or the mapping is wrong
     StoreError : the store cannot be read or written
     PluginError : a scene chooses from a plug-in of which only the options are known
-    RunnerError : no scheduler answers
+    RunnerError : no scheduler answers, or its client is closed
     Interrupted : on Ctrl-C; the finished runs are kept, those in flight are released
     """
     from wearlab.campaign.reading import campaign_of
@@ -261,7 +263,7 @@ class _Work:
 def _cluster(
     stack: ExitStack,
     workers: int | None,
-    scheduler: str | None,
+    scheduler: "str | Client | None",
     dashboard: bool,
     simulate: str,
     tell: Callable[[str], None],

@@ -43,7 +43,11 @@ def align(
     values = _values(progress, on) if at is None else np.asarray(at, float)
     if values.ndim != 1 or not values.size or (np.diff(values) <= 0.0).any():
         raise StoreError(f"align: {on} must be given as increasing numbers")
-    names = [str(n) for n, v in grid.variables.items() if UPDATE in v.dims and v.dtype.kind in "fiu"]
+    names = [
+        str(n)
+        for n, v in grid.variables.items()
+        if UPDATE in v.dims and n != UPDATE and v.dtype.kind in "fiu"
+    ]
     kept = names if variables is None else [n for n in names if n in variables]
     aligned = {name: _aligned(grid[name], progress, values, on) for name in kept if name != on}
     others = grid.drop_vars([str(n) for n, v in grid.variables.items() if UPDATE in v.dims])

@@ -35,6 +35,9 @@ BASE = "base"
 MISSING, EXCLUDED, DONE = "missing", "excluded", "done"
 UPDATE = "update"
 TEXT = np.dtype(object, metadata={"element_type": str})  # as xarray marks texts that it need not look through
+MOST_MISSING = 5  # points that are named
+UNSAID = ("factor", "depth", "amount", "model", "file")
+"""Last words of keys that say too little alone."""
 MOST_WORDS = 2  # keys that name the base beside its cases
 Variables = dict[str, Any]
 
@@ -89,7 +92,7 @@ def open_grid(
     Dataset, one dask chunk per run and variable (one in all for a coordinate that the runs share);
     ``status``, ``reason``, ``run_id`` and ``n_updates`` over the grid dims; with cases and axes the
     coordinate ``computed``: where a run stands at its own place, not repeated along axes;
-    points without data are NaN (text: "") and named in ``attrs["missing"]``.
+    points without data are NaN (text: ""); ``attrs["missing"]`` names the first of them.
     """
     axes = grid_axes(campaign)
     points = _points(campaign, axes)
@@ -111,6 +114,9 @@ def open_grid(
         )
     for name in dict.fromkeys(name for group in grid.groups for name in group.variables):
         _add(variables, coordinates, name, grid)
+    for dim in grid.sizes.keys() - coordinates.keys():  # so that grids of unequal lengths are joined
+        words = "wear state" if dim == UPDATE else dim.replace("_", " ")
+        coordinates[dim] = (dim, np.arange(grid.sizes[dim]), {"long_name": f"number of the {words}"})
     attributes = {"title": campaign.title, "references": campaign.reference or ""}
     missing = _missing(campaign, axes, points, status)
     return xr.Dataset(variables, coordinates, {**attributes, "missing": missing})
@@ -388,22 +394,36 @@ def _axis_coordinates(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> Va
     for axis in campaign.axes:
         for name, values in _along(axis).items():
             units = {} if not values.units else {"units": values.units}
-            told = {"long_name": name.replace("_", " "), **units, "key": values.key}
+            told = {"long_name": words_of_key(values.key or name), **units, "key": values.key}
             coordinates[name] = (axis.name, list(values.values), told)
     if "case" in axes:
         coordinates["case"] = ("case", axes["case"], {"long_name": "case"})
     return coordinates
 
 
+def words_of_key(key: str) -> str:
+    """Return what stands under a key in words: its last word, and what it is of where that says too little.
+
+    Examples
+    --------
+    >>> words_of_key("operation.speed"), words_of_key("wear.coefficient.value")
+    ('speed', 'wear coefficient')
+    """
+    words = key.split(".")
+    some = words[-3:-1] if words[-1] == "value" else words[-2:] if words[-1] in UNSAID else words[-1:]
+    return " ".join(some or words).replace("_", " ")
+
+
 def _missing(
     campaign: "Campaign", axes: Mapping[str, list[Any]], points: NDArray[np.intp], status: Sequence[str]
 ) -> list[str]:
-    """Name every grid point that has a run but no data."""
-    lacking = np.array([*(state != DONE for state in status), False])[points]
+    """Name the first grid points that have a run but no data, and say how many more there are."""
+    lacking = np.argwhere(np.array([*(state != DONE for state in status), False])[points])
     names = []
-    for point in np.argwhere(lacking):
+    for point in lacking[:MOST_MISSING]:
         number = points[tuple(point)]
         places = zip(axes, point, strict=True)
         where = ", ".join(f"{name}={value_text(axes[name][i], None)}" for name, i in places)
         names.append(f"{where or campaign.cases[number].id}: {status[number]}")
-    return names
+    more = len(lacking) - len(names)
+    return [*names, f"and {more} more, by status"] if more > 0 else names
