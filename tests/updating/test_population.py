@@ -8,7 +8,7 @@ from scipy import stats
 from units import LIMIT, PRIORS, RATE, law, liners, lognormal, simulated, unit
 
 from wearlab.updating import population as room
-from wearlab.updating.fleet import after, state_of
+from wearlab.updating.fleet import after, now
 from wearlab.updating.population import factors, population
 
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
@@ -22,11 +22,11 @@ def test_the_next_inspection_of_every_liner_is_foreseen():
     rng, error, inside = np.random.default_rng(1), [], {0: 0, 1: 0}
     for number, each in enumerate(units):
         values = dict(zip(each.cycles, each.blocks[0].seen.value, strict=True))
-        for before, now in zip(each.cycles[:-1], each.cycles[1:], strict=True):
-            foreseen = after(found, number, before, rng).value(now, P)
-            error.append(foreseen[2] - values[now])
+        for before, then in zip(each.cycles[:-1], each.cycles[1:], strict=True):
+            foreseen = after(found, number, before, rng).value(then, P)
+            error.append(foreseen[2] - values[then])
             for width in inside:
-                inside[width] += foreseen[width] <= values[now] <= foreseen[-1 - width]
+                inside[width] += foreseen[width] <= values[then] <= foreseen[-1 - width]
     assert found.resolved and len(error) == 26
     assert 1e3 * np.mean(np.abs(error)) < 0.235
     assert 0.80 <= inside[0] / 26 <= 0.97 and 0.35 <= inside[1] / 26 <= 0.7
@@ -133,8 +133,7 @@ def test_intervals_of_lives_hold_the_truth_as_often_as_they_say():
             lives.append(grid[np.argmax(over)] if over.any() else np.inf)
             units.append(unit("a", grid[at], worn[at] + 5e-5 * rng.standard_normal(3)))
         found = population(units, asked, seed)
-        for each, life in zip(units, lives, strict=True):
-            ranks.append(float(state_of(found, each, found.weight(), rng).life_below(life)[0]))
+        ranks += [float(now(found, k, rng).life_below(life)[0]) for k, life in enumerate(lives)]
     ranks = np.array(ranks)
     assert stats.kstest(ranks, "uniform").pvalue > 1e-3
     assert 0.85 <= np.mean(np.abs(ranks - 0.5) <= 0.45) <= 0.95
@@ -145,7 +144,7 @@ def test_a_unit_that_was_not_measured_is_as_wide_as_the_population():
     units = [*simulated(10, 4, 6), unit("new", [], [])]
     found = population(units, law("straying"), 0)
     rng = np.random.default_rng(0)
-    new, old = (after(found, k, units[k].now, rng) for k in (10, 0))
+    new, old = (now(found, k, rng) for k in (10, 0))
     assert np.std(np.log(new.factor)) > 1.1 * found.quantile("spread", np.array(0.5))
     assert np.ptp(new.life(P[[0, 4]])) > 1.5 * np.ptp(old.life(P[[0, 4]]))
 
@@ -156,7 +155,7 @@ def test_a_hundred_units_take_some_seconds():
     clock = time.perf_counter()
     found = population(units, law("straying"), 0)
     rng = np.random.default_rng(0)
-    for each in units:
-        state_of(found, each, found.weight(), rng).life(P)
+    for number in range(100):
+        now(found, number, rng).life(P)
     assert time.perf_counter() - clock < 10.0
     assert found.quantile("spread", np.array([0.05, 0.95])) == pytest.approx([0.3, 0.3], rel=0.3)

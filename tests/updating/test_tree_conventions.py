@@ -4,7 +4,9 @@ import netCDF4
 import pytest
 import xarray as xr
 from conventions import check
+from test_fleet import ROWS, fleet
 
+from wearlab.store import Store
 from wearlab.store.updates import update_files
 from wearlab.updating import update
 
@@ -16,6 +18,10 @@ def test_groups_of_an_update_hold_to_conventions(campaign, store, tmp_path):
     tree = update(campaign, store, replay=True, check=2, progress=False)
     path = update_files(store).path(str(tree.attrs["id"]))
     assert {"calibration", "virtual_inspection"} < set(tree.children)
+    held_to_conventions(tree, path, tmp_path)
+
+
+def held_to_conventions(tree, path, tmp_path):
     for name in tree.children:
         with xr.open_dataset(path, group=name, decode_cf=False) as group:
             alone = group.load().assign_attrs(tree.attrs)
@@ -25,6 +31,16 @@ def test_groups_of_an_update_hold_to_conventions(campaign, store, tmp_path):
         }
         alone.to_netcdf(tmp_path / f"{name}.nc", encoding=kept)
         check(tmp_path / f"{name}.nc")
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_groups_of_a_fleet_hold_to_conventions(tmp_path):
+    store = Store(tmp_path / "store")
+    spoilt = ROWS.replace("B,2026-01-01,840,500", "B,2026-01-01,840,1500")
+    tree = update(fleet(tmp_path, spoilt), store, replay=True, progress=False)
+    path = update_files(store).path(str(tree.attrs["id"]))
+    assert "predictions_without" in tree.children
+    held_to_conventions(tree, path, tmp_path)
 
 
 def test_every_variable_of_an_update_tells_its_unit_and_meaning(store, tree):

@@ -8,6 +8,7 @@ from typing import Any
 
 from wearlab.campaign.axes import swept_keys
 from wearlab.campaign.distributions import Distribution, is_distribution, read_distribution, written
+from wearlab.campaign.fleet_options import POPULATION, read_fleet
 from wearlab.campaign.inheritance import CampaignError, modelled
 from wearlab.campaign.update_options import (
     PREVIOUS,
@@ -36,6 +37,7 @@ from wearlab.scene.problems import not_a_choice, shown
 from wearlab.schema import VARIABLES
 from wearlab.units import UnitError, convert, is_quantity, split
 
+FACTOR = "wear.coefficient.factor"
 MOST_DRAWS = 100_000
 HOURS_A_YEAR = 8784.0  # of the longest
 
@@ -54,7 +56,8 @@ def read_update(given: Any) -> UpdateSpec:
     if not isinstance(blocks, list):
         problems.append(f"{SECTION}.data: {shown(blocks)} is no list of tables: write [[{SECTION}.data]]")
         blocks = []
-    head = {key: value for key, value in given.items() if key not in ("data", "limit", "calendar", "check")}
+    own = ("data", "limit", "calendar", "check", "population", "unit")
+    head = {key: value for key, value in given.items() if key not in own}
     spec = _tried(problems, modelled, UpdateBlock, head, SECTION)
     unknown = _tried(problems, _unknown, given.get("unknown"))
     limit = _tried(problems, _limit, given.get("limit"))
@@ -72,9 +75,14 @@ def read_update(given: Any) -> UpdateSpec:
                 "strays: a value with its unit, or a distribution"
             )
     check = _tried(problems, _check, given.get("check"), data)
+    fleet = None
+    if "population" in given or "unit" in given or any(each and each.columns.unit for each in data):
+        fleet = _tried(problems, read_fleet, given.get("population"), given.get("unit", []), _days)
+        problems += _not_of_a_fleet(given, unknown or {}, data)
     if problems:
         raise CampaignError(problems)
-    return UpdateSpec(limit, spec.discrepancy, spec.draws, spec.seed, unknown, tuple(data), days, check)
+    numbers = spec.discrepancy, spec.draws, spec.seed
+    return UpdateSpec(limit, *numbers, unknown, tuple(data), days, check, fleet)
 
 
 def refuse_strange_unknowns(spec: UpdateSpec, scenes: Sequence[Scene], labels: Sequence[str]) -> None:
@@ -90,6 +98,14 @@ def refuse_strange_unknowns(spec: UpdateSpec, scenes: Sequence[Scene], labels: S
             scenes[0].replace(key, written(prior.at(0.5), prior.unit))
         except SceneError as error:
             problems += [f"{SECTION}.unknown.{key}: {line}" for line in error.problems]
+    for number, unit in enumerate(() if spec.fleet is None else spec.fleet.units):
+        for key, value in unit.scene.items():
+            try:
+                scenes[0].replace(key, value)
+            except SceneError as error:
+                problems += [f"{SECTION}.unit[{number}].scene.{key}: {line}" for line in error.problems]
+    if spec.fleet is not None and len(scenes) > 1:
+        problems.append(f"{SECTION}: a fleet has one case, here are {len(scenes)}: give update.unit.scene")
     for data in spec.data:
         for case in data.cases:
             if case not in labels:
@@ -97,6 +113,26 @@ def refuse_strange_unknowns(spec: UpdateSpec, scenes: Sequence[Scene], labels: S
                 problems.append(f"{data.place}.case: {said}")
     if problems:
         raise CampaignError(problems)
+
+
+def _not_of_a_fleet(given: Any, unknown: dict[str, Distribution], data: Sequence[Data | None]) -> list[str]:
+    """Return what is asked of a fleet that only one unit can have, one line each."""
+    problems = [
+        f"{SECTION}.unknown.{key}: of a fleet {FACTOR} alone is unknown: what differs between units goes "
+        "into update.unit.scene"
+        for key in unknown
+        if key != FACTOR
+    ]
+    if given.get("discrepancy", "none") != "none" or given.get("check") is not None:
+        problems.append(f"{SECTION}: of a fleet, neither discrepancy nor check; wear strays by {POPULATION}")
+    for one in (each for each in data if each is not None):
+        if one.columns.unit is None:
+            problems.append(f"{one.place}.columns.unit: required of a fleet: which unit a row is of")
+        if one.since is not None:
+            problems.append(f"{one.place}.since: of a fleet, values count from the first cycle")
+        if one.error.drift is not None:
+            problems.append(f"{one.place}.error.drift: of a fleet, use {POPULATION}.straying")
+    return problems
 
 
 def _tried(problems: list[str], read: Any, *arguments: Any) -> Any:
@@ -149,10 +185,9 @@ def _check(given: Any, data: Sequence[Data | None]) -> TrueModel | None:
     return TrueModel(tuple(errors), block.power)
 
 
-def _days(given: Any) -> Days | None:
+def _days(given: Any, where: str = f"{SECTION}.calendar") -> Days | None:
     if given is None:
         return None
-    where = f"{SECTION}.calendar"
     block = modelled(CalendarBlock, given, where)
     if not 0.0 < block.hours_per_year <= HOURS_A_YEAR:
         raise CampaignError(
@@ -177,7 +212,7 @@ def _data(given: Any, number: int) -> Data:
         raise CampaignError([f"{where}: give a member or a flank, not both"])
     for kind, names in (("when", WHEN), ("where on the flank", WHERE)):
         given_ones = [name for name in names if getattr(columns, name) is not None]
-        if len(given_ones) > 1:
+        if len(given_ones) > 1 and not (columns.unit and given_ones == ["hours", "date"]):
             raise CampaignError([f"{where}.columns: {' and '.join(given_ones)} both say {kind}; name one"])
     if isinstance(block.since, str) and block.since != PREVIOUS:
         raise CampaignError([f"{where}.since: {not_a_choice(block.since, (PREVIOUS,))}, or a cycle"])

@@ -13,6 +13,9 @@ from wearlab.options import POSITIVE, Depth, Mass, option
 from wearlab.schema import VARIABLES
 
 DISCREPANCIES = ("none", "accumulating")
+SPREAD = {"lognormal": {"median": 0.3, "cov": 1.0}}
+STRAYING = {"lognormal": {"median": 0.2, "cov": 1.0}}
+POWER = {"lognormal": {"median": 1.0, "cov": 0.2}}
 Strict = ConfigDict(frozen=True, extra="forbid")
 
 
@@ -27,6 +30,7 @@ class Columns(BaseModel):
     date: str | None = option(
         None, "dates, ISO 8601 or as Excel writes them; they need update.calendar", derived="cycle or hours"
     )
+    unit: str | None = option(None, "which unit of a fleet the row is of", derived="there is one")
     value: str | None = option(None, "what was measured", derived="the quantity's name")
     sd: str | None = option(None, "standard error of each value, added to the error's", derived="none")
     below: str | None = option(
@@ -123,6 +127,39 @@ class CheckBlock(BaseModel):
     )
 
 
+class PopulationBlock(BaseModel):
+    """What the units of a fleet share."""
+
+    model_config = Strict
+
+    spread: dict[str, Any] = option(
+        SPREAD, "standard deviation of ln k between units, as a distribution: it is unknown"
+    )
+    straying: float | dict[str, Any] = option(
+        STRAYING,
+        "how far the wear of a unit strays from its mean course until `reference`, over the wear until then "
+        "(Wiener); a distribution where it is unknown, 0: not at all",
+    )
+    power: float | dict[str, Any] = option(
+        POWER, "wear is the model's after cycles to this power, equal at `reference`; 1: as the model's"
+    )
+    reference: float | None = option(
+        None, "operating hours at which k, straying and power are said", derived="median of the inspections"
+    )
+
+
+class UnitBlock(BaseModel):
+    """One unit of a fleet."""
+
+    model_config = Strict
+
+    name: str = option(..., "as the column `unit` calls it")
+    scene: dict[str, Any] = option({}, "dotted key = value: what is different of this unit")
+    calendar: CalendarBlock | None = option(
+        None, "date, hours and hours_per_year of this unit", derived="columns, or update.calendar"
+    )
+
+
 class UpdateBlock(BaseModel):
     """What was measured, what is unknown, and which wear ends the life."""
 
@@ -141,6 +178,10 @@ class UpdateBlock(BaseModel):
         None, "what is true of the twins of --check", derived="what the study believes"
     )
     unknown: dict[str, Any] = option(..., "dotted key = distribution: what is not known")
+    population: PopulationBlock | None = option(
+        None, "what the units of a fleet share: spread, straying, power", derived="there is one unit"
+    )
+    unit: tuple[UnitBlock, ...] = option((), "units of a fleet whose scene or calendar is their own")
     data: tuple[DataBlock, ...] = option((), "what was measured")
 
 
@@ -231,6 +272,33 @@ class TrueModel:
 
 
 @dataclass(frozen=True)
+class FleetUnit:
+    """One unit: its name, what of its scene is its own, and its calendar."""
+
+    name: str
+    scene: dict[str, Any]
+    days: Days | None
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """A fleet.
+
+    Parameters
+    ----------
+    spread, straying, power : what the units share, known or not
+    reference : operating hours at which these are said, None: found out
+    units : those that are named in the file
+    """
+
+    spread: Distribution
+    straying: float | Distribution
+    power: float | Distribution
+    reference: float | None
+    units: tuple[FleetUnit, ...]
+
+
+@dataclass(frozen=True)
 class UpdateSpec:
     """A whole ``[update]``."""
 
@@ -242,6 +310,7 @@ class UpdateSpec:
     data: tuple[Data, ...]
     days: Days | None = None
     check: TrueModel | None = None
+    fleet: Fleet | None = None
 
 
 def unit_of(quantity: str) -> str:

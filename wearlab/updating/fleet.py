@@ -5,10 +5,11 @@ from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
-from scipy.special import ndtr
+from scipy.special import logsumexp, ndtr
 
 from wearlab.arrays import Array
 from wearlab.updating.answer import STIFFEST, first_passage
+from wearlab.updating.history import RunCurve
 from wearlab.updating.kalman import Filtered
 from wearlab.updating.population import Population, Shared, Unit, drawn, factors, log_marginal, seen_by
 from wearlab.updating.posterior import quantiles
@@ -28,7 +29,7 @@ class UnitState:
     unit : with what had been measured by then
     shared : what units share, lanes (n, 1)
     factor : (n,) on the wear coefficient, at the reference time
-    block : the block whose quantity ends the life, None where it is not measured
+    block : the block that tells how far the wear has strayed, None where there is none
     seen : what the filter knows of it, None without a measurement
     """
 
@@ -43,38 +44,57 @@ class UnitState:
         """The last inspection [cycles]."""
         return self.unit.now
 
+    @property
+    def curve(self) -> RunCurve:
+        """What the block measures, over the cycles of the run; what ends the life without one."""
+        return self.unit.run.limit if self.block is None else self.unit.run.asked[self.block].curve
+
     def _equal(self, cycle: float) -> Array:
-        return np.asarray(self.shared.equal(cycle - self.unit.run.start)[:, 0])
+        return np.asarray(self.shared.equal(self.unit.run.equal(np.array(cycle)))[:, 0])
 
     @cached_property
-    def rate(self) -> Array:
-        """Variance of W per unit of equal wear time, (n,)."""
-        block = None if self.block is None else self.unit.blocks[self.block]
-        rate = self.shared.rate(self.unit.run, block, self.block or 0, self.factor[:, None])
-        return np.asarray(np.broadcast_to(rate, (len(self.factor), 1))[:, 0])
+    def _since(self) -> Array:
+        """Equal wear time of the last inspection of the block, (n,)."""
+        return np.zeros(len(self.factor)) if self.seen is None else np.asarray(self.seen.cycle)[:, 0]
 
-    def wear(self, cycle: float) -> tuple[Array, Array]:
-        """Return mean and variance of what ends the life at a cycle, (n,) [SI and its square]."""
+    def _until_reference(self, curve: RunCurve) -> Array:
         run = self.unit.run
-        mean = run.limit.at(run.start + self._equal(cycle) * self.factor / run.factor)
-        if self.seen is None:
-            return mean, self.rate * self._equal(cycle)
-        left = np.maximum(self._equal(cycle) - self._equal(self.now), 0.0)
-        return mean + self.seen.mean[:, 0], self.seen.variance[:, 0] + self.rate * left
+        return np.asarray(curve.at(run.start + self.shared.reference * self.factor / run.factor))
 
-    def measured(self, cycle: float) -> tuple[Array, Array]:
-        """Return mean and standard deviation of a value measured at a cycle, (n,) [SI]."""
-        mean, variance = self.wear(cycle)
+    def _rate(self, curve: RunCurve) -> Array:
+        """Return the variance of W of a quantity per unit of equal wear time, (n,)."""
+        return (self.shared.straying[:, 0] * self._until_reference(curve)) ** 2 / self.shared.reference
+
+    def _strayed(self, curve: RunCurve) -> tuple[Array, Array]:
+        """Return mean and variance of W of a quantity at the last inspection, (n,)."""
+        if self.seen is None:
+            return np.zeros(len(self.factor)), np.zeros(len(self.factor))
+        ratio = (
+            1.0 if curve is self.curve else self._until_reference(curve) / self._until_reference(self.curve)
+        )
+        return ratio * self.seen.mean[:, 0], ratio**2 * self.seen.variance[:, 0]
+
+    def wear(self, cycle: float, curve: RunCurve | None = None) -> tuple[Array, Array]:
+        """Return mean and variance of a quantity at a cycle, (n,); of what ends the life by default."""
+        run, own = self.unit.run, self.unit.run.limit if curve is None else curve
+        w, variance = self._strayed(own)
+        left = np.maximum(self._equal(cycle) - self._since, 0.0)
+        mean = own.at(run.start + self._equal(cycle) * self.factor / run.factor)
+        return mean + w, variance + self._rate(own) * left
+
+    def measured(self, cycle: float, count: int = 1) -> tuple[Array, Array]:
+        """Return mean and standard deviation of the mean of some values of the block, (n,) [SI]."""
+        mean, variance = self.wear(cycle, self.curve)
         if self.block is not None:
             block = self.unit.blocks[self.block]
             column = float(np.median(block.seen.sd)) if len(block.seen) else 0.0
-            own = np.hypot(block.data.error.offset_sd, np.hypot(column, block.relative * mean))
-            variance = variance + self.shared.sd[self.block][:, 0] ** 2 + own**2
+            own = self.shared.sd[self.block][:, 0] ** 2 + column**2 + (block.relative * mean) ** 2
+            variance = variance + own / count + block.data.error.offset_sd**2
         return mean, np.sqrt(variance)
 
-    def value_below(self, cycle: float, value: Array | float) -> Array:
-        """Return the probability that less is measured at a cycle, (q,)."""
-        mean, sd = self.measured(cycle)
+    def value_below(self, cycle: float, value: Array | float, count: int = 1) -> Array:
+        """Return the probability that less is measured at a cycle, (q,); of the mean of so many values."""
+        mean, sd = self.measured(cycle, count)
         return np.asarray(ndtr((np.atleast_1d(value)[:, None] - mean) / np.maximum(sd, 1e-300)).mean(axis=1))
 
     def value(self, cycle: float, p: Array) -> Array:
@@ -83,17 +103,26 @@ class UnitState:
         low, high = float(np.min(mean - 9.0 * sd)), float(np.max(mean + 9.0 * sd))
         return quantiles(lambda x: self.value_below(cycle, x), p, low, high)
 
+    def crps(self, cycle: float, value: float, rng: np.random.Generator) -> float:
+        """Return the continuous ranked probability score of a value: E|x − y| − ½ E|x − x′|."""
+        mean, sd = self.measured(cycle)
+        x = np.sort(mean + sd * rng.standard_normal(len(mean)))
+        n = len(x)
+        apart = 2.0 * float((2.0 * np.arange(n) - n + 1.0) @ x) / n**2
+        return float(np.mean(np.abs(x - value)) - 0.5 * apart)
+
     @cached_property
     def _ahead(self) -> tuple[Array, Array, Array, Array]:
         """Weight, gap, mean equal time and shape of the way to the limit, (n·states,)."""
         run, nodes, heights = self.unit.run, *STATES
-        w = np.zeros(len(self.factor)) if self.seen is None else self.seen.mean[:, 0]
-        spread = 0.0 * w if self.seen is None else np.sqrt(self.seen.variance[:, 0])
-        w = (w + nodes[:, None] * spread).ravel()
+        w, variance = self._strayed(run.limit)
+        w = (w + nodes[:, None] * np.sqrt(variance)).ravel()
         weight = np.repeat(heights / heights.sum() / len(self.factor), len(self.factor))
-        factor, rate = np.tile(self.factor / run.factor, len(nodes)), np.tile(self.rate, len(nodes))
-        since = 0.0 * self.factor if self.seen is None else self._equal(self.now)
-        own = run.start + np.tile(since, len(nodes)) * factor
+        factor, rate, since = (
+            np.tile(each, len(nodes))
+            for each in (self.factor / run.factor, self._rate(run.limit), self._since)
+        )
+        own = run.start + since * factor
         gap = run.level - w - run.limit.at(own)
         mean = np.maximum((run.limit.first_above(run.level - w) - own) / factor, 1e-300)
         shape = np.minimum(gap**2 / np.maximum(rate, 1e-300), STIFFEST * mean)
@@ -109,9 +138,8 @@ class UnitState:
         """Return the probability that the limit is reached before cycles, (q,)."""
         weight, gap, mean, shape = self._ahead
         open_, found = gap > 0.0, []
-        since = 0.0 * self.factor if self.seen is None else self._equal(self.now)
         for each in np.atleast_1d(cycle):
-            ahead = np.tile(np.maximum(self._equal(float(each)) - since, 1e-300), len(STATES[0]))[open_]
+            ahead = np.tile(np.maximum(self._equal(float(each)) - self._since, 1e-300), len(STATES[0]))[open_]
             reached = first_passage(ahead, mean[open_], shape[open_])
             found.append(self.passed + float(weight[open_] @ reached))
         return np.array(found)
@@ -136,31 +164,43 @@ class UnitState:
         return self.unit.run.start if self.seen is None else self.now
 
 
-def state_of(found: Population, unit: Unit, weight: Array, rng: np.random.Generator) -> UnitState:
+def state_of(found: Population, unit: Unit, theta: Array, rng: np.random.Generator) -> UnitState:
     """Return equally probable states of a unit.
 
     Parameters
     ----------
     found : what is known of all units together
     unit : with the measurements that count
-    weight : of the lattice's points, these measurements included
+    theta : (n, parameters) draws of what units share, these measurements included
     rng : of the draws
     """
-    theta = found.theta[drawn(found, DRAWS, rng, weight)]
     log_factor = factors(unit, found.law, theta, rng)
-    shared = found.law.shared(theta)
-    limit = unit.run.limit
-    block = next((n for n, asked in enumerate(unit.run.asked) if asked.curve is limit), None)
+    shared, asked = found.law.shared(theta), unit.run.asked
+    whole = [n for n, block in enumerate(unit.blocks) if block.seen.place_kind is None]
+    limits = [n for n in whole if asked[n].curve is unit.run.limit]
+    block = next(iter([*limits, *whole]), None)
     seen = None
     if block is not None and len(unit.blocks[block].rows):
         seen = seen_by(unit, shared, log_factor[:, None])[block]
-        mean, variance = (np.broadcast_to(part, (DRAWS, 1)) for part in (seen.mean, seen.variance))
+        mean, variance = (
+            np.broadcast_to(part, log_factor[:, None].shape) for part in (seen.mean, seen.variance)
+        )
         seen = replace(seen, mean=mean, variance=variance)
     return UnitState(unit, shared, np.exp(log_factor), block, seen)
 
 
-def after(found: Population, number: int, cycle: float, rng: np.random.Generator) -> UnitState:
+def now(found: Population, number: int, rng: np.random.Generator) -> UnitState:
+    """Return the states of a unit after all measurements."""
+    return state_of(found, found.units[number], found.theta[drawn(found, DRAWS, rng)], rng)
+
+
+def after(
+    found: Population, number: int, cycle: float, rng: np.random.Generator, draws: int = DRAWS
+) -> UnitState:
     """Return the states of a unit after its inspections up to a cycle, all of the other units being known."""
     unit = found.units[number].up_to(cycle)
-    instead = log_marginal(unit, found.law, found.theta)
-    return state_of(found, unit, found.weight(number, instead), rng)
+    theta = found.theta[drawn(found, draws, rng, found.weight(number))]
+    if len(unit.cycles):
+        logs = log_marginal(unit, found.law, theta)
+        theta = theta[rng.choice(draws, draws, p=np.exp(logs - logsumexp(logs)))]
+    return state_of(found, unit, theta, rng)

@@ -23,11 +23,12 @@ from wearlab.campaign import Campaign
 from wearlab.campaign.distributions import written
 from wearlab.scene import SceneError
 from wearlab.sources import hash_of
+from wearlab.updating.fleet_tree import fleet_groups, fleet_of
 from wearlab.updating.history import RunHistory
 from wearlab.updating.observations import UpdateError
 from wearlab.updating.outcome import UpdateOutcome, answered, blocks_of, outcome
 from wearlab.updating.study import MeasuredCase, histories, plain, studies
-from wearlab.updating.tree import tree_of
+from wearlab.updating.tree import tree_of, tree_of_groups
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,9 +84,22 @@ def update(
     if known is not None:
         return known
     runner = Runner(campaign.title, store, progress, workers)
-    outcomes = [updated(study, runner) for study in wanted]
-    tree = tree_of(campaign, outcomes, replay=replay, check=check)
-    return keep(store, tree, outcomes, campaign.title, name=name, about=about)
+    if wanted[0].spec.fleet is not None:
+        if check:
+            raise UpdateError(
+                "--check: twins are made of one unit; of a fleet, --replay scores what it foresaw"
+            )
+        runs = [runner.run(study)[0][0] for study in wanted]
+        groups = fleet_groups(wanted, fleet_of(wanted, runs), replay=replay)
+        tree = tree_of_groups(campaign, wanted, groups)
+        summary = _summary_of_units(groups["predictions"])
+    else:
+        outcomes = [updated(study, runner) for study in wanted]
+        tree = tree_of(campaign, outcomes, replay=replay, check=check)
+        runs = [run for outcome in outcomes for run in outcome.posterior.histories]
+        summary = {outcome.study.label: _summary(outcome) for outcome in outcomes}
+    tree.attrs |= {"id": name, "subject": about}
+    return keep(store, tree, campaign.title, list(dict.fromkeys(run.id for run in runs)), summary)
 
 
 class Runner(NamedTuple):
@@ -202,6 +216,7 @@ def subject(wanted: Sequence[MeasuredCase]) -> str:
             sorted((k, repr(v)) for k, v in spec.unknown.items()),
             repr(spec.days),
             repr(spec.check),
+            repr(spec.fleet),
         ]
         for seen in study.seen:
             data = seen.data
@@ -239,32 +254,34 @@ def kept(wanted: Sequence[MeasuredCase], store: "Store", *, replay: bool, check:
 
 
 def keep(
-    store: "Store",
-    tree: "xr.DataTree",
-    outcomes: Sequence[UpdateOutcome],
-    title: str,
-    *,
-    name: str,
-    about: str,
+    store: "Store", tree: "xr.DataTree", title: str, runs: list[str], summary: dict[str, dict[str, float]]
 ) -> "xr.DataTree":
-    """Write an update into the store; return it with its identity and seal.
+    """Write an update into the store; return it with its seal.
 
     Parameters
     ----------
     store : where it is kept
-    tree, outcomes : the update, and what it was made of
+    tree : the update, which tells its identity
     title : of the campaign
-    name, about : identity of the update, and of what it is of
+    runs : that it was made of
+    summary : of each case or unit
     """
     from wearlab.store.netcdf import SEAL
     from wearlab.store.updates import keep_update, seal_of
 
-    runs = list(dict.fromkeys(run.id for outcome in outcomes for run in outcome.posterior.histories))
-    summary = {outcome.study.label: _summary(outcome) for outcome in outcomes}
-    tree.attrs |= {"id": name, "subject": about, "runs": " ".join(runs), "summary": json.dumps(summary)}
+    tree.attrs |= {"runs": " ".join(runs), "summary": json.dumps(summary)}
     tree.attrs[SEAL] = seal_of(tree)
     keep_update(store, tree, title, runs, summary)
     return tree
+
+
+def _summary_of_units(predictions: "xr.Dataset") -> dict[str, dict[str, float]]:
+    rest = predictions["remaining_useful_life_quantile"].values
+    told = zip(predictions["unit"].values, predictions["now"].values, rest, strict=True)
+    return {
+        str(unit): {"now": float(now), "remaining_5": q[0], "remaining_50": q[2], "remaining_95": q[4]}
+        for unit, now, q in told
+    }
 
 
 def _summary(outcome: UpdateOutcome) -> dict[str, float]:

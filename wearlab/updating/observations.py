@@ -3,7 +3,7 @@
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from wearlab.tables import LARGEST_FILE, ReadTable, TableError, in_unit, read_ta
 from wearlab.units import HOUR
 
 DAYS_A_YEAR = 365.2425
+HOURS_A_YEAR = 24.0 * DAYS_A_YEAR
 PLACE_UNITS = {"diameter": "m", "roll_angle": "rad", "path_position": "m"}
 CLOCKS = {"cycle": "1", "hours": "s", "mesh_cycles": "1", "date": ""}
 
@@ -62,40 +63,22 @@ class Observed:
         return np.isnan(self.value)
 
 
-def read_observations(data: Data, days: Days | None = None) -> Observed:
+def read_observations(data: Data, days: Days | None = None, unit: str | None = None) -> Observed:
     """Return the observations of a block's file, in its order.
 
     Parameters
     ----------
     data : the block
     days : which day it was after how many operating hours, for a column of dates
+    unit : of a fleet, whose rows are meant; None: all
 
     Raises
     ------
     UpdateError : with row and column of what cannot be read
     """
+    table, content, names = _table(data)
     path = Path(data.file)
-    try:
-        table = read_table(path)
-        content = read_regular(path, LARGEST_FILE)
-    except (TableError, OSError) as error:
-        raise UpdateError(f"{data.place}.file: {path}: cannot be read ({error})") from None
-    clock = next((name for name in WHEN if getattr(data.columns, name) is not None), "cycle")
-    place_kind = next((name for name in WHERE if getattr(data.columns, name) is not None), None)
-    wanted = {
-        "time": getattr(data.columns, clock) or clock,
-        "value": data.columns.value or data.quantity,
-        "sd": data.columns.sd,
-        "below": data.columns.below,
-        "place": getattr(data.columns, place_kind) if place_kind else None,
-    }
-    names = {name: table.find(column) for name, column in wanted.items() if column is not None}
-    for name, found in names.items():
-        if found is None:
-            raise UpdateError(
-                f"{path}: line {table.header_line}: no column {wanted[name]!r} for {name}; there are "
-                f"{', '.join(table.names)}: name it in {data.place}.columns"
-            )
+    clock, place_kind = _kinds(data)
     unknown = next((column for column in sorted(data.units) if table.find(column) is None), None)
     if unknown is not None:
         raise UpdateError(f"{data.place}.units.{unknown}: the file has no such column")
@@ -106,6 +89,7 @@ def read_observations(data: Data, days: Days | None = None) -> Observed:
             if name == "time" and clock == "date"
             else _numbers(data, table, str(found), units.get(name, data.si), name)
             for name, found in names.items()
+            if name != "unit"
         }
     except TableError as error:
         raise UpdateError(
@@ -124,8 +108,100 @@ def read_observations(data: Data, days: Days | None = None) -> Observed:
         np.array(table.lines, np.int64),
         hashlib.sha256(content).hexdigest(),
     )
+    if unit is not None:
+        held = np.array([text == unit for text in table.cells[str(names["unit"])]])
+        parts = ("time", "value", "sd", "below", "place", "row")
+        seen = replace(seen, **{part: getattr(seen, part)[held] for part in parts})
     _refuse_impossible(seen, names)
     return seen
+
+
+def _kinds(data: Data) -> tuple[str, str | None]:
+    """Return by which clock a block is, and by what it says where on the flank."""
+    clock = next((name for name in WHEN if getattr(data.columns, name) is not None), "cycle")
+    return clock, next((name for name in WHERE if getattr(data.columns, name) is not None), None)
+
+
+def _table(data: Data) -> tuple[ReadTable, bytes, dict[str, str]]:
+    """Return a block's table, its bytes, and which column says what.
+
+    Raises
+    ------
+    UpdateError : it cannot be read, or a column is not there
+    """
+    path, (clock, place_kind) = Path(data.file), _kinds(data)
+    try:
+        table = read_table(path)
+        content = read_regular(path, LARGEST_FILE)
+    except (TableError, OSError) as error:
+        raise UpdateError(f"{data.place}.file: {path}: cannot be read ({error})") from None
+    wanted = {
+        "time": getattr(data.columns, clock) or clock,
+        "value": data.columns.value or data.quantity,
+        "sd": data.columns.sd,
+        "unit": data.columns.unit,
+        "below": data.columns.below,
+        "place": getattr(data.columns, place_kind) if place_kind else None,
+    }
+    names = {name: table.find(column) for name, column in wanted.items() if column is not None}
+    for name, found in names.items():
+        if found is None:
+            raise UpdateError(
+                f"{path}: line {table.header_line}: no column {wanted[name]!r} for {name}; there are "
+                f"{', '.join(table.names)}: name it in {data.place}.columns"
+            )
+    return table, content, {name: str(found) for name, found in names.items()}
+
+
+def units_of(data: Data) -> list[str]:
+    """Return the units of a fleet that a block's file names, in its order.
+
+    Raises
+    ------
+    UpdateError : the file cannot be read, or a row names no unit
+    """
+    table, _, names = _table(data)
+    texts = table.cells[str(names["unit"])]
+    if "" in texts:
+        line = table.lines[texts.index("")]
+        raise UpdateError(f"{data.file}: line {line}, column {names['unit']!r}: is empty: which unit is it?")
+    return list(dict.fromkeys(texts))
+
+
+def calendar_of(data: Data, unit: str, days: Days | None) -> Days | None:
+    """Return which day it was after how many hours of a unit, by its columns of both, and how they go on.
+
+    They go on as ``days`` says, else as from the unit's first inspection to its last.
+
+    Raises
+    ------
+    UpdateError : a date cannot be read, or there are more hours than the days between have
+    """
+    table, _, names = _table(data)
+    if data.columns.hours is None or data.columns.date is None:
+        return days
+    held = np.array([text == unit for text in table.cells[str(names["unit"])]])
+    if not held.any():
+        return days
+    try:
+        dates = table.dates(str(table.find(data.columns.date)), data.date_format)[held]
+    except TableError as error:
+        raise UpdateError(f"{Path(data.file).parent / str(error)}") from None
+    hours = _numbers(data, table, str(names["time"]), "s", "time")[held] / HOUR
+    first, last = int(np.argmin(hours)), int(np.argmax(hours))
+    years = float((dates[last] - dates[first]) / np.timedelta64(1, "D")) / DAYS_A_YEAR
+    rate = None if days is None else days.hours_per_year
+    if rate is None and years > 0.0:
+        rate = float(hours[last] - hours[first]) / years
+        if rate > 1.01 * HOURS_A_YEAR:
+            row = table.lines[int(np.flatnonzero(held)[last])]
+            raise UpdateError(
+                f"{data.file}: line {row}: unit {unit!r} ran {rate:.0f} hours a year since its first "
+                "inspection, more than a year has: look at its dates and hours"
+            )
+    if rate is None or not rate > 0.0:
+        return None
+    return Days(dates[last].astype("datetime64[D]").item(), float(hours[last]), rate)
 
 
 def _numbers(data: Data, table: ReadTable, column: str, unit: str, name: str) -> Array:

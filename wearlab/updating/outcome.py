@@ -243,7 +243,7 @@ def _notes(
     if not answer.posterior.resolved:
         notes.append("the posterior is finer than its grid: the quantiles are rough; widen the errors")
     for n, block in enumerate(blocks):
-        notes += _oddities(n, block, runs[0])
+        notes += oddities(n, block, runs[0])
     if study.spec.discrepancy == ACCUMULATING and answer.drifting is None:
         notes.append(
             f"no drift is given for {study.limit.quantity}, which ends the life: what the wear strays from "
@@ -272,7 +272,7 @@ def _larger_errors(blocks: Sequence[Block], draws: Draws, before: Draws) -> list
     return notes
 
 
-def _oddities(number: int, block: Block, run: RunHistory) -> list[str]:
+def oddities(number: int, block: Block, run: RunHistory) -> list[str]:
     """Return what is odd about the values of a block: below nothing, or falling."""
     seen, notes = block.seen, []
     if not len(seen):

@@ -115,7 +115,7 @@ def seen_by(unit: Unit, shared: Shared, log_factor: Array) -> list[Filtered]:
     run, factor, found = unit.run, np.exp(log_factor), []
     for number, block in enumerate(unit.blocks):
         asked, rows = run.asked[number], block.rows
-        passed = (asked.cycle[rows] - run.start) / shared.reference
+        passed = run.equal(asked.cycle[rows]) / shared.reference
         equal = shared.reference * passed ** shared.power[..., None]
         model = asked.curve.at(run.start + equal * (factor / run.factor)[..., None], asked.column[rows])
         variance = (
@@ -126,7 +126,7 @@ def seen_by(unit: Unit, shared: Shared, log_factor: Array) -> list[Filtered]:
         if censored.any():
             hidden = Hidden(censored, np.where(censored, block.seen.below[rows], 0.0) - model)
         times = [
-            Inspection(shared.equal(time.cycle - run.start), time.values)  # of each lane
+            Inspection(shared.equal(run.equal(np.array(time.cycle))), time.values)  # of each lane
             for time in inspections_of(block, run, number)
         ]
         errors = SharedError(block.data.error.offset_sd**2, shared.rate(run, block, number, factor), 0.0)

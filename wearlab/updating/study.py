@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 
 from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import Distribution, Sample, draw
-from wearlab.campaign.update_options import THICKNESS, Limit, UpdateSpec
+from wearlab.campaign.update import FACTOR
+from wearlab.campaign.update_options import THICKNESS, Fleet, Limit, UpdateSpec
 from wearlab.scene import Scene
 from wearlab.store.place import place
 from wearlab.units import is_quantity, split
 from wearlab.updating.history import RunHistory, history_of, refuse_stages
-from wearlab.updating.observations import Observed, UpdateError, read_observations
+from wearlab.updating.observations import Observed, UpdateError, calendar_of, read_observations, units_of
 from wearlab.updating.stored import read_runs
 
 if TYPE_CHECKING:
     from wearlab.store import Store
 
-FACTOR = "wear.coefficient.factor"
 DRAW = "draw"
 ALWAYS = ("life", "verdict", "end_reason", "error_estimate_life", "error_estimate_wear_depth")
 
@@ -89,6 +89,8 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
     spec = campaign.update
     if spec is None:
         raise UpdateError("update: the campaign has no [update] section: nothing was measured")
+    if spec.fleet is not None:
+        return _units(campaign.cases[0].scene, spec, spec.fleet)
     seen = tuple(read_observations(block, spec.days) for block in spec.data)
     made = []
     for case in campaign.cases:
@@ -99,22 +101,49 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         )
         label = ", ".join([case.label, *(f"{k}={v}" for k, v in place(campaign, case).items())])
         about = "" if len(campaign.cases) == 1 else f"case {label!r}: "
-        if case.scene.wear is None or case.scene.wear.until is None:
-            raise UpdateError(f"{about}wear.until: required: a run that wears is what k is inferred from")
-        try:
-            refuse_stages(case.scene.model_dump())
-        except UpdateError as error:
-            raise UpdateError(f"{about}{error}") from None
-        if FACTOR in spec.unknown and isinstance(case.scene.wear.coefficient, dict):
-            raise UpdateError(
-                f"{about}update.unknown.{FACTOR}: the members have coefficients of their own: name one, such "
-                'as "wear.coefficient.sun.factor"; it costs runs, as the other flanks go on as they are'
-            )
+        _refuse_impossible(case.scene, spec, about)
         study = MeasuredCase(label, case.scene, spec, _limit(case.scene, spec, about), own, {})
         if study.costly:
             drawn = draw(Sample("sobol", spec.draws, spec.seed), study.costly, "update.unknown")
             study = replace(study, drawn=drawn)
         made.append(study)
+    return tuple(made)
+
+
+def _refuse_impossible(scene: Scene, spec: UpdateSpec, about: str) -> None:
+    """Refuse a scene from which no coefficient can be inferred."""
+    if scene.wear is None or scene.wear.until is None:
+        raise UpdateError(f"{about}wear.until: required: a run that wears is what k is inferred from")
+    try:
+        refuse_stages(scene.model_dump())
+    except UpdateError as error:
+        raise UpdateError(f"{about}{error}") from None
+    if FACTOR in spec.unknown and isinstance(scene.wear.coefficient, dict):
+        raise UpdateError(
+            f"{about}update.unknown.{FACTOR}: the members have coefficients of their own: name one, such "
+            'as "wear.coefficient.sun.factor"; it costs runs, as the other flanks go on as they are'
+        )
+
+
+def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, ...]:
+    """Return what is asked of a fleet, unit by unit: those that the files name, and those named besides."""
+    if FACTOR not in spec.unknown:
+        raise UpdateError(f"update.unknown.{FACTOR}: required of a fleet: what is known of its median before")
+    own = {unit.name: unit for unit in fleet.units}
+    names = dict.fromkeys([*(name for data in spec.data for name in units_of(data)), *own])
+    made = []
+    for name in names:
+        unit, about = own.get(name), f"unit {name!r}: "
+        changed = scene
+        for key, value in () if unit is None else unit.scene.items():
+            changed = changed.replace(key, value)
+        _refuse_impossible(changed, spec, about)
+        days = spec.days if unit is None or unit.days is None else unit.days
+        seen = tuple(read_observations(data, days, name) for data in spec.data)
+        known = [calendar_of(data, name, days) for data in spec.data]
+        days = next((found for found in known if found is not None), days)
+        limit = _limit(changed, spec, about)
+        made.append(MeasuredCase(name, changed, replace(spec, days=days), limit, seen, {}))
     return tuple(made)
 
 

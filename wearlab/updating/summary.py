@@ -10,6 +10,7 @@ from wearlab.schema import VARIABLES
 from wearlab.store.headline import hours_text
 from wearlab.units import HOUR, convert
 from wearlab.updating.checks import ALARM
+from wearlab.updating.fleet_words import fleet_answers, told_fleet
 
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
 WITHOUT = "remaining_without_"
@@ -26,6 +27,8 @@ BELIEVED = (
 
 def told(tree: xr.DataTree) -> list[str]:
     """Return an update line by line."""
+    if "unit" in tree["predictions"].dims:
+        return told_fleet(tree)
     labels = _labels(tree)
     lines = [str(tree.attrs.get("title", ""))]
     for label in labels:
@@ -41,6 +44,8 @@ def told(tree: xr.DataTree) -> list[str]:
 
 def answers(tree: xr.DataTree) -> list[str]:
     """Return a sentence a case: when the limit is reached, as far as the measurements tell."""
+    if "unit" in tree["predictions"].dims:
+        return fleet_answers(tree)
     lines = []
     for label in _labels(tree):
         predictions = group(tree, "predictions", label)

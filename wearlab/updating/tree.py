@@ -1,6 +1,6 @@
 """An update as a tree of datasets in ArviZ's layout."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
@@ -19,7 +19,7 @@ from wearlab.updating.likelihood import Block, inspections_of, log_likelihood
 from wearlab.updating.next_inspection import virtual_inspection
 from wearlab.updating.outcome import UpdateOutcome
 from wearlab.updating.posterior import Posterior
-from wearlab.updating.study import FACTOR, plain
+from wearlab.updating.study import FACTOR, MeasuredCase, plain
 from wearlab.updating.validation import calibrated, replayed, scored
 from wearlab.version import __version__
 
@@ -67,15 +67,31 @@ def tree_of(
             ).assign_coords(case=labels)
             for name in dict.fromkeys(name for groups in each for name in groups)
         }
-    root = xr.Dataset(attrs=_attributes(campaign, outcomes))
-    return xr.DataTree.from_dict({"/": root, **{f"/{name}": dataset for name, dataset in joined.items()}})
+    tree = tree_of_groups(campaign, [outcome.study for outcome in outcomes], joined)
+    notes = {f"notes_{n}": " | ".join(outcome.notes) for n, outcome in enumerate(outcomes) if outcome.notes}
+    tree.attrs |= notes
+    return tree
 
 
-def _attributes(campaign: Campaign, outcomes: Sequence[UpdateOutcome]) -> dict[str, Any]:
-    spec = outcomes[0].study.spec
+def tree_of_groups(
+    campaign: Campaign, studies: Sequence[MeasuredCase], groups: Mapping[str, xr.Dataset]
+) -> xr.DataTree:
+    """Return the tree of groups, with what it says of itself.
+
+    Parameters
+    ----------
+    campaign, studies : what was asked
+    groups : by name
+    """
+    root = xr.Dataset(attrs=_attributes(campaign, studies))
+    return xr.DataTree.from_dict({"/": root, **{f"/{name}": dataset for name, dataset in groups.items()}})
+
+
+def _attributes(campaign: Campaign, studies: Sequence[MeasuredCase]) -> dict[str, Any]:
+    spec = studies[0].spec
     now = datetime.now(UTC).isoformat(timespec="seconds")
     measured = dict.fromkeys(data.quantity.replace("_", " ") for data in spec.data)
-    same = {tuple((seen.data.label, seen.fingerprint) for seen in one.study.seen) for one in outcomes}
+    same = {tuple((seen.data.label, seen.fingerprint) for seen in one.seen) for one in studies}
     return {
         "title": campaign.title,
         "summary": f"What is known of {', '.join(spec.unknown)} and of the remaining life after measurements "
@@ -94,7 +110,6 @@ def _attributes(campaign: Campaign, outcomes: Sequence[UpdateOutcome]) -> dict[s
         "seed": spec.seed,
         "same_measurements": int(len(same) == 1),
         "Conventions": "CF-1.11, ACDD-1.3",
-        **{f"notes_{n}": " | ".join(outcome.notes) for n, outcome in enumerate(outcomes) if outcome.notes},
     }
 
 

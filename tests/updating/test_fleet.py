@@ -1,0 +1,158 @@
+"""Units of one design in one table: a day and an interval each, and what contradicts what."""
+
+import json
+
+import numpy as np
+import pytest
+from conftest import STATIC
+
+import wearlab as wl
+from wearlab.campaign import CampaignError
+from wearlab.cli.app import status_of
+from wearlab.report.page import report
+from wearlab.store.updates import kept_updates, verify_updates
+from wearlab.updating import UpdateError, update
+from wearlab.updating.observations import calendar_of
+from wearlab.updating.study import studies
+from wearlab.updating.summary import answers, told
+
+HEAD, _, BLOCK = STATIC.partition("[[update.data]]")
+FLEET = f"""{HEAD}
+[[update.data]]
+file     = "fleet.csv"
+quantity = "worn_mass"
+member   = "pinion"
+columns  = {{ unit = "box", date = "date", hours = "hours", value = "loss" }}
+units    = {{ hours = "h", loss = "mg" }}
+error    = {{ sd = "5 mg" }}
+[[update.unit]]
+name     = "new"
+calendar = {{ date = "2026-01-01", hours = 0, hours_per_year = 6000 }}
+"""
+ROWS = """box,date,hours,loss
+A,2025-01-01,280,140
+A,2026-01-01,840,390
+B,2025-01-01,280,180
+B,2025-07-02,560,345
+B,2026-01-01,840,500
+C,2025-01-01,280,110
+C,2026-01-01,840,300
+D,2025-01-01,280,150
+D,2026-01-01,840,420
+"""
+
+
+def fleet(folder, rows=ROWS, text=FLEET):
+    (folder / "fleet.csv").write_text(rows)
+    (folder / "fleet.toml").write_text(text)
+    return wl.load(folder / "fleet.toml")
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    return wl.Store(tmp_path_factory.mktemp("store"))
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory, store):
+    campaign = fleet(tmp_path_factory.mktemp("fleet"))
+    return campaign, update(campaign, store, replay=True, progress=False)
+
+
+def test_every_unit_gets_a_day_and_an_interval(kept, store):
+    campaign, tree = kept
+    predictions = tree["predictions"].to_dataset()
+    assert predictions["unit"].values.tolist() == ["A", "B", "C", "D", "new"]
+    days = predictions["end_of_life_quantile"].values.astype("datetime64[D]")
+    assert (np.diff(days.astype(int), axis=1) >= 0).all() and (days[:, 4] > days[:, 0]).all()
+    pace = dict(zip("ABCD", predictions["pace"].values, strict=False))
+    assert pace["B"] > pace["D"] > pace["C"]
+    wide = np.ptp(np.log(predictions["factor_quantile"].values[:, [0, 4]]), axis=1)
+    assert wide[4] > 1.5 * wide[:4].max()  # not yet measured
+    text = "\n".join(told(tree))
+    assert "open B first" in text and "!" not in text and "not measured" in text
+    assert "inspections foreseen from those before" in text
+    assert len(answers(tree)) == 7 and answers(tree)[0].startswith("A: the limit is reached on 20")
+    assert update(campaign, store, replay=True, progress=False).attrs["id"] == tree.attrs["id"]
+    assert set(kept_updates(store)[tree.attrs["id"]].summary) == set(predictions["unit"].values)
+    assert list(verify_updates(store)) == []
+
+
+def test_a_value_that_contradicts_the_others_is_told_and_left_out_beside(tmp_path, store, kept):
+    tree = update(fleet(tmp_path, ROWS.replace("B,2026-01-01,840,500", "B,2026-01-01,840,1500")), store)
+    text = "\n".join(told(tree))
+    assert "! B at 840 h: much more wear than" in text and "leaving out" in text
+    clean = kept[1]["predictions"]["life_quantile"].sel(unit="A").values
+    spoilt, without = (
+        tree[name]["life_quantile"].sel(unit="A").values for name in ("predictions", "predictions_without")
+    )
+    assert np.ptp(np.log(without[[0, 4]])) < np.ptp(np.log(spoilt[[0, 4]]))
+    assert without[2] == pytest.approx(clean[2], rel=0.15)
+
+
+def test_a_clean_fleet_is_rarely_flagged(kept):
+    assert not kept[1]["observed_data"]["flagged"].values.any()
+
+
+def test_hours_of_a_year_come_from_the_columns(tmp_path):
+    first = studies(fleet(tmp_path))[0]
+    days = calendar_of(first.seen[0].data, "A", None)
+    assert str(days.day) == "2026-01-01" and days.hours == 840.0
+    assert days.hours_per_year == pytest.approx(560.0 * 365.2425 / 365.0)
+    assert calendar_of(first.seen[0].data, "A", first.spec.days).hours_per_year == days.hours_per_year
+
+
+def test_a_scene_of_its_own_is_a_run_of_its_own(tmp_path):
+    own = FLEET + '[[update.unit]]\nname = "C"\nscene = { "operation.torque" = "300 N*m" }\n'
+    made = {study.label: study.scene.id for study in studies(fleet(tmp_path, text=own))}
+    assert made["A"] == made["B"] != made["C"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('name     = "new"', 'nam = "new"', "update.unit[0].name: required"),
+        (
+            'name     = "new"',
+            'name = "new"\nscene = { "operation.torqe" = 1 }',
+            "update.unit[0].scene.operation",
+        ),
+        ("[[update.unit]]", "[update.population]\nspread = 3\n[[update.unit]]", "update.population.spread"),
+        ("[[update.unit]]", '[update.population]\npower = "x"\n[[update.unit]]', "update.population.power"),
+        ("[[update.unit]]", "[update.population]\npowr = 1.0\n[[update.unit]]", "did you mean 'power'?"),
+        ('unit = "box", date', "date", "update.data[0].columns: hours and date both say when"),
+        ('sd = "5 mg"', 'sd = "5 mg", drift = "1 mg"', "of a fleet, use update.population.straying"),
+    ],
+)
+def test_what_a_fleet_cannot_have_is_one_line(tmp_path, old, new, said):
+    assert old in FLEET
+    with pytest.raises(CampaignError) as caught:
+        fleet(tmp_path, text=FLEET.replace(old, new))
+    assert any(said in line for line in caught.value.problems), caught.value.problems
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("C,2025-01-01,280", ",2025-01-01,280", "line 7, column 'box': is empty: which unit"),
+        ("2026-01-01,840,390", "2025-01-03,840,390", "line 3: unit 'A' ran"),
+        ("box,date", "gear box,date", "no column 'box' for unit"),
+    ],
+)
+def test_a_wrong_row_is_one_line(tmp_path, old, new, said):
+    with pytest.raises(UpdateError, match=said):
+        studies(fleet(tmp_path, ROWS.replace(old, new)))
+
+
+def test_commands_know_a_fleet(kept, store, capsys):
+    campaign, tree = kept
+    place = str(store.path)
+    assert status_of(["update", str(campaign.path), "--replay", "--store", place]) == 0
+    assert "open B first" in capsys.readouterr().out
+    assert status_of(["ls", "--updates", "--json", "--store", place]) == 0
+    assert {row["id"] for row in json.loads(capsys.readouterr().out)} >= {tree.attrs["id"]}
+    assert status_of(["check", str(campaign.path)]) == 0
+    assert "update of new" in capsys.readouterr().out
+    assert status_of(["update", str(campaign.path), "--check", "5", "--store", place]) == 2
+    assert "--replay scores" in capsys.readouterr().err
+    assert "open B first" in report(campaign, store)
