@@ -10,6 +10,10 @@ from wearlab.campaign.update_options import SECTION, Days, Fleet, FleetUnit, Pop
 from wearlab.scene.problems import shown
 
 POPULATION, UNIT = f"{SECTION}.population", f"{SECTION}.unit"
+DEFAULTS = {
+    name: {"lognormal": {"median": median, "cov": cov}}
+    for name, median, cov in (("spread", 0.3, 1.0), ("straying", 0.2, 1.0), ("power", 1.0, 0.2))
+}
 
 
 def read_fleet(population: Any, units: Any, days_of: Callable[[Any, str], Days | None]) -> Fleet:
@@ -27,8 +31,6 @@ def read_fleet(population: Any, units: Any, days_of: Callable[[Any, str], Days |
     block = modelled(PopulationBlock, population if population is not None else {}, POPULATION)
     if not isinstance(units, list):
         raise CampaignError([f"{UNIT}: {shown(units)} is no list of tables: write [[{UNIT}]]"])
-    if not is_distribution(block.spread):
-        raise CampaignError([f"{POPULATION}.spread: {shown(block.spread)} is no distribution"])
     if block.reference is not None and not 0.0 < block.reference < float("inf"):
         raise CampaignError([f"{POPULATION}.reference: {block.reference:g} is no number of hours"])
     named: list[FleetUnit] = []
@@ -41,7 +43,7 @@ def read_fleet(population: Any, units: Any, days_of: Callable[[Any, str], Days |
             raise CampaignError([f"{where}.name: {unit.name!r} is there already: give each unit its own"])
         named.append(FleetUnit(unit.name, swept_keys(unit.scene), days))
     return Fleet(
-        _positive(block.spread, "spread"),
+        _positive(block.spread or DEFAULTS["spread"], "spread"),
         _shared(block.straying, "straying", 0.0),
         _shared(block.power, "power", 0.05),
         block.reference,
@@ -49,9 +51,9 @@ def read_fleet(population: Any, units: Any, days_of: Callable[[Any, str], Days |
     )
 
 
-def _shared(given: float | dict[str, Any], name: str, least: float) -> float | Distribution:
-    if isinstance(given, dict):
-        return _positive(given, name)
+def _shared(given: float | dict[str, Any] | None, name: str, least: float) -> float | Distribution:
+    if given is None or isinstance(given, dict):
+        return _positive(DEFAULTS[name] if given is None else given, name)
     if not least <= given < 10.0:
         raise CampaignError([f"{POPULATION}.{name}: {given:g} is not from {least:g} to 10"])
     return given

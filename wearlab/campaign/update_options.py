@@ -13,9 +13,6 @@ from wearlab.options import POSITIVE, Depth, Mass, option
 from wearlab.schema import VARIABLES
 
 DISCREPANCIES = ("none", "accumulating")
-SPREAD = {"lognormal": {"median": 0.3, "cov": 1.0}}
-STRAYING = {"lognormal": {"median": 0.2, "cov": 1.0}}
-POWER = {"lognormal": {"median": 1.0, "cov": 0.2}}
 Strict = ConfigDict(frozen=True, extra="forbid")
 
 
@@ -132,16 +129,21 @@ class PopulationBlock(BaseModel):
 
     model_config = Strict
 
-    spread: dict[str, Any] = option(
-        SPREAD, "standard deviation of ln k between units, as a distribution: it is unknown"
+    spread: dict[str, Any] | None = option(
+        None,
+        "standard deviation of ln k between units, as a distribution: it is unknown",
+        derived="log-normal, median 0.3, cov 1",
     )
-    straying: float | dict[str, Any] = option(
-        STRAYING,
+    straying: float | dict[str, Any] | None = option(
+        None,
         "how far the wear of a unit strays from its mean course until `reference`, over the wear until then "
         "(Wiener); a distribution where it is unknown, 0: not at all",
+        derived="log-normal, median 0.2, cov 1",
     )
-    power: float | dict[str, Any] = option(
-        POWER, "wear is the model's after cycles to this power, equal at `reference`; 1: as the model's"
+    power: float | dict[str, Any] | None = option(
+        None,
+        "wear is the model's after cycles to this power, equal at `reference`; 1: as the model's",
+        derived="log-normal, median 1, cov 0.2",
     )
     reference: float | None = option(
         None, "operating hours at which k, straying and power are said", derived="median of the inspections"
