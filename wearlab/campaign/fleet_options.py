@@ -41,7 +41,7 @@ def read_fleet(population: Any, units: Any, days_of: Callable[[Any, str], Days |
         unit = modelled(UnitBlock, given, where)
         if unit.name in [other.name for other in named]:
             raise CampaignError([f"{where}.name: {unit.name!r} is there already: give each unit its own"])
-        named.append(FleetUnit(unit.name, swept_keys(unit.scene), days))
+        named.append(FleetUnit(unit.name, swept_keys(unit.scene or {}), days))
     return Fleet(
         _positive(block.spread or DEFAULTS["spread"], "spread"),
         _shared(block.straying, "straying", 0.0),

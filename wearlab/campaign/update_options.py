@@ -156,7 +156,9 @@ class UnitBlock(BaseModel):
     model_config = Strict
 
     name: str = option(..., "as the column `unit` calls it")
-    scene: dict[str, Any] = option({}, "dotted key = value: what is different of this unit")
+    scene: dict[str, Any] | None = option(
+        None, "dotted key = value: what is different of this unit", derived="as the others"
+    )
     calendar: CalendarBlock | None = option(
         None, "date, hours and hours_per_year of this unit", derived="columns, or update.calendar"
     )
