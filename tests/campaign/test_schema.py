@@ -101,7 +101,8 @@ def leaves(node):
 
 
 def test_every_dimensional_option_has_a_unit():
-    plain = {"StiffnessUnits", "ProfileUnits", "Columns", "CheckBlock"}  # the power of a check is a share
+    exponents = {"CheckBlock", "PopulationBlock"}  # whose power is one
+    plain = {"StiffnessUnits", "ProfileUnits", "Columns", *exponents}
     for owner, key, node in PROPERTIES:
         if key in DIMENSIONAL and owner not in plain and "$ref" not in node and node.get("type") != "object":
             assert any("unit" in leaf for leaf in leaves(node)), f"{owner}.{key}"
