@@ -112,6 +112,9 @@ def test_every_dimensional_option_is_known_to_this_test():
     measured = {key for _, key, node in PROPERTIES if any("unit" in leaf for leaf in leaves(node))}
     assert measured - DIMENSIONAL <= {
         "hours",
+        "tooth_thickness_allowance",
+        "upper",
+        "lower",
         "longest",
         "value",
         "mean",

@@ -199,7 +199,7 @@ def test_every_mesh_needs_damping_of_its_own_or_of_all(planetary):
 
 
 def test_a_carrier_has_no_solid_to_weigh(planetary):
-    with pytest.raises(SceneError, match=r"^scene\.gears\.carrier\.mass: required: .*'2.8 kg'$"):
+    with pytest.raises(SceneError, match=r"^scene\.gears\.carrier\.mass: required with .*'2.8 kg'$"):
         Scene.from_mapping(without(planetary, "gears.carrier.mass"))
 
 

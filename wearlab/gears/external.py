@@ -58,14 +58,15 @@ def build_gear(
     r_b = r * math.cos(pressure_angle)
     k = tip_alteration if spec.tip_alteration_coefficient is None else spec.tip_alteration_coefficient
     r_a = spec.tip_radius(module, profile_shift, k, 1.0)
-    r_f = spec.root_radius(module, profile_shift, 1.0)
+    generated = profile_shift + spec.thinning(module, pressure_angle)
+    r_f = spec.root_radius(module, generated, 1.0)
     bore, bore_flag = _bore_radius(spec, r_f)
     _check_circles(spec.name, r_b, r_a, r_f, bore)
     fillet = spec.fillet_radius_coefficient
-    cut = RackCut(spec.teeth, module, pressure_angle, profile_shift, r_f, fillet)
+    cut = RackCut(spec.teeth, module, pressure_angle, generated, r_f, fillet)
     root = root_of(spec.root_profile, spec.name, cut)
     circles = Circles(r_b, r_a, r_f, bore)
-    gear = gear_of(spec, basics, profile_shift, circles, root, (*assumed, *root.assumed, *bore_flag))
+    gear = gear_of(spec, basics, generated, circles, root, (*assumed, *root.assumed, *bore_flag))
     _check_tip(gear)
     return gear
 
@@ -366,6 +367,24 @@ def check_pair(pair: GearPair) -> None:
         check_clearance(mate, gear, pair.centre_distance - mate.tip_radius - gear.root_radius)
         if gear.modification is not None:
             check_reliefs(gear.modification, pair.path.E - pair.path.A, gear.name)
+    check_backlash(pair)
+
+
+def check_backlash(pair: GearPair) -> None:
+    """Refuse teeth that are thicker than the spaces at the centre distance given.
+
+    Raises
+    ------
+    GearError : the backlash is negative by more than printed numbers are rounded
+    """
+    if pair.backlash < -pair.rounding:
+        names = " and ".join(gear.name for gear in pair.gears)
+        farther = "reduce" if pair.internal else "raise"
+        raise GearError(
+            f"the teeth of {names} jam: the backlash that profile shifts and centre distance leave is "
+            f"{pair.backlash * 1e6:.4g} µm along the line of action; {farther} the centre distance, give a "
+            "tooth_thickness_allowance below 0, or leave out one of shifts and centre distance"
+        )
 
 
 def check_clearance(gear: Gear, mate: Gear, clearance: float) -> None:

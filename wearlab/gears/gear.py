@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
-from wearlab.gears.shifts import involute
+from wearlab.gears.shifts import ROUNDING, involute
 from wearlab.gears.specification import Material, Modification, RootProfile
 
 
@@ -135,6 +135,34 @@ class GearPair:
     def contact_ratio(self) -> float:
         """Transverse contact ratio, ε = (s_E − s_A) / p_b [1]."""
         return (self.path.E - self.path.A) / self.base_pitch
+
+    @property
+    def backlash(self) -> float:
+        """Normal backlash, ``j_bn = (2π r_w1 / z1 − s_w1 − s_w2) cos α_w`` [m].
+
+        What the teeth leave free on the operating pitch circles; 0 where one of centre distance and shifts
+        follows from the others and no tooth is thinned, negative where teeth jam.
+
+        References
+        ----------
+        ISO 21771:2007, 5.5: circumferential and normal backlash.
+        """
+        cosine = math.cos(self.working_pressure_angle)
+        radii = [gear.base_radius / cosine for gear in self.gears]
+        pitch = 2.0 * math.pi * radii[0] / self.driving.teeth
+        thick = sum(2.0 * r * gear.half_angle(r) for r, gear in zip(radii, self.gears, strict=True))
+        return (pitch - thick) * cosine
+
+    @property
+    def drawn_backlash(self) -> float | None:
+        """The normal backlash that a drawing's numbers leave, None where it is less than they are rounded."""
+        free = self.backlash
+        return None if abs(free) <= self.rounding else free
+
+    @property
+    def rounding(self) -> float:
+        """What shifts of three decimals leave open of the backlash, ``2 m sin α Δx`` [m]."""
+        return 2.0 * self.driving.module * math.sin(self.driving.pressure_angle) * ROUNDING * (1.0 + 1e-6)
 
     @property
     def assumed(self) -> tuple[str, ...]:

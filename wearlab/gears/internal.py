@@ -21,6 +21,7 @@ from wearlab.gears.external import (
     CONTACT_TOLERANCE,
     Circles,
     build_gear,
+    check_backlash,
     check_basics,
     check_clearance,
     check_specification,
@@ -74,18 +75,19 @@ def build_ring(
     if spec.tip_alteration == "wang-2023":
         k = -1.0 / (spec.teeth * math.tan(pressure_angle) ** 2)
     r_a = spec.tip_radius(module, profile_shift, k, -1.0)
-    r_f = spec.root_radius(module, profile_shift, -1.0)
+    generated = profile_shift - spec.thinning(module, pressure_angle)
+    r_f = spec.root_radius(module, generated, -1.0)
     assert spec.rim_diameter is not None  # _check_ring_specification
     rim = 0.5 * spec.rim_diameter
     _check_circles(spec.name, r_b, r_a, r_f, rim)
-    space = math.pi / (2 * spec.teeth) + 2.0 * profile_shift * math.tan(pressure_angle) / spec.teeth
+    space = math.pi / (2 * spec.teeth) + 2.0 * generated * math.tan(pressure_angle) / spec.teeth
     space += involute(pressure_angle)
     wanted = 0.0 if spec.root_profile == "radial" else spec.fillet_radius_coefficient * module
     fillet, fillet_flag = _fitting_fillet(spec.name, wanted, (r_b, r_a, r_f), space, module)
     profile: RootProfile = "fillet" if fillet > 0.0 else "radial"
     root = ToothRoot(profile, _form_radius(r_b, r_f, fillet), fillet, fillet_flag)
     circles = Circles(r_b, r_a, r_f, rim)
-    ring = gear_of(spec, basics, profile_shift, circles, root, (*assumed, *root.assumed))
+    ring = gear_of(spec, basics, generated, circles, root, (*assumed, *root.assumed))
     _check_tooth(ring)
     return ring
 
@@ -338,7 +340,7 @@ def assemble_internal(pinion: Gear, ring: Gear, centre_distance: float, *, ring_
     for gear in (pinion, ring):
         if gear.modification is not None:
             check_reliefs(gear.modification, s_E - s_A, gear.name)
-    return GearPair(
+    pair = GearPair(
         driving=ring if ring_drives else pinion,
         driven=pinion if ring_drives else ring,
         centre_distance=centre_distance,
@@ -347,6 +349,8 @@ def assemble_internal(pinion: Gear, ring: Gear, centre_distance: float, *, ring_
         path=PathOfContact(s_A, s_E - whole * p_b, 0.0, s_A + whole * p_b, s_E),
         face_width=min(pinion.face_width, ring.face_width),
     )
+    check_backlash(pair)
+    return pair
 
 
 def _check_interference(pinion: Gear, ring: Gear, a: float, alpha_w: float) -> None:

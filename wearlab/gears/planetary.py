@@ -169,13 +169,13 @@ class Carrier:
 
     Parameters
     ----------
-    mass, inertia : without the planets [kg], [kg·m²]
+    mass, inertia : without the planets [kg], [kg·m²]; None: not known, and nothing moves by it
     pin_circle_radius : of the pins [m]; None: the centre distance
     name : the member's name
     """
 
-    mass: float
-    inertia: float
+    mass: float | None = None
+    inertia: float | None = None
     pin_circle_radius: float | None = None
     name: str = "carrier"
 
@@ -312,8 +312,9 @@ def planetary_set(
 def _resolved(carrier: Carrier, a_sp: float, a_pr: float) -> Carrier:
     """Return the carrier with its pin circle, or refuse what no carrier has."""
     for word in ("mass", "inertia"):
-        if not getattr(carrier, word) > 0.0:
-            raise GearError(f"{carrier.name}: {word} must be positive, not {getattr(carrier, word):g}")
+        value = getattr(carrier, word)
+        if value is not None and not value > 0.0:
+            raise GearError(f"{carrier.name}: {word} must be positive, not {value:g}")
     radius = carrier.pin_circle_radius
     if radius is None:
         if abs(a_sp - a_pr) > 1e-9 * a_sp:

@@ -57,7 +57,10 @@ def inverse_involute(value: float) -> float:
     return math.atan(t)
 
 
-ROUNDING = 1e-3  # printed shifts carry three decimals
+ROUNDING = 1e-3
+"""By how much the sum of printed shifts may miss what a centre distance asks for: three decimals."""
+LARGEST_SLACK = 0.25
+"""And by how much where backlash is left between the teeth: some 0.17 modules of it at 20°."""
 
 
 class Operating(NamedTuple):
@@ -98,7 +101,8 @@ def operating_position(
 
     Returns
     -------
-    Operating: with both shifts absent and a given centre distance the sum is split in halves (assumed)
+    Operating: with both shifts absent and a given centre distance the sum is split in halves (assumed);
+        with all three given backlash is left between the teeth, ``GearPair.backlash``
 
     Raises
     ------
@@ -125,7 +129,11 @@ def operating_position(
                 f"base radii, {a_d * math.cos(alpha) * 1e3:.5g} mm; give about {a_d * 1e3:.5g} mm"
             )
         alpha_w = math.acos(a_d * math.cos(alpha) / a)
-        x1, x2, assumed = _shared(shifts, (involute(alpha_w) - involute(alpha)) / per_shift, a, word)
+        total = (involute(alpha_w) - involute(alpha)) / per_shift
+        x1, x2, assumed = _shared(shifts, total, a, word)
+        if abs(x1 + x2 - total) > ROUNDING:  # backlash leaves the gears as they are
+            tight = operating_position(teeth, (x1, x2), module=module, pressure_angle=pressure_angle)
+            return tight._replace(centre_distance=a, working_pressure_angle=alpha_w)
     return Operating(a, alpha_w, (x1, x2), (a - a_d) / module - (x1 + x2), assumed)
 
 
@@ -184,10 +192,11 @@ def _shared(
         case (None, float() | int() as x2):
             return total - x2, x2, ()
         case (float() | int() as x1, float() | int() as x2):
-            if abs(x1 + x2 - total) > ROUNDING:
+            if abs(x1 + x2 - total) > LARGEST_SLACK:
                 raise GearError(
                     f"the {word} of the profile shifts is {x1 + x2:.4f}, but the centre distance "
-                    f"{centre_distance * 1e3:.5g} mm needs {total:.4f}; leave out one of the three"
+                    f"{centre_distance * 1e3:.5g} mm needs {total:.4f}, more than backlash makes up for; "
+                    "leave out one of the three"
                 )
             return x1, x2, ()
     raise AssertionError(shifts)

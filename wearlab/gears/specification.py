@@ -256,6 +256,7 @@ class GearSpec:
     profile_shift_coefficient : x [1]; absent: 0, or derived from a given centre distance. Positive: thicker
         teeth, farther out (external); larger tooth spaces, farther out (ring; ISO 21771 and DIN 3960 count a
         ring's teeth negative, and its shift with the opposite sign)
+    tooth_thickness_allowance : E_sn of the tooth thickness at the reference circle, below 0 thinner [m]
     addendum_coefficient : h_a* [1]; absent: 1. Not together with ``tip_diameter``
     dedendum_coefficient : h_f* [1]; absent: 1.25. Not together with ``root_diameter``
     tip_alteration_coefficient : k [1], negative shortens; absent: keeps the standard tip clearance
@@ -278,6 +279,7 @@ class GearSpec:
     name: str
     teeth: int
     profile_shift_coefficient: float | None = None
+    tooth_thickness_allowance: float = 0.0
     addendum_coefficient: float | None = None
     dedendum_coefficient: float | None = None
     tip_alteration_coefficient: float | None = None
@@ -305,6 +307,17 @@ class GearSpec:
             and self.tip_alteration is None
             and self.tip_alteration_coefficient is None
         )
+
+    def thinning(self, module: float, pressure_angle: float) -> float:
+        """Return by how much the cutter is fed deeper into an external gear, ``E_sn / (2 m tan α)`` [1].
+
+        The generating profile shift is ``x_E = x + E_sn / (2 m tan α)``; a ring's spaces widen, x_E = x − … .
+
+        References
+        ----------
+        ISO 21771:2007, 4.8; DIN 3967 for the allowances.
+        """
+        return self.tooth_thickness_allowance / (2.0 * module * math.tan(pressure_angle))
 
     def tip_radius(self, module: float, profile_shift: float, alteration: float, outwards: float) -> float:
         """Return the radius of the tip circle, ``m (z/2 + x ± (h_a + k))`` unless it is given [m].

@@ -74,6 +74,31 @@ class ReliefOptions(Part):
         return self
 
 
+class ThicknessAllowance(Part):
+    """Allowances of the tooth thickness as drawings print them; the mean of both is run."""
+
+    upper: Annotated[Depth, Le(0.0)] = option(..., "upper allowance E_sns of the tooth thickness, 0 or below")
+    lower: Annotated[Depth, Le(0.0)] = option(..., "lower allowance E_sni of the tooth thickness, below it")
+
+    @model_validator(mode="after")
+    def _in_order(self) -> "ThicknessAllowance":
+        if self.lower > self.upper:
+            raise ValueError("lower must not be above upper; both are below 0 where teeth are thinned")
+        return self
+
+    @property
+    def mean(self) -> float:
+        """Mean allowance [m]."""
+        return 0.5 * (self.upper + self.lower)
+
+
+def _one_allowance(value: object) -> object:
+    """Read one allowance as both limits."""
+    if value is None or isinstance(value, dict | ThicknessAllowance):
+        return value
+    return {"upper": value, "lower": value}
+
+
 class Toothed(Part):
     """What every gear has, external or ring."""
 
@@ -89,6 +114,16 @@ class Toothed(Part):
         "of a ring",
         derived="0, or derived from centre_distance",
         source=Iso21771,
+    )
+    tooth_thickness_allowance: Annotated[
+        ThicknessAllowance | None,
+        BeforeValidator(_one_allowance, json_schema_input_type=Depth | ThicknessAllowance | None),
+    ] = option(
+        None,
+        "allowance E_sn of the tooth thickness at the reference circle, 0 or below, or {upper, lower} of "
+        "a drawing, whose mean is run; it leaves backlash",
+        derived="none",
+        source="DIN 3967",
     )
     addendum_coefficient: Annotated[Number, POSITIVE] | None = option(
         None,
@@ -227,9 +262,11 @@ class PlanetaryRing(Ring):
 class CarrierOptions(Part):
     """What carries the planets' pins."""
 
-    mass: Annotated[Mass, POSITIVE] = option(..., "mass, without the planets")
-    inertia: Annotated[Inertia, POSITIVE] = option(
-        ..., "moment of inertia about the axis, without the planets"
+    mass: Annotated[Mass, POSITIVE] | None = option(
+        None, "mass, without the planets", derived="required with dynamics"
+    )
+    inertia: Annotated[Inertia, POSITIVE] | None = option(
+        None, "moment of inertia about the axis, without the planets", derived="required with dynamics"
     )
     pin_circle_diameter: Annotated[Length, POSITIVE] | None = option(
         None, "diameter of the circle of pins", derived="twice the centre distance"
@@ -339,7 +376,7 @@ class PlanetaryOptions(SetOptions):
     sun: PlanetaryGear = option(..., "the sun; a cycle is one revolution of it relative to the carrier")
     planet: PlanetaryGear = option(..., "every planet")
     ring: PlanetaryRing = option(..., "the ring around them")
-    carrier: CarrierOptions = option(..., "the carrier")
+    carrier: CarrierOptions = option(CarrierOptions(), "the carrier")
 
     @model_validator(mode="after")
     def _one_angle_each(self) -> "PlanetaryOptions":

@@ -60,7 +60,8 @@ class OneMesh(Part):
     normal_backlash: Annotated[Depth, NOT_NEGATIVE] | None = option(
         None,
         "backlash j_bn along the line of action: back contact begins where drive contact ends at 0",
-        derived="the back flank is not modelled, separation still is",
+        derived="what shifts, centre distance and tooth_thickness_allowance leave, where they leave any; "
+        "else the back flank is not modelled, separation still is",
         source="L16 Eq. 6, recentred",
     )
     damping_ratio: Annotated[Number, NOT_NEGATIVE] | None = option(

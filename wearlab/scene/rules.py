@@ -57,6 +57,7 @@ def broken_rules(scene: Sections) -> list[str]:
         *RULES_OF_SETS,
         _friction,
         _damping,
+        _carrier,
         _motion,
         _response,
         _requested,
@@ -110,6 +111,16 @@ def _motion(scene: Sections) -> Problems:
         yield from scene.dynamics.problems(scene)
 
 
+def _carrier(scene: Sections) -> Problems:
+    """What turns has an inertia; nothing is known of a carrier's shape that could tell it."""
+    carrier: Any = getattr(scene.gears, "carrier", None)
+    if carrier is None or scene.dynamics is None:
+        return
+    for key, example in (("mass", "2.8 kg"), ("inertia", "11000 kg*mm^2")):
+        if getattr(carrier, key) is None:
+            yield f"gears.carrier.{key}", f"required with [dynamics], such as {example!r}"
+
+
 def _response(scene: Sections) -> Problems:
     if scene.dynamics is None or scene.dynamics.response is None:
         return
@@ -131,7 +142,12 @@ def _response(scene: Sections) -> Problems:
 def _requested(scene: Sections) -> Problems:
     """What is read off a response on request needs one, and its spectra have orders of their own."""
     if scene.store.requested and scene.dynamics is None:
-        yield "store.variables", f"{scene.store.requested[0]!r} needs [dynamics]"
+        yield (
+            "store.variables",
+            f"{scene.store.requested[0]!r} is read off a motion, and under static load nothing moves: give "
+            "[dynamics], such as model = 'torsional' with mesh.damping_ratio, or leave it out of [store] "
+            "variables (a case: drop = ['store.variables'])",
+        )
     elif scene.dynamics is not None and scene.dynamics.response is not None:
         for name in scene.store.requested:
             if name.endswith("_orders"):

@@ -84,8 +84,10 @@ def build_planetary(scene: Scene, *, sun_drives: bool) -> PlanetarySet:
 
 def specification(name: str, member: Any) -> GearSpec:
     """Return what ``[gears.<name>]`` says of one gear."""
+    allowance = member.tooth_thickness_allowance
     return GearSpec(
         name=name,
+        tooth_thickness_allowance=0.0 if allowance is None else allowance.mean,
         material=None if member.material is None else material(member.material),
         tip_relief=relief(member.tip_relief),
         root_relief=relief(member.root_relief),
@@ -172,7 +174,8 @@ def _of_planetary(scene: Scene) -> GearSet:
 
     bodies = {gear.name: _body(gear) for gear in (built.sun, built.planet, built.ring)}
     carrier = built.carrier
-    bodies["carrier"] = Body(carrier.mass, carrier.inertia, float(carrier.pin_circle_radius or 0.0))
+    mass, inertia = (np.nan if value is None else value for value in (carrier.mass, carrier.inertia))
+    bodies["carrier"] = Body(mass, inertia, float(carrier.pin_circle_radius or 0.0))
     mirrored = 1.0 if built.sun_drives else -1.0
     angles = mirrored * np.asarray(built.planet_angles)
     planets = [f"planet-{n + 1}" for n in range(count)]

@@ -4,8 +4,10 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from wearlab.gears.drawing import ToothDrawing, drawing
-from wearlab.gears.gear import Gear
+from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.shifts import involute
 from wearlab.scene import Scene
 from wearlab.scene.build.sets import GearSet, build_set
@@ -23,7 +25,7 @@ class GearRow(NamedTuple):
 
 ROWS: tuple[tuple[str, str, str, Callable[[Gear], float]], ...] = (
     ("z", "teeth", "", lambda g: g.teeth),
-    ("x", "profile shift coefficient", "", lambda g: g.profile_shift),
+    ("x_E", "profile shift coefficient as cut", "", lambda g: g.profile_shift),
     ("d", "reference diameter", "mm", lambda g: 2e3 * g.reference_radius),
     ("d_b", "base diameter", "mm", lambda g: 2e3 * g.base_radius),
     ("d_a", "tip diameter", "mm", lambda g: 2e3 * g.tip_radius),
@@ -77,9 +79,12 @@ def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
             ("a_w", f"working centre distance{tail}", "mm", 1e3 * kind.pair.centre_distance),
             ("α_wt", f"working pressure angle{tail}", "°", math.degrees(kind.pair.working_pressure_angle)),
             ("ε_α", f"transverse contact ratio{tail}", "", kind.pair.contact_ratio),
+            ("j_bn", f"normal backlash{tail}", "mm", 1e3 * (kind.pair.drawn_backlash or 0.0)),
         ]
     for symbol, meaning, unit, value in shared:
         yield GearRow(symbol, meaning, unit, (_said(value, unit),))
+    for kind in gears.kinds:
+        yield from _sliding(kind.pair)
     for symbol, meaning, unit, of in ROWS:
         yield GearRow(symbol, meaning, unit, tuple(_said(of(gear), unit) for gear in gears.gears.values()))
     given: dict[str, Any] = scene.gears.gears()
@@ -93,6 +98,15 @@ def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
     if any(given[name].roughness_ra for name in gears.gears):
         values = (f"{1e6 * r:.3g}" if (r := given[name].roughness_ra) else "" for name in gears.gears)
         yield GearRow("Ra", "roughness of the flanks", "µm", tuple(values))
+
+
+def _sliding(pair: GearPair) -> Iterator[GearRow]:
+    """Yield the specific sliding of either flank where it is most negative: at its root."""
+    for number, (gear, letter) in enumerate(zip(pair.gears, "AE", strict=True)):
+        value = float(pair.specific_sliding(np.array([getattr(pair.path, letter)]))[number, 0])
+        mate = pair.gears[1 - number].name
+        meaning = f"specific sliding of {gear.name} at {letter}, on {mate}"
+        yield GearRow("ζ", meaning, "", (_said(value, ""),))
 
 
 def _said(value: float, unit: str) -> str:

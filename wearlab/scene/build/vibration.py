@@ -23,6 +23,7 @@ from wearlab.dynamics.steps import (
 from wearlab.dynamics.structure import in_registers
 from wearlab.dynamics.system import System
 from wearlab.dynamics.turning import symmetry_of
+from wearlab.gears.gear import GearPair
 from wearlab.gears.specification import GearError
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Friction, Mesh, look_within, sampling
@@ -33,6 +34,7 @@ from wearlab.mesh.stiffness import GivenStiffness
 from wearlab.mesh.table_steps import Tables, table_grid
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
+from wearlab.scene.mesh import OneMesh
 
 ANY = 1e8
 """A mesh stiffness, where its size is of no account [N/m]."""
@@ -41,8 +43,15 @@ ANY = 1e8
 def build_system(scene: Scene, gears: GearSet, stiffness: Array) -> System:
     """Return the system of ``dynamics.model``; damping ratios refer to mean stiffnesses (n_mesh,) [N/m]."""
     assert scene.dynamics is not None
-    meshes = tuple(scene.mesh.of(kind.section) for kind in gears.kinds)
+    meshes = tuple(_with_backlash(scene.mesh.of(kind.section), kind.pair) for kind in gears.kinds)
     return scene.dynamics.build(InMotion(gears, meshes, scene.operation, stiffness))
+
+
+def _with_backlash(mesh: OneMesh, pair: GearPair) -> OneMesh:
+    """Return the options of a mesh with the backlash of the drawing where none is given."""
+    if mesh.normal_backlash is not None or pair.drawn_backlash is None:
+        return mesh
+    return mesh.model_copy(update={"normal_backlash": pair.drawn_backlash})
 
 
 def check_held(scene: Scene, gears: GearSet) -> None:

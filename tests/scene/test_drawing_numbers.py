@@ -1,0 +1,91 @@
+"""A drawing's numbers become a scene: allowances, backlash that dynamics know, a carrier nobody weighed."""
+
+import copy
+
+import numpy as np
+import pytest
+
+from wearlab.scene import Scene, SceneError
+from wearlab.scene.build.sets import build_set
+from wearlab.scene.build.sheet import sheet
+from wearlab.scene.build.vibration import build_system
+
+TABLE = {
+    "gears": {
+        "kind": "external-pair",
+        "module": "2 mm",
+        "face_width": "20 mm",
+        "centre_distance": "60.85 mm",
+        "pinion": {
+            "teeth": 20,
+            "profile_shift_coefficient": 0.3,
+            "tooth_thickness_allowance": {"upper": "-30 um", "lower": "-50 um"},
+        },
+        "gear": {
+            "teeth": 40,
+            "profile_shift_coefficient": 0.1,
+            "tooth_thickness_allowance": "-40 um",
+        },
+    },
+    "operation": {"torque": "50 N*m", "speed": "1000 rpm"},
+    "mesh": {"damping_ratio": 0.05},
+    "dynamics": {"model": "torsional"},
+}
+
+
+def test_dynamics_know_the_backlash_of_the_drawing():
+    scene = Scene.from_mapping(TABLE)
+    gears = build_set(scene)
+    free = gears.kinds[0].pair.drawn_backlash
+    assert free == pytest.approx(
+        80e-6 * np.cos(np.radians(20)) + 2 * 85.25e-6 * np.sin(np.radians(21.8)), rel=0.02
+    )
+    assert build_system(scene, gears, np.array([3e8])).backlash == pytest.approx([free])
+    given = scene.replace("mesh.normal_backlash", "10 um")
+    assert build_system(given, gears, np.array([3e8])).backlash == pytest.approx([10e-6])
+
+
+def test_check_prints_centre_distance_contact_ratio_backlash_and_sliding():
+    said = {row.symbol: row.values for row in sheet(Scene.from_mapping(TABLE)).rows}
+    assert said["a_w"] == ("60.85",) and said["j_bn"] == ("0.139",)
+    pair = build_set(Scene.from_mapping(TABLE)).kinds[0].pair
+    at_e = pair.specific_sliding(np.array([pair.path.E]))[1, 0]
+    assert float(said["ζ"][0]) == pytest.approx(at_e, rel=1e-3) and at_e < 0.0
+
+
+def test_allowances_thin_teeth():
+    table = copy.deepcopy(TABLE)
+    table["gears"]["pinion"]["tooth_thickness_allowance"] = "20 um"
+    with pytest.raises(SceneError, match=r"gears\.pinion\.tooth_thickness_allowance.*must be at most 0"):
+        Scene.from_mapping(table)
+    table["gears"]["pinion"]["tooth_thickness_allowance"] = {"upper": "-50 um", "lower": "-30 um"}
+    with pytest.raises(SceneError, match="lower must not be above upper"):
+        Scene.from_mapping(table)
+
+
+def test_a_static_set_needs_no_carrier():
+    gears = {
+        "kind": "planetary",
+        "module": "2.25 mm",
+        "face_width": "40 mm",
+        "centre_distance": "56.5 mm",
+        "planets": 3,
+        "sun": {"teeth": 20, "profile_shift_coefficient": 0.35},
+        "planet": {"teeth": 29},
+        "ring": {"teeth": 79, "rim_diameter": "220 mm"},
+    }
+    table = {"gears": gears, "operation": {"torque": "134 N*m", "speed": "1000 rpm"}}
+    assert build_set(Scene.from_mapping(table)).bodies["carrier"].radius == pytest.approx(56.5e-3)
+    moving = {**table, "dynamics": {"model": "planetary-torsional"}, "mesh": {"damping_ratio": 0.05}}
+    with pytest.raises(SceneError) as refused:
+        Scene.from_mapping(moving)
+    assert [line.split(", such")[0] for line in refused.value.problems] == [
+        "scene.gears.carrier.mass: required with [dynamics]",
+        "scene.gears.carrier.inertia: required with [dynamics]",
+    ]
+
+
+def test_what_is_read_off_a_motion_says_so_under_static_load():
+    table = {k: v for k, v in TABLE.items() if k != "dynamics"}
+    with pytest.raises(SceneError, match=r"mesh_acceleration_orders' is read off a motion, .*\[dynamics\]"):
+        Scene.from_mapping({**table, "store": {"variables": ["all", "mesh_acceleration_orders"]}})
