@@ -61,14 +61,38 @@ MOTION = {
         ("update",),
         "1",
         "1",
-        "mesh periods per period of another attractor",
-        "0: aperiodic; NaN: released flanks return to the response stored",
+        "mesh periods per period of the worst other attractor found",
+        "worst by its largest force; 0: aperiodic; NaN: released flanks return to the response stored",
     ),
     "coexisting_multiplier": Variable(
-        ("update",), "1", "1", "largest modulus of the Floquet multipliers of the other attractor"
+        ("update",), "1", "1", "largest modulus of the Floquet multipliers of the worst other attractor found"
     ),
-    "coexisting_force_min": Variable(_STATE, "N", "N", "smallest mesh force of the other attractor"),
-    "coexisting_force_max": Variable(_STATE, "N", "N", "largest mesh force of the other attractor"),
+    "coexisting_force_min": Variable(
+        _STATE, "N", "N", "smallest mesh force of the worst other attractor found"
+    ),
+    "coexisting_force_max": Variable(
+        _STATE,
+        "N",
+        "N",
+        "largest mesh force of the worst other attractor found",
+        "a search, not a bound: what no release reaches stays unknown",
+    ),
+    "rival_period": Variable(
+        ("update", "rival"),
+        "1",
+        "1",
+        "mesh periods per period of every other attractor found",
+        "by falling largest force; 0: aperiodic; NaN: no further one",
+    ),
+    "rival_multiplier": Variable(
+        ("update", "rival"), "1", "1", "largest modulus of the Floquet multipliers of every attractor found"
+    ),
+    "rival_force_min": Variable(
+        (*_STATE, "rival"), "N", "N", "smallest mesh force of every other attractor found"
+    ),
+    "rival_force_max": Variable(
+        (*_STATE, "rival"), "N", "N", "largest mesh force of every other attractor found"
+    ),
     "attractor_search": Variable(
         ("update",),
         "",

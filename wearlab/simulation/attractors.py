@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,15 +17,32 @@ from wearlab.simulation.work import most_searched
 
 Values = dict[str, Any]
 
+ALIKE = 1e-3
+"""Relative difference of least and largest forces below which two attractors of a period are one."""
 
-def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Search]:
-    """Look for another attractor of each state, where released flanks do not return to the response stored.
+
+class Searched(NamedTuple):
+    """What was found beside one state.
+
+    Parameters
+    ----------
+    search : what the search came to; its rival is the one with the largest force
+    rivals : every other attractor found, by falling largest force
+    """
+
+    search: Search
+    rivals: tuple[Response, ...] = ()
+
+
+def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Searched]:
+    """Look for other attractors of each state, where released flanks do not return to the response stored.
 
     The methods of the papers march from one start alone, and so do errors that turn with their members;
     among the angles of averaged errors nothing is looked for, nor in sets of several meshes, where a march of
     hundreds of periods costs more than a whole life. The bound on the work is shared by the states; what one
     leaves over is the next ones'. States of a life are alike: each tries other releases than those before it,
-    and what one has found is looked for in the next, and then in the one before.
+    and what one has found is looked for in the next, and then in the one before. The first state in which a
+    release finds one tries all its others, too: the first that is found need not be the worst.
     """
     vibration = parts.vibration
     if vibration is None or vibration.hunting > 1 or not isinstance(vibration.method, Periodic):
@@ -41,44 +58,85 @@ def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Search]:
     ]
     searches = _searches(wholes, vibration.method, most_searched(vibration.system))
     account.seconds["dynamics"] += time.perf_counter() - clock
-    account.counts["period_maps"] += sum(search.periods for search in searches)
+    account.counts["period_maps"] += sum(one.search.periods for one in searches)
     return searches
 
 
-def _searches(responses: Sequence[Response | None], method: Periodic, left: int) -> list[Search]:
+def _searches(responses: Sequence[Response | None], method: Periodic, left: int) -> list[Searched]:
     """Search one state after another with ``left`` integration steps, then back."""
-    searches: list[Search] = []
-    rival, first = None, 0
+    found: list[Searched] = []
+    before, first = Searched(Search()), 0
     for number, response in enumerate(responses):
-        search = Search()
+        one = Searched(Search())
         if response is not None:
-            tries = Tries(FURTHER if first else RELEASES, first, rival)
-            search = coexisting(response, method, max(left // (len(responses) - number), 0), tries)
-            left -= search.periods * len(response.tables.width)
-        rival, first = search.rival, first + search.starts
-        searches.append(search)
-    for number in reversed(range(len(searches) - 1)):
-        response, search, rival = responses[number], searches[number], searches[number + 1].rival
-        if response is not None and search.rival is None and rival is not None:
-            again = coexisting(response, method, max(left, 0), Tries(0, 0, rival))
-            left -= again.periods * len(response.tables.width)
-            if again.rival is not None:
-                searches[number] = again._replace(
-                    starts=search.starts, periods=search.periods + again.periods
-                )
-    return searches
+            hunt = _Beside(response, method, max(left // (len(responses) - number), 0))
+            hunt.forwards(before.rivals, FURTHER if first else RELEASES, first)
+            one, left = hunt.result(), left - hunt.steps
+        before, first = one, first + one.search.starts
+        found.append(one)
+    for number in reversed(range(len(found) - 1)):
+        response, known = responses[number], found[number + 1].rivals
+        if response is not None and known and not found[number].rivals:
+            hunt = _Beside(response, method, max(left, 0), found[number].search)
+            hunt.follow(known)
+            found[number], left = hunt.result(), left - hunt.steps
+    return found
 
 
-def attractor_values(searches: Sequence[Search]) -> Values:
+class _Beside:
+    """The attractors found beside one response, with a bounded number of integration steps."""
+
+    def __init__(self, response: Response, method: Periodic, most: int, search: Search | None = None) -> None:
+        self.response, self.method, self.most = response, method, most
+        self.search, self.rivals, self.steps = search or Search(), list[Response](), 0
+
+    def forwards(self, known: Sequence[Response], releases: int, first: int) -> None:
+        """Follow what a neighbour has, or release flanks until there are no more releases or steps."""
+        self._look(Tries(releases, first, next(iter(known), None)))
+        self.follow(known[1:])
+        while self.rivals and not known and self.search.starts < releases and not self.search.cut_off:
+            self._look(Tries(releases - self.search.starts, first + self.search.starts))
+
+    def follow(self, known: Sequence[Response]) -> None:
+        """Look for what each attractor of a neighbour becomes."""
+        for near in known:
+            self._look(Tries(0, 0, near))
+
+    def _look(self, tries: Tries) -> None:
+        again = coexisting(self.response, self.method, max(self.most - self.steps, 0), tries)
+        self.steps += again.periods * len(self.response.tables.width)
+        self.search = Search(
+            None, self.search.starts + again.starts, self.search.periods + again.periods, again.cut_off
+        )
+        if again.rival is not None and not any(_alike(again.rival, other) for other in self.rivals):
+            self.rivals.append(again.rival)
+
+    def result(self) -> Searched:
+        """Return what was found, the worst first."""
+        if len(self.rivals) > 1:
+            self.rivals.sort(key=lambda other: -float(extremes(other).largest.max()))
+        return Searched(self.search._replace(rival=next(iter(self.rivals), None)), tuple(self.rivals))
+
+
+def _alike(one: Response, other: Response) -> bool:
+    """Whether two motions are one attractor: both aperiodic, or of one period and with the same forces."""
+    if one.period != other.period or one.period == 0:
+        return one.period == other.period
+    first, second = (np.concatenate([own.least, own.largest]) for own in (extremes(one), extremes(other)))
+    return bool(np.abs(first - second).max() <= ALIKE * np.abs(first).max())
+
+
+def attractor_values(found: Sequence[Searched]) -> Values:
     """Return what was searched, and period, largest multiplier and range of force of the attractors found."""
-    if not searches:
+    if not found:
         return {}
+    searches = [one.search for one in found]
     values: Values = {
         "attractor_search": [searched(search) for search in searches],
         "count_attractor_starts": sum(search.starts for search in searches),
         "count_attractor_periods": sum(search.periods for search in searches),
     }
-    return values | _values_of([search.rival for search in searches])
+    return values | _values_of([one.rivals for one in found])
 
 
 def searched(search: Search) -> str:
@@ -90,18 +148,27 @@ def searched(search: Search) -> str:
     return "none found" if search.starts else "not looked for"
 
 
-def _values_of(others: Sequence[Response | None]) -> Values:
-    if not any(other is not None for other in others):
+def _values_of(others: Sequence[Sequence[Response]]) -> Values:
+    """Return the worst attractor found beside each state, and all of them along ``rival``."""
+    most = max(map(len, others))
+    if most == 0:
         return {}
-    meshes = next(len(other.system.direction) for other in others if other is not None)
-    rows = np.array(
-        [np.full(2 + 2 * meshes, np.nan) if other is None else _described(other) for other in others]
-    )
+    meshes = next(len(one.system.direction) for own in others for one in own)
+    rows = np.full((len(others), most, 2 + 2 * meshes), np.nan)
+    for state, own in enumerate(others):
+        for number, other in enumerate(own):
+            rows[state, number] = _described(other)
+    period, multiplier, (least, largest) = rows[..., 0], rows[..., 1], np.split(rows[..., 2:], 2, axis=-1)
+    least, largest = (force.transpose(0, 2, 1) for force in (least, largest))
     return {
-        "coexisting_period": rows[:, 0],
-        "coexisting_multiplier": rows[:, 1],
-        "coexisting_force_min": rows[:, 2 : 2 + meshes],
-        "coexisting_force_max": rows[:, 2 + meshes :],
+        "coexisting_period": period[:, 0],
+        "coexisting_multiplier": multiplier[:, 0],
+        "coexisting_force_min": least[..., 0],
+        "coexisting_force_max": largest[..., 0],
+        "rival_period": period,
+        "rival_multiplier": multiplier,
+        "rival_force_min": least,
+        "rival_force_max": largest,
     }
 
 

@@ -21,6 +21,8 @@ OF_THE_FLANKS = (
     "mode_kind",
 )
 """Variables that no torque or speed changes."""
+PADDED = ("mesh_period", "rival")
+"""Dimensions that one condition may have more of than another."""
 
 
 def along_duty(blocks: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -56,19 +58,18 @@ def _as_before(first: xr.Dataset, joined: xr.Dataset, new: str) -> xr.Dataset:
 
 
 def _alike(each: Sequence[xr.Dataset]) -> list[xr.Dataset]:
-    """Return datasets of one shape: mesh periods that one response has not are NaN; without coordinates.
+    """Return datasets of one shape: mesh periods and rivals that one has not are NaN; without coordinates.
 
     A variable that one condition lacks (another attractor) is NaN there.
     """
     bare = [dataset.drop_vars(list(dataset.coords)) for dataset in each]
     names = dict.fromkeys(name for dataset in bare for name in dataset.data_vars)
-    periods = max((dataset.sizes.get("mesh_period", 0) for dataset in bare), default=0)
+    most = {dim: max((own.sizes.get(dim, 0) for own in bare), default=0) for dim in PADDED}
     alike = []
     for dataset in bare:
-        if 0 < dataset.sizes.get("mesh_period", 0) < periods:
-            dataset = dataset.pad(
-                mesh_period=(0, periods - dataset.sizes["mesh_period"]), constant_values=np.nan
-            )
+        short = {dim: (0, most[dim] - dataset.sizes[dim]) for dim in PADDED if dim in dataset.dims}
+        if any(end for _, end in short.values()):
+            dataset = dataset.pad(short, constant_values=np.nan)
         for name in names:
             if name not in dataset:
                 other = next(two[name] for two in bare if name in two)

@@ -16,7 +16,7 @@ from wearlab.scene import Scene
 from wearlab.scene.build.modes import build_modes
 from wearlab.simulation import static as named
 from wearlab.simulation import vibration as vibrating
-from wearlab.simulation.attractors import attractor_values, other_attractors
+from wearlab.simulation.attractors import Searched, attractor_values, other_attractors
 from wearlab.simulation.calibration import Calibration, calibrated, calibrated_values
 from wearlab.simulation.conditions import along_duty, condition_coordinates, in_order
 from wearlab.simulation.continued import inherited_error
@@ -154,10 +154,10 @@ def _of_condition(
         values |= found("dynamics of the states", lambda: vibrating.dynamic_values(parts, states))
         values |= found("modes", lambda: vibrating.mode_values(build_modes(parts)))
         values["count_steps_per_period"] = len(parts.vibration.grid_of(states[0].responses[0]).width)
-    coexisting: list[Search] = diagnosed(
+    coexisting: list[Searched] = diagnosed(
         "search for other attractors", partial(other_attractors, parts, states), [], failures
     )
-    others += coexisting
+    others += [one.search for one in coexisting]
     values |= attractor_values(coexisting)
     if scene.dynamics is not None and scene.dynamics.response is not None:
         values |= found("response over speed", lambda: over_speed_values(scene, parts, states[0]))
