@@ -1,6 +1,7 @@
 """Units of one design in one table: a day and an interval each, and what contradicts what."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,10 @@ from conftest import STATIC
 
 import wearlab as wl
 from wearlab.campaign import CampaignError
+from wearlab.campaign.campaign import FigureSpec
 from wearlab.cli.app import status_of
+from wearlab.figures import FigureError
+from wearlab.figures.drawing import draw
 from wearlab.report.page import report
 from wearlab.store.updates import kept_updates, verify_updates
 from wearlab.updating import UpdateError, update
@@ -156,3 +160,11 @@ def test_commands_know_a_fleet(kept, store, capsys):
     assert status_of(["update", str(campaign.path), "--check", "5", "--store", place]) == 2
     assert "--replay scores" in capsys.readouterr().err
     assert "open B first" in report(campaign, store)
+
+
+def test_its_figure_has_a_line_a_unit(kept, store, tmp_path):
+    campaign, _ = kept
+    (made,) = draw(replace(campaign, figures=(FigureSpec(kind="fleet"),)), store, tmp_path)
+    assert made.stat().st_size > 10_000
+    with pytest.raises(FigureError, match="no update of this campaign"):
+        draw(replace(campaign, figures=(FigureSpec(kind="posterior-fan"),)), store, tmp_path)

@@ -54,6 +54,8 @@ def updated_cases(subject: str, store: "Store", ask: Ask, kind: Kind) -> list[Up
         tree = read_update(store, update.id)
         if tree is None or not all(_has(tree, need) for need in kind.needs):
             continue
+        if ("unit" in tree["predictions"].dims) != any(need.endswith(":unit") for need in kind.needs):
+            continue
         groups = {name: node.to_dataset() for name, node in tree.children.items()}
         updated = _cases(groups)
         wanted = ask.select.get("case")

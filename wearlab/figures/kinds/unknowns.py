@@ -125,7 +125,7 @@ def _ranks(update: Updated, ask: Ask) -> Iterator[Series]:
         counts, edges = np.histogram(ranks, BINS, (0.0, 1.0))
         key = {**update.key, "variable": Label(name, name)}
         across = Scale(f"posterior probability of a smaller {name} than the true one", "1")
-        up = Scale("twins", "1")
+        up = Scale(f"twins, of {len(ranks)}", "1")
         x, y = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])
         yield Series(key, x, y, across, up, "area")
         law = binom(len(ranks), 1.0 / BINS)

@@ -61,6 +61,14 @@ def _measured(update: Updated, name: str, scale: float, up: Scale) -> Iterator[S
                 bar = np.array([value - error, value + error])
                 yield line(update, (np.full(2, at), CYCLES), (bar, up), "hairline")
         yield line(update, (x, CYCLES), (y, up), "points")
+        if f"below_{block}" in observed:  # anywhere up to the limit of detection
+            limits = observed[f"below_{block}"].values * scale
+            for at, value, limit in zip(x, y, limits, strict=True):
+                if not np.isfinite(value) and np.isfinite(limit):
+                    bar = np.array([0.0, limit])
+                    yield line(
+                        update, (np.full(2, at), CYCLES), (bar, up), "dashed", "below the limit of detection"
+                    )
 
 
 POSTERIOR_FAN = update_kind(
