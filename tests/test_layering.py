@@ -133,7 +133,7 @@ def test_the_detector_sees_every_way_to_import():
         assert backwards(line, "wearlab.store.grid"), line
     for line in (
         "import wearlab.scene",
-        "from wearlab.store import runs",
+        "from wearlab.store import files",
         "'see wearlab.cli'",
         "import numpy",
     ):

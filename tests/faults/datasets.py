@@ -27,8 +27,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 import made_up
 
 from wearlab.store import Store, StoreError
-from wearlab.store.merge import merge
-from wearlab.store.runs import hash_of
+from wearlab.store.files import hash_of
+from wearlab.store.upkeep import merge
 
 RUN = "a" * 20
 CAMPAIGN = made_up.Campaign((made_up.Case("base", RUN),))

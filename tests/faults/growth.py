@@ -26,10 +26,10 @@ import xarray as xr
 from wearlab.cli.app import status_of
 from wearlab.runner.worker import Task, execute
 from wearlab.scene import Scene
-from wearlab.store import Store, runs
+from wearlab.store import Store, files
 from wearlab.store.netcdf import to_image
 from wearlab.store.outcome import Outcome
-from wearlab.store.prune import prunable, prune
+from wearlab.store.upkeep import prunable, prune
 
 BATCH = 500
 OPENED = 1000
@@ -132,7 +132,7 @@ def draw(path: str, table: dict[int, dict[str, float]]) -> None:
 
 if __name__ == "__main__":
     words = sys.argv[1:] or ["100", "1000"]
-    runs._synchronise = lambda paths: None
+    files._synchronise = lambda paths: None
     counts = [int(word) for word in words if word.isdigit()]
     table = {}
     for count in counts:

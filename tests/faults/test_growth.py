@@ -8,13 +8,13 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from growth import Runs
 
-from wearlab.store import Store, runs
+from wearlab.store import Store, files
 
 MOST_BYTES = 8_500  # of a run with 97 facts: scene, results, histories
 
 
 def test_one_more_run_takes_few_bytes(tmp_path, monkeypatch):
-    monkeypatch.setattr(runs, "_synchronise", lambda paths: None)
+    monkeypatch.setattr(files, "_synchronise", lambda paths: None)
     some, sizes = Runs(), []
     with closing(Store(tmp_path / "store")) as store:
         store.create()

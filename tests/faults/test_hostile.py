@@ -17,8 +17,8 @@ from wearlab.cli.app import status_of
 from wearlab.query import QueryError
 from wearlab.runner import running
 from wearlab.store import Store, StoreError
+from wearlab.store.files import hash_of
 from wearlab.store.presence import alive
-from wearlab.store.runs import hash_of
 
 
 @pytest.fixture
@@ -80,7 +80,7 @@ def test_links_lead_nowhere(tmp_path, store):
         with pytest.raises(StoreError, match="is a link"):
             store.run(case.id)
     grid = store.open(sweep(2))
-    for name in ("wear_depth", "verdict"):
+    for name in ("wear_depth", "life"):
         with pytest.raises(StoreError, match="is a link"):
             grid[name].load()
     problems = store.reindex()

@@ -14,8 +14,7 @@ from wearlab.cli.app import status_of
 from wearlab.report.content import drawn, remarks
 from wearlab.report.page import report
 from wearlab.store import Store
-from wearlab.store.outcome import Comparison, Outcome
-from wearlab.store.place import place
+from wearlab.store.outcome import Comparison, Outcome, place
 
 BASE = Path(wl.__file__).parents[1] / "campaigns" / "base" / "spur_50_50.toml"
 EVIL = '<script>alert(1)</script> & "quotes"'

@@ -14,12 +14,11 @@ from wearlab.scene import Scene
 from wearlab.scene.calibration import calibrating
 from wearlab.simulation import calibration
 from wearlab.store import Store
-from wearlab.store.cite import bibtex, citation, facts_of
 from wearlab.store.export import export_attributes
 from wearlab.store.lineage import calibrated_by
-from wearlab.store.merge import merge
 from wearlab.store.outcome import Outcome
-from wearlab.store.prune import prunable
+from wearlab.store.publish import bibtex, citation, facts_of
+from wearlab.store.upkeep import merge, prunable
 
 PAIR = {
     "gears": {

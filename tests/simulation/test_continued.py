@@ -6,7 +6,7 @@ import pytest
 from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
 from wearlab.simulation.continued import moved
-from wearlab.store.continued import start_wear
+from wearlab.store.align import start_wear
 
 PAIR = {
     "gears": {

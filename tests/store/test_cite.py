@@ -2,8 +2,7 @@
 
 from fake_campaign import sweep
 
-from wearlab.store.cite import bibtex, citation, facts_of
-from wearlab.store.crate import _citation
+from wearlab.store.publish import _citation, bibtex, citation, facts_of
 
 
 def test_a_citation_names_the_run_the_code_and_both_hashes(fill, tmp_path):

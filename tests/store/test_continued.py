@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wearlab.store.continued import hermite, start_wear
+from wearlab.store.align import hermite, start_wear
 from wearlab.store.errors import StoreError
 
 CYCLES = np.array([0.0, 1e6, 4e6])

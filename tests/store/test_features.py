@@ -8,7 +8,7 @@ from scipy.stats import kurtosis
 import wearlab as wl
 from wearlab.cli.app import status_of
 from wearlab.schema import VARIABLES, origin_of
-from wearlab.store.indicators import indicators
+from wearlab.store.features import indicators
 
 
 def test_indicators_of_a_cosine_are_those_of_the_formulas():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from wearlab.store.headline import headlines
+from wearlab.store.outcome import headlines
 
 LIFE = {"life": 2e7, "error_estimate_life": 4e3, "max_wear_depth": 4e-4, "error_estimate_wear_depth": 8e-8}
 FORCES = {"mesh_force_max": 8000.0, "error_estimate_mesh_force_max": 4.0, "ste_peak_to_peak": 1.25e-5}

@@ -7,12 +7,12 @@ import pytest
 from wearlab.cli.commands.show import show_run
 from wearlab.store import Store
 from wearlab.store.audit import verify
-from wearlab.store.cite import bibtex, citation, facts_of
 from wearlab.store.description import describe
 from wearlab.store.lineage import children, lineage
 from wearlab.store.netcdf import to_image
 from wearlab.store.outcome import Outcome
-from wearlab.store.prune import prunable
+from wearlab.store.publish import bibtex, citation, facts_of
+from wearlab.store.upkeep import prunable
 
 FIRST, SECOND, THIRD = ("a" * 20, "b" * 20, "c" * 20)
 GONE = "d" * 20

@@ -11,7 +11,7 @@ import threading
 import time
 from pathlib import Path
 
-from wearlab.store import database, runs
+from wearlab.store import database, files
 
 
 class Dying:
@@ -55,7 +55,7 @@ def install(dying):
 
 
 def _write(dying):
-    write, sync, read_back = Path.write_bytes, runs._synchronise, runs.hash_of
+    write, sync, read_back = Path.write_bytes, files._synchronise, files.hash_of
 
     def writing(path, content):
         if path.suffix != ".part":
@@ -78,7 +78,7 @@ def _write(dying):
         dying.reached("read-back")
         return found
 
-    Path.write_bytes, runs._synchronise, runs.hash_of = writing, synchronising, reading_back
+    Path.write_bytes, files._synchronise, files.hash_of = writing, synchronising, reading_back
 
 
 def _rename(dying):

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from wearlab.cli.output import Stop, read_campaign
-from wearlab.store.place import place
+from wearlab.store.outcome import place
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Case

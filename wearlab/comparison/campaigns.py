@@ -12,7 +12,7 @@ from wearlab.comparison.errors import CompareError
 from wearlab.comparison.quantities import QUANTITIES, described
 from wearlab.comparison.runs import CYCLE, SIDES, WEAR_DEPTH, compare_runs
 from wearlab.store.grid import own_values
-from wearlab.store.place import place, value_text
+from wearlab.store.outcome import place, value_text
 from wearlab.units import KINDS, UnitError, convert
 
 if TYPE_CHECKING:

@@ -9,8 +9,7 @@ import numpy as np
 
 from wearlab.scene import Scene
 from wearlab.store.errors import StoreError
-from wearlab.store.headline import hours_text, unasked_end
-from wearlab.store.place import place
+from wearlab.store.outcome import hours_text, place, unasked_end
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Case

@@ -17,12 +17,9 @@ from wearlab.figures.question import question
 from wearlab.report.answer import Conditions, Reply, answer, conditions
 from wearlab.scene import parts_left_out, parts_present
 from wearlab.scene.build.sheet import Sheet, sheet
-from wearlab.store.calibration import calibration_of
 from wearlab.store.errors import StoreError
-from wearlab.store.headline import headlines
 from wearlab.store.lineage import lineage
-from wearlab.store.outcome import Comparison, last_line
-from wearlab.store.place import place, value_text
+from wearlab.store.outcome import Comparison, calibration_of, headlines, last_line, place, value_text
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Case

@@ -23,7 +23,7 @@ def with_parents(tasks: Mapping[str, Task], store: "Store") -> dict[str, Task]:
     continuing = {i: task for i, task in tasks.items() if getattr(task.scene, "start", None) is not None}
     if not continuing:
         return dict(tasks)
-    from wearlab.store.continued import start_wear
+    from wearlab.store.align import start_wear
 
     known = store.entries([*continuing, *(task.scene.start.run for task in continuing.values())])
     done = {i for i, entry in known.items() if entry.state == "done" and not store.is_lost(entry)}

@@ -15,8 +15,7 @@ from wearlab.runner.calibrating import calibrations
 from wearlab.runner.local import available_cores
 from wearlab.runner.worker import Task
 from wearlab.sources import is_other_code
-from wearlab.store.calibration import CALIBRATION
-from wearlab.store.place import place
+from wearlab.store.outcome import CALIBRATION, place
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign

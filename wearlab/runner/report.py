@@ -98,7 +98,7 @@ class Report:
         return f"{', '.join([done, *counts])}; {self.computed} {word} in {self.seconds:.1f} s"
 
     def _repr_html_(self) -> str:
-        from wearlab.store.html import table_html
+        from wearlab.store.table import table_html
 
         rows = [
             (outcome.id[:10], outcome.label, outcome.state, outcome.headline) for outcome in self.troubled

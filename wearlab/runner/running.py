@@ -22,8 +22,7 @@ from wearlab.runner.worker import SIMULATE, Task, execute, warm_up
 from wearlab.sources import source_hash
 from wearlab.store.catalogue import Head
 from wearlab.store.errors import StoreError
-from wearlab.store.outcome import Outcome
-from wearlab.store.place import place
+from wearlab.store.outcome import Outcome, place
 
 if TYPE_CHECKING:
     from dask.distributed import Client

@@ -7,17 +7,13 @@ from typing import Any
 
 from wearlab.query.evaluate import HISTORY
 from wearlab.query.keys import key_of
-from wearlab.store.adopt import ForeignRun, outcome_of
-from wearlab.store.bounds import refuse_links
-from wearlab.store.calibration import CALIBRATION_LIFE, calibration_of
 from wearlab.store.catalogue import Entry
 from wearlab.store.database import understood
-from wearlab.store.description import facts_of, kind_of, stored
-from wearlab.store.errors import StoreError
+from wearlab.store.description import ForeignRun, facts_of, kind_of, outcome_of, stored
+from wearlab.store.errors import Problem, StoreError, stray
+from wearlab.store.files import RunFiles, hash_of, refuse_links
 from wearlab.store.kept_runs import KeptRuns
-from wearlab.store.outcome import Outcome
-from wearlab.store.problem import Problem, stray
-from wearlab.store.runs import RunFiles, hash_of
+from wearlab.store.outcome import CALIBRATION_LIFE, Outcome, calibration_of
 
 OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_version")
 SAME = 1e-9  # of two lives of one scene on two machines
@@ -52,7 +48,7 @@ def verify(store: KeptRuns) -> Iterator[Problem]:
     for path in store.files:
         if path in done or path in parts:
             continue
-        problem = _stranger(path, store.files)
+        problem = _unknown(path, store.files)
         if problem.kind != "unknown" or path not in unrecorded:
             yield problem
 
@@ -142,7 +138,7 @@ def _shown(value: Any) -> str:
     return "a history" if isinstance(value, bytes) else str(value)[:40]
 
 
-def _stranger(path: Path, files: RunFiles) -> Problem:
+def _unknown(path: Path, files: RunFiles) -> Problem:
     if problem := stray(path, held=files.holds(path)):
         return problem
     try:

@@ -113,7 +113,7 @@ def _member(row: tuple[Any, ...], comparison: Comparison | None) -> Member:
 
 
 def _texts(document: str | None) -> dict[str, str]:
-    """Return a table of texts; nothing where a stranger's catalogue holds anything else."""
+    """Return a table of texts; nothing where an untrusted catalogue holds anything else."""
     try:
         texts = json.loads(document or "{}")
     except (ValueError, TypeError, RecursionError):

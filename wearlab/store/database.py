@@ -129,7 +129,7 @@ class Database:
             if not create and not self.exists():
                 raise StoreError(self._absent())
             if create:
-                touch_shared(self.path)
+                create_shared(self.path)
             uri = f"{self.path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
             try:
                 connection = sqlite3.connect(
@@ -150,14 +150,14 @@ class Database:
         try:
             connection.execute("PRAGMA trusted_schema = OFF")
             version = connection.execute("PRAGMA user_version").fetchone()[0]
-            strange = _additions(connection)
+            additions = _additions(connection)
             connection.execute("PRAGMA journal_mode = PERSIST")  # the cheapest of the rollback journals
             connection.execute(f"PRAGMA cache_size = {PAGES}")
         except BROKEN as error:
             raise self._unusable(error) from error
-        if strange:
+        if additions:
             raise StoreError(
-                f"{self.path}: holds {strange} views or triggers, which no wearlab makes; "
+                f"{self.path}: holds {additions} views or triggers, which no wearlab makes; "
                 "'wearlab reindex' makes it anew from the run files"
             )
         if version > VERSION:
@@ -220,7 +220,7 @@ def make_tables(connection: sqlite3.Connection) -> None:
     connection.execute(f"PRAGMA user_version = {VERSION}")
 
 
-def touch_shared(path: Path) -> None:
+def create_shared(path: Path) -> None:
     """Make an empty file as open to others as the umask says: SQLite would let nobody else write it."""
     with suppress(OSError):  # SQLite then says what is wrong
         os.close(os.open(path, os.O_CREAT | os.O_RDWR, 0o666))

@@ -16,9 +16,9 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
-from wearlab.store.calibration import calibration_of
 from wearlab.store.errors import StoreError
 from wearlab.store.files import part_of, written
+from wearlab.store.outcome import calibration_of
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign

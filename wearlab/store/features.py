@@ -1,26 +1,180 @@
 """Features for statistics and learning: one row for each wear state of each run, one column for each number.
 
-Whatever differs between the runs' scenes comes first, by its key; then what results tell
-(`wearlab.store.feature_columns`). Only the variables that become columns are read, each file once.
+Whatever differs between the runs' scenes comes first, by its key; then what results tell. A variable along
+flanks, meshes, members, harmonics, orders or modes gives one column for each label, named by dots:
+``ste_harmonics.pinion-gear.1``. A signal along the phase gives its indicators: mean, RMS and range of its
+fluctuation, crest factor, kurtosis and amplitudes at mesh orders, at the stored phases. Only the variables
+that become columns are read, each file once.
 """
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.arrays import Array
 from wearlab.query.keys import declared_key, flat, scene_key
 from wearlab.store.errors import StoreError
-from wearlab.store.feature_columns import STATE, Source, sources
 from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.reading import read_variables
 from wearlab.store.table import Column, Table
 
 if TYPE_CHECKING:
     from wearlab.store.catalogue import Entry, Placed
+
+ORDERS = 5
+STILL = 1e-12  # of the mean: what moves less does not move
+INDICATORS = {
+    "mean": "",
+    "rms": "",
+    "peak_to_peak": "",
+    "crest_factor": "1",
+    "kurtosis": "1",
+}
+"""Name → unit, "" for that of the signal."""
+
+
+def indicators(signal: Array) -> dict[str, Array]:
+    """Return indicators of periodic signals and their amplitudes at the first mesh orders.
+
+    mean x̄; rms √⟨(x−x̄)²⟩; peak_to_peak max x − min x; crest_factor max|x−x̄|/rms; kurtosis ⟨(x−x̄)⁴⟩/rms⁴;
+    order_k 2|X_k|, X the discrete Fourier transform of the mean mesh period.
+
+    Parameters
+    ----------
+    signal : x at equally spaced phases of whole mesh periods, (..., periods, phases); a period that is not
+        finite throughout only pads and is left out
+
+    Returns
+    -------
+    One number a signal (...), in the unit of the signal, crest factor and kurtosis without; NaN of no period,
+    and of the shape of what does not move.
+    """
+    held = np.isfinite(signal).all(axis=-1, keepdims=True)
+    reached = held.sum(axis=(-2, -1))
+    periods = np.where(reached > 0, reached, np.nan)
+    count = periods * signal.shape[-1]
+    kept = np.where(held, signal, 0.0)
+    mean = kept.sum(axis=(-2, -1)) / count
+    moving = np.where(held, signal - mean[..., None, None], 0.0)
+    rms = np.sqrt((moving**2).sum(axis=(-2, -1)) / count)
+    shaped = np.where(rms > STILL * np.maximum(np.abs(mean), 1e-300), rms, np.nan)
+    highest = np.max(signal, axis=(-2, -1), where=held, initial=-np.inf)
+    lowest = np.min(signal, axis=(-2, -1), where=held, initial=np.inf)
+    one_period = kept.sum(axis=-2) / periods[..., None]
+    amplitudes = 2.0 * np.abs(np.fft.rfft(one_period)[..., 1 : ORDERS + 1]) / signal.shape[-1]
+    return {
+        "mean": mean,
+        "rms": rms,
+        "peak_to_peak": np.where(np.isfinite(periods), highest - lowest, np.nan),
+        "crest_factor": np.abs(moving).max(axis=(-2, -1), initial=0.0) / shaped,
+        "kurtosis": (moving**4).sum(axis=(-2, -1)) / count / shaped**4,
+        **{f"order_{k}": amplitudes[..., k - 1] for k in range(1, amplitudes.shape[-1] + 1)},
+    }
+
+
+STATE = "update"
+NAMED = frozenset(
+    ("flank", "member", "mesh", "harmonic", "order", "mode", "axis", "duty", "stage", "multiplier", "part")
+)
+"""Dimensions whose labels become part of a column's name."""
+ALONG = ("mesh_period", "phase")
+LEFT_OUT = ("run_time", "count", "residual", "error_weight", "secant_stiffness", "excitation")
+HARMONICS = ("mesh_stiffness", "static_transmission_error", "dynamic_transmission_error")
+"""Signals whose RMS and amplitudes at mesh orders the dataset has already, jumps between phases included."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A variable that features are made of.
+
+    Parameters
+    ----------
+    name, dims : as stored
+    units, display_units : of its values
+    ends : end of the column's name for each place along the named dims
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    units: str
+    display_units: str
+    ends: tuple[str, ...]
+
+    def columns(self, stored: NDArray[Any], states: int) -> dict[Column, Array]:
+        """Return each column's numbers, one a wear state; what knows no wear states is the same at each."""
+        order = [dim for dim in self.dims if dim not in (STATE, *ALONG)]
+        order += [dim for dim in ALONG if dim in self.dims]
+        shown = [STATE, *order] if STATE in self.dims else order
+        values = np.asarray(stored, float).transpose([self.dims.index(dim) for dim in shown])
+        along = [dim for dim in order if dim in ALONG]
+        signal = values.shape[len(shown) - len(along) :]
+        count = values.shape[0] if STATE in self.dims else 1
+        if not along:
+            return self._named({"": values.reshape(count, -1)}, states)
+        flat = values.reshape(count, -1, *((1,) if len(along) == 1 else ()), *signal)
+        told = indicators(flat)
+        twice = ("rms", "order_") if self.name in HARMONICS else ()
+        kept = {what: indicator for what, indicator in told.items() if not (twice and what.startswith(twice))}
+        return self._named(kept, states)
+
+    def _named(self, named: Mapping[str, Array], states: int) -> dict[Column, Array]:
+        return {
+            Column(
+                f"{self.name}{what and '_'}{what}{end}",
+                INDICATORS.get(what) or self.units,
+                INDICATORS.get(what) or self.display_units,
+            ): np.broadcast_to(values[:, place], states)
+            for place, end in enumerate(self.ends)
+            for what, values in named.items()
+        }
+
+
+def sources(
+    variables: Mapping[str, Mapping[str, Any]],
+    labels: Mapping[str, Sequence[Any]],
+    sizes: Mapping[str, int],
+    wanted: Sequence[str] | None,
+) -> list[Source]:
+    """Return the variables of runs that are alike, of which features are made.
+
+    Parameters
+    ----------
+    variables : dims, dtype and attributes of each, and whether it is a coordinate
+    labels : along dimensions
+    sizes : lengths of dimensions
+    wanted : names [every number]
+    """
+    return [
+        Source(
+            name,
+            tuple(variable["dims"]),
+            str(variable["attrs"].get("units", "")),
+            str(variable["attrs"].get("display_units", "")),
+            _ends([dim for dim in variable["dims"] if dim in NAMED], labels, sizes),
+        )
+        for name, variable in variables.items()
+        if np.dtype(variable["dtype"]).kind in "fiu"
+        and not variable["coordinate"]
+        and declared_key(name) is not None
+        and (not name.startswith(LEFT_OUT) if wanted is None else name in wanted)
+        and set(variable["dims"]) <= {STATE, *NAMED, *ALONG}
+    ]
+
+
+def _ends(
+    dims: Sequence[str], labels: Mapping[str, Sequence[Any]], sizes: Mapping[str, int]
+) -> tuple[str, ...]:
+    ends = [""]
+    for dim in dims:
+        along = labels.get(dim) or range(1, sizes[dim] + 1)
+        ends = [f"{end}.{label}" for end in ends for label in along]
+    return tuple(ends)
+
 
 ALWAYS = ("operation.torque", "operation.speed")
 RUN, NUMBER = Column("run"), Column("state")

@@ -1,12 +1,71 @@
-"""Files that are there whole or not at all."""
+"""Files of a store: whole or not at all, in its folder only, no larger than their bytes allow."""
 
+import hashlib
 import os
+import re
 import secrets
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Collection, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 from wearlab.store.errors import StoreError
+
+HARMLESS = 64_000_000  # bytes that any file may claim
+DENSEST = 2_000  # bytes of values in one byte of a file: no more than a thousand can be deflated into it
+LARGEST = 4_000_000_000  # bytes that a file may claim beyond twenty times its own
+NUMBER = re.compile(r"[<>|=]?[biuf][1248]")
+
+
+def refuse_links(path: str | Path) -> None:
+    """Refuse a run's path where it, its folder, or the folder of all runs is a link.
+
+    Raises
+    ------
+    StoreError : one is
+    """
+    folder = os.path.dirname(path)
+    for place in (path, folder, os.path.dirname(folder)):
+        if os.path.islink(place):
+            raise StoreError(f"{place}: is a link; a store reads and writes its own files only")
+
+
+def refuse_oversized(path: str | Path, claimed: int, size: int | None = None) -> None:
+    """Refuse a file that claims to hold far more than its bytes can: reading it would fill the memory.
+
+    Parameters
+    ----------
+    path : the file
+    claimed : bytes of its values
+    size : bytes of the file [asked of the file system]
+
+    Raises
+    ------
+    StoreError : it does
+    """
+    if size is None:
+        try:
+            size = os.stat(path).st_size
+        except OSError:
+            size = 0
+    if claimed > max(HARMLESS, min(DENSEST * size, LARGEST), 20 * size):
+        raise StoreError(f"{path}: claims {claimed:.3g} bytes of values in a file of {size} bytes; not read")
+
+
+def number_type(text: str) -> str:
+    """Return the name of a type of numbers, as the catalogue has it.
+
+    Raises
+    ------
+    StoreError : it is none
+    """
+    if not NUMBER.fullmatch(text):
+        raise StoreError(
+            f"the catalogue names {text[:40]!r} as a type of numbers; 'wearlab reindex' mends it"
+        )
+    return text
 
 
 @contextmanager
@@ -43,3 +102,136 @@ def write_whole(path: Path, content: bytes) -> None:
 def part_of(path: Path) -> Path:
     """Return a temporary name beside a file, that nobody else uses."""
     return path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
+
+
+SYNCHRONISERS = 16  # threads: a disk takes as long for sixteen files at once as for one
+NAME = re.compile(r"[A-Za-z0-9]{2,64}")
+WRITER = re.compile(r"[A-Za-z0-9_.-]{1,200}")
+
+
+class Image(NamedTuple):
+    """A finished file: the run's identity, the bytes, and their hash, taken where they were made."""
+
+    id: str
+    content: bytes
+    sha256: str
+
+
+class RunFiles:
+    """The folder ``runs/ab/<id>.nc`` of a store; plain bytes, never opened through HDF5 here.
+
+    Parameters
+    ----------
+    folder : the directory ``runs`` of the store
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def path(self, run_id: str) -> Path:
+        """Return where the run's file is, or will be; never outside the folder."""
+        if not self.is_name(run_id):
+            raise StoreError(f"{run_id!r} is no identity of a run: letters and digits only")
+        return self.folder / run_id[:2] / f"{run_id}.nc"
+
+    def write(self, images: Sequence[Image], writer: str) -> None:
+        """Put finished images in place, each of them whole or not at all.
+
+        Many at once cost little more than one: they go to the disk together, by several threads, which a
+        file system joins into one commit; then they are read back, renamed, and their folders synchronised.
+
+        Parameters
+        ----------
+        images : what is to be written
+        writer : name of the writing process, part of the temporary names
+
+        Raises
+        ------
+        StoreError : the disk refuses, or gives back other bytes than it was given
+        """
+        parts = {self.part(image.id, writer): image for image in images}
+        try:
+            try:
+                for part, image in parts.items():
+                    part.parent.mkdir(parents=True, exist_ok=True)
+                    refuse_links(part)
+                    part.write_bytes(image.content)
+                _synchronise(parts)
+                for part, image in parts.items():
+                    if hash_of(part) != image.sha256:
+                        raise StoreError(f"{part}: what was read back differs from what was written")
+                for part, image in parts.items():
+                    os.replace(part, self.path(image.id))
+            finally:
+                for part in parts:
+                    part.unlink(missing_ok=True)
+            _synchronise({part.parent for part in parts})
+        except OSError as error:
+            where = getattr(error, "filename", None) or self.folder
+            raise StoreError(f"{where}: cannot be written ({error.strerror or error})") from error
+
+    @staticmethod
+    def is_name(text: str) -> bool:
+        """Say whether a text can be the identity of a run."""
+        return bool(NAME.fullmatch(text))
+
+    @staticmethod
+    def is_writer(text: str) -> bool:
+        """Say whether a text can be the name of a writing process."""
+        return bool(WRITER.fullmatch(text))
+
+    def holds(self, path: Path) -> bool:
+        """Say whether a file is where a run's file would be."""
+        return self.is_name(path.stem) and path == self.path(path.stem)
+
+    def part(self, run_id: str, writer: str) -> Path:
+        """Return the temporary name under which ``writer`` writes this run."""
+        if not self.is_writer(writer):
+            raise StoreError(f"{writer!r} is no name of a writing process")
+        return self.path(run_id).with_name(f".{run_id}.{writer}.part")
+
+    def discard_part(self, run_id: str, writer: str) -> None:
+        """Remove what a writer that died left of this run."""
+        with suppress(OSError, StoreError):
+            self.part(run_id, writer).unlink(missing_ok=True)
+
+    def size(self, run_id: str) -> int | None:
+        """Return the size of the run's file [bytes], None when there is none."""
+        try:
+            return self.path(run_id).stat().st_size
+        except OSError:
+            return None
+
+    def __iter__(self) -> Iterator[Path]:
+        """Yield every file below the folder, the foreign ones too."""
+        return (path for path in sorted(self.folder.rglob("*")) if not path.is_dir())
+
+
+def hash_of(path: Path) -> str:
+    """Return the SHA-256 of a file's bytes."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _synchronise(paths: Collection[Path]) -> None:
+    """Bring files or folders to the disk, so that they survive a power cut."""
+    if len(paths) == 1:
+        for path in paths:
+            _sync(path)
+    elif paths:
+        list(_pool().map(_sync, paths))
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(SYNCHRONISERS, "synchronise")
+
+
+def _sync(path: Path) -> None:
+    if path.is_dir() and not hasattr(os, "O_DIRECTORY"):
+        return  # some platforms cannot open a folder and need not
+    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

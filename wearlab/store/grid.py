@@ -21,11 +21,10 @@ from numpy.typing import NDArray
 from wearlab.query.evaluate import met
 from wearlab.query.keys import flat, quantity_at
 from wearlab.query.scene_differences import differences
-from wearlab.store.bounds import number_type, refuse_oversized
 from wearlab.store.catalogue import Placed
+from wearlab.store.files import number_type, refuse_oversized
 from wearlab.store.lazy import LazyVariable, Places, RunFile, RunGroup
-from wearlab.store.outcome import last_line
-from wearlab.store.place import value_text
+from wearlab.store.outcome import last_line, value_text
 from wearlab.units import KINDS, convert
 
 if TYPE_CHECKING:

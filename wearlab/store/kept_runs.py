@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearlab.store.catalogue import Catalogue, Entry, Head
-from wearlab.store.checkpoints import Checkpoints
 from wearlab.store.errors import StoreError
+from wearlab.store.files import Image, RunFiles
 from wearlab.store.outcome import Outcome
-from wearlab.store.presence import Presence, alive
+from wearlab.store.presence import Checkpoints, Presence, alive
 from wearlab.store.remote import address_of, copy_of, fetch
-from wearlab.store.runs import Image, RunFiles
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -230,7 +229,7 @@ class KeptRuns:
         owner : the process
         more : ids of finished runs that it had taken again
         """
-        from wearlab.store.adopt import outcome_of
+        from wearlab.store.description import outcome_of
 
         wanted = {*self.catalogue.release(owner), *more}
         known = self.heads(wanted)

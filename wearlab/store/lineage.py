@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from wearlab.store.calibration import CALIBRATION, calibration_of
+from wearlab.store.outcome import CALIBRATION, calibration_of
 
 if TYPE_CHECKING:
     from wearlab.store.catalogue import Entry

@@ -6,9 +6,8 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from wearlab.store.audit import reindex, verify
-from wearlab.store.errors import StoreError
+from wearlab.store.errors import Problem, StoreError
 from wearlab.store.kept_runs import KeptRuns
-from wearlab.store.problem import Problem
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -129,9 +128,9 @@ def store_html(store: KeptRuns) -> str:
     ----------
     store : states are those that ``wearlab ls`` lists
     """
-    from wearlab.store.headline import headlines
-    from wearlab.store.html import table_html
     from wearlab.store.lineage import name_of
+    from wearlab.store.outcome import headlines
+    from wearlab.store.table import table_html
 
     name = escape(repr(store))
     if not store.catalogue.exists():

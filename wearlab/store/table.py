@@ -1,4 +1,4 @@
-"""What a question found: rows of values under named columns.
+"""What a question found: rows of values under named columns; and tables for notebooks.
 
 What a campaign file gives (torques, speeds) stands in the units in which files write it, results in SI, as in
 `Store.open`; ``si=True`` gives SI throughout. What people read (`displayed`, CSV) has display units.
@@ -8,13 +8,31 @@ import csv
 import io
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import TYPE_CHECKING, Any, NamedTuple
-
-DIGITS = 12
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+MOST_ROWS = 60
+
+
+def table_html(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    """Return an HTML table; of many rows the first ones, and how many there are."""
+    head = "".join(f"<th>{escape(heading)}</th>" for heading in heads)
+    body = "".join(
+        f"<tr>{''.join(f'<td>{escape(_text(cell))}</td>' for cell in row)}</tr>" for row in rows[:MOST_ROWS]
+    )
+    more = f"<p>{MOST_ROWS} of {len(rows)} rows</p>" if len(rows) > MOST_ROWS else ""
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
+
+
+def _text(value: Any) -> str:
+    return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+DIGITS = 12
 
 
 class Column(NamedTuple):
@@ -65,7 +83,6 @@ class Table:
         return f"<Table: {len(self)} runs × {', '.join(column.name for column in self.columns)}>"
 
     def _repr_html_(self) -> str:
-        from wearlab.store.html import table_html
 
         return table_html(*self.displayed())
 

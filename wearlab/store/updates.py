@@ -10,14 +10,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wearlab.store.bounds import refuse_links
 from wearlab.store.campaigns import now
-from wearlab.store.errors import StoreError
-from wearlab.store.files import written
+from wearlab.store.errors import Problem, StoreError, stray
+from wearlab.store.files import Image, RunFiles, hash_of, refuse_links, written
 from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.netcdf import SEAL
-from wearlab.store.problem import Problem, stray
-from wearlab.store.runs import Image, RunFiles, hash_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -84,7 +84,7 @@ def _labelled(values: NDArray[Any], dims: tuple[str, ...], labels: Mapping[str, 
 def read_runs(store: "Store", ids: Collection[str], names: Collection[str]) -> dict[str, StoredRun]:
     """Return the runs among ``ids`` that have data, with those variables of ``names`` that they have.
 
-    Every file is opened once, and compared with its hash at first touch; the catalogue tells dims and labels.
+    Every file is opened once, and compared with its hash when first read; the catalogue has dims and labels.
 
     Raises
     ------

@@ -12,7 +12,7 @@ from wearlab.campaign.distributions import Distribution, Sample, draw
 from wearlab.campaign.update import FACTOR
 from wearlab.campaign.update_options import THICKNESS, Fleet, Limit, UpdateSpec
 from wearlab.scene import Scene
-from wearlab.store.place import place
+from wearlab.store.outcome import place
 from wearlab.units import is_quantity, split
 from wearlab.updating.history import RunHistory, history_of, refuse_stages
 from wearlab.updating.observations import Observed, UpdateError, calendar_of, read_observations, units_of

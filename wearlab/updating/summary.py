@@ -7,7 +7,7 @@ import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.schema import VARIABLES
-from wearlab.store.headline import hours_text
+from wearlab.store.outcome import hours_text
 from wearlab.units import HOUR, convert
 from wearlab.updating.checks import ALARM
 from wearlab.updating.fleet_words import fleet_answers, told_fleet

@@ -25,8 +25,7 @@ from wearlab.cli.registry import STORE, Condition, Json, StoreFolder, app
 from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store import Store
 from wearlab.store.catalogue import Entry, Member
-from wearlab.store.headline import headlines
-from wearlab.store.outcome import last_line
+from wearlab.store.outcome import headlines, last_line
 
 HEADS = (
     *("id", "campaign", "case", "differs by", "state", "result", "error", "time", "note"),

@@ -21,7 +21,7 @@ from wearlab.cli.output import (
 )
 from wearlab.cli.registry import STORE, File, Json, StoreFolder, Workers, app
 from wearlab.store import Store
-from wearlab.store.place import value_text
+from wearlab.store.outcome import value_text
 from wearlab.units import HOUR, MINUTE
 
 if TYPE_CHECKING:

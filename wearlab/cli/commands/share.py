@@ -83,7 +83,7 @@ def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callabl
     from tempfile import TemporaryDirectory
 
     from wearlab.figures import FigureError, draw
-    from wearlab.store.crate import export_crate
+    from wearlab.store.publish import export_crate
 
     with TemporaryDirectory(prefix="wearlab-") as folder:
         try:
@@ -101,7 +101,7 @@ def merge(
     json: Json = False,
 ) -> Status:
     """Take the runs of the store OTHER into this one, each verified."""
-    from wearlab.store.merge import merge
+    from wearlab.store.upkeep import merge
 
     theirs, store = Store(other), Store(folder)
     with refusing(*REFUSALS):
@@ -160,7 +160,7 @@ def prune(
     json: Json = False,
 ) -> Status:
     """Show the runs that no campaign refers to, and remove them with --yes."""
-    from wearlab.store.prune import prunable, prune
+    from wearlab.store.upkeep import prunable, prune
 
     store = Store(folder)
     kept = [case.id for file in keep or [] for case in read_campaign(file).cases]
@@ -215,7 +215,7 @@ def cite(
     json: Json = False,
 ) -> Status:
     """Print how to cite a run, and where it comes from."""
-    from wearlab.store.cite import bibtex, citation, facts_of
+    from wearlab.store.publish import bibtex, citation, facts_of
 
     with refusing(*REFUSALS):
         facts = facts_of(Store(folder), run)

@@ -21,7 +21,7 @@ from wearlab.cli.registry import STORE, Json, Run, StoreFolder, app
 from wearlab.sources import is_other_code
 from wearlab.store import Store
 from wearlab.store.catalogue import Entry
-from wearlab.store.headline import headlines
+from wearlab.store.outcome import headlines
 
 LONGEST_TEXT = 24  # characters of a text in a table of values
 LONGEST_LIST = 100  # characters of a list in one line
@@ -189,9 +189,9 @@ def _is_long(value: Any) -> bool:
 
 
 def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
-    from wearlab.store.calibration import calibration_of
-    from wearlab.store.cite import WHO
     from wearlab.store.lineage import calibrated_by, children, lineage
+    from wearlab.store.outcome import calibration_of
+    from wearlab.store.publish import WHO
 
     members = store.catalogue.members([entry.id])
     metadata = members[0].metadata if members else {}

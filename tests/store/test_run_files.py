@@ -4,7 +4,7 @@ import os
 import pytest
 
 from wearlab.store import StoreError
-from wearlab.store.runs import Image, RunFiles, hash_of
+from wearlab.store.files import Image, RunFiles, hash_of
 
 ID = "ab" + "0" * 30
 IMAGE = b"netcdf" * 1000

@@ -1,4 +1,4 @@
-"""Content is compared with its hash at first touch: a changed file is never read in silence."""
+"""Content is compared with its hash at the first reading: a changed file is never read in silence."""
 
 import os
 import random
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from fake_campaign import sweep
 
-from wearlab.store import StoreError, touch
+from wearlab.store import StoreError, reading
 from wearlab.store.netcdf import to_image
 from wearlab.store.reading import read_run, read_variable
 
@@ -52,8 +52,8 @@ def test_no_flipped_bit_is_read_in_silence(file):
 def test_a_file_is_hashed_once_until_it_changes(file, monkeypatch):
     path, sha256 = file
     hashed = []
-    original = touch.content
-    monkeypatch.setattr(touch, "content", lambda *words: hashed.append(words) or original(*words))
+    original = reading.checked_bytes
+    monkeypatch.setattr(reading, "checked_bytes", lambda *words: hashed.append(words) or original(*words))
     for _ in range(3):
         read_variable(str(path), "life", sha256)
         read_variable(str(path), "verdict", sha256)
@@ -138,7 +138,7 @@ def ragged(file, tmp_path):
 @pytest.mark.parametrize(
     "make", [elsewhere, virtual, soft, external, circle, deep, references, compound, of_type, ragged]
 )
-def test_strange_structures_are_refused(tmp_path, make):
+def test_untrusted_structures_are_refused(tmp_path, make):
     path = tmp_path / "run.nc"
     with h5py.File(path, "w") as made:
         make(made, tmp_path)
