@@ -22,6 +22,8 @@ from wearlab.campaign.update_options import (
     Data,
     DataBlock,
     Days,
+    Decision,
+    DecisionBlock,
     ErrorBlock,
     ErrorModel,
     Limit,
@@ -56,7 +58,7 @@ def read_update(given: Any) -> UpdateSpec:
     if not isinstance(blocks, list):
         problems.append(f"{SECTION}.data: {shown(blocks)} is no list of tables: write [[{SECTION}.data]]")
         blocks = []
-    own = ("data", "limit", "calendar", "check", "population", "unit")
+    own = ("data", "limit", "calendar", "check", "population", "unit", "decision")
     head = {key: value for key, value in given.items() if key not in own}
     spec = _tried(problems, modelled, UpdateBlock, head, SECTION)
     unknown = _tried(problems, _unknown, given.get("unknown"))
@@ -75,6 +77,7 @@ def read_update(given: Any) -> UpdateSpec:
                 "strays: a value with its unit, or a distribution"
             )
     check = _tried(problems, _check, given.get("check"), data)
+    decision = _tried(problems, _decision, given.get("decision"))
     fleet = None
     if "population" in given or "unit" in given or any(each and each.columns.unit for each in data):
         fleet = _tried(problems, read_fleet, given.get("population"), given.get("unit", []), _days)
@@ -82,7 +85,7 @@ def read_update(given: Any) -> UpdateSpec:
     if problems:
         raise CampaignError(problems)
     numbers = spec.discrepancy, spec.draws, spec.seed
-    return UpdateSpec(limit, *numbers, unknown, tuple(data), days, check, fleet)
+    return UpdateSpec(limit, *numbers, unknown, tuple(data), days, check, fleet, decision)
 
 
 def refuse_strange_unknowns(spec: UpdateSpec, scenes: Sequence[Scene], labels: Sequence[str]) -> None:
@@ -183,6 +186,21 @@ def _check(given: Any, data: Sequence[Data | None]) -> TrueModel | None:
         return TrueModel(None, block.power)
     errors = [_error(block.error, one.si, f"{where}.error", False) for one in data if one is not None]
     return TrueModel(tuple(errors), block.power)
+
+
+def _decision(given: Any) -> Decision | None:
+    if given is None:
+        return None
+    where = f"{SECTION}.decision"
+    block = modelled(DecisionBlock, given, where)
+    if not block.failure > block.planned:
+        raise CampaignError(
+            [
+                f"{where}.failure: {block.failure:g} is not more than the planned change, {block.planned:g}: "
+                "then nothing is gained by changing before"
+            ]
+        )
+    return Decision(block.planned, block.failure, block.inspection)
 
 
 def _days(given: Any, where: str = f"{SECTION}.calendar") -> Days | None:

@@ -164,6 +164,20 @@ class UnitBlock(BaseModel):
     )
 
 
+class DecisionBlock(BaseModel):
+    """What changes and inspections cost, in any currency."""
+
+    model_config = Strict
+
+    planned: Annotated[float, POSITIVE] = option(..., "cost of a planned change")
+    failure: Annotated[float, POSITIVE] = option(
+        ..., "cost of reaching the limit in operation, its change included"
+    )
+    inspection: Annotated[float, POSITIVE] | None = option(
+        None, "cost of one more inspection", derived="none is considered"
+    )
+
+
 class UpdateBlock(BaseModel):
     """What was measured, what is unknown, and which wear ends the life."""
 
@@ -182,6 +196,9 @@ class UpdateBlock(BaseModel):
         None, "what is true of the twins of --check", derived="what the study believes"
     )
     unknown: dict[str, Any] = option(..., "dotted key = distribution: what is not known")
+    decision: DecisionBlock | None = option(
+        None, "what changes cost: when to change, and whether to look first", derived="no advice"
+    )
     population: PopulationBlock | None = option(
         None, "what the units of a fleet share: spread, straying, power", derived="there is one unit"
     )
@@ -303,6 +320,15 @@ class Fleet:
 
 
 @dataclass(frozen=True)
+class Decision:
+    """Costs of a planned change, of a failure, of an inspection (None: none is considered)."""
+
+    planned: float
+    failure: float
+    inspection: float | None
+
+
+@dataclass(frozen=True)
 class UpdateSpec:
     """A whole ``[update]``."""
 
@@ -315,6 +341,7 @@ class UpdateSpec:
     days: Days | None = None
     check: TrueModel | None = None
     fleet: Fleet | None = None
+    decision: Decision | None = None
 
 
 def unit_of(quantity: str) -> str:

@@ -139,7 +139,8 @@ class UnitState:
         weight, gap, mean, shape = self._ahead
         open_, found = gap > 0.0, []
         for each in np.atleast_1d(cycle):
-            ahead = np.tile(np.maximum(self._equal(float(each)) - self._since, 1e-300), len(STATES[0]))[open_]
+            ahead = np.tile(self._equal(float(each)) - self._since, len(STATES[0]))[open_]
+            ahead = np.maximum(ahead, 1e-9 * mean[open_])
             reached = first_passage(ahead, mean[open_], shape[open_])
             found.append(self.passed + float(weight[open_] @ reached))
         return np.array(found)

@@ -9,10 +9,12 @@ import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.campaign.distributions import Distribution
-from wearlab.campaign.update_options import Fleet
+from wearlab.campaign.update_options import Decision, Fleet
 from wearlab.schema import VARIABLES
+from wearlab.units import HOUR
 from wearlab.updating.answer import QUANTILES, days_of
 from wearlab.updating.checks import ALARM
+from wearlab.updating.decision import LAST, Ahead, of_changes
 from wearlab.updating.fleet import UnitState, after
 from wearlab.updating.fleet import now as now_of
 from wearlab.updating.history import RunHistory
@@ -84,7 +86,7 @@ def law_of(fleet: Fleet, prior: Distribution, units: Sequence[Unit]) -> Law:
     run = units[0].run
     reference = float(np.median(seen)) if len(seen) else run.end - run.start
     if fleet.reference is not None:
-        reference = fleet.reference * 3600.0 / run.seconds_per_cycle
+        reference = fleet.reference * HOUR / run.seconds_per_cycle
     return Law(tuple(parameters), reference, known[POWER], known[STRAYING], tuple(sd.known for sd in spreads))
 
 
@@ -235,6 +237,9 @@ def _predictions(studies: Sequence[MeasuredCase], found: Population, rng: np.ran
             where=limit.where or "",
         ),
     }
+    costs = studies[0].spec.decision
+    if costs is not None:
+        variables |= _changes(studies, states, costs)
     ends = [
         [""] * len(P)
         if study.spec.days is None
@@ -250,6 +255,32 @@ def _predictions(studies: Sequence[MeasuredCase], found: Population, rng: np.ran
         "quantile": _variable(P, "1", "probability of less", ("quantile",)),
     }
     return xr.Dataset(variables, coords)
+
+
+def _changes(
+    studies: Sequence[MeasuredCase], states: Sequence[UnitState], costs: Decision
+) -> dict[str, xr.Variable]:
+    """Return when to change each unit at the least cost per hour of its cycle, and that cost."""
+    best, rate, day = [], [], []
+    for study, state in zip(studies, states, strict=True):
+        run = state.unit.run
+        hour, end = run.seconds_per_cycle / HOUR, float(state.life(np.array([LAST]))[0])
+        end = end if np.isfinite(end) else 4.0 * float(state.life(np.array([0.5]))[0])
+        cycles = np.linspace(state.now, max(end, state.now * (1.0 + 1e-9)), 201)
+        age = hour * (state.now - run.start)
+        ahead = Ahead(hour * (cycles - state.now), state.life_below(cycles), max(age, 1e-9))
+        found = of_changes(ahead, costs, cycles)
+        best.append(float(found["best_change"]))
+        rate.append(float(found["best_rate"]))
+        days, rest = study.spec.days, np.array([best[-1] - state.now])
+        day += [""] if days is None else days_of(days, rest, state.now - run.start, run.seconds_per_cycle)
+    one = ("unit",)
+    about = "cycle of the planned change with the least cost per hour"
+    return {
+        "best_change": _variable(best, "1", about, one),
+        "best_rate": _variable(rate, "1", "least expected cost per operating hour", one),
+        "best_change_day": _texts(day, f"day of: {about}", one),
+    }
 
 
 def _like_the_others(found: Population, number: int, rng: np.random.Generator) -> float:

@@ -20,13 +20,13 @@ def told_fleet(tree: xr.DataTree) -> list[str]:
     lines = [str(tree.attrs.get("title", ""))]
     lines += [f"  ! {note}" for note in filter(None, str(stats["notes"].values).split(" | "))]
     lines += [f"  ! {text}" for text in _contradictions(tree)]
-    lines += ["", *(f"  {line}" for line in _table([HEADS, *_rows(predictions)])), ""]
+    lines += ["", *(f"  {line}" for line in _table([_heads(predictions), *_rows(predictions)])), ""]
     if "predictions_without" in tree.children:
         without = tree["predictions_without"].to_dataset()
         both = [row for row, old in zip(_rows(without), _rows(predictions), strict=True) if row != old]
         lines += [
             "  leaving out the inspections above that are marked !",
-            *map("  ".__add__, _table([HEADS, *both])),
+            *map("  ".__add__, _table([_heads(without), *both])),
         ]
         lines += [*map("  ".__add__, _first(without)), ""]
     lines += [f"  {line}" for line in (*_first(predictions), *_shared(tree), *_replay(tree))]
@@ -66,6 +66,10 @@ def _ends(predictions: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     return texts, far.astype("datetime64[D]").astype(float)
 
 
+def _heads(predictions: xr.Dataset) -> tuple[str, ...]:
+    return (*HEADS, "change at least cost") if "best_change" in predictions else HEADS
+
+
 def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
     texts, _ = _ends(predictions)
     hours = predictions["now"].values * predictions["seconds_per_cycle"].values / HOUR
@@ -76,6 +80,10 @@ def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
         measured = f"{100.0 * worn:.0f} %" if hours[k] > 0.0 else "not measured"
         between = f"{texts[k, 0]} and {texts[k, 4]}"
         rows.append((name, f"{hours[k]:,.0f}", measured, end, between, f"{pace:.2f}"))
+        if "best_change" in predictions:
+            at = float(predictions["best_change"][k] * predictions["seconds_per_cycle"][k]) / HOUR
+            day = str(predictions["best_change_day"].values[k])
+            rows[-1] += (day or f"{at - hours[k]:,.0f} h more",)
     return rows
 
 

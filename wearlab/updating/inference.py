@@ -217,6 +217,7 @@ def subject(wanted: Sequence[MeasuredCase]) -> str:
             repr(spec.days),
             repr(spec.check),
             repr(spec.fleet),
+            repr(spec.decision),
         ]
         for seen in study.seen:
             data = seen.data

@@ -4,6 +4,7 @@ A virtual measurement is made of some draws in turn, all draws are weighted by h
 the interval of the remaining life that follows is averaged: the width that is to be expected, before looking.
 """
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +13,6 @@ import xarray as xr
 from wearlab.arrays import Array
 from wearlab.updating.answer import passage_time, present_state
 from wearlab.updating.draws import Draws
-from wearlab.updating.kalman import Filtered
 from wearlab.updating.likelihood import PER, log_likelihood
 
 if TYPE_CHECKING:
@@ -38,10 +38,7 @@ def virtual_inspection(outcome: "UpdateOutcome", rng: np.random.Generator) -> xr
     The inspection is one of the first block that has no places on the flank. None where there is no such
     block, or where no life is left to look at.
     """
-    answer, post = outcome.answer, outcome.posterior
-    number = next(
-        (n for n, b in enumerate(post.blocks) if b.seen.place_kind is None and not b.data.since), None
-    )
+    answer, number = outcome.answer, virtual_block(outcome)
     early, end = answer.life(np.array([0.05, 0.5]))
     if number is None or not np.isfinite(end) or not answer.now < end:
         return None
@@ -50,13 +47,9 @@ def virtual_inspection(outcome: "UpdateOutcome", rng: np.random.Generator) -> xr
     present = width(np.maximum(draws.life - answer.now, 0.0), np.ones(len(draws)))
     if not present > 0.0:
         return None
-    known = [
-        log_likelihood(post.blocks[number], run, number, draws.lanes(number, mine))
-        for run, mine in draws.by_run(post)
-    ]
     expected = np.empty((len(INSTRUMENTS), len(looks)))
     for k, look in enumerate(looks):
-        value, life, sd = _states(outcome, draws, number, known, float(look), rng)
+        value, life, sd = states_at(outcome, draws, number, float(look), rng)
         for j, instrument in enumerate(INSTRUMENTS):
             expected[j, k] = expected_width(value, life - look, instrument * sd, rng) / present
     safe = looks <= max(early, looks[0])
@@ -75,21 +68,22 @@ def virtual_inspection(outcome: "UpdateOutcome", rng: np.random.Generator) -> xr
     )
 
 
-def _states(
-    outcome: "UpdateOutcome",
-    draws: Draws,
-    number: int,
-    known: list[Filtered],
-    look: float,
-    rng: np.random.Generator,
+def virtual_block(outcome: "UpdateOutcome") -> int | None:
+    """Return the first block that has no places on the flank: what one would measure again."""
+    blocks = outcome.posterior.blocks
+    return next((n for n, b in enumerate(blocks) if b.seen.place_kind is None and not b.data.since), None)
+
+
+def states_at(
+    outcome: "UpdateOutcome", draws: Draws, number: int, look: float, rng: np.random.Generator
 ) -> tuple[Array, Array, Array]:
     """Return for some draws the quantity at a later cycle, the life as it then is, and a value's error."""
     answer, post, n = outcome.answer, outcome.posterior, len(draws)
     value, life, sd = np.empty(n), draws.life.copy(), np.empty(n)
     block = post.blocks[number]
     own = float(np.median(block.seen.sd)) if len(block.seen) else 0.0  # of its column, as until now
-    for (run, mine), last in zip(draws.by_run(post), known, strict=True):
-        factor = draws.factor[mine]
+    for run, mine in draws.by_run(post):
+        factor, last = draws.factor[mine], log_likelihood(block, run, number, draws.lanes(number, mine))
         mean = run.asked[number].curve.at(run.own_cycle(np.array(look), factor))
         rate = draws.drift[number][mine] ** 2 / PER
         w = last.mean + np.sqrt(last.variance + rate * (look - last.cycle)) * rng.standard_normal(len(mine))
@@ -112,13 +106,15 @@ def expected_width(value: Array, rest: Array, sd: Array, rng: np.random.Generato
     """
     order = np.argsort(rest)
     value, rest, sd = value[order], np.maximum(rest[order], 0.0), sd[order]
+    return float(np.mean([width(rest, weight) for weight in virtual_weights(value, sd, rng)]))
+
+
+def virtual_weights(value: Array, sd: Array, rng: np.random.Generator) -> Iterator[Array]:
+    """Yield how well all draws explain virtual measurements of some of them, which are in order."""
     truths = ((np.arange(TRUTHS) + rng.random()) / TRUTHS * len(value)).astype(int)
-    widths = []
     for t, error in zip(truths, rng.permutation(_NORMAL), strict=True):
-        seen = value[t] + sd[t] * error
-        log = -0.5 * ((seen - value) / sd) ** 2 - np.log(sd)
-        widths.append(width(rest, np.exp(log - log.max())))
-    return float(np.mean(widths))
+        log = -0.5 * ((value[t] + sd[t] * error - value) / sd) ** 2 - np.log(sd)
+        yield np.exp(log - log.max())
 
 
 def width(rising: Array, weight: Array) -> float:

@@ -122,6 +122,7 @@ def _case(tree: xr.DataTree, label: str | None) -> Iterator[str]:
             f"next inspection:{day} at {_when(best, hours).strip()}: the 90 % interval is then expected to "
             f"be {width:.2g} of that now; until then 19 lives in 20 have not ended"
         )
+    yield from _decision(group(tree, "decision", label), hours)
     if "log_evidence_of_drift" in stats:
         yield _evidence(float(stats["log_evidence_of_drift"]))
     runs, effective = (f"{float(stats[name]):.0f}" for name in ("runs", "effective_runs"))
@@ -175,6 +176,28 @@ def _sources(stats: xr.Dataset, rest: Array, hours: float) -> Iterator[str]:
         rows = {"remaining life with all sources": scale * rest[::2]} | rows
     for name, (low, middle, high) in rows.items():
         yield f"{name}: {middle:.4g} {unit} (90 %: {low:.4g} to {high:.4g})"
+
+
+def _decision(costs: xr.Dataset, hours: float) -> Iterator[str]:
+    """Yield when to change at the least cost per hour, and whether to look first."""
+    if "best_rate" not in costs or not np.isfinite(costs["best_rate"]):
+        return
+
+    def when(name: str, times: float | None = None) -> str:
+        here = costs if times is None else costs.sel(failure_times=times)
+        day = f"on {here[f'{name}_day'].item()}, " if f"{name}_day" in here else ""
+        return f"{day}at {hours * float(here[name]):,.0f} h"
+
+    best, failure = float(costs["best_rate"]), float(costs["rate_to_failure"])
+    yield f"least cost: change {when('best_change')}: {best:.4g} an hour (run to failure: {failure:.4g})"
+    cheaper, dearer = (when("best_change_if", times) for times in (0.5, 2.0))
+    yield f"  were a failure half as dear: change {cheaper}; twice as dear: {dearer}"
+    if "rate_with_look" in costs:
+        rate = float(costs["rate_with_look"].min())
+        if np.isfinite(costs["best_look"]):
+            yield f"  look first, {when('best_look')}, and change by what is seen then: {rate:.4g} an hour"
+        else:
+            yield f"  looking first is not worth its cost: {rate:.4g} an hour at best"
 
 
 def _replay(predictions: xr.Dataset, hours: float) -> Iterator[str]:

@@ -9,12 +9,14 @@ import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.campaign import Campaign
-from wearlab.campaign.update_options import THICKNESS
+from wearlab.campaign.update_options import THICKNESS, Days
 from wearlab.schema import VARIABLES, attributes
 from wearlab.sources import source_hash
 from wearlab.units import KINDS, convert
 from wearlab.updating.answer import QUANTILES, days_of
+from wearlab.updating.decision import decided
 from wearlab.updating.draws import Draws, innovations, over_cycles, replicated
+from wearlab.updating.history import RunHistory
 from wearlab.updating.likelihood import Block, inspections_of, log_likelihood
 from wearlab.updating.next_inspection import virtual_inspection
 from wearlab.updating.outcome import UpdateOutcome
@@ -136,6 +138,11 @@ def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Da
             (day,) = days_of(outcome.study.spec.days, rest, now - run.start, run.seconds_per_cycle)
             about = {"long_name": "day of the recommended inspection"}
             ahead["recommended_day"] = xr.Variable((), day, about)
+    costs = outcome.study.spec.decision
+    decision = None if costs is None else decided(outcome, costs, rng)
+    if decision is not None:
+        days, run = outcome.study.spec.days, post.histories[0]
+        groups["decision"] = decision if days is None else dated(decision, days, now, run)
     if replay:
         again = replayed(outcome.study, post)
         groups["predictions"] = (
@@ -146,6 +153,18 @@ def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Da
     if check:
         groups["calibration"] = calibrated(outcome.study, post, check)
     return groups
+
+
+def dated(decision: xr.Dataset, days: Days, now: float, run: RunHistory) -> xr.Dataset:
+    """Return a decision with the days of its cycles."""
+    for name in ("best_change", "best_change_if", "best_look"):
+        if name not in decision or not np.isfinite(decision[name]).all():
+            continue
+        rest = np.atleast_1d(decision[name].values) - now
+        on = np.array(days_of(days, rest, now - run.start, run.seconds_per_cycle), dtype=object)
+        about = {"long_name": f"day of: {decision[name].attrs['long_name']}"}
+        decision[f"{name}_day"] = xr.Variable(decision[name].dims, on.reshape(decision[name].shape), about)
+    return decision
 
 
 def names_of(keys: Sequence[str]) -> dict[str, str]:

@@ -1,0 +1,105 @@
+"""The cost per hour of changes and looks, against nested simulation that shares no code with it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made import LIMIT, RATE, ErrorModel, history, observed, study
+from scipy import stats
+
+from wearlab.campaign.inheritance import CampaignError
+from wearlab.campaign.update import read_update
+from wearlab.campaign.update_options import Decision
+from wearlab.updating.decision import decided
+from wearlab.updating.outcome import outcome
+
+CYCLES, SD, HOUR = np.array([2e5, 4e5]), 2e-3, 1e-3  # hours of a cycle
+COSTS = Decision(1000.0, 8000.0, 60.0)
+
+
+def posterior(value):
+    """Return a grid of factors and their probabilities after two weighings."""
+    u = np.linspace(-3.0, 3.0, 20_001)
+    logs = stats.norm(0.0, np.sqrt(np.log(2.0))).logpdf(u)
+    logs += stats.norm(value[:, None], SD).logpdf(RATE * np.exp(u) * CYCLES[:, None]).sum(axis=0)
+    mass = np.exp(logs - logs.max())
+    return np.exp(u), mass / mass.sum()
+
+
+@pytest.fixture(scope="module")
+def made():
+    value = 1.3 * RATE * CYCLES
+    seen = (observed(CYCLES, value, ErrorModel(SD)),)
+    asked = study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen, draws=8000)
+    asked = replace(asked, spec=replace(asked.spec, decision=COSTS))
+    one = outcome(asked, (history(seen),), np.zeros(1, np.intp))
+    return decided(one, COSTS, np.random.default_rng(0)), *posterior(value)
+
+
+def test_a_change_costs_what_simulated_lives_cost(made):
+    found, factor, mass = made
+    rng = np.random.default_rng(1)
+    life = HOUR * LIMIT.value / RATE / rng.choice(factor, 400_000, p=mass)
+    for change in (0, 100, 200, 300, 399):
+        t = HOUR * float(found["change"][change])
+        cost = np.where(life <= t, COSTS.failure, COSTS.planned).mean()
+        exact = cost / np.minimum(life, t).mean()
+        assert float(found["cost_rate"][change]) == pytest.approx(exact, rel=0.01)
+    places = HOUR * found["change"].values
+    rates = [np.where(life <= t, 8000.0, 1000.0).mean() / np.minimum(life, t).mean() for t in places[::5]]
+    assert float(found["best_rate"]) == pytest.approx(min(rates), rel=0.01)
+
+
+def test_a_look_is_worth_what_nested_simulation_finds(made):
+    """Truth, what is then measured, the posterior after it on a grid, the change chosen, what it costs."""
+    found, factor, mass = made
+    life = HOUR * LIMIT.value / RATE / factor
+    rng = np.random.default_rng(2)
+    for k in (2, 4, 6):
+        look = HOUR * float(found["look"][k])
+        truth = rng.choice(len(factor), 1500, p=mass)
+        alive = life[truth] > look
+        seen = RATE * factor[truth] * look / HOUR + SD * rng.standard_normal(len(truth))
+        times = np.linspace(look, np.interp(0.999, np.cumsum(mass[::-1]), life[::-1]), 500)
+        tables = []
+        for value in seen[alive]:
+            logs = np.log(mass + 1e-300) + stats.norm(value, SD).logpdf(RATE * factor * look / HOUR)
+            own = np.where(life > look, np.exp(logs - logs.max()), 0.0)[::-1]
+            below = np.interp(times, life[::-1], np.cumsum(own) / own.sum())
+            area = np.concatenate([[0.0], np.cumsum(0.5 * (2.0 - below[1:] - below[:-1]) * np.diff(times))])
+            tables.append((COSTS.planned * (1.0 - below) + COSTS.failure * below, look + area))
+        low, high = 0.0, 50.0
+        for _ in range(40):
+            rate = 0.5 * (low + high)
+            chosen = times[[np.argmin(cost - rate * length) for cost, length in tables]]
+            own = life[truth][alive]
+            cost = np.where(own <= chosen, COSTS.failure, COSTS.planned) + COSTS.inspection
+            total = cost.sum() + COSTS.failure * (~alive).sum()
+            hours = np.minimum(own, chosen).sum() + life[truth][~alive].sum()
+            low, high = (rate, high) if total > rate * hours else (low, rate)
+        assert float(found["rate_with_look"][k]) == pytest.approx(rate, rel=0.03)
+
+
+def test_dearer_failures_are_forestalled_and_looks_that_cost_too_much_are_not_made(made):
+    found, *_ = made
+    half, _, twice = found["best_change_if"].values
+    assert twice < float(found["best_change"]) < half
+    assert np.isfinite(found["best_look"]) and float(found["rate_with_look"].min()) < float(
+        found["best_rate"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("costs", "said"),
+    [
+        ({"planned": 5}, "update.decision.failure: required"),
+        ({"planned": 5, "failure": 4}, "update.decision.failure: 4 is not more than the planned change"),
+        ({"planned": 0, "failure": 4}, "update.decision.planned"),
+        ({"planned": 5, "failure": 9, "inspektion": 1}, "did you mean 'inspection'"),
+    ],
+)
+def test_wrong_costs_get_one_line(costs, said):
+    unknown = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}
+    with pytest.raises(CampaignError) as caught:
+        read_update({"unknown": unknown, "decision": costs})
+    assert [said in line for line in caught.value.problems] == [True]
