@@ -111,6 +111,7 @@ IN_NUMBERS = {
     **_over_wear("stiffness", "mesh stiffness", "N m-1", "N/um"),
     **_over_wear("ste", "static transmission error", "m", "um"),
     "ste_peak_to_peak": Variable(_STATE, "m", "um", "range of the static transmission error"),
+    "ste_max": Variable(_STATE, "m", "um", "largest static transmission error"),
 }
 
 SERIES = {

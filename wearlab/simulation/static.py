@@ -163,9 +163,8 @@ def _static_harmonics(parts: Parts, mesh: int, states: Sequence[Quasistatic]) ->
     stiffness = [harmonics(clock, weight, state.tangent, parts.harmonics) for state in states]
     ste = [harmonics(clock, weight, state.deflection + prescribed, parts.harmonics) for state in states]
     values = _harmonic_values("stiffness", stiffness) | _harmonic_values("ste", ste)
-    return values | {
-        "ste_peak_to_peak": np.array([np.ptp(state.deflection + prescribed) for state in states])
-    }
+    errors = [state.deflection + prescribed for state in states]
+    return values | {"ste_peak_to_peak": np.ptp(errors, axis=1), "ste_max": np.max(errors, axis=1)}
 
 
 def _harmonic_values(name: str, amplitude: list[Harmonics]) -> dict[str, Array]:
