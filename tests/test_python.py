@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import wearlab as wl
-from wearlab.runner.notebook import NotebookBar
+from wearlab.runner.progress import NotebookBar
 from wearlab.store.outcome import Outcome
 
 BASE = Path(wl.__file__).parents[1] / "campaigns" / "base" / "spur_50_50.toml"

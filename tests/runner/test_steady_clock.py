@@ -7,8 +7,8 @@ import pytest
 from distributed import batched, metrics, scheduler
 from tornado.ioloop import IOLoop
 
-from wearlab.runner import steady_clock
-from wearlab.runner.steady_clock import steady, steady_dask
+from wearlab.runner import local
+from wearlab.runner.local import steady, steady_dask
 
 HOUR = 3600.0
 
@@ -56,7 +56,7 @@ def test_messages_leave_after_the_clock_was_set_back(monkeypatch):
 
 
 def test_without_the_steady_clock_they_wait(monkeypatch):
-    """The fault itself, of dask: when it is mended there, `wearlab.runner.steady_clock` can go."""
+    """The fault itself, of dask: when it is mended there, `wearlab.runner.local` can go."""
     assert asyncio.run(two_messages(monkeypatch)) == ["first"]
 
 
@@ -71,6 +71,6 @@ def test_the_steady_clock_tells_the_time_and_is_taken_back():
 def test_workers_get_it_too(monkeypatch):
     """As dask calls it in a worker's process, where nothing is taken back."""
     changed = []
-    monkeypatch.setattr(steady_clock, "_changed", lambda: changed.append(True))
-    steady_clock.dask_setup(None)
+    monkeypatch.setattr(local, "_changed", lambda: changed.append(True))
+    local.dask_setup(None)
     assert changed

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from fake_campaign import SIMULATE, sweep
 
-from wearlab.runner import RunnerError, waiting
+from wearlab.runner import RunnerError, crew
 from wearlab.runner.cluster import Cluster, _Flight
 from wearlab.runner.worker import Task
 from wearlab.store.outcome import Outcome
@@ -80,7 +80,7 @@ def test_work_asked_of_who_was_killed_is_asked_of_others(bereft: Any) -> None:
 
 
 def test_workers_that_nobody_can_start_are_given_up(bereft: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(waiting, "ABSENT_SECONDS", 0.6)
+    monkeypatch.setattr(crew, "ABSENT_SECONDS", 0.6)
     tasks = [Task(case.id, case.scene) for case in sweep(2).cases]
     with pytest.raises(RunnerError, match=r"none could be started for 0\.6 s.*run again"):
         Cluster(bereft, SIMULATE).compute(tasks, lambda outcomes, wanted: list(wanted))
@@ -99,7 +99,7 @@ def test_results_that_went_with_their_worker(raised: Exception, waits: int, susp
     flow = SimpleNamespace(next_batch=lambda: [future], has_ready=lambda: True, add=added.append)
     flight = _Flight(deque(), flow)
     task = Task(sweep(1).cases[0].id, sweep(1).cases[0].scene)
-    flight.under_way, flight.named = {"a": [task]}, {future: []}
+    flight.in_progress, flight.named = {"a": [task]}, {future: []}
     client = SimpleNamespace(status="running", scheduler_info=dict)
     assert Cluster(client, SIMULATE)._returned(flight) == []
-    assert (len(added), len(flight.under_way), len(flight.suspects)) == (waits, waits, suspects)
+    assert (len(added), len(flight.in_progress), len(flight.suspects)) == (waits, waits, suspects)

@@ -10,10 +10,10 @@ from fake_campaign import Scene
 
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
-from wearlab.runner import under_way
+from wearlab.runner import worker
 
 SIMULATE = "fake_life:simulate"
-under_way.EVERY = 0.0
+worker.EVERY = 0.0
 
 
 def simulate(scene: Scene) -> xr.Dataset:

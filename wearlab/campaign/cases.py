@@ -17,7 +17,7 @@ from wearlab.scene.problems import shown, unknown_key
 
 DEEPEST = 20
 Reader = Callable[[Path], Campaign]
-_under_way: list[Path] = []
+_in_progress: list[Path] = []
 
 
 def named_start(table: Table, read: Reader) -> Table:
@@ -44,14 +44,14 @@ def _campaign(given: Any, read: Reader) -> Campaign:
     if not isinstance(given, str):
         raise CampaignError([f"start.campaign: {shown(given)} is no campaign file"])
     file = Path(given).expanduser().resolve()
-    if file in _under_way or len(_under_way) > DEEPEST:
-        circle = " → ".join(path.name for path in (*_under_way, file))
+    if file in _in_progress or len(_in_progress) > DEEPEST:
+        circle = " → ".join(path.name for path in (*_in_progress, file))
         raise CampaignError([f"start.campaign: campaigns continue each other in a circle: {circle}"])
-    _under_way.append(file)
+    _in_progress.append(file)
     try:
         return read(file)
     finally:
-        _under_way.pop()
+        _in_progress.pop()
 
 
 def _selected(campaign: Campaign, select: Any) -> Case:

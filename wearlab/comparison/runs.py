@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from wearlab.arrays import Array
 from wearlab.comparison.errors import CompareError
 from wearlab.comparison.quantities import QUANTITIES, SCALARS, Quantity, attributes, described
-from wearlab.query.scene_differences import differences
+from wearlab.query.keys import differences
 from wearlab.schema import attributes as declared
 
 CYCLE, WEAR_DEPTH = "cycle", "wear_depth"

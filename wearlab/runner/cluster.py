@@ -9,13 +9,10 @@ from datetime import UTC, datetime
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from wearlab.runner.crew import Crew, OtherCode
-from wearlab.runner.local import local_client, quiet_logs
+from wearlab.runner.crew import Crew, OtherCode, result_of, wait_for_living, wait_looking
+from wearlab.runner.local import local_client, quiet_logs, steady_dask
 from wearlab.runner.report import RunnerError
-from wearlab.runner.steady_clock import steady_dask
-from wearlab.runner.under_way import TOPIC, Keeping
-from wearlab.runner.waiting import result_of, wait_for_living, wait_looking
-from wearlab.runner.worker import Task, execute_all, warm_up
+from wearlab.runner.worker import TOPIC, Keeping, Task, execute_all, warm_up
 from wearlab.sources import source_hash
 from wearlab.store.outcome import Outcome
 
@@ -96,12 +93,12 @@ class Cluster:
                 granted = {task.id for task in settle(finished, asked)}
                 for batch in wanted:
                     self._send(flight, [task for task in batch if task.id in granted], fit)
-                if wanted and len(flight.under_way) < AHEAD * len(fit) and flight.waiting:
+                if wanted and len(flight.in_progress) < AHEAD * len(fit) and flight.waiting:
                     finished = []
                     continue
             for batch in flight.again():
                 self._send(flight, batch, fit)
-            if not flight.under_way:
+            if not flight.in_progress:
                 return
             finished = self._returned(flight)
 
@@ -111,21 +108,21 @@ class Cluster:
             named: list[str] = choice.get("workers", [])
             sent = [task if self.keeping is None else self.keeping.resumed(task) for task in batch]
             future = self.client.submit(execute_all, sent, self.simulate, self.code, pure=False, **choice)
-            flight.under_way[future.key] = batch
+            flight.in_progress[future.key] = batch
             flight.named[future] = named
             flight.flow.add(future)
 
     def _returned(self, flight: "_Flight") -> list[Outcome]:
         """Wait for batches and return the outcomes of all that came back."""
         finished: list[Outcome] = []
-        alone = len(flight.under_way) == 1 and flight.on_trial
+        alone = len(flight.in_progress) == 1 and flight.on_trial
         wait_looking(flight.flow, flight.named, self.workers, bounded=self.crew is None)
         for future in flight.flow.next_batch():
             result = result_of(future)
             if isinstance(result, TimeoutError):  # it went with its worker, and is computed again
                 flight.flow.add(future)
                 continue
-            batch = flight.under_way.pop(future.key)
+            batch = flight.in_progress.pop(future.key)
             flight.named.pop(future)
             if not isinstance(result, BaseException):
                 finished += result
@@ -151,7 +148,7 @@ class _Flight:
 
     def __init__(self, waiting: deque[Task], flow: Any) -> None:
         self.waiting, self.flow, self.pace = waiting, flow, Pace()
-        self.under_way: dict[str, list[Task]] = {}
+        self.in_progress: dict[str, list[Task]] = {}
         self.named: dict[Any, list[str]] = {}  # the workers that each was asked of; none: of anybody
         self.returned: list[list[Task]] = []  # by a worker that was refused
         self.suspects: deque[Task] = deque()
@@ -168,7 +165,7 @@ class _Flight:
     def next_batches(self, most: int) -> list[list[Task]]:
         """Take batches until so many are under way."""
         batches = []
-        for _ in range(most - len(self.under_way)):
+        for _ in range(most - len(self.in_progress)):
             if self.waiting:
                 size = self.pace.batch(len(self.waiting), most // AHEAD)
                 batches.append([self.waiting.popleft() for _ in range(size)])
@@ -177,7 +174,7 @@ class _Flight:
     def again(self) -> list[list[Task]]:
         """Return batches to be sent once more: those that came back, or one suspect when all else is done."""
         batches, self.returned = self.returned, []
-        self.on_trial = not batches and not self.under_way and bool(self.suspects)
+        self.on_trial = not batches and not self.in_progress and bool(self.suspects)
         return [[self.suspects.popleft()]] if self.on_trial else batches
 
 

@@ -1,22 +1,66 @@
-"""Worker processes on this machine: a cluster of dask's, begun early and ended at once."""
+"""Worker processes on this machine: a cluster of dask's, begun early, ended at once; kernels compiled ahead.
+
+Dask and Tornado time what they wait for by the wall clock. Where that is set back by an hour while a campaign
+runs, no message leaves a process for an hour: they get a clock that only goes forward.
+"""
 
 import logging
 import multiprocessing
 import os
 import sys
 import threading
-from collections.abc import Iterator
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from wearlab.runner import steady_clock
 from wearlab.runner.report import RunnerError
-from wearlab.runner.steady_clock import steady_dask
 from wearlab.sources import code_and_place, source_hash
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
+    from wearlab.simulation.warm import Job
     from wearlab.store import Store
+
+_wall = time.time
+_BEGUN = time.time() - time.monotonic()
+
+
+def steady() -> float:
+    """Return the seconds since 1970 [s], as if nobody had set the wall clock since this process began."""
+    return _BEGUN + time.monotonic()
+
+
+@contextmanager
+def steady_dask() -> Iterator[None]:
+    """Let dask and Tornado ask the steady clock in this process."""
+    changed = _changed()
+    try:
+        yield
+    finally:
+        for holder, name, before in changed:
+            setattr(holder, name, before)
+
+
+def _changed() -> list[tuple[Any, str, Any]]:
+    """Give every module of dask.distributed that holds the wall clock the steady one; return what was."""
+    from tornado.ioloop import IOLoop
+
+    changed: list[tuple[Any, str, Any]] = [(IOLoop, "time", IOLoop.time)]
+    IOLoop.time = lambda self: steady()  # type: ignore[method-assign]
+    for name, module in list(sys.modules.items()):
+        if name.partition(".")[0] == "distributed" and getattr(module, "time", None) is _wall:
+            changed.append((module, "time", _wall))
+            module.time = steady  # type: ignore[attr-defined]
+    return changed
+
+
+def dask_setup(worker: Any) -> None:
+    """Give a worker process the steady clock for good; called by dask as it begins."""
+    _changed()
+
 
 RESTAFF_SECONDS = 2.0
 LOST_SECONDS = 10  # after which a worker that was not replaced is given up, and another one started
@@ -108,7 +152,7 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
                     worker_class=SwiftNanny,
                     silence_logs=logging.CRITICAL,
                     env={**os.environ, **ONE_THREAD},
-                    preload=[steady_clock.__name__],
+                    preload=[__name__],
                 )
                 opened.callback(cluster.close)
                 client = opened.enter_context(Client(cluster))
@@ -225,3 +269,49 @@ def quiet_logs() -> Iterator[None]:
     finally:
         for logger, level in zip(loggers, levels, strict=True):
             logger.setLevel(level)
+
+
+def compile_ahead(
+    campaigns: "Sequence[Campaign]",
+    workers: int | None = None,
+    begin: Callable[[int], Callable[[str], None]] | None = None,
+) -> tuple[int, float]:
+    """Compile what the runs of campaigns will call, and keep it on disk.
+
+    Parameters
+    ----------
+    campaigns : whose runs are to come
+    workers : number of worker processes [the cores of this machine]
+    begin : is told how many steps there are, and returns what is told the name of each one done
+
+    Returns
+    -------
+    kinds of scenes, none of which calls the kernels of another; seconds by the clock [s]
+    """
+    from dask.distributed import as_completed
+
+    from wearlab.simulation.warm import jobs_of, kinds_of
+
+    clock = time.perf_counter()
+    named = {id(case.scene): case.label for campaign in campaigns for case in campaign.cases}
+    kinds = kinds_of(case.scene for campaign in campaigns for case in campaign.cases)
+    jobs = jobs_of(kinds)
+    told = begin(len(jobs)) if begin else lambda name: None
+    with local_client(workers, dashboard=False) as client:
+        futures = {client.submit(_done, job, pure=False, priority=-n): job for n, job in enumerate(jobs)}
+        for future in as_completed(futures):
+            future.result()
+            told(named[id(futures[future][1])])
+    return len(kinds), time.perf_counter() - clock
+
+
+def _done(job: "Job") -> None:
+    """Do a job in a worker; its errors are left to the runs themselves, which report them."""
+    from wearlab.simulation.warm import do
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            do(job)
+    except Exception:
+        traceback.print_exc()

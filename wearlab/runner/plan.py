@@ -11,8 +11,8 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.query.keys import flat
-from wearlab.runner.calibrating import calibrations
 from wearlab.runner.local import available_cores
+from wearlab.runner.tasks import calibrations
 from wearlab.runner.worker import Task
 from wearlab.sources import is_other_code
 from wearlab.store.outcome import CALIBRATION, place

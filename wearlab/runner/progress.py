@@ -1,7 +1,9 @@
-"""The progress bar: done, failed, refused, time left; a line every half minute where nobody watches."""
+"""The progress bar: done, failed, refused, time left; in a notebook, a terminal, or as lines now and then."""
 
 import sys
 import threading
+import time
+from html import escape
 from types import TracebackType
 from typing import Any, Self
 
@@ -32,7 +34,7 @@ class Progress:
     def advance(self, outcome: Outcome) -> None:
         """Count a finished case."""
 
-    def under_way(self, run_id: str, text: str) -> None:
+    def in_progress(self, run_id: str, text: str) -> None:
         """Say how far an unfinished case is."""
 
 
@@ -75,7 +77,7 @@ class Lines(Progress):
         self._done += 1
         self._at.pop(outcome.id, None)
 
-    def under_way(self, run_id: str, text: str) -> None:
+    def in_progress(self, run_id: str, text: str) -> None:
         """Take note of how far an unfinished case is."""
         self._at[run_id] = text
 
@@ -143,6 +145,109 @@ class ProgressBar(Progress):
         trouble = ", ".join(f"{count} {state}" for state, count in self._counts.items() if count)
         self._bar.update(self._task, advance=1, trouble=trouble, description=self._what)
 
-    def under_way(self, run_id: str, text: str) -> None:
+    def in_progress(self, run_id: str, text: str) -> None:
         """Show how far an unfinished case is."""
         self._bar.update(self._task, description=f"{self._what} ({text})")
+
+
+LEAST = 0.2  # s between two drawings
+
+
+class NotebookBar(Progress):
+    """Progress in a notebook, through IPython's display.
+
+    Parameters
+    ----------
+    display : called with an object to show, returns a handle with ``update`` [IPython's]
+    """
+
+    def __init__(self, display: Any = None) -> None:
+        self._display, self._handle = display, None
+        self._text, self._what, self._total, self._done = "", "cases", 0, 0
+        self._counts: dict[str, int] = {}
+        self._begun = self._drawn = time.monotonic()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._text = "interrupted" if kind is KeyboardInterrupt else "" if kind else self._text
+        if self._handle is not None:
+            self._draw()
+
+    def step(self, text: str) -> None:
+        """Show a step of unknown length."""
+        self._text = text
+        self._draw()
+
+    def note(self, text: str) -> None:
+        """Write a line that stays."""
+        print(text)
+
+    def start(self, total: int, what: str = CASES) -> None:
+        """Show the bar of the cases."""
+        self._text, self._what, self._total, self._begun = what, what, total, time.monotonic()
+        self._done = 0
+        self._draw()
+
+    def advance(self, outcome: Outcome) -> None:
+        """Move the bar, and count trouble."""
+        self._done += 1
+        if outcome.state in ("failed", "refused"):
+            self._counts[outcome.state] = self._counts.get(outcome.state, 0) + 1
+        if self._done == self._total or time.monotonic() - self._drawn > LEAST:
+            self._draw()
+
+    def in_progress(self, run_id: str, text: str) -> None:
+        """Show how far an unfinished case is."""
+        self._text = f"{self._what} ({text})"
+        self._draw()
+
+    def _repr_html_(self) -> str:
+        told = [escape(self._text)]
+        if self._total:
+            told = [
+                f'<progress value="{self._done}" max="{self._total}"></progress>',
+                f"{self._done} of {self._total} {self._what}",
+                *(f"{count} {state}" for state, count in self._counts.items()),
+                self._times(),
+            ]
+        return f"<span>{' · '.join(told)}</span>"
+
+    def __repr__(self) -> str:
+        return f"{self._done} of {self._total} {self._what}" if self._total else self._text
+
+    def _times(self) -> str:
+        passed = time.monotonic() - self._begun
+        if not self._done or self._done == self._total:
+            return f"{passed:.0f} s"
+        return f"{passed:.0f} s, {passed / self._done * (self._total - self._done):.0f} s left"
+
+    def _draw(self) -> None:
+        self._drawn = time.monotonic()
+        if self._handle is not None:
+            self._handle.update(self)
+            return
+        if self._display is None:
+            from IPython.display import display
+
+            self._display = lambda shown: display(shown, display_id=True)
+        self._handle = self._display(self)
+
+
+def in_notebook() -> bool:
+    """Say whether this process is the kernel of a notebook."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None else None
+    return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
+
+
+def watched(progress: bool) -> Progress:
+    """Return a bar when it is wanted and somebody watches: in a notebook, or on a terminal."""
+    if progress and in_notebook():
+        return NotebookBar()
+    if progress:
+        from rich.console import Console
+
+        console = Console(stderr=True)
+        return ProgressBar(console) if console.is_terminal else Lines()
+    return Progress()

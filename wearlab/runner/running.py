@@ -7,18 +7,12 @@ from contextlib import ExitStack, suppress
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from wearlab.runner.again import chosen
-from wearlab.runner.calibrating import calibrations, with_calibrations
 from wearlab.runner.cluster import Cluster, connect, refuse_unreachable
-from wearlab.runner.continuing import with_parents
 from wearlab.runner.crew import Crew
-from wearlab.runner.declaring import declare, plugins_of
-from wearlab.runner.expectation import Expected, comparisons
-from wearlab.runner.progress import CASES, Progress
-from wearlab.runner.report import CaseReport, Interrupted, Report
-from wearlab.runner.under_way import Keeping, heard_by, in_words
-from wearlab.runner.watched import watched
-from wearlab.runner.worker import SIMULATE, Task, execute, warm_up
+from wearlab.runner.progress import CASES, Progress, watched
+from wearlab.runner.report import CaseReport, Expected, Interrupted, Report, comparisons
+from wearlab.runner.tasks import calibrations, chosen, declare, plugins_of, with_calibrations, with_parents
+from wearlab.runner.worker import SIMULATE, Keeping, Task, execute, heard_by, in_words, warm_up
 from wearlab.sources import source_hash
 from wearlab.store.catalogue import Head
 from wearlab.store.errors import StoreError
@@ -237,7 +231,7 @@ class _Work:
         """Keep what a run under way needs to go on, and show how far it is."""
         if message["id"] not in self.finished:
             self.store.checkpoints.write(message["id"], message["image"], self.code)
-            self.bar.under_way(message["id"], in_words(message))
+            self.bar.in_progress(message["id"], in_words(message))
 
     def _free(self, entry: Head) -> bool:
         """Say whether a run that the catalogue knows is to be computed again."""

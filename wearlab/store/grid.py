@@ -19,8 +19,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from wearlab.query.evaluate import met
-from wearlab.query.keys import flat, quantity_at
-from wearlab.query.scene_differences import differences
+from wearlab.query.keys import differences, flat, quantity_at
 from wearlab.store.catalogue import Placed
 from wearlab.store.files import number_type, refuse_oversized
 from wearlab.store.lazy import LazyVariable, Places, RunFile, RunGroup

@@ -245,7 +245,7 @@ def compile_command(
 ) -> Status:
     """Compile what the runs of FILEs will call, ahead of them: for an image, or before nodes begin."""
     from wearlab.cli.output import bar
-    from wearlab.runner.compiling import compile_ahead
+    from wearlab.runner.local import compile_ahead
 
     campaigns = [read_campaign(file) for file in files]
     with ExitStack() as open_bar:

@@ -78,7 +78,7 @@ def test_lines_tell_where_a_life_is():
         lines.step("compiling")
         time.sleep(0.1)
         lines.start(3)
-        lines.under_way("ab12", "ab12: 134 µm at 6.2e+06 cycles")
+        lines.in_progress("ab12", "ab12: 134 µm at 6.2e+06 cycles")
         time.sleep(0.1)
     told = stream.getvalue().splitlines()
     assert told[0] == "compiling"
