@@ -1,6 +1,6 @@
-"""The papers, figure by figure: ``python docs/papers_pages.py [STORE]``.
+"""The papers, figure by figure: ``python docs/papers_pages.py [STORE [CAMPAIGN ...]]``.
 
-With a store every campaign that a paper names is run there (what is stored is not computed again), its claims and the
+With a store every campaign that a paper names, or those given, is run there (what is stored is not computed again), its claims and the
 numbers of its notes are read off the runs into ``docs/papers/measured.json``, and its figures are drawn, small, into
 ``docs/papers/images``; without one the pages are written anew from what is kept. A test holds that they are up to date.
 """
@@ -116,7 +116,7 @@ def _apart(claim: dict[str, Any]) -> str:
     return f"{100.0 * (measured / printed - 1.0):+.2g} %"
 
 
-def compute(store_folder: str) -> dict[str, Any]:
+def compute(store_folder: str, chosen: Sequence[str] = ()) -> dict[str, Any]:
     """Return title, claims and figures of every campaign of a paper, run, measured and drawn."""
     import wearlab as wl
     from wearlab.campaign.claims import check_claims, filled
@@ -126,6 +126,8 @@ def compute(store_folder: str) -> dict[str, Any]:
     kept = json.loads(MEASURED.read_text()) if MEASURED.exists() else {}
     store = wl.Store(store_folder)
     for name in dict.fromkeys(n for file in files() for n in names(tomllib.loads(file.read_text()))):
+        if chosen and name not in chosen:
+            continue
         campaign = wl.load(TOP / "campaigns" / f"{name}.toml")
         wl.run(campaign, store)
         grid = store.open(campaign)
@@ -184,5 +186,5 @@ def write(folder: Path, measured: dict[str, Any]) -> None:
 
 
 if __name__ == "__main__":
-    found = compute(sys.argv[1]) if len(sys.argv) > 1 else json.loads(MEASURED.read_text())
+    found = compute(sys.argv[1], sys.argv[2:]) if len(sys.argv) > 1 else json.loads(MEASURED.read_text())
     write(PAPERS, found)
