@@ -39,10 +39,11 @@ def test_marched_methods_have_their_order(problem, known, method, order):
 
 
 def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
+    pytest.importorskip("CyRK")
     monkeypatch.setattr(steady_curves, "PEER_TOLERANCES", (1e-4, 1e-7))
     told = []
     curves = list(steady_curves.peer_curves(problem, known, told.append))
-    assert [curve.name for curve in curves] == told == [peer.name for peer in steady_curves.peers()]
+    assert [curve.name for curve in curves] == told == list(steady_curves.peers())
     for curve in curves:
         coarse, fine = curve.rungs
         assert fine.error < 3e-5 and fine.error < coarse.error, curve.name

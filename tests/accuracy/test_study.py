@@ -11,7 +11,8 @@ from wearlab.accuracy.ladder import Rung, WorkPrecision
 from wearlab.accuracy.pages import pages
 from wearlab.accuracy.study import Study, cheapest_setting, comparison, dataset, knob_settings, netcdf
 from wearlab.cli.commands.accuracy import _content
-from wearlab.figures.render import rendered
+from wearlab.figures.plot import Curve, Panel, Pen, Plot
+from wearlab.figures.render import draw, part_texts, rendered
 
 
 def curve(name, knob, role, power, speed, quantity="mesh_force", settings=(50, 100, 200, 400)):
@@ -134,3 +135,18 @@ def test_machines_read_every_rung_as_numbers(found):
     last = [row for row in told["curves"] if row["name"] == "SciPy RK45"][-1]
     assert (last["case"], last["setting"], last["error"], last["seconds"]) == ("800 rpm", 1e-7, 1e-7, 9e-2)
     assert told["Cheapest setting"]
+
+
+def test_orders_beside_curves_that_end_at_one_place_do_not_overlap():
+    x = np.array([1.0, 10.0])
+    curves = tuple(
+        Curve(x, np.array([1e-2, 1e-6]), Pen("#000000"), "line-points", f"{k}.0") for k in range(9)
+    )
+    panel = Panel(0, 0, "", "time", "error", curves)
+    figure = draw(Plot("", (panel,), 1, 1, logarithmic=True, logarithmic_across=True))
+    part_texts(figure)
+    (ax,) = figure.axes
+    boxes = [text.get_window_extent() for text in ax.texts]
+    assert len(boxes) == 9
+    assert not any(one.overlaps(two) for k, one in enumerate(boxes) for two in boxes[:k])
+    assert all(box.y0 >= ax.get_window_extent().y0 for box in boxes)

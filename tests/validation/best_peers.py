@@ -13,10 +13,10 @@ from importlib.util import find_spec
 from typing import Protocol
 
 import numpy as np
-from cyrk_marcher import CyRKMarcher
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from wearlab.accuracy.cyrk import CyRKMarcher
 from wearlab.accuracy.equation import Motion, motion_of
 
 Array = NDArray[np.float64]

@@ -145,7 +145,8 @@ def peers(given: Course, targets: tuple[float, ...]) -> Iterator[dict[float, lis
     """Yield what every peer that is installed reaches each error with."""
     if find_spec("CyRK") is not None:
         from best_peers import METHODS
-        from cyrk_marcher import CyRKMarcher
+
+        from wearlab.accuracy.cyrk import CyRKMarcher
 
         first = CyRKMarcher(given.motion, METHODS[0], landing=True)
         for method in METHODS:

@@ -4,8 +4,8 @@ import ctypes
 
 import numpy as np
 import pytest
-from motion_callback import motion_callback
 
+from wearlab.accuracy.cyrk import motion_callback
 from wearlab.accuracy.equation import motion_held, motion_of
 from wearlab.accuracy.steady import steady
 

@@ -3,14 +3,14 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import partial
+from copy import copy
 from importlib.util import find_spec
-from typing import Any, NamedTuple
+from typing import Any
 
-import numba
 import numpy as np
 
-from wearlab.accuracy.equation import Motion, motion_of, starting_state
+from wearlab.accuracy.cyrk import CyRKMarcher
+from wearlab.accuracy.equation import starting_state
 from wearlab.accuracy.ladder import LONG, SHARE, Rung, WorkPrecision, fine_enough, timing
 from wearlab.accuracy.steady import (
     Reference,
@@ -31,30 +31,15 @@ from wearlab.life.vibration import Vibration
 from wearlab.scene import Scene
 from wearlab.scene.mesh import OWN_MESHES
 
-Rates = Callable[[float, Array], Array]
-
-METHODS = ("RK45", "DOP853")
+METHODS = ("RK45", "TSIT5", "VERN7", "DOP853")
 PEER_TOLERANCES = tuple(10.0 ** -np.arange(3.0, 9.5, 1.0))
 LONGEST = 10.0
 """A march that would take longer is not begun [s]."""
 
 
-class Peer(NamedTuple):
-    """One foreign integrator: its name, and a function with the arguments of `scipy.integrate.solve_ivp`."""
-
-    name: str
-    solve: Callable[..., Any]
-
-
-def peers() -> Iterator[Peer]:
-    """Yield what is installed."""
-    from scipy.integrate import solve_ivp
-
-    yield from (Peer(f"SciPy {method}", partial(solve_ivp, method=method)) for method in METHODS)
-    if not missing_peers():
-        from CyRK import pysolve_ivp
-
-        yield from (Peer(f"CyRK {method}", partial(pysolve_ivp, method=method)) for method in METHODS)
+def peers() -> tuple[str, ...]:
+    """Return the names of the methods of CyRK, if it is installed; each lands on every known jump."""
+    return () if missing_peers() else tuple(f"CyRK {method}, landing" for method in METHODS)
 
 
 def missing_peers() -> tuple[str, ...]:
@@ -72,19 +57,23 @@ def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]
     """
     system, tables = known.response.system, known.response.tables
     start = starting_state(system, np.einsum("s,sm->m", tables.width, tables.stiffness.sum(axis=3)[:, 1]))
-    given = bound(problem.motion(system))
-    for peer in peers():
-        report(peer.name)
+    if not peers():
+        return
+    first = CyRKMarcher(problem.motion(system), METHODS[0], landing=True)
+    for name, method in zip(peers(), METHODS, strict=True):
+        report(name)
+        peer = copy(first)
+        peer.method = method
         rungs: list[Rung] = []
         for tolerance in PEER_TOLERANCES:
-            rung = _rung(peer, problem, given, known, tolerance, start)
+            rung = _rung(peer, problem, known, tolerance, start)
             if rung is None:
                 break
             rungs.append(rung)
             if fine_enough(rung, known.disagreement):
                 break
         if rungs:
-            yield WorkPrecision(peer.name, "relative", "mesh_force", "peer", tuple(rungs))
+            yield WorkPrecision(name, "relative", "mesh_force", "peer", tuple(rungs))
 
 
 def periods_to(known: Reference, left: float) -> float:
@@ -93,52 +82,25 @@ def periods_to(known: Reference, left: float) -> float:
     return float(np.ceil(np.log(left) / np.log(largest))) if 0.0 < largest < 1.0 else float("inf")
 
 
-def bound(given: Motion) -> Rates:
-    """Return ẏ (2n,) of time and state, compiled for one wear state: its tables cost no call anything."""
-
-    @numba.njit
-    def rates(time: float, y: Any) -> Any:
-        return motion_of(time, y, given)
-
-    return rates
-
-
-def marched(peer: Peer, given: Rates, start: Array, times: Array, tolerance: float, scale: Array) -> Any:
-    """Return the states (n_times, 2n) at ascending times [s], None where the peer gives up.
-
-    Parameters
-    ----------
-    peer, given : who integrates what
-    start : (2n,) state at time 0
-    times : (n_times,) when states are wanted [s]
-    tolerance, scale : relative tolerance, and size of the states (2n,)
-    """
-    solution = peer.solve(
-        given, (0.0, float(times[-1])), np.ascontiguousarray(start), t_eval=times, rtol=tolerance,
-        atol=tolerance * scale,
-    )  # fmt: skip
-    return np.array(solution.y).T[: len(times)] if solution.success else None
-
-
 def _rung(
-    peer: Peer, problem: Steady, given: Rates, known: Reference, tolerance: float, start: Array
+    peer: CyRKMarcher, problem: Steady, known: Reference, tolerance: float, start: Array
 ) -> Rung | None:
     """Return a setting of a peer, None where its march would take too long."""
     scale, periods = np.abs(known.response.state).max(axis=(0, 1)), periods_to(known, SHARE * tolerance)
-    period = np.array([problem.vibration.period])
     for _ in range(2):  # the first compiles
         begun = time.perf_counter()
-        marched(peer, given, known.start, period, tolerance, scale)
+        peer.march(known.start, 1, tolerance, scale)
     if periods * (time.perf_counter() - begun) > LONGEST:
         return None
-    turns = periods + np.arange(len(known.force))[:, None] + problem.phase
-    begun = time.perf_counter()
-    motion = marched(peer, given, start, np.ravel(turns) * problem.vibration.period, tolerance, scale)
-    seconds = time.perf_counter() - begun
-    if motion is None:
-        return Rung(tolerance, float("inf"), seconds, float("nan"))
-    force = problem.force_of_states(motion.reshape(*turns.shape, -1))
-    return Rung(tolerance, relative_error(force, known.force), seconds, float("nan"))
+    count = int(periods)
+    settled = peer.march(start, count, tolerance, scale)
+    if not np.isfinite(settled).all():
+        return Rung(tolerance, float("inf"), float("nan"), float("nan"))
+    motion = peer.states(settled, len(known.force), problem.phase, tolerance, scale)
+    seconds = timing(lambda: peer.march(start, count + len(known.force), tolerance, scale))
+    return Rung(
+        tolerance, relative_error(problem.force_of_states(motion), known.force), seconds, float("nan")
+    )
 
 
 STEPS = (8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 96, 128, 192, 256, 384, 448, 512, 640, 768, 1024)

@@ -77,7 +77,7 @@ def expected_reports(scene: Scene) -> int:
     """Return about how often a study reports, for a progress bar."""
     if has_life(scene):
         return 6
-    return 9 + len(list(peers())) if scene.dynamics is not None else 0
+    return 9 + len(peers()) if scene.dynamics is not None else 0
 
 
 class AgainstPeer(NamedTuple):

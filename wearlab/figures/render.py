@@ -16,7 +16,9 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
+from matplotlib.text import Annotation
 from matplotlib.ticker import LogFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator, NullLocator
+from matplotlib.transforms import Bbox
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
@@ -80,6 +82,7 @@ SQUEEZED = 3.0  # longest over shortest abscissa of panels: beyond, each has its
 MOST_BARS = 40  # points: errors of more are drawn as a band
 BAND_ALPHA, HOLLOW_MARKS = 0.22, 9
 DASH = 4.0  # widths of a line
+END_TEXT, LINE_STEP = "end-text", 2.0  # what is written beside curves, and the points that it moves by
 AREA_ALPHA, AREA_WIDTH = 0.25, 6.0
 SHORT_TEXT, LONG_TEXT = 1_000, 500_000  # characters: packed between, readers refuse large unpacked texts
 COLOURS = 128
@@ -132,6 +135,8 @@ def rendered(plot: Plot, texts: Mapping[str, str], ending: str = "png") -> bytes
     """
     with matplotlib.rc_context(SETTINGS):
         figure, stream = draw(plot), io.BytesIO()
+        if any(curve.text for panel in plot.panels for curve in panel.curves):
+            part_texts(figure)
         figure.savefig(stream, format=ending, dpi=DPI, **_saved(texts, ending))
     return stream.getvalue()
 
@@ -463,7 +468,25 @@ def _curve(ax: "Axes", curve: Curve) -> None:
             va="top",
             size=size,
             color=curve.pen.colour,
+            gid=END_TEXT,
         )
+
+
+def part_texts(figure: "Figure") -> None:
+    """Move what is written beside curves down until no text covers another, up where there is no room."""
+    figure.canvas.draw()
+    for ax in figure.axes:
+        frame, taken = ax.get_window_extent(), list[Bbox]()
+        for text in (one for one in ax.texts if isinstance(one, Annotation) and one.get_gid() == END_TEXT):
+            box = text.get_window_extent()
+            down = box.y0 >= frame.y0
+            while any(box.overlaps(other) for other in taken) or box.y0 < frame.y0:
+                x, y = text.xyann
+                text.xyann = (x, y - LINE_STEP if down else y + LINE_STEP)
+                box = text.get_window_extent()
+                if down and box.y0 < frame.y0:
+                    down = False
+            taken.append(box)
 
 
 def _part_levels(ax: "Axes") -> None:
