@@ -213,10 +213,18 @@ def _replay(predictions: xr.Dataset, hours: float) -> Iterator[str]:
 
 def _scores(stats: xr.Dataset) -> str:
     inside = " and ".join(f"{float(stats[f'replay_in_{w}']):.0f} in the {w} % interval" for w in (90, 50))
+    words = {
+        "by_the_ratio": "the ratio of wear to cycles",
+        "by_the_last_three": "a line through the last three",
+        "by_the_prior": "the median before",
+    }
+    off = {text: 100 * float(stats[f"replay_error_{rule}"]) for rule, text in words.items()}
+    rules = ", ".join(f"{value:.3g} % ({text})" for text, value in off.items() if np.isfinite(value))
     return (
         f"against the end that was measured: {float(stats['replay_inspections']):.0f} inspections before it, "
         f"their medians off by {100 * float(stats['replay_mean_error']):.3g} % of what then came on average, "
-        f"{inside}"
+        f"{inside}; scores over what came: {float(stats['replay_crps']):.3g} (ranked probability), "
+        f"{float(stats['replay_interval_score']):.3g} (90 % interval); simple rules are off by {rules}"
     )
 
 
@@ -272,3 +280,6 @@ def _calibration(dataset: xr.Dataset) -> Iterator[str]:
             parts.append(f"{width} % intervals hold the truth in {100 * share:.1f} %, {verdict}")
         if parts:
             yield f"  {name}: {'; '.join(parts)}"
+    if "life_skill" in dataset:
+        share = 100 * float(dataset["life_skill"])
+        yield f"  the measurements take {share:.0f} % off the prior's ranked probability score of the life"

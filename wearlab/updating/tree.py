@@ -144,11 +144,11 @@ def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Da
         days, run = outcome.study.spec.days, post.histories[0]
         groups["decision"] = decision if days is None else dated(decision, days, now, run)
     if replay:
-        again = replayed(outcome.study, post)
+        end = float(groups["observed_data"]["observed_life"])
+        again = replayed(outcome.study, post, end)
         groups["predictions"] = (
             groups["predictions"].drop_vars(list(again.data_vars), errors="ignore").merge(again)
         )
-        end = float(groups["observed_data"]["observed_life"])
         groups["sample_stats"] = groups["sample_stats"].merge(scored(again, end))
     if check:
         groups["calibration"] = calibrated(outcome.study, post, check)

@@ -38,10 +38,21 @@ ABOUT = {
     "replay_mean_error": "mean relative error of their medians of the remaining life",
     "replay_in_50": "inspections whose 50 % interval of the remaining life held what came",
     "replay_in_90": "inspections whose 90 % interval of the remaining life held what came",
+    "replay_crps": "mean continuous ranked probability score of the life, over what then came",
+    "replay_interval_score": "mean score of the 90 % interval of the life, over what then came",
+    "by_the_ratio": "remaining life by the ratio of wear to cycles",
+    "by_the_last_three": "remaining life by a line through the last three values",
+    "by_the_prior": "remaining life by the median of the life before anything was measured",
+    "replay_error_by_the_ratio": "mean relative error of the ratio of wear to cycles",
+    "replay_error_by_the_last_three": "mean relative error of a line through the last three values",
+    "replay_error_by_the_prior": "mean relative error of the median life before anything was measured",
+    "crps": "continuous ranked probability score of the life [cycles]",
 }
 MOST = 200  # inspections that are replayed; of more, evenly many
 DRAWS = 1000
 WIDTHS = (0.5, 0.9)
+EVEN = (np.arange(100) + 0.5) / 100
+RULES = ("by_the_ratio", "by_the_last_three", "by_the_prior")
 
 
 def _dataset(values: Mapping[str, tuple[tuple[str, ...], Any]], **coords: Array) -> xr.Dataset:
@@ -61,10 +72,58 @@ def up_to(post: Posterior, cycle: float) -> tuple[Block, ...]:
     )
 
 
-def replayed(study: "MeasuredCase", post: Posterior) -> xr.Dataset:
+def crps(quantile: Array, truth: float) -> float:
+    """Return the continuous ranked probability score, 2 ∫ (1{y < q(p)} − p) (q(p) − y) dp.
+
+    Parameters
+    ----------
+    quantile : at the probabilities `EVEN`; endless ones count as the longest that ends
+    truth : y
+    """
+    ends = quantile[np.isfinite(quantile)]
+    q = np.minimum(quantile, ends.max(initial=truth))
+    return float(2.0 * np.mean(((truth < q) - EVEN) * (q - truth)))
+
+
+def interval_score(low: Array, high: Array, truth: Array, width: float = 0.9) -> Array:
+    """Return the score of intervals: their width, and 2/α times how far the truth lies outside."""
+    outside = np.maximum(low - truth, 0.0) + np.maximum(truth - high, 0.0)
+    return np.asarray(high - low + 2.0 / (1.0 - width) * outside)
+
+
+def simple_rules(study: "MeasuredCase", post: Posterior, inspections: Array) -> dict[str, Array]:
+    """Return the remaining life by the ratio of wear to cycles, and by a line through three values."""
+    limit, run = study.limit, post.histories[0]
+    found = {name: np.full(len(inspections), np.nan) for name in RULES[:2]}
+    for n, block in enumerate(post.blocks):
+        same = block.data.quantity == limit.quantity and limit.where in (None, block.data.where)
+        if not same or block.data.since is not None or block.seen.place_kind is not None:
+            continue
+        cycle, value = run.asked[n].cycle[block.rows], block.seen.value[block.rows]
+        order = np.argsort(cycle[np.isfinite(value)], kind="stable")
+        cycle, value = (each[np.isfinite(value)][order] for each in (cycle, value))
+        for i, now in enumerate(inspections):
+            last = int(np.searchsorted(cycle, now, side="right"))
+            if last and value[last - 1] > 0.0:
+                start = run.start + (cycle[last - 1] - run.start) * limit.value / value[last - 1]
+                found["by_the_ratio"][i] = start - now
+            if last >= 3 and np.ptp(cycle[last - 3 : last]) > 0.0:
+                slope, at = np.polyfit(cycle[last - 3 : last], value[last - 3 : last], 1)
+                if slope > 0.0:
+                    found["by_the_last_three"][i] = (limit.value - at) / slope - now
+        break
+    return found
+
+
+def replayed(study: "MeasuredCase", post: Posterior, end: float = np.nan) -> xr.Dataset:
     """Return quantiles of factor, life and remaining life after each inspection, and its check.
 
     ``check_p_forward`` is the probability of an inspection as far off, by what was known before it.
+
+    Parameters
+    ----------
+    study, post : what was asked, and what is known
+    end : cycle at which the limit was measured, NaN where it was not
     """
     run, p = post.histories[0], np.array(QUANTILES)
     each = [run.asked[n].cycle[block.rows] for n, block in enumerate(post.blocks)]
@@ -74,13 +133,15 @@ def replayed(study: "MeasuredCase", post: Posterior) -> xr.Dataset:
     proposal = post.log_proposal if len(post.histories) > 1 else None
     life, rest, factor, evidence, check = [], [], [], [], []
     rng = np.random.default_rng([study.spec.seed, 3])
-    known = drawn(answered(study, post.histories, unseen(post.blocks), proposal), DRAWS, rng)
+    prior, score = answered(study, post.histories, unseen(post.blocks), proposal), []
+    known = drawn(prior, DRAWS, rng)
     for cycle in cycles:
         answer = answered(study, post.histories, up_to(post, float(cycle)), proposal)
         life.append(answer.life(p))
         rest.append(np.maximum(life[-1] - answer.now, 0.0))
         factor.append(answer.factor(p))
         evidence.append(answer.posterior.evidence)
+        score.append(crps(answer.life(EVEN), end) if cycle < end else np.nan)
         last = [made.p for made in checks(answer.posterior, known)[0] if made.cycle == cycle]
         check.append(min(last, default=np.nan))
         known = drawn(answer, DRAWS, rng)
@@ -91,7 +152,11 @@ def replayed(study: "MeasuredCase", post: Posterior) -> xr.Dataset:
         "factor_quantile": (dims, np.reshape(factor, shape)),
         "log_evidence": (("inspection",), np.array(evidence, float)),
         "check_p_forward": (("inspection",), np.array(check, float)),
+        "crps": (("inspection",), np.array(score, float)),
+        "by_the_prior": (("inspection",), float(prior.life(np.array([0.5]))[0]) - cycles),
     }
+    rules = simple_rules(study, post, cycles)
+    values |= {name: (("inspection",), rule) for name, rule in rules.items()}
     return _dataset(values, inspection=cycles, quantile=p)
 
 
@@ -113,7 +178,12 @@ def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
         "replay_mean_error": float(np.mean(np.abs(rest[2] - truth) / truth)),
         "replay_in_50": float(np.sum((rest[1] <= truth) & (truth <= rest[3]))),
         "replay_in_90": float(np.sum((rest[0] <= truth) & (truth <= rest[4]))),
+        "replay_crps": float(np.mean(before["crps"].values / truth)),
+        "replay_interval_score": float(np.mean(interval_score(rest[0], rest[4], truth) / truth)),
     }
+    for rule in RULES:
+        off = np.abs(before[rule].values - truth) / truth
+        score[f"replay_error_{rule}"] = float(np.nanmean(off)) if np.isfinite(off).any() else np.nan
     return _dataset({name: ((), value) for name, value in score.items()})
 
 
@@ -136,6 +206,8 @@ def calibrated(
     before = answered(study, source.histories, unseen(source.blocks), post.log_proposal)
     truths = drawn(before, n, rng)
     ranks: dict[str, list[float]] = {"factor": [], "life": []}
+    scores: dict[str, list[float]] = {"posterior": [], "prior": []}
+    unmeasured = before.life(EVEN)
     for t in range(n):
         made, life = twin(source, truths, t, before, rng)
         if told is not None:
@@ -153,6 +225,9 @@ def calibrated(
         over = life <= answer.now and answer.drifting is not None
         rank = float(rng.random() * answer.passed) if over else float(answer.life_below(life)[0])
         ranks["life"].append(rank)
+        if np.isfinite(life):
+            scores["posterior"].append(crps(answer.life(EVEN), life))
+            scores["prior"].append(crps(unmeasured, life))
     variables: dict[str, xr.Variable] = {}
     for name, values in ranks.items():
         if not values:
@@ -164,6 +239,10 @@ def calibrated(
             share = float(np.mean(np.abs(ranked - 0.5) <= 0.5 * width))
             about = {"units": "1", "long_name": "share of intervals with the truth"}
             variables[f"{name}_coverage_{100 * width:.0f}"] = xr.Variable((), share, about)
+    if scores["prior"]:
+        gain = 1.0 - float(np.sum(scores["posterior"]) / max(float(np.sum(scores["prior"])), 1e-300))
+        saved = "part of the prior's ranked probability score of the life that the measurements save"
+        variables["life_skill"] = xr.Variable((), gain, {"units": "1", "long_name": saved})
     coords = {"twin": ("twin", np.arange(n), {"units": "1", "long_name": "twin"})}
     return xr.Dataset(variables, coords, {} if true is None else {"true_model": repr(true)})
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from wearlab.arrays import Array
 from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import Ask
 from wearlab.figures.plot import Mark, Scale, Series
@@ -81,6 +80,10 @@ POSTERIOR_FAN = update_kind(
 
 
 CONE = 0.2
+RULES = {
+    "by_the_ratio": "by the ratio of wear to cycles",
+    "by_the_last_three": "by a line through the last three",
+}
 
 
 def _alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
@@ -94,35 +97,24 @@ def _alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
     shown = np.minimum(rest, top)
     yield area(update, x, shown[0], shown[4], CYCLES, REST)
     yield area(update, x, shown[1], shown[3], CYCLES, REST)
-    yield line(update, (x, CYCLES), (shown[2], REST), "line-points", "foreseen: median, 50 and 90 %")
+    told = "foreseen: median, 50 and 90 %"
+    if "replay_mean_error" in update["sample_stats"]:
+        told += f", off by {100.0 * float(update['sample_stats']['replay_mean_error']):.0f} %"
+    yield line(update, (x, CYCLES), (shown[2], REST), "line-points", told)
     if np.isfinite(truth):
         ends = np.array([x[0], truth])
         for share in (1.0 - CONE, 1.0, 1.0 + CONE):
             yield line(
                 update, (ends, CYCLES), (share * (truth - ends), REST), "reference", "what came, ±20 %"
             )
-    for (text, rule), look in zip(_simple(update, x).items(), ("dashed", "dash-dot"), strict=False):
+    stats = update["sample_stats"]
+    for (name, text), look in zip(RULES.items(), ("dashed", "dash-dot"), strict=True):
+        rule = predictions[name].values[held]
         ok = np.isfinite(rule) & (rule >= 0.0)
+        if f"replay_error_{name}" in stats and np.isfinite(stats[f"replay_error_{name}"]):
+            text += f", off by {100.0 * float(stats[f'replay_error_{name}']):.0f} %"
         if ok.any():
             yield line(update, (x[ok], CYCLES), (np.minimum(rule[ok], top), REST), look, text)
-
-
-def _simple(update: Updated, inspections: Array) -> dict[str, Array]:
-    """Return the remaining life by the ratio of wear to cycles, and by a line through three points."""
-    observed, limit = update["observed_data"], update["predictions"]["limit"]
-    name = next((str(n) for n in observed.data_vars if str(n).startswith(limit.attrs["quantity"])), None)
-    if name is None:
-        return {}
-    cycle, value = observed[f"cycle_{name}"].values, observed[name].values
-    ratio, three = np.full(len(inspections), np.nan), np.full(len(inspections), np.nan)
-    for i, now in enumerate(inspections):
-        seen = cycle <= now
-        if seen.any() and value[seen][-1] > 0.0:
-            ratio[i] = cycle[seen][-1] * (float(limit) / value[seen][-1] - 1.0)
-        if seen.sum() >= 3:
-            slope, start = np.polyfit(cycle[seen][-3:], value[seen][-3:], 1)
-            three[i] = (float(limit) - start) / slope - now if slope > 0.0 else np.nan
-    return {"by the ratio of wear to cycles": ratio, "by a line through the last three": three}
 
 
 ALPHA_LAMBDA = update_kind(

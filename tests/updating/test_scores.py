@@ -1,0 +1,58 @@
+"""Scores of what was foreseen: by their definitions, and beside simple rules."""
+
+import numpy as np
+import pytest
+from made import LIMIT, RATE, ErrorModel, blocks, history, observed, study
+from scipy import stats
+from scipy.integrate import quad
+
+from wearlab.updating.outcome import answered
+from wearlab.updating.validation import EVEN, calibrated, crps, interval_score, replayed, scored
+
+CYCLES = np.array([1e5, 2e5, 4e5, 6e5, 8e5, 1e6])
+
+
+@pytest.mark.parametrize("truth", [-1.0, 0.3, 2.5])
+def test_the_ranked_probability_score_is_that_of_its_definition(truth):
+    law = stats.norm(0.5, 0.8)
+    exact = quad(lambda x: (law.cdf(x) - (x >= truth)) ** 2, -8.0, 8.0, points=[truth], limit=200)[0]
+    assert crps(law.ppf(EVEN), truth) == pytest.approx(exact, rel=5e-3)
+
+
+def test_the_interval_score_is_proper():
+    """The interval's own quantiles score best."""
+    law, rng = stats.norm(0.0, 1.0), np.random.default_rng(0)
+    draws = rng.standard_normal(100_000)
+    means = [interval_score(-z, z, draws).mean() for z in (1.2, law.ppf(0.95), 2.2)]
+    assert means[1] == min(means)
+    assert interval_score(0.0, 1.0, np.array([1.5]))[0] == pytest.approx(1.0 + 20.0 * 0.5)
+
+
+def made(seed):
+    rng = np.random.default_rng(seed)
+    values = 1.3 * RATE * CYCLES + 4e-4 * rng.standard_normal(len(CYCLES))
+    seen = (observed(CYCLES, values, ErrorModel(4e-4)),)
+    asked = study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen)
+    return asked, answered(asked, [history(seen)], blocks(seen)).posterior, values
+
+
+def test_a_replay_is_scored_beside_simple_rules():
+    asked, post, values = made(1)
+    end = LIMIT.value / (1.3 * RATE)
+    found = replayed(asked, post, end)
+    ratio = CYCLES * LIMIT.value / values - CYCLES
+    assert found["by_the_ratio"].values == pytest.approx(ratio)
+    slope, at = np.polyfit(CYCLES[1:4], values[1:4], 1)
+    assert found["by_the_last_three"].values[3] == pytest.approx((LIMIT.value - at) / slope - CYCLES[3])
+    assert np.isnan(found["by_the_last_three"].values[:2]).all()
+    score = scored(found, end)
+    assert float(score["replay_error_by_the_ratio"]) == pytest.approx(
+        np.mean(np.abs(ratio - (end - CYCLES)) / (end - CYCLES))
+    )
+    assert float(score["replay_error_by_the_prior"]) > 2.0 * float(score["replay_mean_error"])
+    assert 0.0 < float(score["replay_crps"]) < float(score["replay_interval_score"])
+
+
+def test_twins_tell_what_measurements_save():
+    asked, post, _ = made(2)
+    assert 0.8 < float(calibrated(asked, post, 40)["life_skill"]) < 1.0
