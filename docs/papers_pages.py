@@ -17,6 +17,7 @@ TOP = Path(__file__).parents[1]
 PAPERS = TOP / "docs" / "papers"
 MEASURED = PAPERS / "measured.json"
 BROAD, COLOURS = 900, 128
+MANY = 3.0  # times as much is told as a factor
 HEADS = ("in the paper", "quantity", "published", "as published here", "consistent here", "difference", "why")
 
 
@@ -105,14 +106,18 @@ def _number(claim: dict[str, Any]) -> str:
 
 
 def _apart(claim: dict[str, Any]) -> str:
-    """Return how far a number is from the printed one: in points where that is 0 or in %, else relative."""
+    """Return how far a number is from the printed one: in points of a value in %, as a factor when it is far, else relative."""
     measured, printed = claim["measured"], claim["source_number"]
     if measured is None:
         return ""
     if claim["place"]:
         return "the same" if measured == printed else "another"
-    if claim["unit"] == "%" or not printed:
+    if claim["unit"] == "%":
+        return f"{measured - printed:+.3g} points"
+    if not printed or measured <= 0.0:
         return f"{measured - printed:+.3g} {claim['unit']}".rstrip()
+    if not 1.0 / MANY < measured / printed < MANY:
+        return f"{measured / printed:.3g} times"
     return f"{100.0 * (measured / printed - 1.0):+.2g} %"
 
 

@@ -123,3 +123,12 @@ def test_a_client_is_taken_as_scheduler_and_stays_open(tmp_path: Path) -> None:
     with pytest.raises(RunnerError, match="neither an address nor a dask client"):
         wl.run(sweep(3), tmp_path / "none", scheduler=5, simulate=SIMULATE)  # type: ignore[arg-type]
     assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize("cores", [1, 2, 64])
+def test_as_many_workers_as_the_process_may_use_cores(cores: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: set(range(cores)), raising=False)
+    assert local.available_cores() == cores
+    monkeypatch.delattr(os, "sched_getaffinity")
+    monkeypatch.setattr(os, "cpu_count", lambda: None)
+    assert local.available_cores() == 1
