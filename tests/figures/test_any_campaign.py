@@ -16,8 +16,7 @@ from wearlab.figures.kinds.distribution import QUANTILE_BANDS
 from wearlab.figures.kinds.line import joined
 from wearlab.figures.kinds.sensitivity import ranked
 from wearlab.figures.layout import MOST_PANELS
-from wearlab.figures.palette import MOST_NAMES
-from wearlab.figures.plot import Scale, Series
+from wearlab.figures.plot import MOST_NAMES, Scale, Series
 from wearlab.figures.render import rendered
 from wearlab.figures.wording import Label
 from wearlab.schema import VARIABLES

@@ -9,8 +9,7 @@ import xarray as xr
 from wearlab.accuracy.ladder import COARSEST, FLOOR
 from wearlab.accuracy.study import TARGETS, Study, cheapest_setting, comparison, knob_settings
 from wearlab.arrays import Array
-from wearlab.figures.palette import DASHES, MARKERS, NAMES
-from wearlab.figures.plot import Curve, LegendEntry, Panel, Pen, Plot
+from wearlab.figures.plot import DASHES, MARKERS, NAMES, Curve, LegendEntry, Panel, Pen, Plot
 
 COLOURS = dict(zip(("periodic", "Euler", "rk4", "rk45", "newmark"), NAMES, strict=False)) | {
     "adaptive": NAMES[0]

@@ -9,8 +9,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import Ask
-from wearlab.figures.palette import BESIDE
-from wearlab.figures.plot import Scale, Series
+from wearlab.figures.plot import BESIDE, Scale, Series
 from wearlab.figures.wording import Label, joined
 
 if TYPE_CHECKING:

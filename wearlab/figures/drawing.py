@@ -28,8 +28,7 @@ from wearlab.figures.kind import Ask, Kind, read
 from wearlab.figures.kinds import KINDS
 from wearlab.figures.kinds.line import joined
 from wearlab.figures.layout import ROLES, compose, hue_of
-from wearlab.figures.palette import BESIDE
-from wearlab.figures.plot import Plot, Series, narrow
+from wearlab.figures.plot import BESIDE, Plot, Series, narrow
 from wearlab.figures.published import published
 from wearlab.figures.question import Question, asked_by, embedded, question, texts
 from wearlab.figures.runs import BASE, Picked, Run, along_axes, axis_named, pick, read_runs, require

@@ -7,8 +7,19 @@ from itertools import groupby
 from wearlab.figures.curves import from_first, require_positive, states_in_common
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Ask, Kind
-from wearlab.figures.palette import BESIDE, INK, bar_of, beside_bar, pens
-from wearlab.figures.plot import Curve, LegendEntry, Panel, Pen, Plot, Series
+from wearlab.figures.plot import (
+    BESIDE,
+    INK,
+    Curve,
+    LegendEntry,
+    Panel,
+    Pen,
+    Plot,
+    Series,
+    bar_of,
+    beside_bar,
+    pens,
+)
 from wearlab.figures.runs import STATE_COORDINATES
 from wearlab.figures.wording import Label, axis_label, power_of_ten
 

@@ -25,8 +25,7 @@ from PIL.PngImagePlugin import PngInfo
 from wearlab.arrays import Array
 from wearlab.figures.doubt import least_seen
 from wearlab.figures.errors import FigureError
-from wearlab.figures.palette import BESIDE, INK
-from wearlab.figures.plot import Bar, Curve, LegendEntry, Panel, Pen, Plot
+from wearlab.figures.plot import BESIDE, INK, Bar, Curve, LegendEntry, Panel, Pen, Plot
 from wearlab.figures.wording import axis_label, latex, power_of_ten
 
 if TYPE_CHECKING:

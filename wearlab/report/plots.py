@@ -8,8 +8,7 @@ import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.comparison.runs import phases_of
-from wearlab.figures.palette import NAMES
-from wearlab.figures.plot import Curve, LegendEntry, Panel, Pen, Plot
+from wearlab.figures.plot import NAMES, Curve, LegendEntry, Panel, Pen, Plot
 from wearlab.figures.render import rendered
 from wearlab.figures.wording import axis_label, converted, cycles, power_of_ten
 

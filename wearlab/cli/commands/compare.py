@@ -76,7 +76,7 @@ def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> 
 
 
 def _tell(comparison: "xr.Dataset", written: list[str]) -> None:
-    from wearlab.comparison.table import (
+    from wearlab.comparison.runs import (
         PAIR_HEADS,
         QUANTITY_HEADS,
         SCENE_HEADS,
@@ -114,7 +114,7 @@ def _tell(comparison: "xr.Dataset", written: list[str]) -> None:
 def _tell_first(comparison: "xr.Dataset") -> None:
     import numpy as np
 
-    from wearlab.comparison.table import QUANTITY_HEADS, quantity_rows
+    from wearlab.comparison.runs import QUANTITY_HEADS, quantity_rows
 
     first = comparison["first_difference"].values
     if not np.isfinite(first).any():
