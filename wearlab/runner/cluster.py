@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from wearlab.runner.crew import Crew, OtherCode, result_of, wait_for_living, wait_looking
 from wearlab.runner.local import local_client, quiet_logs, steady_dask
 from wearlab.runner.report import RunnerError
-from wearlab.runner.worker import TOPIC, Keeping, Task, execute_all, warm_up
+from wearlab.runner.worker import TOPIC, CheckpointRelay, Task, execute_all, warm_up
 from wearlab.sources import source_hash
 from wearlab.store.outcome import Outcome
 
@@ -40,7 +40,7 @@ class Cluster:
     def __init__(self, client: Any, simulate: str, crew: Crew | None = None) -> None:
         self.client, self.simulate, self.crew = client, simulate, crew
         self.code = None if crew is None else source_hash()
-        self.keeping: Keeping | None = None
+        self.relay: CheckpointRelay | None = None
 
     def workers(self) -> list[str]:
         """Return the addresses of the workers that may work."""
@@ -60,7 +60,7 @@ class Cluster:
             asked[self.client.submit(warm_up, *words, workers=[name], pure=False)] = name
         wait_for_living(asked, self.workers)
 
-    def compute(self, tasks: Sequence[Task], settle: Settle, keeping: Keeping | None = None) -> None:
+    def compute(self, tasks: Sequence[Task], settle: Settle, relay: CheckpointRelay | None = None) -> None:
         """Compute those tasks that are granted.
 
         Parameters
@@ -68,13 +68,13 @@ class Cluster:
         tasks : what is missing
         settle : keeps finished outcomes and grants tasks just before they are sent, in one step; two
             processes can so share one campaign
-        keeping : hears what workers tell of runs under way, and knows what was heard before
+        relay : hears what workers tell of runs under way, and knows what was heard before
         """
-        self.keeping = keeping
-        if keeping is None:
+        self.relay = relay
+        if relay is None:
             self._compute(tasks, settle)
             return
-        self.client.subscribe_topic(TOPIC, lambda event: keeping.hear(event[1]))
+        self.client.subscribe_topic(TOPIC, lambda event: relay.receive(event[1]))
         try:
             self._compute(tasks, settle)
         finally:
@@ -106,7 +106,7 @@ class Cluster:
         if batch:
             choice = {} if self.crew is None else self.crew.choice(fit)
             named: list[str] = choice.get("workers", [])
-            sent = [task if self.keeping is None else self.keeping.resumed(task) for task in batch]
+            sent = [task if self.relay is None else self.relay.resumed(task) for task in batch]
             future = self.client.submit(execute_all, sent, self.simulate, self.code, pure=False, **choice)
             flight.in_progress[future.key] = batch
             flight.named[future] = named

@@ -12,7 +12,7 @@ from wearlab.runner.crew import Crew
 from wearlab.runner.progress import CASES, Progress, watched
 from wearlab.runner.report import CaseReport, Expected, Interrupted, Report, comparisons
 from wearlab.runner.tasks import calibrations, chosen, declare, plugins_of, with_calibrations, with_parents
-from wearlab.runner.worker import SIMULATE, Keeping, Task, execute, heard_by, in_words, warm_up
+from wearlab.runner.worker import SIMULATE, CheckpointRelay, Task, execute, in_words, reporting_to, warm_up
 from wearlab.sources import source_hash
 from wearlab.store.catalogue import Head
 from wearlab.store.errors import StoreError
@@ -201,11 +201,11 @@ class _Work:
 
     def _compute(self, tasks: Sequence[Task]) -> None:
         if self.cluster is not None:
-            self.cluster.compute(tasks, self._settle, Keeping(self._hear, self._resumed))
+            self.cluster.compute(tasks, self._settle, CheckpointRelay(self._receive, self._resumed))
             return
         for task in tasks:
             for taken in self._settle([], [task]):
-                with heard_by(self._hear):
+                with reporting_to(self._receive):
                     outcome = execute(self._resumed(taken), self.simulate)
                 self._settle([outcome], [])
 
@@ -227,7 +227,7 @@ class _Work:
         """Return a task with what was kept of it when it last stopped."""
         return task._replace(resumed=self.store.checkpoints.read(task.id, self.code))
 
-    def _hear(self, message: dict[str, Any]) -> None:
+    def _receive(self, message: dict[str, Any]) -> None:
         """Keep what a run under way needs to go on, and show how far it is."""
         if message["id"] not in self.finished:
             self.store.checkpoints.write(message["id"], message["image"], self.code)

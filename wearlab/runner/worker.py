@@ -29,30 +29,30 @@ Send = Callable[[dict[str, Any]], None]
 """Called with ``id``, ``cycle``, ``depth`` [m] and ``image`` (bytes) of a run."""
 
 
-_HEARER: ContextVar[Send | None] = ContextVar("hearer", default=None)
+_RECEIVER: ContextVar[Send | None] = ContextVar("receiver", default=None)
 
 
-class Keeping(NamedTuple):
+class CheckpointRelay(NamedTuple):
     """What the parent does with what is told.
 
     Parameters
     ----------
-    hear : keeps and shows it
+    receive : keeps and shows it
     resumed : task -> the same task with what was kept of it
     """
 
-    hear: Send
+    receive: Send
     resumed: Callable[[Any], Any]
 
 
 @contextmanager
-def heard_by(send: Send | None) -> Iterator[None]:
-    """Let ``send`` hear of the runs that this process computes, None: nobody listens."""
-    token = _HEARER.set(send)
+def reporting_to(send: Send | None) -> Iterator[None]:
+    """Report the runs that this process computes to ``send``, None: to nobody."""
+    token = _RECEIVER.set(send)
     try:
         yield
     finally:
-        _HEARER.reset(token)
+        _RECEIVER.reset(token)
 
 
 @contextmanager
@@ -64,7 +64,7 @@ def in_progress(run_id: str, resumed: bytes | None) -> Iterator[None]:
     run_id : the run
     resumed : its last checkpoint, None: from the beginning
     """
-    send = _HEARER.get()
+    send = _RECEIVER.get()
     if send is None:
         yield
         return
@@ -94,7 +94,7 @@ def from_worker() -> Send | None:
     return lambda message: worker.log_event(TOPIC, message)
 
 
-class HandedOn:
+class SchedulerCheckpoints:
     """The last states of lives, with the scheduler: a worker that takes over from a dead one goes on there.
 
     A scheduler of somebody else gives a dead worker's work to the next one by itself: what the parent has
@@ -162,12 +162,12 @@ def execute_all(tasks: Sequence[Task], simulate: str, code: str | None = None) -
         from dask.distributed import get_worker
 
         raise OtherCode(get_worker().address, source_hash())
-    send, kept = from_worker(), None if code is None else HandedOn()
-    with heard_by(send if kept is None or send is None else kept.beside(send)):
+    send, kept = from_worker(), None if code is None else SchedulerCheckpoints()
+    with reporting_to(send if kept is None or send is None else kept.beside(send)):
         return [_executed(task, simulate, kept) for task in tasks]
 
 
-def _executed(task: Task, simulate: str, kept: HandedOn | None) -> Outcome:
+def _executed(task: Task, simulate: str, kept: SchedulerCheckpoints | None) -> Outcome:
     """Compute a case, from the last state of a worker that died over it, if there is one."""
     if kept is None:
         return execute(task, simulate)

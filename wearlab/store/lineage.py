@@ -15,7 +15,7 @@ LONGEST = 100  # runs of a chain
 
 
 @dataclass(frozen=True)
-class Forebear:
+class Ancestor:
     """One run that another goes on from.
 
     Parameters
@@ -40,7 +40,7 @@ class Forebear:
         return f"run {self.run}{name} from {self.at}{new}{there}"
 
 
-def lineage(store: "KeptRuns", entry: "Entry") -> tuple[Forebear, ...]:
+def lineage(store: "KeptRuns", entry: "Entry") -> tuple[Ancestor, ...]:
     """Return the runs that a run goes on from: its parent, that one's parent, and so on.
 
     Parameters
@@ -51,7 +51,7 @@ def lineage(store: "KeptRuns", entry: "Entry") -> tuple[Forebear, ...]:
     return tuple(_steps(store, entry))
 
 
-def _steps(store: "KeptRuns", entry: "Entry") -> Iterator[Forebear]:
+def _steps(store: "KeptRuns", entry: "Entry") -> Iterator[Ancestor]:
     current: Entry | None = entry
     for _ in range(LONGEST):
         start = start_of(current.scene) if current is not None else {}
@@ -61,7 +61,7 @@ def _steps(store: "KeptRuns", entry: "Entry") -> Iterator[Forebear]:
         at = _at(start, current.summary)
         current = store.entries([parent]).get(parent)
         state = current.state if current is not None else "not in this store"
-        yield Forebear(parent, name_of(store, parent), at, tuple(map(str, start.get("replace") or ())), state)
+        yield Ancestor(parent, name_of(store, parent), at, tuple(map(str, start.get("replace") or ())), state)
 
 
 def children(store: "KeptRuns", run_id: str) -> list[str]:

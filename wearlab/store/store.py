@@ -58,7 +58,7 @@ class Store(KeptRuns):
         from wearlab.store.si import axes_in_si
 
         campaign = campaign_of(campaign)
-        runs = self._told_alive(self.catalogue.placed(case.id for case in campaign.cases))
+        runs = self._with_interrupted(self.catalogue.placed(case.id for case in campaign.cases))
         layouts = self.catalogue.layouts(run.layout for run in runs if run.layout)
         try:
             scenes = {i: entry.scene or "" for i, entry in self.entries(named_runs(campaign)).items()}
@@ -70,7 +70,7 @@ class Store(KeptRuns):
             ) from error
         return axes_in_si(grid) if si else grid
 
-    def _told_alive(self, runs: "list[Placed]") -> "list[Placed]":
+    def _with_interrupted(self, runs: "list[Placed]") -> "list[Placed]":
         """Return the runs, those marked as running by a process that is no more as interrupted."""
         heads = self.heads(run.id for run in runs if run.state == "running")
         left = {head.id for head in heads.values() if self.is_stale(head)}
