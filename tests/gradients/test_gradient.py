@@ -51,7 +51,7 @@ def at(scene: Scene, key: str, share: float) -> Any:
 
 @pytest.fixture(scope="module")
 def found() -> Any:
-    return wl.gradient(WORN, ["life", "dynamic_factor", "max_wear_rate"], KEYS)
+    return wl.gradient(WORN, ["life", "dynamic_factor", "max_wear_rate"], KEYS, estimate=False)
 
 
 @pytest.mark.parametrize("key", KEYS)
@@ -86,6 +86,20 @@ def test_steps_of_the_scene_itself_are_taken_from_its_march(monkeypatch: pytest.
     for step, own in zip(lived.steps, lived.ends.steps, strict=True):
         np.testing.assert_allclose(step.end.depth, own.end.depth, rtol=1e-14)
         np.testing.assert_allclose(step.end.rate, own.end.rate, rtol=1e-14)
+
+
+def test_derivatives_tell_their_errors() -> None:
+    """Beside those to a hundredth of the tolerance; what has other places in a twin has no estimate."""
+    scene = WORN.replace({"wear.step": None, "dynamics": None, "wear.load": "static"}).replace(
+        {"numerics.profile_points": None, "numerics.steps_per_period": None}
+    )
+    wrt = ["operation.torque", "gears.pinion.tip_relief.amount", "gears.pinion.profile_shift_coefficient"]
+    told = wl.gradient(scene, ["life", "wear_depth"], wrt)
+    tight = wl.gradient(scene.replace("numerics.tolerance", 1e-5), "life", wrt, estimate=False)
+    missed = np.abs(told.d_life - tight.d_life).values
+    assert np.all(missed <= told.error_estimate_d_life.values) and np.all(missed > 0.0)
+    assert np.all(told.error_estimate_d_life.values <= 0.2 * np.abs(told.d_life.values))
+    assert "error_estimate_d_wear_depth" not in told
 
 
 def test_a_life_is_inverse_to_the_wear_coefficient() -> None:

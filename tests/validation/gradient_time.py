@@ -39,7 +39,7 @@ def processor_time(work: Callable[[Scene], Any], scene: Scene) -> float:
 
 def ten_derivatives(scene: Scene) -> Any:
     """Return derivatives of life and dynamic factor by the ten numbers."""
-    return wl.gradient(scene, ["life", "dynamic_factor"], KEYS)
+    return wl.gradient(scene, ["life", "dynamic_factor"], KEYS, estimate=False)
 
 
 def main(repeats: int) -> None:

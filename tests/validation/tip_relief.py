@@ -33,7 +33,7 @@ def optimum(bound: float) -> tuple[np.ndarray, list[tuple[float, ...]]]:
             there = scene
             for name, amount in zip(KEYS, key, strict=True):
                 there = there.replace(name, f"{amount!r} um")
-            known[key] = found = wl.gradient(there, ["life", "dynamic_factor"], KEYS)
+            known[key] = found = wl.gradient(there, ["life", "dynamic_factor"], KEYS, estimate=False)
             steps.append((*key, float(found.life), float(found.dynamic_factor[0, 0])))
             print("  ".join(f"{value:.6g}" for value in steps[-1]), flush=True)
         return known[key]

@@ -1,20 +1,32 @@
 """Derivatives of steady state, wear and life with respect to the numbers of a scene."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from wearlab.arrays import Array
 from wearlab.gradients.errors import GradientError
 from wearlab.gradients.lived import Ends, LivedSteps
 from wearlab.gradients.numbers import number
 from wearlab.gradients.values import Value, read, wanted
 from wearlab.scene import Scene
 
+COARSER = (3.0, 10.0)
+"""Tolerances of the twins that tell the error of derivatives, over that of the scene."""
+WEIGHT = 4.0
+"""Of the largest difference of a twin's derivative: steps chosen anew scatter it, set on the seed 31."""
+NOT_COMPARED = {"phase", "profile"}
+"""Dimensions along which twins have other places."""
+
 
 def gradient(
-    scene: Scene | Mapping[str, Any], of: str | Sequence[str], wrt: str | Sequence[str]
+    scene: Scene | Mapping[str, Any],
+    of: str | Sequence[str],
+    wrt: str | Sequence[str],
+    *,
+    estimate: bool = True,
 ) -> xr.Dataset:
     """Return derivatives of what a run says with respect to numbers of its scene.
 
@@ -30,12 +42,16 @@ def gradient(
     of : one name or several: life, dynamic_factor, mesh_force_max, mesh_force_min, dynamic_mesh_force,
         mesh_deflection, wear_depth, wear_rate, max_wear_rate, max_wear_depth
     wrt : dotted keys, such as ``"gears.pinion.tip_relief.amount"``
+    estimate : whether the derivatives get estimated errors, from two twins to rougher tolerances; they take
+        about as long again
 
     Returns
     -------
     For each name its values and, as ``d_NAME`` along ``parameter``, its derivatives, all in SI; along
     ``update`` those of the first and the last state, the latter at the cycle where the life of the scene
     ends. Depths and rates are those of nodes, which move with the shape of the gears.
+    ``error_estimate_d_NAME`` is what the derivative may be off by, not of values along phases or nodes; NaN
+    where a twin has no such derivative.
 
     Raises
     ------
@@ -47,28 +63,76 @@ def gradient(
     keys, names = _names(wrt, "wrt"), _names(of, "of")
     if given.operation.stages or given.operation.blocks:
         raise GradientError("operation: derivatives are of scenes in one condition, without duty or stages")
-    numbers = [number(given, key) for key in keys]
-    lived = LivedSteps(given)
-    values = wanted(names, lived)
-    here = {name: read(quantity, lived, lived.ends) for name, quantity in values.items()}
-    rows: dict[str, list[Any]] = {name: [] for name in values}
-    for parameter in numbers:
-        scene_there, step = parameter.moved(given, lived.step)
-        ends = lived.moved(scene_there)
-        for name, value in values.items():
-            rows[name].append((read(value, lived, ends) - here[name]) / step)
+    own = _differences(given, names, keys)
     variables: dict[str, Any] = {}
-    for name, value in values.items():
+    for name, value in own.values.items():
         dims = () if value.read is None else ("update", *value.dims)
-        variables[name] = (dims, here[name], {"units": value.unit})
+        variables[name] = (dims, own.here[name], {"units": value.unit})
         said = {"units": value.unit, "long_name": f"derivative of {name} by the parameter, in SI"}
-        variables[f"d_{name}"] = (("parameter", *dims), np.stack(rows[name]), said)
+        variables[f"d_{name}"] = (("parameter", *dims), own.rows[name], said)
+    compared = tuple(name for name, value in own.values.items() if not NOT_COMPARED & set(value.dims))
+    for name, error in (_errors(given, own, compared, keys) if estimate and compared else {}).items():
+        dims, _, said = variables[f"d_{name}"]
+        words = f"estimated error of the derivative of {name}, in SI"
+        variables[f"error_estimate_d_{name}"] = (dims, error, {**said, "long_name": words})
+    numbers = [number(given, key) for key in keys]
     coordinates: dict[str, Any] = {
         "parameter": list(keys),
         "parameter_value": ("parameter", [parameter.value for parameter in numbers]),
         "parameter_unit": ("parameter", [parameter.unit for parameter in numbers]),
     }
-    return xr.Dataset(variables, coordinates | _labels(lived, lived.ends, values))
+    return xr.Dataset(variables, coordinates | _labels(own.lived, own.lived.ends, own.values))
+
+
+class _Differences(NamedTuple):
+    """The life of a scene, its values, and their derivatives by every number."""
+
+    lived: LivedSteps
+    values: dict[str, Value]
+    here: dict[str, Array]
+    rows: dict[str, Array]
+
+
+def _differences(given: Scene, names: tuple[str, ...], keys: tuple[str, ...]) -> _Differences:
+    """Return the derivatives of some values by some numbers, from the accepted steps of one life."""
+    numbers = [number(given, key) for key in keys]
+    lived = LivedSteps(given)
+    values = wanted(names, lived)
+    here = {name: read(quantity, lived, lived.ends) for name, quantity in values.items()}
+    rows: dict[str, list[Array]] = {name: [] for name in values}
+    for parameter in numbers:
+        scene_there, step = parameter.moved(given, lived.step)
+        ends = lived.moved(scene_there)
+        for name, value in values.items():
+            rows[name].append((read(value, lived, ends) - here[name]) / step)
+    return _Differences(lived, values, here, {name: np.stack(each) for name, each in rows.items()})
+
+
+def _errors(
+    given: Scene, own: _Differences, names: tuple[str, ...], keys: tuple[str, ...]
+) -> dict[str, Array]:
+    """Return what derivatives may be off by: the largest difference of those to rougher tolerances."""
+    largest = {name: np.zeros_like(own.rows[name]) for name in names}
+    for factor in COARSER:
+        try:
+            twin = _differences(_rougher(given, factor), names, keys)
+        except GradientError:
+            return {name: np.full_like(own.rows[name], np.nan) for name in names}
+        for name in names:
+            fits = twin.rows[name].shape == own.rows[name].shape
+            apart = np.abs(twin.rows[name] - own.rows[name]) if fits else np.nan
+            largest[name] = np.maximum(largest[name], apart)
+    return {name: WEIGHT * apart for name, apart in largest.items()}
+
+
+def _rougher(given: Scene, factor: float) -> Scene:
+    """Return the scene to a rougher tolerance; given nodes and steps become fewer by its cube root."""
+    numerics = given.numerics
+    changed: dict[str, Any] = {"numerics.tolerance": factor * numerics.tolerance}
+    for key in ("profile_points", "steps_per_period"):
+        if (count := getattr(numerics, key)) is not None:
+            changed[f"numerics.{key}"] = max(8, round(count / factor ** (1 / 3)))
+    return given.replace(changed)
 
 
 def _names(given: str | Sequence[str], what: str) -> tuple[str, ...]:

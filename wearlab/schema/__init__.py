@@ -38,6 +38,7 @@ DIMENSIONS = (
     Dimension("direction", "up, down: the order in which the speeds are passed"),
     Dimension("strobe", "states once per mesh period"),
     Dimension("order", "frequency over the mesh frequency"),
+    Dimension("rival", "other attractors found, by falling largest force"),
     Dimension("jump", "jumps of the response, in the order in which they are met"),
     Dimension("end", "where a pair engages, where it leaves"),
     Dimension("duty", "conditions of operation that take turns"),
