@@ -17,7 +17,7 @@ from wearlab.files import cache_folder, writable
 from wearlab.sources import PACKAGE, hash_of
 
 KEPT_FOLDERS = 6
-__all__ = ["KERNEL", "jit", "jit_inner"]
+__all__ = ["KERNEL", "UNCOUNTED", "jit", "jit_inner"]
 
 
 def _cache_folder() -> Path:
@@ -43,22 +43,52 @@ KERNEL: Any = {"error_model": "numpy"}
 """IEEE arithmetic: a division by zero is infinite, not an exception."""
 
 
-def jit(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a kernel without the interpreter, IEEE arithmetic kept, cached on disk."""
-    compiled: Callable[..., Any] = numba.njit(function, cache=True, **KERNEL)
+def _counting(counted: bool) -> dict[str, Any]:
+    """Return the option that counts references to arrays or does not, nothing where numba knows none such."""
+    option: Any = {"_nrt": counted}
+    try:
+        numba.njit(**option)(lambda: None)
+    except (KeyError, TypeError, NameError):
+        return {}
+    return option
+
+
+COUNTED: Any = {**KERNEL, **_counting(True)}
+"""The same for a kernel called from one without counted references: numba hands its options down."""
+UNCOUNTED: Any = {**KERNEL, **_counting(False)}
+"""The same without counted references, for kernels that make no arrays.
+
+Numba counts a reference to an array wherever one is read from a tuple: the steps of small systems then take
+four to six times as long, and compile twice as long. Its manual does not name the option; where a release
+drops it, kernels are slower, and right.
+"""
+
+
+def jit(function: Callable[..., Any] | None = None, *, counted: bool = True) -> Callable[..., Any]:
+    """Compile a kernel without the interpreter, IEEE arithmetic kept, cached on disk.
+
+    Parameters
+    ----------
+    counted : False for a kernel that makes no arrays, and calls none that returns one, see `UNCOUNTED`
+    """
+    compiled: Callable[..., Any] = numba.njit(function, cache=True, **(COUNTED if counted else UNCOUNTED))
     return compiled
 
 
-def jit_inner(function: Callable[..., Any] | None = None, *, forceinline: bool = False) -> Callable[..., Any]:
+def jit_inner(
+    function: Callable[..., Any] | None = None, *, counted: bool = True, forceinline: bool = False
+) -> Callable[..., Any]:
     """Compile a kernel that is called from kernels alone: a part of theirs, on disk with them.
 
     Parameters
     ----------
+    counted : see `jit`
     forceinline : become part of every caller, however large. For kernels called at every step that are handed
         tuples: a call hands these over by value, seven words an array or more, and indexes them in memory,
         which takes four times as long, and fifteen times where it is called for every part of a step
     """
-    compiled: Callable[..., Any] = numba.njit(function, forceinline=forceinline, **KERNEL)
+    options = COUNTED if counted else UNCOUNTED
+    compiled: Callable[..., Any] = numba.njit(function, forceinline=forceinline, **options)
     return compiled
 
 

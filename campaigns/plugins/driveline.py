@@ -51,7 +51,6 @@ class Driveline(DynamicModel):
             load=np.array([force, 0.0, -force]),
             mesh_damping=np.array([damping]),
             damping_always=mesh.damping_in == "always",
-            mesh_mass=np.array([mass]),
             backlash=None if mesh.normal_backlash is None else np.array([mesh.normal_backlash]),
             supports=(shaft,),
         )

@@ -23,11 +23,11 @@ def known(problem):
 
 
 def test_the_default_method_is_of_high_order(problem, known):
-    """Eight orders at least, until it errs as little as the reference."""
-    curve = steps_curve(problem, known, (24, 48, 96))
+    """Four orders, until it errs as little as the reference."""
+    curve = steps_curve(problem, known, (48, 96, 192))
     first, *others = curve.rungs
     for rung in others:
-        least = max(first.error * (first.setting / rung.setting) ** 7, 30.0 * known.disagreement, 1e-8)
+        least = max(first.error * (first.setting / rung.setting) ** 3.5, 30.0 * known.disagreement, 1e-8)
         assert rung.error <= least
         assert rung.work > first.work
 

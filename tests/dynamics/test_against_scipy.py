@@ -7,8 +7,8 @@ import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 from scipy.integrate import solve_ivp
 
-from wearlab.dynamics.runge_kutta4 import TableMarcher
-from wearlab.dynamics.runge_kutta45 import AdaptiveMarcher, RungeKutta45
+from wearlab.dynamics.orbits.integrate import OnTables
+from wearlab.dynamics.steps.rk45 import AdaptiveSteps, RungeKutta45
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables, stage_grid
 
@@ -103,12 +103,12 @@ def test_a_period_with_contact_changes(kind: str) -> None:
     errors = []
     for steps in (80, 160):
         state = start.copy()
-        TableMarcher(system, tables(steps, alone)[0], PERIOD).march(state, 1)
+        OnTables(system, tables(steps, alone)[0], PERIOD).integrate(state, 1)
         errors.append(np.abs(state - exact)[3:].max() / np.abs(exact[3:]).max())
     assert errors[1] < 3e-6
     assert errors[0] > 6.0 * errors[1] or errors[1] < 3e-8
     if kind != "dense":
-        adaptive = AdaptiveMarcher(RungeKutta45(relative=1e-9), system, tables(320, alone)[0], PERIOD)
+        adaptive = AdaptiveSteps(RungeKutta45(relative=1e-9), system, tables(320, alone)[0], PERIOD)
         state = start.copy()
-        adaptive.march(state, 1)
+        adaptive.integrate(state, 1)
         assert np.abs(state - exact)[3:].max() < 1e-5 * np.abs(exact[3:]).max()

@@ -4,7 +4,7 @@ import numpy as np
 from benchmark_pair import BenchmarkPair
 from scipy.integrate import solve_ivp
 
-from wearlab.dynamics.runge_kutta4 import TableMarcher
+from wearlab.dynamics.orbits.integrate import OnTables
 
 
 def test_a_short_separation_inside_one_step() -> None:
@@ -24,6 +24,6 @@ def test_a_short_separation_inside_one_step() -> None:
     exact = solve_ivp(rate, (0.0, duration), start, method="DOP853", rtol=1e-11, atol=1e-14, max_step=1e-5)
     assert (exact.y[:3].T @ system.direction[0]).min() < -5e-5
     tables = pair.tables(pair.grid(4))
-    marcher = TableMarcher(system, tables, duration / tables.width[0])
-    _, kept = marcher.march(start.copy(), 1, 1)
+    marcher = OnTables(system, tables, duration / tables.width[0])
+    _, kept = marcher.integrate(start.copy(), 1, 1)
     np.testing.assert_allclose(kept[0, 1, 3:], exact.y[3:, -1], atol=1.5e-4)

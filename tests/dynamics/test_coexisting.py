@@ -8,11 +8,11 @@ from benchmark_pair import BenchmarkPair, mesh_period
 from scipy.integrate import solve_ivp
 
 from wearlab.campaign import load
-from wearlab.dynamics.coexisting import ADDED, LONG, MOST_RELEASES, RELEASES, Search, Tries, coexisting
-from wearlab.dynamics.home import NEAR, Home
-from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.response import Response, step_forces
-from wearlab.dynamics.shooting import Shooting
+from wearlab.dynamics.orbits.coexisting import ADDED, LONG, MOST_RELEASES, RELEASES, Search, Tries, coexisting
+from wearlab.dynamics.orbits.home import NEAR, Home
+from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.orbits.response import Response, step_forces
+from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.scene.build import build
 
 PAIR = BenchmarkPair()
@@ -39,7 +39,7 @@ def test_other_attractor_is_one() -> None:
     rival = coexisting(respond(LIGHT, 4000.0, 100), Periodic()).rival
     assert rival is not None
     shooting = Shooting(rival.system, rival.tables, rival.mesh_period)
-    strobe, _ = shooting.march(rival.state[0, 0] * 1.0001, 600)
+    strobe, _ = shooting.integrate(rival.state[0, 0] * 1.0001, 600)
     np.testing.assert_allclose(strobe[600, :3], rival.state[0, 0, :3], rtol=1e-6)
 
 
@@ -102,7 +102,7 @@ def test_chance_does_not_decide_whether_one_is_found(share: float) -> None:
     parts = build(case.scene)
     vibration, state = parts.vibration, parts.coupling.evaluate(parts.coupling.unworn())
     assert vibration is not None and state.response is not None and isinstance(vibration.method, Periodic)
-    known = vibration.on_all_stages(state.response, parts.coupling.touching(state))
+    known = state.response
     system = known.system._replace(damping=known.system.damping * (1.0 + share))
     response = vibration.method.solve(system, known.tables, known.mesh_period, known)
     search = coexisting(response, vibration.method)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.dynamics.continuation import Continuation, MeshAt
-from wearlab.dynamics.shooting import Shooting
+from wearlab.dynamics.orbits.continuation import Continuation, MeshAt
+from wearlab.dynamics.orbits.shooting import Shooting
 
 RPM = np.pi / 30.0
 PAIR = BenchmarkPair(mesh_damping=400.0)
@@ -38,7 +38,7 @@ def test_both_branches_attract() -> None:
     down = way.follow(at, [2660.0 * RPM, 2570.0 * RPM, speed], np.zeros(6))[-1]
     assert down.extent > 1.5 * up.extent
     for point in (up, down):
-        strobe, _ = Shooting(*at(speed)).march(1.0001 * point.response.state[0, 0], 400)
+        strobe, _ = Shooting(*at(speed)).integrate(1.0001 * point.response.state[0, 0], 400)
         np.testing.assert_allclose(strobe[-1, :3], point.response.state[0, 0, :3], rtol=1e-6)
 
 

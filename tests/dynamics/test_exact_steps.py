@@ -26,20 +26,19 @@ from planetary_arguments import rigid_set
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
-from wearlab.dynamics.energy import energy_balance, nominal_speeds
-from wearlab.dynamics.newmark import Newmark
-from wearlab.dynamics.newton import set_start
-from wearlab.dynamics.period_map import LOCATED, over_period
-from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.propagator import GRID, propagator_of
-from wearlab.dynamics.response import Response, deflection_at, step_forces
-from wearlab.dynamics.runge_kutta4 import TableMarcher
-from wearlab.dynamics.shooting import Shooting
-from wearlab.dynamics.steps import exact_steps_per_period, steps_per_period
+from wearlab.dynamics.forces.energy import energy_balance, nominal_speeds
+from wearlab.dynamics.orbits.integrate import OnTables
+from wearlab.dynamics.orbits.period_map import LOCATED, over_period
+from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.orbits.response import Response, deflection_at, step_forces
+from wearlab.dynamics.orbits.shoot import set_start
+from wearlab.dynamics.orbits.shooting import Shooting
+from wearlab.dynamics.steps.count import exact_steps_per_period, steps_per_period
+from wearlab.dynamics.steps.newmark import Newmark
+from wearlab.dynamics.steps.propagator import GRID, propagator_of
 from wearlab.dynamics.system import System
-from wearlab.dynamics.touching import touching_orbit
 from wearlab.gears.specification import GearError
-from wearlab.mesh.stages import StageTables, halved, stage_grid
+from wearlab.mesh.stages import StageTables, stage_grid
 from wearlab.scene.build.vibration import patient
 
 
@@ -84,19 +83,19 @@ def test_the_orbit_of_eighteen_degrees_of_freedom_closes_under_scipy() -> None:
     assert (np.abs(end - start) < 2e-6 * scale).all()
 
 
-def test_four_steps_at_once_are_of_high_order() -> None:
+def test_two_steps_at_once_are_of_sixth_order() -> None:
     system, found = planetary(), []
-    for steps in (1200, 150, 300):
-        response = Periodic().solve(system, tables(stage_grid(BREAKS, steps, 4)), PERIOD)
+    for steps in (1600, 300, 600):
+        response = Periodic().solve(system, tables(stage_grid(BREAKS, steps)), PERIOD)
         found.append(float(system.direction[0] @ response.state[0, 0, :18]))
     one, two = abs(found[1] - found[0]), abs(found[2] - found[0])
-    assert two < 1e-8 * abs(found[0]) and one > 30.0 * two
+    assert two < 1e-6 * abs(found[0]) and one > 30.0 * two
 
 
 def test_derivative_of_the_affine_map_is_that_of_scipy() -> None:
     """The map is affine: any difference quotient is its derivative."""
     system = planetary()
-    response = touching_orbit(system, tables(stage_grid(BREAKS, 400, 4)), PERIOD, 1e-3)
+    response = Periodic().solve(system, tables(stage_grid(BREAKS, 400)), PERIOD)
     assert isinstance(response, Response) and response.derivative is not None
     law, rate = plain_law(system), 2.0 * np.pi / PERIOD
     start = response.state[0, 0]
@@ -109,46 +108,12 @@ def test_derivative_of_the_affine_map_is_that_of_scipy() -> None:
 
 def test_multipliers_of_a_free_set_leave_its_rotation_out() -> None:
     """Liouville: the product of all multipliers is the contraction of the map; the free ones are 1."""
-    system, one = torsional(), tables(stage_grid(BREAKS, 400, 4), 0.1)
-    found = touching_orbit(system, one, PERIOD, 1e-3)
+    system, one = torsional(), tables(stage_grid(BREAKS, 400), 0.0)
+    found = Periodic().solve(system, one, PERIOD)
     assert isinstance(found, Response) and len(found.multipliers) == 8
     d, c = system.direction, system.mesh_damping
     trace = np.trace(np.linalg.solve(system.mass, d.T @ (c[:, None] * d) + system.total_damping))
     assert np.log(np.abs(found.multipliers)).sum() == pytest.approx(-trace * PERIOD, rel=1e-4)
-
-
-@pytest.mark.slow
-def test_the_general_map_finds_the_orbit_of_touching_flanks_and_its_multipliers() -> None:
-    for system, mu in ((planetary(), None), (torsional(), 0.1)):
-        one = tables(stage_grid(BREAKS, 800, 4), mu)
-        found = touching_orbit(system, one, PERIOD, 1e-3)
-        shooting = Shooting(system, one, PERIOD)
-        orbit = shooting.shoot(1, np.zeros(shooting.rows), touch=True)
-        assert isinstance(found, Response) and orbit is not None and orbit.derivative is not None
-        np.testing.assert_allclose(found.state, orbit.state, atol=1e-6 * np.abs(orbit.state).max())
-        np.testing.assert_allclose(np.abs(found.multipliers), np.abs(orbit.multipliers), atol=1e-6, rtol=1e-5)
-        size = np.abs(orbit.derivative).max()
-        np.testing.assert_allclose(found.derivative, orbit.derivative, atol=1e-5 * size)
-
-
-def test_parting_flanks_and_no_load_are_left_to_the_general_map() -> None:
-    grid = stage_grid(BREAKS, 400, 4)
-    held = touching_orbit(planetary(0.5), tables(grid, amplitude=3e-5), PERIOD, 1e-3)
-    assert not isinstance(held, Response)
-    assert touching_orbit(planetary(0.0), tables(grid), PERIOD, 1e-3) is None
-
-
-def test_half_steps_keep_the_parabola_of_every_step() -> None:
-    grid = stage_grid(BREAKS, 100)
-    one, two = tables(grid, 0.1), halved(tables(grid, 0.1))
-    assert two.width.sum() == pytest.approx(1.0) and len(two.width) == 2 * len(one.width)
-    for whole, half in ((one.stiffness, two.stiffness), (one.moment, two.moment), (one.error, two.error)):
-        assert whole is not None and half is not None
-        np.testing.assert_array_equal(half[::2, 0], whole[:, 0])
-        np.testing.assert_array_equal(half[1::2, 2], whole[:, 2])
-        np.testing.assert_array_equal(half[::2, 2], whole[:, 1])
-        third = half[::2, 1] * 8.0 - 3.0 * whole[:, 0] - 6.0 * whole[:, 1] + whole[:, 2]
-        assert np.abs(third).max() < 1e-12 * np.abs(whole).max()
 
 
 def symmetric(steps: int = 240) -> Any:
@@ -180,7 +145,7 @@ def test_the_rule_for_exact_steps_meets_its_tolerance_and_little_more(tolerance:
 
 def test_a_step_too_long_for_the_series_is_refused() -> None:
     system, grid = planetary(), stage_grid(BREAKS, 200)
-    with pytest.raises(GearError, match=r"give at least 2\.\d+ times as many steps"):
+    with pytest.raises(GearError, match=r"give at least 4\.\d+ times as many steps"):
         Periodic().solve(system, tables(grid), 20.0 * PERIOD)
     slow = exact_steps_per_period(system, 4e8, 20.0 * PERIOD, 1e-3)
     Periodic().solve(system, tables(stage_grid(BREAKS, slow)), 20.0 * PERIOD)
@@ -191,7 +156,7 @@ def test_steps_of_modes_of_any_rate_are_the_same_in_their_own_time() -> None:
 
     The factor keeps the mean stiffness of the linear part on its grid.
     """
-    period, grid = 3.2 * PERIOD, stage_grid(BREAKS, 200, 4)
+    period, grid = 3.2 * PERIOD, stage_grid(BREAKS, 200)
     slow, fast = planetary(), float(np.exp(230 * GRID))
     system = slow._replace(
         damping=fast * slow.damping,
@@ -209,11 +174,9 @@ def test_steps_of_modes_of_any_rate_are_the_same_in_their_own_time() -> None:
     size = np.repeat([1.0, fast], 18)
     for name in ("transition", "between"):
         scaled, known = getattr(found, name) / size[:, None] * size, getattr(expected, name)
-        np.testing.assert_allclose(scaled, known, rtol=1e-9, atol=1e-14 * np.abs(known).max())
-    orbits = [touching_orbit(slow, one, period, 1e-3), touching_orbit(system, other, period / fast, 1e-3)]
-    found_twice = [orbit for orbit in orbits if isinstance(orbit, Response)]
-    projected = [orbit.state[..., :18] @ slow.direction.T for orbit in found_twice]
-    assert len(projected) == 2
+        np.testing.assert_allclose(scaled, known, rtol=1e-9, atol=2e-14 * np.abs(known).max())
+    orbits = [Periodic().solve(slow, one, period), Periodic().solve(system, other, period / fast)]
+    projected = [orbit.state[..., :18] @ slow.direction.T for orbit in orbits]
     np.testing.assert_allclose(projected[1], projected[0], atol=1e-7 * np.abs(projected[0]).max())
 
 
@@ -230,7 +193,7 @@ def test_equal_planets_share_the_load_equally() -> None:
     """In the mean, and at every instant one lag later."""
     response = symmetric()
     forces, tabled = step_forces(response), response.tables
-    total = (forces.elastic + forces.damping)[0]
+    total = forces.normal[0]
     mean = np.einsum("s,sm->m", tabled.width, total.mean(axis=1))
     np.testing.assert_allclose(mean, 90.0 / 3 / BASE["sun"], rtol=1e-3)
     np.testing.assert_allclose(mean, np.repeat(mean[[0, 3]], 3), rtol=1e-9)
@@ -271,8 +234,8 @@ def test_energy_of_the_translating_set_closes_and_every_term_counts() -> None:
     missing = abs(balance.residual) * balance.input
     assert balance.input == pytest.approx(90.0 * (SPEED - CARRIER), rel=1e-9)
     assert missing < 1e-5 * balance.bearing_damping
-    for term in (balance.bearing_damping, balance.mesh_damping, -balance.parametric, balance.moving_gaps):
-        assert term > 10.0 * missing
+    for term in (balance.bearing_damping, balance.mesh_damping, balance.parametric, balance.moving_gaps):
+        assert abs(term) > 10.0 * missing
 
 
 def test_one_planet_on_rigid_bearings_is_a_pair() -> None:
@@ -337,8 +300,8 @@ def test_separating_flanks_go_by_parts_of_steps() -> None:
             state = np.zeros(36)
             state[2] = 2e-6
             grid = stage_grid(BREAKS, steps)
-            marcher = TableMarcher(planetary(torque), tables(grid, amplitude=amplitude), PERIOD, exact=exact)
-            marcher.march(state, 1)
+            marcher = OnTables(planetary(torque), tables(grid, amplitude=amplitude), PERIOD, exact=exact)
+            marcher.integrate(state, 1)
             ends.append(state)
         error = np.abs(ends[0] - ends[1])
         assert error[:18].max() < 1e-5 * np.abs(ends[1][:18]).max()
@@ -367,7 +330,7 @@ def test_a_trajectory_alone_is_that_beside_its_tangents() -> None:
     smooth = Periodic().solve(system, tables(grid, amplitude=0.2e-6), PERIOD)
     shooting = Shooting(system, tables(grid, amplitude=2.5e-6), PERIOD)
     beside, _ = shooting.path_of(smooth.state[0, 0])
-    marcher, alone = shooting.marcher, np.empty(beside.size)
+    marcher, alone = shooting.integrator, np.empty(beside.size)
     set_start(marcher.kernel.balance, alone, smooth.state[0, 0], 1)
     changes = over_period(
         marcher.kernel,
@@ -435,12 +398,15 @@ def b23_law(load: float, mu: float) -> Any:
                 )
                 delta = approach - 1e-6 * np.sin(angle)
                 speed = speed - 2e-6 * np.pi / PERIOD * np.cos(angle)
-                force = rubbed = moment = 0.0
-                for k, sliding, s in pairs(m, phase, middle, mu):
-                    pair = float(k) * max(delta, 0.0)
-                    force, rubbed = force + pair, rubbed + sliding * pair
+                total = rubbed = moment = 0.0
+                springs = pairs(m, phase, middle, mu)
+                every = sum(float(k) for k, _, _ in springs)
+                for k, sliding, s in springs:
+                    pair = 0.0
+                    if delta > 0.0:  # what deforms is damped, and does not pull
+                        pair = max(0.0, float(k) * (delta + damping[m] * speed / every))
+                    total, rubbed = total + pair, rubbed + sliding * pair
                     moment += sliding * pair * s
-                total = force + (damping[m] * speed if delta > 0.0 else 0.0)
                 tan = np.tan(alpha[m])
                 if inner:
                     t_sun -= total * r["sun"] + rubbed * r["sun"] * tan + moment
@@ -476,7 +442,7 @@ def test_torsional_set_with_friction_closes_under_scipy_and_in_energy(mu: float)
 def test_newmark_comes_to_the_same_response_with_second_order(free: bool) -> None:
     """The paper's method, marched: B23's set with friction, whose load is found, and eighteen degrees."""
     system, mu = (torsional(), 0.1) if free else (planetary(), None)
-    phase, grid = np.linspace(0.0, 0.999, 101), stage_grid(BREAKS, 600, 4)
+    phase, grid = np.linspace(0.0, 0.999, 101), stage_grid(BREAKS, 600)
     response = Periodic().solve(system, tables(grid, mu), PERIOD)
     exact = deflection_at(response, grid, phase)[0]
     error = []

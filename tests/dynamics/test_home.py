@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.dynamics.home import KEPT, Home
-from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.response import Response, step_forces
-from wearlab.dynamics.shooting import Shooting
+from wearlab.dynamics.orbits.home import KEPT, Home
+from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.orbits.response import Response, step_forces
+from wearlab.dynamics.orbits.shooting import Shooting
 
 PAIR = BenchmarkPair()
 LIGHT = PAIR._replace(torque=60.0, mesh_damping=300.0, bearing_damping=2000.0, amplitude=8e-6)
@@ -35,7 +35,7 @@ def test_what_counts_as_back_parts_no_more(pair: BenchmarkPair, rpm: float) -> N
     for _ in range(20):
         state = moved(response, home, 1.0, rng)
         assert home.away(state) == pytest.approx(1.0)
-        _, path = shooting.march(state.copy(), 40, 40)
+        _, path = shooting.integrate(state.copy(), 40, 40)
         deflection = (
             path[:, :, :3] @ response.system.direction[0]
             - response.tables.error[:, [0, 2], 0].reshape(-1)[np.r_[0, 1 : 2 * path.shape[1] - 1 : 2]]
@@ -47,9 +47,9 @@ def test_flanks_can_part_where_a_motion_takes_away_more() -> None:
     response, shooting, home = at_home(LIGHT, 4000.0)
     rng, parted = np.random.default_rng(3), 0
     for _ in range(20):
-        before = shooting.marcher.changes
-        shooting.march(moved(response, home, 3.0 / KEPT, rng), 2)
-        parted += shooting.marcher.changes > before
+        before = shooting.integrator.changes
+        shooting.integrate(moved(response, home, 3.0 / KEPT, rng), 2)
+        parted += shooting.integrator.changes > before
     assert parted > 10
 
 

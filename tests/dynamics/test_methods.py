@@ -5,8 +5,8 @@ import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
-from wearlab.dynamics.response import deflection_at
-from wearlab.dynamics.steady import remaining_change
+from wearlab.dynamics.orbits.integrate import remaining_change
+from wearlab.dynamics.orbits.response import deflection_at
 
 PAIR = BenchmarkPair()
 SEPARATING = PAIR._replace(amplitude=6e-6)

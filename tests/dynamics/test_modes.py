@@ -5,10 +5,10 @@ import pytest
 from benchmark_pair import BASE_RADIUS, BenchmarkPair, mesh_period
 
 from wearlab.dynamics.modes import critical_speeds, modes
-from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.response import deflection_at
+from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.orbits.response import deflection_at
 from wearlab.dynamics.spur import Meshing, PairedGear, torsional
-from wearlab.dynamics.steps import fastest_rate, steps_per_period
+from wearlab.dynamics.steps.count import fastest_rate, steps_per_period
 
 RPM = 30.0 / np.pi
 PAIR = BenchmarkPair()

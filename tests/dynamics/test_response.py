@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.response import (
+from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.orbits.response import (
     Response,
     accelerations,
     coordinates_at,

@@ -203,7 +203,7 @@ def test_x_is_found_by_the_key_that_was_swept(many):
     """Was refused: the block has a name of its own."""
     plot = plot_of(many, sampled(), kind="line", y="life", x="value")
     (panel,) = plot.panels
-    assert panel.x_label == "Coefficient value ($10^{-14}$\N{NO-BREAK SPACE}m²/N)"
+    assert panel.x_label == "Wear coefficient ($10^{-14}$\N{NO-BREAK SPACE}m²/N)"
     (curve,) = panel.curves
     assert curve.look == "dots" and len(curve.x) == COUNT  # drawn at random: no line joins them
 
@@ -221,7 +221,7 @@ def test_sensitivity_ranks_sweeps_and_samples(many):
     (line, _) = plot.panels[0].curves
     np.testing.assert_allclose(line.x, [100.0, 101.0, 102.0, 103.0])
     plot = seen(many, sampled(), kind="sensitivity")
-    assert plot.panels[0].names == ("coefficient value",)
+    assert plot.panels[0].names == ("wear coefficient",)
     with pytest.raises(FigureError, match="nothing varies"):
         seen(many, swept(1), kind="sensitivity")
     with pytest.raises(FigureError, match="nothing varies"):

@@ -7,7 +7,7 @@ from wearlab.mesh.clock import Mesh, breaks_on_clock, instants_of, sampling
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.errors import mesh_error
 from wearlab.mesh.excitation import Fourier, Modulated, Pairs, Touching, combined_error
-from wearlab.mesh.force import mesh_force
+from wearlab.mesh.force import Dashpot, Deflections, flank_forces
 from wearlab.mesh.profile import lookup, profile_grid
 from wearlab.mesh.stages import stage_grid
 from wearlab.mesh.stiffness import GivenStiffness, constant
@@ -62,7 +62,8 @@ def test_force_of_pairs_is_that_of_its_springs_and_the_back_flank(grid, analysis
     where = lookup(grid, np.array([0.2, 0.6, 0.9]))
     _, gap, _ = analysis.at(nodes, where)
     for delta in (2e-5, 3e-6, -1e-6, -6e-5):
-        force = mesh_force(Touching(analysis, nodes, None), where, np.full(3, delta), 5e-5)
+        motion = Deflections(np.full(3, delta), np.zeros(3))
+        force = flank_forces(Touching(analysis, nodes, None), where, motion, Dashpot(0.0, False, 5e-5), 1.0)
         for i in range(3):
             present = np.isfinite(gap[i])
             expected = np.where(present, K * np.maximum(0.0, delta - np.where(present, gap[i], 0.0)), 0.0)
@@ -107,7 +108,8 @@ def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, 
     )
     where = lookup(grid, np.array([0.1, 0.85]))
     delta = np.array([2e-5, 1.5e-5])
-    force = mesh_force(Touching(analysis, nodes, series), where, delta, None)
+    motion = Deflections(delta, np.zeros(2))
+    force = flank_forces(Touching(analysis, nodes, series), where, motion, Dashpot(0.0), 1.0)
     np.testing.assert_allclose(force.elastic, series.stiffness.value(where.phase) * delta)
     np.testing.assert_allclose(force.pair.sum(axis=1), force.elastic)
     share = analysis.quasistatic(nodes, where).force / LOAD

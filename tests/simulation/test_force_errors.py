@@ -10,7 +10,7 @@ from made_pair import PAIR
 
 from wearlab.accuracy.steady import second_method, steady
 from wearlab.campaign import load
-from wearlab.dynamics.periodic import Periodic
+from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.simulation import simulate
@@ -72,7 +72,7 @@ def table() -> tuple[Scene, float]:
 def test_the_largest_force_over_a_table_is_what_dop853_finds(table: tuple[Scene, float]) -> None:
     scene, truth = table
     run = simulate(scene)
-    assert int(run.count_steps_per_period) == len(build(scene).vibration.touching.grid.width)
+    assert int(run.count_steps_per_period) == len(build(scene).vibration.sampling.grid.width)
     missed = abs(float(run.mesh_force_max[-1, 0]) - truth)
     assert missed < 1e-5 * truth and missed <= float(run.error_estimate_mesh_force_max[-1])
 

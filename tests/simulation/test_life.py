@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearlab.dynamics.coexisting import FURTHER, RELEASES
+from wearlab.dynamics.orbits.coexisting import FURTHER, RELEASES
 from wearlab.figures.runs import Run, _with_states
 from wearlab.simulation import Refused, simulate
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from wearlab.campaign import load
-from wearlab.dynamics.acceleration import lobatto
+from wearlab.dynamics.forces.acceleration import lobatto
 from wearlab.simulation import simulate
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
@@ -51,7 +51,7 @@ def test_a_spectrum_ends_where_too_few_steps_do() -> None:
     asked = {"variables": ["all", "mesh_acceleration_orders", "mesh_acceleration_rms"]}
     scene = scene.replace("dynamics.method", "rk4")  # orbits are found on other steps, which carry more
     few = simulate(scene.replace("store", asked).replace("numerics.steps_per_period", 24))
-    many = simulate(scene.replace("store", asked).replace("numerics.steps_per_period", 400))
+    many = simulate(scene.replace("store", asked).replace("numerics.steps_per_period", 800))
     lines, expected = few.mesh_acceleration_orders.values[0, 0], many.mesh_acceleration_orders.values[0, 0]
     carried = np.isfinite(lines)
     assert np.isfinite(expected).all() and 0 <= carried.sum() < 40

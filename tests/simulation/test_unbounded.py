@@ -2,7 +2,7 @@
 
 import pytest
 
-from wearlab.dynamics.periodic import Periodic, Unbounded
+from wearlab.dynamics.orbits.periodic import Periodic, Unbounded
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
 from wearlab.simulation.errors import Refused
@@ -37,7 +37,6 @@ def test_a_life_whose_motion_comes_to_know_no_bound_ends_there(scene, monkeypatc
         return known(self, system, tables, *more)
 
     monkeypatch.setattr(Periodic, "solve", solve)
-    monkeypatch.setattr(Periodic, "on_few_steps", lambda *_: None)
     lived = simulate(scene("base case").replace("wear.until", {"depth": "20 um", "flank": "pinion"}))
     assert lived.end_reason == "unbounded motion"
     assert lived.verdict == "stopped"

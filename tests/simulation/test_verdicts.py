@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from wearlab.campaign import load
-from wearlab.dynamics.periodic import Periodic, settling_periods
-from wearlab.dynamics.shooting import Shooting
+from wearlab.dynamics.orbits.periodic import Periodic, settling_periods
+from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.life.averaging import BLOCK, scatter
 from wearlab.scene import Scene
 from wearlab.scene.build import build

@@ -17,6 +17,7 @@ MAY_BE_ABSENT = (
     "error_estimate_wear_depth",  # where every rougher twin responds otherwise
     *("life", "remaining_useful_life", "service_life", "error_estimate_life"),  # not reached
     *("coexisting_multiplier", "coexisting_period", "coexisting_force_min", "coexisting_force_max"),
+    *("rival_multiplier", "rival_period", "rival_force_min", "rival_force_max"),
 )
 WORST_RESIDUAL = 0.01
 MOST_MAPS = 2_000_000

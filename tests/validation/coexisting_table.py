@@ -18,10 +18,10 @@ from drawn_scenes import external_pair, internal_pair
 from numpy.typing import NDArray
 
 from wearlab.campaign import load
-from wearlab.dynamics.coexisting import coexisting
-from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.response import Response
-from wearlab.dynamics.shooting import Shooting
+from wearlab.dynamics.orbits.coexisting import coexisting
+from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.orbits.response import Response
+from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
 from wearlab.scene.build import build
@@ -126,7 +126,7 @@ def elsewhere(response: Response, method: Periodic, states: Iterable[Array]) -> 
     n, limit = len(response.system.load), APART * deflection(response)
     for state in states:
         for transient in method.transients(shooting):
-            shooting.march(state, transient)
+            shooting.integrate(state, transient)
             apart = np.abs(response.state[:, 0, :n] - state[:n]).max(axis=1).min()
             if apart <= limit or not np.isfinite(state).all():
                 break

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 
 from wearlab.accuracy.equation import Motion
+from wearlab.mesh.force import Deflections
 
 Array = NDArray[np.float64]
 Harmonics = NDArray[np.complex128]
@@ -39,11 +40,14 @@ class MeshSamples(NamedTuple):
     ----------
     stiffness, gap : (n_mesh, n_pairs, n_samples) [N/m], [m]
     error : (n_mesh, n_samples) [m]
+    gap_rate, lead_rate : (n_mesh, n_pairs, n_samples), (n_mesh, n_samples) [m/s]
     """
 
     stiffness: Array
     gap: Array
     error: Array
+    gap_rate: Array
+    lead_rate: Array
 
 
 class HarmonicBalance:
@@ -57,8 +61,8 @@ class HarmonicBalance:
     """
 
     def __init__(self, given: Motion, harmonics: int, periods: int) -> None:
-        if given.rubs:
-            raise ValueError("harmonic balance is written for meshes without friction")
+        if given.rubs or given.shared:
+            raise ValueError("harmonic balance is written for uncoupled pairs without friction")
         self.given, self.harmonics, self.periods = given, harmonics, periods
         self.gated = given.gated
         count = 2 ** int(np.ceil(np.log2(OVERSAMPLING * harmonics)))
@@ -121,6 +125,11 @@ class HarmonicBalance:
         waves[..., 1:] *= 2.0
         return np.einsum("pth,mh->pmt", waves, delta).real
 
+    def motions(self, delta: Harmonics, phase: Array) -> Deflections:
+        """Return the same as motions of which the deflections alone are told."""
+        deflection = self.deflection(delta, phase)
+        return Deflections(deflection, np.zeros_like(deflection))
+
     def harmonics_of(self, deflection: Array) -> Harmonics:
         """Return the harmonics of deflections (n_mesh, n_t) [m] at even phases of the orbit."""
         return self._harmonics(deflection)
@@ -134,19 +143,22 @@ class HarmonicBalance:
         """Return N and its derivative by δ in time, (n_mesh, n_samples)."""
         count = self.mesh.error.shape[1]
         here = np.fft.irfft(delta, count, axis=-1, norm="forward")
-        approach = here[:, None] - self.mesh.gap
+        rate = np.fft.irfft(1j * self.frequency * delta, count, axis=-1, norm="forward")
+        c, approach = self.given.mesh_damping[:, None], here[:, None] - self.mesh.gap
         k = np.where(approach > 0.0, self.mesh.stiffness, 0.0)
-        tangent = k.sum(axis=1)
-        force = (k * approach).sum(axis=1)
+        tangent, pressed = k.sum(axis=1), k * approach
+        if self.gated:  # the linear side has c times the rate of δ already
+            share = np.divide(k, tangent[:, None], out=np.zeros_like(k), where=tangent[:, None] > 0.0)
+            damped = pressed + c[:, None] * share * (rate[:, None] - self.mesh.gap_rate)
+            force = np.where(k > 0.0, np.maximum(damped, 0.0), 0.0).sum(axis=1) - c * rate
+        else:
+            force = pressed.sum(axis=1) - c * self.mesh.lead_rate
         back = -self.given.backlash[:, None] - here
-        pressed = back > 0.0
-        if pressed.any():
+        if (back > 0.0).any():
             every = self.mesh.stiffness.sum(axis=1)
-            force, tangent = force - np.where(pressed, every * back, 0.0), tangent + pressed * every
-        parted = tangent == 0.0
-        if self.gated and parted.any():
-            rate = np.fft.irfft(1j * self.frequency * delta, count, axis=-1, norm="forward")
-            force = force - np.where(parted, self.given.mesh_damping[:, None] * rate, 0.0)
+            normal = every * back - (c * rate if self.gated else 0.0)
+            force = force - np.where(back > 0.0, np.maximum(normal, 0.0), 0.0)
+            tangent = tangent + (back > 0.0) * every
         return force - self.mean[:, None] * here, tangent - self.mean[:, None]
 
 
@@ -157,7 +169,9 @@ def sampled(given: Motion, phase: Array) -> MeshSamples:
     u = (phase - edges[cell]) / np.diff(edges)[cell]
     powers = u[:, None] ** np.arange(given.coefficients.shape[-1])
     values = np.einsum("tmqc,tc->mqt", given.coefficients[cell], powers)
-    return MeshSamples(np.maximum(values[:, :pairs], 0.0), values[:, pairs : 2 * pairs], values[:, -2])
+    rate, lead = values[:, 2 * pairs : 3 * pairs], values[:, -3]
+    stiffness, gap = np.maximum(values[:, :pairs], 0.0), values[:, pairs : 2 * pairs]
+    return MeshSamples(stiffness, gap, values[:, -2], rate / given.period, lead / given.period)
 
 
 def _stacked(values: Harmonics) -> Array:

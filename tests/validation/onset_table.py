@@ -14,15 +14,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from corner_elements import OPTIONS, PAIRS, load_corners, meetings
 
-from wearlab.dynamics.extremes import extremes
-from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.response import deflection_at
+from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.orbits.response import deflection_at
 from wearlab.dynamics.system import System
 from wearlab.mesh.clock import Mesh, look_within, sampling
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.errors import MeshError
 from wearlab.mesh.excitation import Touching
-from wearlab.mesh.force import mesh_force
+from wearlab.mesh.force import Dashpot, Deflections, flank_forces
 from wearlab.mesh.profile import lookup
 from wearlab.mesh.stages import stage_grid
 from wearlab.mesh.tabulation import stage_tables
@@ -154,7 +154,7 @@ def moving(analysis: ContactAnalysis, moved: Mover) -> Moving:
     response = Periodic().solve(system, tables, moved.period, None)
     delta = deflection_at(response, steps, np.zeros(1))[0][0, 0]
     where = look_within(grid, [0.0], np.zeros((1, 1)), np.array([1e-6]))
-    pair = mesh_force(touching, where, delta, None).pair
+    pair = flank_forces(touching, where, Deflections(delta, 0.0 * delta), Dashpot(0.0), 1.0).pair
     return Moving(float(extremes(response).largest[0]), float(pair[0, list(grid.pair_numbers).index(0)]))
 
 

@@ -15,7 +15,7 @@ from wearlab.accuracy.equation import Motion, starting_state
 from wearlab.accuracy.ladder import SHARE, Rung, WorkPrecision, timing, told
 from wearlab.accuracy.steady import Reference, Steady, relative_error
 from wearlab.dynamics.balance import balance_of
-from wearlab.dynamics.periodic import Periodic
+from wearlab.dynamics.orbits.periodic import Periodic
 
 Array = NDArray[np.float64]
 
@@ -83,7 +83,7 @@ def course(problem: Steady, known: Reference) -> Course:
         (colds[best], warm),
         (left[best], transient(problem, known, warm)),
         np.abs(known.response.state).max(axis=(0, 1)),
-        np.asarray(tight.deflection(near, tight.look(phase))[0]),
+        np.asarray(tight.motions(near, tight.look(phase)).deflection),
     )
 
 
@@ -174,5 +174,5 @@ def balance_rung(given: Course, harmonics: int) -> Rung:
     if found is None:
         return Rung(harmonics, np.inf, np.nan, np.nan)
     phase = given.problem.phase
-    error = relative_error(given.problem.force(balance.deflection(found, phase), phase), given.known.force)
+    error = relative_error(given.problem.force(balance.motions(found, phase), phase), given.known.force)
     return Rung(harmonics, error, timing(balance.solve), np.nan, timing(partial(balance.solve, near)))

@@ -206,7 +206,7 @@ def _balance(given: Course, harmonics: int) -> Contestant | None:
     if found is None:
         return None
     phase = given.problem.phase
-    force = given.problem.force(balance.deflection(found, phase), phase)
+    force = given.problem.force(balance.motions(found, phase), phase)
     return Contestant(
         BALANCE, f"{harmonics} harmonics", relative_error(force, given.known.force), balance.solve
     )

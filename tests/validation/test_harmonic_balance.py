@@ -11,7 +11,7 @@ from wearlab.accuracy.steady import reference, relative_error, steady
 def balanced(problem, known, harmonics):
     balance = HarmonicBalance(problem.motion(known.response.system), harmonics, 1)
     found = balance.solve()
-    force = problem.force(balance.deflection(found, problem.phase), problem.phase)
+    force = problem.force(balance.motions(found, problem.phase), problem.phase)
     return balance, found, relative_error(force, known.force)
 
 

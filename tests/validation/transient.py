@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.accuracy.steady import Reference, Steady
-from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.runge_kutta4 import TableMarcher
+from wearlab.dynamics.orbits.integrate import OnTables
+from wearlab.dynamics.orbits.periodic import Periodic
 
 Array = NDArray[np.float64]
 
@@ -30,8 +30,8 @@ def transient(problem: Steady, reference: Reference, start: Array) -> Array:
     decay = min(reference.multiplier, 1.0 - 1e-9) or 0.5
     settled = int(min(MOST_PERIODS, np.ceil(np.log(SMALLEST) / np.log(decay)) + 30 * orbit.period))
     count = -(-settled // orbit.period) * orbit.period
-    marcher = TableMarcher(vibration.system, orbit.tables, orbit.mesh_period, exact=True)
-    _, path = marcher.march(start.copy(), count, count)
+    marcher = OnTables(vibration.system, orbit.tables, orbit.mesh_period, exact=True)
+    _, path = marcher.integrate(start.copy(), count, count)
     path = path[..., : len(start) // 2] @ vibration.system.direction.T
     apart = np.abs(path.reshape(-1, orbit.period, *path.shape[1:]) - path[-orbit.period :])
     stiffest = orbit.tables.stiffness.sum(axis=3).max()

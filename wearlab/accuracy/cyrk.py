@@ -49,6 +49,7 @@ def motion_callback(given: Motion, *, landing: bool) -> Any:
         given.direction,
         given.per_force,
     )
+    shared, rubbing = given.shared, 3 * pairs + (pairs * pairs if given.shared else 0)
     mesh_damping, backlash, push = given.mesh_damping, given.backlash, given.push
     edges, coefficients, per_period = given.edges, given.coefficients, 1.0 / given.period
     cells, kinds, per_width = len(edges) - 1, coefficients.shape[2], 1.0 / np.diff(edges)
@@ -97,25 +98,38 @@ def motion_callback(given: Motion, *, landing: bool) -> Any:
             if faulty:
                 delta -= value(cell, m, kinds - 2, u)
                 rate -= value(cell, m, kinds - 1, u) * per_period
-            force, every, touching, rubbed, moment = 0.0, 0.0, False, 0.0, 0.0
+            force, every, total, rubbed, moment = 0.0, 0.0, 0.0, 0.0, 0.0
+            elastic, tangent = np.zeros(pairs), np.zeros(pairs)
+            for j in range(pairs):
+                k = value(cell, m, j, u)
+                if k > 0.0:
+                    every += k
+                    approach = delta - value(cell, m, pairs + j, u)
+                    if approach > 0.0:
+                        total += k
+                        if shared:
+                            for p in range(pairs):
+                                part = value(cell, m, 3 * pairs + j * pairs + p, u)
+                                elastic[p] += part * k * approach
+                                tangent[p] += part * k
+                        else:
+                            elastic[j], tangent[j] = k * approach, k
             for p in range(pairs):
-                k = value(cell, m, p, u)
-                approach = delta - value(cell, m, pairs + p, u)
-                if two_sided:
-                    every += max(k, 0.0)
-                if k > 0.0 and approach > 0.0:
-                    force += k * approach
-                    touching = True
+                if tangent[p] != 0.0:
+                    normal = elastic[p]
+                    if gated:
+                        approach = rate - value(cell, m, 2 * pairs + p, u) * per_period
+                        normal = max(0.0, normal + mesh_damping[m] * tangent[p] / total * approach)
+                    force += normal
                     if rubs:
-                        rubbed += k * approach * value(cell, m, 2 * pairs + p, u)
-                        moment += k * approach * value(cell, m, 3 * pairs + p, u)
+                        rubbed += normal * value(cell, m, rubbing + p, u)
+                        moment += normal * value(cell, m, rubbing + pairs + p, u)
             if two_sided:
                 back = -backlash[m] - delta
                 if back > 0.0:
-                    force -= every * back
-                    touching = True
-            if touching or not gated:
-                force += mesh_damping[m] * rate
+                    force -= max(0.0, every * back - (mesh_damping[m] * rate if gated else 0.0))
+            if not gated:
+                force += mesh_damping[m] * (rate - value(cell, m, kinds - 3, u) * per_period)
             for row in range(n):
                 out[n + row] -= per_force[m, row] * force
                 if rubs:

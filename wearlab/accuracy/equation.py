@@ -13,7 +13,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit
-from wearlab.dynamics.structure import force_vectors
+from wearlab.dynamics.steps.kernel import force_vectors
 from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Friction, sampling
@@ -39,13 +39,15 @@ class Motion(NamedTuple):
     push : (n,) acceleration by the loads [m/s²]
     per_force : (channels, n) acceleration by a unit mesh force, then by its friction
     edges : (n_cells + 1,) phases at which cells begin and end [1]
-    coefficients : (n_cells, n_mesh, quantities, 5) stiffness and gap of every pair, friction, error and rate
+    coefficients : (n_cells, n_mesh, quantities, 5) stiffness and gap of every spring, rate of every pair's
+        gap, what springs hand to pairs, friction, rate of the least gap, error and its rate
     breaks : (n_segments + 1,) phases between which the mesh is smooth [1]
     first_cell : (n_segments + 1,) cell with which each segment begins
     pairs : pairs in the path of a mesh
     period : duration of a mesh period [s]
     gated : whether meshes damp in contact alone
     rubs : whether flanks rub
+    shared : whether springs are shared by pairs on one gear body
     """
 
     stiffness: Array
@@ -63,6 +65,7 @@ class Motion(NamedTuple):
     period: float
     gated: bool
     rubs: bool
+    shared: bool
 
 
 def motion(
@@ -104,6 +107,7 @@ def motion(
         vibration.period,
         not system.damping_always,
         tables.sliding is not None,
+        tables.part is not None,
     )
 
 
@@ -129,10 +133,12 @@ def _edges(kinds: Sequence[Touching], vibration: Vibration) -> tuple[Array, Inde
 
 def _coefficients(tables: StageTables) -> Array:
     """Return coefficients (n_cells, n_mesh, quantities, 5), constant first, through five points a cell."""
-    quantities = [tables.stiffness, tables.gap]
+    quantities = [tables.stiffness, tables.gap, tables.pair_rate]
+    if tables.part is not None:
+        quantities.append(tables.part.reshape(*tables.part.shape[:3], -1))
     if tables.sliding is not None and tables.moment is not None:
         quantities += [tables.sliding, tables.moment]
-    ends = tables.error[..., None], tables.error_rate[..., None]
+    ends = (each[..., None] for each in (tables.lead_rate, tables.error, tables.error_rate))
     values = np.concatenate([*quantities, *ends], axis=3)  # at start, middle and end of every half cell
     five = np.concatenate([values[0::2], values[1::2, 1:]], axis=1)
     inverse = np.linalg.inv(np.vander(np.linspace(0.0, 1.0, DEGREE + 1), increasing=True))
@@ -188,6 +194,7 @@ def motion_in_cell(given: Any, cell: int, phase: float, y: Any, contact: Any, ou
     """
     n, pairs, meshes = len(given.push), given.pairs, len(given.backlash)
     u, held = within(given, cell, phase), len(contact) > 0
+    elastic, tangent = np.zeros(pairs), np.zeros(pairs)
     for row in range(n):
         out[row] = y[n + row]
         a = given.push[row]
@@ -200,24 +207,39 @@ def motion_in_cell(given: Any, cell: int, phase: float, y: Any, contact: Any, ou
         for row in range(n):
             delta += given.direction[m, row] * y[row]
             rate += given.direction[m, row] * y[n + row]
-        force, every, touching, rubbed, moment = 0.0, 0.0, False, 0.0, 0.0
+        every, total = 0.0, 0.0
         for p in range(pairs):
-            k = polynomial(mesh[p], u)
+            elastic[p], tangent[p] = 0.0, 0.0
+        for j in range(pairs):
+            k = polynomial(mesh[j], u)
             if k > 0.0:
                 every += k
-                approach = delta - polynomial(mesh[pairs + p], u)
-                if contact[m * (pairs + 1) + p] if held else approach > 0.0:
-                    force += k * approach
-                    touching = True
-                    if given.rubs:
-                        rubbed += k * approach * polynomial(mesh[2 * pairs + p], u)
-                        moment += k * approach * polynomial(mesh[3 * pairs + p], u)
+                approach = delta - polynomial(mesh[pairs + j], u)
+                if contact[m * (pairs + 1) + j] if held else approach > 0.0:
+                    total += k
+                    for p in range(pairs):
+                        part = 1.0 if p == j else 0.0
+                        if given.shared:
+                            part = polynomial(mesh[3 * pairs + j * pairs + p], u)
+                        elastic[p] += part * k * approach
+                        tangent[p] += part * k
+        force, rubbed, moment = 0.0, 0.0, 0.0
+        first = 3 * pairs + (pairs * pairs if given.shared else 0)
+        damping = given.mesh_damping[m]
+        for p in range(pairs):
+            normal = elastic[p]
+            if given.gated and tangent[p] != 0.0:
+                gap_rate = polynomial(mesh[2 * pairs + p], u) / given.period
+                normal = max(0.0, normal + damping * tangent[p] / total * (rate - gap_rate))
+            force += normal
+            if given.rubs:
+                rubbed += normal * polynomial(mesh[first + p], u)
+                moment += normal * polynomial(mesh[first + pairs + p], u)
         back = -given.backlash[m] - delta
         if contact[m * (pairs + 1) + pairs] if held else back > 0.0:
-            force -= every * back
-            touching = True
-        if touching or not given.gated:
-            force += given.mesh_damping[m] * rate
+            force -= max(0.0, every * back - (damping * rate if given.gated else 0.0))
+        if not given.gated:
+            force += damping * (rate - polynomial(mesh[-3], u) / given.period)
         for row in range(n):
             out[n + row] -= given.per_force[m, row] * force
             if given.rubs:

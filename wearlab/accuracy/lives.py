@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from wearlab.accuracy.ladder import ENOUGH, Rung, WorkPrecision, timing
 from wearlab.arrays import Array, Index
-from wearlab.dynamics.structure import in_registers
+from wearlab.dynamics.steps.kernel import is_small
 from wearlab.gears.specification import GearError
 from wearlab.life.adaptive import Adaptive
 from wearlab.life.euler import Euler
@@ -214,7 +214,7 @@ def life_curves(scene: Scene, problem: Wearing, known: TimedLife, report: Report
 def finest_settings(problem: Wearing) -> dict[str, int]:
     """Return the settings of the knobs that are not turned."""
     vibration = problem.parts.vibration
-    exact = vibration is not None and not in_registers(vibration.system)
+    exact = vibration is not None and not is_small(vibration.system)
     steps = FINEST_EXACT_STEPS if exact else FINEST_STEPS
     return {"numerics.profile_points": FINEST_PROFILE, "numerics.steps_per_period": steps}
 

@@ -10,28 +10,24 @@ from scipy.integrate import solve_ivp
 from wearlab.accuracy.equation import Motion, approaches, motion, motion_held
 from wearlab.arrays import Array
 from wearlab.dynamics.balance import balance_of, true_derivative
-from wearlab.dynamics.collocation import SIZES
-from wearlab.dynamics.mesh_forces import elastic_force
-from wearlab.dynamics.multipliers import over_sections
-from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.response import Response
-from wearlab.dynamics.shooting import Shooting
-from wearlab.dynamics.steps import exact_steps_per_period, steps_per_period
-from wearlab.dynamics.structure import in_registers
+from wearlab.dynamics.forces.mesh_forces import mesh_forces
+from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.orbits.response import Response
+from wearlab.dynamics.orbits.shooting import Shooting
+from wearlab.dynamics.steps.count import exact_steps_per_period, steps_per_period
+from wearlab.dynamics.steps.kernel import is_small
 from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import look, sampling
 from wearlab.mesh.excitation import Touching
+from wearlab.mesh.force import Deflections
 from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
-from wearlab.scene.build.vibration import MOST_STEPS, OnClock, build_friction, few_steps, fluctuation
+from wearlab.scene.build.vibration import build_friction, fluctuation
 from wearlab.simulation.run import initial_wear
 from wearlab.wear.initials import quadratic
 
-FEWEST = 32
-TABLE_MISSED = 2e-6
-"""What steps for touching flanks may miss of a stiffness from a table, however few are asked for [1]."""
 NEIGHBOUR = 1e-7
 """How much deeper the flanks of the neighbouring wear state are worn [m]."""
 
@@ -71,8 +67,7 @@ class Steady:
     def with_steps(self, steps: int, method: Any = None) -> Vibration:
         """Return the dynamics with about ``steps`` steps a mesh period, by ``method`` if one is given."""
         parts, chosen = self.parts, method or self.vibration.method
-        exact = isinstance(chosen, Periodic) and not in_registers(self.vibration.system)
-        grid = stage_grid(parts.edges[:-1], steps, SIZES[0] if exact else 2)
+        grid = stage_grid(parts.edges[:-1], steps)
         grids, friction = [kind.analysis.grid for kind in self.kinds], build_friction(self.scene, parts.gears)
         return replace(
             self.vibration,
@@ -80,24 +75,7 @@ class Steady:
             sampling=sampling(grids, parts.meshes, parts.edges, grid, friction),
             fluctuation=fluctuation(self.scene, grid.phase),
             slow=None,
-            touching=None,
         )
-
-    def with_few_steps(self, steps: int) -> Vibration:
-        """Return the dynamics with about ``steps`` steps a mesh period for flanks that touch throughout.
-
-        Where flanks part a small system falls back to as many Runge–Kutta steps, for which `FEWEST` are too
-        few; a large one has no other steps.
-        """
-        if self.vibration.touching is None:
-            return self.with_steps(steps, Periodic())
-        parts, marched = self.parts, self.with_steps(max(FEWEST, steps), Periodic())
-        analyses = [kind.analysis for kind in self.kinds]
-        grid = few_steps(OnClock(analyses, parts.meshes, parts.edges), steps, TABLE_MISSED, MOST_STEPS)
-        assert grid is not None
-        grids, friction = [analysis.grid for analysis in analyses], build_friction(self.scene, parts.gears)
-        few = sampling(grids, parts.meshes, parts.edges, grid, friction)
-        return replace(marched, touching=few)
 
     def solve(self, vibration: Vibration, start: Response | None = None) -> Response:
         """Return the response, tables included; slow errors are left out."""
@@ -110,34 +88,35 @@ class Steady:
     def force_of(self, vibration: Vibration, response: Response, phase: Array | None = None) -> Array:
         """Return the elastic forces of all meshes, (n_periods, n_mesh · n_phases) [N]."""
         phase = self.phase if phase is None else phase
-        return self.force(vibration.deflection(response, vibration.look(phase))[0], phase)
+        return self.force(vibration.motions(response, vibration.look(phase)), phase)
 
-    def force(self, deflection: Array, phase: Array) -> Array:
+    def force(self, motions: Deflections, phase: Array) -> Array:
         """Return the elastic mesh forces for mesh deflections.
 
         Parameters
         ----------
-        deflection : (n_periods, n_mesh, n_phases) [m]
+        motions : (n_periods, n_mesh, n_phases) deflections and their rates
         phase : (n_phases,) of the clock [1]
 
         Returns
         -------
         (n_periods, n_mesh · n_phases) [N]
         """
-        forces = []
+        forces, vibration = [], self.vibration
         for m, mesh in enumerate(self.parts.meshes):
             kind = self.kinds[mesh.kind]
             where = look(kind.analysis.grid, [mesh.lag], phase)
-            forces.append(elastic_force(self.vibration.system, m, kind, where, deflection[:, m]))
+            own = Deflections(motions.deflection[:, m], motions.rate[:, m])
+            forces.append(mesh_forces(vibration.system, m, kind, where, own, vibration.period).elastic)
         return np.concatenate(forces, axis=1)
 
     def force_of_states(self, states: Array) -> Array:
         """Return the elastic mesh forces for states (n_periods, n_phases, 2n), as `force` does [N]."""
         direction = self.vibration.system.direction
-        position = states[..., : direction.shape[1]] @ direction.T
-        meshes = self.parts.meshes
+        n, meshes = direction.shape[1], self.parts.meshes
         error = np.stack([mesh.error.value(self.phase - mesh.lag) for mesh in meshes], axis=-1)
-        return self.force(np.moveaxis(position - error, 2, 1), self.phase)
+        deflection, rate = states[..., :n] @ direction.T - error, states[..., n:] @ direction.T
+        return self.force(Deflections(np.moveaxis(deflection, 2, 1), np.moveaxis(rate, 2, 1)), self.phase)
 
 
 def turning_nowhere(vibration: Vibration) -> Vibration:
@@ -173,6 +152,9 @@ LANDING_TOLERANCE = 3e-13
 CLOSED = 3e-12
 MOST_CLOSINGS = 8
 MOST_EVENTS = 200
+FIRST = 1e-6
+"""First step after a change of contact, over the period: what has changed has left zero before anything
+follows."""
 
 
 class Unsuited(ValueError):
@@ -228,7 +210,7 @@ def reference(problem: Steady, *, checked: bool = True) -> Reference:
 
 def tight_steps(problem: Steady, tolerance: float = TIGHT) -> int:
     """Return the steps a mesh period that make the error of the default method about ``tolerance``."""
-    if in_registers(problem.vibration.system):
+    if is_small(problem.vibration.system):
         return marching_steps(problem, tolerance)
     return _steps(problem, exact_steps_per_period, tolerance)
 
@@ -271,10 +253,9 @@ def second_method(problem: Steady, given: Motion, response: Response) -> Array:
 def period_derivative(system: System, response: Response) -> Array:
     """Return the derivative of the map over all periods of a response, (2n, 2n)."""
     balance = balance_of(system, response.mesh_period)
-    if response.map_derivative is not None:
-        known = response.map_derivative
-        known = known if balance is None else true_derivative(system, balance, known)
-        return over_sections(system, known, response.sections)
+    if response.derivative is not None:
+        given = response.derivative
+        return given if balance is None else true_derivative(system, balance, given)
     shooting = Shooting(system, response.tables, response.mesh_period)
     derivative = np.eye(shooting.rows)
     for period in range(response.period):
@@ -321,7 +302,8 @@ def _over_segment(
         solution = solve_ivp(
             motion_held, (now, end), state, method="DOP853", args=(given, *cells, contact),
             rtol=LANDING_TOLERANCE, atol=LANDING_TOLERANCE * scale, max_step=given.period / 200,
-            dense_output=True, events=_change(given, cells, contact),
+            first_step=min(FIRST * given.period, end - now), dense_output=True,
+            events=_change(given, cells, contact),
         )  # fmt: skip
         reached = solution.t[-1]
         here = (times >= now - 1e-15) & (times <= reached)

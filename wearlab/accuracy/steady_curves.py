@@ -24,8 +24,8 @@ from wearlab.accuracy.steady import (
 )
 from wearlab.arrays import Array
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
-from wearlab.dynamics.response import Response
-from wearlab.dynamics.steps import fastest_rate
+from wearlab.dynamics.orbits.response import Response
+from wearlab.dynamics.steps.count import fastest_rate
 from wearlab.gears.specification import GearError
 from wearlab.life.vibration import Vibration
 from wearlab.scene import Scene
@@ -155,7 +155,7 @@ def steps_curve(problem: Steady, known: Reference, ladder: tuple[int, ...] = STE
     rungs = []
     for steps in ladder:
         with suppress(GearError):  # so few steps are refused
-            rungs.append(_steps_rung(problem, known, problem.with_few_steps(steps)))
+            rungs.append(_steps_rung(problem, known, problem.with_steps(steps, Periodic())))
     return WorkPrecision("periodic", "steps_per_period", "mesh_force", "wearlab", tuple(rungs))
 
 

@@ -77,18 +77,17 @@ def balance_of(system: System, period: float) -> Balance | None:
 
 @jit_inner
 def rebalance(balance: Any, before: Any, after: Any, period: float) -> None:
-    """Take mean acceleration and drift of a marched period (2n,) out of a set free to turn."""
-    if balance is not None:
-        n = len(after) // 2
-        for row in range(len(balance.held)):
-            gained, drifted = 0.0, 0.0
-            for x in range(n):
-                gained += balance.momentum[row, x] * (after[n + x] - before[n + x])
-                drifted += balance.momentum[row, x] * (after[x] - before[x])
-            balance.size[row] -= gained / (period * balance.gain[row])
-            for x in range(n):
-                after[x] -= balance.shape[row, x] * drifted
-                after[n + x] -= balance.shape[row, x] * drifted / period
+    """Take mean acceleration and drift of an integrated period (2n,) out of a set free to turn."""
+    n = len(after) // 2
+    for row in range(len(balance.held)):
+        gained, drifted = 0.0, 0.0
+        for x in range(n):
+            gained += balance.momentum[row, x] * (after[n + x] - before[n + x])
+            drifted += balance.momentum[row, x] * (after[x] - before[x])
+        balance.size[row] -= gained / (period * balance.gain[row])
+        for x in range(n):
+            after[x] -= balance.shape[row, x] * drifted
+            after[n + x] -= balance.shape[row, x] * drifted / period
 
 
 @once

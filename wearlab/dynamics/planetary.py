@@ -9,7 +9,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.planetary_mesh import CENTRAL, U, bearing_vectors, coordinates, mesh_vectors
 from wearlab.dynamics.rigid import require_held
-from wearlab.dynamics.rigid_set import RigidSet, effective_masses
+from wearlab.dynamics.rigid_set import RigidSet
 from wearlab.dynamics.spur import Meshing
 from wearlab.dynamics.supports import FREE, MemberSupport, Support, damping_of, grounded, stiffness_of
 from wearlab.dynamics.system import System
@@ -129,7 +129,6 @@ def assemble(
 class _Meshes(TypedDict):
     mesh_damping: Array
     damping_always: bool
-    mesh_mass: Array
     backlash: Array | None
 
 
@@ -143,7 +142,6 @@ def meshes_of(rigid: RigidSet, meshing: Mapping[str, Meshing]) -> _Meshes:
     return {
         "mesh_damping": rigid.per_mesh({mesh: meshing_of.damping for mesh, meshing_of in meshing.items()}),
         "damping_always": any(meshing_of.damps_always for meshing_of in meshing.values()),
-        "mesh_mass": rigid.per_mesh(effective_masses(rigid)),
         "backlash": None if set(backlash.values()) <= {None} else rigid.per_mesh(given),
     }
 

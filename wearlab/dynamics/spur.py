@@ -228,8 +228,6 @@ def _rotation(
 
 
 def _system(gears: tuple[PairedGear, PairedGear], parts: list[_Part], mesh: Meshing) -> System:
-    first, second = gears
-    mass = effective_mass((first.inertia, second.inertia), (first.base_radius, second.base_radius))
 
     def joined(field: str) -> Array:
         return np.array([value for part in parts for value in getattr(part, field)])
@@ -248,7 +246,6 @@ def _system(gears: tuple[PairedGear, PairedGear], parts: list[_Part], mesh: Mesh
         load=joined("load"),
         mesh_damping=np.array([mesh.damping]),
         damping_always=mesh.damps_always,
-        mesh_mass=np.array([mass]),
         backlash=None if mesh.backlash is None else np.array([mesh.backlash]),
         fluctuation_direction=None if parts[-1].fluctuation is None else joined("fluctuation"),
         supports=supports,

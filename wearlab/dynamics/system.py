@@ -6,18 +6,18 @@ import numpy as np
 
 from wearlab.arrays import Array, Flags
 from wearlab.dynamics.supports import Support
-from wearlab.dynamics.symmetry import Symmetry
 
 
 class System(NamedTuple):
     """A vibrating structure with mesh forces between its coordinates.
 
-    ``M q̈ + (C + ω_c G) q̇ + (K − ω_c² K_ω) q + Σ_i d_i W_i = F`` with ``δ_i = d_i·q − e_i`` and
-    ``W_i = elastic(δ_i, phase) + c_i δ̇_i``. What is ``None`` is absent: neither evaluated nor compiled.
+    ``M q̈ + (C + ω_c G) q̇ + (K − ω_c² K_ω) q + Σ_i d_i W_i = F`` with ``δ_i = d_i·q − e_i`` and W_i the
+    normal forces of the mesh's flanks, drive minus back, see `wearlab.mesh.force`. What is ``None`` is
+    absent.
 
-    Tooth friction adds ``Σ_i Σ_p Λμ_p F_p (f0_i + s_p f1_i)`` to the left-hand side, F_p the elastic force on
-    the drive flank of pair p and s_p its path position: lever arms are linear in s, so two constant vectors
-    a mesh say all. The kinematic direction d stays. Friction on back flanks is left out: they carry load in
+    Tooth friction adds ``Σ_i Σ_p Λμ_p N_p (f0_i + s_p f1_i)`` to the left-hand side, N_p the normal force on
+    the drive flank of pair p and s_p its path position: lever arms are linear in s, so two constant vectors a
+    mesh say all. The kinematic direction d stays. Friction on back flanks is left out: they carry load in
     rattle alone.
 
     Parameters
@@ -28,7 +28,6 @@ class System(NamedTuple):
     load : (n,) constant load F [N]
     mesh_damping : (n_mesh,) c [N s/m]
     damping_always : the mesh damping acts in separation too (the papers), not only while flanks touch
-    mesh_mass : (n_mesh,) effective mass of each mesh on its own line of action, m_c [kg]
     backlash : (n_mesh,) normal backlash j_bn [m]: back contact at δ < −j_bn; None: no back flank
     fluctuation_direction : (n,) load that the tabulated fluctuation multiplies [N], or None
     gyroscopic, centripetal : (n, n) G [kg], K_ω [kg], or None
@@ -38,7 +37,6 @@ class System(NamedTuple):
     balance : (n,) a load of unknown size that keeps the mean speed of a system free to turn; None: the loads
         given must be in balance [1]
     supports : what holds the members; they make up C and K and say which force a bearing exerts
-    symmetry : what turns a planetary set into itself over a part of the mesh period, or None
     """
 
     coordinates: tuple[str, ...]
@@ -49,7 +47,6 @@ class System(NamedTuple):
     load: Array
     mesh_damping: Array
     damping_always: bool
-    mesh_mass: Array
     backlash: Array | None = None
     fluctuation_direction: Array | None = None
     gyroscopic: Array | None = None
@@ -60,7 +57,6 @@ class System(NamedTuple):
     friction_slope: Array | None = None
     balance: Array | None = None
     supports: tuple[Support, ...] = ()
-    symmetry: Symmetry | None = None
 
     @property
     def turns(self) -> Flags:

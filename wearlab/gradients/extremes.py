@@ -6,9 +6,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.dynamics.extremes import FRACTIONS, extremes, nearest
-from wearlab.dynamics.response import Response
-from wearlab.dynamics.within import forces_at, forces_within
+from wearlab.dynamics.forces.extremes import FRACTIONS, extremes, forces_within, nearest
+from wearlab.dynamics.orbits.response import Response, forces_at
 
 
 class Places(NamedTuple):

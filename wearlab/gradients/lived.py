@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.response import Response
-from wearlab.dynamics.structure import in_registers
+from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.steps.kernel import is_small
 from wearlab.gears.specification import GearError
 from wearlab.gradients.errors import GradientError
 from wearlab.gradients.numbers import STEP, STEP_OF_LARGE
@@ -134,7 +133,7 @@ class LivedSteps:
     def step(self) -> float:
         """Change of a number over its size by which derivatives are taken [1]."""
         moves = self.ends.parts.vibration
-        return STEP if moves is None or in_registers(moves.system) else STEP_OF_LARGE
+        return STEP if moves is None or is_small(moves.system) else STEP_OF_LARGE
 
     @property
     def counts(self) -> Flanks:
@@ -172,7 +171,7 @@ class LivedSteps:
             else:
                 near = known[len(states)]
             start = near.responses or next((state.responses for state in states[::-1] if state.responses), ())
-            state = of.evaluate(of.split(wear), tuple(map(_alone, start)) or None, near)
+            state = of.evaluate(of.split(wear), tuple(start) or None, near)
             if any(response.period == 0 for response in state.responses):
                 raise GradientError("the response does not repeat on the way: it has no derivative")
             if not isinstance(known, RecordedRate) and _periods(state) != _periods(near):
@@ -217,11 +216,6 @@ class LivedSteps:
         before, after = max(step.start.cycle, self.cycle - half), min(step.end.cycle, self.cycle + half)
         low, high = (depth_at(step, cycle)[counts][node] for cycle in (before, after))
         return float((high - low) / (after - before))
-
-
-def _alone(response: Response) -> Response:
-    """Return a response whose neighbours are solved for themselves: corrections stop short of round-off."""
-    return replace(response, near=None)
 
 
 def _closed(state: WearState) -> bool:

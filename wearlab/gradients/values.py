@@ -56,8 +56,8 @@ def _force(parts: Parts, state: WearState, near: WearState) -> Array:
 
 def _deflection(parts: Parts, state: WearState, near: WearState) -> Array:
     assert parts.vibration is not None and state.response is not None
-    deflection, _ = parts.vibration.deflection(state.response, parts.vibration.look(parts.phase))
-    return deflection.transpose(1, 0, 2)
+    motions = parts.vibration.motions(state.response, parts.vibration.look(parts.phase))
+    return motions.deflection.transpose(1, 0, 2)
 
 
 def _depth(parts: Parts, state: WearState, near: WearState) -> Array:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.dynamics.mesh_forces import backlash_of
-from wearlab.dynamics.periodic import Unbounded
+from wearlab.dynamics.forces.mesh_forces import dashpot_of_mesh
+from wearlab.dynamics.orbits.periodic import Unbounded
 from wearlab.life.averaging import averaged_rate, scatter
 from wearlab.life.coupled import Account, Coupled, MeshKind
 from wearlab.life.limits import StopWear
@@ -20,7 +20,7 @@ from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh.clock import repeated
 from wearlab.mesh.contact import Quasistatic
 from wearlab.mesh.excitation import Touching
-from wearlab.mesh.force import mesh_force
+from wearlab.mesh.force import Deflections, flank_forces
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw
 
@@ -77,7 +77,7 @@ class Coupling(Coupled):
                 noises.append(scatter(rate_of, len(kind.meshes), force.periods))
             states.append(
                 KindState(
-                    depth, flanks.nodes, state, flanks.series, force.weight, force.elastic, tooth_force, rate
+                    depth, flanks.nodes, state, flanks.series, force.weight, force.drive, tooth_force, rate
                 )
             )
         self._spent("wear", clock)
@@ -99,8 +99,7 @@ class Coupling(Coupled):
         moves = self.vibration
         if moves is None:
             return ()
-        grids = moves.sampling, moves.touching or moves.sampling
-        return moves.system, *grids, *(k.analysis for k in self.kinds)
+        return moves.system, moves.sampling, *(k.analysis for k in self.kinds)
 
     def wearing(self) -> "Coupling":
         """Return what the wear rate needs of it: no response where the static force wears."""
@@ -148,7 +147,7 @@ class Coupling(Coupled):
     ) -> Array:
         """Return the wear rate of some of the rows by themselves, (2, n) [m per cycle]."""
         weight = force.weight[rows] / force.weight[rows].sum()
-        some = Forces(weight, force.elastic[rows], force.pair[rows])
+        some = Forces(weight, force.drive[rows], force.pair[rows])
         return averaged_rate(law, weight, self.load.at_nodes(flanks, static, some), depth)
 
     def _spent(self, stage: str, since: float) -> float:
@@ -168,33 +167,28 @@ class Coupling(Coupled):
         return responses
 
     def _forces(self, kind: MeshKind, flanks: Touching, responses: Responses) -> Forces:
-        """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle.
-
-        Where every mesh of the kind does in its section of the mesh period what the first does in its own,
-        the first speaks for all.
-        """
+        """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle."""
         vibration = self.vibration
         assert vibration is not None
         where = flanks.analysis.at_nodes
-        rows: list[Array] = []
+        rows: list[Deflections] = []
         weights: list[float] = []
         counts: list[int] = []
         for response in responses:
-            known = slice(1 if response.first_speaks_for(len(kind.meshes)) else None)
             each = [
-                vibration.deflection(response, when, slice(mesh, mesh + 1))[0][:, 0]
-                for mesh, when in zip(kind.meshes[known], kind.when[known], strict=True)
+                vibration.motions(response, when, slice(mesh, mesh + 1))
+                for mesh, when in zip(kind.meshes, kind.when, strict=True)
             ]
-            periods = len(each[0])
-            rows += [row for mesh_rows in each for row in mesh_rows]
+            rows += [Deflections(*(values[:, 0] for values in motion)) for motion in each]
+            periods = len(rows[-1].rate)
             counts.append(periods)
             weights += [1.0 / (len(responses) * periods * len(each))] * (periods * len(each))
-        backlash = backlash_of(vibration.system, int(kind.meshes[0]))
-        acting = mesh_force(flanks, repeated(where, len(rows)), np.concatenate(rows), backlash)
-        shape = (len(rows), len(where.phase))
-        return Forces(
-            np.array(weights), acting.elastic.reshape(shape), acting.pair.reshape(*shape, -1), tuple(counts)
-        )
+        motion = Deflections(*(np.concatenate(values).ravel() for values in zip(*rows, strict=True)))
+        dashpot = dashpot_of_mesh(vibration.system, int(kind.meshes[0]))
+        acting = flank_forces(flanks, repeated(where, len(weights)), motion, dashpot, vibration.period)
+        shape = (len(weights), len(where.phase))
+        drive = acting.pair_normal.sum(axis=-1).reshape(shape)
+        return Forces(np.array(weights), drive, acting.pair_normal.reshape(*shape, -1), tuple(counts))
 
 
 def _rate(kind: MeshKind, depth: Array, weight: Array, tooth_force: Array) -> Array:

@@ -16,13 +16,13 @@ class Forces(NamedTuple):
     Parameters
     ----------
     weight : (n_rows,) of each row, summing to 1 [1]
-    elastic : (n_rows, n_phase_nodes) [N]
-    pair : (n_rows, n_phase_nodes, n_pairs) [N]
+    drive : (n_rows, n_phase_nodes) normal force of the drive flanks [N]
+    pair : (n_rows, n_phase_nodes, n_pairs) that of each pair [N]
     periods : mesh periods of each response, () for the static forces
     """
 
     weight: Array
-    elastic: Array
+    drive: Array
     pair: Array
     periods: tuple[int, ...] = ()
 
@@ -49,8 +49,8 @@ def still(flanks: Touching, static: Quasistatic) -> Forces:
     return Forces(np.ones(1), np.full((1, len(static.deflection)), flanks.analysis.load), static.force[None])
 
 
-def equivalent_force(analysis: ContactAnalysis, row: Array, elastic: Array, slope: float) -> float:
+def equivalent_force(analysis: ContactAnalysis, row: Array, drive: Array, slope: float) -> float:
     """Return the Miner-equivalent of a mesh force (n_rows, n_phase_nodes), drive side only [N]."""
     _, weight = analysis.grid.phase_nodes
     weights = np.outer(row * len(row), weight).ravel()
-    return float(equivalent_load(np.maximum(0.0, elastic).ravel(), slope, weights))
+    return float(equivalent_load(np.maximum(0.0, drive).ravel(), slope, weights))

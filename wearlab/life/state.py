@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.response import Response
+from wearlab.dynamics.orbits.response import Response
 from wearlab.life.vibration import Responses
 from wearlab.mesh.contact import Nodes, Quasistatic
 from wearlab.mesh.excitation import AlongPhase
@@ -26,7 +26,7 @@ class KindState(NamedTuple):
     static : sharing of the static load at the phase nodes
     fitted : the series the dynamics received, None for pairs
     weight : (n_rows,) of each row [1]
-    elastic : (n_rows, n_phase_nodes) dynamic mesh force at the phase nodes [N]
+    drive : (n_rows, n_phase_nodes) normal force of the drive flanks at the phase nodes [N]
     tooth_force : (n_rows, n), one row for loads that know no rows: force on a pair at the node [N]
     rate : (2, n) wear depth per cycle, None without a wear law [m]
     """
@@ -36,7 +36,7 @@ class KindState(NamedTuple):
     static: Quasistatic
     fitted: AlongPhase | None
     weight: Array
-    elastic: Array
+    drive: Array
     tooth_force: Array
     rate: Array | None
 

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.dynamics.response import Response, coordinates_at, deflection_at
+from wearlab.dynamics.orbits.response import Response, coordinates_at, deflection_at
 from wearlab.dynamics.system import System
 from wearlab.mesh.between import Between
 from wearlab.mesh.clock import Instants, Sampling, instants
 from wearlab.mesh.excitation import Excitation, Touching
+from wearlab.mesh.force import Deflections
 from wearlab.mesh.stages import StageGrid, StageTables
 from wearlab.mesh.tabulation import stage_tables
 
@@ -34,8 +35,6 @@ class Vibration:
     slow : (n_angles, n_mesh) once-per-revolution errors at equally weighted angles of the members, each held
         over a mesh period [m]; None: nothing answers to them
     nominal : (n,) speeds of the coordinates as the set turns on the whole [m/s], None where x alone moves
-    touching : the few stages of responses that repeat after a mesh period, which are looked for first; None:
-        on ``sampling``
     """
 
     system: System
@@ -47,48 +46,24 @@ class Vibration:
     hunting: int = 1
     slow: Array | None = None
     nominal: Array | None = None
-    touching: Sampling | None = None
 
     def solve(self, kinds: Sequence[Touching], start: Responses | None) -> Responses:
         """Return the steady responses of one wear state, each from its own of a neighbouring state."""
-        sparse, few = self.touching, self._few(kinds, start)
+        tables = self.tables(kinds)
         if self.slow is None:
             near = None if start is None else start[0]
-            response = None
-            if few is not None and sparse is not None:
-                response = self._touched(few, near, Between(kinds, sparse))
-            return (response or self._solved(self.tables(kinds), near, self._between(kinds)),)
+            return (self._solved(tables, near, self._between(kinds)),)
         responses: list[Response] = []
-        tables = None
         for angle, slow in enumerate(self.slow):
             near = start[angle] if start is not None else (responses[-1] if responses else None)
-            response = None
-            if few is not None and sparse is not None:
-                own = few._replace(error=few.error + slow)
-                response = self._touched(own, near, Between(kinds, sparse, slow))
-            if response is None:
-                tables = tables or self.tables(kinds)
-                own = tables._replace(error=tables.error + slow)
-                response = self._solved(own, near, self._between(kinds, slow))
-            responses.append(response)
+            own = tables._replace(error=tables.error + slow)
+            responses.append(self._solved(own, near, self._between(kinds, slow)))
         return tuple(responses)
-
-    def _few(self, kinds: Sequence[Touching], start: Responses | None) -> StageTables | None:
-        """Return the meshes at the few stages, None where no response is looked for on them."""
-        if self.touching is None:
-            return None
-        near = start[0] if start is not None and self.slow is None else None
-        tried = self.method.tries_few_steps(self.system, near)
-        return stage_tables(kinds, self.touching, None) if tried else None
 
     def tables(self, kinds: Sequence[Touching]) -> StageTables:
         """Return the meshes at all stages."""
         tables = stage_tables(kinds, self.sampling, self.fluctuation)
         return tables if self.hunting == 1 else over_hunting_period(tables, self.sampling, self.hunting)
-
-    def _touched(self, tables: StageTables, start: Response | None, between: Between) -> Response | None:
-        response: Response | None = self.method.on_few_steps(self.system, tables, self.period, start, between)
-        return response
 
     def _solved(self, tables: StageTables, start: Response | None, between: Between | None) -> Response:
         return replace(self.method.solve(self.system, tables, self.period, start), between=between)
@@ -97,41 +72,24 @@ class Vibration:
         """Return what the tables of all stages are taken of, None where slow errors turn in them."""
         return Between(kinds, self.sampling, slow) if self.hunting == 1 else None
 
-    def grid_of(self, response: Response) -> StageGrid:
-        """Return the steps of one mesh period that a response was found on."""
-        few = self.touching
-        if few is not None and response.pieces is not None:
-            return response.pieces.of(few.grid)
-        return self.sampling.grid if few is None or not _of(few.grid, response) else few.grid
-
-    def on_all_stages(self, response: Response, kinds: Sequence[Touching]) -> Response:
-        """Return a response on the stages from which flanks may part: found anew if it was on fewer."""
-        few = self.touching
-        if few is None or (response.pieces is None and not _of(few.grid, response)):
-            return response
-        return self._solved(self.tables(kinds), response, self._between(kinds))
-
     def look(self, phase: Array) -> Instants:
         """Return phases of the clock (n,) as instants."""
         return instants(self.sampling.edges, phase)
 
-    def deflection(
-        self, response: Response, when: Instants, meshes: slice = slice(None)
-    ) -> tuple[Array, Array]:
-        """Return δ of some meshes and its rate, (n_periods, n_mesh, n_instants) [m], [m/s]."""
-        flat = deflection_at(response, *self._over_periods(response, when), meshes=meshes)
-        delta, rate = (self._by_period(values, len(when.phase)) for values in flat)
-        return delta, rate
+    def motions(self, response: Response, when: Instants, meshes: slice = slice(None)) -> Deflections:
+        """Return deflections of some meshes and their rates, (n_periods, n_mesh, n_instants) [m], [m/s]."""
+        flat = deflection_at(response, *self._over_periods(when), meshes=meshes)
+        return Deflections(*(self._by_period(values, len(when.phase)) for values in flat))
 
     def coordinates(self, response: Response, when: Instants) -> tuple[Array, Array]:
         """Return q and q̇, (n_periods, n, n_instants) [m], [m/s]."""
-        flat = coordinates_at(response, *self._over_periods(response, when))
+        flat = coordinates_at(response, *self._over_periods(when))
         position, velocity = (self._by_period(values, len(when.phase)) for values in flat)
         return position, velocity
 
-    def _over_periods(self, response: Response, when: Instants) -> tuple[StageGrid, Array, Index]:
+    def _over_periods(self, when: Instants) -> tuple[StageGrid, Array, Index]:
         if self.hunting == 1:
-            return self.grid_of(response), when.phase, when.segment
+            return self.sampling.grid, when.phase, when.segment
         segments = int(self.sampling.grid.segment[-1]) + 1
         turns = np.repeat(np.arange(self.hunting), len(when.phase))
         return (
@@ -145,12 +103,6 @@ class Vibration:
         kept, rows = values.shape[:2]
         apart = values.reshape(kept, rows, self.hunting, instants).transpose(0, 2, 1, 3)
         return np.ascontiguousarray(apart).reshape(-1, rows, instants)
-
-
-def _of(grid: StageGrid, response: Response) -> bool:
-    """Whether a response was found on a grid."""
-    width = response.tables.width
-    return width is grid.width or np.array_equal(width, grid.width)
 
 
 def hunting_grid(grid: StageGrid, periods: int) -> StageGrid:

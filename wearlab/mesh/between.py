@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.mesh.clock import Sampling, look_within, of_kind
+from wearlab.mesh.clock import Sampling, look_within
 from wearlab.mesh.excitation import Touching
-from wearlab.mesh.tabulation import stage_springs
+from wearlab.mesh.stages import Springs
+from wearlab.mesh.tabulation import of_meshes
 
 
 @dataclass(frozen=True)
@@ -41,21 +42,20 @@ class Between:
                 rate[:, at] += part.rate(own)
         return (error if self.slow is None else error + self.slow), rate
 
-    def springs(self, step: Index, fraction: Array) -> tuple[Array, Array]:
-        """Return stiffness [N/m] and gap [m] of all pairs at fractions of steps, (n, n_mesh, n_pairs)."""
+    def springs(self, step: Index, fraction: Array) -> Springs:
+        """Return the springs of all meshes at fractions of steps, (n, n_mesh, n_pairs)."""
         grid, meshes = self.sampling.grid, self.sampling.meshes
         phase, middle = self._phase(step, fraction), grid.start[step] + 0.5 * grid.width[step]
-        pairs = max(
-            mesh_kind.analysis.grid.n_pairs if mesh_kind.series is None else 1 for mesh_kind in self.kinds
-        )
-        stiffness, gap = np.zeros((2, len(phase), len(meshes), pairs))
-        for kind, mesh_kind in enumerate(self.kinds):
-            own = of_kind(meshes, kind)
-            where = look_within(mesh_kind.analysis.grid, [meshes[m].lag for m in own], phase[:, None], middle)
-            for values, table in zip(stage_springs(mesh_kind, where), (stiffness, gap), strict=True):
-                shaped = values.reshape(len(own), len(phase), -1).transpose(1, 0, 2)
-                table[:, own, : shaped.shape[2]] = shaped
-        return stiffness, gap
+        where = [
+            look_within(
+                flanks.analysis.grid,
+                [mesh.lag for mesh in meshes if mesh.kind == kind],
+                phase[:, None],
+                middle,
+            )
+            for kind, flanks in enumerate(self.kinds)
+        ]
+        return of_meshes(self.kinds, meshes, where, (len(phase),))
 
     def _phase(self, step: Index, fraction: Array) -> Array:
         grid = self.sampling.grid

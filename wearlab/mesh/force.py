@@ -1,77 +1,136 @@
-"""The elastic force of a mesh at given phases and deflections."""
+"""The forces on the flanks of meshes for given motions, without and with damping.
+
+Elastic pair forces are those of one-sided springs, ``F_p = Σ part k max(0, δ − g)``. A pair that touches is
+pressed by ``N_p = max(0, F_p + c (k̃_p/Σ k̃) ẋ_p)`` with ``ẋ_p = δ̇ − ġ_p``, the back flank by ``max(0, k (−j
+− δ) − c δ̇)``: damping acts on what deforms, and flanks do not pull. Where damping acts always, as in the
+papers, elastic forces press and the mesh has ``c`` times the rate at which the pair of the least gap
+approaches, in separation, too.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
+from wearlab.mesh.contact import Quasistatic
 from wearlab.mesh.excitation import Touching
 from wearlab.mesh.profile import Lookup
-from wearlab.mesh.sharing import share
-from wearlab.mesh.tabulation import springs
+from wearlab.mesh.stages import Springs
+from wearlab.mesh.tabulation import pair_springs
+
+FAR = -1.0
+"""Compression of a pair that is out of the path [m]."""
 
 
-class MeshForce(NamedTuple):
-    """The elastic force on the flanks at given phases and deflections.
+class Deflections(NamedTuple):
+    """Mesh deflection δ and its rate at some instants, (…) each [m], [m/s]."""
+
+    deflection: Array
+    rate: Array
+
+
+class Dashpot(NamedTuple):
+    """What a mesh has beside its springs.
 
     Parameters
     ----------
-    elastic : (n,) drive minus back flank force [N]
-    pair : (n, n_pairs) force on each pair's drive flank, never negative [N]
+    damping : c, one value or (…) [N s/m]
+    always : it acts in separation, too
+    backlash : normal backlash, one value or (…); None: no back flank is modelled [m]
+    """
+
+    damping: Array | float
+    always: bool = False
+    backlash: Array | float | None = None
+
+
+class NormalForces(NamedTuple):
+    """Forces of meshes at some instants.
+
+    Parameters
+    ----------
+    elastic, normal : (…) drive minus back flank, without and with damping [N]
+    pair, pair_normal : (…, n_pairs) on each pair's drive flank [N]
+    reserve : (…) by how much a pair pushes at most; negative where none does: how far from it [N]
     """
 
     elastic: Array
+    normal: Array
     pair: Array
+    pair_normal: Array
+    reserve: Array
 
 
-def mesh_force(flanks: Touching, where: Lookup, deflection: Array, backlash: float | None) -> MeshForce:
-    """Return the elastic force at phases for deflections (n,) [m].
-
-    Parameters
-    ----------
-    flanks : of the mesh
-    where : the phases
-    deflection : (n,) mesh deflection δ there [m]
-    backlash : normal backlash, None: the back flank is not modelled [m]
+def normal_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> NormalForces:
+    """Return the forces of meshes (…), rates of gaps by time.
 
     References
     ----------
     L16 Eq. 6, recentred: contact at δ > 0; W23 Eq. 36: the gaps of worn pairs.
     """
+    stiffness, gap, pair_rate, lead_rate, part = springs
+    deflection, rate = motion
+    c = np.asarray(dashpot.damping)
+    x = deflection[..., None] - gap
+    touching = (stiffness > 0.0) & (x > 0.0)
+    pair, tangent = stiffness * np.where(touching, x, 0.0), np.where(touching, stiffness, 0.0)
+    if part is not None:
+        pair = (pair[..., None, :] @ part)[..., 0, :]
+        tangent = (tangent[..., None, :] @ part)[..., 0, :]
+    present = tangent != 0.0
+    far = stiffness * np.where(stiffness > 0.0, x, FAR)
+    far = np.where(stiffness > 0.0, far, -np.inf).max(axis=-1)
+    if dashpot.always:
+        pressed, reserve = pair, far
+        extra: Array | float = c * (rate - lead_rate)
+    else:
+        total = tangent.sum(axis=-1, keepdims=True)
+        share = np.divide(tangent, total, out=np.zeros_like(tangent), where=total > 0.0)
+        pressed = pair + c[..., None] * share * (rate[..., None] - pair_rate)
+        reserve = np.where(present.any(axis=-1), np.where(present, pressed, -np.inf).max(axis=-1), far)
+        pressed, extra = np.where(present, np.maximum(pressed, 0.0), 0.0), 0.0
+    back, back_normal = _back_forces(stiffness, motion, dashpot)
+    return NormalForces(
+        pair.sum(axis=-1) - back, pressed.sum(axis=-1) - back_normal + extra, pair, pressed, reserve
+    )
+
+
+def _back_forces(stiffness: Array, motion: Deflections, dashpot: Dashpot) -> tuple[Array, Array]:
+    """Return elastic and normal force of the back flanks, ``k max(0, −j_bn − δ)`` else 0, (…) [N].
+
+    References
+    ----------
+    L16 Eq. 6, recentred: back contact begins where drive contact ends at −j_bn.
+    """
+    if dashpot.backlash is None:
+        nothing = np.zeros_like(motion.deflection)
+        return nothing, nothing
+    elastic = stiffness.sum(axis=-1) * np.maximum(0.0, -dashpot.backlash - motion.deflection)
+    damped = 0.0 if dashpot.always else np.asarray(dashpot.damping) * motion.rate
+    return elastic, np.where(elastic > 0.0, np.maximum(0.0, elastic - damped), 0.0)
+
+
+def flank_forces(
+    flanks: Touching, where: Lookup, motion: Deflections, dashpot: Dashpot, period: float
+) -> NormalForces:
+    """Return the forces of a mesh at phases for motions (n,); a series' by the pairs' static share.
+
+    Parameters
+    ----------
+    flanks : of the mesh
+    where : the phases
+    motion : (n,) there
+    dashpot : of the mesh
+    period : duration of a mesh period [s]
+    """
+    forces = normal_forces(pair_springs(flanks, where).per(period), motion, dashpot)
     if flanks.series is None:
-        return _force_of_pairs(flanks.analysis, flanks.nodes, where, deflection, backlash)
-    stiffness = flanks.series.stiffness.value(where.phase)
-    drive = stiffness * np.maximum(0.0, deflection)
+        return forces
     share = load_share(flanks.analysis.quasistatic(flanks.nodes, where))
-    return MeshForce(drive - back_force(stiffness, deflection, backlash), drive[:, None] * share)
+    return forces._replace(pair=forces.pair * share, pair_normal=forces.pair_normal * share)
 
 
 def load_share(state: Quasistatic) -> Array:
     """Return each pair's share of the static force, 0 without load, (n, n_pairs) [1]."""
     total = state.force.sum(axis=1, keepdims=True)
     return np.divide(state.force, total, out=np.zeros_like(state.force), where=total > 0.0)
-
-
-def _force_of_pairs(
-    analysis: ContactAnalysis, nodes: Nodes, where: Lookup, deflection: Array, backlash: float | None
-) -> MeshForce:
-    stiffness, gaps, compliance, gap, cross = springs(analysis, nodes, where)
-    pair = stiffness * np.maximum(0.0, deflection[:, None] - gaps)
-    drive = pair.sum(axis=1)
-    if cross.shape[2]:
-        unused, tangent = np.empty(len(drive)), np.empty(len(drive))
-        share(compliance, gap, cross, drive, unused, pair, tangent)
-    return MeshForce(drive - back_force(stiffness.sum(axis=1), deflection, backlash), pair)
-
-
-def back_force(stiffness: Array, deflection: Array, backlash: float | None) -> Array:
-    """Return the force of the back flanks, ``k max(0, −j_bn − δ)``, else 0, (n,) [N].
-
-    References
-    ----------
-    L16 Eq. 6, recentred: back contact begins where drive contact ends at −j_bn.
-    """
-    if backlash is None:
-        return np.zeros_like(deflection)
-    return stiffness * np.maximum(0.0, -backlash - deflection)

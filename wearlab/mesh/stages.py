@@ -5,6 +5,7 @@ into equal steps of its own, and every step holds its three stage values (start,
 a jump are therefore present, and a fourth-order method stays of fourth order.
 """
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -12,7 +13,37 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 
-NO_PAIRS, NO_FACTORS = np.empty((0, 0, 0, 0)), np.empty((0, 3))
+NO_PAIRS, NO_PARTS, NO_FACTORS = np.empty((0, 0, 0, 0)), np.empty((0, 0, 0, 0, 0)), np.empty((0, 3))
+
+
+class Springs(NamedTuple):
+    """Flanks of meshes as one-sided springs at some instants (…); a series is one spring and one pair.
+
+    Parameters
+    ----------
+    stiffness, gap : (…, n_pairs) of the springs, in their order of engagement where pairs share a gear body
+        [N/m], [m]
+    pair_rate : (…, n_pairs) rates of the gaps of the pairs [m], by phase; by time of `per`
+    lead_rate : (…) rate of the least gap [m]
+    part : (…, n_springs, n_pairs) what each spring hands to each pair [1]; None: each to its own
+    """
+
+    stiffness: Array
+    gap: Array
+    pair_rate: Array
+    lead_rate: Array
+    part: Array | None
+
+    def each(self, change: Callable[[Array], Array]) -> "Springs":
+        """Return them with every table changed alike."""
+        stiffness, gap = change(self.stiffness), change(self.gap)
+        pair_rate, lead_rate = change(self.pair_rate), change(self.lead_rate)
+        part = None if self.part is None else change(self.part)
+        return Springs(stiffness, gap, pair_rate, lead_rate, part)
+
+    def per(self, period: float) -> "Springs":
+        """Return them with rates by time, of a mesh period [s]."""
+        return self._replace(pair_rate=self.pair_rate / period, lead_rate=self.lead_rate / period)
 
 
 class StageGrid(NamedTuple):
@@ -52,9 +83,12 @@ class StageTables(NamedTuple):
     sliding : (n_steps, 3, n_mesh, n_pairs) Λμ of each pair's drive flank: coefficient of friction times the
         sign of sliding, 0 out of the path [1]; None: no friction. It jumps at the pitch point, a break
     moment : (n_steps, 3, n_mesh, n_pairs) Λμ times the path position s of each pair [m]; None: no friction
+    pair_rate : (n_steps, 3, n_mesh, n_pairs) rate of each pair's gap by phase [m]
+    lead_rate : (n_steps, 3, n_mesh) that of the pair of the least gap [m]
+    part : (n_steps, 3, n_mesh, n_springs, n_pairs) what each spring hands to each pair [1]; None: springs are
+        pairs
 
-    Where pairs share a gear body, the springs are those of :func:`wearlab.mesh.sharing.equivalent_springs`:
-    Λμ and Λμ s are then what the spring hands to the pairs, weighted by their parts of its stiffness.
+    Where pairs share a gear body, the springs are those of :func:`wearlab.mesh.sharing.equivalent_springs`.
     """
 
     width: Array
@@ -65,6 +99,9 @@ class StageTables(NamedTuple):
     fluctuation: Array | None
     sliding: Array | None = None
     moment: Array | None = None
+    pair_rate: Array = NO_PAIRS
+    lead_rate: Array = NO_FACTORS
+    part: Array | None = None
 
     @property
     def mean_stiffness(self) -> Array:
@@ -73,35 +110,45 @@ class StageTables(NamedTuple):
         total = weight @ self.stiffness.reshape(len(weight), -1)
         return np.asarray(total.reshape(self.stiffness.shape[2:]).sum(axis=1) / self.width.sum())
 
-    def section(self, sections: int) -> "StageTables":
-        """Return the tables of the first of so many equal sections of the mesh period."""
-        steps = len(self.width) // sections
-        if sections == 1:
-            return self
-        given = {name: table[:steps] for name, table in self._asdict().items() if table is not None}
-        return self._replace(**given)
-
     @property
     def filled(self) -> "StageTables":
         """The tables with empty ones for those that are absent: kernels compile once for both."""
-        width, stiffness, gap, error, error_rate, factor, sliding, moment = self
+        still = self.pair_rate.shape != self.stiffness.shape
         return StageTables(  # not by _replace, which takes as long as ten steps of a pair
-            width,
-            stiffness,
-            gap,
-            error,
-            error_rate,
-            NO_FACTORS if factor is None else factor,
-            NO_PAIRS if sliding is None else sliding,
-            NO_PAIRS if moment is None else moment,
+            self.width,
+            self.stiffness,
+            self.gap,
+            self.error,
+            self.error_rate,
+            NO_FACTORS if self.fluctuation is None else self.fluctuation,
+            NO_PAIRS if self.sliding is None else self.sliding,
+            NO_PAIRS if self.moment is None else self.moment,
+            np.zeros_like(self.stiffness) if still else self.pair_rate,
+            np.zeros_like(self.error) if still else self.lead_rate,
+            NO_PARTS if self.part is None else self.part,
         )
 
     @property
-    def with_factors(self) -> "StageTables":
-        """The tables with an empty one for factors that are absent, and none for friction that is."""
-        width, stiffness, gap, error, error_rate, factor, sliding, moment = self
-        factor = NO_FACTORS if factor is None else factor
-        return StageTables(width, stiffness, gap, error, error_rate, factor, sliding, moment)
+    def springs(self) -> Springs:
+        """The springs at all stages."""
+        full = self.filled
+        part = full.part if full.part is not None and len(full.part) else None
+        return Springs(full.stiffness, full.gap, full.pair_rate, full.lead_rate, part)
+
+    def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
+        """Return errors and their rates by phase at fractions of steps (n,), (n, n_mesh) [m]."""
+        return parabola(self.error, step, fraction), parabola(self.error_rate, step, fraction)
+
+    def springs_at(self, step: Index, fraction: Array) -> Springs:
+        """Return the springs at fractions of steps (n,), by the parabolas through three stages."""
+        tables = self.springs
+        return tables.each(lambda table: parabola(table, step, fraction))
+
+
+def parabola(table: Array, step: Index, fraction: Array) -> Array:
+    """Return three stage values (n_steps, 3, …) at fractions of steps (n,), by the parabola through them."""
+    x, y = fraction, 1.0 - fraction
+    return np.einsum("in,ni...->n...", np.array([y * (y - x), 4.0 * x * y, x * (x - y)]), table[step])
 
 
 def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:
@@ -126,22 +173,3 @@ def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:
         widths.append(np.full(count, width))
         segments.append(np.full(count, index))
     return StageGrid(np.concatenate(starts), np.concatenate(widths), np.concatenate(segments))
-
-
-def halved(tables: StageTables) -> StageTables:
-    """Return the tables on steps half as long, from the parabola through the three stages of each."""
-    to = np.array(
-        [[1.0, 0.0, 0.0], [0.375, 0.75, -0.125], [0.0, 1.0, 0.0], [-0.125, 0.75, 0.375], [0.0, 0.0, 1.0]]
-    )
-
-    def finer(table: Array) -> Array:
-        five = to @ table.reshape(len(table), 3, -1)
-        both = np.stack([five[:, :3], five[:, 2:]], axis=1)
-        return both.reshape(2 * len(table), 3, *table.shape[2:])
-
-    values = {
-        name: finer(table)
-        for name, table in tables._asdict().items()
-        if table is not None and name != "width"
-    }
-    return tables._replace(width=np.repeat(0.5 * tables.width, 2), **values)

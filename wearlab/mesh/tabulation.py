@@ -6,13 +6,12 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.compiled import jit
-from wearlab.mesh.clock import Sampling, of_kind
-from wearlab.mesh.contact import ContactAnalysis, Nodes
+from wearlab.compiled import jit, jit_inner
+from wearlab.mesh.clock import Mesh, Sampling, of_kind
 from wearlab.mesh.excitation import Touching
 from wearlab.mesh.profile import Lookup
 from wearlab.mesh.sharing import equivalent_springs
-from wearlab.mesh.stages import StageTables
+from wearlab.mesh.stages import Springs, StageTables
 
 
 def stage_tables(kinds: Sequence[Touching], sampling: Sampling, fluctuation: Array | None) -> StageTables:
@@ -24,37 +23,72 @@ def stage_tables(kinds: Sequence[Touching], sampling: Sampling, fluctuation: Arr
     sampling : where to tabulate
     fluctuation : (n_steps, 3) factor on the fluctuating load [1], or None
     """
-    steps, count = len(sampling.grid.width), len(sampling.meshes)
-    if len(kinds) == 1 and sampling.rubbing is None and uncoupled(kinds[0]):
+    steps, meshes = len(sampling.grid.width), sampling.meshes
+    if len(kinds) == 1 and uncoupled(kinds[0]):
         flanks, where = kinds[0], sampling.where[0]
-        stiffness, gap = np.empty((2, steps, 3, count, flanks.analysis.grid.n_pairs))
+        shape = (steps, 3, len(meshes), flanks.analysis.grid.n_pairs)
+        stiffness, gap, pair_rate = np.empty((3, *shape))
+        lead_rate = np.empty(shape[:3])
         springs_at_stages(
-            flanks.analysis.grid.first, where.segment, where.offset, where.weight, flanks.nodes.compliance,
-            flanks.nodes.gap, sampling.given(0, flanks.analysis.stiffness), stiffness, gap,
+            flanks.analysis.grid.first, where.segment, where.offset, where.weight,
+            flanks.analysis.grid.intervals, np.diff(flanks.analysis.grid.breaks), flanks.nodes.compliance,
+            flanks.nodes.gap,
+            sampling.given(0, flanks.analysis.stiffness), stiffness, gap, pair_rate, lead_rate,
         )  # fmt: skip
-        return StageTables(sampling.grid.width, stiffness, gap, *sampling.errors, fluctuation)
-    springs = [stage_springs(flanks, where) for flanks, where in zip(kinds, sampling.where, strict=True)]
-    pairs = max(stiffness.shape[-1] for stiffness, _ in springs)
-    stiffness, gap = np.zeros((2, steps, 3, count, pairs))
-    for kind, of_kind_springs in enumerate(springs):
-        meshes = of_kind(sampling.meshes, kind)
-        for values, table in zip(of_kind_springs, (stiffness, gap), strict=True):
-            tabulate(values.reshape(len(meshes), steps, 3, -1), meshes, table)
-    error, rate = (values.copy() for values in sampling.errors)
-    for mesh, this in enumerate(sampling.meshes):
-        series = kinds[this.kind].series
-        if series is not None:
-            own = sampling.grid.phase - this.lag
-            error[:, :, mesh] += series.error.value(own)
-            rate[:, :, mesh] += series.error.rate(own)
-    tables = StageTables(sampling.grid.width, stiffness, gap, error, rate, fluctuation)
-    if sampling.rubbing is None:
-        return tables
-    sliding, moment = sampling.rubbing.sliding.copy(), sampling.rubbing.moment.copy()
-    for kind, (flanks, where) in enumerate(zip(kinds, sampling.where, strict=True)):
-        if len(flanks.nodes.cross):
-            _hand_on(flanks, where, of_kind(sampling.meshes, kind), (sliding, moment))
-    return tables._replace(sliding=sliding, moment=moment)
+        springs, error, rate = Springs(stiffness, gap, pair_rate, lead_rate, None), *sampling.errors
+    else:
+        springs = of_meshes(kinds, meshes, sampling.where, (steps, 3))
+        error, rate = (values.copy() for values in sampling.errors)
+        for mesh, this in enumerate(meshes):
+            series = kinds[this.kind].series
+            if series is not None:
+                own = sampling.grid.phase - this.lag
+                error[:, :, mesh] += series.error.value(own)
+                rate[:, :, mesh] += series.error.rate(own)
+    rubbing = sampling.rubbing
+    return StageTables(
+        sampling.grid.width, springs.stiffness, springs.gap, error, rate, fluctuation,
+        None if rubbing is None else rubbing.sliding, None if rubbing is None else rubbing.moment,
+        springs.pair_rate, springs.lead_rate, springs.part,
+    )  # fmt: skip
+
+
+def of_meshes(
+    kinds: Sequence[Touching], meshes: Sequence[Mesh], where: Sequence[Lookup], shape: tuple[int, ...]
+) -> Springs:
+    """Return the springs of all meshes at instants of the clock, (*shape, n_mesh[, n_pairs]).
+
+    Parameters
+    ----------
+    kinds : the flanks of each kind of mesh
+    meshes : the meshes
+    where : of each kind, look-up of these instants, one mesh of the kind after another
+    shape : of the instants
+    """
+    each = [pair_springs(flanks, at) for flanks, at in zip(kinds, where, strict=True)]
+    pairs = max(springs.stiffness.shape[-1] for springs in each)
+    full = (*shape, len(meshes), pairs)
+    parts = any(springs.part is not None for springs in each)
+    table = Springs(
+        np.zeros(full),
+        np.zeros(full),
+        np.zeros(full),
+        np.zeros(full[:-1]),
+        np.zeros((*full, pairs)) if parts else None,
+    )
+    for kind, springs in enumerate(each):
+        own, count = of_kind(meshes, kind), springs.stiffness.shape[-1]
+
+        def placed(values: Array, own: Index = own) -> Array:
+            return np.moveaxis(values.reshape(len(own), *shape, *values.shape[1:]), 0, len(shape))
+
+        table.lead_rate[..., own] = placed(springs.lead_rate)
+        for values, out in zip(springs[:3], table[:3], strict=True):
+            out[..., own, :count] = placed(values)
+        if table.part is not None:
+            part = np.broadcast_to(np.eye(count), (*springs.stiffness.shape, count))
+            table.part[..., own, :count, :count] = placed(part if springs.part is None else springs.part)
+    return table
 
 
 def uncoupled(flanks: Touching) -> bool:
@@ -64,10 +98,10 @@ def uncoupled(flanks: Touching) -> bool:
 
 @jit
 def springs_at_stages(
-    first: Any, segment: Any, offset: Any, weight: Any, compliance: Any, gap: Any, given: Any,
-    stiffness_out: Any, gap_out: Any,
+    first: Any, segment: Any, offset: Any, weight: Any, intervals: Any, width: Any, compliance: Any, gap: Any,
+    given: Any, stiffness_out: Any, gap_out: Any, pair_rate_out: Any, lead_rate_out: Any,
 ) -> None:  # fmt: skip
-    """Fill stiffness and gap of uncoupled pairs, (n_steps, 3, n_mesh, n_pairs), see `interpolate`.
+    """Fill stiffness, gap and its rate of uncoupled pairs, (n_steps, 3, n_mesh, n_pairs), see `interpolate`.
 
     ``given``: (n_looked, n_pairs) stiffnesses; (0, 0): they are read off the nodes.
     """
@@ -76,58 +110,93 @@ def springs_at_stages(
         for step in range(steps):
             for stage in range(stages):
                 i = (mesh * steps + step) * stages + stage
+                least, leads = np.inf, 0.0
                 for p in range(pairs):
                     node = first[segment[i], p]
-                    soft, apart = np.inf, np.inf
+                    soft, apart, moves = np.inf, np.inf, 0.0
                     if node >= 0:
-                        node += offset[i]
+                        count, per_node = intervals[segment[i]], intervals[segment[i]] / width[segment[i]]
                         soft, apart = 0.0, 0.0
                         for q in range(4):
-                            soft += weight[i, q] * compliance[node + q]
-                            apart += weight[i, q] * gap[node + q]
+                            at = offset[i] + q
+                            soft += weight[i, q] * compliance[node + at]
+                            apart += weight[i, q] * gap[node + at]
+                            moves += weight[i, q] * per_node * slope_at_node(gap, node, count, at)
                     present = soft < np.inf and apart < np.inf
                     hard = given[i, p] if len(given) > 0 else 1.0 / soft
                     stiffness_out[step, stage, mesh, p] = hard if present else 0.0
                     gap_out[step, stage, mesh, p] = apart if present else 0.0
+                    pair_rate_out[step, stage, mesh, p] = moves if present else 0.0
+                    if present and apart < least:
+                        least, leads = apart, moves
+                lead_rate_out[step, stage, mesh] = leads
 
 
-def _hand_on(flanks: Touching, where: Lookup, meshes: Index, of_pairs: tuple[Array, Array]) -> None:
-    """Turn Λμ and Λμ s of the pairs of a kind of mesh into those of its equivalent springs, in place."""
-    steps, pairs = len(of_pairs[0]), flanks.analysis.grid.n_pairs
-    part = np.empty((len(where.phase), pairs, pairs))
-    stiffness = springs(flanks.analysis, flanks.nodes, where, part)[0]
-    weight = np.divide(
-        part, stiffness[:, :, None], out=np.zeros_like(part), where=stiffness[:, :, None] > 0.0
-    )
-    weight = weight.reshape(-1, steps, 3, pairs, pairs)
-    for values in of_pairs:
-        values[:, :, meshes, :pairs] = np.einsum("mskij,skmj->skmi", weight, values[:, :, meshes, :pairs])
+@jit_inner
+def slope_at_node(values: Any, first: int, count: int, n: int) -> float:
+    """Return the slope at node ``n`` of a segment of ``count`` intervals from node ``first``, per interval.
+
+    Central differences of fourth order, at the ends those of the cubic through four nodes: slopes that are
+    interpolated between the nodes do not jump at them.
+
+    References
+    ----------
+    Abramowitz & Stegun, Handbook of Mathematical Functions, 1964, 25.2.
+    """
+    at = first + n
+    if 2 <= n <= count - 2:
+        return (values[at - 2] - 8.0 * values[at - 1] + 8.0 * values[at + 1] - values[at + 2]) / 12.0
+    if n > 1:  # from the other end, backwards
+        return -slope_from_end(values, first + count, -1, count - n)
+    return slope_from_end(values, first, 1, n)
 
 
-def stage_springs(flanks: Touching, where: Lookup) -> tuple[Array, Array]:
-    """Return stiffness and gap of the pairs of each mesh of a kind, (n_meshes · n_steps · 3, n_pairs)."""
-    if flanks.series is None:
-        stiffness, gap = springs(flanks.analysis, flanks.nodes, where)[:2]
-        return stiffness, gap
-    stiffness = flanks.series.stiffness.value(where.phase)[:, None]
-    return stiffness, np.zeros_like(stiffness)
+@jit_inner
+def slope_from_end(values: Any, end: int, sense: int, n: int) -> float:
+    """Return the slope at node 0 or 1 counted from the end of a segment, by the cubic through four nodes."""
+    a, b, c, d = values[end], values[end + sense], values[end + 2 * sense], values[end + 3 * sense]
+    if n == 0:
+        return (-11.0 * a + 18.0 * b - 9.0 * c + 2.0 * d) / 6.0
+    return (-2.0 * a - 3.0 * b + 6.0 * c - d) / 6.0
 
 
 @jit
-def tabulate(values: Any, meshes: Any, table: Any) -> None:
-    """Write values of some meshes, (n_meshes, n_steps, 3, n_pairs), to a table (n_steps, 3, n_mesh, …)."""
-    for at in range(len(meshes)):
-        for step in range(values.shape[1]):
-            for stage in range(values.shape[2]):
-                for p in range(values.shape[3]):
-                    table[step, stage, meshes[at], p] = values[at, step, stage, p]
+def gap_rates_at(first: Any, where: Any, intervals: Any, width: Any, gap: Any, out: Any) -> None:
+    """Fill the rates of the gaps of all pairs by phase, 0 out of the path, (n, n_pairs) [m]."""
+    for i in range(out.shape[0]):
+        segment = where.segment[i]
+        per_node = intervals[segment] / width[segment]
+        for p in range(out.shape[1]):
+            node, total = first[segment, p], 0.0
+            if node >= 0:
+                for q in range(4):
+                    at = where.offset[i] + q
+                    total += where.weight[i, q] * per_node * slope_at_node(gap, node, intervals[segment], at)
+            out[i, p] = total if np.isfinite(total) else 0.0
 
 
-def springs(
-    analysis: ContactAnalysis, nodes: Nodes, where: Lookup, part: Array | None = None
-) -> tuple[Array, ...]:
-    """Return stiffness and gap of the equivalent springs, and compliance, gap and cross of the pairs."""
-    compliance, gap, cross = analysis.at(nodes, where)
+def gap_rates(flanks: Touching, where: Lookup) -> Array:
+    """Return the rates of the gaps of all pairs by phase, 0 out of the path, (n, n_pairs) [m]."""
+    grid = flanks.analysis.grid
+    rates = np.empty((len(where.phase), grid.n_pairs))
+    gap_rates_at(grid.first, where, grid.intervals, np.diff(grid.breaks), flanks.nodes.gap, rates)
+    return rates
+
+
+def pair_springs(flanks: Touching, where: Lookup) -> Springs:
+    """Return the springs of a kind of mesh at phases, (n, n_pairs)."""
+    if flanks.series is not None:
+        stiffness = flanks.series.stiffness.value(where.phase)[:, None]
+        still = np.zeros_like(stiffness)
+        return Springs(stiffness, still, still, still[:, 0], None)
+    compliance, gap, cross = flanks.analysis.at(flanks.nodes, where)
     stiffness, gaps = np.empty(compliance.shape), np.empty(compliance.shape)
+    part = np.empty((*compliance.shape, compliance.shape[1])) if cross.shape[2] else None
     equivalent_springs(compliance, gap, cross, stiffness, gaps, part)
-    return stiffness, gaps, compliance, gap, cross
+    if part is not None:
+        full = stiffness[:, :, None]
+        part = np.divide(part, full, out=np.zeros_like(part), where=full > 0.0)
+    rates = gap_rates(flanks, where)
+    apart = np.where(np.isfinite(compliance), gap, np.inf)
+    lead = np.take_along_axis(rates, apart.argmin(axis=1)[:, None], axis=1)[:, 0]
+    return Springs(stiffness, gaps, rates, lead, part)

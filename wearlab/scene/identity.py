@@ -13,7 +13,7 @@ from typing import Any
 from wearlab.options import Part, Stored
 from wearlab.units import rounded
 
-MODEL_VERSION = 4
+MODEL_VERSION = 5
 WHOLE_BELOW = 2**53
 
 

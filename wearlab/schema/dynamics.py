@@ -9,14 +9,29 @@ MOTION = {
     "dynamic_mesh_force": Variable(
         _RESPONSE, "N", "N", "dynamic mesh force", "elastic; drive minus back flank, 0 in separation"
     ),
-    "mesh_damping_force": Variable(_RESPONSE, "N", "N", "damping force of the mesh"),
+    "normal_mesh_force": Variable(
+        _RESPONSE, "N", "N", "normal force of the mesh", "with damping; drive minus back flank; it wears"
+    ),
+    "mesh_damping_force": Variable(
+        _RESPONSE, "N", "N", "damping force of the mesh", "normal less elastic force"
+    ),
     "mesh_deflection": Variable(_RESPONSE, "m", "um", "mesh deflection δ = d·q − e"),
     "mesh_deflection_rate": Variable(_RESPONSE, "m s-1", "mm/s", "rate of the mesh deflection"),
     "dynamic_transmission_error": Variable(
         _RESPONSE, "m", "um", "dynamic transmission error r_b1 θ1 − r_b2 θ2"
     ),
     "pair_force": Variable(
-        ("update", "mesh", "pair", "mesh_period", "phase"), "N", "N", "force on each pair's drive flank"
+        ("update", "mesh", "pair", "mesh_period", "phase"),
+        "N",
+        "N",
+        "elastic force on each pair's drive flank",
+    ),
+    "pair_normal_force": Variable(
+        ("update", "mesh", "pair", "mesh_period", "phase"),
+        "N",
+        "N",
+        "normal force on each pair's drive flank",
+        "with damping, never negative; it wears",
     ),
     "bearing_force": Variable(
         ("update", "member", "axis", "mesh_period", "phase"),
@@ -45,7 +60,8 @@ MOTION = {
     "dynamic_factor": Variable(
         _STATE, "1", "1", "largest dynamic over static mesh force", "of all steps, both sides of every jump"
     ),
-    "separation_fraction": Variable(_STATE, "1", "%", "fraction of time without drive-flank contact"),
+    "normal_force_factor": Variable(_STATE, "1", "1", "largest normal over static mesh force"),
+    "separation_fraction": Variable(_STATE, "1", "%", "fraction of time in which no drive flank pushes"),
     "mesh_load_factor": Variable(
         _STATE, "1", "1", "mean force of a mesh over the mean of its kind", "1: the planets share alike"
     ),
@@ -199,7 +215,7 @@ OVER_SPEED = {
     "response_dte_peak_to_peak": Variable(_OVER_SPEED, "m", "um", "range of the dynamic transmission error"),
     "response_dte_rms": Variable(_OVER_SPEED, "m", "um", "RMS of the dynamic transmission error fluctuation"),
     "response_separation_fraction": Variable(
-        _OVER_SPEED, "1", "%", "fraction of time without drive-flank contact"
+        _OVER_SPEED, "1", "%", "fraction of time in which no drive flank pushes"
     ),
     "response_orbit_period": Variable(
         _OVER_SPEED[1:], "1", "1", "mesh periods per response period", "0: aperiodic"

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.coexisting import FURTHER, RELEASES, Search, Tries, coexisting
-from wearlab.dynamics.extremes import extremes
-from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.response import Response
+from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.orbits.coexisting import FURTHER, RELEASES, Search, Tries, coexisting
+from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.orbits.response import Response
 from wearlab.life.state import WearState
 from wearlab.scene.build import Parts
 from wearlab.simulation.work import most_searched
@@ -37,12 +37,13 @@ class Searched(NamedTuple):
 def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Searched]:
     """Look for other attractors of each state, where released flanks do not return to the response stored.
 
-    The methods of the papers march from one start alone, and so do errors that turn with their members;
-    among the angles of averaged errors nothing is looked for, nor in sets of several meshes, where a march of
-    hundreds of periods costs more than a whole life. The bound on the work is shared by the states; what one
-    leaves over is the next ones'. States of a life are alike: each tries other releases than those before it,
-    and what one has found is looked for in the next, and then in the one before. The first state in which a
-    release finds one tries all its others, too: the first that is found need not be the worst.
+    The methods of the papers integrate from one start alone, and so do errors that turn with their members;
+    among the angles of averaged errors nothing is looked for, nor in sets of several meshes, where an
+    integration of hundreds of periods costs more than a whole life. The bound on the work is shared by the
+    states; what one leaves over is the next ones'. States of a life are alike: each tries other releases than
+    those before it, and what one has found is looked for in the next, and then in the one before. The first
+    state in which a release finds one tries all its others, too: the first that is found need not be the
+    worst.
     """
     vibration = parts.vibration
     if vibration is None or vibration.hunting > 1 or not isinstance(vibration.method, Periodic):
@@ -50,13 +51,9 @@ def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Searched
     if vibration.slow is not None or len(parts.meshes) > 1:
         return []
     clock, account = time.perf_counter(), parts.coupling.account
-    wholes = [
-        None
-        if state.response is None
-        else vibration.on_all_stages(state.response, parts.coupling.touching(state))
-        for state in states
-    ]
-    searches = _searches(wholes, vibration.method, most_searched(vibration.system))
+    searches = _searches(
+        [state.response for state in states], vibration.method, most_searched(vibration.system)
+    )
     account.seconds["dynamics"] += time.perf_counter() - clock
     account.counts["period_maps"] += sum(one.search.periods for one in searches)
     return searches

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from wearlab.dynamics.energy import energy_balance
-from wearlab.dynamics.response import Response
+from wearlab.dynamics.forces.energy import energy_balance
+from wearlab.dynamics.orbits.response import Response
 from wearlab.life.vibration import Vibration
 from wearlab.scene.build import Parts
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.extremes import extremes
+from wearlab.dynamics.forces.extremes import extremes
 from wearlab.life.history import History
 from wearlab.life.limits import ENDS_OF_WORK
 from wearlab.life.record import Life

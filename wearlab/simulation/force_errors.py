@@ -10,14 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.acceleration import within_steps
-from wearlab.dynamics.extremes import extremes
-from wearlab.dynamics.mesh_forces import elastic_force
-from wearlab.dynamics.response import Response
+from wearlab.dynamics.forces.acceleration import within_steps
+from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.forces.mesh_forces import mesh_forces
+from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.life.state import WearState
 from wearlab.mesh.clock import Instants, look_within
 from wearlab.mesh.excitation import Touching
+from wearlab.mesh.force import Deflections
 from wearlab.scene.build import Parts
 
 FORCE_SHARE = 2.0
@@ -134,9 +135,9 @@ def forces_of(parts: Parts, state: WearState, response: Response, when: Instants
     vibration = parts.vibration
     assert vibration is not None
     touching = parts.coupling.touching(state)
-    deflection, _ = vibration.deflection(response, when)
+    motions = vibration.motions(response, when)
     mesh = np.stack(
-        [_mesh_force(parts, touching, mesh, when, deflection[:, mesh]) for mesh in range(len(parts.meshes))],
+        [_mesh_force(parts, touching, mesh, when, motions) for mesh in range(len(parts.meshes))],
         axis=1,
     )
     supports = [support for support in vibration.system.supports if support.bears]
@@ -148,11 +149,13 @@ def forces_of(parts: Parts, state: WearState, response: Response, when: Instants
 
 
 def _mesh_force(
-    parts: Parts, touching: list[Touching], mesh: int, when: Instants, deflection: Array
+    parts: Parts, touching: list[Touching], mesh: int, when: Instants, motions: Deflections
 ) -> Array:
     """Return the elastic force of one mesh, (n_periods, n_instants) [N]."""
     own_mesh, vibration = parts.meshes[mesh], parts.vibration
     assert vibration is not None
     inside = when.phase.reshape(-1, NODES)
     where = look_within(touching[own_mesh.kind].analysis.grid, [own_mesh.lag], inside, inside.mean(axis=1))
-    return elastic_force(vibration.system, mesh, touching[own_mesh.kind], where, deflection)
+    motion = Deflections(*(values[:, mesh] for values in motions))
+    flanks = touching[own_mesh.kind]
+    return mesh_forces(vibration.system, mesh, flanks, where, motion, vibration.period).elastic

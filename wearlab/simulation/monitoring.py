@@ -15,8 +15,8 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from wearlab.arrays import Array, Complex, Index
-from wearlab.dynamics.acceleration import NODES, mesh_acceleration_at, within_steps
-from wearlab.dynamics.response import Response, deflection_at, step_of
+from wearlab.dynamics.forces.acceleration import NODES, mesh_acceleration_at, within_steps
+from wearlab.dynamics.orbits.response import Response, deflection_at, step_of
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration, hunting_grid
 from wearlab.mesh.stages import StageGrid
@@ -91,7 +91,7 @@ def _of_response(
 
 def _nodes(vibration: Vibration, response: Response, lines: Array) -> tuple[Array, Index, Array]:
     """Return phases, segments and weights of a mean, as many within a step as the highest line asks for."""
-    grid = vibration.grid_of(response)
+    grid = vibration.sampling.grid
     turn = 2.0 * np.pi * float(lines[-1]) * float(grid.width.max())
     return within_steps(grid, 2 * NODES + math.ceil(0.5 * turn))
 
@@ -153,7 +153,7 @@ def _approach_at(response: Response, grid: StageGrid, phase: Array, segment: Ind
 
 def _signal(vibration: Vibration, response: Response, phase: Array, segment: Index, read: Read) -> Array:
     """Return what a response does at phases of every mesh period, (n_periods, n_mesh, n)."""
-    turns, grid = vibration.hunting, vibration.grid_of(response)
+    turns, grid = vibration.hunting, vibration.sampling.grid
     segments = int(grid.segment[-1]) + 1
     over = np.repeat(np.arange(turns), len(phase))
     signal = read(

@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.continuation import JumpOfResponse, Point
-from wearlab.dynamics.extremes import extremes
-from wearlab.dynamics.mesh_forces import elastic_force
+from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.forces.mesh_forces import mesh_forces
+from wearlab.dynamics.orbits.continuation import JumpOfResponse, Point
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration
+from wearlab.mesh.force import Deflections
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.scene.build.modes import OverSpeed, build_over_speed
@@ -75,13 +76,13 @@ def _described(wanted: OverSpeed, point: Point) -> Values:
     vibration = wanted.vibration(point.speed)
     phases = np.arange(SAMPLES) / SAMPLES
     where, when = parts.look(0, phases), vibration.look(phases)
-    deflection = vibration.deflection(response, when)[0][:, 0]
+    motion = Deflections(*(values[:, 0] for values in vibration.motions(response, when)))
     position, _ = vibration.coordinates(response, when)
     touching = parts.coupling.touching(wanted.state)
-    force = elastic_force(vibration.system, 0, touching[0], where, deflection)
+    force = mesh_forces(vibration.system, 0, touching[0], where, motion, vibration.period).elastic
     transmission = transmission_error(vibration, position)
     if transmission is None:
-        transmission = deflection
+        transmission = motion.deflection
     static, extreme = parts.kinds[0].analysis.load, extremes(response)
     poincare = _strobed(vibration, point)
     multiplier = abs(response.multipliers[0]) if len(response.multipliers) else np.nan

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab.dynamics.coexisting import Search
+from wearlab.dynamics.orbits.coexisting import Search
 from wearlab.gears.specification import GearError
 from wearlab.life.history import History
 from wearlab.life.limits import StopWear
@@ -153,7 +153,7 @@ def _of_condition(
     if parts.vibration is not None:
         values |= found("dynamics of the states", lambda: vibrating.dynamic_values(parts, states))
         values |= found("modes", lambda: vibrating.mode_values(build_modes(parts)))
-        values["count_steps_per_period"] = len(parts.vibration.grid_of(states[0].responses[0]).width)
+        values["count_steps_per_period"] = len(parts.vibration.sampling.grid.width)
     coexisting: list[Searched] = diagnosed(
         "search for other attractors", partial(other_attractors, parts, states), [], failures
     )

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.coexisting import Search
+from wearlab.dynamics.orbits.coexisting import Search
 from wearlab.life.history import History
 from wearlab.scene.build import Parts
 from wearlab.scene.build.contact import cut_short, reached_limits

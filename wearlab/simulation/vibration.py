@@ -6,17 +6,16 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.acceleration import within_steps
-from wearlab.dynamics.extremes import extremes
-from wearlab.dynamics.mesh_forces import (
-    elastic_force,
+from wearlab.dynamics.forces.acceleration import within_steps
+from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.forces.mesh_forces import (
     friction_force,
     load_factors,
     mean_force_residual,
     mesh_forces,
     moments,
 )
-from wearlab.dynamics.response import Response
+from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.life.history import History
 from wearlab.life.load import equivalent_force
@@ -24,6 +23,7 @@ from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration
 from wearlab.mesh.clock import Instants, look_within
 from wearlab.mesh.excitation import Touching
+from wearlab.mesh.force import Deflections
 from wearlab.mesh.harmonics import Harmonics, harmonics
 from wearlab.scene.build import Parts
 from wearlab.scene.build.modes import SceneModes
@@ -42,7 +42,7 @@ def dynamic_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     """
     vibration = parts.vibration
     assert vibration is not None
-    along_periods = {"bearing_force": 2, "pair_force": 2}
+    along_periods = {"bearing_force": 2, "pair_force": 2, "pair_normal_force": 2}
     angles = len(states[0].responses)
     each = []
     for angle in range(angles):
@@ -74,17 +74,18 @@ def stacked(arrays: list[Array], along: int | None) -> Array:
 
 def _response_values(parts: Parts, vibration: Vibration, state: WearState, response: Response) -> Values:
     when = vibration.look(parts.phase)
-    deflection, rate = vibration.deflection(response, when)
+    motions = vibration.motions(response, when)
     position, velocity = vibration.coordinates(response, when)
     touching = parts.coupling.touching(state)
     meshes = [
-        _mesh_response(parts, vibration, touching, mesh, deflection[:, mesh], rate[:, mesh])
+        _mesh_response(parts, vibration, touching, mesh, _of_mesh(motions, mesh))
         for mesh in range(len(parts.meshes))
     ]
     pairs = max(each_mesh["pair_force"].shape[0] for each_mesh in meshes)
     for each_mesh in meshes:
         short = pairs - each_mesh["pair_force"].shape[0]
-        each_mesh["pair_force"] = np.pad(each_mesh["pair_force"], ((0, short), (0, 0), (0, 0)))
+        for name in ("pair_force", "pair_normal_force"):
+            each_mesh[name] = np.pad(each_mesh[name], ((0, short), (0, 0), (0, 0)))
     values: Values = {name: np.stack([each_mesh[name] for each_mesh in meshes]) for name in meshes[0]}
     transmission = transmission_error(vibration, position)
     if transmission is not None:
@@ -110,7 +111,7 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
         equivalent = [
             parts.gears.lever(k)
             * equivalent_force(
-                parts.kinds[k].analysis, kind_state.weight, kind_state.elastic, parts.wohler_slope
+                parts.kinds[k].analysis, kind_state.weight, kind_state.drive, parts.wohler_slope
             )
             for k, kind_state in enumerate(state.kind)
         ]
@@ -125,34 +126,41 @@ def phase_forces(parts: Parts, state: WearState, response: Response) -> Array:
     """Return the elastic force of every mesh at the stored phases, (n_periods, n_mesh, n_phases) [N]."""
     vibration = parts.vibration
     assert vibration is not None
-    deflection, _ = vibration.deflection(response, vibration.look(parts.phase))
+    motions = vibration.motions(response, vibration.look(parts.phase))
     touching = parts.coupling.touching(state)
     each = [
-        elastic_force(
-            vibration.system,
-            mesh,
-            touching[each_mesh.kind],
-            parts.look(mesh, parts.phase),
-            deflection[:, mesh],
-        )
-        for mesh, each_mesh in enumerate(parts.meshes)
-    ]
+        mesh_forces(
+            vibration.system, mesh, touching[own.kind], parts.look(mesh, parts.phase),
+            _of_mesh(motions, mesh), vibration.period,
+        ).elastic
+        for mesh, own in enumerate(parts.meshes)
+    ]  # fmt: skip
     return np.stack(each, axis=1)
 
 
+def _of_mesh(motions: Deflections, mesh: int) -> Deflections:
+    """Return the motion of one mesh, (n_periods, n) each."""
+    return Deflections(motions.deflection[:, mesh], motions.rate[:, mesh])
+
+
 def _mesh_response(
-    parts: Parts, vibration: Vibration, touching: list[Touching], mesh: int, deflection: Array, rate: Array
+    parts: Parts, vibration: Vibration, touching: list[Touching], mesh: int, motion: Deflections
 ) -> dict[str, Array]:
     """Return what one mesh does at the stored phases, the mesh periods first (the pairs before them)."""
     own_mesh, where = parts.meshes[mesh], parts.look(mesh, parts.phase)
     mine = touching[own_mesh.kind]
-    forces = mesh_forces(vibration.system, mesh, mine, where, deflection, rate)
+    forces = mesh_forces(vibration.system, mesh, mine, where, motion, vibration.period)
+    deflection, rate = motion
     values = {
         "dynamic_mesh_force": forces.elastic,
-        "mesh_damping_force": forces.damping,
+        "normal_mesh_force": forces.normal,
+        "mesh_damping_force": forces.normal - forces.elastic,
         "mesh_deflection": deflection,
         "mesh_deflection_rate": rate,
         "pair_force": np.stack([pair_slots(row, mine.analysis.grid) for row in forces.pair], axis=1),
+        "pair_normal_force": np.stack(
+            [pair_slots(row, mine.analysis.grid) for row in forces.pair_normal], axis=1
+        ),
         "poincare_deflection": deflection[:, 0],
         "poincare_rate": rate[:, 0],
     }
@@ -175,6 +183,9 @@ def extreme_values(parts: Parts, response: Response) -> Values:
         "dynamic_factor": np.divide(
             extremes_found.largest, static, out=np.full(len(static), np.nan), where=static > 0.0
         ),
+        "normal_force_factor": np.divide(
+            extremes_found.largest_normal, static, out=np.full(len(static), np.nan), where=static > 0.0
+        ),
         "separation_fraction": extremes_found.separated,
     }
 
@@ -183,16 +194,16 @@ def mean_moments(
     parts: Parts, vibration: Vibration, touching: list[Touching], kind: int, response: Response
 ) -> Array:
     """Return the mean moments of each mesh of a kind over base radius, (n_mesh, (driving, driven)) [N]."""
-    mine, grid = touching[kind], vibration.grid_of(response)
+    mine, grid = touching[kind], vibration.sampling.grid
     phase, segment, weight = within_steps(grid)
     middle = grid.start + 0.5 * grid.width
-    deflection, rate = vibration.deflection(response, Instants(phase, segment))
+    motions = vibration.motions(response, Instants(phase, segment))
     values = []
     for mesh in parts.coupling.kinds[kind].meshes:
         where = look_within(
             mine.analysis.grid, [parts.meshes[mesh].lag], phase.reshape(len(middle), -1), middle
         )
-        forces = mesh_forces(vibration.system, mesh, mine, where, deflection[:, mesh], rate[:, mesh])
+        forces = mesh_forces(vibration.system, mesh, mine, where, _of_mesh(motions, mesh), vibration.period)
         each = moments(forces, mine, parts.kinds[kind].pair, where, parts.friction)
         values.append((each @ weight).mean(axis=1))
     return np.array(values)

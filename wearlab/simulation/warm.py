@@ -3,16 +3,13 @@
 import gc
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 
-from wearlab.dynamics.periodic import Periodic
-from wearlab.dynamics.shooting import Shooting
-from wearlab.dynamics.structure import in_registers
+from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.gears.specification import GearError
 from wearlab.life.limits import StopWear
-from wearlab.mesh.tabulation import stage_tables
 from wearlab.options import Part
 from wearlab.scene import Scene
 from wearlab.scene.build import build
@@ -44,14 +41,11 @@ def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
 def jobs_of(kinds: Iterable[Scene]) -> list[Job]:
     """Return what compiles all that kinds of scenes call, in parts, those that take longest first.
 
-    Most of what a moving pair compiles are four kernels: the orbit of touching flanks, that of parting ones
-    by power series, the shooting at what neither finds, and the march that looks for other attractors.
+    What a moving system compiles is the shooting and the integration that looks for other attractors.
     """
     ordered = sorted(kinds, key=lambda scene: -len(scene.mesh.each(scene.gears.kind)))
     moving = [scene for scene in ordered if scene.dynamics]
-    jobs: list[Job] = [
-        (job, scene) for scene in moving for job in (_evaluate_parting, _evaluate, _evaluate_series, _march)
-    ]
+    jobs: list[Job] = [(job, scene) for scene in moving for job in (_evaluate, _integrate)]
     return jobs + [(_evaluate, scene) for scene in ordered if not scene.dynamics]
 
 
@@ -78,32 +72,14 @@ def _evaluate(scene: Scene) -> None:
     coupling.evaluate(coupling.unworn())
 
 
-def _evaluate_parting(scene: Scene) -> None:
-    """Solve for flanks that may part, without looking for an orbit of touching ones first."""
-    coupling = build(scene).coupling
-    if coupling.vibration and coupling.vibration.touching:
-        apart = replace(coupling.vibration, touching=None)
-        replace(coupling, vibration=apart).evaluate(coupling.unworn())
-
-
-def _evaluate_series(scene: Scene) -> None:
-    """Solve for flanks of a small system that part by power series, from rest."""
+def _integrate(scene: Scene) -> None:
+    """Integrate a system over a mesh period."""
     coupling = build(scene).coupling
     moves = coupling.vibration
-    if moves is None or moves.touching is None or moves.system.friction_constant is not None:
-        return
-    tables = stage_tables(coupling.flanks(coupling.unworn()), moves.touching, None)
-    moves.method.parted(moves.system, tables, moves.period, np.zeros(2 * len(moves.system.load)))
-
-
-def _march(scene: Scene) -> None:
-    """March a small system over a mesh period."""
-    coupling = build(scene).coupling
-    moves = coupling.vibration
-    if moves is None or not in_registers(moves.system) or not isinstance(moves.method, Periodic):
+    if moves is None or not isinstance(moves.method, Periodic):
         return
     shooting = Shooting(moves.system, moves.tables(coupling.flanks(coupling.unworn())), moves.period)
-    shooting.march(np.zeros(shooting.rows), 1)
+    shooting.integrate(np.zeros(shooting.rows), 1)
 
 
 def _kernels(scene: Scene) -> tuple[object, ...]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from wearlab.dynamics.structure import in_registers
+from wearlab.dynamics.steps.kernel import is_small
 from wearlab.dynamics.system import System
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
@@ -43,5 +43,5 @@ def most_searched(system: System) -> int:
 
 def units(system: System) -> float:
     """Return the work of a right-hand side."""
-    work = IN_REGISTERS if in_registers(system) else LARGE * len(system.load) ** 2 + OF_A_LARGE_STEP
+    work = IN_REGISTERS if is_small(system) else LARGE * len(system.load) ** 2 + OF_A_LARGE_STEP
     return work if system.friction_constant is None else FRICTIONAL * work

@@ -33,7 +33,7 @@ class Equivalent:
         from wearlab.life.load import equivalent_force
 
         analysis = flanks.analysis
-        equivalent = equivalent_force(analysis, force.weight, force.elastic, self.wohler_slope)
+        equivalent = equivalent_force(analysis, force.weight, force.drive, self.wohler_slope)
         loads = np.full(len(static.deflection), equivalent)
         state = analysis.quasistatic(flanks.nodes, analysis.at_nodes, loads)
         return analysis.force_at_nodes(state.force)[None]

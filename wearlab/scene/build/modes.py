@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.continuation import Continuation
 from wearlab.dynamics.mode_kinds import mode_kinds
 from wearlab.dynamics.modes import Modes, critical_speeds, modes
-from wearlab.dynamics.periodic import Periodic
+from wearlab.dynamics.orbits.continuation import Continuation
+from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.system import System
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration
@@ -94,7 +94,6 @@ class OverSpeed:
             ),
             period=period,
             fluctuation=fluctuation(scene, grid.phase),
-            touching=None,
         )
 
     def mesh_at(self, speed: float) -> tuple[System, StageTables, float]:

@@ -8,21 +8,18 @@ import numpy as np
 from scipy.linalg import null_space
 
 from wearlab.arrays import Array
-from wearlab.dynamics.collocation import SIZES
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.models import InMotion
 from wearlab.dynamics.modes import modes
-from wearlab.dynamics.steps import (
+from wearlab.dynamics.steps.count import (
     EXACT_LARGEST,
     STABLE,
     exact_steps_per_period,
     fastest_rate,
-    runge_kutta_error,
     steps_per_period,
 )
-from wearlab.dynamics.structure import in_registers
+from wearlab.dynamics.steps.kernel import is_small
 from wearlab.dynamics.system import System
-from wearlab.dynamics.turning import symmetry_of
 from wearlab.gears.gear import GearPair
 from wearlab.gears.specification import GearError
 from wearlab.life.vibration import Vibration
@@ -31,7 +28,6 @@ from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.mesh.stiffness import GivenStiffness
-from wearlab.mesh.table_steps import Tables, table_grid
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
 from wearlab.scene.mesh import OneMesh
@@ -77,8 +73,6 @@ AFFORDED = 4_000
 AFFORDED_DENSE = 250
 """The same for systems too large for registers, whose steps take some twenty times as long."""
 TAKEN_UP = 1e-9
-COARSEST = 0.1
-"""Error that steps for touching flanks may have, however few Runge–Kutta steps were asked for [1]."""
 MOST_FOR_MESH = 2000
 """Steps beyond which a finer mesh table is no reason for more."""
 
@@ -123,10 +117,8 @@ def build_vibration(
     stiffest = np.array([float(analyses[mesh.kind].unworn[1].tangent.max()) for mesh in meshes])
     system = build_system(scene, gears, np.array([mean[mesh.kind] for mesh in meshes]))
     _check_definite(system, np.array([mean[mesh.kind] for mesh in meshes]))
-    system = system._replace(symmetry=symmetry_of(system, np.array(gears.angles), gears.mesh_lags))
     clock = OnClock(analyses, meshes, edges)
     grid = steps_grid(scene, clock, system, stiffest, gears.period)
-    few = touching_grid(scene, gears, clock, system, stiffest, grid)
     slow = slow_errors(scene, gears, meshes, system)
     grids, friction = [contact.grid for contact in analyses], build_friction(scene, gears)
     return Vibration(
@@ -134,7 +126,6 @@ def build_vibration(
         method=patient(METHODS[scene.dynamics.method](scene), system, len(grid.width)),
         excitation=build_excitation(scene, gears),
         sampling=sampling(grids, meshes, edges, grid, friction),
-        touching=None if few is None else sampling(grids, meshes, edges, few, friction),
         period=gears.period,
         fluctuation=fluctuation(scene, grid.phase),
         hunting=hunting_period(scene, gears, meshes),
@@ -147,7 +138,7 @@ def steps_grid(scene: Scene, clock: OnClock, system: System, stiffness: Array, p
     """Return the steps: as many as asked for, or as system and meshes need at the scene's tolerance."""
     breaks, tolerance = clock.breaks, scene.numerics.tolerance
     turned = fastest_rate(system, stiffness) * period
-    exact = scene.dynamics is not None and scene.dynamics.follows_orbits and not in_registers(system)
+    exact = scene.dynamics is not None and scene.dynamics.follows_orbits and not is_small(system)
     if scene.numerics.steps_per_period is not None:
         if not exact:
             _check_stable(scene, turned)
@@ -158,62 +149,13 @@ def steps_grid(scene: Scene, clock: OnClock, system: System, stiffness: Array, p
             f"takes more than {MOST_STEPS} steps; so slow a motion is quasi-static: drop [dynamics], raise "
             "the speed, or give numerics.steps_per_period"
         )
-    rule, multiple = (exact_steps_per_period, SIZES[0]) if exact else (steps_per_period, 2)
+    rule = exact_steps_per_period if exact else steps_per_period
     steps = min(rule(system, stiffness, period, tolerance, len(breaks)), MOST_STEPS)
-    grid = stage_grid(breaks, steps, multiple)
+    grid = stage_grid(breaks, steps)
     while len(grid.width) < MOST_FOR_MESH and _missing(clock, grid) > RESOLVED * tolerance:
         steps = int(np.ceil(RISE * steps))
-        grid = stage_grid(breaks, steps, multiple)
+        grid = stage_grid(breaks, steps)
     return grid
-
-
-def touching_grid(
-    scene: Scene,
-    gears: GearSet,
-    clock: OnClock,
-    system: System,
-    stiffness: Array,
-    marched: StageGrid,
-) -> StageGrid | None:
-    """Return the steps for orbits on which no flank parts, as accurate as the Runge–Kutta steps given.
-
-    None where large systems have them anyway, where another method than `Periodic` follows the motion, or
-    where loads or errors turn. They land where a stiffness from a table bends.
-    """
-    assert scene.dynamics is not None
-    if not scene.dynamics.follows_orbits or not in_registers(system):
-        return None
-    if scene.operation.fluctuation is not None or hunting_period(scene, gears, clock.meshes) > 1:
-        return None
-    steps, tolerance, period = len(marched.width), scene.numerics.tolerance, gears.period
-    if scene.numerics.steps_per_period is not None:
-        tolerance = min(COARSEST, runge_kutta_error(system, stiffness, period, steps))
-    wanted = exact_steps_per_period(system, stiffness, period, tolerance, len(clock.breaks))
-    return few_steps(clock, wanted, RESOLVED * tolerance, steps)
-
-
-def few_steps(clock: OnClock, steps: int, missing: float, most: int) -> StageGrid | None:
-    """Return about so many steps for collocation, more where stiffnesses from tables bend.
-
-    Parameters
-    ----------
-    clock : the meshes
-    steps : the number of steps that the motion asks for
-    missing : what the polynomials over groups of steps may miss of a table in the mean [1]
-    most : steps beyond which tables have none
-    """
-    tables = clock.tabled
-    if not tables:
-        return stage_grid(clock.breaks, steps, SIZES[0])
-    points = np.concatenate([(table.stiffness.bends + mesh.lag) % 1.0 for mesh, table in tables])
-
-    def stiffness(phase: Array, middle: float) -> Array:
-        inside = np.array([middle])
-        where = [look_within(table.grid, [mesh.lag], phase[None], inside) for mesh, table in tables]
-        each = [table.stiffness.at_phases(at) for (_, table), at in zip(tables, where, strict=True)]
-        return np.array([pairs.sum(axis=1) for pairs in each if pairs is not None])
-
-    return table_grid(clock.breaks, steps, SIZES[0], Tables(points, stiffness), missing, most)
 
 
 def given_by_table(analysis: ContactAnalysis) -> bool:
@@ -263,7 +205,7 @@ def patient(method: Method, system: System, steps: int) -> Method:
 
     Steps follow the fastest mode: a march of as many lasts about as long in time, in which motions die out.
     """
-    afforded = AFFORDED if in_registers(system) else AFFORDED_DENSE
+    afforded = AFFORDED if is_small(system) else AFFORDED_DENSE
     if not isinstance(method, Periodic) or steps <= afforded:
         return method
     share = afforded / steps
@@ -349,7 +291,7 @@ def fluctuation(scene: Scene, phase: Array) -> Array | None:
 
 
 METHODS: dict[str, Callable[[Scene], Method]] = {
-    "periodic": lambda scene: Periodic(resolved=scene.numerics.tolerance),
+    "periodic": lambda scene: Periodic(),
     "rk4": lambda scene: RungeKutta4(tolerance=1e-3 * scene.numerics.tolerance),
     "rk45": lambda scene: RungeKutta45(tolerance=1e-2 * scene.numerics.tolerance),
     "newmark": lambda scene: Newmark(tolerance=1e-3 * scene.numerics.tolerance),

@@ -1,0 +1,137 @@
+"""What the meshes exert at any instants: forces, moments about the gears' axes, and their means.
+
+Forces come from the contact itself, by the deflections that a response has there, and not from the tables
+that its solver used: their means against the load that was given tell how well it closes.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.dynamics.system import System
+from wearlab.gears.gear import GearPair
+from wearlab.mesh.excitation import Touching
+from wearlab.mesh.force import Dashpot, Deflections, NormalForces, flank_forces
+from wearlab.mesh.gear_set import PairOfSet
+from wearlab.mesh.profile import Lookup, interpolate
+
+
+def mesh_forces(
+    system: System, mesh: int, flanks: Touching, where: Lookup, motion: Deflections, period: float
+) -> NormalForces:
+    """Return the forces of a mesh, (n_periods, n[, n_pairs]).
+
+    Parameters
+    ----------
+    system : the equation of motion
+    mesh, flanks : the mesh and its flanks
+    where : the (n,) instants as phases of the mesh
+    motion : (n_periods, n) deflection and its rate
+    period : duration of a mesh period [s]
+    """
+    dashpot = dashpot_of_mesh(system, mesh)
+    rows = [
+        flank_forces(flanks, where, Deflections(*row), dashpot, period) for row in zip(*motion, strict=True)
+    ]
+    return NormalForces(*(np.stack(each) for each in zip(*rows, strict=True)))
+
+
+def dashpot_of_mesh(system: System, mesh: int) -> Dashpot:
+    """Return the damping and the backlash of one mesh."""
+    backlash = None if system.backlash is None else float(system.backlash[mesh])
+    return Dashpot(float(system.mesh_damping[mesh]), system.damping_always, backlash)
+
+
+def friction_force(forces: NormalForces, flanks: Touching, where: Lookup, coefficient: float) -> Array:
+    """Return ``Σ_j Λμ N_j`` on the driving flank, positive in recess, (n_periods, n) [N].
+
+    Parameters
+    ----------
+    forces, flanks, where : the mesh's forces, its flanks, the instants
+    coefficient : μ [1]
+
+    References
+    ----------
+    B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
+    """
+    sense = flanks.analysis.grid.sliding_sense[where.segment]
+    return np.asarray(coefficient * (sense * forces.pair_normal).sum(axis=-1))
+
+
+def moments(
+    forces: NormalForces, flanks: Touching, pair: GearPair, where: Lookup, coefficient: float | None
+) -> Array:
+    """Return the moments on both gears over their base radii, (driving, driven) (2, n_periods, n) [N].
+
+    ``Σ_j N_j (1 + Λμ ρ_j/r_b)``, with the back flank: friction adds to the moment of a driving gear
+    in recess, where its arm is ρ = r_b tan α_w + s.
+
+    Parameters
+    ----------
+    forces, flanks, where : the mesh's forces, its flanks, the instants
+    pair : the gears
+    coefficient : μ, None without friction [1]
+
+    References
+    ----------
+    B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
+    """
+    plain = forces.normal
+    if coefficient is None:
+        return np.stack([plain, plain])
+    grid = flanks.analysis.grid
+    s = np.zeros(forces.pair.shape[1:])
+    interpolate(grid.first, where, grid.touching, 0.0, s)
+    rubs = coefficient * grid.sliding_sense[where.segment]
+    of_gears = []
+    for arm, gear in zip(pair.curvature(s.ravel()), pair.gears, strict=True):
+        share = rubs * arm.reshape(s.shape) / gear.base_radius
+        of_gears.append(plain + (forces.pair_normal * share).sum(axis=-1))
+    return np.stack(of_gears)
+
+
+def load_factors(kind: PairOfSet, means: Array) -> Array:
+    """Return how much of its share of the load each mesh of a kind carries in the mean, (n_mesh,) [1].
+
+    Parameters
+    ----------
+    kind : the kind of mesh
+    means : (n_mesh, (driving, driven)) mean moments of its meshes over base radius [N]
+
+    References
+    ----------
+    ISO 6336-1: the mesh load factor K_γ is the largest.
+    """
+    own = means[:, kind.loaded]
+    return own / own.mean() if own.any() else np.full(len(own), np.nan)
+
+
+def mean_force_residual(
+    kinds: Sequence[PairOfSet], loads: Sequence[float], means: Sequence[Array], rubs: bool
+) -> float:
+    """Return the mean normal force over the static one, minus one: the largest of the kinds of mesh [1].
+
+    Meshes of one kind share the load among them, so their mean is what the load decides. With friction the
+    moments on the gear whose torque is given count, and on a planet those of its two meshes.
+
+    Parameters
+    ----------
+    kinds : the kinds of mesh
+    loads : static force of one mesh of each [N]
+    means : of each, (n_mesh, (driving, driven)) mean moments over base radius [N]
+    rubs : whether there is friction
+    """
+    of_kind = [each.mean(axis=0) for each in means]
+    if not rubs:
+        residuals = [_relative(float(mean.mean()), load) for mean, load in zip(of_kind, loads, strict=True)]
+        return max(residuals, key=abs)
+    loaded = kinds[0].loaded
+    residuals = [_relative(of_kind[0][loaded], loads[0])]
+    if len(kinds) > 1:
+        residuals.append(_relative(of_kind[1][1 - kinds[1].loaded], of_kind[0][1 - loaded]))
+    return max(residuals, key=abs)
+
+
+def _relative(mean: float, load: float) -> float:
+    return mean / load - 1.0 if load > 0.0 else mean

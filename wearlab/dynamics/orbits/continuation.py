@@ -1,0 +1,175 @@
+"""The response over speed: each speed starts from the response of the last, upwards and downwards.
+
+Where two responses coexist, the two directions follow different branches; where a branch ends, the response
+jumps, and the jump is located by bisection.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.dynamics.orbits.periodic import Periodic, periods_of
+from wearlab.dynamics.orbits.response import Response, Verdict
+from wearlab.dynamics.orbits.shooting import Orbit, Shooting
+from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageTables
+
+MeshAt = Callable[[float], tuple[System, StageTables, float]]
+
+SUDDEN = 0.05
+"""Change of the range of deflection between two speeds that may be a jump, over the largest range."""
+BISECTIONS = 8
+STAYS = 0.5
+"""Share of the change that a jump keeps however near the two speeds are."""
+SAME = 0.05
+"""Distance of an orbit from the motion that leads to it, over the size of the state."""
+AT_REST = 1e-9
+"""Change of the strobed states over a period, relative to their size, from which the motion goes nowhere."""
+FOLLOWED = (1, 2, 3, 4)
+"""Periods tried on a motion that comes to rest too slowly to show its period."""
+
+
+class Point(NamedTuple):
+    """The response at one speed.
+
+    Parameters
+    ----------
+    speed : [rad/s]
+    response : the steady response
+    strobe : (n, 2n) states once per mesh period, after the transient
+    """
+
+    speed: float
+    response: Response
+    strobe: Array
+
+    @property
+    def extent(self) -> float:
+        """Range of the mesh deflection over the response [m]."""
+        response = self.response
+        state = response.state[:, :-1, : len(response.system.load)]
+        deflection = state @ response.system.direction.T - response.tables.error[:, 0]
+        return float(np.ptp(deflection))
+
+
+class JumpOfResponse(NamedTuple):
+    """A jump between two speeds, in the order in which they are passed.
+
+    Parameters
+    ----------
+    before, after : the two speeds [rad/s]
+    extent_before, extent_after : range of the mesh deflection [m]
+    """
+
+    before: float
+    after: float
+    extent_before: float
+    extent_after: float
+
+
+@dataclass(frozen=True)
+class Continuation:
+    """How a response is followed.
+
+    Parameters
+    ----------
+    transient : mesh periods integrated at every speed before it counts; fewer where it comes to rest before
+    strobe : mesh periods whose states are kept, once a period
+    method : how long a period may be, and when an orbit attracts
+    """
+
+    transient: int = 200
+    strobe: int = 64
+    method: Periodic = field(default_factory=Periodic)
+
+    def follow(self, mesh_at: MeshAt, speeds: Sequence[float], start: Array) -> list[Point]:
+        """Return the responses at speeds in the order given, the first from the state ``start`` (2n,)."""
+        points: list[Point] = []
+        for speed in speeds:
+            points.append(self.at(mesh_at, speed, start))
+            start = points[-1].response.end
+        return points
+
+    def at(self, mesh_at: MeshAt, speed: float, start: Array) -> Point:
+        """Return the response that a motion from ``start`` (2n,) settles on, at a speed [rad/s]."""
+        shooting = Shooting(*mesh_at(speed))
+        method, state = self.method, start.copy()
+        for most in (self.transient, self.transient, 4 * self.transient):
+            strobe = _settled_strobe(shooting, state, most, method.longest)
+            orbit = _orbit_of(shooting, strobe, method)
+            if orbit is not None:
+                verdict = Verdict(True, orbit.largest < 1.0 - method.margin, orbit.unique, True)
+                response = shooting.response(orbit, verdict)
+                turns = -(-self.strobe // orbit.periods)
+                return Point(speed, response, np.tile(orbit.state[:, 0], (turns, 1))[: self.strobe])
+        count = max(self.strobe, method.averaged)
+        strobe, path = shooting.integrate(state, count, method.averaged)
+        return Point(speed, shooting.aperiodic(path, 0.0), strobe[-self.strobe :])
+
+    def jumps(self, mesh_at: MeshAt, points: Sequence[Point]) -> list[JumpOfResponse]:
+        """Return where the responses of successive speeds lie on different branches."""
+        largest = max(point.extent for point in points)
+        jumps = (
+            self._located(mesh_at, slow, fast)
+            for slow, fast in pairwise(points)
+            if abs(fast.extent - slow.extent) > SUDDEN * largest
+            and (slow.response.period > 0 or fast.response.period > 0)
+        )
+        return [jump for jump in jumps if jump is not None]
+
+    def _located(self, mesh_at: MeshAt, first: Point, second: Point) -> JumpOfResponse | None:
+        """Bisect between two speeds; None when the change shrinks with the distance: it was only steep."""
+        change = abs(second.extent - first.extent)
+        for _ in range(BISECTIONS):
+            middle = self.at(mesh_at, 0.5 * (first.speed + second.speed), first.response.end)
+            if abs(middle.extent - first.extent) <= abs(middle.extent - second.extent):
+                first = middle
+            else:
+                second = middle
+            if abs(second.extent - first.extent) < STAYS * change:
+                return None
+        return JumpOfResponse(first.speed, second.speed, first.extent, second.extent)
+
+
+def _settled_strobe(shooting: Shooting, state: Array, most: int, longest: int) -> Array:
+    """Integrate ``state`` at most ``most`` periods, less when it comes to rest; return its last strobes."""
+    n, done = shooting.rows // 2, 0
+    while True:
+        strobe, _ = shooting.integrate(state, 2 * longest + 2)
+        done += 2 * longest + 2
+        size = float(np.abs(strobe[:, :n]).max())
+        last = strobe[-2 * longest :, :n]
+        changes = (np.abs(last[m:] - last[:-m]).max() for m in range(1, longest + 1))
+        if done >= most or any(change <= AT_REST * size for change in changes):
+            return strobe
+
+
+def _orbit_of(shooting: Shooting, strobe: Array, method: Periodic) -> Orbit | None:
+    """Return the attracting orbit that the strobed states approach, None when there is none."""
+    n = shooting.rows // 2
+    size = float(np.abs(strobe[-1, :n]).max()) or 1.0
+    for m in _periods(strobe, method, shooting.rate):
+        orbit = shooting.shoot(m, strobe[-1].copy())
+        if orbit is None and shooting.singular and m == 1:
+            orbit = shooting.family(strobe[-1])
+        if orbit is None or orbit.largest > 1.0 + method.margin:
+            continue
+        apart = np.abs(orbit.state[:, 0, :n] - strobe[-1, :n]).max(axis=1).min()
+        if apart <= SAME * size:
+            return orbit
+    return None
+
+
+def _periods(strobe: Array, method: Periodic, rate: float) -> Iterator[int]:
+    seen = list(periods_of(strobe, method.longest, rate))
+    yield from seen
+    n = strobe.shape[1] // 2
+    for m in FOLLOWED:
+        changes = np.abs(strobe[m:, :n] - strobe[:-m, :n]).max(axis=1)
+        third = len(changes) // 3
+        if m not in seen and changes[-third:].max() < 0.5 * changes[:third].max():
+            yield m

@@ -1,0 +1,227 @@
+"""Integration over mesh periods until steady, with a test that a slow decay cannot fool."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.dynamics.balance import solved_load
+from wearlab.dynamics.orbits.period_map import integrate_periods
+from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
+from wearlab.dynamics.steps.kernel import Kernel, is_small, kernel_of, padded_width, scratch, width_of
+from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageTables
+
+BLOCK = 96
+
+
+class Integrator(Protocol):
+    """Something that integrates one system over mesh periods."""
+
+    right_hand_sides: int
+    kernel: Kernel
+
+    def integrate(self, state: Array, count: int, keep: int) -> tuple[Array, Array]:
+        """Integrate ``count`` periods and move ``state`` (2n,).
+
+        Returns the strobed states (count + 1, 2n) and the last ``keep`` periods (keep, n_steps + 1, 2n).
+        """
+        ...
+
+
+class OnTables:
+    """Integrates the tabulated map: exactly where a system is not small, or by Runge–Kutta steps.
+
+    Parameters
+    ----------
+    system, tables, period : what moves
+    tangents : states have columns for their tangents (of a small system always: one compiled code)
+    exact : systems that are not small go by exact steps of their linear part
+    """
+
+    def __init__(
+        self,
+        system: System,
+        tables: StageTables,
+        period: float,
+        *,
+        tangents: bool = False,
+        exact: bool = True,
+    ) -> None:
+        self.tables, self.period = tables.filled, period
+        n, (meshes, pairs) = len(system.load), self.tables.stiffness.shape[2:]
+        columns = padded_width(n) if tangents or is_small(system) else 1
+        self.width = width_of(system, columns)
+        self.kernel = kernel_of(system, self.tables, period, columns, exact=exact)
+        self.scratch = scratch(n, meshes, len(self.kernel.meshes.channels), pairs, columns)
+        self.right_hand_sides, self.changes = 0, 0
+
+    def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
+        """Integrate ``count`` periods and move ``state``; strobed states and the last ``keep`` periods."""
+        steps, rows = len(self.tables.width), len(state)
+        orbit, strobe = np.empty((keep * steps + 1) * rows), np.empty((count + 1, rows))
+        states = np.empty((steps + 1) * rows * len(self.width))
+        self.changes += integrate_periods(
+            self.kernel, self.tables, self.period, np.uint64(1), self.width, state, keep, states, orbit,
+            strobe, self.scratch,
+        )  # fmt: skip
+        self.right_hand_sides += 4 * steps * count
+        return strobe, split_periods(orbit.reshape(-1, rows), keep)
+
+
+class OneState(ABC):
+    """Integrates a single state from step to step of the tables, by a kernel of its method.
+
+    Parameters
+    ----------
+    system, tables, period : what to integrate
+    """
+
+    def __init__(self, system: System, tables: StageTables, period: float) -> None:
+        self.tables, self.period = tables.filled, period
+        self.kernel = kernel_of(system, self.tables, period, 1, exact=False)
+        meshes, pairs = self.tables.stiffness.shape[2:]
+        self.scratch = scratch(len(system.load), meshes, len(self.kernel.meshes.channels), pairs, 1)
+        self.right_hand_sides = 0
+
+    @abstractmethod
+    def fill(self, state: Array, count: int, keep: int, orbit: Array, strobe: Array) -> int:
+        """Integrate; fill ``orbit`` (keep · n_steps + 1, 2n) and ``strobe`` (count + 1, 2n); count work."""
+
+    def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
+        """Integrate ``count`` periods and move ``state``, as every `Integrator` does."""
+        steps, rows = len(self.tables.width), len(state)
+        orbit, strobe = np.empty((keep * steps + 1, rows)), np.empty((count + 1, rows))
+        self.right_hand_sides += self.fill(state, count, keep, orbit, strobe)
+        return strobe, split_periods(orbit, keep)
+
+
+@dataclass(frozen=True, kw_only=True)
+class UntilSteady(ABC):
+    """A method that integrates until its transient has died.
+
+    Parameters
+    ----------
+    tolerance : remaining change of the strobed state, relative to its size
+    most : mesh periods after which a response counts as aperiodic
+    longest : longest period looked for [mesh periods]
+    averaged : mesh periods kept of an aperiodic response
+    """
+
+    tolerance: float = 1e-7
+    most: int = 5000
+    longest: int = 24
+    averaged: int = 200
+
+    @abstractmethod
+    def integrator(self, system: System, tables: StageTables, period: float) -> Integrator:
+        """Return what integrates a system over mesh periods."""
+
+    def solve(
+        self, system: System, tables: StageTables, period: float, start: Response | None = None
+    ) -> Response:
+        """Return the steady response; parameters as in `wearlab.dynamics.orbits.periodic.Periodic.solve`."""
+        return integrate_until_steady(
+            self, self.integrator(system, tables, period), system, tables, period, start
+        )
+
+
+def remaining_change(strobe: Array, m: int, rate: float) -> float:
+    """Return how far strobed states (n, 2n) still are from their limit over ``m`` periods, relative to size.
+
+    The change ``D_k = |y_k − y_{k−m}|`` decays like ρ^k; what remains is the geometric sum
+    ``D ρ^m/(1 − ρ^m)``. With ρ = 0.98 that is fifty times the last change: a test of the change alone would
+    stop far too early.
+    """
+    n = strobe.shape[1] // 2
+    scaled = np.hstack([strobe[:, :n], strobe[:, n:] / rate])
+    size = float(np.abs(scaled).max())
+    change = np.abs(scaled[m:] - scaled[:-m]).max(axis=1)
+    third = len(change) // 3
+    early, late = float(change[:third].max()), float(change[-third:].max())
+    if late <= 1e-13 * size:
+        return late / size if size > 0.0 else 0.0
+    ratio = (late / early) ** (m / (len(change) - third))
+    return np.inf if ratio >= 1.0 else late * ratio / (1.0 - ratio) / size
+
+
+def _least_period(strobe: Array, m: int, rate: float, tolerance: float) -> int:
+    """Return the least divisor of ``m`` after which settled states come back (its own test may lag)."""
+    n = strobe.shape[1] // 2
+    scaled = np.hstack([strobe[:, :n], strobe[:, n:] / rate])[-2 * m - 1 :]
+    size = float(np.abs(scaled).max())
+    back = (np.abs(scaled[d:] - scaled[:-d]).max() <= 100.0 * tolerance * size for d in range(1, m + 1))
+    divisors = (d for d, same in enumerate(back, 1) if same and m % d == 0)
+    return next(divisors, m)
+
+
+def under_one_load(integrator: Integrator, kept: Array, period: float) -> Array:
+    """Return a motion that follows kept periods (n_kept, n_steps + 1, 2n) under a constant load.
+
+    The load and the speed of a set free to turn are corrected after every period. It goes on for
+    as many periods once to find the mean load, and once more under it; any other system keeps its motion.
+    """
+    balance = integrator.kernel.balance
+    if not len(balance.held):
+        return kept
+    kernel, state, count = integrator.kernel, kept[-1, -1].copy(), len(kept)
+    held = balance._replace(gain=balance.gain * np.inf, shape=0.0 * balance.shape)
+    integrator.kernel = kernel._replace(balance=held)
+    strobe, _ = integrator.integrate(state.copy(), count, 1)
+    n = len(state) // 2
+    gained = balance.momentum @ (strobe[-1, n:] - strobe[0, n:])
+    balance.size[:] -= gained / (count * period * balance.gain)
+    _, motion = integrator.integrate(state, count, count)
+    integrator.kernel = kernel
+    return motion
+
+
+def integrate_until_steady(
+    method: UntilSteady,
+    integrator: Integrator,
+    system: System,
+    tables: StageTables,
+    period: float,
+    start: Response | None,
+) -> Response:
+    """Integrate in blocks until some period m ≤ ``longest`` has settled, and return the response."""
+    state = np.zeros(2 * len(system.load)) if start is None else start.end.copy()
+    rate = 2.0 * np.pi * len(tables.width) / (16.0 * period)
+    maps = 0
+
+    def response(m: int, kept: Array, residual: float, verdict: Verdict) -> Response:
+        counts = Counts(maps, integrator.right_hand_sides, 0)
+        loaded = solved_load(system, integrator.kernel.balance)
+        return Response(m, kept, np.empty(0, complex), verdict, counts, residual, loaded, tables, period)
+
+    while maps < method.most:
+        strobe, _ = integrator.integrate(state, BLOCK, 1)
+        maps += BLOCK
+        if not np.isfinite(state).all():
+            break
+        for m in range(1, method.longest + 1):
+            left = remaining_change(strobe, m, rate)
+            if left <= method.tolerance:
+                m = _least_period(strobe, m, rate, method.tolerance)
+                _, kept = integrator.integrate(state, m, m)
+                maps += m
+                return response(m, kept, left, Verdict(True, None, True, True))
+    _, kept = integrator.integrate(state, method.averaged, method.averaged)
+    maps += method.averaged
+    if np.isfinite(kept).all():
+        kept = under_one_load(integrator, kept, period)
+    n = len(system.load)
+    strobed = kept[:, 0, :n]
+    spread = float(np.ptp(strobed, axis=0).max() / (np.abs(strobed).max() or 1.0))
+    return response(0, kept, spread, Verdict(False, None, True, bool(np.isfinite(kept).all())))
+
+
+@dataclass(frozen=True)
+class RungeKutta4(UntilSteady):
+    """Fixed steps of order four on the tables, contact changes located (Kutta 1901); see `UntilSteady`."""
+
+    def integrator(self, system: System, tables: StageTables, period: float) -> OnTables:
+        """Return what integrates a system over mesh periods."""
+        return OnTables(system, tables, period, exact=False)

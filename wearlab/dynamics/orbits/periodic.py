@@ -1,0 +1,209 @@
+"""The default method: Newton shooting on the period map; integration where no simple orbit attracts."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.dynamics.orbits.period_map import PERMANENT
+from wearlab.dynamics.orbits.response import Response, Verdict
+from wearlab.dynamics.orbits.shooting import CLOSED, Orbit, Shooting
+from wearlab.dynamics.steps.count import slowest_decay
+from wearlab.dynamics.system import System
+from wearlab.gears.specification import GearError
+from wearlab.mesh.stages import StageTables
+
+CLEAR = 0.005
+"""Distance of the largest multiplier from 1 that lets a neighbour's derivative speak for an orbit: chords
+shrink as fast as they must only where no multiplier has gone a fifth of its way to 1."""
+CANDIDATES = 3
+"""Periods shot at, of those a motion shows: what comes back after m mesh periods does after 2m and 3m too."""
+MOST_STEPS = 3_000_000
+"""Steps of the longest integration of a small system: about a second or two."""
+TRANSIENT_LARGE, AVERAGED_LARGE = 30, 24
+"""Mesh periods that a larger system is integrated, and is averaged over, when no orbit is found."""
+LONGEST_LARGE = 4
+"""Longest period that a larger system is shot at then: each pass costs as many maps."""
+DYING = 0.3
+"""Spread of the later half of strobed states over that of the earlier, of a motion on its way to an orbit."""
+REMEMBERED = 1e-6
+"""Share of a motion that is left when it has died out."""
+
+
+class Unbounded(GearError):
+    """The motion grows without bound, as that of undamped flanks that never part can."""
+
+
+@dataclass(frozen=True)
+class Periodic:
+    """Newton shooting on the period map; its derivative is the exact one of the map computed.
+
+    The first pass takes the affine map of a mesh that never changes contact: where that is what happens, it
+    is exact. Else passes locate every change. Where no orbit over a mesh period attracts, the motion is
+    integrated, and an orbit over m ≤ ``longest`` periods looked for where it shows one; if none attracts, the
+    response is aperiodic and its last ``averaged`` periods are returned. (Parker & Chua 1989, ch. 5; Leine &
+    Nijmeijer 2004, ch. 7.)
+
+    Parameters
+    ----------
+    margin : an orbit attracts when max |μ| < 1 − margin
+    transient : mesh periods to integrate before a period is looked for
+    longest : the longest period tried [mesh periods]
+    averaged : mesh periods kept of an aperiodic response
+    closed : size of the last step by a neighbour's derivative, over that of the state [1]
+    """
+
+    margin: float = 1e-3
+    transient: int = 500
+    longest: int = 24
+    averaged: int = 200
+    closed: float = CLOSED
+
+    def solve(
+        self, system: System, tables: StageTables, period: float, start: Response | None = None
+    ) -> Response:
+        """Return the steady response.
+
+        Parameters
+        ----------
+        system : the equation of motion
+        tables : the mesh at the stages
+        period : duration of a mesh period [s]
+        start : response of a neighbouring case to start from
+        """
+        shooting = Shooting(system, tables, period, self.closed)
+        if start is not None and start.state.shape[2] != shooting.rows:
+            start = None
+        if start is not None and start.period == 0 and not shooting.small:
+            return self._integrated(shooting, None, start)
+        orbit = None if start is None or start.period == 0 else self._near(shooting, start)
+        if orbit is None:
+            if start is not None and start.period > 0 and self._ends(shooting):
+                return self._integrated(shooting, None, start)
+            orbit = self._from_rest(shooting)
+        if orbit is not None and orbit.largest <= 1.0 + self.margin:
+            return self._respond(shooting, orbit)
+        return self._integrated(shooting, orbit, start)
+
+    def _ends(self, shooting: Shooting) -> bool:
+        """Whether a large system near whose neighbour no orbit attracts is integrated from there."""
+        return not shooting.small and shooting.loaded and not shooting.singular
+
+    def _near(self, shooting: Shooting, start: Response) -> Orbit | None:
+        """Return the orbit that attracts near a neighbour's, None where there is none."""
+        permanent = start.period == 1 and start.counts.newton_iterations == 1
+        if not permanent and start.verdict.unique and abs(start.multipliers[0]) < 1.0 - CLEAR:
+            if not shooting.small and (orbit := shooting.chord(start)) is not None:
+                return orbit
+        for contact, most in ((PERMANENT, 1), (None, 8)) if permanent else ((None, 8),):
+            state = start.state[0, 0].copy()
+            orbit = (
+                shooting.shoot(start.period, state, most=most)
+                if contact is None
+                else shooting.shoot(1, state, contact=contact, most=most)
+            )
+            if orbit is not None and orbit.largest <= 1.0 + self.margin:
+                return orbit
+        return None
+
+    def _from_rest(self, shooting: Shooting) -> Orbit | None:
+        """Shoot from the loaded mesh, then from a state that has been integrated."""
+        state = np.zeros(shooting.rows)
+        orbit = shooting.shoot(1, state, contact=PERMANENT)
+        if orbit is not None or shooting.singular:
+            return orbit or shooting.family(state)
+        if not (shooting.loaded or shooting.grounded):
+            if (member := shooting.family(np.zeros(shooting.rows))) is not None:
+                return member
+        shooting.integrate(state, 50 if shooting.small else TRANSIENT_LARGE)
+        return shooting.shoot(1, state)
+
+    def _integrated(self, shooting: Shooting, simple_orbit: Orbit | None, start: Response | None) -> Response:
+        """Integrate until a period shows, shoot on it; otherwise return the aperiodic response.
+
+        Raises
+        ------
+        Unbounded : the motion grows without bound
+        """
+        state = np.zeros(shooting.rows) if start is None else start.end.copy()
+        settled, large = start is not None and start.period == 0, not shooting.small
+        averaged, transients = self.averaged, self.transients(shooting)
+        averaged = min(averaged, AVERAGED_LARGE) if large else averaged
+        longest, candidates = (LONGEST_LARGE, 1) if large else (self.longest, CANDIDATES)
+        for count in (transients[0] // 5,) if settled else transients:
+            shooting.integrate(state, count)
+            strobe, orbit = shooting.integrate(state, max(averaged, 2 * longest), averaged)
+            if not np.isfinite(strobe).all():
+                raise Unbounded("scene.dynamics: the motion grows without bound")
+            for m in islice(periods_of(strobe, longest, shooting.rate), candidates):
+                orbit_m = shooting.shoot(m, strobe[-1].copy())
+                if orbit_m is None and shooting.singular and m == 1:
+                    orbit_m = shooting.family(strobe[-1])
+                if orbit_m is not None and orbit_m.largest <= 1.0 + self.margin:
+                    return self._respond(shooting, orbit_m)
+            if large and settled and not dies_out(strobe):
+                continue
+            # A motion that dies out slowly shows no period; it may be on its way to an orbit that attracts.
+            simple = shooting.shoot(1, strobe[-1].copy(), most=12)
+            if simple is not None and simple.largest < 1.0 - self.margin:
+                return self._respond(shooting, simple)
+        if simple_orbit is not None and simple_orbit.largest <= 1.0 + self.margin:
+            return self._respond(shooting, simple_orbit)
+        spread = float(np.ptp(strobe[:, : shooting.rows // 2], axis=0).max())
+        size = float(np.abs(strobe[:, : shooting.rows // 2]).max()) or 1.0
+        return shooting.aperiodic(orbit, spread / size)
+
+    def transients(self, shooting: Shooting) -> list[int]:
+        """Return the mesh periods to integrate between looks for a period, until a motion has died out.
+
+        One transient, three more, and as many again as the damping asks for, in two pieces: a motion that
+        dies out by e every thousand periods is not aperiodic because it has not settled after two thousand.
+        Large systems are integrated once, as long as two dozen solves take: what does not settle in that is
+        averaged, and a life goes on from where it ended.
+        """
+        if not shooting.small:
+            return [min(self.transient, TRANSIENT_LARGE)]
+        planned = [self.transient, 3 * self.transient]
+        wanted = settling_periods(shooting.system, shooting.tables, shooting.period)
+        wanted = min(wanted, MOST_STEPS / shooting.steps)
+        left = int(wanted) - sum(planned)
+        return planned if left <= 0 else [*planned, -(-left // 3), 2 * -(-left // 3)]
+
+    def _respond(self, shooting: Shooting, orbit: Orbit) -> Response:
+        unique = orbit.unique and (shooting.loaded or shooting.grounded)
+        verdict = Verdict(True, orbit.largest < 1.0 - self.margin, unique, True)
+        return shooting.response(orbit, verdict)
+
+
+def settling_periods(system: System, tables: StageTables, period: float) -> float:
+    """Return the mesh periods in which the slowest free motion of touching meshes dies out, inf undamped.
+
+    Parameters
+    ----------
+    system, tables, period : as for `Periodic.solve`; the mean mesh stiffness counts
+    """
+    slowest = slowest_decay(system, tables.mean_stiffness)
+    return float(-np.log(REMEMBERED) / (slowest * period)) if slowest > 0.0 else np.inf
+
+
+def dies_out(strobe: Array) -> bool:
+    """Whether strobed states (n, 2n) scatter less and less."""
+    early, late = np.array_split(strobe[:, : strobe.shape[1] // 2], 2)
+    return bool(np.ptp(late, axis=0).max() <= DYING * np.ptp(early, axis=0).max())
+
+
+def periods_of(strobe: Array, longest: int, rate: float) -> Iterable[int]:
+    """Yield the periods m after which strobed states (n, 2n) come back, shortest first.
+
+    A state has come back when it differs by less than a thousandth of the spread of all states, or by a
+    millionth of their size.
+    """
+    n = strobe.shape[1] // 2
+    scaled = np.hstack([strobe[:, :n], strobe[:, n:] / rate])
+    last = scaled[-2 * longest :]
+    limit = 1e-3 * np.ptp(last, axis=0).max() + 1e-6 * np.abs(last).max()
+    for m in range(1, longest + 1):
+        if np.abs(last[m:] - last[:-m]).max() <= limit:
+            yield m

@@ -1,0 +1,297 @@
+"""The steady response of a system, and what is read off it at any phase."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, NamedTuple, Protocol
+
+import numpy as np
+
+from wearlab.arrays import Array, Complex, Index
+from wearlab.dynamics.modes import Modes, modes
+from wearlab.dynamics.orbits.path import Path, path
+from wearlab.dynamics.system import System
+from wearlab.mesh.force import Dashpot, Deflections, NormalForces, normal_forces
+from wearlab.mesh.stages import Springs, StageGrid, StageTables
+
+
+class Within(Protocol):
+    """The meshes anywhere within steps (n,), at fractions of them."""
+
+    def errors(self, step: Index, fraction: Array) -> tuple[Array, Array]:
+        """Return prescribed errors and their rates by phase, (n, n_mesh) [m]."""
+        ...
+
+    def springs(self, step: Index, fraction: Array) -> Springs:
+        """Return the springs of all meshes, (n, n_mesh, n_pairs)."""
+        ...
+
+
+class _Tables(NamedTuple):
+    """The meshes by parabolas through the stages, where nothing else is known of them."""
+
+    tables: StageTables
+
+    def errors(self, step: Index, fraction: Array) -> tuple[Array, Array]:
+        """Return prescribed errors and their rates by phase."""
+        return self.tables.errors_at(step, fraction)
+
+    def springs(self, step: Index, fraction: Array) -> Springs:
+        """Return the springs of all meshes."""
+        return self.tables.springs_at(step, fraction)
+
+
+class Verdict(NamedTuple):
+    """What can be said of a response.
+
+    Parameters
+    ----------
+    periodic : the orbit closes after `Response.period` mesh periods
+    attracting : neighbouring motions approach it: max |multiplier| < 1 − margin (None: not computed)
+    unique : no family of orbits, I − P is regular
+    converged : the method met its own criterion
+    """
+
+    periodic: bool
+    attracting: bool | None
+    unique: bool
+    converged: bool
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The verdict in words: what deviates from a unique, attracting periodic orbit; () when nothing."""
+        words = {
+            "aperiodic": not self.periodic,
+            "not attracting": self.attracting is False,
+            "non-unique": not self.unique,
+            "not converged": not self.converged,
+        }
+        return tuple(word for word, holds in words.items() if holds)
+
+
+ATTRACTING, NEUTRAL = Verdict(True, True, True, True), Verdict(True, False, True, True)
+"""Of a unique periodic orbit that neighbouring motions approach, and of one that they may not."""
+
+
+class Counts(NamedTuple):
+    """Work done: mesh periods integrated, right-hand sides evaluated, Newton iterations."""
+
+    period_maps: int
+    right_hand_sides: int
+    newton_iterations: int
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """The steady response.
+
+    Parameters
+    ----------
+    period : m, the response repeats after m mesh periods; 0: aperiodic
+    state : (n_kept, n_steps + 1, 2n) q and q̇ at the ends of the steps [m], [m/s]
+    multipliers : Floquet multipliers over m periods, largest first; empty when not computed or aperiodic
+    verdict : what can be said of it
+    counts : work done
+    residual : closure of the orbit relative to its size; aperiodic: spread of the strobed states
+    system, tables, mesh_period : what it is the response of, with the loads that were found; duration of a
+        mesh period [s]
+    derivative : (2n, 2n) of the map over m periods at its start, kept where a neighbour can use it, or None
+    between : what the tables were taken of, for values between their stages; None: parabolas through them
+    """
+
+    period: int
+    state: Array
+    multipliers: Complex
+    verdict: Verdict
+    counts: Counts
+    residual: float
+    system: System
+    tables: StageTables
+    mesh_period: float
+    derivative: Array | None = None
+    between: Within | None = None
+
+    @cached_property
+    def modes(self) -> Modes:
+        """The modes of the system with all pairs in contact, at the mean mesh stiffnesses."""
+        return modes(self.system, self.tables.mean_stiffness)
+
+    @property
+    def within(self) -> Within:
+        """The meshes between the stages of their tables."""
+        return _Tables(self.tables) if self.between is None else self.between
+
+    @property
+    def end(self) -> Array:
+        """(2n,) the state from which to continue."""
+        end: Array = self.state[-1, -1]
+        return end
+
+    @cached_property
+    def motion(self) -> Path:
+        """The coordinates within the steps."""
+        n = len(self.system.load)
+        length = self.tables.width * self.mesh_period
+        return path(self.state[..., :n], self.state[..., n:], accelerations(self), length)
+
+    @cached_property
+    def approach(self) -> Path:
+        """The projections d·q of the meshes within the steps."""
+        n, d = len(self.system.load), self.system.direction.T
+        length = self.tables.width * self.mesh_period
+        return path(self.state[..., :n] @ d, self.state[..., n:] @ d, accelerations(self) @ d, length)
+
+
+def split_periods(path: Array, periods: int) -> Array:
+    """Cut a path (periods · n_steps + 1, 2n) into (periods, n_steps + 1, 2n), ends shared."""
+    if periods == 1:
+        return path[None]
+    steps = (len(path) - 1) // periods
+    return np.stack([path[k * steps : (k + 1) * steps + 1] for k in range(periods)])
+
+
+Side = Literal["right", "left"]
+"""Of a boundary between two steps: the one that begins there, or the one that ends there."""
+
+
+def step_of(grid: StageGrid, phase: Array, segment: Index | None = None, side: Side = "right") -> Index:
+    """Return the step that holds each phase, (n,).
+
+    Parameters
+    ----------
+    grid : steps of a mesh period
+    phase : (n,) in [0, 1] [1]
+    segment : (n,) the smooth segment each phase belongs to, which decides at breaks; None: ``side`` does
+    side : "right" takes the step that begins at a phase on a boundary, "left" the one that ends there
+    """
+    last = len(grid.start) - 1
+    if segment is None:
+        step = np.searchsorted(grid.start, phase, side=side) - 1
+        return np.clip(step, 0, last)
+    step = np.searchsorted(grid.start, phase, side="right") - 1
+    low = np.searchsorted(grid.segment, segment, side="left")
+    high = np.searchsorted(grid.segment, segment, side="right") - 1
+    return np.clip(step, low, high)
+
+
+def deflection_at(
+    response: Response,
+    grid: StageGrid,
+    phase: Array,
+    segment: Index | None = None,
+    side: Side = "right",
+    meshes: slice = slice(None),
+) -> tuple[Array, Array]:
+    """Return mesh deflection δ and its rate at any phases, (n_kept, n_mesh, n_phases) [m], [m/s].
+
+    ``δ = d·q − e``, by the polynomials of d·q on each two steps (`Path`).
+
+    Parameters
+    ----------
+    response : the response
+    grid : the steps it was computed on
+    phase : (n,) in [0, 1] [1]
+    segment, side : which side of a break is meant, see `step_of`
+    meshes : of which meshes
+    """
+    step = step_of(grid, phase, segment, side)
+    x = (phase - grid.start[step]) / grid.width[step]
+    approach = response.approach
+    position, velocity = approach._replace(coefficient=approach.coefficient[..., meshes]).at(step, x)
+    error, slope = (values[:, meshes] for values in response.within.errors(step, x))
+    delta, rate = position - error, velocity - slope / response.mesh_period
+    return np.ascontiguousarray(delta.transpose(0, 2, 1)), np.ascontiguousarray(rate.transpose(0, 2, 1))
+
+
+def coordinates_at(
+    response: Response,
+    grid: StageGrid,
+    phase: Array,
+    segment: Index | None = None,
+    side: Side = "right",
+) -> tuple[Array, Array]:
+    """Return all coordinates q and q̇ at any phases, (n_kept, n, n_phases) [m], [m/s]; see `deflection_at`."""
+    step = step_of(grid, phase, segment, side)
+    x = (phase - grid.start[step]) / grid.width[step]
+    position, velocity = response.motion.at(step, x)
+    return position.transpose(0, 2, 1), velocity.transpose(0, 2, 1)
+
+
+def dashpot_of(system: System) -> Dashpot:
+    """Return the damping and the backlash of all meshes."""
+    return Dashpot(system.mesh_damping, system.damping_always, system.backlash)
+
+
+def motion_at(response: Response, step: Index, fraction: Array, kept: slice = slice(None)) -> Deflections:
+    """Return the motion of all meshes at fractions of steps (n,), (n_kept, n, n_mesh)."""
+    approach = response.approach
+    approach = approach._replace(coefficient=approach.coefficient[:, kept])
+    place, speed = approach.at(step, fraction)
+    error, slope = response.within.errors(step, fraction)
+    return Deflections(place - error, speed - slope / response.mesh_period)
+
+
+def forces_at(response: Response, step: Index, fraction: Array, kept: slice = slice(None)) -> NormalForces:
+    """Return the forces of all meshes at fractions of steps (n,), (n_kept, n, n_mesh[, n_pairs]).
+
+    Fraction 0 of a step and fraction 1 of the one before are the two sides of a jump.
+
+    Parameters
+    ----------
+    response : the response
+    step, fraction : where, (n,) [1]
+    kept : which of the kept periods
+    """
+    springs = response.within.springs(step, fraction).per(response.mesh_period)
+    return normal_forces(springs, motion_at(response, step, fraction, kept), dashpot_of(response.system))
+
+
+def step_forces(response: Response) -> NormalForces:
+    """Return the forces of each mesh at the start and the end of every step, (n_kept, n_steps, 2, n_mesh).
+
+    References
+    ----------
+    L16 Eqs. 1–6, pair by pair; W23 Eqs. 7–14.
+    """
+    system, tables, ends = response.system, response.tables, [0, 2]
+    n = system.mass.shape[0]
+    state = np.stack([response.state[:, :-1], response.state[:, 1:]], axis=2)
+    motion = Deflections(
+        state[..., :n] @ system.direction.T - tables.error[:, ends],
+        state[..., n:] @ system.direction.T - tables.error_rate[:, ends] / response.mesh_period,
+    )
+    springs = tables.springs.per(response.mesh_period)
+    return normal_forces(springs.each(lambda table: table[:, ends]), motion, dashpot_of(system))
+
+
+def friction_forces(response: Response, forces: NormalForces) -> tuple[Array, Array]:
+    """Return ``Σ_p Λμ_p N_p`` [N] and ``Σ_p Λμ_p s_p N_p`` [N m] of each mesh at the step ends.
+
+    (n_kept, n_steps, 2, n_mesh) each, as in `step_forces`.
+
+    References
+    ----------
+    B23, the friction of a pair and its lever, rederived.
+    """
+    tables, ends = response.tables, [0, 2]
+    if tables.sliding is None or tables.moment is None:
+        raise ValueError("the mesh tables carry no sliding: this response has no friction")
+    tangential, moment = (
+        (of_pairs[:, ends] * forces.pair_normal).sum(axis=-1) for of_pairs in (tables.sliding, tables.moment)
+    )
+    return tangential, moment
+
+
+def accelerations(response: Response) -> Array:
+    """Return q̈ at the start and the end of every step, (n_kept, n_steps, 2, n), from the motion [m/s²]."""
+    system, ends = response.system, [0, 2]
+    n = system.mass.shape[0]
+    forces = step_forces(response)
+    state = np.stack([response.state[:, :-1], response.state[:, 1:]], axis=2)
+    load = system.load - forces.normal @ system.direction
+    if system.friction_constant is not None and system.friction_slope is not None:
+        tangential, moment = friction_forces(response, forces)
+        load = load - tangential @ system.friction_constant - moment @ system.friction_slope
+    if system.fluctuation_direction is not None and response.tables.fluctuation is not None:
+        load = load + response.tables.fluctuation[:, ends, None] * system.fluctuation_direction
+    load = load - state[..., :n] @ system.total_stiffness.T - state[..., n:] @ system.total_damping.T
+    return np.ascontiguousarray(np.linalg.solve(system.mass, load.reshape(-1, n).T).T).reshape(load.shape)

@@ -1,0 +1,234 @@
+"""Orbits of one system on one set of tables: integrate, shoot, follow a chord, and the account of it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg.lapack import dgetrf, dgetrs
+
+from wearlab.arrays import Array, Complex
+from wearlab.dynamics.balance import solved_load
+from wearlab.dynamics.orbits.family import nearest_orbit
+from wearlab.dynamics.orbits.integrate import OnTables, under_one_load
+from wearlab.dynamics.orbits.multipliers import multipliers_of
+from wearlab.dynamics.orbits.period_map import LOCATED, over_period
+from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
+from wearlab.dynamics.orbits.shoot import CONVERGED, SINGULAR, STALLED, exchange, set_start, shoot
+from wearlab.dynamics.steps.kernel import is_small
+from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageTables
+
+RHS_PER_STEP = 4
+RHS_PER_CHANGE = 25
+"""Right-hand sides that locating a change of contact is worth."""
+ROWS_PER_PASS = 12
+"""Rows of a large state whose tangents take about as long as the trajectory."""
+MOST_TANGENTS, MOST_TANGENTS_LARGE = 1_000_000, 24
+"""Mesh periods with derivatives that one shooting may take, of small systems and of larger ones."""
+MOST_CHORDS = 8
+SHRINKS = 0.2
+"""Ratio of successive chord steps above which the neighbour's derivative is no longer good."""
+NEARLY = 1e-4
+"""Size of a last Newton step over that of the state with which a large system is as good as periodic: where a
+flank grazes, its map has steps that no pass gets below."""
+CLOSED = 1e-8
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """An orbit over ``periods`` mesh periods, (periods, n_steps + 1, 2n), with its multipliers.
+
+    ``derivative`` (2n, 2n): that of the period map, as the shooting solved with it.
+    """
+
+    periods: int
+    state: Array
+    multipliers: Complex
+    residual: float
+    unique: bool = True
+    derivative: Array | None = None
+
+    @property
+    def largest(self) -> float:
+        """Modulus of the largest multiplier."""
+        return float(abs(self.multipliers[0]))
+
+
+class Shooting:
+    """One system on one set of tables: memory, counts, and the two things to do, integrate and shoot.
+
+    Parameters
+    ----------
+    system, tables, period : what moves, the mesh at the stages, the duration of a mesh period [s]
+    closed : size of the last chord step over that of the state [1]
+    """
+
+    def __init__(self, system: System, tables: StageTables, period: float, closed: float = CLOSED) -> None:
+        self.system, self.tables, self.period, self.closed = system, tables, period, closed
+        self.small = is_small(system)
+        self.integrator = OnTables(system, tables, period)
+        self.filled, self.balance = self.integrator.tables, self.integrator.kernel.balance
+        self.rows, self.steps = 2 * len(system.load), len(tables.width)
+        self.rate = 2.0 * np.pi * self.steps / (16.0 * period)
+        self.maps, self.located, self.iterations, self.singular = 0.0, 0, 0, False
+        self.beside = 0.0  # what tangents of a large system were worth, in passes
+
+    @cached_property
+    def shooter(self) -> OnTables:
+        """What integrates with tangents: chords do without."""
+        if self.small:
+            return self.integrator
+        made = OnTables(self.system, self.tables, self.period, tangents=True)
+        made.kernel = made.kernel._replace(balance=self.balance)
+        return made
+
+    @property
+    def loaded(self) -> bool:
+        """Whether anything presses the flanks together."""
+        return bool(self.system.load.any())
+
+    @property
+    def grounded(self) -> bool:
+        """Whether every coordinate is held without the mesh, so that nothing can float in the backlash."""
+        return bool(np.linalg.matrix_rank(self.system.total_stiffness) == self.rows // 2)
+
+    def shoot(self, periods: int, state: Array, *, contact: int = LOCATED, most: int = 25) -> Orbit | None:
+        """Return the orbit near ``state`` (moved to it), in its least number of periods; None: not found.
+
+        ``contact`` says how the first pass takes it, see `wearlab.dynamics.orbits.period_map.over_period`.
+        """
+        tangents = MOST_TANGENTS if self.small else MOST_TANGENTS_LARGE
+        most = min(most, max(2, tangents // periods))
+        count, shooter = periods * self.steps, self.shooter
+        width = shooter.width
+        states = np.empty((count + 1) * self.rows * len(width))
+        monodromy = np.empty((self.rows, self.rows))
+        code, passes, error, changes = shoot(
+            shooter.kernel, self.filled, self.period, periods, np.uint64(len(width)), width, state, contact,
+            most, states, monodromy, shooter.scratch,
+        )  # fmt: skip
+        more, taken = self.rows / ROWS_PER_PASS, passes * periods
+        self.maps += taken
+        self.beside += more * taken
+        self.located += int((1.0 + more) * passes * changes)
+        self.iterations += passes
+        self.singular = code == SINGULAR
+        if code == STALLED and not self.small:
+            code = CONVERGED if error <= NEARLY * self.distance(state) else STALLED
+        if code != CONVERGED:
+            return None
+        path = states[len(width) - 1 :: len(width)].reshape(count + 1, self.rows)
+        return self._orbit(periods, path, monodromy)
+
+    def chord(self, neighbour: Response) -> Orbit | None:
+        """Return the orbit near a neighbour's from trajectories alone, None when they don't lead there.
+
+        Newton's steps with the neighbour's derivative: as long as they shrink fast, that derivative is nearly
+        this orbit's, and its multipliers, if clear of 1, are taken over with it.
+        """
+        derivative = neighbour.derivative
+        if derivative is None or neighbour.period != 1 or len(neighbour.state[0, 0]) != self.rows:
+            return None
+        kernel, balance, state = self.integrator.kernel, self.balance, neighbour.state[0, 0].copy()
+        matrix = np.eye(self.rows) - derivative
+        matrix[balance.held, balance.held] -= 1.0
+        factors, pivots, failed = dgetrf(matrix)
+        width, last = self.integrator.width, np.inf
+        states = np.empty((self.steps + 1) * self.rows * len(width))
+        exchange(balance, state)
+        for _ in range(MOST_CHORDS):
+            set_start(balance, states, state, len(width))
+            self.located += over_period(
+                kernel, self.filled, self.period, np.uint64(1), width, states, 0, self.integrator.scratch,
+                LOCATED,
+            )  # fmt: skip
+            self.maps += 1.0
+            path = states.reshape(-1, self.rows, len(width))[:, :, 0]
+            missed = path[-1] - path[0]
+            step, bad = dgetrs(factors, pivots, missed)
+            size, error = self.distance(path[0]), self.distance(step)
+            if failed or bad or not error <= SHRINKS * last:
+                return None
+            if error <= self.closed * size:
+                self.iterations += 2  # one would say that a single pass was exact: that contact never changes
+                closure = self.distance(missed) / (size or 1.0)
+                return Orbit(1, path[None].copy(), neighbour.multipliers, closure, True, derivative)
+            state, last = state + step, error
+        return None
+
+    def _orbit(self, periods: int, orbit: Array, monodromy: Array, unique: bool = True) -> Orbit | None:
+        strobe = orbit[:: self.steps]
+        for m in range(1, periods):
+            if periods % m == 0 and self.distance(strobe[m], strobe[0]) <= 1e-6 * self.distance(strobe[0]):
+                return self.shoot(m, strobe[0].copy())
+        multipliers = multipliers_of(self.system, self.balance, monodromy)
+        closure = self.distance(strobe[-1], strobe[0]) / (self.distance(strobe[0]) or 1.0)
+        return Orbit(periods, split_periods(orbit, periods), multipliers, closure, unique, monodromy)
+
+    def distance(self, state: Array, other: Array | float = 0.0) -> float:
+        """Return the largest difference of two states, velocities measured in units of ``rate``."""
+        difference = abs(state - other)
+        n = self.rows // 2
+        return max(float(difference[:n].max()), float(difference[n:].max()) / self.rate)
+
+    def family(self, state: Array) -> Orbit | None:
+        """Return one member of a family of orbits near ``state``; None: not found."""
+        member = nearest_orbit(self.period_map, state, self.rate)
+        if member is None:
+            return None
+        path, monodromy = self.path_of(member)
+        return self._orbit(1, path, monodromy, unique=False)
+
+    def period_map(self, state: Array) -> tuple[Array, Array]:
+        """Return the image of ``state`` (2n,) after a mesh period and the map's derivative (2n, 2n)."""
+        path, derivative = self.path_of(state)
+        return path[-1], derivative
+
+    def path_of(self, state: Array) -> tuple[Array, Array]:
+        """Return the path (n_steps + 1, 2n) over a mesh period and the derivative of its end by its start."""
+        shooter = self.shooter
+        width = shooter.width
+        states = np.empty((self.steps + 1) * self.rows * len(width))
+        set_start(self.balance, states, state, len(width))
+        over_period(
+            shooter.kernel, self.filled, self.period, np.uint64(len(width)), width, states, 0,
+            shooter.scratch, LOCATED,
+        )  # fmt: skip
+        self.maps += 1
+        cube = states.reshape(-1, self.rows, len(width))
+        return cube[:, :, 0].copy(), cube[-1, :, 1 : 1 + self.rows].copy()
+
+    def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
+        """Integrate ``count`` periods; return strobed states (count + 1, 2n), the last ``keep`` in full."""
+        self.maps += count
+        before = self.integrator.changes
+        motion = self.integrator.integrate(state, count, keep)
+        self.located += self.integrator.changes - before
+        return motion
+
+    @property
+    def right_hand_sides(self) -> int:
+        """Right-hand sides so far, with what changes of contact and tangents of large systems are worth."""
+        passes = self.maps + (0.0 if self.small else self.beside)
+        return int(passes * self.steps) * RHS_PER_STEP + self.located * RHS_PER_CHANGE
+
+    def aperiodic(self, kept: Array, residual: float) -> Response:
+        """Return the aperiodic response of which some periods are kept, (n_kept, n_steps + 1, 2n)."""
+        verdict = Verdict(periodic=False, attracting=None, unique=True, converged=True)
+        motion = under_one_load(self.integrator, kept, self.period)
+        return self.response(Orbit(0, motion, np.empty(0, complex), residual), verdict)
+
+    def response(self, orbit: Orbit, verdict: Verdict) -> Response:
+        """Put a response together, with the work done so far and the loads found."""
+        return Response(
+            orbit.periods,
+            orbit.state,
+            orbit.multipliers,
+            verdict,
+            Counts(int(np.ceil(self.maps)), self.right_hand_sides, self.iterations),
+            orbit.residual,
+            solved_load(self.system, self.balance),
+            self.tables,
+            self.period,
+            orbit.derivative,
+        )

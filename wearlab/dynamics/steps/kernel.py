@@ -1,0 +1,387 @@
+"""A system as the compiled steps take it: mass-normalised, its kind known to the compiler.
+
+Numba compiles by type. A small system becomes tuples: their length is a constant to the compiler, their
+values live in registers. Any other becomes arrays, where what is absent is an empty array: one compiled code
+for all. `is_small` is the one place that decides.
+
+Forces enter by channels: one a mesh, and with friction two more a mesh, which share the mesh's kinematic
+direction and have force vectors of their own.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba.cpython.unsafe.tuple import tuple_setitem
+
+from wearlab.arrays import Array, Flags
+from wearlab.compiled import jit_inner
+from wearlab.dynamics.balance import Balance, balance_of, no_balance
+from wearlab.dynamics.once import once
+from wearlab.dynamics.rigid import rigid_modes
+from wearlab.dynamics.steps.propagator import Propagator, propagator_of
+from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageTables
+
+Row = tuple[float, ...]
+LARGEST_SMALL = 3
+"""Coordinates of the largest system that is advanced in registers."""
+TERMS = 40
+"""Most terms of a series between changes of contact: enough for a fastest mode that turns by six radians."""
+VECTORS = 8
+"""Vectors as long as the coordinates that a dense step takes as scratch."""
+COEFFICIENTS = 3
+"""Of a flank's normal force: stiffness, damping and offset."""
+
+
+class Diagonal(NamedTuple):
+    """A small structure whose M, C and K are diagonal.
+
+    Parameters
+    ----------
+    stiffness, damping : (n,) K/M [1/s²], C/M [1/s]
+    direction : (n_channel · n,) rows of d [1]
+    per_force : (n_channel · n,) rows of M⁻¹ d, acceleration per force [1/kg]
+    push : (n,) acceleration by the constant load, M⁻¹ F [m/s²]
+    """
+
+    stiffness: Row
+    damping: Row
+    direction: Row
+    per_force: Row
+    push: Row
+
+
+class Dense(NamedTuple):
+    """A structure with full matrices, as in `Diagonal`.
+
+    Parameters
+    ----------
+    stiffness, damping : (n, n) M⁻¹ K [1/s²], M⁻¹ C [1/s]
+    direction, per_force, push : as in `Diagonal`
+    work : (8 n,) scratch of the step
+    """
+
+    stiffness: Array
+    damping: Array
+    direction: Array
+    per_force: Array
+    push: Array
+    work: Array
+
+
+class Propagated(NamedTuple):
+    """A structure whose linear part is advanced exactly, see `wearlab.dynamics.steps.propagator`.
+
+    Parameters
+    ----------
+    direction, per_force, push : as in `Diagonal`
+    tables : what the exact steps are made of
+    paired : (n_steps,) whether a step and the next are equal and smooth across
+    sense, feed, force, moved : scratch (8 n_mesh, w), (8 n_mesh, w), (5 n_input, w), (2n, w)
+    second_mesh, second_load : law of the channels and inputs in the second of two steps
+    """
+
+    direction: Array
+    per_force: Array
+    push: Array
+    tables: Propagator
+    paired: Flags
+    sense: Array
+    feed: Array
+    force: Array
+    moved: Array
+    second_mesh: Array
+    second_load: Array
+
+
+class Meshes(NamedTuple):
+    """The meshes of a system.
+
+    Parameters
+    ----------
+    damping : (n_mesh,) c [N s/m]
+    backlash : (n_mesh,) [m], infinite without back flanks
+    gated : (n_mesh,) whether damping acts on touching flanks alone, which do not pull
+    pairs : (n_pairs,) as long as a mesh has pairs, values unused
+    channels : (n_channel,) as long as there are force channels, values unused
+    """
+
+    damping: Array
+    backlash: Array
+    gated: Flags
+    pairs: Array
+    channels: Array
+
+
+class PowerSeries(NamedTuple):
+    """What a power series of the motion between two changes of contact is made of, and its memory.
+
+    Parameters
+    ----------
+    stiffness, damping : (n, n) M⁻¹ K, M⁻¹ C without the meshes
+    direction, per_force : (n_mesh, n), (n_channel, n)
+    push, fluctuation : (n,) accelerations by the constant load and by the fluctuating one of factor 1
+    terms, sensed : (TERMS, n, w) of the motion, (TERMS, n_mesh, w) of d·q
+    product, force : (n, w), (w,) scratch
+    polynomial : (TERMS + 2,) of one flank
+    jump : (n_channel,) change of the channels' forces where contact changes
+    """
+
+    stiffness: Array
+    damping: Array
+    direction: Array
+    per_force: Array
+    push: Array
+    fluctuation: Array
+    terms: Array
+    sensed: Array
+    product: Array
+    force: Array
+    polynomial: Array
+    jump: Array
+
+
+class Kernel(NamedTuple):
+    """What the compiled steps know of a system.
+
+    Parameters
+    ----------
+    structure : `Diagonal`, `Dense` or `Propagated`
+    meshes, series : see there
+    fluctuates : whether there is a fluctuating load
+    balance : loads of unknown size of a system free to turn
+    """
+
+    structure: Any
+    meshes: Meshes
+    series: PowerSeries
+    fluctuates: bool
+    balance: Balance
+
+
+class Scratch(NamedTuple):
+    """Memory of one integration.
+
+    Parameters
+    ----------
+    mesh : (6 n_channel,) stiffness of the channels at start, middle and end of a step, then damping
+    force : (3 n_channel,) offsets of the channels' forces, ``Q = k d·q + b d·q̇ − w``
+    load : (3 n width,) accelerations by them and by the loads, of an exact step (3 n_input,) inputs
+    touch : (n_mesh, n_pairs + 1) springs that touch, last the back flank
+    pushes : (n_mesh, n_pairs + 1) pairs that push, last the back flank
+    law : (2, 3, n_mesh, n_pairs + 2, 3) normal forces of the flanks, and a dashpot that always acts
+    rub : (2, 3, n_mesh, n_pairs, 2) friction of the pairs and its moment, over their normal force
+    """
+
+    mesh: Array
+    force: Array
+    load: Array
+    touch: Flags
+    pushes: Flags
+    law: Array
+    rub: Array
+
+
+def scratch(n: int, meshes: int, channels: int, pairs: int, width: int) -> Scratch:
+    """Allocate the memory of one integration."""
+    return Scratch(
+        np.zeros(6 * channels),
+        np.zeros(3 * channels),
+        np.zeros(3 * max(n * width, channels + 2 + n)),
+        np.zeros((meshes, pairs + 1), np.bool_),
+        np.zeros((meshes, pairs + 1), np.bool_),
+        np.zeros((2, 3, meshes, pairs + 2, COEFFICIENTS)),
+        np.zeros((2, 3, meshes, pairs, 2)),
+    )
+
+
+put: Any = tuple_setitem
+
+
+@jit_inner(counted=False)
+def take(like: Any, array: Any, offset: Any, stride: Any) -> Any:
+    """Return ``array[offset + i stride]`` as a tuple of the length of ``like``."""
+    out = like
+    for i in range(len(like)):
+        out = put(out, i, array[offset + np.uint64(i) * stride])
+    return out
+
+
+@jit_inner(counted=False)
+def add(a: Any, factor: float, b: Any) -> Any:
+    """Return ``a + factor b`` of two tuples."""
+    out = a
+    for i in range(len(a)):
+        out = put(out, i, a[i] + factor * b[i])
+    return out
+
+
+@jit_inner(counted=False)
+def write(given: Any, out: Any) -> None:
+    """Write ``given`` over the first entries of ``out``.
+
+    Numba compiles for an assignment of arrays also what to say of unequal lengths, in text: seconds.
+    """
+    for x in range(np.uint64(0), np.uint64(len(given))):
+        out[x] = given[x]
+
+
+@jit_inner(counted=False)
+def copy(source: Any, i: Any, target: Any, j: Any, size: Any) -> None:
+    """Copy ``source[i : i + size]`` to ``target[j:]``, as `write` does."""
+    for x in range(np.uint64(0), np.uint64(size)):
+        target[j + x] = source[i + x]
+
+
+@jit_inner
+def times(matrix: Any, x: Any, out: Any) -> None:
+    """Write ``matrix @ x`` into ``out``, both (rows, columns)."""
+    if x.shape[1] == 1:
+        np.dot(matrix, x.reshape(x.shape[0]), out.reshape(out.shape[0]))
+    else:
+        np.dot(matrix, x, out)
+
+
+@once
+def is_small(system: System) -> bool:
+    """Whether a system is advanced in registers: few diagonal coordinates, nothing free, no friction."""
+    matrices = (system.mass, system.total_damping, system.total_stiffness)
+    return (
+        len(system.load) <= LARGEST_SMALL
+        and system.friction_constant is None
+        and system.balance is None
+        and all(np.count_nonzero(matrix) == np.count_nonzero(matrix.diagonal()) for matrix in matrices)
+        and not len(rigid_modes(system))
+    )
+
+
+def width_of(system: System, columns: int) -> Any:
+    """Return what tells the kernels how many columns a state has: a tuple for a small system."""
+    return (0,) * columns if is_small(system) else np.zeros(columns)
+
+
+def padded_width(n: int) -> int:
+    """Return the columns of a state with tangents, 1 + 2n, rounded up to whole vector registers."""
+    return -(-(1 + 2 * n) // 4) * 4
+
+
+def force_vectors(system: System) -> tuple[Array, Array]:
+    """Return kinematic direction and force vector of every channel, (n_channel, n) each [1]."""
+    if system.friction_constant is None or system.friction_slope is None:
+        return system.direction, system.direction
+    vectors = [system.direction, system.friction_constant, system.friction_slope]
+    return np.vstack([system.direction] * 3), np.vstack(vectors)
+
+
+def kernel_of(
+    system: System, tables: StageTables, period: float, width: int, *, exact: bool = True
+) -> Kernel:
+    """Return the kernel's view of ``system``.
+
+    Parameters
+    ----------
+    system : the equation of motion
+    tables : the mesh at the stages
+    period : duration of a mesh period [s]
+    width : columns of a state
+    exact : a system that is not small is advanced by exact steps for these tables
+    """
+    n, (meshes, pairs) = len(system.load), tables.stiffness.shape[2:]
+    matrices, balance = _matrices(system), balance_of(system, period) or no_balance(n)
+    channels = len(matrices.per_force)
+    series = matrices._replace(
+        terms=np.zeros((TERMS, n, width)),
+        sensed=np.zeros((TERMS, meshes, width)),
+        product=np.zeros((n, width)),
+        force=np.zeros(width),
+        polynomial=np.zeros(TERMS + 2),
+        jump=np.zeros(channels),
+    )
+    direction = force_vectors(system)[0].ravel()
+    of_meshes = Meshes(
+        np.ascontiguousarray(system.mesh_damping, float),
+        np.full(meshes, np.inf) if system.backlash is None else np.ascontiguousarray(system.backlash, float),
+        (system.mesh_damping > 0.0) & (not system.damping_always),
+        np.zeros(pairs),
+        np.zeros(channels),
+    )
+    if is_small(system):
+        structure: Any = _diagonal(system)
+    elif exact:
+        structure = _propagated(system, series, direction, balance, tables, period, width)
+    else:
+        structure = Dense(
+            series.stiffness, series.damping, direction, series.per_force.ravel(), series.push,
+            np.zeros(VECTORS * n),
+        )  # fmt: skip
+    return Kernel(structure, of_meshes, series, system.fluctuation_direction is not None, balance)
+
+
+@once
+def _matrices(system: System) -> PowerSeries:
+    """Return what the series of a system is made of, without its memory."""
+    inverse, nothing = np.linalg.inv(system.mass), np.empty(0)
+    pushed = system.fluctuation_direction
+    return PowerSeries(
+        np.ascontiguousarray(inverse @ system.total_stiffness),
+        np.ascontiguousarray(inverse @ system.total_damping),
+        np.ascontiguousarray(system.direction, float),
+        np.ascontiguousarray(force_vectors(system)[1] @ inverse.T),
+        inverse @ system.load,
+        np.zeros(len(system.load)) if pushed is None else inverse @ pushed,
+        *(nothing,) * 6,
+    )
+
+
+@once
+def _diagonal(system: System) -> Diagonal:
+    matrices, (direction, _) = _matrices(system), force_vectors(system)
+    return Diagonal(
+        tuple(matrices.stiffness.diagonal().tolist()),
+        tuple(matrices.damping.diagonal().tolist()),
+        tuple(direction.ravel().tolist()),
+        tuple(matrices.per_force.ravel().tolist()),
+        tuple(matrices.push.tolist()),
+    )
+
+
+def _propagated(
+    system: System, series: PowerSeries, direction: Array, balance: Balance, tables: StageTables,
+    period: float, width: int,
+) -> Propagated:  # fmt: skip
+    n, meshes, channels = len(system.load), len(system.direction), len(series.per_force)
+    propagator = propagator_of(system, balance, tables, period)
+    inputs = propagator.single.inputs.shape[2] // 3
+    force = np.zeros((5, inputs, width))
+    if width > 1:
+        # The tangent by a load of unknown size starts from rest and is pushed by a load of one.
+        force[:, inputs - len(balance.held) + np.arange(len(balance.held)), 1 + balance.held] = 1.0
+    return Propagated(
+        direction,
+        series.per_force.ravel(),
+        series.push,
+        propagator,
+        paired_steps(tables),
+        np.zeros((8 * meshes, width)),
+        np.zeros((8 * meshes, width)),
+        force.reshape(5 * inputs, width),
+        np.zeros((2 * n, width)),
+        np.zeros(6 * channels),
+        np.zeros(3 * inputs),
+    )
+
+
+JUMP = 1e-9
+"""Difference of two values of a table, over the largest, that is rounding."""
+
+
+def paired_steps(tables: StageTables) -> Flags:
+    """Return whether each step is as long as the next, with no jump of a table between them, (n_steps,)."""
+    paired = np.zeros(len(tables.width), np.bool_)
+    smooth = tables.width[1:] == tables.width[:-1]
+    for table in (tables.stiffness, tables.gap, tables.sliding):
+        if table is not None and table.size:
+            apart = np.abs(table[1:, 0] - table[:-1, 2]).reshape(len(table) - 1, -1).max(axis=1)
+            smooth &= apart <= JUMP * (np.abs(table).max() + 1e-30)
+    paired[:-1] = smooth
+    return paired

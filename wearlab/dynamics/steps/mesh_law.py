@@ -1,0 +1,282 @@
+"""What the meshes exert during a step: normal forces of all flanks, and the channels by which they enter.
+
+The elastic force of pair p is ``F_p = k̃_p δ − Σ k g``: its springs, one unless pairs share a gear body,
+touch where ``δ > g``. Its normal force is ``N_p = max(0, F_p + c (k̃_p/Σ k̃) ẋ_p)`` with ``ẋ_p = δ̇ − ġ_p``:
+damping acts on what deforms, and flanks do not pull. The back flank alike, ``N_b = max(0, k (−j − δ) − c
+δ̇)``.
+
+While it is known which springs touch and which pairs push, every normal force is ``k d·q + b d·q̇ − w`` with
+coefficients of time alone, and so is the force of every channel, ``Q = Σ N_p − N_b``; those of friction are
+``Σ Λμ_p N_p`` and ``Σ Λμ_p s_p N_p``.
+
+Where damping acts always, as in the papers, the elastic forces push as long as they touch, and a dashpot
+follows the pair of the least gap.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from wearlab.compiled import jit_inner
+
+START, MIDST, END = np.int64(0), np.int64(1), np.int64(2)
+"""Stages of a step, of one type: for every literal numba would compile once more."""
+WITHIN = np.int64(-1)
+"""Of an instant that is no stage: tables are interpolated quadratically."""
+
+
+@jit_inner(counted=False)
+def within(table: Any, x: float) -> float:
+    """Interpolate three stage values quadratically at fraction ``x`` of the step."""
+    y = 1.0 - x
+    return table[0] * y * (y - x) + 4.0 * table[1] * x * y + table[2] * x * (x - y)
+
+
+@jit_inner(counted=False)
+def slope_within(table: Any, x: float) -> float:
+    """Derivative of `within` with respect to the fraction ``x``."""
+    return table[0] * (4.0 * x - 3.0) + 4.0 * table[1] * (1.0 - 2.0 * x) + table[2] * (4.0 * x - 1.0)
+
+
+@jit_inner(counted=False, forceinline=True)
+def of_mesh(table: Any, step: int, stage: int, m: int, x: float) -> float:
+    """Return the value of a table (n_steps, 3, n_mesh) at a stage, or at fraction ``x`` of the step."""
+    return table[step, stage, m] if stage >= 0 else within(table[step, :, m], x)
+
+
+@jit_inner(counted=False, forceinline=True)
+def of_pair(table: Any, step: int, stage: int, m: int, p: int, x: float) -> float:
+    """Return a value of a table (n_steps, 3, n_mesh, n_pairs) at a stage, or at fraction ``x``."""
+    return table[step, stage, m, p] if stage >= 0 else within(table[step, :, m, p], x)
+
+
+@jit_inner(counted=False, forceinline=True)
+def in_path(tables: Any, step: int, m: int, p: int) -> bool:
+    """Whether spring ``p`` of mesh ``m`` is in the path of contact at any time of the step."""
+    k = tables.stiffness
+    return k[step, 1, m, p] > 0.0 or k[step, 0, m, p] > 0.0 or k[step, 2, m, p] > 0.0
+
+
+@jit_inner(counted=False, forceinline=True)
+def row_product(direction: Any, m: int, n: int, state: Any, offset: Any, stride: Any) -> float:
+    """Return ``d_m · q`` of the rows that start at ``state[offset]``."""
+    total = 0.0
+    for row in range(n):
+        total += direction[m * n + row] * state[offset + np.uint64(row) * stride]
+    return total
+
+
+@jit_inner(counted=False)
+def see_touch(meshes: Any, tables: Any, step: int, stage: int, m: int, deflection: float, touch: Any) -> None:
+    """Set which springs of mesh ``m`` touch, from its ``deflection`` at a stage of the step."""
+    pairs = len(meshes.pairs)
+    for p in range(pairs):
+        touch[m, p] = deflection > tables.gap[step, stage, m, p] and in_path(tables, step, m, p)
+    touch[m, pairs] = -meshes.backlash[m] - deflection > 0.0
+
+
+@jit_inner(counted=False)
+def normal_force(law: Any, place: float, speed: float) -> float:
+    """Return ``k d·q + b d·q̇ − w``."""
+    return law[0] * place + law[1] * speed - law[2]
+
+
+@jit_inner(counted=False)
+def see_push(meshes: Any, m: int, place: float, speed: float, law: Any, pushes: Any) -> None:
+    """Set which pairs of mesh ``m`` push; ``law`` (n_pairs + 2, 3) of its flanks then."""
+    for p in range(len(meshes.pairs) + 1):
+        present = law[p, 0] != 0.0
+        pushes[m, p] = present and (not meshes.gated[m] or normal_force(law[p], place, speed) > 0.0)
+
+
+@jit_inner(counted=False)
+def contact_differs(
+    meshes: Any, tables: Any, step: int, stage: int, m: int, place: float, speed: float, law: Any, s: Any
+) -> bool:
+    """Whether mesh ``m`` at a stage contradicts which springs touch and which pairs push."""
+    pairs = len(meshes.pairs)
+    deflection = place - tables.error[step, stage, m]
+    for p in range(pairs):
+        x = deflection - tables.gap[step, stage, m, p]
+        if (x < 0.0 if s.touch[m, p] else x > 0.0) and in_path(tables, step, m, p):
+            return True
+    x = -meshes.backlash[m] - deflection
+    if x < 0.0 if s.touch[m, pairs] else x > 0.0:
+        return True
+    if meshes.gated[m]:
+        for p in range(pairs + 1):
+            if law[p, 0] != 0.0:
+                normal = normal_force(law[p], place, speed)
+                if normal < 0.0 if s.pushes[m, p] else normal > 0.0:
+                    return True
+    return False
+
+
+@jit_inner(counted=False)
+def flanks_at(
+    meshes: Any,
+    tables: Any,
+    step: int,
+    stage: int,
+    x: float,
+    frequency: float,
+    m: int,
+    s: Any,
+    law: Any,
+    rub: Any,
+) -> None:
+    """Fill ``law`` (n_pairs + 2, 3) of all flanks of mesh ``m`` at one instant, from which springs touch.
+
+    References
+    ----------
+    L16 Eq. 6, recentred; W23 Eq. 36: the gaps of worn pairs.
+    """
+    pairs, shares = len(meshes.pairs), tables.part
+    error = of_mesh(tables.error, step, stage, m, x)
+    rate = of_mesh(tables.error_rate, step, stage, m, x) * frequency
+    every, total, c = 0.0, 0.0, meshes.damping[m]
+    for p in range(pairs + 2):
+        for i in range(3):
+            law[p, i] = 0.0
+    for j in range(pairs):
+        k = of_pair(tables.stiffness, step, stage, m, j, x)
+        every += k
+        if s.touch[m, j]:
+            total += k
+            reach = k * (of_pair(tables.gap, step, stage, m, j, x) + error)
+            if len(shares) == 0:
+                law[j, 0], law[j, 2] = k, reach
+            else:
+                for p in range(pairs):
+                    share = (
+                        shares[step, stage, m, j, p] if stage >= 0 else within(shares[step, :, m, j, p], x)
+                    )
+                    law[p, 0] += share * k
+                    law[p, 2] += share * reach
+    if s.touch[m, pairs]:
+        law[pairs, 0], law[pairs, 2] = -every, -every * (error - meshes.backlash[m])
+    if meshes.gated[m]:
+        if total > 0.0:
+            for p in range(pairs):
+                if law[p, 0] != 0.0:
+                    part = c * law[p, 0] / total
+                    gap_rate = of_pair(tables.pair_rate, step, stage, m, p, x) * frequency
+                    law[p, 1] = part
+                    law[p, 2] += part * (rate + gap_rate)
+        if s.touch[m, pairs]:
+            law[pairs, 1] = -c
+            law[pairs, 2] -= c * rate
+    else:
+        law[pairs + 1, 1] = c
+        law[pairs + 1, 2] = c * (rate + of_mesh(tables.lead_rate, step, stage, m, x) * frequency)
+    if len(meshes.channels) > len(meshes.damping):
+        for p in range(pairs):
+            rub[p, 0] = of_pair(tables.sliding, step, stage, m, p, x)
+            rub[p, 1] = of_pair(tables.moment, step, stage, m, p, x)
+
+
+@jit_inner(counted=False)
+def flank_law(
+    meshes: Any, tables: Any, step: int, a: float, b: float, period: float, s: Any, law: Any, rub: Any
+) -> None:
+    """Fill ``law`` (3, n_mesh, n_pairs + 2, 3) and ``rub`` at start, middle and end of the part a…b."""
+    whole, frequency = a == 0.0 and b == 1.0, 1.0 / period
+    for stage in range(3):
+        for m in range(len(meshes.damping)):
+            flanks_at(
+                meshes, tables, step, stage if whole else WITHIN, a + 0.5 * stage * (b - a), frequency, m, s,
+                law[stage, m], rub[stage, m],
+            )  # fmt: skip
+
+
+@jit_inner(counted=False)
+def channel_law(meshes: Any, s: Any, law: Any, rub: Any, mesh: Any, force: Any, stages: int = 3) -> None:
+    """Fill ``mesh`` (6, n_channel) and ``force`` (3, n_channel), both flat, from which pairs push.
+
+    Of fewer ``stages`` the first ones.
+
+    References
+    ----------
+    B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
+    """
+    count, pairs, channels = len(meshes.damping), len(meshes.pairs), len(meshes.channels)
+    for stage in range(stages):
+        for c in range(channels):
+            m, kind = c % count, c // count
+            k, b, w = 0.0, 0.0, 0.0
+            for p in range(pairs):
+                if s.pushes[m, p]:
+                    factor = 1.0 if kind == 0 else rub[stage, m, p, kind - 1]
+                    k += factor * law[stage, m, p, 0]
+                    b += factor * law[stage, m, p, 1]
+                    w += factor * law[stage, m, p, 2]
+            if kind == 0:
+                if s.pushes[m, pairs]:
+                    k -= law[stage, m, pairs, 0]
+                    b -= law[stage, m, pairs, 1]
+                    w -= law[stage, m, pairs, 2]
+                b += law[stage, m, pairs + 1, 1]
+                w += law[stage, m, pairs + 1, 2]
+            at = stage * channels + c
+            mesh[at], mesh[3 * channels + at], force[at] = k, b, w
+
+
+@jit_inner(counted=False, forceinline=True)
+def see_start(
+    kernel: Any,
+    tables: Any,
+    step: int,
+    period: float,
+    w: Any,
+    states: Any,
+    i: Any,
+    s: Any,
+    law: Any,
+    rub: Any,
+) -> None:
+    """Set what touches and pushes at the start of a step, and the normal forces over all of it."""
+    n, meshes = len(kernel.structure.push), kernel.meshes
+    d = kernel.structure.direction
+    for m in range(len(meshes.damping)):
+        place = row_product(d, m, n, states, i, w)
+        see_touch(meshes, tables, step, START, m, place - tables.error[step, 0, m], s.touch)
+    flank_law(meshes, tables, step, 0.0, 1.0, period, s, law, rub)
+    for m in range(len(meshes.damping)):
+        place = row_product(d, m, n, states, i, w)
+        speed = row_product(d, m, n, states, i + np.uint64(n) * w, w)
+        see_push(meshes, m, place, speed, law[0, m], s.pushes)
+
+
+@jit_inner(counted=False)
+def hold_all(kernel: Any, tables: Any, step: int, s: Any) -> None:
+    """Let every pair in the path touch and push, and no back flank: the contact of a loaded mesh."""
+    pairs = len(kernel.meshes.pairs)
+    for m in range(len(kernel.meshes.damping)):
+        for p in range(pairs):
+            s.touch[m, p] = tables.stiffness[step, 1, m, p] > 0.0
+            s.pushes[m, p] = True
+        s.touch[m, pairs], s.pushes[m, pairs] = False, False
+
+
+@jit_inner(counted=False, forceinline=True)
+def contact_holds(
+    kernel: Any, tables: Any, step: int, period: float, w: Any, states: Any, i: Any, j: Any, s: Any, law: Any
+) -> bool:
+    """Whether contact is right in the middle and at the end of the step from state ``i`` to ``j``.
+
+    The middle is that of the cubic Hermite polynomial between both ends.
+    """
+    n = len(kernel.structure.push)
+    d, below = kernel.structure.direction, np.uint64(n) * w
+    h = tables.width[step] * period
+    for m in range(len(kernel.meshes.damping)):
+        first, last = row_product(d, m, n, states, i, w), row_product(d, m, n, states, j, w)
+        before = row_product(d, m, n, states, i + below, w)
+        after = row_product(d, m, n, states, j + below, w)
+        if contact_differs(kernel.meshes, tables, step, END, m, last, after, law[2, m], s):
+            return False
+        place = 0.5 * (first + last) + 0.125 * h * (before - after)
+        speed = 1.5 * (last - first) / h - 0.25 * (before + after)
+        if contact_differs(kernel.meshes, tables, step, MIDST, m, place, speed, law[1, m], s):
+            return False
+    return True

@@ -1,0 +1,92 @@
+"""The classical Runge–Kutta step of a small system between changes of contact, for all columns at once.
+
+While contact lasts, channels exert ``Q = k d·q + b d·q̇ − w`` with k, b and w known at the stages. The
+trajectory (column 0) and its tangents (the other columns) then obey the same linear equation; only column 0
+has an inhomogeneous part. Columns lie side by side, so they ride in one vector register and the tangents cost
+almost nothing.
+
+A state is a flat row-major array (2n, width): n rows of q, then n rows of q̇. Offsets are unsigned: a signed
+index may count from the end, and checking that stops the compiler from vectorising.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from wearlab.compiled import jit_inner
+from wearlab.dynamics.steps.kernel import add, put, take
+from wearlab.dynamics.steps.mesh_law import END, MIDST, START
+
+
+def diagonal_step(
+    structure: Any,
+    columns: Any,
+    w: Any,
+    source: Any,
+    i: Any,
+    target: Any,
+    j: Any,
+    mesh: Any,
+    load: Any,
+    h: Any,
+) -> None:
+    """Advance the state at ``source[i:]`` by time ``h`` into ``target[j:]``.
+
+    Parameters
+    ----------
+    structure : `wearlab.dynamics.steps.kernel.Diagonal`
+    columns, w : how many columns to advance, and how many a state has (uint64)
+    source, i, target, j : flat arrays of states and offsets into them (uint64)
+    mesh : (6, n_channel) flat: stiffness at the start, middle and end [N/m], and damping [N s/m]
+    load : (3, n, width) flat: inhomogeneous acceleration at the start, middle and end, in column 0 [m/s²]
+    h : length of the step [s]
+
+    References
+    ----------
+    Kutta, Z. Math. Phys. 46 (1901) 435–453.
+    """
+    like, k, c = structure.push, structure.stiffness, structure.damping
+    d, p = structure.direction, structure.per_force
+    zero, n = np.uint64(0), len(like)
+    below, meshes = np.uint64(n) * w, len(d) // n
+    half, h6 = 0.5 * h, h / 6.0
+    for col in range(zero, columns):
+        q = take(like, source, i + col, w)
+        v = take(like, source, i + below + col, w)
+        b1 = take(like, load, col, w)
+        b2 = take(like, load, below + col, w)
+        b3 = take(like, load, below + below + col, w)
+        a1 = _acceleration(k, c, d, p, mesh, START, meshes, b1, q, v)
+        q_half = add(q, half, v)
+        a2 = _acceleration(k, c, d, p, mesh, MIDST, meshes, b2, q_half, add(v, half, a1))
+        a3 = _acceleration(
+            k, c, d, p, mesh, MIDST, meshes, b2, add(q_half, half * half, a1), add(v, half, a2)
+        )
+        q_end = add(q, h, v)
+        a4 = _acceleration(k, c, d, p, mesh, END, meshes, b3, add(q_end, h * half, a2), add(v, h, a3))
+        for row in range(n):
+            middles = a2[row] + a3[row]
+            to = j + np.uint64(row) * w + col
+            target[to] = q_end[row] + h * h6 * (a1[row] + middles)
+            target[to + below] = v[row] + h6 * (a1[row] + 2.0 * middles + a4[row])
+
+
+@jit_inner(counted=False, forceinline=True)
+def _acceleration(
+    k: Any, c: Any, d: Any, p: Any, mesh: Any, stage: int, meshes: int, load: Any, q: Any, v: Any
+) -> Any:
+    """Return ``a − K q − C q̇ − Σ_m M⁻¹ d_m (k_m d_m·q + b_m d_m·q̇)`` as a tuple."""
+    n = len(q)
+    out = load
+    for row in range(n):
+        out = put(out, row, load[row] - k[row] * q[row] - c[row] * v[row])
+    for m in range(meshes):
+        place, speed = 0.0, 0.0
+        for row in range(n):
+            place += d[m * n + row] * q[row]
+            speed += d[m * n + row] * v[row]
+        at = np.uint64(stage * meshes + m)
+        force = mesh[at] * place + mesh[at + np.uint64(3 * meshes)] * speed
+        for row in range(n):
+            out = put(out, row, out[row] - p[m * n + row] * force)
+    return out
