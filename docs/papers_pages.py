@@ -160,7 +160,7 @@ def compute(store_folder: str, chosen: Sequence[str] = ()) -> dict[str, Any]:
             for problem in problems:
                 print(f"{name}: figure {number}: {problem}")
             file = f"{name}-{asked.name}.png"
-            _small(image, PAPERS / "images" / file)
+            small(image, PAPERS / "images" / file)
             figures.append({"title": spec.title or spec.kind, "note": note, "file": file})
         kept[name] = {"title": campaign.title, "claims": claims, "figures": figures}
         MEASURED.write_text(json.dumps(kept, indent=1, ensure_ascii=False, sort_keys=True) + "\n")
@@ -171,7 +171,7 @@ def compute(store_folder: str, chosen: Sequence[str] = ()) -> dict[str, Any]:
     return kept
 
 
-def _small(image: bytes, file: Path) -> None:
+def small(image: bytes, file: Path) -> None:
     """Write a picture no broader than a page, in few colours."""
     from PIL import Image
 
