@@ -183,24 +183,24 @@ def life_study(scene: Scene, report: Report) -> tuple[tuple[WorkPrecision, ...],
     """Return the curves of a scene's life, and how far a second method is from their reference [1]."""
     report("life, reference")
     problem = wearing(scene)
-    known = tight_life(problem)
-    other = second_life(problem, known.cycle)
-    return tuple(life_curves(scene, problem, known, report)), max(errors(other, known))
+    answer = tight_life(problem)
+    other = second_life(problem, answer.cycle)
+    return tuple(life_curves(scene, problem, answer, report)), max(errors(other, answer))
 
 
-def life_curves(scene: Scene, problem: Wearing, known: TimedLife, report: Report) -> Iterator[WorkPrecision]:
+def life_curves(scene: Scene, problem: Wearing, answer: TimedLife, report: Report) -> Iterator[WorkPrecision]:
     """Yield the curves, each for the life and for the wear depth at its end."""
     report("life, cycle_tolerance")
     ours = [(tolerance, lived(problem, Adaptive(), tolerance)) for tolerance in CYCLE_TOLERANCES]
-    yield from _both("adaptive", "cycle_tolerance", "wearlab", ours, known)
+    yield from _both("adaptive", "cycle_tolerance", "wearlab", ours, answer)
     report("life, Euler thresholds")
-    deepest = float(known.depth.max())
+    deepest = float(answer.depth.max())
     published = []
     for parts in EULER_PARTS:
         published.append((deepest / parts, lived(problem, Euler(deepest / parts), TOLERANCES[1])))
         if published[-1][1].seconds > ENOUGH:
             break
-    yield from _both("Euler", "threshold", "as published", published, known, 'step.method = "euler"')
+    yield from _both("Euler", "threshold", "as published", published, answer, 'step.method = "euler"')
     finest = finest_settings(problem)
     truth = lived(wearing(_with(scene, finest)), Adaptive(), STEADY)
     knobs = [("numerics.profile_points", PROFILE_POINTS), ("numerics.tolerance", TOLERANCES)]
@@ -246,11 +246,11 @@ def _with(scene: Scene, values: dict[str, int]) -> Scene:
 
 
 def _both(
-    name: str, knob: str, role: str, pairs: list[tuple[float, TimedLife]], known: TimedLife, fixed: str = ""
+    name: str, knob: str, role: str, pairs: list[tuple[float, TimedLife]], answer: TimedLife, fixed: str = ""
 ) -> Iterator[WorkPrecision]:
     for index, quantity in enumerate(("life", "wear_depth")):
         rungs = tuple(
-            Rung(setting, errors(solved, known)[index], solved.seconds, solved.analyses)
+            Rung(setting, errors(solved, answer)[index], solved.seconds, solved.analyses)
             for setting, solved in pairs
         )
         if any(rung.error > ROUND_OFF for rung in rungs):

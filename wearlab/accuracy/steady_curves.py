@@ -47,15 +47,15 @@ def missing_peers() -> tuple[str, ...]:
     return () if find_spec("CyRK") is not None else ("CyRK",)
 
 
-def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]) -> Iterator[WorkPrecision]:
+def peer_curves(problem: Steady, answer: Reference, report: Callable[[str], None]) -> Iterator[WorkPrecision]:
     """Yield the curves of the peers over their relative tolerance, where a transient dies in time.
 
     Parameters
     ----------
-    problem, known : the scene and its answer
+    problem, answer : the scene and its answer
     report : told who comes next
     """
-    system, tables = known.response.system, known.response.tables
+    system, tables = answer.response.system, answer.response.tables
     start = starting_state(system, np.einsum("s,sm->m", tables.width, tables.stiffness.sum(axis=3)[:, 1]))
     if not peers():
         return
@@ -66,40 +66,40 @@ def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]
         peer.method = method
         rungs: list[Rung] = []
         for tolerance in PEER_TOLERANCES:
-            rung = _rung(peer, problem, known, tolerance, start)
+            rung = _rung(peer, problem, answer, tolerance, start)
             if rung is None:
                 break
             rungs.append(rung)
-            if fine_enough(rung, known.disagreement):
+            if fine_enough(rung, answer.disagreement):
                 break
         if rungs:
             yield WorkPrecision(name, "relative", "mesh_force", "peer", tuple(rungs))
 
 
-def periods_to(known: Reference, left: float) -> float:
+def periods_to(answer: Reference, left: float) -> float:
     """Return the mesh periods until so much is left of a transient; infinite where it does not die."""
-    largest = known.multiplier ** (1.0 / len(known.force))
+    largest = answer.multiplier ** (1.0 / len(answer.force))
     return float(np.ceil(np.log(left) / np.log(largest))) if 0.0 < largest < 1.0 else float("inf")
 
 
 def _rung(
-    peer: CyRKMarcher, problem: Steady, known: Reference, tolerance: float, start: Array
+    peer: CyRKMarcher, problem: Steady, answer: Reference, tolerance: float, start: Array
 ) -> Rung | None:
     """Return a setting of a peer, None where its march would take too long."""
-    scale, periods = np.abs(known.response.state).max(axis=(0, 1)), periods_to(known, SHARE * tolerance)
+    scale, periods = np.abs(answer.response.state).max(axis=(0, 1)), periods_to(answer, SHARE * tolerance)
     for _ in range(2):  # the first compiles
         begun = time.perf_counter()
-        peer.march(known.start, 1, tolerance, scale)
+        peer.march(answer.start, 1, tolerance, scale)
     if periods * (time.perf_counter() - begun) > LONGEST:
         return None
     count = int(periods)
     settled = peer.march(start, count, tolerance, scale)
     if not np.isfinite(settled).all():
         return Rung(tolerance, float("inf"), float("nan"), float("nan"))
-    motion = peer.states(settled, len(known.force), problem.phase, tolerance, scale)
-    seconds = timing(lambda: peer.march(start, count + len(known.force), tolerance, scale))
+    motion = peer.states(settled, len(answer.force), problem.phase, tolerance, scale)
+    seconds = timing(lambda: peer.march(start, count + len(answer.force), tolerance, scale))
     return Rung(
-        tolerance, relative_error(problem.force_of_states(motion), known.force), seconds, float("nan")
+        tolerance, relative_error(problem.force_of_states(motion), answer.force), seconds, float("nan")
     )
 
 
@@ -121,31 +121,31 @@ SETTLED = 1e-10
 Report = Callable[[str], None]
 
 
-def steady_curves(problem: Steady, known: Reference, report: Report) -> Iterator[WorkPrecision]:
+def steady_curves(problem: Steady, answer: Reference, report: Report) -> Iterator[WorkPrecision]:
     """Yield the curves of a steady state.
 
     Parameters
     ----------
-    problem, known : the scene and its answer
+    problem, answer : the scene and its answer
     report : told what comes next
     """
     report("steps_per_period, periodic")
-    yield steps_curve(problem, known)
+    yield steps_curve(problem, answer)
     if problem.vibration.fluctuation is None:
-        yield from peer_curves(problem, known, report)
+        yield from peer_curves(problem, answer, report)
     report("steps_per_period, rk4")
     turn = fastest_rate(problem.vibration.system, stiffest_meshes(problem)) * problem.vibration.period
     stable = tuple(steps for steps in MARCHED_STEPS if turn / steps < STABLE_TURN)
-    yield marched_curve(problem, known, "rk4", stable, lambda left: RungeKutta4(tolerance=left))
+    yield marched_curve(problem, answer, "rk4", stable, lambda left: RungeKutta4(tolerance=left))
     report("steps_per_period, newmark")
-    yield marched_curve(problem, known, "newmark", MARCHED_STEPS, lambda left: Newmark(tolerance=left))
+    yield marched_curve(problem, answer, "newmark", MARCHED_STEPS, lambda left: Newmark(tolerance=left))
     report("relative tolerance, rk45")
-    yield adaptive_curve(problem, known)
+    yield adaptive_curve(problem, answer)
     yield from knob_curves(problem, report)
-    yield phase_points_curve(problem, known)
+    yield phase_points_curve(problem, answer)
 
 
-def steps_curve(problem: Steady, known: Reference, ladder: tuple[int, ...] = STEPS) -> WorkPrecision:
+def steps_curve(problem: Steady, answer: Reference, ladder: tuple[int, ...] = STEPS) -> WorkPrecision:
     """Return our default method over its steps: cold, tables included, and warm from a neighbour.
 
     What a scene prepares once for all its wear states (the look-up of the stages here, the polynomials of the
@@ -155,17 +155,17 @@ def steps_curve(problem: Steady, known: Reference, ladder: tuple[int, ...] = STE
     rungs = []
     for steps in ladder:
         with suppress(GearError):  # so few steps are refused
-            rungs.append(_steps_rung(problem, known, problem.with_steps(steps, Periodic())))
+            rungs.append(_steps_rung(problem, answer, problem.with_steps(steps, Periodic())))
     return WorkPrecision("periodic", "steps_per_period", "mesh_force", "wearlab", tuple(rungs))
 
 
-def _steps_rung(problem: Steady, known: Reference, vibration: Vibration) -> Rung:
+def _steps_rung(problem: Steady, answer: Reference, vibration: Vibration) -> Rung:
     response = problem.solve(vibration)
     near = problem.solve_near(vibration)
     both = response, problem.solve(vibration, near)
     return Rung(
         len(response.tables.width),
-        max(relative_error(problem.force_of(vibration, ladder), known.force) for ladder in both),
+        max(relative_error(problem.force_of(vibration, ladder), answer.force) for ladder in both),
         timing(lambda: problem.solve(vibration)),
         response.counts.right_hand_sides,
         timing(lambda: problem.solve(vibration, near)),
@@ -174,7 +174,7 @@ def _steps_rung(problem: Steady, known: Reference, vibration: Vibration) -> Rung
 
 def marched_curve(
     problem: Steady,
-    known: Reference,
+    answer: Reference,
     name: str,
     ladder: tuple[int, ...],
     method: Callable[[float], Any],
@@ -182,39 +182,39 @@ def marched_curve(
     """Return a fixed-step method over its steps, marched until its transient is less than its error."""
     rungs: list[Rung] = []
     for steps in ladder:
-        if rungs and fine_enough(rungs[-1], known.disagreement):
+        if rungs and fine_enough(rungs[-1], answer.disagreement):
             break
         settled = problem.with_steps(steps, method(SETTLED))
-        error = _error(problem, known, settled)
+        error = _error(problem, answer, settled)
         vibration = problem.with_steps(steps, method(max(SETTLED, min(1e-2, SHARE * error))))
-        rungs.append(_marched_rung(problem, known, vibration, len(vibration.sampling.grid.width)))
+        rungs.append(_marched_rung(problem, answer, vibration, len(vibration.sampling.grid.width)))
     return WorkPrecision(
         name, "steps_per_period", "mesh_force", "as published", tuple(rungs), f'method = "{name}"'
     )
 
 
-def adaptive_curve(problem: Steady, known: Reference) -> WorkPrecision:
+def adaptive_curve(problem: Steady, answer: Reference) -> WorkPrecision:
     """Return the adaptive Runge–Kutta pair over its tolerance, on tables as fine as that needs."""
     problem.solve(problem.with_steps(STEPS[-1], RungeKutta45(relative=1.0, tolerance=1.0)))  # compiles
     rungs: list[Rung] = []
     for relative in RELATIVE:
-        if rungs and fine_enough(rungs[-1], known.disagreement):
+        if rungs and fine_enough(rungs[-1], answer.disagreement):
             break
         method = RungeKutta45(relative=relative, tolerance=max(SETTLED, SHARE * relative))
         vibration = problem.with_steps(marching_steps(problem, relative), method)
-        rungs.append(_marched_rung(problem, known, vibration, relative))
+        rungs.append(_marched_rung(problem, answer, vibration, relative))
     return WorkPrecision("rk45", "relative", "mesh_force", "as published", tuple(rungs), 'method = "rk45"')
 
 
-def _error(problem: Steady, known: Reference, vibration: Any) -> float:
-    return relative_error(problem.force_of(vibration, problem.solve(vibration)), known.force)
+def _error(problem: Steady, answer: Reference, vibration: Any) -> float:
+    return relative_error(problem.force_of(vibration, problem.solve(vibration)), answer.force)
 
 
-def _marched_rung(problem: Steady, known: Reference, vibration: Any, setting: float) -> Rung:
+def _marched_rung(problem: Steady, answer: Reference, vibration: Any, setting: float) -> Rung:
     begun = time.perf_counter()
     response = problem.solve(vibration)
     seconds = time.perf_counter() - begun
-    error = relative_error(problem.force_of(vibration, response), known.force)
+    error = relative_error(problem.force_of(vibration, response), answer.force)
     if seconds < LONG:
         seconds = timing(lambda: problem.solve(vibration))
     return Rung(setting, error, seconds, response.counts.right_hand_sides)
@@ -272,9 +272,9 @@ def _solved(scene: Scene) -> tuple[Steady, Array, Response]:
     return problem, force, response
 
 
-def phase_points_curve(problem: Steady, known: Reference) -> WorkPrecision:
+def phase_points_curve(problem: Steady, answer: Reference) -> WorkPrecision:
     """Return the error of the dynamic factor over the number of stored phases."""
-    response = known.response
+    response = answer.response
     vibration = problem.with_steps(tight_steps(problem), Periodic())
 
     def largest(points: int) -> float:
@@ -298,5 +298,5 @@ def steady_study(scene: Scene, report: Report) -> tuple[tuple[WorkPrecision, ...
     """
     problem = steady(scene)
     report("reference")
-    known = reference(problem)
-    return tuple(steady_curves(problem, known, report)), known.disagreement, known.multiplier
+    answer = reference(problem)
+    return tuple(steady_curves(problem, answer, report)), answer.disagreement, answer.multiplier

@@ -239,7 +239,7 @@ def unfilled(campaign: Any, grid: "xr.Dataset") -> list[str]:
     return problems
 
 
-def strange_names(campaign: Any, known: Sequence[str]) -> list[str]:
+def unknown_names(campaign: Any, known: Sequence[str]) -> list[str]:
     """Return one line for each name in a claim or a note that no run can have.
 
     Parameters

@@ -146,7 +146,7 @@ def _loaded(read: Callable[[str], Content], file: str) -> Content:
     from wearlab.plugins import FOLDER, Trust, trusting
 
     try:
-        with trusting(Trust(TRUSTED.get(), ASKED.get() / FOLDER)), telling(f"reading the cases of {file}"):
+        with trusting(Trust(TRUSTED.get(), ASKED.get() / FOLDER)), reporting(f"reading the cases of {file}"):
             return read(file)
     except OSError as error:
         raise Stop(f"{error.filename or file}: {error.strerror or error}") from error
@@ -155,7 +155,7 @@ def _loaded(read: Callable[[str], Content], file: str) -> Content:
 
 
 @contextmanager
-def telling(what: str) -> Iterator[None]:
+def reporting(what: str) -> Iterator[None]:
     """Say on a terminal what is being done, once it has taken a second."""
 
     def tell() -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
-from wearlab.campaign.claims import spelled_note, strange_names
+from wearlab.campaign.claims import spelled_note, unknown_names
 from wearlab.campaign.inheritance import fingerprint, source_text
 from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.kind import Ask, Points, read
@@ -39,7 +39,7 @@ def figure_problems(campaign: "Campaign") -> list[str]:
             problems.append(str(error))
     axes = [name for axis in campaign.axes for name in (axis.name, *axis.coordinates)]
     known = [*VARIABLES, *(dimension.name for dimension in DIMENSIONS), *axes]
-    return [*problems, *strange_names(campaign, known)]
+    return [*problems, *unknown_names(campaign, known)]
 
 
 def _problems(campaign: "Campaign", spec: Any, number: int, folder: Any) -> Iterator[str]:

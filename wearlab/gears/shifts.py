@@ -20,6 +20,11 @@ def involute(angle: float) -> float:
     References
     ----------
     ISO 21771:2007, clause 4.
+
+    Examples
+    --------
+    >>> round(involute(math.radians(20.0)), 6)
+    0.014904
     """
     return math.tan(angle) - angle
 
@@ -42,6 +47,11 @@ def inverse_involute(value: float) -> float:
     References
     ----------
     ISO 21771:2007, clause 4, for the function.
+
+    Examples
+    --------
+    >>> round(math.degrees(inverse_involute(0.014904384)), 4)
+    20.0
     """
     if not value >= 0.0:
         raise GearError(f"the involute function cannot be {value:.6g}: the profile shifts are too negative")
@@ -111,6 +121,14 @@ def operating_position(
     References
     ----------
     ISO 21771:2007, 4.3 and 4.5: Σx, α_w; tip alteration ``k = (a − a_d)/m − Σx``.
+
+    Examples
+    --------
+    >>> rack = {"module": 2e-3, "pressure_angle": math.radians(20.0)}
+    >>> round(1e3 * operating_position((20, 40), (0.3, 0.1), **rack).centre_distance, 3)
+    60.765
+    >>> [round(x, 3) for x in operating_position((20, 40), (0.3, None), centre_distance=0.061, **rack).shifts]
+    [0.3, 0.23]
     """
     a_d = 0.5 * module * sum(teeth)
     word = "sum" if min(teeth) > 0 else "difference"

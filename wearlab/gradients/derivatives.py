@@ -58,6 +58,22 @@ def gradient(
     GradientError
         When there is no such number or value, or where no derivative exists: at a jump of the response,
         without a response that repeats.
+
+    Examples
+    --------
+    Archard's depth is proportional to k, so that a life falls as 1/k:
+
+    >>> import wearlab as wl
+    >>> pair = wl.Scene.from_mapping({
+    ...     "gears": {"kind": "external-pair", "module": "3 mm", "face_width": "20 mm",
+    ...               "pinion": {"teeth": 25}, "gear": {"teeth": 30}},
+    ...     "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
+    ...     "wear": {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}, "load": "static",
+    ...              "until": {"depth": "1 um", "flank": "pinion"}},
+    ... })
+    >>> found = wl.gradient(pair, of="life", wrt="wear.coefficient.value", estimate=False)
+    >>> round(float(found.d_life[0] * found.parameter_value[0] / found.life), 4)
+    -1.0
     """
     given = scene if isinstance(scene, Scene) else Scene.from_mapping(scene)
     keys, names = _names(wrt, "wrt"), _names(of, "of")

@@ -194,7 +194,7 @@ def _of_planetary(scene: Scene) -> GearSet:
         input_teeth=built.sun.teeth * abs(train.speeds(1.0).sun_relative),
         speed=turning["sun"],
         bodies=bodies,
-        turning=_turning(speeds, mirrored * float(np.sign(speeds.sun_relative)), bodies, angles),
+        turning=_nominal_speeds(speeds, mirrored * float(np.sign(speeds.sun_relative)), bodies, angles),
         angles=tuple(float(angle) for angle in angles),
         sense=mirrored,
         notes=(APART,),
@@ -205,7 +205,9 @@ def _body(gear: Gear) -> Body:
     return Body(gear.mass, gear.inertia, gear.base_radius)
 
 
-def _turning(speeds: TrainSpeeds, sense: float, bodies: dict[str, Body], angles: Array) -> dict[str, float]:
+def _nominal_speeds(
+    speeds: TrainSpeeds, sense: float, bodies: dict[str, Body], angles: Array
+) -> dict[str, float]:
     """Return the nominal rotation of a planetary set as seen from outside: planets travel with their pins."""
     speed = {
         "sun.u": sense * speeds.sun * bodies["sun"].radius,
