@@ -8,8 +8,17 @@ from benchmark_pair import BenchmarkPair, mesh_period
 from scipy.integrate import solve_ivp
 
 from wearlab.campaign import load
-from wearlab.dynamics.orbits.coexisting import ADDED, LONG, MOST_RELEASES, RELEASES, Search, Tries, coexisting
-from wearlab.dynamics.orbits.home import NEAR, Home
+from wearlab.dynamics.orbits.coexisting import (
+    ADDED,
+    LONG,
+    MOST_RELEASES,
+    NEAR,
+    RELEASES,
+    Home,
+    Search,
+    Tries,
+    coexisting,
+)
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response, step_forces
 from wearlab.dynamics.orbits.shooting import Shooting

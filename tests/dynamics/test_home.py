@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.dynamics.orbits.home import KEPT, Home
+from wearlab.dynamics.orbits.coexisting import KEPT, Home
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response, step_forces
 from wearlab.dynamics.orbits.shooting import Shooting

@@ -7,9 +7,8 @@ import pytest
 from planetary_arguments import rigid_set, translating
 from scipy.integrate import solve_ivp
 
-from wearlab.dynamics.mode_kinds import mode_kinds
-from wearlab.dynamics.modes import modes, natural_frequencies
-from wearlab.dynamics.rigid_set import balanced_torques
+from wearlab.dynamics.modes import mode_kinds, modes, natural_frequencies
+from wearlab.dynamics.rigid import balanced_torques
 from wearlab.dynamics.system import System
 
 ALPHA = np.deg2rad(24.6)

@@ -7,8 +7,8 @@ import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 from scipy.linalg import eigh
 
+from wearlab.dynamics.orbits.coexisting import AMPLITUDE, releases
 from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.releases import AMPLITUDE, releases
 from wearlab.dynamics.orbits.response import Response
 
 DEFLECTION = 1e-5

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from wearlab.campaign import load
-from wearlab.dynamics.forces.acceleration import lobatto
+from wearlab.dynamics.forces.mesh_forces import lobatto
 from wearlab.simulation import simulate
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"

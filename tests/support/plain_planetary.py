@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from planetary_arguments import rigid_set, rotating, translating
 
-from wearlab.dynamics.rigid_set import balanced_torques, effective_masses
+from wearlab.dynamics.rigid import balanced_torques, effective_masses
 from wearlab.dynamics.supports import damping_by_ratio
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables

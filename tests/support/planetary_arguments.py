@@ -5,7 +5,7 @@ from typing import Any
 
 from wearlab.dynamics.planetary import MemberTorques, assemble
 from wearlab.dynamics.planetary_torsional import planetary_torsional
-from wearlab.dynamics.rigid_set import MESHES, RigidSet
+from wearlab.dynamics.rigid import MESHES, RigidSet
 from wearlab.dynamics.spur import Meshing
 from wearlab.dynamics.supports import MemberSupport
 from wearlab.dynamics.system import System

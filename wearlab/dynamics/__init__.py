@@ -1,1 +1,6 @@
-"""How the gears vibrate: one form of system, its steady response, its modes."""
+"""How the gears vibrate: one equation of motion, its steady response, its modes.
+
+The way through: a model (`models`, built by `spur`, `planetary` or `planetary_torsional`) is a `system`;
+`steps` advance it; `orbits.periodic` finds its steady response; `forces` reads mesh forces, extremes and
+energy off it; `modes` are its natural frequencies.
+"""

@@ -5,6 +5,9 @@ from collections.abc import Callable
 from functools import wraps
 from typing import TypeVar
 
+import numpy as np
+
+from wearlab.arrays import Array
 from wearlab.dynamics.system import System
 
 Answer = TypeVar("Answer")
@@ -26,3 +29,17 @@ def once(ask: Callable[[System], Answer]) -> Callable[[System], Answer]:
         return held[1]
 
     return answer
+
+
+class Frozen:
+    """An array as a key: equal when shape and bytes are."""
+
+    def __init__(self, array: Array) -> None:
+        self.array = np.ascontiguousarray(array, float)
+        self._key = (self.array.shape, self.array.tobytes())
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Frozen) and self._key == other._key

@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.forces.acceleration import within_steps
 from wearlab.dynamics.forces.extremes import extremes
-from wearlab.dynamics.forces.mesh_forces import mesh_forces
+from wearlab.dynamics.forces.mesh_forces import mesh_forces, within_steps
 from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.life.state import WearState

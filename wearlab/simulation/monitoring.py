@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from wearlab.arrays import Array, Complex, Index
-from wearlab.dynamics.forces.acceleration import NODES, mesh_acceleration_at, within_steps
+from wearlab.dynamics.forces.mesh_forces import NODES, mesh_acceleration_at, within_steps
 from wearlab.dynamics.orbits.response import Response, deflection_at, step_of
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration, hunting_grid

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.forces.acceleration import within_steps
 from wearlab.dynamics.forces.extremes import extremes
 from wearlab.dynamics.forces.mesh_forces import (
     friction_force,
@@ -14,6 +13,7 @@ from wearlab.dynamics.forces.mesh_forces import (
     mean_force_residual,
     mesh_forces,
     moments,
+    within_steps,
 )
 from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.supports import bearing_forces

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from wearlab.dynamics.holding import PlanetarySupports
 from wearlab.dynamics.models import DynamicModel, InMotion
+from wearlab.dynamics.supports import PlanetarySupports
 from wearlab.options import Switch, option
 
 if TYPE_CHECKING:
@@ -26,8 +26,8 @@ class PlanetaryDynamics(DynamicModel):
         """Return W23's model."""
         import numpy as np
 
-        from wearlab.dynamics import of_planetary as of
         from wearlab.dynamics import planetary
+        from wearlab.dynamics import planetary_torsional as of
         from wearlab.dynamics.balance import balance_of
         from wearlab.gears.specification import GearError
 
@@ -40,7 +40,7 @@ class PlanetaryDynamics(DynamicModel):
                 rigid,
                 held,
                 of.meshing(motion, rigid),
-                of.torques(motion, of.grounded(held)),
+                of.torques(motion, of.tied_members(held)),
                 carrier_speed=float(turn * speeds.carrier) if self.rotation else 0.0,
                 friction=self.friction is not None,
             )

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from wearlab.dynamics.holding import PlanetaryTorsionalSupports
 from wearlab.dynamics.models import DynamicModel, InMotion
+from wearlab.dynamics.supports import PlanetaryTorsionalSupports
 from wearlab.options import option
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class PlanetaryTorsionalDynamics(DynamicModel):
         """Return B23's model of a set whose ring is at rest."""
         import numpy as np
 
-        from wearlab.dynamics import of_planetary as of
+        from wearlab.dynamics import planetary_torsional as of
         from wearlab.dynamics.planetary_torsional import planetary_torsional
         from wearlab.gears.specification import GearError
 

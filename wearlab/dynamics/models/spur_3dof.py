@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal
 
-from wearlab.dynamics.holding import Supports, problems_of_pair
 from wearlab.dynamics.models import DynamicModel, InMotion
+from wearlab.dynamics.supports import Supports, problems_of_pair
 from wearlab.options import option
 
 if TYPE_CHECKING:
@@ -19,8 +19,7 @@ class Spur3dofDynamics(DynamicModel):
 
     def build(self, motion: InMotion) -> "System":
         """Return L16's model with translations."""
-        from wearlab.dynamics.of_pair import common_arguments
-        from wearlab.dynamics.spur import spur_3dof
+        from wearlab.dynamics.spur import common_arguments, spur_3dof
 
         return spur_3dof(**common_arguments(self, motion))
 

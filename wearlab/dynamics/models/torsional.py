@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal
 
-from wearlab.dynamics.holding import TorsionalSupports, problems_of_pair
 from wearlab.dynamics.models import DynamicModel, InMotion
+from wearlab.dynamics.supports import TorsionalSupports, problems_of_pair
 from wearlab.options import option
 
 if TYPE_CHECKING:
@@ -19,8 +19,7 @@ class TorsionalDynamics(DynamicModel):
 
     def build(self, motion: InMotion) -> "System":
         """Return L16's torsional model."""
-        from wearlab.dynamics.of_pair import common_arguments
-        from wearlab.dynamics.spur import torsional
+        from wearlab.dynamics.spur import common_arguments, torsional
 
         return torsional(**common_arguments(self, motion))
 

@@ -6,18 +6,18 @@ as they can no longer part, and the integration ends there. What stays away is s
 takes far longer to settle on than to find.
 """
 
+from collections.abc import Iterator
 from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits.home import Home
 from wearlab.dynamics.orbits.period_map import LOCATED
 from wearlab.dynamics.orbits.periodic import Periodic, periods_of
-from wearlab.dynamics.orbits.releases import releases
-from wearlab.dynamics.orbits.response import Response, Verdict
+from wearlab.dynamics.orbits.response import Response, Verdict, step_forces
 from wearlab.dynamics.orbits.shooting import Orbit, Shooting
+from wearlab.dynamics.rigid import rigid_modes
 
 BLOCK = 50
 """Most mesh periods between two looks whether the flanks are back."""
@@ -42,7 +42,7 @@ class Tries(NamedTuple):
     Parameters
     ----------
     releases : how many, more where transients are long
-    first : number of the first of them, see `wearlab.dynamics.orbits.releases.releases`
+    first : number of the first of them, see `wearlab.dynamics.orbits.coexisting.releases`
     near : another attractor of a neighbouring case: one like it is looked for first
     """
 
@@ -192,3 +192,123 @@ class _Hunt(Shooting):
     def _periodic(self, orbit: Orbit) -> Response:
         attracting = orbit.largest < 1.0 - self.method.margin
         return self.response(orbit, Verdict(True, attracting, orbit.unique, True))
+
+
+AMPLITUDE = (4.0, 120.0)
+"""Force of the mode released over the mean mesh force: less hardly parts flanks, more flies through gaps."""
+PLASTIC = 1.32471795724474602596
+"""Real root of x³ = x + 1: multiples of its inverse and of the square of that fill a plane most evenly."""
+
+
+def releases(response: Response, deflection: float, first: int = 0) -> Iterator[Array]:
+    """Yield states (2n,) to release flanks from, without end: mode after mode, each at another phase.
+
+    About the mean state of the response, a mode vibrates with ``x = a cos θ``, ``ẋ = −a ω sin θ``. Amplitudes
+    a, by their logarithm, and phases θ follow an additive recurrence, which leaves no gap wherever it ends.
+
+    Parameters
+    ----------
+    response : the response beside which others are looked for
+    deflection : its mean mesh deflection [m]
+    first : number of the first release: what a neighbouring state has tried need not be tried again
+
+    References
+    ----------
+    Roberts, The unreasonable effectiveness of quasirandom sequences, 2018: the plastic number.
+    """
+    shapes, rates, largest = _driven(response, deflection)
+    n = shapes.shape[1]
+    mean = response.state[:, :-1].mean(axis=(0, 1))
+    low, high = np.log(AMPLITUDE)
+    number = first
+    while True:
+        turn, mode = divmod(number, len(shapes))
+        spread, phase = (0.5 + turn / PLASTIC) % 1.0, 2.0 * np.pi * ((0.5 + turn / PLASTIC**2) % 1.0)
+        moved = np.exp(low + (high - low) * spread) * largest[mode] * shapes[mode]
+        state = mean.copy()
+        state[:n] += np.cos(phase) * moved
+        state[n:] -= np.sin(phase) * rates[mode] * moved
+        yield state
+        number += 1
+
+
+def _driven(response: Response, deflection: float) -> tuple[Array, Array, Array]:
+    """Return shapes (n_driven, n), rates [rad/s] and amplitudes of the modes that the mesh drives.
+
+    A mode has the amplitude by which its mesh force equals the load's, or its energy that of the deflection
+    under load, whichever is less: some hardly move the mesh.
+    """
+    system = response.system
+    every = response.modes
+    driven = every.excited() & (every.frequency > 0.0)
+    shapes, rates = every.shape[driven], 2.0 * np.pi * every.frequency[driven]
+    felt = np.abs(shapes @ system.direction.sum(axis=0))
+    held = np.linalg.norm(shapes @ system.load / rates)
+    return shapes, rates, np.minimum(deflection / felt, held / rates)
+
+
+NEAR = 1e-2
+"""Distance of two orbits, over the mean deflection, from which they are two."""
+KEPT = 0.5
+"""Share of the least mesh deflection that a motion that counts as back may take away: its flanks stay in
+touch, the motion is that of a linear system, and nothing but the response attracts it."""
+
+
+class Home:
+    """A response to which released flanks may return, by its states once a mesh period.
+
+    Parameters
+    ----------
+    response : the response; a set that turns freely may turn meanwhile
+    rate : by which velocities are measured [1/s]
+    """
+
+    def __init__(self, response: Response, rate: float) -> None:
+        system, n = response.system, len(response.system.load)
+        state = response.state[:, :-1, :n]
+        deflection = state @ system.direction.T - response.tables.error[:, 0]
+        self.deflection = float(np.abs(deflection.mean(axis=(0, 1))).max())
+        self.rate, self.states = rate, response.state[:, 0]
+        turning = rigid_modes(system)
+        self.still = np.eye(n) - turning.T @ (turning @ system.mass)
+        largest = float(abs(response.multipliers[0])) ** (1.0 / response.period)
+        self.decay = -np.log(largest) if 0.0 < largest < 1.0 else 0.0
+        least = step_forces(response).elastic.min(axis=(0, 1, 2)) / response.tables.mean_stiffness
+        self.touching = bool(least.min() > 0.0)
+        self.spare = max(KEPT * float(least.min()), NEAR * self.deflection)
+        self._see_modes(response)
+
+    def _see_modes(self, response: Response) -> None:
+        """Prepare what deflection the modes of a state amount to at most."""
+        system = response.system
+        vibrating = response.modes.frequency > 0.0
+        shapes = response.modes.shape[vibrating]
+        felt = np.abs(shapes @ system.direction.T).max(axis=1)
+        self.seen = felt[:, None] * (shapes @ system.mass)
+        self.rates = 2.0 * np.pi * response.modes.frequency[vibrating]
+
+    def distance(self, state: Array) -> float:
+        """Return how far a strobed state is from the response, over its mean deflection [1]."""
+        n = len(state) // 2
+        apart = (self.states - state).reshape(-1, 2, n) @ self.still.T
+        apart[:, 1] /= self.rate
+        return float(np.abs(apart).max(axis=(1, 2)).min()) / self.deflection
+
+    def is_at(self, state: Array) -> bool:
+        """Whether a strobed state is one of the response's."""
+        return self.distance(state) <= NEAR
+
+    def away(self, state: Array) -> float:
+        """Return how many times farther a strobed state is than where it is as good as back [1]."""
+        return self._swing(state) / self.spare if self.touching else self.distance(state) / NEAR
+
+    def _swing(self, state: Array) -> float:
+        """Return the amplitude of the deflection that the state adds, all modes in phase [m]."""
+        n = self.seen.shape[1]
+        apart = self.states - state
+        swings = np.hypot(apart[:, :n] @ self.seen.T, apart[:, n:] @ self.seen.T / self.rates)
+        return float(swings.sum(axis=1).min())
+
+    def periods_to(self, away: float) -> float:
+        """Return the mesh periods in which the slowest vibration shrinks by so many times."""
+        return np.log(max(away, 1.0)) / self.decay if self.decay > 0.0 else np.inf

@@ -1,16 +1,15 @@
 """Orbits of one system on one set of tables: integrate, shoot, follow a chord, and the account of it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg.lapack import dgetrf, dgetrs
+from scipy.linalg.lapack import dgeev, dgetrf, dgetrs
 
 from wearlab.arrays import Array, Complex
-from wearlab.dynamics.balance import solved_load
-from wearlab.dynamics.orbits.family import nearest_orbit
+from wearlab.dynamics.balance import Balance, solved_load, true_derivative
 from wearlab.dynamics.orbits.integrate import OnTables, under_one_load
-from wearlab.dynamics.orbits.multipliers import multipliers_of
 from wearlab.dynamics.orbits.period_map import LOCATED, over_period
 from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
 from wearlab.dynamics.orbits.shoot import CONVERGED, SINGULAR, STALLED, exchange, set_start, shoot
@@ -232,3 +231,52 @@ class Shooting:
             self.period,
             orbit.derivative,
         )
+
+
+def multipliers_of(system: System, balance: Balance, derivative: Array) -> Complex:
+    """Return the multipliers, largest first; position and speed of a free rotation are left out.
+
+    Parameters
+    ----------
+    system, balance : what moves, and its loads of unknown size
+    derivative : (2n, 2n) of the period map, these loads in the columns of the coordinates held
+
+    References
+    ----------
+    Floquet, Ann. Sci. Éc. Norm. Supér. 12 (1883) 47–88.
+    """
+    free = len(balance.held)
+    matrix = true_derivative(system, balance, derivative) if free else derivative
+    real, imaginary, *_ = dgeev(matrix, compute_vl=0, compute_vr=0)
+    multipliers = real + 1j * imaginary
+    if free:
+        multipliers = multipliers[abs(multipliers - 1.0).argsort()[2 * free :]]
+    return np.asarray(multipliers[abs(multipliers).argsort()[::-1]], np.complex128)
+
+
+PeriodMap = Callable[[Array], tuple[Array, Array]]
+
+
+def nearest_orbit(period_map: PeriodMap, state: Array, rate: float, most: int = 25) -> Array | None:
+    """Return a state that the period map returns to itself, by least-squares Newton steps, or None.
+
+    Parameters
+    ----------
+    period_map : state (2n,) -> its image (2n,) and the derivative P (2n, 2n)
+    state : (2n,) where to start
+    rate : unit of velocity against position [1/s]
+    most : iterations allowed
+    """
+    n = len(state) // 2
+    scale = np.r_[np.ones(n), np.full(n, rate)]
+    for _ in range(most):
+        image, derivative = period_map(state)
+        residual = (image - state) / scale
+        size = max(np.abs(state / scale).max(), np.abs(image / scale).max())
+        if not np.isfinite(residual).all():
+            return None
+        if np.abs(residual).max() <= 1e-9 * size:
+            return state
+        matrix = np.eye(2 * n) - derivative * scale / scale[:, None]
+        state = state + scale * np.linalg.lstsq(matrix, residual, rcond=1e-10)[0]
+    return None

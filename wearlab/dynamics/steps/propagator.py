@@ -17,7 +17,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.balance import Balance
-from wearlab.dynamics.frozen import Frozen
+from wearlab.dynamics.once import Frozen
 from wearlab.dynamics.system import System
 from wearlab.gears.specification import GearError
 from wearlab.mesh.stages import StageTables

@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.mode_kinds import mode_kinds
-from wearlab.dynamics.modes import Modes, critical_speeds, modes
+from wearlab.dynamics.modes import Modes, critical_speeds, mode_kinds, modes
 from wearlab.dynamics.orbits.continuation import Continuation
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.system import System
