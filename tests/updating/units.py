@@ -8,7 +8,7 @@ from made import ErrorModel, blocks, observed
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating.history import Asked, RunCurve, RunHistory
-from wearlab.updating.population import Law, Parameter, Unit
+from wearlab.updating.population import FleetMember, Law, Parameter
 
 LINERS = Path(__file__).parents[2] / "campaigns" / "measured" / "cylinder_liner_wear.csv"
 RATE = 1e-7  # m a cycle (an hour of a liner) at factor 1
@@ -53,7 +53,7 @@ def unit(name, cycle, value, sd=5e-5):
         0.0,
         0.0,
     )
-    return Unit(name, run, blocks((seen,)))
+    return FleetMember(name, run, blocks((seen,)))
 
 
 def liners(sd=5e-5):

@@ -8,7 +8,7 @@ import numpy as np
 
 from wearlab.nearest import meant
 from wearlab.query.evaluate import index_of_quantity
-from wearlab.query.formula import Applied, Joined, Named, Number, Placed, parse_formula
+from wearlab.query.formula import Applied, Joined, Named, PlacedNumber, PlainNumber, parse_formula
 from wearlab.units import UnitError, convert
 
 BASE = "base"
@@ -27,7 +27,7 @@ class AmountError(ValueError):
 
 
 @dataclass(frozen=True)
-class Amount:
+class Measured:
     """Values with their unit."""
 
     values: Any
@@ -67,15 +67,15 @@ def _converted(value: Any, given: str, wanted: str, text: str) -> Any:
         raise AmountError(f"{text}: {error}") from None
 
 
-def _worked_out(tree: Any, grid: Any, places: Mapping[str, Any]) -> Amount:
+def _worked_out(tree: Any, grid: Any, places: Mapping[str, Any]) -> Measured:
     match tree:
-        case Number(value):
+        case PlainNumber(value):
             import xarray as xr
 
-            return Amount(xr.DataArray(value), "1")
+            return Measured(xr.DataArray(value), "1")
         case Named(name):
             return _variable(name, grid, places)
-        case Placed(inner, own):
+        case PlacedNumber(inner, own):
             return _worked_out(inner, grid, {**dict(own), **places})
         case Applied(function, inner, dim):
             return _applied(function, _worked_out(inner, grid, places), dim, grid)
@@ -84,43 +84,43 @@ def _worked_out(tree: Any, grid: Any, places: Mapping[str, Any]) -> Amount:
     raise AssertionError(tree)
 
 
-def _joined(sign: str, left: Amount, right: Amount) -> Amount:
+def _joined(sign: str, left: Measured, right: Measured) -> Measured:
     """Return a sum in the unit of its left side, a product of which one side is plain, or a ratio."""
     a, b = left.values, right.values
     if sign in "+-":
         zero = left.units in PLAIN and not np.any(a)
         units = right.units if zero else left.units
         b = _converted(b, right.units, units, f"the two sides of {sign}")
-        return Amount(a + b if sign == "+" else a - b, units)
+        return Measured(a + b if sign == "+" else a - b, units)
     if right.units in PLAIN:
-        return Amount(a * b if sign == "*" else a / b, left.units)
+        return Measured(a * b if sign == "*" else a / b, left.units)
     if sign == "*" and left.units in PLAIN:
-        return Amount(a * b, right.units)
+        return Measured(a * b, right.units)
     if sign == "/":
-        return Amount(a / _converted(b, right.units, left.units, "the two sides of /"), "1")
+        return Measured(a / _converted(b, right.units, left.units, "the two sides of /"), "1")
     raise AmountError(f"a product of {left.units} and {right.units}: one side has to be a plain number")
 
 
-def _applied(function: str, found: Amount, dim: str | None, grid: Any) -> Amount:
+def _applied(function: str, found: Measured, dim: str | None, grid: Any) -> Measured:
     values = found.values
     if function == "abs":
-        return Amount(abs(values), found.units)
+        return Measured(abs(values), found.units)
     if dim is not None and dim not in values.dims:
         raise AmountError(f"{function}(…, {dim}): {_not_there(dim, values.dims)}")
     if function in REDUCED:
-        return Amount(REDUCED[function](values, dim), found.units)
+        return Measured(REDUCED[function](values, dim), found.units)
     assert dim is not None
     filled = values.fillna(-np.inf if function == "largest_at" else np.inf)
     at = filled.argmax(dim) if function == "largest_at" else filled.argmin(dim)
     if dim not in grid.coords:
-        return Amount(at, "1")
+        return Measured(at, "1")
     along = grid[dim]
     if along.dtype.kind not in "fiu":
         raise AmountError(f"{function}(…, {dim}): {dim} has names, not numbers")
-    return Amount(along.isel({dim: at}).drop_vars(dim), str(along.attrs.get("units", "1")))
+    return Measured(along.isel({dim: at}).drop_vars(dim), str(along.attrs.get("units", "1")))
 
 
-def _variable(name: str, grid: Any, places: Mapping[str, Any]) -> Amount:
+def _variable(name: str, grid: Any, places: Mapping[str, Any]) -> Measured:
     if name not in grid.variables:
         raise AmountError(f"{name}: {_not_there(name, grid.variables)}")
     values = grid[name]
@@ -131,7 +131,7 @@ def _variable(name: str, grid: Any, places: Mapping[str, Any]) -> Amount:
     if "case" in values.dims and BASE in values["case"].values:
         values = values.sel(case=BASE)
     values = values.compute(scheduler="synchronous") if values.chunks else values
-    return Amount(values.astype(float).reset_coords(drop=True), str(grid[name].attrs.get("units", "1")))
+    return Measured(values.astype(float).reset_coords(drop=True), str(grid[name].attrs.get("units", "1")))
 
 
 def _at(values: Any, dim: str, label: Any, grid: Any) -> Any:

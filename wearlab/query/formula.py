@@ -27,7 +27,7 @@ WORD = re.compile(r"\s*([^\W\d][\w-]*)\s*(?=[,\]])")
 
 
 @dataclass(frozen=True)
-class Number:
+class PlainNumber:
     """A plain number."""
 
     value: float
@@ -42,7 +42,7 @@ class Named:
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedNumber:
     """A formula at places: of every variable in it, the part along these dimensions."""
 
     inner: Any
@@ -81,7 +81,7 @@ def parse_formula(text: str) -> Any:
     """
     if len(text) > LONGEST:
         raise QueryError(f"{len(text)} characters, more than {LONGEST}", text[:40] + "…", 0)
-    reader = _Reader(text)
+    reader = _FormulaReader(text)
     tree = reader.formula(0)
     if reader.rest().strip():
         raise reader.fail("an operator or the end")
@@ -93,7 +93,7 @@ def names_in(tree: Any) -> Iterator[Named]:
     match tree:
         case Named():
             yield tree
-        case Placed(inner) | Applied(_, inner):
+        case PlacedNumber(inner) | Applied(_, inner):
             yield from names_in(inner)
         case Joined(_, left, right):
             yield from names_in(left)
@@ -108,7 +108,7 @@ def spelled_out(text: str, meanings: Mapping[str, str]) -> str:
     return text
 
 
-class _Reader:
+class _FormulaReader:
     """Walks over the text of a formula."""
 
     def __init__(self, text: str) -> None:
@@ -150,19 +150,19 @@ class _Reader:
         if self.take("sign", "-"):
             if depth > DEEPEST:
                 raise QueryError(f"nested deeper than {DEEPEST}", self.text, self.at)
-            return Joined("-", Number(0.0), self._factor(depth + 1))
+            return Joined("-", PlainNumber(0.0), self._factor(depth + 1))
         item = self._item(depth)
         while self.take("sign", "["):
             places = [self._place()]
             while self.take("sign", ","):
                 places.append(self._place())
             self.expect("]")
-            item = Placed(item, tuple(places))
+            item = PlacedNumber(item, tuple(places))
         return item
 
     def _item(self, depth: int) -> Any:
         if number := self.take("number"):
-            return Number(float(number))
+            return PlainNumber(float(number))
         if self.take("sign", "("):
             inner = self.formula(depth + 1)
             self.expect(")")

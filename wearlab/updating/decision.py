@@ -39,7 +39,7 @@ ABOUT = {
 }
 
 
-class Ahead(NamedTuple):
+class DutyAhead(NamedTuple):
     """What may come: times ahead (t,), probability of the end before each, age now; all in hours."""
 
     time: Array
@@ -73,7 +73,7 @@ def decided(outcome: "UpdateOutcome", costs: Decision, rng: np.random.Generator)
         return None
     cycles = np.linspace(answer.now, end, PLACES + 1)
     age = hour * (answer.now - run.start)
-    ahead = Ahead(hour * (cycles - answer.now), answer.life_below(cycles), age)
+    ahead = DutyAhead(hour * (cycles - answer.now), answer.life_below(cycles), age)
     found = of_changes(ahead, costs, cycles)
     if costs.inspection is None or (number := virtual_block(outcome)) is None:
         return found
@@ -96,7 +96,7 @@ def decided(outcome: "UpdateOutcome", costs: Decision, rng: np.random.Generator)
     return found.assign_coords(look=("look", looks, {"units": "1", "long_name": ABOUT["look"]}))
 
 
-def of_changes(ahead: Ahead, costs: Decision, cycles: Array) -> xr.Dataset:
+def of_changes(ahead: DutyAhead, costs: Decision, cycles: Array) -> xr.Dataset:
     """Return the cost per hour of a planned change at cycles, the best, and its sensitivity."""
     rates = np.stack([ahead.rate(costs, dearer) for dearer in DEARER])
     best = rates.argmin(axis=1)

@@ -11,7 +11,7 @@ from wearlab.arrays import Array
 from wearlab.updating.answer import STIFFEST, first_passage
 from wearlab.updating.history import RunCurve
 from wearlab.updating.kalman import Filtered
-from wearlab.updating.population import Population, Shared, Unit, drawn, factors, log_marginal, seen_by
+from wearlab.updating.population import FleetMember, Population, Shared, drawn, factors, log_marginal, seen_by
 from wearlab.updating.posterior import quantiles
 
 DRAWS = 2000
@@ -33,7 +33,7 @@ class UnitState:
     seen : what the filter knows of it, None without a measurement
     """
 
-    unit: Unit
+    unit: FleetMember
     shared: Shared
     factor: Array
     block: int | None
@@ -165,7 +165,7 @@ class UnitState:
         return self.unit.run.start if self.seen is None else self.now
 
 
-def state_of(found: Population, unit: Unit, theta: Array, rng: np.random.Generator) -> UnitState:
+def state_of(found: Population, unit: FleetMember, theta: Array, rng: np.random.Generator) -> UnitState:
     """Return equally probable states of a unit.
 
     Parameters

@@ -14,7 +14,7 @@ from wearlab.schema import VARIABLES
 from wearlab.units import HOUR
 from wearlab.updating.answer import QUANTILES, days_of
 from wearlab.updating.checks import ALARM
-from wearlab.updating.decision import LAST, Ahead, of_changes
+from wearlab.updating.decision import LAST, DutyAhead, of_changes
 from wearlab.updating.fleet import UnitState, after
 from wearlab.updating.fleet import now as now_of
 from wearlab.updating.history import RunHistory
@@ -25,10 +25,10 @@ from wearlab.updating.population import (
     POWER,
     SPREAD,
     STRAYING,
+    FleetMember,
     Law,
     Parameter,
     Population,
-    Unit,
     drawn,
     factors,
     population,
@@ -57,7 +57,7 @@ REPLAY = {
 }
 
 
-def law_of(fleet: Fleet, prior: Distribution, units: Sequence[Unit]) -> Law:
+def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> Law:
     """Return what is unknown of all units together.
 
     Raises
@@ -99,7 +99,9 @@ def fleet_of(studies: Sequence[MeasuredCase], runs: Sequence[RunHistory]) -> Pop
     """
     spec = studies[0].spec
     units = [
-        Unit(study.label, run, blocks_of(study, [run])) for study, run in zip(studies, runs, strict=True)
+        FleetMember(study.label, run, blocks_of(study, [run]))
+        for study, run in zip(studies, runs, strict=True)
+        for study, run in zip(studies, runs, strict=True)
     ]
     assert spec.fleet is not None and studies[0].prior is not None
     return population(units, law_of(spec.fleet, studies[0].prior, units), spec.seed)
@@ -136,7 +138,7 @@ def fleet_groups(
     return groups
 
 
-def _without(found: Population, flagged: xr.Dataset) -> list[Unit]:
+def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
     """Return the units without the inspections that are flagged."""
     out = set(zip(flagged["unit_name"].values, flagged["block"].values, flagged["cycle"].values, strict=True))
     units = []
@@ -268,7 +270,7 @@ def _changes(
         end = end if np.isfinite(end) else 4.0 * float(state.life(np.array([0.5]))[0])
         cycles = np.linspace(state.now, max(end, state.now * (1.0 + 1e-9)), 201)
         age = hour * (state.now - run.start)
-        ahead = Ahead(hour * (cycles - state.now), state.life_below(cycles), max(age, 1e-9))
+        ahead = DutyAhead(hour * (cycles - state.now), state.life_below(cycles), max(age, 1e-9))
         found = of_changes(ahead, costs, cycles)
         best.append(float(found["best_change"]))
         rate.append(float(found["best_rate"]))
@@ -294,7 +296,7 @@ def _like_the_others(found: Population, number: int, rng: np.random.Generator) -
     return _two_sided(blank, *told[-1])
 
 
-def _inspections(unit: Unit, number: int) -> list[tuple[float, float, int]]:
+def _inspections(unit: FleetMember, number: int) -> list[tuple[float, float, int]]:
     """Return cycle, mean value and number of values of each inspection of a block."""
     block = unit.blocks[number]
     cycle, value = unit.run.asked[number].cycle[block.rows], block.seen.value[block.rows]

@@ -59,7 +59,7 @@ class Parameter(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Unit:
+class FleetMember:
     """A unit: its name, its run, and what was measured of it."""
 
     name: str
@@ -77,7 +77,7 @@ class Unit:
         each = [self.run.asked[n].cycle[block.rows] for n, block in enumerate(self.blocks)]
         return np.unique(np.concatenate(each)) if each else np.zeros(0)
 
-    def up_to(self, cycle: float) -> "Unit":
+    def up_to(self, cycle: float) -> "FleetMember":
         """Return the unit with what had been measured by a cycle."""
         held = [
             replace(block, rows=block.rows[self.run.asked[n].cycle[block.rows] <= cycle])
@@ -110,7 +110,7 @@ class Shared(NamedTuple):
         return np.asarray((self.straying * worn) ** 2 / self.reference)
 
 
-def seen_by(unit: Unit, shared: Shared, log_factor: Array) -> list[Filtered]:
+def seen_by(unit: FleetMember, shared: Shared, log_factor: Array) -> list[Filtered]:
     """Return how probable each block of a unit is, and what is known of its W, for lanes (p, nodes)."""
     run, factor, found = unit.run, np.exp(log_factor), []
     for number, block in enumerate(unit.blocks):
@@ -167,7 +167,7 @@ def sd_name(number: int) -> str:
     return f"sd_{number}"
 
 
-def _table(unit: Unit, shared: Shared, low: float, high: float) -> tuple[Array, Array]:
+def _table(unit: FleetMember, shared: Shared, low: float, high: float) -> tuple[Array, Array]:
     """Return ln f on a fine grid of the unit, (p, n), and the log of its likelihood times the spacing."""
 
     def log_likelihood(u: Array) -> Array:
@@ -193,7 +193,7 @@ def _table(unit: Unit, shared: Shared, low: float, high: float) -> tuple[Array, 
     return centre[:, None] + width[:, None] * np.sinh(z), logs + np.log(spacing)
 
 
-def integrand(unit: Unit, law: Law, theta: Array) -> tuple[Array, Array]:
+def integrand(unit: FleetMember, law: Law, theta: Array) -> tuple[Array, Array]:
     """Return ln f of a unit, (p, n), and the log of the mass there of L N(u; m, s²), for points (p, d)."""
     spread, median = np.exp(theta[:, -2]), theta[:, -1]
     low, high = float(np.min(median - REACH * spread)), float(np.max(median + REACH * spread))
@@ -205,7 +205,7 @@ def integrand(unit: Unit, law: Law, theta: Array) -> tuple[Array, Array]:
     return u, logs - 0.5 * z * z - np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
 
 
-def log_marginal(unit: Unit, law: Law, theta: Array) -> Array:
+def log_marginal(unit: FleetMember, law: Law, theta: Array) -> Array:
     """Return ln Z of a unit at points (p, parameters), (p,)."""
     if not len(unit.cycles):
         return np.zeros(len(theta))
@@ -229,7 +229,7 @@ class Population:
     """
 
     law: Law
-    units: tuple[Unit, ...]
+    units: tuple[FleetMember, ...]
     mean: Array
     root: Array
     theta: Array
@@ -282,7 +282,7 @@ class Population:
         return np.exp(np.interp(p, below, value[order]))
 
 
-def population(units: Sequence[Unit], law: Law, seed: int) -> Population:
+def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
     """Return what is known of all units together.
 
     Parameters
@@ -362,7 +362,7 @@ def drawn(found: Population, n: int, rng: np.random.Generator, weight: Array | N
     return np.minimum(np.searchsorted(np.cumsum(own), (np.arange(n) + rng.random()) / n), len(own) - 1)
 
 
-def factors(unit: Unit, law: Law, theta: Array, rng: np.random.Generator) -> Array:
+def factors(unit: FleetMember, law: Law, theta: Array, rng: np.random.Generator) -> Array:
     """Return a draw of ln f of a unit for each of the points (n, parameters), given its measurements."""
     if not len(unit.cycles):
         return np.asarray(theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(len(theta)))

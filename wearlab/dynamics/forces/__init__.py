@@ -1,1 +1,1 @@
-"""What is read off a response: forces and accelerations of the meshes, their extremes, the balance of energy."""
+"""What is read off a response: forces and accelerations of meshes, their extremes, the balance of energy."""
