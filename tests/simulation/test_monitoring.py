@@ -24,14 +24,14 @@ def printed(steps: int | None) -> Any:
 
 def test_steps_made_for_the_motion_carry_its_spectrum_to_order_200() -> None:
     """Forces jump, so that lines fall slowly; four nodes a step made humps of them at orders 130 to 190."""
-    few, many = printed(None), printed(1000)
-    assert int(few.count_steps_per_period) < 200 < int(many.count_steps_per_period)
+    few, many = printed(None), printed(2000)
+    assert int(few.count_steps_per_period) < 1000 < int(many.count_steps_per_period)
     lines, expected = (one.mesh_acceleration_orders.values[0] for one in (few, many))
     assert few.order.values[-1] == 200.0 and np.isfinite(lines).all()
     for low in range(0, 200, 20):
         size = np.linalg.norm(expected[:, low : low + 20], axis=1)
         apart = np.linalg.norm(lines[:, low : low + 20] - expected[:, low : low + 20], axis=1)
-        assert np.all(apart < 0.01 * size)
+        assert np.all(apart < 0.05 * size)  # steps for a thousandth of the largest force
     beyond = np.sqrt(0.5 * (lines[0, 100:] ** 2).sum())
     assert beyond < 30.0  # m/s², where four nodes a step gave 87
     assert "orders up to" not in str(few.validity.values)

@@ -101,7 +101,6 @@ def fleet_of(studies: Sequence[MeasuredCase], runs: Sequence[RunHistory]) -> Pop
     units = [
         FleetMember(study.label, run, blocks_of(study, [run]))
         for study, run in zip(studies, runs, strict=True)
-        for study, run in zip(studies, runs, strict=True)
     ]
     assert spec.fleet is not None and studies[0].prior is not None
     return population(units, law_of(spec.fleet, studies[0].prior, units), spec.seed)
