@@ -18,7 +18,11 @@ MOTION = {
     "mesh_deflection": Variable(_RESPONSE, "m", "um", "mesh deflection δ = d·q − e"),
     "mesh_deflection_rate": Variable(_RESPONSE, "m s-1", "mm/s", "rate of the mesh deflection"),
     "dynamic_transmission_error": Variable(
-        _RESPONSE, "m", "um", "dynamic transmission error r_b1 θ1 − r_b2 θ2"
+        _RESPONSE,
+        "m",
+        "um",
+        "dynamic transmission error r_b1 θ1 − r_b2 θ2",
+        "of rotations beside the carrier's",
     ),
     "pair_force": Variable(
         ("update", "mesh", "pair", "mesh_period", "phase"),

@@ -80,9 +80,7 @@ def _described(wanted: OverSpeed, point: Point) -> Values:
     position, _ = vibration.coordinates(response, when)
     touching = parts.coupling.touching(wanted.state)
     force = mesh_forces(vibration.system, 0, touching[0], where, motion, vibration.period).elastic
-    transmission = transmission_error(vibration, position)
-    if transmission is None:
-        transmission = motion.deflection
+    transmission = transmission_error(vibration, position)[:, 0]
     static, extreme = parts.kinds[0].analysis.load, extremes(response)
     poincare = _strobed(vibration, point)
     multiplier = abs(response.multipliers[0]) if len(response.multipliers) else np.nan

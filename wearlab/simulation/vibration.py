@@ -87,12 +87,11 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
         for name in ("pair_force", "pair_normal_force"):
             each_mesh[name] = np.pad(each_mesh[name], ((0, short), (0, 0), (0, 0)))
     values: Values = {name: np.stack([each_mesh[name] for each_mesh in meshes]) for name in meshes[0]}
-    transmission = transmission_error(vibration, position)
-    if transmission is not None:
-        series = _over_periods(transmission + parts.constant_error[0], parts.phase, parts.harmonics)
-        values["dynamic_transmission_error"] = (transmission + parts.constant_error[0])[None]
-        values["dte_harmonics"] = series.amplitude[None]
-        values["dte_rms"] = [series.rms]
+    transmission = transmission_error(vibration, position) + parts.constant_error[:, None]
+    series = [_over_periods(own, parts.phase, parts.harmonics) for own in np.moveaxis(transmission, 1, 0)]
+    values["dynamic_transmission_error"] = np.moveaxis(transmission, 1, 0)
+    values["dte_harmonics"] = np.stack([own.amplitude for own in series])
+    values["dte_rms"] = [own.rms for own in series]
     means = [mean_moments(parts, vibration, touching, kind, response) for kind in range(len(touching))]
     if parts.gears.shares:
         of_kinds = zip(parts.gears.kinds, means, strict=True)
@@ -209,13 +208,19 @@ def mean_moments(
     return np.array(values)
 
 
-def transmission_error(vibration: Vibration, position: Array) -> Array | None:
-    """Return r_b1 θ1 − r_b2 θ2 from the coordinates, (n_periods, n_phases) [m]; None for several meshes."""
+def transmission_error(vibration: Vibration, position: Array) -> Array:
+    """Return r_b1 θ1 − r_b2 θ2 of every mesh, (n_periods, n_mesh, n_phases) [m].
+
+    What the rotations alone do along each line of action; in a planetary set those beside the carrier's.
+
+    Parameters
+    ----------
+    vibration : the dynamics
+    position : (n_periods, n, n_phases) coordinates [m]
+    """
     system = vibration.system
-    if len(system.direction) > 1:
-        return None
     turns = [name == "mesh.x" or name.endswith(".u") for name in system.coordinates]
-    return np.asarray(np.einsum("pi...,i->p...", position, np.where(turns, system.direction[0], 0.0)))
+    return np.asarray(np.einsum("pi...,mi->pm...", position, np.where(turns, system.direction, 0.0)))
 
 
 def _over_periods(values: Array, phase: Array, count: int) -> Harmonics:
