@@ -87,12 +87,6 @@ def exact_steps_per_period(
     return int(np.ceil(max(wanted, summed, floor, EXACT_STEPS_PER_SEGMENT * segments)))
 
 
-def runge_kutta_error(system: System, mesh_stiffness_max: Array | float, period: float, steps: int) -> float:
-    """Return about what a number of Runge–Kutta steps errs by in the mesh force [1]."""
-    turned = fastest_rate(system, mesh_stiffness_max) * period
-    return max(ERROR_CONSTANT * (turned / steps) ** 4, (FLOOR / steps) ** 4)
-
-
 def steps_per_period(
     system: System,
     mesh_stiffness_max: Array | float,

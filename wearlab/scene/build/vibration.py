@@ -27,7 +27,6 @@ from wearlab.mesh.clock import Friction, Mesh, look_within, sampling
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.stages import StageGrid, stage_grid
-from wearlab.mesh.stiffness import GivenStiffness
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
 from wearlab.scene.mesh import OneMesh
@@ -96,12 +95,6 @@ class OnClock(NamedTuple):
         """Phases at which something jumps [1]."""
         return self.edges[:-1]
 
-    @property
-    def tabled(self) -> list[tuple[Mesh, ContactAnalysis]]:
-        """The meshes whose stiffness is given by a table."""
-        pairs = ((mesh, self.analyses[mesh.kind]) for mesh in self.meshes)
-        return [(mesh, analysis) for mesh, analysis in pairs if given_by_table(analysis)]
-
 
 def build_vibration(
     scene: Scene,
@@ -156,11 +149,6 @@ def steps_grid(scene: Scene, clock: OnClock, system: System, stiffness: Array, p
         steps = int(np.ceil(RISE * steps))
         grid = stage_grid(breaks, steps)
     return grid
-
-
-def given_by_table(analysis: ContactAnalysis) -> bool:
-    """Whether the stiffness of a mesh is given, whatever the wear."""
-    return isinstance(analysis.stiffness, GivenStiffness)
 
 
 def _check_definite(system: System, stiffness: Array) -> None:
