@@ -23,6 +23,7 @@ from wearlab.accuracy.ladder import SHARE
 from wearlab.accuracy.steady import Steady, reference, relative_error
 from wearlab.accuracy.steady_curves import STEPS
 from wearlab.dynamics.balance import balance_of
+from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.gears.specification import GearError
 
 Array = NDArray[np.float64]
@@ -124,7 +125,7 @@ def ours(given: Course, targets: tuple[float, ...]) -> dict[float, list[Contesta
     found: dict[float, list[Contestant]] = {target: [] for target in targets}
     for steps in STEPS:
         with suppress(GearError):
-            vibration = problem.with_few_steps(steps)
+            vibration = problem.with_steps(steps, Periodic())
             near = problem.solve_near(vibration)
             cold, warm = (partial(problem.solve, vibration, start) for start in (None, near))
             errors = [relative_error(problem.force_of(vibration, one()), force) for one in (cold, warm)]
