@@ -2,7 +2,8 @@
 
 With a store every campaign that a paper names, or those given, is run there (what is stored is not computed again), its claims and the
 numbers of its notes are read off the runs into ``docs/papers/measured.json``, and its figures are drawn, small, into
-``docs/papers/images``; without one the pages are written anew from what is kept. A test holds that they are up to date.
+``docs/papers/images``; without one the pages are written anew from what is kept. The command fails when a claim or a number
+of a note does. A test holds that the pages are up to date.
 """
 
 import io
@@ -52,7 +53,9 @@ def page(paper: dict[str, Any], measured: dict[str, Any]) -> str:
     parts = [f"# {paper['title']}", f"{paper['reference']}. {paper['about']}", "\n".join(lines)]
     for name in names(paper):
         kept = measured.get(name, {})
-        parts += [f"## {kept.get('title', name)}", f"`campaigns/{name}.toml`"]
+        version = kept.get("model_version")
+        parts += [f"## {kept.get('title', name)}"]
+        parts += [f"`campaigns/{name}.toml`" + (f", runs of model version {version}" if version else "")]
         for drawn in kept.get("figures", []):
             parts.append(
                 f"![{drawn['title']}](images/{drawn['file']})\n\n*{drawn['title']}.* {drawn['note']}".rstrip()
@@ -121,13 +124,15 @@ def _apart(claim: dict[str, Any]) -> str:
     return f"{100.0 * (measured / printed - 1.0):+.2g} %"
 
 
-def compute(store_folder: str, chosen: Sequence[str] = ()) -> dict[str, Any]:
-    """Return title, claims and figures of every campaign of a paper, run, measured and drawn."""
+def compute(store_folder: str, chosen: Sequence[str] = ()) -> tuple[dict[str, Any], int]:
+    """Return title, claims and figures of every campaign of a paper, run, measured and drawn; and how much failed."""
     import wearlab as wl
     from wearlab.campaign.claims import check_claims, filled
     from wearlab.figures import FigureError, drawing
     from wearlab.figures.question import question
+    from wearlab.scene.identity import MODEL_VERSION
 
+    failed = 0
     kept = json.loads(MEASURED.read_text()) if MEASURED.exists() else {}
     store = wl.Store(store_folder)
     for name in dict.fromkeys(n for file in files() for n in names(tomllib.loads(file.read_text()))):
@@ -146,6 +151,7 @@ def compute(store_folder: str, chosen: Sequence[str] = ()) -> dict[str, Any]:
             value = None if one.measured is None else float(f"{one.measured:.5g}")
             claims.append({**told, "measured": value, "holds": one.holds})
             if not one.holds:
+                failed += 1
                 print(f"{name}: claim {one.claim.name} fails: {one.measured} {one.claim.unit} {one.reason}")
         figures = []
         for number, spec in enumerate(campaign.figures, 1):
@@ -155,20 +161,27 @@ def compute(store_folder: str, chosen: Sequence[str] = ()) -> dict[str, Any]:
             try:
                 image, _ = drawing.answer(asked, grid, store, "png")
             except FigureError as error:
+                failed += 1
                 print(f"{name}: {error}")
                 continue
+            failed += len(problems)
             for problem in problems:
                 print(f"{name}: figure {number}: {problem}")
             file = f"{name}-{asked.name}.png"
             small(image, PAPERS / "images" / file)
             figures.append({"title": spec.title or spec.kind, "note": note, "file": file})
-        kept[name] = {"title": campaign.title, "claims": claims, "figures": figures}
+        kept[name] = {
+            "title": campaign.title,
+            "model_version": MODEL_VERSION,
+            "claims": claims,
+            "figures": figures,
+        }
         MEASURED.write_text(json.dumps(kept, indent=1, ensure_ascii=False, sort_keys=True) + "\n")
         print(
             f"{name}: {sum(one['holds'] for one in claims)} of {len(claims)} claims hold, {len(figures)} figures",
             flush=True,
         )
-    return kept
+    return kept, failed
 
 
 def small(image: bytes, file: Path) -> None:
@@ -191,5 +204,8 @@ def write(folder: Path, measured: dict[str, Any]) -> None:
 
 
 if __name__ == "__main__":
-    found = compute(sys.argv[1], sys.argv[2:]) if len(sys.argv) > 1 else json.loads(MEASURED.read_text())
+    found, wrong = (
+        compute(sys.argv[1], sys.argv[2:]) if len(sys.argv) > 1 else (json.loads(MEASURED.read_text()), 0)
+    )
     write(PAPERS, found)
+    sys.exit(f"{wrong} claims, notes or figures failed" if wrong else 0)

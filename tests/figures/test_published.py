@@ -40,11 +40,34 @@ def test_points_find_their_panel(plot, table):
     assert [sum(c.look == "published" for c in panel.curves) for panel in panels] == [0, 1, 0]
 
 
+def test_places_without_a_height_are_marked_in_their_panel(plot, table):
+    path = table("x, text, speed\n0.25, low, 1100\n0.75, high, 1100\n0.5, alone, 800\n")
+    one = plot(kind="mesh-force", published=path)
+    told = [[(mark.x, mark.text) for mark in panel.marks] for panel in one.panels]
+    assert told == [[(0.5, "alone")], [(0.25, "low"), (0.75, "high")], []]
+    assert "published" not in [entry.text for entry in one.legend]
+
+
+def test_orders_are_drawn_as_frequencies(plot, store, campaign):
+    asked = {
+        "kind": "line",
+        "y": "mesh_deflection_orders",
+        "x": "order",
+        "select": {"speed": 800, "case": "base"},
+    }
+    order, hertz = (plot(**asked, **more).panels[0] for more in ({}, {"units": {"order": "kHz"}}))
+    frequency = float(store.open(campaign).mesh_frequency.sel(speed=800, case="base").values[0])
+    np.testing.assert_allclose(hertz.curves[0].x, 1e-3 * frequency * order.curves[0].x)
+    assert hertz.x_label == "Frequency (kHz)"
+    with pytest.raises(FigureError, match="units of order"):
+        plot(**asked, units={"order": "mm"})
+
+
 @pytest.mark.parametrize(
     "text, message",
     [
         ("x,y\n", "holds no points"),
-        ("a,b\n1,2\n", "columns x and y"),
+        ("a,b\n1,2\n", "a column x is required, found a, b"),
         ("x,y [rpm]\n1,2\n", "column 2"),
         ("x,y\n1,b\n", "column 2"),
     ],

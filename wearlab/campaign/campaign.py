@@ -64,7 +64,9 @@ class FigureSpec(BaseModel):
         derived="none",
     )
     published: Path | None = option(
-        None, "CSV of points from a paper: columns x, y, hue and their units", derived="none"
+        None,
+        "CSV of points from a paper: columns x, y, hue and their units; without y places along x are marked",
+        derived="none",
     )
 
 

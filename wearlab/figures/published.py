@@ -2,25 +2,27 @@
 
 The CSV has a line of names, then points: ``x [million cycles], y [um], hue``. A name's unit stands in square
 brackets; ``hue`` holds the text of a legend entry (or its number); further columns bear the name of a
-dimension and say which panel a point belongs to. Lines that begin with ``#`` tell the source.
+dimension and say which panel a point belongs to. Without ``y`` a place along x is marked, such as a peak
+whose height is not printed; ``text`` names it. Lines that begin with ``#`` tell the source.
 """
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import Ask, Points
-from wearlab.figures.plot import Scale, Series
+from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.wording import Label, converted
 from wearlab.files import read_regular
 from wearlab.units import UnitError
 
 LARGEST = 10_000_000  # bytes of a file of points
 TEXT = "published"
+POINT = ("x", "y", "text")
 COUNTS = {"million cycles": 1e6, "millions": 1e6, "thousand cycles": 1e3, "cycles": 1.0}
 HEADER = re.compile(r"\s*([^\[\]]+?)\s*(?:\[([^\]]*)\])?\s*")
 
@@ -48,19 +50,34 @@ def published(source: Path | Points, series: Sequence[Series], hue: str | None, 
     points = points_of(source, ask)
     names, rows = _table(points, ask)
     columns = {name: i for i, (name, _) in enumerate(names)}
-    if not {"x", "y"} <= set(columns):
-        raise FigureError(
-            f"{ask.name}: {points.name}: columns x and y are required, found {', '.join(columns)}"
-        )
+    if "x" not in columns:
+        raise FigureError(f"{ask.name}: {points.name}: a column x is required, found {', '.join(columns)}")
     first = series[0]
     x = _column(rows, columns["x"], names[columns["x"]][1], first.across, ask)
-    y = _column(rows, columns["y"], names[columns["y"]][1], first.up, ask)
-    dims = {(hue if name == "hue" else name): i for name, i in columns.items() if name not in ("x", "y")}
+    dims = {(hue if name == "hue" else name): i for name, i in columns.items() if name not in POINT}
     keys = [tuple((dim, row[i].strip()) for dim, i in dims.items() if dim) for row in rows]
+    if "y" not in columns:
+        texts = [row[columns["text"]].strip() if "text" in columns else "" for row in rows]
+        yield from _marks(series, zip(x.tolist(), texts, keys, strict=True))
+        return
+    y = _column(rows, columns["y"], names[columns["y"]][1], first.up, ask)
     for key in dict.fromkeys(keys):
         inside = np.array([each_key == key for each_key in keys])
         labels = {dim: _known(series, dim, text) for dim, text in key}
         yield Series(labels, x[inside], y[inside], first.across, first.up, "published", TEXT)
+
+
+def _marks(
+    series: Sequence[Series], places: Iterable[tuple[float, str, tuple[tuple[str, str], ...]]]
+) -> Iterator[Series]:
+    """Yield one curve without points for each panel that has places."""
+    first, none = series[0], np.zeros(0)
+    of_panel: dict[tuple[tuple[str, str], ...], list[Mark]] = {}
+    for x, text, key in places:
+        of_panel.setdefault(key, []).append(Mark(x, text))
+    for key, marks in of_panel.items():
+        labels = {dim: _known(series, dim, text) for dim, text in key}
+        yield Series(labels, none, none, first.across, first.up, "published", marks=tuple(marks))
 
 
 def _table(points: Points, ask: Ask) -> tuple[list[tuple[str, str]], list[list[str]]]:

@@ -12,9 +12,11 @@ from wearlab.figures.kinds.path import POSITIONS, along_path
 from wearlab.figures.plot import Look, Scale, Series, horizontal, merged
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import slices, thinned
-from wearlab.figures.wording import Label
+from wearlab.figures.wording import Label, converted
+from wearlab.units import UnitError
 
 DEFAULT_X = {"update": "cycle", "profile": "path_position"}
+FREQUENCY = "mesh_frequency"
 MOST_POINTS = 30
 FEWEST_DOTS = 10
 
@@ -85,11 +87,26 @@ def _positions(
     if coordinate not in run.data.variables:
         yield {}, np.arange(run.data.sizes[dim], dtype=float), Scale(dim.replace("_", " "), "1")
         return
+    units = ask.units.get("x") or ask.units.get("order", "1")
+    if coordinate == "order" and units != "1" and FREQUENCY in run.data:
+        frequency = run.data[FREQUENCY]
+        hertz = frequency[index.get("mesh", 0)].values * run.data[coordinate].values
+        yield {}, _in_units(hertz, units, ask), Scale("frequency", units)
+        return
     kept = {name: at for name, at in index.items() if name in run.data[coordinate].dims}
     here = replace(run, data=run.data.isel(kept))
     for piece in slices(here, coordinate, ask, dim, axis="x"):
         extra = {name: label for name, label in piece.key.items() if name in piece.place}
         yield extra, piece.values, piece.scale
+
+
+def _in_units(hertz: Array, units: str, ask: Ask) -> Array:
+    try:
+        return converted(hertz, "Hz", units)
+    except UnitError as error:
+        raise FigureError(
+            f"{ask.name}: units of order: {error}; orders of the mesh, or a frequency"
+        ) from error
 
 
 def joined(series: list[Series], axis: str) -> list[Series]:
@@ -135,6 +152,7 @@ LINE = Kind(
         ("cols", "update"),
         ("rows", "flank"),
     ),
+    also=(FREQUENCY,),
     all_cases=True,
     over_sweeps=True,
 )
