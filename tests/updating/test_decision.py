@@ -10,7 +10,7 @@ from scipy import stats
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.campaign.update_options import Decision
-from wearlab.updating.decision import decided
+from wearlab.updating.decision import STEPS, _costs_of_ages, decided, over_horizon
 from wearlab.updating.outcome import outcome
 
 CYCLES, SD, HOUR = np.array([2e5, 4e5]), 2e-3, 1e-3  # hours of a cycle
@@ -103,3 +103,44 @@ def test_wrong_costs_get_one_line(costs, said):
     with pytest.raises(CampaignError) as caught:
         read_update({"unknown": unknown, "decision": costs})
     assert [said in line for line in caught.value.problems] == [True]
+
+
+def test_over_a_horizon_a_change_costs_what_simulated_changes_cost(made):
+    """Every new one lives as long as is known of the first, drawn anew; best ages by the recursion itself."""
+    costs = replace(COSTS, inspection=None, horizon=2500.0)
+    _, factor, mass = made
+    life = HOUR * LIMIT.value / RATE / factor[::-1]
+    law = np.cumsum(mass[::-1])
+    times = np.linspace(0.0, 2500.0, STEPS + 1)
+    new = np.interp(times, life, law)
+    now = HOUR * CYCLES[-1]
+    below = np.interp(now + times, life, law)
+    at, cost = over_horizon(below, new, costs)
+    rng, step = np.random.default_rng(5), times[1]
+
+    def simulated(change, n=20_000):
+        """Return the mean cost of changing at a step, and new ones at the ages that are best then."""
+        ages = [0]
+        value = np.zeros(len(new))
+        for left in range(1, len(new)):
+            value[left] = value[left - 1]
+            own = _costs_of_ages(new[: left + 1], value, costs)[1:]
+            ages.append(1 + int(np.argmin(own)))
+            value[left] = own.min()
+        total, left = np.zeros(n), np.full(n, 2500.0)
+        end = np.interp(rng.random(n), law, life) - now
+        age = np.full(n, change * step)
+        for _ in range(200):
+            ended = np.minimum(end, age)
+            over = ended >= left - 1e-9
+            total += np.where(over, 0.0, np.where(end <= age, costs.failure, costs.planned))
+            left = np.where(over, 0.0, left - ended)
+            if not left.any():
+                break
+            end = np.where(left > 0.0, np.interp(rng.random(n), law, life), np.inf)
+            age = step * np.array(ages)[np.round(left / step).astype(int)]
+        return total.mean()
+
+    assert cost == pytest.approx(simulated(at), rel=0.03)
+    for other in (at // 2, min(2 * at, STEPS - 1)):
+        assert simulated(other) > 0.98 * cost

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made import RATE, ErrorModel, blocks, history, observed, study
 
-from wearlab.updating.next_inspection import expected_width, virtual_inspection
+from wearlab.updating.decision import expected_width, virtual_inspection
 from wearlab.updating.outcome import outcome
 
 

@@ -9,8 +9,7 @@ import xarray as xr
 import wearlab as wl
 from wearlab.store.updates import kept_updates, seal_of, update_files, verify_updates
 from wearlab.updating import UpdateError, update
-from wearlab.updating.history import history_of
-from wearlab.updating.stored import StoredRun
+from wearlab.updating.history import StoredRun, history_of
 from wearlab.updating.study import needed, studies
 from wearlab.updating.summary import _unknowns, answers, told
 

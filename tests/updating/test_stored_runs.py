@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from wearlab.store import Store, StoreError
-from wearlab.updating.stored import StoredRun, read_runs
+from wearlab.updating.history import StoredRun, read_runs
 
 NAMES = ("cycle", "max_wear_depth", "wear_depth", "no such variable")
 

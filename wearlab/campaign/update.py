@@ -200,7 +200,7 @@ def _decision(given: Any) -> Decision | None:
                 "then nothing is gained by changing before"
             ]
         )
-    return Decision(block.planned, block.failure, block.inspection)
+    return Decision(block.planned, block.failure, block.inspection, block.horizon_hours)
 
 
 def _days(given: Any, where: str = f"{SECTION}.calendar") -> Days | None:

@@ -176,6 +176,11 @@ class DecisionBlock(BaseModel):
     inspection: Annotated[float, POSITIVE] | None = option(
         None, "cost of one more inspection", derived="none is considered"
     )
+    horizon_hours: Annotated[float, POSITIVE] | None = option(
+        None,
+        "operating hours from the last inspection on until which costs count, changes included",
+        derived="cost per hour of a cycle from new to change alone",
+    )
 
 
 class UpdateBlock(BaseModel):
@@ -321,11 +326,12 @@ class Fleet:
 
 @dataclass(frozen=True)
 class Decision:
-    """Costs of a planned change, of a failure, of an inspection (None: none is considered)."""
+    """Costs of a planned change, of a failure, of an inspection (None: none is considered); a horizon [h]."""
 
     planned: float
     failure: float
     inspection: float | None
+    horizon: float | None = None
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ process with the model's mean course first reaches the limit: an inverse Gaussia
 and present state. (The mean course is taken as straight from now to the limit.)
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -117,61 +118,70 @@ class Answer:
         return list(zip(self.posterior.histories, self.posterior.log_factor[:, [0, -1]], strict=True))
 
     @cached_property
-    def _passage(self) -> "_Passage | None":
-        return None if self.drifting is None else _Passage(self.posterior, self.drifting, self.now)
+    def _passage(self) -> "Passage | None":
+        if self.drifting is None:
+            return None
+        held = np.flatnonzero(self.posterior.weight > LEAST)
+        parts = [_states(self.posterior, int(i), self.drifting, self.now) for i in held]
+        lanes = [np.concatenate([part[k] for part in parts]) for k in range(4)]
+        return Passage(self.now, lanes, lambda cycle: np.asarray(cycle - self.now))
 
 
-class _Passage:
-    """Lives with a drift: inverse Gaussian laws, mixed over all that is not known."""
+class Passage:
+    """Lives with a drift: inverse Gaussian laws, mixed over all that is not known.
 
-    def __init__(self, post: Posterior, number: int, now: float) -> None:
-        self.now = now
-        parts = [_states(post, int(i), number, now) for i in np.flatnonzero(post.weight > LEAST)]
-        weight, gap, mean, rate = (np.concatenate([part[k] for part in parts]) for k in range(4))
+    Parameters
+    ----------
+    now : the last inspection [cycles]
+    lanes : weight, gap to the limit, time in which the mean course closes it, variance of W in a unit of time
+    ahead : time of each lane from its last inspection to a cycle
+    """
+
+    def __init__(self, now: float, lanes: Sequence[Array], ahead: Callable[[float], Array]) -> None:
+        weight, gap, mean, rate = lanes
+        self.now, self.ahead = now, ahead
         weight = weight / weight.sum()
-        held = (gap > 0.0) & np.isfinite(mean)
+        self.held = (gap > 0.0) & np.isfinite(mean)
         self.over = float(weight[gap <= 0.0].sum())
-        self.mean, self.weight = mean[held], weight[held]
-        self.shape = np.minimum(gap[held] ** 2 / np.maximum(rate[held], 1e-300), STIFFEST * mean[held])
+        self.mean, self.weight = mean[self.held], weight[self.held]
+        self.shape = np.minimum(
+            gap[self.held] ** 2 / np.maximum(rate[self.held], 1e-300), STIFFEST * self.mean
+        )
 
     def below(self, cycle: float, thinned: int = 1) -> float:
         """Return the probability of a shorter life; by every so manieth state only, as a first guess."""
-        ahead = cycle - self.now
-        if ahead < 0.0:
-            return 0.0
-        if ahead == 0.0 or not len(self.weight):
-            return self.over
+        if cycle < self.now or not len(self.weight):
+            return 0.0 if cycle < self.now else self.over
         mean, shape, weight = self.mean[::thinned], self.shape[::thinned], self.weight[::thinned]
-        scale = self.weight.sum() / weight.sum() if thinned > 1 else 1.0
-        return self.over + scale * float(weight @ first_passage(ahead, mean, shape))
+        ahead = self.ahead(cycle)
+        ahead = ahead[self.held][::thinned] if np.ndim(ahead) else ahead
+        reached = first_passage(np.maximum(ahead, 1e-300), mean, shape)
+        return self.over + float(self.weight.sum() / weight.sum()) * float(weight @ reached)
 
     def quantile(self, p: Array) -> Array:
         """Return quantiles: bracketed by a table, then by Brent's method."""
         if not len(self.weight):
             return np.full(p.shape, self.now)
-        middle = float(np.median(self.mean))
-        logs = np.log(middle) + np.linspace(-np.log(LONGEST), np.log(LONGEST), TIMES)
+        logs = np.log(np.median(self.mean)) + np.linspace(-np.log(LONGEST), np.log(LONGEST), TIMES)
         thinned = max(len(self.weight) // 2000, 1)
         known = np.array([self.below(self.now + t, thinned) for t in np.exp(logs)])
 
         def off(u: float, wanted: float) -> float:
             return self.below(self.now + float(np.exp(u))) - wanted
 
-        found = np.empty(p.shape)
+        found = np.full(p.shape, self.now)
         for n, wanted in np.ndenumerate(p):
             if wanted <= self.over:
-                found[n] = self.now
                 continue
-            i = int(np.clip(np.searchsorted(known, wanted), 1, TIMES - 1))
-            low, high = i - 1, i
+            high = int(np.clip(np.searchsorted(known, wanted), 1, TIMES - 1))
+            low = high - 1
             while low > 0 and off(logs[low], wanted) > 0.0:
                 low -= 1
             while high < TIMES - 1 and off(logs[high], wanted) < 0.0:
                 high += 1
-            if off(logs[high], wanted) < 0.0:
-                found[n] = np.inf
-            else:
-                found[n] = self.now + np.exp(brentq(off, logs[low], logs[high], (wanted,), xtol=1e-8))
+            ends = off(logs[low], wanted) <= 0.0 <= off(logs[high], wanted)
+            at = brentq(off, logs[low], logs[high], (wanted,), xtol=1e-8) if ends else np.inf
+            found[n] = self.now + np.exp(at)
         return found
 
 
@@ -244,13 +254,11 @@ def _states(post: Posterior, i: int, number: int, now: float) -> tuple[Array, Ar
     return weight.ravel(), gap.ravel(), ahead.ravel(), np.broadcast_to(rate, mean.shape).ravel()
 
 
-def drifting_block(blocks: tuple[Block, ...], quantity: str, where: str | None) -> int | None:
+def drifting_block(blocks: Sequence[Block], quantity: str, where: str | None) -> int | None:
     """Return the number of the block whose drift is that of the quantity with the limit, None without one."""
-    for number, block in enumerate(blocks):
-        same = block.data.quantity == quantity and (where is None or block.data.where in (where, None))
-        if block.drift is not None and same and block.data.since is None:
-            return number
-    return None
+    return next(
+        (n for n, b in enumerate(blocks) if b.drift is not None and b.measures(quantity, where)), None
+    )
 
 
 def days_of(days: Days, remaining: Array, now: float, seconds_per_cycle: float) -> list[str]:

@@ -1,83 +1,147 @@
-"""When to change, and whether to look first: the least expected cost per hour of a renewal cycle.
+"""What to do next: when to look again, when to change, at which cost.
+
+A virtual measurement is made of some draws in turn, all draws are weighted by how well they explain it, and
+the interval of the remaining life that follows is averaged: the width to be expected, before looking.
 
 A cycle goes from new to a change, planned (cost P) at t or forced (cost F) when the limit is reached at T,
 
     rate(t) = (P Pr(T > t) + F Pr(T ≤ t)) / (age + E min(T, t)).
 
 A look at τ costs I and tells a measurement; t is then chosen after it. Of policies whose length is chance the
-best has the least E(cost) − g E(length) at that g where it is 0 (Dinkelbach).
+best has the least E(cost) − g E(length) at that g where it is 0 (Dinkelbach). Over a stated horizon H the
+expected cost until then is least; V(h) is that of a new one with h hours to go,
+
+    V(h) = min_a ∫_0^a (F + V(h − x)) dG(x) + (1 − G(a)) (P + V(h − a)),   a = h without a change.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 from scipy.optimize import brentq
+from scipy.special import ndtri
 
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import Decision
 from wearlab.units import HOUR
-from wearlab.updating.next_inspection import LOOKS, states_at, virtual_block, virtual_weights
+from wearlab.updating.answer import passage_time, present_state
+from wearlab.updating.draws import Draws
+from wearlab.updating.history import RunHistory
+from wearlab.updating.layout import Lives, dataset, variable
+from wearlab.updating.likelihood import PER, log_likelihood
 
 if TYPE_CHECKING:
     from wearlab.updating.outcome import UpdateOutcome
 
+LOOKS = 9
+INSTRUMENTS = (0.3, 1.0, 3.0)  # times the error of the block
+TRUTHS, MOST = 100, 4000  # draws that virtual measurements are made of; that are weighted
+ENDS = (0.05, 0.95)
 PLACES = 400  # times at which a change is considered
 LAST = 0.999  # quantile of the life up to which it is
 DEARER = (0.5, 1.0, 2.0)  # times the cost of a failure, for the sensitivity
-ABOUT = {
-    "change": "cycle of the planned change",
-    "cost_rate": "expected cost per operating hour over the cycle from new to change",
-    "best_change": "cycle of the planned change with the least cost per hour",
-    "best_rate": "least expected cost per operating hour",
-    "rate_to_failure": "expected cost per operating hour without a planned change",
-    "failure_times": "times the cost of a failure",
-    "best_change_if": "cycle of the planned change, were a failure so much dearer",
-    "look": "cycle of the next inspection",
-    "rate_with_look": "expected cost per operating hour with one inspection, and a change chosen after it",
-    "best_look": "cycle of the inspection with the least cost per hour, NaN where none is worth its cost",
-}
+STEPS = 300  # of a horizon
 
 
-class DutyAhead(NamedTuple):
-    """What may come: times ahead (t,), probability of the end before each, age now; all in hours."""
+def virtual_inspection(outcome: "UpdateOutcome", rng: np.random.Generator) -> xr.Dataset | None:
+    """Return the expected width of the remaining life's 90 % interval over the time of one more inspection.
 
-    time: Array
-    below: Array
-    age: float
+    The inspection is one of the first block that has no places on the flank. None where there is no such
+    block, or where no life is left to look at.
+    """
+    answer, number = outcome.answer, virtual_block(outcome)
+    early, end = answer.life(np.array([0.05, 0.5]))
+    if number is None or not np.isfinite(end) or not answer.now < end:
+        return None
+    draws = outcome.draws.first(MOST)
+    looks = np.linspace(answer.now, end, LOOKS + 1)[1:]
+    present = width(np.maximum(draws.life - answer.now, 0.0), np.ones(len(draws)))
+    if not present > 0.0:
+        return None
+    expected = np.empty((len(INSTRUMENTS), len(looks)))
+    for k, look in enumerate(looks):
+        value, life, sd = states_at(outcome, draws, number, float(look), rng)
+        for j, times in enumerate(INSTRUMENTS):
+            expected[j, k] = expected_width(value, life - look, times * sd, rng) / present
+    safe = looks <= max(early, looks[0])
+    best = looks[safe][np.argmin(expected[1][safe])]
+    about = "cycle, of those before one life in twenty has ended, with the smallest expected width"
+    found = {
+        "expected_width": variable(
+            expected, "expected width of the 90 % interval over that now", "instrument look"
+        ),
+        "present_width": variable(present, "width of the 90 % interval now"),
+        "recommended": variable(best, about),
+    }
+    return dataset(found, instrument=list(INSTRUMENTS), look=looks)
 
-    @property
-    def length(self) -> Array:
-        """The expected time until the end or the change, E min(T, t), (t,) [h]."""
-        return _area(1.0 - self.below, self.time)
 
-    def rate(self, costs: Decision, dearer: float = 1.0) -> Array:
-        """Return the cost per hour of a change at each time, (t,)."""
-        cost = costs.planned * (1.0 - self.below) + dearer * costs.failure * self.below
-        return np.asarray(cost / np.maximum(self.age + self.length, 1e-300))
+def virtual_block(outcome: "UpdateOutcome") -> int | None:
+    """Return the first block that has no places on the flank: what one would measure again."""
+    blocks = outcome.posterior.blocks
+    return next((n for n, b in enumerate(blocks) if b.seen.place_kind is None and not b.data.since), None)
 
 
-def _area(values: Array, time: Array) -> Array:
-    """Return the integral from the first time to each, along the last axis."""
-    steps = 0.5 * (values[..., 1:] + values[..., :-1]) * np.diff(time)
-    return np.concatenate([np.zeros((*values.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
+def states_at(
+    outcome: "UpdateOutcome", draws: Draws, number: int, look: float, rng: np.random.Generator
+) -> tuple[Array, Array, Array]:
+    """Return for some draws the quantity at a later cycle, the life as it then is, and a value's error."""
+    answer, post, n = outcome.answer, outcome.posterior, len(draws)
+    value, life, sd = np.empty(n), draws.life.copy(), np.empty(n)
+    block = post.blocks[number]
+    own = float(np.median(block.seen.sd)) if len(block.seen) else 0.0  # of its column, as until now
+    for run, mine in draws.by_run(post):
+        factor, last = draws.factor[mine], log_likelihood(block, run, number, draws.lanes(number, mine))
+        mean = run.asked[number].curve.at(run.own_cycle(np.array(look), factor))
+        rate = draws.drift[number][mine] ** 2 / PER
+        w = last.mean + np.sqrt(last.variance + rate * (look - last.cycle)) * rng.standard_normal(len(mine))
+        value[mine] = mean + w
+        square = draws.sd[number][mine] ** 2 + own**2 + (block.relative * mean) ** 2
+        sd[mine] = np.sqrt(square + block.data.error.offset_sd**2)
+        if answer.drifting == number:
+            life[mine] = look + passage_time(*present_state(run, factor, w, look), rate, rng)
+    return value, life, sd
+
+
+def expected_width(value: Array, rest: Array, sd: Array, rng: np.random.Generator) -> float:
+    """Return the mean width of the 90 % interval of the remaining life after a measurement of the value.
+
+    Parameters
+    ----------
+    value, rest : of each draw, the quantity measured and the remaining life then
+    sd : of the measurement
+    rng : of its errors
+    """
+    order = np.argsort(rest)
+    value, rest, sd = value[order], np.maximum(rest[order], 0.0), sd[order]
+    return float(np.mean([width(rest, weight) for weight in virtual_weights(value, sd, rng)]))
+
+
+def virtual_weights(value: Array, sd: Array, rng: np.random.Generator) -> Iterator[Array]:
+    """Yield how well all draws explain virtual measurements of some of them, which are in order."""
+    truths = ((np.arange(TRUTHS) + rng.random()) / TRUTHS * len(value)).astype(int)
+    for t, error in zip(truths, rng.permutation(ndtri((np.arange(TRUTHS) + 0.5) / TRUTHS)), strict=True):
+        log = -0.5 * ((value[t] + sd[t] * error - value) / sd) ** 2 - np.log(sd)
+        yield np.exp(log - log.max())
+
+
+def width(rising: Array, weight: Array) -> float:
+    """Return the width of the 90 % interval of weighted values; of equal ones that are not sorted, too."""
+    order = np.argsort(rising, kind="stable")
+    below = np.cumsum(weight[order])
+    low, high = np.interp(ENDS, (below - 0.5 * weight[order]) / below[-1], rising[order])
+    return float(high - low)
 
 
 def decided(outcome: "UpdateOutcome", costs: Decision, rng: np.random.Generator) -> xr.Dataset | None:
     """Return the cost per hour of changes and looks, None where no end is to be expected."""
     answer, run = outcome.answer, outcome.posterior.histories[0]
-    hour = run.seconds_per_cycle / HOUR
-    end = float(answer.life(np.array([LAST]))[0])
-    end = end if np.isfinite(end) else 4.0 * float(answer.life(np.array([0.5]))[0])
-    if not (np.isfinite(end) and end > answer.now and np.isfinite(hour)):
-        return None
-    cycles = np.linspace(answer.now, end, PLACES + 1)
-    age = hour * (answer.now - run.start)
-    ahead = DutyAhead(hour * (cycles - answer.now), answer.life_below(cycles), age)
-    found = of_changes(ahead, costs, cycles)
-    if costs.inspection is None or (number := virtual_block(outcome)) is None:
+    found, number = changes(answer, run, costs), virtual_block(outcome)
+    if found is None or costs.inspection is None or number is None:
         return found
-    draws = outcome.draws
+    hour, draws = run.seconds_per_cycle / HOUR, outcome.draws
+    age = hour * (answer.now - run.start)
     looks = np.linspace(answer.now, float(answer.life(np.array([0.5]))[0]), LOOKS + 1)[1:]
     rates = []
     for look in looks:
@@ -85,33 +149,83 @@ def decided(outcome: "UpdateOutcome", costs: Decision, rng: np.random.Generator)
         early = draws.life <= look
         rest = hour * np.where(early, draws.life - answer.now, life - answer.now)
         rates.append(with_a_look(rest, value, sd, hour * (float(look) - answer.now), (age, costs), rng))
-    best = int(np.argmin(rates))
-    worth = rates[best] < float(found["best_rate"])
-    more = {
-        "rate_with_look": ("look", np.array(rates)),
-        "best_look": ((), looks[best] if worth else np.nan),
-    }
-    for name, each in more.items():
-        found[name] = xr.Variable(*each, {"units": "1", "long_name": ABOUT[name]})
-    return found.assign_coords(look=("look", looks, {"units": "1", "long_name": ABOUT["look"]}))
+    worth = min(rates) < float(found["best_rate"])
+    about = "expected cost per operating hour with one inspection, and a change chosen after it"
+    found["rate_with_look"] = variable(rates, about, "look")
+    about = "cycle of the inspection with the least cost per hour, NaN where none is worth its cost"
+    found["best_look"] = variable(looks[int(np.argmin(rates))] if worth else np.nan, about)
+    return found.assign_coords(dataset({}, look=looks).coords)
 
 
-def of_changes(ahead: DutyAhead, costs: Decision, cycles: Array) -> xr.Dataset:
-    """Return the cost per hour of a planned change at cycles, the best, and its sensitivity."""
-    rates = np.stack([ahead.rate(costs, dearer) for dearer in DEARER])
+def changes(known: Lives, run: RunHistory, costs: Decision, places: int = PLACES) -> xr.Dataset | None:
+    """Return the cost per hour of planned changes, the best, and its sensitivity; None without an end."""
+    hour, now = run.seconds_per_cycle / HOUR, known.now
+    end, middle = known.life(np.array([LAST, 0.5]))
+    end = end if np.isfinite(end) else 4.0 * middle
+    if not (np.isfinite(end) and end > now and np.isfinite(hour)):
+        return None
+    cycles: Array = np.linspace(now, end, places + 1)
+    below, age = known.life_below(cycles), hour * (now - run.start)
+    hours = np.maximum(age + _area(1.0 - below, hour * (cycles - now)), 1e-9)
+    rates = np.stack([(costs.planned * (1.0 - below) + d * costs.failure * below) / hours for d in DEARER])
     best = rates.argmin(axis=1)
-    values = {
-        "cost_rate": ("change", rates[1]),
-        "best_change": ((), cycles[best[1]]),
-        "best_rate": ((), rates[1, best[1]]),
-        "rate_to_failure": ((), rates[1, -1]),
-        "best_change_if": ("failure_times", cycles[best]),
+    one = "cycle of the planned change with the least cost per hour"
+    per_hour = "expected cost per operating hour"
+    found = {
+        "cost_rate": variable(rates[1], f"{per_hour} over the cycle from new to change", "change"),
+        "best_change": variable(cycles[best[1]], one),
+        "best_rate": variable(rates[1, best[1]], f"least {per_hour}"),
+        "rate_to_failure": variable(rates[1, -1], f"{per_hour} without a planned change"),
+        "best_change_if": variable(
+            cycles[best], "cycle of the planned change, were a failure so much dearer", "failure_times"
+        ),
     }
-    coords = {"change": cycles, "failure_times": np.array(DEARER)}
-    return xr.Dataset(
-        {n: (*each, {"units": "1", "long_name": ABOUT[n]}) for n, each in values.items()},
-        {n: (n, each, {"units": "1", "long_name": ABOUT[n]}) for n, each in coords.items()},
-    )
+    if costs.horizon is not None:
+        steps: Array = costs.horizon / hour * np.linspace(0.0, 1.0, STEPS + 1)
+        ahead, new = now + steps, known.life_below(run.start + steps)
+        at, cost = over_horizon(known.life_below(ahead), new - new[0], costs)
+        about = "cycle of the planned change with the least cost until the horizon, NaN: none before it"
+        found["horizon_change"] = variable(ahead[at] if at < STEPS else np.nan, about)
+        found["horizon_cost"] = variable(cost, "least expected cost until the horizon")
+        run_on = over_horizon(known.life_below(ahead), new - new[0], costs, planned=False)[1]
+        found["horizon_to_failure"] = variable(run_on, "expected cost until the horizon without this change")
+    return dataset(found, change=cycles, failure_times=list(DEARER))
+
+
+def over_horizon(below: Array, new: Array, costs: Decision, *, planned: bool = True) -> tuple[int, float]:
+    """Return the step of the planned change with the least expected cost until the horizon, and that cost.
+
+    Parameters
+    ----------
+    below, new : probability of an end before each step, of the one now and of a new one
+    costs : of changes and failures
+    planned : whether a change of the one now may be planned
+    """
+    value = np.zeros(len(new))  # cost to go of a new one with so many steps left
+    for left in range(1, len(new)):
+        value[left] = value[left - 1]  # for failures within the first step
+        value[left] = min(_costs_of_ages(new[: left + 1], value, costs)[1:])
+    own = _costs_of_ages(below, value, costs)
+    best = int(np.argmin(own)) if planned else len(own) - 1
+    return best, float(own[best])
+
+
+def _costs_of_ages(below: Array, value: Array, costs: Decision) -> Array:
+    """Return the cost to go of a change planned after 0, 1, … steps, of none in the last place."""
+    left = len(below) - 1
+    gone = np.diff(below)  # in each step; half of them lie before its middle
+    to_go = value[left::-1]
+    failed = gone * (costs.failure + 0.5 * (to_go[:-1] + to_go[1:]))
+    forced = below[0] * (costs.failure + to_go[0]) + np.append(0.0, np.cumsum(failed))
+    own: Array = forced + (1.0 - below) * (costs.planned + to_go)
+    own[-1] = forced[-1]
+    return own
+
+
+def _area(values: Array, time: Array) -> Array:
+    """Return the integral from the first time to each, along the last axis."""
+    steps = 0.5 * (values[..., 1:] + values[..., :-1]) * np.diff(time)
+    return np.concatenate([np.zeros((*values.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
 
 
 def with_a_look(
@@ -133,27 +247,23 @@ def with_a_look(
     rng : of the errors
     """
     age, costs = asked
-    early = rest <= look
+    early, inspection = rest <= look, costs.inspection or 0.0
     failed, lost = float(early.mean()), float(np.minimum(rest, look).mean())
-    assert costs.inspection is not None
     if early.all():
         return costs.failure / (age + lost)
-    value, left, sd = value[~early], rest[~early] - look, sd[~early]
+    left = rest[~early] - look
     order = np.argsort(left)
-    value, left, sd = value[order], left[order], sd[order]
+    value, left, sd = value[~early][order], left[order], sd[~early][order]
     time = np.linspace(0.0, float(np.quantile(left, LAST)), PLACES + 1)
     at = np.searchsorted(left, time, side="right")
-    below = []
-    for weight in virtual_weights(value, sd, rng):
-        mass = np.concatenate([[0.0], np.cumsum(weight)])
-        below.append(mass[at] / mass[-1])
-    gone = np.array(below)
+    mass = [np.append(0.0, np.cumsum(weight)) for weight in virtual_weights(value, sd, rng)]
+    gone = np.array([each[at] / each[-1] for each in mass])
     cost = costs.planned * (1.0 - gone) + costs.failure * gone
     length = _area(1.0 - gone, time)
 
     def excess(rate: float) -> float:
         after = float(np.min(cost - rate * length, axis=1).mean())
-        return costs.failure * failed + (1.0 - failed) * (costs.inspection + after) - rate * (age + lost)  # type: ignore[operator]
+        return costs.failure * failed + (1.0 - failed) * (inspection + after) - rate * (age + lost)
 
-    most = (costs.failure + costs.inspection + costs.planned) / max(age + lost, 1e-9)
+    most = (costs.failure + inspection + costs.planned) / max(age + lost, 1e-9)
     return float(brentq(excess, 0.0, most, xtol=1e-12 * most))

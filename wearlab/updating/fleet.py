@@ -4,11 +4,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 from scipy.special import logsumexp, ndtr
 
 from wearlab.arrays import Array
-from wearlab.updating.answer import STIFFEST, first_passage
+from wearlab.updating.answer import Passage
 from wearlab.updating.history import RunCurve
 from wearlab.updating.kalman import Filtered
 from wearlab.updating.population import FleetMember, Population, Shared, drawn, factors, log_marginal, seen_by
@@ -16,8 +15,6 @@ from wearlab.updating.posterior import quantiles
 
 DRAWS = 2000
 STATES = np.polynomial.hermite_e.hermegauss(3)
-COARSE, FINE = 49, 65  # of a table of lives
-LONGEST = 1e4  # times the time inspected that a life is looked for
 
 
 @dataclass(frozen=True)
@@ -112,57 +109,32 @@ class UnitState:
         return float(np.mean(np.abs(x - value)) - 0.5 * apart)
 
     @cached_property
-    def _ahead(self) -> tuple[Array, Array, Array, Array]:
-        """Weight, gap, mean equal time and shape of the way to the limit, (n·states,)."""
-        run, nodes, heights = self.unit.run, *STATES
+    def _passage(self) -> Passage:
+        run, (nodes, heights) = self.unit.run, STATES
         w, variance = self._strayed(run.limit)
         w = (w + nodes[:, None] * np.sqrt(variance)).ravel()
-        weight = np.repeat(heights / heights.sum() / len(self.factor), len(self.factor))
+        weight = np.repeat(heights, len(self.factor))
         factor, rate, since = (
             np.tile(each, len(nodes))
             for each in (self.factor / run.factor, self._rate(run.limit), self._since)
         )
         own = run.start + since * factor
-        gap = run.level - w - run.limit.at(own)
         mean = np.maximum((run.limit.first_above(run.level - w) - own) / factor, 1e-300)
-        shape = np.minimum(gap**2 / np.maximum(rate, 1e-300), STIFFEST * mean)
-        return weight, gap, mean, shape
+        lanes = (weight, run.level - w - run.limit.at(own), mean, rate)
+        return Passage(self.now, lanes, lambda cycle: np.tile(self._equal(cycle), len(nodes)) - since)
 
     @property
     def passed(self) -> float:
         """The probability that the limit has been passed at the last inspection."""
-        weight, gap, *_ = self._ahead
-        return float(weight[gap <= 0.0].sum())
+        return self._passage.over
 
     def life_below(self, cycle: Array) -> Array:
         """Return the probability that the limit is reached before cycles, (q,)."""
-        weight, gap, mean, shape = self._ahead
-        open_, found = gap > 0.0, []
-        for each in np.atleast_1d(cycle):
-            ahead = np.tile(self._equal(float(each)) - self._since, len(STATES[0]))[open_]
-            ahead = np.maximum(ahead, 1e-9 * mean[open_])
-            reached = first_passage(ahead, mean[open_], shape[open_])
-            found.append(self.passed + float(weight[open_] @ reached))
-        return np.array(found)
+        return np.array([self._passage.below(float(each)) for each in np.atleast_1d(cycle)])
 
     def life(self, p: Array) -> Array:
         """Return quantiles of the life [cycles]; the last inspection where it is over."""
-        first = max(self.now - self.unit.run.start, self.shared.reference)
-        logs, p = np.log(first) + np.linspace(np.log(1e-6), np.log(LONGEST), COARSE), np.asarray(p, float)
-        for _ in range(3):  # a table, and finer ones where the life ends
-            below, at = self.life_below(self._from + np.exp(logs)), logs
-            first_, last = (int(np.argmax(below >= end)) for end in (self.passed + 1e-6, below[-1] - 1e-6))
-            logs = np.linspace(logs[max(first_ - 1, 0)], logs[last], FINE)
-        below, keep = np.unique(below, return_index=True)
-        if len(below) == 1:
-            return np.where(p <= self.passed, max(self.now, self.unit.run.start), np.inf)
-        found = PchipInterpolator(below, at[keep])(np.clip(p, below[0], below[-1]))
-        life = np.where(p > below[-1], np.inf, self._from + np.exp(found))
-        return np.where(p <= self.passed, max(self.now, self.unit.run.start), life)
-
-    @property
-    def _from(self) -> float:
-        return self.unit.run.start if self.seen is None else self.now
+        return self._passage.quantile(np.asarray(p, float))
 
 
 def state_of(found: Population, unit: FleetMember, theta: Array, rng: np.random.Generator) -> UnitState:

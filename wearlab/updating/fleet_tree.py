@@ -9,98 +9,81 @@ import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.campaign.distributions import Distribution
-from wearlab.campaign.update_options import Decision, Fleet
-from wearlab.schema import VARIABLES
+from wearlab.campaign.update_options import Fleet
 from wearlab.units import HOUR
-from wearlab.updating.answer import QUANTILES, days_of
+from wearlab.updating import population as shared
 from wearlab.updating.checks import ALARM
-from wearlab.updating.decision import LAST, DutyAhead, of_changes
+from wearlab.updating.decision import changes
 from wearlab.updating.fleet import UnitState, after
 from wearlab.updating.fleet import now as now_of
 from wearlab.updating.history import RunHistory
+from wearlab.updating.layout import P, dataset, dated, limit_of, lives, sample, stacked, variable
 from wearlab.updating.observations import UpdateError
 from wearlab.updating.outcome import blocks_of, oddities
-from wearlab.updating.population import (
-    MEDIAN,
-    POWER,
-    SPREAD,
-    STRAYING,
-    FleetMember,
-    Law,
-    Parameter,
-    Population,
-    drawn,
-    factors,
-    population,
-    sd_name,
-)
+from wearlab.updating.population import FleetMember, Population, population
 from wearlab.updating.study import MeasuredCase
+from wearlab.updating.validation import held_by
 
-P = np.array(QUANTILES)
 FEW = 400  # draws that inspections are checked with
+PLACES = 200  # times at which a change is considered
 MOST = 5  # unknowns that all units share
 FEWEST = 3  # other units from which one is compared with them
 ABOUT = {
-    SPREAD: "standard deviation of ln k between units",
-    STRAYING: "how far wear strays until the reference time, over the wear until then",
-    POWER: "power of the cycles that wear goes with",
-    MEDIAN: "median of the units' factors on the wear coefficient",
+    shared.SPREAD: "standard deviation of ln k between units",
+    shared.STRAYING: "how far wear strays until the reference time, over the wear until then",
+    shared.POWER: "power of the cycles that wear goes with",
+    shared.MEDIAN: "median of the units' factors on the wear coefficient",
 }
-REPLAY = {
-    "replay_count": "inspections that were foreseen from those before",
-    "replay_mean_error": "mean absolute error of their medians",
-    "replay_crps": "mean continuous ranked probability score",
-    "replay_in_50": "inspections inside their 50 % interval",
-    "replay_in_90": "inspections inside their 90 % interval",
-    "replay_error_of_rate": "mean absolute error of the median rate of the other units from the last value",
-    "replay_error_of_line": "mean absolute error of a line through the origin and the last value",
+OBSERVED = {
+    "unit_name": "unit",
+    "block": "number of the block of data",
+    "cycle": "cycle of the inspection",
+    "value": "measured, mean of the inspection",
+    "check_p": "probability of a value as far off, by what was known before it",
+    "higher": "more than the median foreseen",
+    "crps": "continuous ranked probability score",
+    "first": "first inspection of its unit",
+    "foreseen": "quantiles foreseen",
+    "by_the_rate": "the last value and the median rate of the other units",
+    "by_a_line": "a line through the origin and the last value",
 }
+IN_SI = ("value", "crps", "foreseen", "by_the_rate", "by_a_line")
 
 
-def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> Law:
+def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> shared.Law:
     """Return what is unknown of all units together.
 
     Raises
     ------
     UpdateError : that is more than five numbers
     """
-    parameters, known = [], {POWER: 1.0, STRAYING: 0.0}
-    for name, given in ((POWER, fleet.power), (STRAYING, fleet.straying)):
-        if isinstance(given, Distribution):
-            parameters.append(Parameter(name, given))
-        else:
-            known[name] = given
-    spreads = [block.sd for block in units[0].blocks]
+    given = {shared.POWER: fleet.power, shared.STRAYING: fleet.straying}
+    known = {name: value for name, value in given.items() if not isinstance(value, Distribution)}
+    parameters = [shared.Parameter(n, value) for n, value in given.items() if isinstance(value, Distribution)]
+    errors = [block.sd for block in units[0].blocks]
     parameters += [
-        Parameter(sd_name(n), sd.prior, sd.scale) for n, sd in enumerate(spreads) if sd.prior is not None
+        shared.Parameter(shared.sd_name(n), sd.prior, sd.scale)
+        for n, sd in enumerate(errors)
+        if sd.prior is not None
     ]
-    parameters += [Parameter(SPREAD, fleet.spread), Parameter(MEDIAN, prior)]
+    parameters += [shared.Parameter(shared.SPREAD, fleet.spread), shared.Parameter(shared.MEDIAN, prior)]
     if len(parameters) > MOST:
         raise UpdateError(
             f"update.population: {len(parameters)} numbers are unknown to all units, at most {MOST} can be: "
             "give power or straying as a number, or an error.sd"
         )
-    times = [unit.run.equal(unit.cycles) for unit in units]
-    seen = np.concatenate(times) if times else np.zeros(0)
-    seen = seen[seen > 0.0]
-    run = units[0].run
-    reference = float(np.median(seen)) if len(seen) else run.end - run.start
+    seen, run = np.concatenate([unit.run.equal(unit.cycles) for unit in units]), units[0].run
+    reference = float(np.median(seen[seen > 0.0])) if (seen > 0.0).any() else run.end - run.start
     if fleet.reference is not None:
         reference = fleet.reference * HOUR / run.seconds_per_cycle
-    return Law(tuple(parameters), reference, known[POWER], known[STRAYING], tuple(sd.known for sd in spreads))
+    return shared.Law(tuple(parameters), reference, sd=tuple(sd.known for sd in errors), **known)
 
 
 def fleet_of(studies: Sequence[MeasuredCase], runs: Sequence[RunHistory]) -> Population:
-    """Return what is known of a fleet.
-
-    Parameters
-    ----------
-    studies, runs : of every unit
-    """
+    """Return what is known of a fleet, from the study and the run of every unit."""
     spec = studies[0].spec
     units = [
-        FleetMember(study.label, run, blocks_of(study, [run]))
-        for study, run in zip(studies, runs, strict=True)
+        FleetMember(one.label, run, blocks_of(one, [run])) for one, run in zip(studies, runs, strict=True)
     ]
     assert spec.fleet is not None and studies[0].prior is not None
     return population(units, law_of(spec.fleet, studies[0].prior, units), spec.seed)
@@ -114,7 +97,7 @@ def fleet_groups(
     Parameters
     ----------
     studies, found : what was asked, and what is known
-    replay : also what was foreseen before every inspection
+    replay : also how well every inspection was foreseen
     """
     rng = np.random.default_rng([studies[0].spec.seed, 1])
     groups = {
@@ -126,10 +109,9 @@ def fleet_groups(
         "log_evidence": (found.evidence, "log of the probability of all measurements"),
         "points": (float(len(found.theta)), "points of the lattice over what the units share"),
         **(_scores(groups["observed_data"]) if replay else {}),
+        "notes": (" | ".join(_notes(found)), "what a reader must know"),
     }
-    variables = {name: _variable(value, "1", about, ()) for name, (value, about) in stats.items()}
-    variables["notes"] = xr.Variable((), " | ".join(_notes(found)), {"long_name": "what a reader must know"})
-    groups["sample_stats"] = xr.Dataset(variables)
+    groups["sample_stats"] = dataset({name: variable(*stat) for name, stat in stats.items()})
     flagged = groups["observed_data"]["flagged"].values
     if flagged.any():
         rest = _without(found, groups["observed_data"].isel(observation=flagged))
@@ -139,7 +121,7 @@ def fleet_groups(
 
 def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
     """Return the units without the inspections that are flagged."""
-    out = set(zip(flagged["unit_name"].values, flagged["block"].values, flagged["cycle"].values, strict=True))
+    out = set(zip(*(flagged[name].values for name in ("unit_name", "block", "cycle")), strict=True))
     units = []
     for unit in found.units:
         blocks = []
@@ -151,148 +133,74 @@ def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
     return units
 
 
-def _variable(values: Any, units: str, about: str, dims: tuple[str, ...], **more: Any) -> xr.Variable:
-    return xr.Variable(dims, np.asarray(values), {"units": units, "long_name": about, **more})
-
-
-def _texts(values: Sequence[str], about: str, dims: tuple[str, ...]) -> xr.Variable:
-    return xr.Variable(dims, np.array(values, dtype=object), {"long_name": about})
-
-
-def _names(names: Sequence[str]) -> xr.Variable:
-    return _texts(names, "unit", ("unit",))
-
-
 def _posterior(found: Population, n: int, rng: np.random.Generator) -> xr.Dataset:
     """Return equally probable draws of what the units share, and of each unit's factor."""
-    theta, chain = found.parameters(n, rng), ("chain", "draw")
-    variables = {}
+    theta, chain, variables = found.parameters(n, rng), "chain draw", {}
     for parameter, column in zip(found.law.parameters, theta.T, strict=True):
         number = parameter.name.removeprefix("sd_")
-        data = found.units[0].blocks[int(number)].data if number.isdigit() else None
-        name = parameter.name if data is None else f"sd_{data.label}"
-        about, unit = (ABOUT[name], "1") if data is None else ("standard error of a value", data.si)
-        variables[name] = _variable(np.exp(column)[None], unit, about, chain)
-    at = found.theta[drawn(found, n, rng)]
-    each = np.exp(np.stack([factors(unit, found.law, at, rng) for unit in found.units], axis=-1))
-    about = "factor on the wear coefficient of a unit"
-    variables["factor"] = _variable(each[None], "1", about, (*chain, "unit"))
+        if number.isdigit():
+            data = found.units[0].blocks[int(number)].data
+            told = variable(np.exp(column), "standard error of a value", chain, data.si)
+            variables[f"sd_{data.label}"] = told
+        else:
+            variables[parameter.name] = variable(np.exp(column), ABOUT[parameter.name], chain)
+    at = found.theta[shared.drawn(found, n, rng)]
+    each = np.exp(np.stack([shared.factors(unit, found.law, at, rng) for unit in found.units], axis=-1))
+    variables["factor"] = variable(each, "factor on the wear coefficient of a unit", f"{chain} unit")
     new = np.exp(at[:, -1] + np.exp(at[:, -2]) * rng.standard_normal(n))
-    variables["factor_of_another"] = _variable(new[None], "1", "factor of a unit not yet measured", chain)
-    coords = {
-        "chain": _variable([0], "1", "chain", ("chain",)),
-        "draw": _variable(np.arange(n), "1", "draw", ("draw",)),
-        "unit": _names([unit.name for unit in found.units]),
-    }
-    return xr.Dataset(variables, coords)
+    variables["factor_of_another"] = variable(new, "factor of a unit not yet measured", chain)
+    return sample(variables, n, unit=_names(found))
+
+
+def _names(found: Population) -> np.ndarray:
+    return np.array([unit.name for unit in found.units], dtype=object)
 
 
 def _predictions(studies: Sequence[MeasuredCase], found: Population, rng: np.random.Generator) -> xr.Dataset:
     """Return each unit's life, remaining life, day, wear now, and whether it is like the others."""
     states = [now_of(found, number, rng) for number in range(len(found.units))]
-    life = np.stack([state.life(P) for state in states])
-    now = np.array([state.now for state in states])
-    rest = np.maximum(life - now[:, None], 0.0)
-    two, one = ("unit", "quantile"), ("unit",)
-    runs, limit = [state.unit.run for state in states], studies[0].limit
     middle = np.array([float(np.median(state.factor)) for state in states])
-    variables = {
-        "life_quantile": _variable(life, "1", "cycles to the limit", two),
-        "remaining_useful_life_quantile": _variable(
-            rest, "1", "cycles from the last inspection to the limit", two
-        ),
-        "factor_quantile": _variable(
-            [np.quantile(state.factor, P) for state in states], "1", "factor on the wear coefficient", two
-        ),
-        "now": _variable(now, "1", "cycle of the last inspection", one),
-        "end_passed": _variable(
-            [state.passed for state in states], "1", "probability that the limit has been passed", one
-        ),
-        "worn": _variable(
-            [
-                float(np.mean(state.wear(state.now)[0])) / run.level
-                for state, run in zip(states, runs, strict=True)
-            ],
-            "1",
-            "wear at the last inspection over the limit",
-            one,
-        ),
-        "pace": _variable(
-            middle / np.exp(np.median(np.log(middle))), "1", "factor over the median of the units", one
-        ),
-        "p_like_the_others": _variable(
-            [_like_the_others(found, k, rng) for k in range(len(states))],
-            "1",
-            "probability of values as far off, by what the other units tell",
-            one,
-        ),
-        "seconds_per_cycle": _variable(
-            [run.seconds_per_cycle for run in runs], "s", "operating time of a cycle", one
-        ),
-        "limit": _variable(
-            runs[0].level,
-            VARIABLES[limit.quantity].units,
-            "wear that ends the life",
-            (),
-            quantity=limit.quantity,
-            where=limit.where or "",
-        ),
-    }
-    costs = studies[0].spec.decision
-    if costs is not None:
-        variables |= _changes(studies, states, costs)
-    ends = [
-        [""] * len(P)
-        if study.spec.days is None
-        else days_of(study.spec.days, row, state.now - run.start, run.seconds_per_cycle)
-        for study, row, state, run in zip(studies, rest, states, runs, strict=True)
-    ]
-    if any(row[0] for row in ends):
-        variables["end_of_life_quantile"] = _texts(ends, "day on which the limit is reached", two)  # type: ignore[arg-type]
-        rates = [np.nan if s.spec.days is None else s.spec.days.hours_per_year for s in studies]
-        variables["hours_per_year"] = _variable(rates, "1", "operating hours a year from then on", one)
-    coords = {
-        "unit": _names([unit.name for unit in found.units]),
-        "quantile": _variable(P, "1", "probability of less", ("quantile",)),
-    }
-    return xr.Dataset(variables, coords)
-
-
-def _changes(
-    studies: Sequence[MeasuredCase], states: Sequence[UnitState], costs: Decision
-) -> dict[str, xr.Variable]:
-    """Return when to change each unit at the least cost per hour of its cycle, and that cost."""
-    best, rate, day = [], [], []
-    for study, state in zip(studies, states, strict=True):
-        run = state.unit.run
-        hour, end = run.seconds_per_cycle / HOUR, float(state.life(np.array([LAST]))[0])
-        end = end if np.isfinite(end) else 4.0 * float(state.life(np.array([0.5]))[0])
-        cycles = np.linspace(state.now, max(end, state.now * (1.0 + 1e-9)), 201)
-        age = hour * (state.now - run.start)
-        ahead = DutyAhead(hour * (cycles - state.now), state.life_below(cycles), max(age, 1e-9))
-        found = of_changes(ahead, costs, cycles)
-        best.append(float(found["best_change"]))
-        rate.append(float(found["best_rate"]))
-        days, rest = study.spec.days, np.array([best[-1] - state.now])
-        day += [""] if days is None else days_of(days, rest, state.now - run.start, run.seconds_per_cycle)
-    one = ("unit",)
-    about = "cycle of the planned change with the least cost per hour"
-    return {
-        "best_change": _variable(best, "1", about, one),
-        "best_rate": _variable(rate, "1", "least expected cost per operating hour", one),
-        "best_change_day": _texts(day, f"day of: {about}", one),
-    }
+    pace, rows, costs = middle / np.exp(np.median(np.log(middle))), [], studies[0].spec.decision
+    calendars = any(study.spec.days is not None for study in studies)
+    for k, (study, state) in enumerate(zip(studies, states, strict=True)):
+        run, days = state.unit.run, study.spec.days
+        row = lives(state, np.quantile(state.factor, P), run, days)
+        worn = float(np.mean(state.wear(state.now)[0])) / run.level
+        like = _like_the_others(found, k, rng)
+        row |= {
+            "end_passed": variable(state.passed, "probability that the limit has been passed"),
+            "worn": variable(worn, "wear at the last inspection over the limit"),
+            "pace": variable(pace[k], "factor over the median of the units"),
+            "p_like_the_others": variable(
+                like, "probability of values as far off, by what the other units tell"
+            ),
+        }
+        if calendars:
+            rate = np.nan if days is None else days.hours_per_year
+            row["hours_per_year"] = variable(rate, "operating hours a year from then on")
+            on = np.asarray(row["end_of_life_quantile"].values if days else [""] * len(P), dtype=object)
+            row["end_of_life_quantile"] = variable(on, "day on which the limit is reached", "quantile")
+        advice = None if costs is None else changes(state, run, costs, PLACES)
+        if advice is not None:
+            dated(advice, ("best_change", "horizon_change"), days, state.now, run)
+            names = [n for n, one in advice.data_vars.items() if not one.dims]
+            row |= {str(n): advice[n].variable for n in names}
+        rows.append(row)
+    kept = {name: rows[0][name] for name in rows[0] if all(name in row for row in rows)}
+    variables = stacked([{name: row[name] for name in kept} for row in rows], "unit")
+    variables["limit"] = limit_of(studies[0].limit)
+    return dataset(variables, unit=_names(found), quantile=P)
 
 
 def _like_the_others(found: Population, number: int, rng: np.random.Generator) -> float:
     """Return the probability of a last value as far off, by what the other units tell; NaN without any."""
     unit = found.units[number]
     others = sum(len(each.cycles) > 0 for each in found.units) - (len(unit.cycles) > 0)
+    if others < FEWEST or not len(unit.cycles):
+        return float("nan")
     blank = after(found, number, -np.inf, rng, FEW)
     told = [] if blank.block is None else _inspections(unit, blank.block)
-    if others < FEWEST or not told or np.isnan(told[-1][1]):
-        return float("nan")
-    return _two_sided(blank, *told[-1])
+    return _two_sided(blank, *told[-1]) if told and np.isfinite(told[-1][1]) else float("nan")
 
 
 def _inspections(unit: FleetMember, number: int) -> list[tuple[float, float, int]]:
@@ -309,89 +217,63 @@ def _two_sided(state: UnitState, cycle: float, value: float, count: int) -> floa
 
 
 def _observed(found: Population, rng: np.random.Generator) -> xr.Dataset:
-    """Return every inspection that is foreseen: its value, and what those before and the other units tell."""
-    rows: list[tuple[Any, ...]] = []
+    """Return every inspection that is foreseen: its value, what those before and the other units tell.
+
+    Two simple rules stand beside it: the median rate of the other units, a line through the origin.
+    """
+    rows: list[dict[str, Any]] = []
     for number, unit in enumerate(found.units):
-        before = -np.inf
-        state = after(found, number, before, rng, FEW)
+        last, state = (-np.inf, np.nan), after(found, number, -np.inf, rng, FEW)
         for cycle, value, count in [] if state.block is None else _inspections(unit, state.block):
             q, p, crps = state.value(cycle, P), np.nan, np.nan
             if np.isfinite(value):
                 p, crps = _two_sided(state, cycle, value, count), state.crps(cycle, value, rng)
-            first = not np.isfinite(before)
-            rows.append((unit.name, state.block, cycle, value, p, value > q[2], crps, first, q))
-            before = cycle
-            state = after(found, number, before, rng, FEW)
-    columns = list(zip(*rows, strict=True)) if rows else [()] * 9
-    dims, si = ("observation",), found.units[0].blocks[0].data.si
-    probability = np.array(columns[4], float)
-    told = np.reshape(np.array(columns[8], float), (len(rows), len(P)))
-    variables = {
-        "unit_name": _texts(columns[0], "unit", dims),
-        "block": _variable(np.array(columns[1], int), "1", "number of the block of data", dims),
-        "cycle": _variable(np.array(columns[2], float), "1", "cycle of the inspection", dims),
-        "value": _variable(np.array(columns[3], float), si, "measured, mean of the inspection", dims),
-        "check_p": _variable(
-            probability, "1", "probability of a value as far off, by what was known before it", dims
-        ),
-        "flagged": _variable(
-            probability < ALARM / max(len(rows), 1), "1", "contradicts what was known", dims
-        ),
-        "higher": _variable(np.array(columns[5], bool), "1", "more than the median foreseen", dims),
-        "crps": _variable(np.array(columns[6], float), si, REPLAY["replay_crps"], dims),
-        "first": _variable(np.array(columns[7], bool), "1", "first inspection of its unit", dims),
-        "foreseen": _variable(told, si, "quantiles foreseen", (*dims, "quantile")),
-    }
-    variables["by_the_rate"] = _variable(_by_the_rate(variables), si, "by the others' rate", dims)
-    variables["by_a_line"] = _variable(_by_a_line(variables), si, "by a line from the origin", dims)
-    return xr.Dataset(variables, {"quantile": _variable(P, "1", "probability of less", ("quantile",))})
-
-
-def _steps(rows: dict[str, xr.Variable]) -> list[tuple[int, int]]:
-    """Return each inspection that has one of the same unit and block before it, with that one."""
-    key = list(zip(rows["unit_name"].values, rows["block"].values, strict=True))
-    return [(i, i - 1) for i in range(1, len(key)) if key[i] == key[i - 1]]
-
-
-def _by_the_rate(rows: dict[str, xr.Variable]) -> Array:
-    """Return the last value and what follows at the median rate of the other units."""
-    cycle, value, names = rows["cycle"].values, rows["value"].values, rows["unit_name"].values
-    found, block = np.full(len(cycle), np.nan), rows["block"].values
-    for i, before in _steps(rows):
-        others = (names != names[i]) & (block == block[i]) & (cycle > 0.0)
-        if others.any():
-            rate = float(np.nanmedian(value[others] / cycle[others]))
-            found[i] = value[before] + rate * (cycle[i] - cycle[before])
-    return found
-
-
-def _by_a_line(rows: dict[str, xr.Variable]) -> Array:
-    """Return the last value times the ratio of the cycles."""
-    cycle, value = rows["cycle"].values, rows["value"].values
-    found = np.full(len(cycle), np.nan)
-    for i, before in _steps(rows):
-        if cycle[before] > 0.0:
-            found[i] = value[before] * cycle[i] / cycle[before]
-    return found
+            told: tuple[Any, ...] = (unit.name, state.block, cycle, value, p, value > q[2], crps)
+            line = last[1] * cycle / last[0] if last[0] > 0.0 else np.nan
+            told += (np.isinf(last[0]), q, np.nan, line)
+            own = {"step": cycle - last[0], "last": last[1]}
+            rows.append(dict(zip(OBSERVED, told, strict=True)) | own)
+            last, state = (cycle, value), after(found, number, cycle, rng, FEW)
+    for name in {row["unit_name"] for row in rows}:
+        others = [r["value"] / r["cycle"] for r in rows if r["unit_name"] != name and r["cycle"] > 0.0]
+        rate = np.nanmedian(others) if others else np.nan
+        for row in rows:
+            if row["unit_name"] == name and not row["first"]:
+                row["by_the_rate"] = row["last"] + rate * row["step"]
+    si, variables = found.units[0].blocks[0].data.si, {}
+    for name, about in OBSERVED.items():
+        column = np.array([row[name] for row in rows], dtype=object if name == "unit_name" else None)
+        column = np.reshape(column, (len(rows), -1)) if name == "foreseen" else column
+        if not rows:
+            column = np.zeros((0, len(P)) if name == "foreseen" else 0)
+        dims = "observation quantile" if name == "foreseen" else "observation"
+        variables[name] = variable(column, about, dims, si if name in IN_SI else "1")
+    flagged = variables["check_p"].values < ALARM / max(len(rows), 1)
+    variables["flagged"] = variable(flagged, "contradicts what was known", "observation")
+    return dataset(variables, quantile=P)
 
 
 def _scores(rows: xr.Dataset) -> dict[str, tuple[float, str]]:
     """Return how what was foreseen did, beside two simple rules."""
-    q, value = rows["foreseen"].values, rows["value"].values
-    held = ~rows["first"].values & np.isfinite(value)
-    q, value = q[held], value[held]
+    held = ~rows["first"].values & np.isfinite(rows["value"].values)
+    q, value = rows["foreseen"].values[held].T, rows["value"].values[held]
     if not len(value):
         return {}
-    scores = {
-        "replay_count": float(len(value)),
-        "replay_mean_error": float(np.mean(np.abs(q[:, 2] - value))),
-        "replay_crps": float(np.nanmean(rows["crps"].values[held])),
-        "replay_in_50": float(np.sum((q[:, 1] <= value) & (value <= q[:, 3]))),
-        "replay_in_90": float(np.sum((q[:, 0] <= value) & (value <= q[:, 4]))),
-        "replay_error_of_rate": float(np.nanmean(np.abs(rows["by_the_rate"].values[held] - value))),
-        "replay_error_of_line": float(np.nanmean(np.abs(rows["by_a_line"].values[held] - value))),
+
+    def off(values: Array) -> float:
+        return float(np.nanmean(np.abs(values - value)))
+
+    inside, rules = held_by(q, value), {"rate": "by_the_rate", "line": "by_a_line"}
+    return {
+        "replay_count": (float(len(value)), "inspections that were foreseen from those before"),
+        "replay_mean_error": (off(q[2]), "mean absolute error of their medians"),
+        "replay_crps": (float(np.nanmean(rows["crps"].values[held])), f"mean {OBSERVED['crps']}"),
+        **{name: (n, f"inspections inside their {name[-2:]} % interval") for name, n in inside.items()},
+        **{
+            f"replay_error_of_{rule}": (off(rows[n].values[held]), f"mean absolute error of {OBSERVED[n]}")
+            for rule, n in rules.items()
+        },
     }
-    return {name: (score, REPLAY[name]) for name, score in scores.items()}
 
 
 def _notes(found: Population) -> list[str]:

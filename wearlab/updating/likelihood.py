@@ -89,6 +89,14 @@ class Block:
         """What the file says of them."""
         return self.seen.data
 
+    def measures(self, quantity: str, where: str | None) -> bool:
+        """Whether it is of a quantity's totals, of the same place where one is named."""
+        return self.data.quantity == quantity and where in (None, self.data.where) and self.data.since is None
+
+    def is_whole(self, quantity: str, where: str | None) -> bool:
+        """Whether it measures a quantity that is one number."""
+        return self.measures(quantity, where) and self.seen.place_kind is None
+
     @property
     def spreads(self) -> tuple[Spread, ...]:
         """Those that have a prior."""

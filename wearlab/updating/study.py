@@ -14,9 +14,8 @@ from wearlab.campaign.update_options import THICKNESS, Fleet, Limit, UpdateSpec
 from wearlab.scene import Scene
 from wearlab.store.outcome import place
 from wearlab.units import is_quantity, split
-from wearlab.updating.history import RunHistory, history_of, refuse_stages
+from wearlab.updating.history import RunHistory, history_of, read_runs, refuse_stages
 from wearlab.updating.observations import Observed, UpdateError, calendar_of, read_observations, units_of
-from wearlab.updating.stored import read_runs
 
 if TYPE_CHECKING:
     from wearlab.store import Store

@@ -192,6 +192,10 @@ def _decision(costs: xr.Dataset, hours: float) -> Iterator[str]:
     yield f"least cost: change {when('best_change')}: {best:.4g} an hour (run to failure: {failure:.4g})"
     cheaper, dearer = (when("best_change_if", times) for times in (0.5, 2.0))
     yield f"  were a failure half as dear: change {cheaper}; twice as dear: {dearer}"
+    if "horizon_cost" in costs:
+        cost, none = float(costs["horizon_cost"]), float(costs["horizon_to_failure"])
+        until = f"change {when('horizon_change')}" if np.isfinite(costs["horizon_change"]) else "no change"
+        yield f"  until the horizon: {until}: {cost:,.0f} in all (no planned change of this one: {none:,.0f})"
     if "rate_with_look" in costs:
         rate = float(costs["rate_with_look"].min())
         if np.isfinite(costs["best_look"]):
