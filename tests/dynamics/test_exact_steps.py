@@ -1,5 +1,6 @@
 """Planetary sets by exact steps of their linear part: independent integration, order, derivative, limits."""
 
+from math import factorial
 from typing import Any
 
 import numpy as np
@@ -25,19 +26,20 @@ from plain_planetary import (
 from planetary_arguments import rigid_set
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
+from scipy.linalg import expm
 
 from wearlab.dynamics.forces.energy import energy_balance, nominal_speeds
+from wearlab.dynamics.forces.extremes import extremes
 from wearlab.dynamics.orbits.integrate import OnTables
 from wearlab.dynamics.orbits.period_map import LOCATED, over_period
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response, deflection_at, step_forces
 from wearlab.dynamics.orbits.shoot import set_start
 from wearlab.dynamics.orbits.shooting import Shooting
-from wearlab.dynamics.steps.count import exact_steps_per_period, steps_per_period
+from wearlab.dynamics.steps.count import exact_steps_per_period, graded_steps, steps_per_period
 from wearlab.dynamics.steps.newmark import Newmark
 from wearlab.dynamics.steps.propagator import GRID, propagator_of
 from wearlab.dynamics.system import System
-from wearlab.gears.specification import GearError
 from wearlab.mesh.stages import StageTables, stage_grid
 from wearlab.scene.build.vibration import patient
 
@@ -107,13 +109,16 @@ def test_derivative_of_the_affine_map_is_that_of_scipy() -> None:
 
 
 def test_multipliers_of_a_free_set_leave_its_rotation_out() -> None:
-    """Liouville: the product of all multipliers is the contraction of the map; the free ones are 1."""
+    """Liouville: the product of all multipliers is the contraction of the map; the free ones are 1.
+
+    Rounding of the map, 1e-16, is a hundredth of the two smallest multipliers' own 1e-10 at most.
+    """
     system, one = torsional(), tables(stage_grid(BREAKS, 400), 0.0)
     found = Periodic().solve(system, one, PERIOD)
     assert isinstance(found, Response) and len(found.multipliers) == 8
     d, c = system.direction, system.mesh_damping
     trace = np.trace(np.linalg.solve(system.mass, d.T @ (c[:, None] * d) + system.total_damping))
-    assert np.log(np.abs(found.multipliers)).sum() == pytest.approx(-trace * PERIOD, rel=1e-4)
+    assert np.log(np.abs(found.multipliers)).sum() == pytest.approx(-trace * PERIOD, abs=0.03)
 
 
 def symmetric(steps: int = 240) -> Any:
@@ -143,12 +148,47 @@ def test_the_rule_for_exact_steps_meets_its_tolerance_and_little_more(tolerance:
     assert 1e-3 * tolerance < error < tolerance
 
 
-def test_a_step_too_long_for_the_series_is_refused() -> None:
+def test_steps_of_hundreds_of_radians_are_exact() -> None:
+    """Against the exponential of SciPy, inputs as the derivatives of their powers beside the state."""
     system, grid = planetary(), stage_grid(BREAKS, 200)
-    with pytest.raises(GearError, match=r"give at least 4\.\d+ times as many steps"):
-        Periodic().solve(system, tables(grid), 20.0 * PERIOD)
-    slow = exact_steps_per_period(system, 4e8, 20.0 * PERIOD, 1e-3)
-    Periodic().solve(system, tables(stage_grid(BREAKS, slow)), 20.0 * PERIOD)
+    given, period = tables(grid), 100.0 * PERIOD
+    found = propagator_of(system, None, given, period)
+    h, longest = 2.0 * found.length[-1], found.double
+    n = len(system.load)
+    inverse, d = np.linalg.inv(system.mass), system.direction
+    spring = system.total_stiffness + d.T @ (found.stiffness[:, None] * d)
+    damper = system.total_damping + d.T @ (found.damping[:, None] * d)
+    assert np.sqrt(np.abs(np.linalg.eigvals(inverse @ spring)).max()) * h > 100.0
+    whole = np.zeros((2 * n + 5, 2 * n + 5))  # the state, then one load as t⁴/4!, t³/3!, …, 1
+    whole[:n, n : 2 * n] = np.eye(n)
+    whole[n : 2 * n, : 2 * n] = -inverse @ np.hstack([spring, damper])
+    whole[n : 2 * n, 2 * n] = inverse @ system.load
+    whole[2 * n : -1, 2 * n + 1 :] = np.eye(4)
+    moved = expm(h * whole)
+    np.testing.assert_allclose(
+        longest.transition[-1], moved[: 2 * n, : 2 * n], atol=1e-9 * np.abs(moved).max()
+    )
+    nodes, at = np.linspace(0.0, 1.0, 5), len(d)  # the load is the input after those of the meshes
+    fed = longest.inputs[-1].reshape(2 * n, 5, -1)[:, :, at]
+    for power in range(5):
+        expected = moved[: 2 * n, 2 * n + power] * factorial(power) / h**power
+        np.testing.assert_allclose(fed @ nodes**power, expected, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("turns", [16.0, 400.0])
+def test_steps_of_a_slow_set_grow_after_every_jump(turns: float) -> None:
+    """At 63 rpm they give what equal ones give; at 2.5 rpm the largest force is that of the jump alone."""
+    system, period = planetary(), turns * PERIOD
+    grid = graded_steps(system, 4e8, period, 1e-3, BREAKS)
+    equal = exact_steps_per_period(system, 4e8, period, 1e-3, len(BREAKS))
+    assert grid is not None and np.isclose(grid.width.sum(), 1.0, rtol=1e-12)
+    assert (grid.width[::2] == grid.width[1::2]).all() and len(grid.width) < min(equal, 30_000)
+    forces = []
+    for cut, lasts in ((grid, period), (stage_grid(BREAKS, equal // round(turns / 16.0)), 16.0 * PERIOD)):
+        response = Periodic().solve(system, tables(cut), lasts)
+        assert response.verdict.words == ()
+        forces.append(extremes(response).largest)
+    np.testing.assert_allclose(forces[0], forces[1], rtol=1e-3 if turns == 16.0 else 1e-2)
 
 
 def test_steps_of_modes_of_any_rate_are_the_same_in_their_own_time() -> None:

@@ -164,12 +164,48 @@ def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:
     -------
     StageGrid with at least ``steps`` steps.
     """
-    edges = np.unique(np.concatenate([[0.0], np.asarray(breaks, float), [1.0]]))
-    starts, widths, segments = [], [], []
-    for index, (low, high) in enumerate(pairwise(edges)):
+    cut = []
+    for low, high in _segments(breaks):
         count = multiple * max(1, int(np.ceil(steps * (high - low) / multiple - 1e-9)))
-        width = (high - low) / count
-        starts.append(low + width * np.arange(count))
-        widths.append(np.full(count, width))
-        segments.append(np.full(count, index))
-    return StageGrid(np.concatenate(starts), np.concatenate(widths), np.concatenate(segments))
+        cut.append(np.full(count, (high - low) / count))
+    return _grid(breaks, cut)
+
+
+def graded_grid(breaks: Array, first: float, alike: float) -> StageGrid:
+    """Cut one mesh period into steps that grow after every break, as what a jump excites dies out.
+
+    Parameters
+    ----------
+    breaks : as for `stage_grid`
+    first : longest step after a break, in phase [1]
+    alike : steps of one length, made even; as many of twice the length follow, and so on
+
+    Returns
+    -------
+    StageGrid with some ``alike log2(1/(alike first))`` steps a segment.
+    """
+    cut, alike = [], 2 * max(1, int(np.ceil(0.5 * alike)))
+    for low, high in _segments(breaks):
+        width = first
+        widths: list[float] = []
+        while (rest := high - low - sum(widths)) > alike * width:
+            widths += [width] * alike
+            width *= 2.0
+        count = 2 * int(np.ceil(0.5 * rest / width))
+        widths += [width] * max(count, 2)
+        cut.append(np.array(widths) * ((high - low) / sum(widths)))
+    return _grid(breaks, cut)
+
+
+def _segments(breaks: Array) -> list[tuple[float, float]]:
+    """Return the ends of the smooth segments of the mesh period [1]."""
+    edges = np.unique(np.concatenate([[0.0], np.asarray(breaks, float), [1.0]]))
+    return [(float(low), float(high)) for low, high in pairwise(edges)]
+
+
+def _grid(breaks: Array, cut: list[Array]) -> StageGrid:
+    """Return the steps from their lengths in every segment."""
+    lows = [low for low, _ in _segments(breaks)]
+    begins = [low + np.cumsum(widths) - widths for low, widths in zip(lows, cut, strict=True)]
+    number = [np.full(len(widths), index) for index, widths in enumerate(cut)]
+    return StageGrid(np.concatenate(begins), np.concatenate(cut), np.concatenate(number))

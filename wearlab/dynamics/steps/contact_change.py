@@ -37,6 +37,8 @@ LEFT_OUT_OF_TANGENTS = 1e-12
 PLACED = 1e-8
 """Last move of Newton's method, in parts of a step, after which the next one changes nothing."""
 MOST_ITERATIONS = 60
+SHORTEST = 1e-4
+"""Part of a step below which a series that does not end is taken as it is."""
 
 
 @jit_inner
@@ -156,43 +158,52 @@ def look_at(series: Any, terms: int, u: float, h: float, out: Any) -> None:
 
 @jit_inner
 def approach_of(
-    kernel: Any, tables: Any, step: int, m: int, p: int, a: float, sign: float, terms: int, out: Any
+    kernel: Any,
+    tables: Any,
+    step: int,
+    m: int,
+    p: int,
+    a: float,
+    end: float,
+    sign: float,
+    terms: int,
+    out: Any,
 ) -> None:
-    """Write how far a spring is from changing contact, positive before, over the rest of the step.
+    """Write how far a spring is from changing contact, positive before, over a part of the step.
 
     Parameters
     ----------
     m, p : mesh and spring, or the back flank, p = n_pairs
-    a : fraction of the step at which the rest begins
+    a, end : fractions of the step at which the part begins and ends
     sign : 1 where it touches, −1 where it does not
     """
-    middle = 0.5 * (a + 1.0)
+    middle = 0.5 * (a + end)
     sensed, back = kernel.series.sensed, p == len(kernel.meshes.pairs)
     turned = -sign if back else sign
     for j in range(terms):
         out[j] = turned * sensed[j, m, 0]
     table = tables.error[step, :, m]
-    e = parabola(within(table, a), within(table, middle), within(table, 1.0))
+    e = parabola(within(table, a), within(table, middle), within(table, end))
     for j in range(3):
         out[j] -= turned * e[j]
     if back:
         out[0] -= sign * kernel.meshes.backlash[m]
     else:
         table = tables.gap[step, :, m, p]
-        g = parabola(within(table, a), within(table, middle), within(table, 1.0))
+        g = parabola(within(table, a), within(table, middle), within(table, end))
         for j in range(3):
             out[j] -= turned * g[j]
 
 
 @jit_inner
 def push_of(sensed: Any, m: int, p: int, law: Any, h: float, sign: float, terms: int, out: Any) -> None:
-    """Write a normal force over the rest of the step, as `approach_of` writes an approach.
+    """Write a normal force over a part of the step, as `approach_of` writes an approach.
 
     Parameters
     ----------
     sensed : the series of d·q
     m, p : mesh and pair, or the back flank, p = n_pairs
-    law : (3, n_mesh, n_pairs + 2, 3) of all flanks at start, middle and end of the rest
+    law : (3, n_mesh, n_pairs + 2, 3) of all flanks at start, middle and end of the part
     h : its duration [s]
     sign : 1 where it pushes, −1 where it does not
     """
@@ -299,6 +310,7 @@ def next_change(
     tables: Any,
     step: int,
     a: float,
+    end: float,
     h: float,
     mesh: int,
     flank: int,
@@ -306,10 +318,10 @@ def next_change(
     s: Any,
     law: Any,
 ) -> tuple[float, int, int]:
-    """Return at which fraction of the rest of a step contact first changes, mesh and flank; 2.0: nowhere.
+    """Return at which fraction of a part of a step contact first changes, mesh and flank; 2.0: nowhere.
 
     Flanks are counted: springs, the back flank, then whether pairs push, and the back flank. ``mesh`` and
-    ``flank`` are those that changed where the rest begins.
+    ``flank`` are those that changed where the part begins.
     """
     earliest, found_mesh, found_flank = 2.0, NOTHING, NOTHING
     polynomial, meshes = kernel.series.polynomial, kernel.meshes
@@ -321,7 +333,7 @@ def next_change(
                 if meshes.backlash[m] == np.inf if p == pairs else not in_path(tables, step, m, p):
                     continue
                 sign = 1.0 if s.touch[m, p] else -1.0
-                approach_of(kernel, tables, step, m, p, a, sign, terms, polynomial)
+                approach_of(kernel, tables, step, m, p, a, end, sign, terms, polynomial)
             else:
                 if not meshes.gated[m] or law[1, m, p, 0] == 0.0:
                     continue
@@ -411,26 +423,31 @@ def step_with_changes(
     if columns < w:
         state[:, 1:] = 0.0  # no tangents are followed
     factor = np.zeros(3)
-    a, m, f, changes = 0.0, np.int64(NOTHING), np.int64(NOTHING), 0
+    a, part, m, f, changes = 0.0, 1.0, np.int64(NOTHING), np.int64(NOTHING), 0
     while 1.0 - a > NO_TIME:
-        h = (1.0 - a) * tables.width[step] * period
-        flank_law(meshes, tables, step, a, 1.0, period, s, law, rub)
+        end = min(1.0, a + part) if 1.0 - a - part > NO_TIME else 1.0
+        h = (end - a) * tables.width[step] * period
+        flank_law(meshes, tables, step, a, end, period, s, law, rub)
         channel_law(meshes, s, law, rub, s.mesh, s.force)
         if kernel.fluctuates:
             for stage in range(3):
-                factor[stage] = within(tables.fluctuation[step], a + 0.5 * stage * (1.0 - a))
+                factor[stage] = within(tables.fluctuation[step], a + 0.5 * stage * (end - a))
         for row in range(n):
             for col in range(np.uint64(0), np.uint64(w)):
                 given.terms[0, row, col] = state[row, col]
                 given.terms[1, row, col] = h * state[n + row, col]
         terms = expand(kernel, factor, s.mesh, s.force, h)
-        u, m, f = next_change(kernel, tables, step, a, h, m, f, terms, s, law)
+        if terms == TERMS and part > SHORTEST:
+            part = 0.5 * min(part, end - a)  # longer than the series reaches
+            continue
+        u, m, f = next_change(kernel, tables, step, a, end, h, m, f, terms, s, law)
         if u > 1.0 or changes == MOST_CHANGES:
             look_at(given.terms, terms, 1.0, h, state)
-            break
+            a = end
+            continue
         look_at(given.terms, terms, u, h, state)
         changes += 1
-        a += u * (1.0 - a)
+        a += u * (end - a)
         if f <= pairs:
             touch_anew(kernel, tables, step, a, period, m, f, state, s)
         else:

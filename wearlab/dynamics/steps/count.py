@@ -3,8 +3,9 @@
 import numpy as np
 
 from wearlab.arrays import Array, Complex
-from wearlab.dynamics.steps.propagator import LARGEST_ANGLE, companion, largest_rate
+from wearlab.dynamics.steps.propagator import companion
 from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageGrid, graded_grid
 
 RIGID = 1e-5
 """Size of the eigenvalues of a free rotation, over the largest."""
@@ -17,6 +18,8 @@ EXACT_ORDER = 6.0
 EXACT_LARGEST = 2.0
 EXACT_FLOOR = 12.0
 EXACT_STEPS_PER_SEGMENT = 4
+GRADED_FROM = 1000
+"""Steps of a mesh period below which all are alike."""
 
 
 def fastest_rate(system: System, mesh_stiffness: Array | float) -> float:
@@ -73,8 +76,7 @@ def exact_steps_per_period(
     interpolate, by the five stages of two steps, is the force by which a mesh differs from its mean, ``(k(φ)
     − k̄) δ``: δ vibrates after every pair that enters. The error is about ``2.5e-5 (ω h)⁶`` (measured, W23
     and B23 sets), ω the fastest rate with the stiffest mesh. The mesh itself has to be resolved, too: no
-    fewer than ``12 tolerance^(−1/6)`` steps, and four a segment; and the exponential's series has to be
-    summed.
+    fewer than ``12 tolerance^(−1/6)`` steps, and four a segment.
 
     Parameters
     ----------
@@ -82,9 +84,43 @@ def exact_steps_per_period(
     """
     step_angle = min(EXACT_LARGEST, (tolerance / EXACT_ERROR_CONSTANT) ** (1.0 / EXACT_ORDER))
     wanted = fastest_rate(system, mesh_stiffness_max) * period / step_angle
-    summed = largest_rate(*_normalised(system, mesh_stiffness_max)) * period / LARGEST_ANGLE
     floor = EXACT_FLOOR * tolerance ** (-1.0 / EXACT_ORDER)
-    return int(np.ceil(max(wanted, summed, floor, EXACT_STEPS_PER_SEGMENT * segments)))
+    return int(np.ceil(max(wanted, floor, EXACT_STEPS_PER_SEGMENT * segments)))
+
+
+def graded_steps(
+    system: System,
+    mesh_stiffness_max: Array | float,
+    period: float,
+    tolerance: float,
+    breaks: Array,
+    steps: int | None = None,
+) -> StageGrid | None:
+    """Return exact steps that grow after every break, None where equal ones are no more.
+
+    A jump makes all modes ring. A time t later those have died out to the tolerance whose rate is above
+    ``ln(1/tolerance)/(ζ t)``, ζ the least damping ratio, and steps need to follow the others alone.
+
+    Parameters
+    ----------
+    system, mesh_stiffness_max, period, tolerance : as for `steps_per_period`
+    breaks : phases at which something jumps [1]
+    steps : how many there are to be, all longer or shorter alike; None: as many as needed
+    """
+    equal = exact_steps_per_period(system, mesh_stiffness_max, period, tolerance, len(breaks))
+    rates = _eigenvalues(system, mesh_stiffness_max)
+    size = np.abs(rates)
+    ratio = float((-rates.real / size)[size > RIGID * size.max()].min())
+    if equal < GRADED_FROM or ratio <= 0.0:
+        return None
+    alike = np.log(1.0 / tolerance) * equal / (ratio * float(size.max()) * period)
+    grid = graded_grid(breaks, 1.0 / equal, alike)
+    if len(grid.width) >= equal:
+        return None
+    if steps is not None:
+        share = steps / len(grid.width)
+        grid = graded_grid(breaks, 1.0 / (share * equal), share * alike)
+    return grid
 
 
 def steps_per_period(

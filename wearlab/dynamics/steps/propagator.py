@@ -10,7 +10,9 @@ A step needs the state at its end (of two: also between them), and for the force
 stages: everything is tabulated for each of the few lengths of step that a period has.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
@@ -19,13 +21,12 @@ from wearlab.arrays import Array
 from wearlab.dynamics.balance import Balance
 from wearlab.dynamics.once import Frozen
 from wearlab.dynamics.system import System
-from wearlab.gears.specification import GearError
 from wearlab.mesh.stages import StageTables
 
 GRID = 0.05
 """Relative distance of the mean stiffnesses that share tables: they need be no exact means."""
-LARGEST_ANGLE = 6.0
-"""Bound of the angle a mode turns by in a step up to which the series of the exponential is summed [rad]."""
+LARGEST_ANGLE = 12.0
+"""Angle a mode turns by up to which the series of the exponential is summed; longer steps double it [rad]."""
 SMALL = 1e-18
 
 
@@ -110,22 +111,19 @@ def _propagator(given: tuple[Frozen, ...]) -> Propagator:
     # A channel's force acts against its vector, a load along it; both as inputs of size one.
     entering = np.vstack([vector, load]) @ inverse.T
     enters = np.vstack([np.zeros((n, len(entering))), entering.T])
-    angle = largest_rate(k, c) * float(h.max())
-    if not angle <= LARGEST_ANGLE:
-        raise GearError(
-            f"a step of {h.max():.3g} s turns the fastest mode by {angle:.3g} rad, more than "
-            f"{LARGEST_ANGLE:g}: give at least {angle / LARGEST_ANGLE:.3g} times as many steps a period"
-        )
-    # In units of the longest two steps: powers of fast rates would overflow in seconds.
-    unit = 2.0 * float(h.max())
-    powers = powers_of(unit * matrix, 2.0 * angle)
+    angle = 2.0 * largest_rate(k, c) * float(h.max())
+    doublings = max(0, int(np.ceil(np.log2(angle / LARGEST_ANGLE))))
+    # In units of what is summed of the longest two steps: powers of fast rates would overflow in seconds.
+    unit = 2.0 * float(h.max()) / 2**doublings
+    powers = powers_of(unit * matrix, angle / 2**doublings)
     fed = unit * (powers @ enters)
     sensors = np.zeros((2 * meshes, 2 * n))
     sensors[:meshes, :n], sensors[meshes:, n:] = d, d
     held = np.zeros((2, len(vector)))
     held[0, :meshes], held[1, :meshes] = mean, mesh_damping
     single, double = (
-        _steps(powers, fed, sensors, count * h / unit, stages) for count, stages in ((1, 3), (2, 5))
+        _steps(powers, fed, sensors, count * h / unit, stages, doublings)
+        for count, stages in ((1, 3), (2, 5))
     )
     return Propagator(h, single, double, held[0], held[1])
 
@@ -155,14 +153,15 @@ def largest_rate(stiffness: Array, damping: Array) -> float:
     return float(np.sqrt(np.linalg.norm(stiffness, 2))) + float(np.linalg.norm(damping, 2))
 
 
-def _steps(powers: Array, fed: Array, sensors: Array, length: Array, stages: int) -> Steps:
+def _steps(powers: Array, fed: Array, sensors: Array, length: Array, stages: int, doublings: int) -> Steps:
     nodes = np.linspace(0.0, 1.0, stages)
     lagrange = to_powers(nodes)
-    moved = [series(powers, x * length) for x in nodes[1:]]
-    entered = [effects(fed, length, x, lagrange) for x in nodes[1:]]
+    moved, entered = zip(
+        *(_until(powers, fed, length, x, lagrange, doublings) for x in nodes[1:]), strict=True
+    )
     middle, meshes = (stages - 1) // 2 - 1, len(sensors) // 2
 
-    def seen(tables: list[Array]) -> Array:
+    def seen(tables: Sequence[Array]) -> Array:
         rows = [sensors[part] @ table for part in (slice(meshes), slice(meshes, None)) for table in tables]
         return np.ascontiguousarray(np.concatenate(rows, axis=1))
 
@@ -194,24 +193,42 @@ def series(powers: Array, h: Array) -> Array:
     return np.tensordot(factors.T, powers, axes=1)
 
 
-def effects(fed: Array, length: Array, share: float, lagrange: Array) -> Array:
-    """Return ``∫_0^t e^{A(t−τ)} B L_i(τ/h) dτ`` of the Lagrange polynomials, (n_lengths, 2n, n_stages n_in).
+def effects(fed: Array, t: Array, share: float, count: int) -> Array:
+    """Return ``∫_0^t e^{A(t−τ)} B (share τ/t)^j dτ`` of ``count`` powers j, (n_powers, n_lengths, 2n, n_in).
 
-    ``∫_0^t e^{A(t−τ)} (τ/h)^j dτ = Σ_k A^k t^{k+1} share^j j!/(k+j+1)!``, t = share · h.
+    ``∫_0^t e^{A(t−τ)} (τ/t)^j dτ = Σ_k A^k t^{k+1} j!/(k+j+1)!``.
 
     References
     ----------
     Hochbruck & Ostermann 2010, §2.2.
     """
-    terms, rows, count = fed.shape
-    t, stages = share * length, len(lagrange)
-    out = np.zeros((len(t), rows, stages, count))
-    for j in range(stages):
+    out = []
+    for j in range(count):
         factor = t * share**j / (j + 1.0)
         factors = [factor]
-        for k in range(1, terms):
+        for k in range(1, len(fed)):
             factor = factor * t / (k + j + 1.0)
             factors.append(factor)
-        moment = np.tensordot(np.array(factors).T, fed, axes=1)
-        out += moment[:, :, None, :] * lagrange[:, j][None, None, :, None]
-    return out.reshape(len(t), rows, stages * count)
+        out.append(np.tensordot(np.array(factors).T, fed, axes=1))
+    return np.array(out)
+
+
+def _until(
+    powers: Array, fed: Array, length: Array, share: float, lagrange: Array, doublings: int
+) -> tuple[Array, Array]:
+    """Return ``e^{At}`` and what inputs through nodes of the whole add until t, a share of it.
+
+    Summed for a short time and doubled: ``e^{2At} = (e^{At})²``, and the second half sees the powers
+    ``(τ + t)^j`` of the time.
+
+    References
+    ----------
+    Moler & Van Loan, SIAM Rev. 45 (2003) 3–49, method 3: scaling and squaring.
+    """
+    count, share = len(lagrange), share / 2**doublings
+    moved, fed_by = series(powers, share * length), effects(fed, share * length, share, count)
+    for _ in range(doublings):
+        later = [sum(comb(j, i) * share ** (j - i) * fed_by[i] for i in range(j + 1)) for j in range(count)]
+        fed_by, moved, share = moved @ fed_by + np.array(later), moved @ moved, 2.0 * share
+    entered = np.tensordot(lagrange, fed_by, axes=1)
+    return moved, np.moveaxis(entered, 0, 2).reshape(*moved.shape[:2], -1)

@@ -16,6 +16,7 @@ from wearlab.dynamics.steps.count import (
     STABLE,
     exact_steps_per_period,
     fastest_rate,
+    graded_steps,
     steps_per_period,
 )
 from wearlab.dynamics.steps.kernel import is_small
@@ -129,13 +130,16 @@ def build_vibration(
 
 def steps_grid(scene: Scene, clock: OnClock, system: System, stiffness: Array, period: float) -> StageGrid:
     """Return the steps: as many as asked for, or as system and meshes need at the scene's tolerance."""
-    breaks, tolerance = clock.breaks, scene.numerics.tolerance
+    breaks, tolerance, given = clock.breaks, scene.numerics.tolerance, scene.numerics.steps_per_period
     turned = fastest_rate(system, stiffness) * period
     exact = scene.dynamics is not None and scene.dynamics.follows_orbits and not is_small(system)
-    if scene.numerics.steps_per_period is not None:
+    slow = graded_steps(system, stiffness, period, tolerance, breaks, given) if exact else None
+    if slow is not None:
+        return slow
+    if given is not None:
         if not exact:
             _check_stable(scene, turned)
-        return stage_grid(breaks, scene.numerics.steps_per_period)
+        return stage_grid(breaks, given)
     if turned > MOST_STEPS * (EXACT_LARGEST if exact else STABLE):
         raise GearError(
             f"a mesh period lasts {period:.3g} s, in which the fastest mode turns by {turned:.3g} rad: that "
