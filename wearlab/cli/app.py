@@ -2,6 +2,7 @@
 
 import os
 import pkgutil
+import re
 import sys
 from collections.abc import Sequence
 from functools import cache
@@ -15,13 +16,14 @@ from typer.main import get_command
 from wearlab.cli import commands
 from wearlab.cli.output import ASKED, FULL, STORE, Status, Stop, complain, fill_closed, nowhere
 from wearlab.cli.registry import app
-from wearlab.store.errors import StoreError
 
 FIRST = (*("plan", "run", "ls", "show", "figures", "compare", "accuracy", "schema", "share"),)
 """The order in which help lists the files of ``commands``; others follow by name."""
 
 
 TRUST = "--plugins"
+OURS = re.compile(r"wearlab\..*Error")
+"""What wearlab refuses with a message; anything else is a fault."""
 
 
 def _register() -> None:
@@ -53,9 +55,6 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         complain("wearlab: interrupted")
         return Status.INTERRUPTED
-    except StoreError as error:
-        complain(f"wearlab: {error}")
-        return Status.REFUSED
     except BrokenPipeError:  # whoever read our output has seen enough
         nowhere(sys.stdout)
         return Status.TROUBLE
@@ -94,7 +93,10 @@ def _store_of(words: list[str]) -> Path:
 
 
 def _misuse(error: Exception) -> int:
-    """Tell a wrong command or option in one message; a fault of ours keeps its traceback."""
+    """Tell what wearlab refuses, or a wrong command, in one message; a fault of ours keeps its traceback."""
+    if any(OURS.fullmatch(f"{kind.__module__}.{kind.__name__}") for kind in type(error).__mro__):
+        complain(f"wearlab: {error}")
+        return Status.REFUSED
     tell = getattr(error, "format_message", None)
     if tell is None:
         raise error

@@ -14,8 +14,6 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from wearlab.store.errors import StoreError
-
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
     from wearlab.plugins import Plugin
@@ -248,9 +246,6 @@ def seconds_text(seconds: float | None) -> str:
     if seconds < 1:
         return f"{1000 * seconds:.0f} ms"
     return f"{seconds:.1f} s" if seconds < 100 else f"{seconds / 60:.1f} min"
-
-
-REFUSALS: tuple[type[Exception], ...] = (StoreError,)
 
 
 @contextmanager

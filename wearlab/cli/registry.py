@@ -1,7 +1,10 @@
 """The command line application, its commands' register, and the options that several of them share."""
 
+import inspect
+import re
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, TypeVar, get_type_hints
 
 import typer
 
@@ -37,6 +40,42 @@ def every_command(
 ) -> None:
     """Experiments and datasets of coupled gear wear and dynamics."""
     TRUSTED.set(plugins)
+
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+LISTED = "\n\nParameters\n----------\n"
+OPTION = re.compile(r"(?:([A-Z]\S*)(?: \[(.+?)\])?: )?(.*)")
+
+
+def command(name: str | None = None) -> Callable[[Function], Function]:
+    """Register a function as a command; its docstring tells what help says of it and of its options.
+
+    A line of its ``Parameters`` is ``name : METAVAR [default in words]: help``, both before the help left out
+    where there are none. What has no default is an argument; an option that is a word of Python bears an
+    underline behind it. Annotated parameters tell of themselves.
+    """
+
+    def register(function: Function) -> Function:
+        text, _, listed = str(inspect.getdoc(function)).partition(LISTED)
+        hints, parameters = (
+            get_type_hints(function, include_extras=True),
+            inspect.signature(function).parameters,
+        )
+        parameters = inspect.signature(function).parameters
+        for line in listed.splitlines():
+            option, _, words = line.partition(" : ")
+            metavar, default, told = OPTION.fullmatch(words).groups()  # type: ignore[union-attr]
+            shown: dict[str, Any] = {"metavar": metavar, "help": told, "show_default": default or True}
+            if parameters[option].default is inspect.Parameter.empty:
+                declared: Any = typer.Argument(**shown | {"show_default": False})
+            else:
+                declared = typer.Option(f"--{option.rstrip('_')}", **shown)
+            hints[option] = Annotated[hints[option], declared]
+        function.__annotations__ = hints
+        app.command(name, help=text)(function)
+        return function
+
+    return register
 
 
 File = Annotated[str, typer.Argument(metavar="FILE", help="A campaign file (TOML).", show_default=False)]

@@ -4,9 +4,7 @@ import time
 from collections.abc import Iterator
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from wearlab.cli.campaigns import case_name
 from wearlab.cli.output import (
@@ -20,7 +18,7 @@ from wearlab.cli.output import (
     show_table,
     write_all,
 )
-from wearlab.cli.registry import File, Json, app
+from wearlab.cli.registry import File, Json, command
 
 if TYPE_CHECKING:
     from wearlab.accuracy.study import Study
@@ -30,28 +28,24 @@ if TYPE_CHECKING:
 FILE = "accuracy.nc"
 
 
-@app.command()
+@command()
 def accuracy(
-    file: File,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where dataset and figures go.")] = Path(
-        "accuracy"
-    ),
-    error: Annotated[
-        float | None,
-        typer.Option(metavar="E", help="Relative error asked for.", show_default="numerics.tolerance"),
-    ] = None,
-    json: Json = False,
+    file: File, out: Path = Path("accuracy"), error: float | None = None, json: Json = False
 ) -> Status:
-    """Measure error against run time of FILE's scenes, beside other integrators."""
+    """Measure error against run time of FILE's scenes, beside other integrators.
+
+    Parameters
+    ----------
+    out : DIR: Where dataset and figures go.
+    error : E [numerics.tolerance]: Relative error asked for.
+    """
     campaign = read_campaign(file)
     from wearlab.accuracy.study import dataset
-    from wearlab.gears.specification import GearError
 
     with refusing(OSError):
         out.mkdir(parents=True, exist_ok=True)
     begun = time.time()
-    with refusing(GearError):
-        studies = _studies(campaign, silent=json)
+    studies = _studies(campaign, silent=json)
     made = dataset(campaign.title, studies, begun)
     with refusing(OSError):
         files = _write(made, out)

@@ -1,12 +1,10 @@
 """Two runs or two campaigns side by side: a table, a dataset and a figure."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from wearlab.cli.output import REFUSALS, Status, Stop, read_campaign, refusing, say, show_json, show_table
-from wearlab.cli.registry import STORE, Json, StoreFolder, app
+from wearlab.cli.output import Status, Stop, read_campaign, refusing, say, show_json, show_table
+from wearlab.cli.registry import STORE, Json, StoreFolder, command
 from wearlab.store import Store
 
 if TYPE_CHECKING:
@@ -16,30 +14,35 @@ if TYPE_CHECKING:
 ENDINGS = ("png", "svg", "pdf")
 
 
-@app.command()
+@command()
 def compare(
-    a: Annotated[
-        str,
-        typer.Argument(metavar="A", help="A run (id or condition) or a campaign file.", show_default=False),
-    ],
-    b: Annotated[str, typer.Argument(metavar="B", help="Another.", show_default=False)],
+    a: str,
+    b: str,
     folder: StoreFolder = STORE,
-    on: Annotated[str, typer.Option(metavar="WHAT", help="At the same cycle or wear_depth.")] = "cycle",
-    tolerance: Annotated[float, typer.Option(metavar="T", help="Relative difference that counts.")] = 0.01,
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the comparison as netCDF.")] = None,
-    figure: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw it: PNG, SVG or PDF.")] = None,
+    on: str = "cycle",
+    tolerance: float = 0.01,
+    out: Path | None = None,
+    figure: Path | None = None,
     json: Json = False,
 ) -> Status:
-    """Compare two runs or two campaigns: what was asked and what came out differently."""
-    from wearlab.comparison import CompareError
+    """Compare two runs or two campaigns: what was asked and what came out differently.
+
+    Parameters
+    ----------
+    a : A: A run (id or condition) or a campaign file.
+    b : B: Another.
+    on : WHAT: At the same cycle or wear_depth.
+    tolerance : T: Relative difference that counts.
+    out : FILE: Write the comparison as netCDF.
+    figure : FILE: Draw it: PNG, SVG or PDF.
+    """
     from wearlab.comparison import compare as compared
 
     store = Store(folder)
     if figure is not None and _ending(figure) not in ENDINGS:
         raise Stop(f"--figure {figure}: a figure ends in .png, .svg or .pdf")
-    with refusing(*REFUSALS, CompareError):
-        left, right = (_meant(side, store) for side in (a, b))
-        comparison = compared(left, right, on=on, tolerance=tolerance, store=store)  # type: ignore[arg-type]
+    left, right = (_meant(side, store) for side in (a, b))
+    comparison = compared(left, right, on=on, tolerance=tolerance, store=store)  # type: ignore[arg-type]
     written = _write(comparison, out, figure)
     if json:
         show_json(_content(comparison, written))
@@ -65,7 +68,7 @@ def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> 
     from wearlab.store.netcdf import to_image
 
     written = []
-    with refusing(*REFUSALS, OSError):
+    with refusing(OSError):
         if data is not None:
             write_whole(data, to_image(comparison)[0])
             written.append(str(data))

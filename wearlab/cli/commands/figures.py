@@ -7,34 +7,38 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from wearlab.cli.campaigns import sound_campaign
-from wearlab.cli.output import REFUSALS, Status, Stop, complain, read_campaign, refusing, say, show_json
-from wearlab.cli.registry import STORE, File, Json, StoreFolder, app
+from wearlab.cli.output import Status, Stop, complain, read_campaign, refusing, say, show_json
+from wearlab.cli.registry import STORE, File, Json, StoreFolder, command
 from wearlab.store import Store
 
 if TYPE_CHECKING:
     from wearlab.figures.drawing import Redrawn
 
 
-@app.command()
+@command()
 def figures(
     file: Annotated[
         str | None, typer.Argument(metavar="FILE", help="A campaign file (TOML).", show_default=False)
     ] = None,
     folder: StoreFolder = STORE,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the figures go.")] = Path("figures"),
-    ending: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png, svg or pdf.")] = "png",
-    again: Annotated[
-        list[Path] | None,
-        typer.Option("--from", metavar="FIGURE", help="Draw this figure again, by what its file says."),
-    ] = None,
+    out: Path = Path("figures"),
+    format: str = "png",
+    from_: list[Path] | None = None,
     json: Json = False,
 ) -> Status:
-    """Draw the figures of FILE from the stored runs, or a figure again from what its file says."""
-    if again and file is None:
-        return redraw_figures(again, Store(folder), out, json)
-    if file is None or again:
+    """Draw the figures of FILE from the stored runs, or a figure again from what its file says.
+
+    Parameters
+    ----------
+    out : DIR: Where the figures go.
+    format : FORMAT: png, svg or pdf.
+    from_ : FIGURE: Draw this figure again, by what its file says.
+    """
+    if from_ and file is None:
+        return redraw_figures(from_, Store(folder), out, json)
+    if file is None or from_:
         raise Stop("figures: give a campaign FILE, or --from FIGURE")
-    return draw_figures(file, Store(folder), out, ending, json)
+    return draw_figures(file, Store(folder), out, format, json)
 
 
 def draw_figures(file: str, store: "Store", out: Path, ending: str, as_json: bool) -> Status:
@@ -42,11 +46,10 @@ def draw_figures(file: str, store: "Store", out: Path, ending: str, as_json: boo
     from wearlab.figures import FigureError, draw
     from wearlab.figures.drawing import check_format
 
-    with refusing(FigureError):
-        check_format(ending)
+    check_format(ending)
     campaign = sound_campaign(file)
     status = Status.WELL
-    with refusing(*REFUSALS, OSError):
+    with refusing(OSError):
         try:
             drawn = tuple(draw(campaign, store, out, ending))
         except FigureError as error:
@@ -62,9 +65,9 @@ def draw_figures(file: str, store: "Store", out: Path, ending: str, as_json: boo
 
 def redraw_figures(figures: Sequence[Path], store: "Store", out: Path, as_json: bool) -> Status:
     """Draw figures again from the store, and say which of their runs are missing or stale."""
-    from wearlab.figures import FigureError, redraw
+    from wearlab.figures import redraw
 
-    with refusing(*REFUSALS, FigureError, OSError):
+    with refusing(OSError):
         drawn = [redraw(figure, store, out) for figure in figures]
     if as_json:
         show_json([{**vars(redrawn), "path": str(redrawn.path)} for redrawn in drawn])
@@ -85,26 +88,22 @@ def _tell(drawn: "Redrawn") -> None:
             complain(f"{words}: {', '.join(runs)}")
 
 
-@app.command()
-def report(
-    file: File,
-    folder: StoreFolder = STORE,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="The page (.html, .pdf).", show_default="FILE.html"),
-    ] = None,
-    json: Json = False,
-) -> Status:
-    """Write one self-contained page about FILE and its stored runs: HTML, or PDF by the name of OUT."""
-    from wearlab.report.page import ReportError, as_file, check_suffix
+@command()
+def report(file: File, folder: StoreFolder = STORE, out: Path | None = None, json: Json = False) -> Status:
+    """Write one self-contained page about FILE and its stored runs: HTML, or PDF by the name of OUT.
+
+    Parameters
+    ----------
+    out : FILE [FILE.html]: The page (.html, .pdf).
+    """
+    from wearlab.report.page import as_file, check_suffix
     from wearlab.report.page import report as page_of
     from wearlab.store.files import write_whole
 
     path = out or Path(f"{Path(file).stem}.html")
-    with refusing(ReportError):
-        check_suffix(path)
+    check_suffix(path)
     store, campaign = Store(folder), read_campaign(file)
-    with refusing(*REFUSALS, ReportError, OSError):
+    with refusing(OSError):
         write_whole(path, as_file(page_of(campaign, store), path.suffix))
     if json:
         show_json({"file": str(path)})
@@ -113,41 +112,36 @@ def report(
     return Status.WELL
 
 
-@app.command()
+@command()
 def profile(
-    file: Annotated[
-        Path,
-        typer.Argument(metavar="FILE", help="A measured flank, as the machine wrote it.", show_default=False),
-    ],
-    columns: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=HEADER", help="Which header is meant, such as deviation=Abweichung."),
-    ] = None,
-    units: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=UNIT", help="A unit that the file does not tell, such as diameter=mm."),
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FIGURE", help="PNG, SVG or PDF.", show_default="FILE's name, .png")
-    ] = None,
+    file: Path,
+    columns: list[str] | None = None,
+    units: list[str] | None = None,
+    out: Path | None = None,
     json: Json = False,
 ) -> Status:
-    """Draw a measured flank as it was understood, and say how the file was read."""
+    """Draw a measured flank as it was understood, and say how the file was read.
+
+    Parameters
+    ----------
+    file : FILE: A measured flank, as the machine wrote it.
+    columns : NAME=HEADER: Which header is meant, such as deviation=Abweichung.
+    units : NAME=UNIT: A unit that the file does not tell, such as diameter=mm.
+    out : FIGURE [FILE's name, .png]: PNG, SVG or PDF.
+    """
     from wearlab.figures.drawing import check_format, write
-    from wearlab.figures.errors import FigureError
     from wearlab.report.plots import profile_figure
     from wearlab.table_options import profile_table
-    from wearlab.tables import TableError, read_table
+    from wearlab.tables import read_table
 
     figure = out or Path(f"{file.stem}.png")
     mapped = _pairs(columns or [], "--columns")
     given = {"file": str(file), "columns": mapped, "units": _pairs(units or [], "--units")}
-    with refusing(TableError, FigureError):
-        ending = figure.suffix.lower().removeprefix(".")
-        check_format(ending)
-        table = read_table(file)
-        x, y, abscissa, ordinate = profile_table(given, None)
-        write(figure, profile_figure(file.name, (x, abscissa), (y, ordinate), table.understood, ending))
+    ending = figure.suffix.lower().removeprefix(".")
+    check_format(ending)
+    table = read_table(file)
+    x, y, abscissa, ordinate = profile_table(given, None)
+    write(figure, profile_figure(file.name, (x, abscissa), (y, ordinate), table.understood, ending))
     headers = [str(table.meant(name, mapped)) for name in (x, y)]
     told = {
         "file": str(file),

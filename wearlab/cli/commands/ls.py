@@ -8,12 +8,10 @@ from typing import Annotated, Any, NamedTuple
 import typer
 
 from wearlab.cli.output import (
-    REFUSALS,
     Format,
     Status,
     Stop,
     complain,
-    refusing,
     say,
     seconds_text,
     show_json,
@@ -21,7 +19,7 @@ from wearlab.cli.output import (
     split_columns,
     value_text,
 )
-from wearlab.cli.registry import STORE, Condition, Json, StoreFolder, app
+from wearlab.cli.registry import STORE, Condition, Json, StoreFolder, command
 from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store import Store
 from wearlab.store.catalogue import Entry, Member
@@ -52,36 +50,36 @@ class RowsWanted(NamedTuple):
     state: str | None = None
 
 
-@app.command()
+@command()
 def ls(
     folder: StoreFolder = STORE,
-    state: Annotated[
-        str | None,
-        typer.Option(
-            metavar="STATE", help="Only runs that are done, failed, refused, running, interrupted or lost."
-        ),
-    ] = None,
+    state: str | None = None,
     where: Condition = "",
-    columns: Annotated[
-        str | None, typer.Option(metavar="A,B", help="What to show, such as speed,life.")
-    ] = None,
-    sort: Annotated[str | None, typer.Option(metavar="A", help="By a column; -A turns the order.")] = None,
+    columns: str | None = None,
+    sort: str | None = None,
     limit: Annotated[int | None, typer.Option(metavar="N", min=0, help="At most so many.")] = None,
-    updates: Annotated[bool, typer.Option("--updates", help="The updates in place of the runs.")] = False,
-    format: Annotated[Format, typer.Option(help="How to write it.")] = Format.TABLE,
+    updates: bool = False,
+    format: Format = Format.TABLE,
     json: Json = False,
 ) -> Status:
-    """List the runs of a store: all, or those that meet a condition."""
+    """List the runs of a store: all, or those that meet a condition.
+
+    Parameters
+    ----------
+    state : STATE: Only runs that are done, failed, refused, running, interrupted or lost.
+    columns : A,B: What to show, such as speed,life.
+    sort : A: By a column; -A turns the order.
+    updates : The updates in place of the runs.
+    format : How to write it.
+    """
     store = Store(folder)
     if updates:
         from wearlab.cli.commands.run import list_updates
 
         return list_updates(store, json or format is Format.JSON)
-    from wearlab.query.grammar import QueryError
 
     wanted = RowsWanted(where, split_columns(columns), sort, limit, state)
-    with refusing(*REFUSALS, QueryError):
-        return list_runs(store, wanted, Format.JSON if json else format)
+    return list_runs(store, wanted, Format.JSON if json else format)
 
 
 def list_runs(store: "Store", wanted: RowsWanted, form: Format) -> Status:
@@ -220,26 +218,26 @@ def _note(row: Mapping[str, Any]) -> str:
 ENDINGS = (".csv", ".nc")
 
 
-@app.command()
+@command()
 def features(
     folder: StoreFolder = STORE,
     where: Condition = "",
-    variables: Annotated[
-        str | None, typer.Option(metavar="A,B", help="From these variables only; see wearlab variables.")
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write FILE, .csv or .nc.", show_default="CSV to read")
-    ] = None,
-    si: Annotated[bool, typer.Option("--si", help="SI units throughout.")] = False,
+    variables: str | None = None,
+    out: Path | None = None,
+    si: bool = False,
     json: Json = False,
 ) -> Status:
-    """Write one row for each wear state of each run: harmonics, indicators, orders as columns."""
-    from wearlab.query.grammar import QueryError
+    """Write one row for each wear state of each run: harmonics, indicators, orders as columns.
 
+    Parameters
+    ----------
+    variables : A,B: From these variables only; see wearlab variables.
+    out : FILE [CSV to read]: Write FILE, .csv or .nc.
+    si : SI units throughout.
+    """
     if out is not None and out.suffix not in ENDINGS:
         raise Stop(f"{out}: features are written as {' or '.join(ENDINGS)}")
-    with refusing(*REFUSALS, QueryError):
-        table = Store(folder).features(where, variables=split_columns(variables))
+    table = Store(folder).features(where, variables=split_columns(variables))
     if json:
         units = [{"name": column.name, "unit": column.unit_of(True) or None} for column in table.columns]
         show_json({"columns": units, "rows": table.to_rows(si=True)})

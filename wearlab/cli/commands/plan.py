@@ -3,23 +3,11 @@
 from collections import Counter
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from wearlab.cli.campaigns import first_of_each_label, impossible, refuse_the_impossible, sound_campaign
-from wearlab.cli.output import (
-    REFUSALS,
-    Status,
-    Stop,
-    complain,
-    read_campaign,
-    refusing,
-    say,
-    show_json,
-    show_table,
-)
-from wearlab.cli.registry import STORE, File, Json, StoreFolder, Workers, app
+from wearlab.cli.output import Status, Stop, complain, read_campaign, refusing, say, show_json, show_table
+from wearlab.cli.registry import STORE, File, Json, StoreFolder, Workers, command
 from wearlab.store import Store
 from wearlab.store.outcome import value_text
 from wearlab.units import HOUR, MINUTE
@@ -35,16 +23,14 @@ MOST_VALUES = 20
 """Values of an axis that are listed one by one."""
 
 
-@app.command()
-def check(
-    file: File,
-    claims: Annotated[
-        bool, typer.Option("--claims", help="Hold what FILE says of its runs against those in the store.")
-    ] = False,
-    folder: StoreFolder = STORE,
-    json: Json = False,
-) -> Status:
-    """Show what FILE asks for: parts, cases, and which of them cannot be; or whether its claims hold."""
+@command()
+def check(file: File, claims: bool = False, folder: StoreFolder = STORE, json: Json = False) -> Status:
+    """Show what FILE asks for: parts, cases, and which of them cannot be; or whether its claims hold.
+
+    Parameters
+    ----------
+    claims : Hold what FILE says of its runs against those in the store.
+    """
     if claims:
         return _check_claims(sound_campaign(file), Store(folder), json)
     from wearlab.scene import parts_left_out, parts_present
@@ -88,10 +74,8 @@ def check(
         say(f"\ngears of {label}")
         show_table(*table)
     from wearlab.cli.commands.run import tell_update
-    from wearlab.updating import UpdateError
 
-    with refusing(UpdateError):
-        tell_update(campaign)
+    tell_update(campaign)
     for warning in campaign.warnings:
         complain(f"\nwarning: {warning}")
     for case in refused:
@@ -104,9 +88,8 @@ def _check_claims(campaign: "Campaign", store: "Store", json: bool) -> Status:
     """Tell of every claim what the stored runs say, and which numbers of notes they do not have."""
     from wearlab.campaign.claims import check_claims, unfilled
 
-    with refusing(*REFUSALS):
-        grid = store.open(campaign)
-        checked, lacking = list(check_claims(campaign.claims, grid)), unfilled(campaign, grid)
+    grid = store.open(campaign)
+    checked, lacking = list(check_claims(campaign.claims, grid)), unfilled(campaign, grid)
     if json:
         rows = [
             {**one.claim.model_dump(exclude_none=True), "measured": one.measured, "holds": one.holds}
@@ -148,21 +131,21 @@ SHOWN = 6
 UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 
 
-@app.command()
+@command()
 def plan(
-    file: File,
-    folder: StoreFolder = STORE,
-    workers: Workers = None,
-    retry: Annotated[bool, typer.Option("--retry", help="Count failed and refused cases too.")] = False,
-    json: Json = False,
+    file: File, folder: StoreFolder = STORE, workers: Workers = None, retry: bool = False, json: Json = False
 ) -> Status:
-    """Show what run would do with FILE: new, cached, excluded, failed before; time and disk space."""
+    """Show what run would do with FILE: new, cached, excluded, failed before; time and disk space.
+
+    Parameters
+    ----------
+    retry : Count failed and refused cases too.
+    """
     from wearlab.runner.plan import plan as planned_of
 
     store = Store(folder)
     campaign = read_campaign(file)
-    with refusing(*REFUSALS):
-        planned = planned_of(campaign, store, workers=workers, retry=retry)
+    planned = planned_of(campaign, store, workers=workers, retry=retry)
     if json:
         content = asdict(planned) | {"runs": [run._asdict() for run in planned.runs]}
         show_json(content | {name: amount and amount._asdict() for name, amount in _amounts(planned)})
@@ -177,10 +160,8 @@ def plan(
 
 def _tell_update(campaign: "Campaign", store: "Store", workers: int | None) -> None:
     from wearlab.cli.commands.run import tell_plan
-    from wearlab.updating import UpdateError
 
-    with refusing(*REFUSALS, UpdateError):
-        tell_plan(campaign, store, workers)
+    tell_plan(campaign, store, workers)
 
 
 def _amounts(planned: "Plan") -> "list[tuple[str, Amount | None]]":
@@ -236,14 +217,14 @@ def _size(count: float) -> str:
     return f"{count / scale:.3g} {unit}"
 
 
-@app.command("compile")
-def compile_command(
-    files: Annotated[
-        list[str], typer.Argument(metavar="FILE...", help="Campaign files (TOML).", show_default=False)
-    ],
-    workers: Workers = None,
-) -> Status:
-    """Compile what the runs of FILEs will call, ahead of them: for an image, or before nodes begin."""
+@command("compile")
+def compile_command(files: list[str], workers: Workers = None) -> Status:
+    """Compile what the runs of FILEs will call, ahead of them: for an image, or before nodes begin.
+
+    Parameters
+    ----------
+    files : FILE...: Campaign files (TOML).
+    """
     from wearlab.cli.output import bar
     from wearlab.runner.local import compile_ahead
 
@@ -256,25 +237,23 @@ def compile_command(
     return Status.WELL
 
 
-@app.command()
-def modes(
-    file: File,
-    case: Annotated[
-        str | None, typer.Option(metavar="LABEL", help="Which case.", show_default="the first")
-    ] = None,
-    json: Json = False,
-) -> Status:
-    """Show natural frequencies and critical speeds of FILE's gears."""
+@command()
+def modes(file: File, case: str | None = None, json: Json = False) -> Status:
+    """Show natural frequencies and critical speeds of FILE's gears.
+
+    Parameters
+    ----------
+    case : LABEL [the first]: Which case.
+    """
     campaign = read_campaign(file)
     cases = first_of_each_label(campaign)
     if case is None:
         case = campaign.cases[0].label
     if case not in cases:
         raise Stop(f"--case {case}: there are {', '.join(cases)}")
-    from wearlab.gears.specification import GearError
     from wearlab.simulation import modes_table
 
-    with refusing(GearError, ValueError):
+    with refusing(ValueError):
         rows: list[dict[str, Any]] = modes_table(cases[case].scene)
     if json:
         show_json(rows)

@@ -5,18 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from wearlab.cli.campaigns import case_name, refuse_the_impossible, refuse_wrong_figures
-from wearlab.cli.output import (
-    REFUSALS,
-    Status,
-    Stop,
-    complain,
-    read_campaign,
-    refusing,
-    say,
-    show_json,
-    show_table,
-)
-from wearlab.cli.registry import STORE, File, Json, StoreFolder, Workers, app
+from wearlab.cli.output import Status, Stop, complain, read_campaign, say, show_json, show_table
+from wearlab.cli.registry import STORE, File, Json, StoreFolder, Workers, command
 from wearlab.sources import SHORT_ID
 from wearlab.store import Store
 from wearlab.units import convert
@@ -30,48 +20,46 @@ if TYPE_CHECKING:
     from wearlab.store.updates import KeptUpdate
 
 
-@app.command()
+@command()
 def run(
     file: File,
     folder: StoreFolder = STORE,
     workers: Workers = None,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler to use, tcp://host:port.")
-    ] = None,
-    retry: Annotated[bool, typer.Option("--retry", help="Compute failed and refused cases again.")] = False,
-    recompute: Annotated[
-        str | None,
-        typer.Option(metavar="WHAT", help="Compute again: failed, stale (made by other code) or all."),
-    ] = None,
-    dashboard: Annotated[
-        bool, typer.Option("--dashboard", help="Let the workers show dask's page about themselves.")
-    ] = False,
+    scheduler: str | None = None,
+    retry: bool = False,
+    recompute: str | None = None,
+    dashboard: bool = False,
     json: Json = False,
 ) -> Status:
-    """Compute what is missing of FILE."""
+    """Compute what is missing of FILE.
+
+    Parameters
+    ----------
+    scheduler : ADDRESS: A dask scheduler to use, tcp://host:port.
+    retry : Compute failed and refused cases again.
+    recompute : WHAT: Compute again: failed, stale (made by other code) or all.
+    dashboard : Let the workers show dask's page about themselves.
+    """
     from wearlab.cli.output import at_once_when_twice
-    from wearlab.plugins import PluginError
-    from wearlab.runner import Interrupted, RunnerError, foresee
+    from wearlab.runner import Interrupted, foresee
     from wearlab.runner import run as computed
 
     at_once_when_twice()
     store, campaign = Store(folder), read_campaign(file)
-    with refusing(*REFUSALS):
-        foresee(campaign, store, scheduler)
+    foresee(campaign, store, scheduler)
     refuse_wrong_figures(campaign, file)
     refuse_the_impossible(campaign)
     try:
-        with refusing(*REFUSALS, RunnerError, PluginError):
-            report = computed(
-                campaign,
-                store,
-                workers=workers,
-                scheduler=scheduler,
-                retry=retry,
-                recompute=recompute,
-                progress=not json,
-                dashboard=dashboard,
-            )
+        report = computed(
+            campaign,
+            store,
+            workers=workers,
+            scheduler=scheduler,
+            retry=retry,
+            recompute=recompute,
+            progress=not json,
+            dashboard=dashboard,
+        )
     except Interrupted as interrupted:
         raise Stop(str(interrupted), Status.INTERRUPTED) from None
     if json:
@@ -119,8 +107,7 @@ def list_updates(store: "Store", as_json: bool) -> Status:
     """List the updates of a store, a line a case, the latest last."""
     from wearlab.store.updates import kept_updates
 
-    with refusing(*REFUSALS):
-        kept = kept_updates(store).values()
+    kept = kept_updates(store).values()
     if as_json:
         show_json([each_update._asdict() for each_update in kept])
     elif kept:
@@ -154,8 +141,7 @@ def show_update(store: "Store", update: "KeptUpdate", as_json: bool) -> Status:
     from wearlab.store.updates import read_update, update_files
     from wearlab.updating.summary import told
 
-    with refusing(*REFUSALS):
-        tree = read_update(store, update.id)
+    tree = read_update(store, update.id)
     if tree is None:
         complain(f"update {update.id}: its file has gone; wearlab update makes it anew")
         return Status.TROUBLE
@@ -237,27 +223,28 @@ def content(tree: "xr.DataTree") -> dict[str, Any]:
     return content
 
 
-@app.command()
+@command()
 def update(
     file: File,
     folder: StoreFolder = STORE,
-    replay: Annotated[
-        bool, typer.Option("--replay", help="Answer as it would have been after every inspection too.")
-    ] = False,
+    replay: bool = False,
     check: Annotated[
         int, typer.Option("--check", metavar="N", min=0, help="Put N synthetic twins through the same code.")
     ] = 0,
     workers: Workers = None,
     json: Json = False,
 ) -> Status:
-    """Infer wear coefficient and remaining life from FILE's measurements, with intervals."""
-    from wearlab.updating import UpdateError
+    """Infer wear coefficient and remaining life from FILE's measurements, with intervals.
+
+    Parameters
+    ----------
+    replay : Answer as it would have been after every inspection too.
+    """
     from wearlab.updating import update as updated
     from wearlab.updating.summary import told
 
     store, campaign = Store(folder), read_campaign(file)
-    with refusing(*REFUSALS, UpdateError):
-        tree = updated(campaign, store, replay=replay, check=check, progress=not json, workers=workers)
+    tree = updated(campaign, store, replay=replay, check=check, progress=not json, workers=workers)
     if json:
         show_json(content(tree))
     else:

@@ -2,16 +2,16 @@
 
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from wearlab.cli.output import Status, Stop, read_plugins, refusing, say, show_json, show_table
-from wearlab.cli.registry import Json, app
+from wearlab.cli.registry import Json, command
 from wearlab.figures.errors import choices
 
 
-@app.command()
+@command()
 def schema(
     file: Annotated[
         str | None,
@@ -19,12 +19,16 @@ def schema(
             metavar="[FILE]", help="A campaign file whose plug-ins are added.", show_default=False
         ),
     ] = None,
-    added: Annotated[
-        bool, typer.Option("--added", help="Only what the file's plug-ins add, by slot and name.")
-    ] = False,
-    figures: Annotated[bool, typer.Option("--figures", help="List the kinds of figures instead.")] = False,
+    added: bool = False,
+    figures: bool = False,
 ) -> Status:
-    """Print the JSON Schema of campaign files: every option with unit, default and meaning."""
+    """Print the JSON Schema of campaign files: every option with unit, default and meaning.
+
+    Parameters
+    ----------
+    added : Only what the file's plug-ins add, by slot and name.
+    figures : List the kinds of figures instead.
+    """
     if figures:
         from wearlab.figures import KINDS
 
@@ -39,10 +43,11 @@ def schema(
     return Status.WELL
 
 
+SHOWN = ("name", "dims", "units", "display_units", "meaning", "made_by")
 HEADS = ("name", "dims", "unit", "shown in", "meaning", "made by")
 
 
-@app.command()
+@command()
 def variables(
     like: Annotated[
         str, typer.Argument(metavar="[WORD]", help="Only those with this in name or meaning.")
@@ -53,46 +58,30 @@ def variables(
     from wearlab.schema import VARIABLES, origin_of
 
     word = like.lower()
-    known = {
-        name: variable
+    rows: list[dict[str, Any]] = [
+        {
+            "name": name,
+            "dims": list(variable.dims),
+            "units": variable.units,
+            "display_units": variable.display_units,
+            "long_name": variable.long_name,
+            "comment": variable.comment,
+            **dict(zip(("group", "made_by"), origin_of(name), strict=True)),
+        }
         for name, variable in VARIABLES.items()
         if word in f"{name} {variable.long_name} {variable.comment}".lower()
-    }
-    if not known:
+    ]
+    if not rows:
         near = get_close_matches(like, VARIABLES, 1)
         meant = f"; did you mean {near[0]!r}?" if near else ""
         raise Stop(f"variables: none has {like!r} in its name or meaning{meant}")
     if json:
-        show_json(
-            [
-                {
-                    "name": name,
-                    "dims": list(variable.dims),
-                    "units": variable.units,
-                    "display_units": variable.display_units,
-                    "long_name": variable.long_name,
-                    "comment": variable.comment,
-                    "group": origin_of(name)[0],
-                    "made_by": origin_of(name)[1],
-                }
-                for name, variable in known.items()
-            ]
-        )
+        show_json(rows)
         return Status.WELL
-    rows = []
-    for name, variable in known.items():
-        meaning = f"{variable.long_name} ({variable.comment})" if variable.comment else variable.long_name
-        rows.append(
-            (
-                name,
-                ", ".join(variable.dims),
-                variable.units,
-                variable.display_units,
-                meaning,
-                origin_of(name)[1],
-            )
-        )
-    show_table(HEADS, rows)
+    for row in rows:
+        row["dims"] = ", ".join(row["dims"])
+        row["meaning"] = f"{row['long_name']} ({row['comment']})" if row["comment"] else row["long_name"]
+    show_table(HEADS, [[row[key] for key in SHOWN] for row in rows])
     return Status.WELL
 
 
@@ -101,22 +90,15 @@ SCHEMA = "wearlab-campaign.schema.json"
 """As the files' first line names it; editors with Taplo ("Even Better TOML") read it there."""
 
 
-@app.command()
-def new(
-    kind: Annotated[
-        str,
-        typer.Argument(
-            metavar="KIND",
-            help="external-pair, internal-pair, planetary, fzg or wind-stage.",
-            show_default=False,
-        ),
-    ],
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="The file to write.", show_default="KIND, .toml"),
-    ] = None,
-) -> Status:
-    """Write a commented campaign file to begin with, and the JSON Schema that editors complete it by."""
+@command()
+def new(kind: str, out: Path | None = None) -> Status:
+    """Write a commented campaign file to begin with, and the JSON Schema that editors complete it by.
+
+    Parameters
+    ----------
+    kind : KIND: external-pair, internal-pair, planetary, fzg or wind-stage.
+    out : FILE [KIND, .toml]: The file to write.
+    """
     from wearlab.campaign import editors_schema
     from wearlab.store.files import write_whole
 

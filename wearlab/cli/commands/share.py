@@ -2,12 +2,9 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from wearlab.cli.output import (
-    REFUSALS,
     Status,
     Stop,
     bar,
@@ -18,7 +15,7 @@ from wearlab.cli.output import (
     show_json,
     show_table,
 )
-from wearlab.cli.registry import STORE, File, Json, Run, StoreFolder, app
+from wearlab.cli.registry import STORE, File, Json, Run, StoreFolder, command
 from wearlab.sources import SHORT_ID
 from wearlab.store import Store
 
@@ -30,27 +27,20 @@ MEGABYTE = 1e6
 EXPORTS = (".nc", ".zarr", ".xlsx", ".zip")
 
 
-@app.command()
-def export(
-    file: File,
-    out: Annotated[
-        Path,
-        typer.Argument(
-            metavar="OUT",
-            help="out.nc, out.zarr (folder), out.xlsx, out.zip (crate).",
-            show_default=False,
-        ),
-    ],
-    folder: StoreFolder = STORE,
-    json: Json = False,
-) -> Status:
-    """Write all runs of FILE as one file that needs no wearlab to be read; a crate holds its figures too."""
+@command()
+def export(file: File, out: Path, folder: StoreFolder = STORE, json: Json = False) -> Status:
+    """Write all runs of FILE as one file that needs no wearlab to be read; a crate holds its figures too.
+
+    Parameters
+    ----------
+    out : OUT: out.nc, out.zarr (folder), out.xlsx, out.zip (crate).
+    """
     from wearlab.store.export import export
 
     if out.suffix.lower() not in EXPORTS:
         raise Stop(f"{out}: an export is written as {', '.join(EXPORTS)}, not as {out.suffix or 'nothing'}")
     store, campaign = Store(folder), read_campaign(file)
-    with refusing(*REFUSALS, OSError):
+    with refusing(OSError):
         total = len({case.id for case in campaign.cases})
         with bar(total, json, "runs") as tell:
             if out.suffix.lower() == ".zip":
@@ -94,20 +84,20 @@ def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callabl
         export_crate(campaign, store, out, drawn, tell)
 
 
-@app.command()
-def merge(
-    other: Annotated[Path, typer.Argument(metavar="OTHER", help="Another store.", show_default=False)],
-    folder: StoreFolder = STORE,
-    json: Json = False,
-) -> Status:
-    """Take the runs of the store OTHER into this one, each verified."""
+@command()
+def merge(other: Path, folder: StoreFolder = STORE, json: Json = False) -> Status:
+    """Take the runs of the store OTHER into this one, each verified.
+
+    Parameters
+    ----------
+    other : OTHER: Another store.
+    """
     from wearlab.store.upkeep import merge
 
     theirs, store = Store(other), Store(folder)
-    with refusing(*REFUSALS):
-        total = len(theirs.entries())
-        with bar(total, json, "runs") as tell:
-            made = merge(store, theirs, tell)
+    total = len(theirs.entries())
+    with bar(total, json, "runs") as tell:
+        made = merge(store, theirs, tell)
     if json:
         show_json(vars(made))
     else:
@@ -124,47 +114,44 @@ def merge(
     return Status.TROUBLE if made.conflicting or made.damaged else Status.WELL
 
 
-@app.command()
-def pull(
-    other: Annotated[
-        Path, typer.Argument(metavar="OTHER", help="A folder, or https://… or s3://…", show_default=False)
-    ],
-    folder: StoreFolder = STORE,
-    json: Json = False,
-) -> Status:
-    """Bring here what the store OTHER has and this one has not, each run verified; the same as merge."""
+@command()
+def pull(other: Path, folder: StoreFolder = STORE, json: Json = False) -> Status:
+    """Bring here what the store OTHER has and this one has not, each run verified; the same as merge.
+
+    Parameters
+    ----------
+    other : OTHER: A folder, or https://… or s3://…
+    """
     return merge(other, folder, json)
 
 
-@app.command()
-def push(
-    other: Annotated[
-        Path, typer.Argument(metavar="OTHER", help="The folder to bring them to.", show_default=False)
-    ],
-    folder: StoreFolder = STORE,
-    json: Json = False,
-) -> Status:
-    """Bring to the store OTHER what this one has and that one has not, each run verified."""
+@command()
+def push(other: Path, folder: StoreFolder = STORE, json: Json = False) -> Status:
+    """Bring to the store OTHER what this one has and that one has not, each run verified.
+
+    Parameters
+    ----------
+    other : OTHER: The folder to bring them to.
+    """
     return merge(folder, other, json)
 
 
-@app.command()
+@command()
 def prune(
-    folder: StoreFolder = STORE,
-    keep: Annotated[
-        list[str] | None, typer.Option(metavar="FILE", help="A campaign whose runs stay.")
-    ] = None,
-    yes: Annotated[
-        bool, typer.Option("--yes", help="Remove them; otherwise only say what would go.")
-    ] = False,
-    json: Json = False,
+    folder: StoreFolder = STORE, keep: list[str] | None = None, yes: bool = False, json: Json = False
 ) -> Status:
-    """Show the runs that no campaign refers to, and remove them with --yes."""
+    """Show the runs that no campaign refers to, and remove them with --yes.
+
+    Parameters
+    ----------
+    keep : FILE: A campaign whose runs stay.
+    yes : Remove them; otherwise only say what would go.
+    """
     from wearlab.store.upkeep import prunable, prune
 
     store = Store(folder)
     kept = [case.id for file in keep or [] for case in read_campaign(file).cases]
-    with refusing(*REFUSALS, OSError):
+    with refusing(OSError):
         removable = prunable(store, kept)
         freed = prune(store, removable) if yes else 0
     total = sum(run.bytes for run in removable)
@@ -184,15 +171,14 @@ def prune(
     return Status.WELL
 
 
-@app.command()
+@command()
 def reindex(folder: StoreFolder = STORE, json: Json = False) -> Status:
     """Make the catalogue anew from the run files."""
     store = Store(folder)
     if not store.files.folder.is_dir():
         raise Stop(f"{store.path}: there is no store here")
-    with refusing(*REFUSALS):
-        problems = store.reindex()
-        count = len(store.entries())
+    problems = store.reindex()
+    count = len(store.entries())
     if json:
         left = [{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems]
         show_json({"runs": count, "left_out": left})
@@ -208,17 +194,12 @@ def reindex(folder: StoreFolder = STORE, json: Json = False) -> Status:
     return Status.TROUBLE if problems else Status.WELL
 
 
-@app.command()
-def cite(
-    run: Run,
-    folder: StoreFolder = STORE,
-    json: Json = False,
-) -> Status:
+@command()
+def cite(run: Run, folder: StoreFolder = STORE, json: Json = False) -> Status:
     """Print how to cite a run, and where it comes from."""
     from wearlab.store.publish import bibtex, citation, facts_of
 
-    with refusing(*REFUSALS):
-        facts = facts_of(Store(folder), run)
+    facts = facts_of(Store(folder), run)
     if json:
         show_json(facts)
     else:
@@ -230,13 +211,12 @@ def cite(
     return Status.WELL
 
 
-@app.command()
+@command()
 def verify(folder: StoreFolder = STORE, json: Json = False) -> Status:
     """Compare every run file with the hash of what was written."""
     store = Store(folder)
-    with refusing(*REFUSALS):
-        problems = store.verify()
-        done = sum(entry.state == "done" for entry in store.entries().values())
+    problems = store.verify()
+    done = sum(entry.state == "done" for entry in store.entries().values())
     if json:
         show_json([{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems])
     else:

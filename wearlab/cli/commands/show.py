@@ -3,21 +3,10 @@
 import re
 from collections.abc import Mapping
 from json import dumps, loads
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from wearlab.cli.output import (
-    REFUSALS,
-    Status,
-    refusing,
-    say,
-    seconds_text,
-    show_json,
-    show_table,
-    value_text,
-)
-from wearlab.cli.registry import STORE, Json, Run, StoreFolder, app
+from wearlab.cli.output import Status, say, seconds_text, show_json, show_table, value_text
+from wearlab.cli.registry import STORE, Json, Run, StoreFolder, command
 from wearlab.sources import is_other_code
 from wearlab.store import Store
 from wearlab.store.catalogue import Entry
@@ -32,18 +21,15 @@ FOR_MACHINES = ("count_", "run_time_")  # how it was computed, rather than what
 TOLD = ("verdict", "end_reason", "life", "service_life")  # by the head
 
 
-@app.command()
-def show(
-    run: Run,
-    folder: StoreFolder = STORE,
-    variables: Annotated[
-        bool, typer.Option("--variables", help="Describe every stored variable: dimensions, unit, meaning.")
-    ] = False,
-    json: Json = False,
-) -> Status:
-    """Show one run: results, what they are worth, its scene, what is stored."""
-    with refusing(*REFUSALS):
-        return show_run(Store(folder), run, json, variables=variables)
+@command()
+def show(run: Run, folder: StoreFolder = STORE, variables: bool = False, json: Json = False) -> Status:
+    """Show one run: results, what they are worth, its scene, what is stored.
+
+    Parameters
+    ----------
+    variables : Describe every stored variable: dimensions, unit, meaning.
+    """
+    return show_run(Store(folder), run, json, variables=variables)
 
 
 def show_run(store: "Store", prefix: str, as_json: bool, *, variables: bool = False) -> Status:
