@@ -82,10 +82,10 @@ def test_settings_that_physics_refuses_are_left_out(problem, known, wears, monke
     def refused(wearing, method, tolerance):
         if len(wearing.wear) < 100:
             raise GearError("too few nodes")
-        return lives.TimedLife(1e6, np.ones(4), np.zeros(4), 1, 1.0, False)
+        return lives.TimedLife(1e6, np.ones(4), np.zeros(4), 1, 1.0)
 
     monkeypatch.setattr(lives, "lived", refused)
-    truth = lives.TimedLife(2e6, np.ones(4), np.zeros(4), 1, 1.0, False)
+    truth = lives.TimedLife(2e6, np.ones(4), np.zeros(4), 1, 1.0)
     (curve,) = lives._knob(wears, "numerics.profile_points", (41, 61), {}, truth)
     assert [rung.setting for rung in curve.rungs] == [61.0]
 

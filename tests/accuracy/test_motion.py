@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearlab.accuracy.equation import Motion, approaches, motion_held, motion_of
+from wearlab.accuracy.equation import Motion, motion_of, motion_within
 from wearlab.accuracy.steady import Steady, steady
 from wearlab.mesh.tabulation import stage_tables
 from wearlab.scene import Scene
@@ -64,24 +64,11 @@ def test_motion_is_the_tables(case):
         np.testing.assert_allclose(motion_of(time, y, given), exact, rtol=1e-5, atol=1e-5 * abs(exact).max())
 
 
-def test_held_contact_agrees_where_it_is_right_and_differs_where_it_is_wrong(case):
-    _, given = case
-    cells = int(given.first_cell[0]), int(given.first_cell[1])
-    time = 0.4 * given.breaks[1] * given.period
-    differing = 0
-    for y in states(len(given.push)):
-        contact = approaches(time, y, given, *cells) > 0.0
-        held = motion_held(time, y, given, *cells, contact)
-        np.testing.assert_allclose(held, motion_of(time, y, given), rtol=1e-13)
-        differing += not np.allclose(motion_held(time, y, given, *cells, ~contact), held)
-    assert differing > 30  # where a flank ceases to push, its contact is of no account
-
-
 def test_each_side_of_a_jump_can_be_asked_for(problem):
     given = problem.motion()
     jump, y = given.breaks[1] * given.period, states(len(given.push))[30]
     bounds = [int(cell) for cell in given.first_cell]
-    left = motion_held(jump, y, given, bounds[0], bounds[1], np.array([True, True, False]))
-    right = motion_held(jump, y, given, bounds[1], bounds[2], np.array([True, True, False]))
+    left = motion_within(jump, y, given, bounds[0], bounds[1])
+    right = motion_within(jump, y, given, bounds[1], bounds[2])
     np.testing.assert_allclose(right, motion_of(jump * (1 + 1e-9), y, given), rtol=1e-5)
     assert np.abs(left - right).max() > 1e-2 * np.abs(right).max()

@@ -1,29 +1,36 @@
 """Solvers that a user would pick instead, each at its best: SciPy always, CyRK when it is installed.
 
 Marching peers get the compiled equation of motion, tolerances scaled to the orbit, and for free the number of
-mesh periods after which their transient is as small as their error. CyRK marches three ways: through, landing
-on the known jumps of the stiffness, and with Newton's method around a mesh period. Harmonic balance needs no
+mesh periods after which their transient is as small as their error. CyRK marches two ways: landing on the
+known jumps of the stiffness, and so with Newton's method around a mesh period. Harmonic balance needs no
 march. SUNDIALS' CVODE is not among them: from Python it calls its right-hand side through the interpreter,
 two orders of magnitude slower than what it integrates, which would say nothing of it.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from importlib.util import find_spec
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from wearlab.accuracy.cyrk import CyRKMarcher
+from wearlab.accuracy.cyrk import CyRKMarcher, compiled_march
 from wearlab.accuracy.equation import Motion, motion_of
 
 Array = NDArray[np.float64]
 
 METHODS = ("RK45", "TSIT5", "VERN7", "DOP853")
-WAYS = (("", False, False), (", landing", True, False), (", Newton", True, True))
-"""What is said of it, whether it lands on jumps, whether Newton's method closes the orbit."""
+WAYS = ((", landing", False), (", Newton", True))
+"""What is said of it, whether Newton's method closes the orbit."""
+DIFFERENCE = 0.01
+"""Difference, in sizes of the states, by which the derivative of a period is taken: affine while flanks
+touch, so that a large one is exact and drowns the noise of the integrator [1]."""
+MOST_CLOSINGS = 12
+NOISE = 5.0
+"""Relative tolerances to within which a mesh period comes back, for it repeats no better than that [1]."""
 
 
 class Bound(Protocol):
@@ -65,10 +72,10 @@ def peers() -> Iterator[Peer]:
     if find_spec("CyRK") is None:
         return
     for method in METHODS:
-        for words, landing, closes in WAYS:
+        for words, closes in WAYS:
             yield Peer(
                 f"CyRK {method}{words}",
-                lambda given, m=method, landing=landing: CyRKMarcher(given, m, landing=landing),  # type: ignore[misc]
+                lambda given, m=method: ClosingCyRK(given, m),  # type: ignore[misc]
                 halves,
                 closes,
             )
@@ -101,3 +108,65 @@ class _SciPy:
             args=(self.given,), t_eval=times, rtol=tolerance, atol=tolerance * scale,
         )  # fmt: skip
         return np.asarray(solution.y.T) if solution.success else np.full((1, len(start)), np.nan)
+
+
+class ClosingCyRK(CyRKMarcher):
+    """CyRK with Newton's method around it."""
+
+    def close(
+        self, start: Array, periods: int, tolerance: float, scale: Array, free: bool
+    ) -> tuple[Array, int]:
+        """Return the periodic state (2n,) by Newton's method with a kept derivative, and the periods marched.
+
+        Parameters
+        ----------
+        start : (2n,) first guess
+        periods : mesh periods of the orbit
+        tolerance, scale : relative tolerance, and size of the states (2n,)
+        free : whether the set is free to turn: its orbit is then found but for that
+        """
+        state, marched = compiled_close()(
+            int(self.callback.address), start, periods, self.pieces, self.widths, self.method,
+             np.array([tolerance]), tolerance * scale, scale, tolerance, free,
+        )  # fmt: skip
+        return state, int(marched)
+
+
+@cache
+def compiled_close() -> Any:
+    """Return the loop of Newton's method around marching."""
+    import numba
+
+    march = compiled_march()
+
+    @numba.njit
+    def close(
+        address: int, start: Any, periods: int, pieces: Any, widths: Any, method: str,
+        rtols: Any, atols: Any, scale: Any, tolerance: float, free: bool,
+    ) -> Any:  # fmt: skip
+        rows, marched = len(start), 0
+        state, matrix = start.copy(), np.zeros((rows, rows))
+        last = np.inf
+        for turn in range(MOST_CLOSINGS):
+            end = march(address, state, periods, pieces, widths, method, rtols, atols)
+            marched += periods
+            missing = (end - state) / scale
+            size = np.abs(missing).max()
+            if size <= NOISE * tolerance and turn > 0:
+                return end, marched
+            if turn == 0 or size > 0.3 * last:  # the kept derivative no longer serves
+                for col in range(rows):
+                    moved = state.copy()
+                    moved[col] += DIFFERENCE * scale[col]
+                    moved = march(address, moved, periods, pieces, widths, method, rtols, atols)
+                    marched += periods
+                    matrix[:, col] = -(moved - end) / (scale * DIFFERENCE)
+                    matrix[col, col] += 1.0
+            last = size
+            if free:
+                state = state + scale * np.linalg.lstsq(matrix, missing, 1e-9)[0]
+            else:
+                state = state + scale * np.linalg.solve(matrix, missing)
+        return np.full(rows, np.nan), marched
+
+    return close

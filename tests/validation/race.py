@@ -145,11 +145,9 @@ def ours(given: Course, targets: tuple[float, ...]) -> dict[float, list[Contesta
 def peers(given: Course, targets: tuple[float, ...]) -> Iterator[dict[float, list[Contestant]]]:
     """Yield what every peer that is installed reaches each error with."""
     if find_spec("CyRK") is not None:
-        from best_peers import METHODS
+        from best_peers import METHODS, ClosingCyRK
 
-        from wearlab.accuracy.cyrk import CyRKMarcher
-
-        first = CyRKMarcher(given.motion, METHODS[0], landing=True)
+        first = ClosingCyRK(given.motion, METHODS[0])
         for method in METHODS:
             bound = copy.copy(first)
             bound.method = method

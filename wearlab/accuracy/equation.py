@@ -151,10 +151,6 @@ def starting_state(system: System, mean: Array) -> Array:
     return np.concatenate([q, np.zeros(len(q))])
 
 
-BY_APPROACH = np.zeros(0, np.bool_)
-"""No contact is held: the approach of the flanks decides."""
-
-
 @jit
 def polynomial(coefficients: Any, u: float) -> float:
     """Return ``Σ c_k u^k``."""
@@ -178,22 +174,10 @@ def cell_within(edges: Any, first: int, last: int, phase: float) -> int:
 
 
 @jit
-def within(given: Any, cell: int, phase: float) -> float:
-    """Return where in a cell a phase lies, 0 to 1."""
-    return (phase - given.edges[cell]) / (given.edges[cell + 1] - given.edges[cell])
-
-
-@jit
-def motion_in_cell(given: Any, cell: int, phase: float, y: Any, contact: Any, out: Any) -> None:
-    """Write ẏ (2n,) at ``phase`` of ``cell``; contact by the sign of the approach, or as ``contact`` says.
-
-    Parameters
-    ----------
-    contact : (n_mesh · (n_pairs + 1),) whether each pair and the back flank touch; empty: their approach
-        decides
-    """
+def motion_in_cell(given: Any, cell: int, phase: float, y: Any, out: Any) -> None:
+    """Write ẏ (2n,) at ``phase`` of ``cell``; flanks that approach each other touch."""
     n, pairs, meshes = len(given.push), given.pairs, len(given.backlash)
-    u, held = within(given, cell, phase), len(contact) > 0
+    u = (phase - given.edges[cell]) / (given.edges[cell + 1] - given.edges[cell])
     elastic, tangent = np.zeros(pairs), np.zeros(pairs)
     for row in range(n):
         out[row] = y[n + row]
@@ -215,7 +199,7 @@ def motion_in_cell(given: Any, cell: int, phase: float, y: Any, contact: Any, ou
             if k > 0.0:
                 every += k
                 approach = delta - polynomial(mesh[pairs + j], u)
-                if contact[m * (pairs + 1) + j] if held else approach > 0.0:
+                if approach > 0.0:
                     total += k
                     for p in range(pairs):
                         part = 1.0 if p == j else 0.0
@@ -236,7 +220,7 @@ def motion_in_cell(given: Any, cell: int, phase: float, y: Any, contact: Any, ou
                 rubbed += normal * polynomial(mesh[first + p], u)
                 moment += normal * polynomial(mesh[first + pairs + p], u)
         back = -given.backlash[m] - delta
-        if contact[m * (pairs + 1) + pairs] if held else back > 0.0:
+        if back > 0.0:
             force -= max(0.0, every * back - (damping * rate if given.gated else 0.0))
         if not given.gated:
             force += damping * (rate - polynomial(mesh[-3], u) / given.period)
@@ -249,35 +233,14 @@ def motion_in_cell(given: Any, cell: int, phase: float, y: Any, contact: Any, ou
 
 @jit
 def motion_of(time: float, y: Any, given: Motion) -> Any:
-    """Return ẏ (2n,) at ``time`` [s]: contact by the sign of the approach, the mesh repeats every period."""
-    out, phase = np.empty(len(y)), time / given.period
-    phase -= np.floor(phase)
-    cell = cell_within(given.edges, 0, len(given.edges) - 1, phase)
-    motion_in_cell(given, cell, phase, y, BY_APPROACH, out)
-    return out
+    """Return ẏ (2n,) at ``time`` [s]; the mesh repeats every period."""
+    phase = time / given.period
+    return motion_within(time - np.floor(phase) * given.period, y, given, 0, len(given.edges) - 1)
 
 
 @jit
-def motion_held(time: float, y: Any, given: Motion, first: int, last: int, contact: Any) -> Any:
-    """Return ẏ (2n,) in one smooth segment (cells ``first … last − 1``) while ``contact`` lasts."""
+def motion_within(time: float, y: Any, given: Motion, first: int, last: int) -> Any:
+    """Return ẏ (2n,) in one smooth segment, the cells ``first … last − 1``, ends included."""
     out, phase = np.empty(len(y)), time / given.period
-    motion_in_cell(given, cell_within(given.edges, first, last, phase), phase, y, contact, out)
-    return out
-
-
-@jit
-def approaches(time: float, y: Any, given: Motion, first: int, last: int) -> Any:
-    """Return the approach of all pairs and back flanks, (n_mesh · (n_pairs + 1),) [m]; −1 out of the path."""
-    pairs, meshes, phase = given.pairs, len(given.backlash), time / given.period
-    cell = cell_within(given.edges, first, last, phase)
-    u, out = within(given, cell, phase), np.empty(meshes * (pairs + 1))
-    for m in range(meshes):
-        mesh = given.coefficients[cell, m]
-        delta = -polynomial(mesh[-2], u)
-        for row in range(len(given.push)):
-            delta += given.direction[m, row] * y[row]
-        for p in range(pairs):
-            inside = polynomial(mesh[p], u) > 0.0
-            out[m * (pairs + 1) + p] = delta - polynomial(mesh[pairs + p], u) if inside else -1.0
-        out[m * (pairs + 1) + pairs] = -given.backlash[m] - delta
+    motion_in_cell(given, cell_within(given.edges, first, last, phase), phase, y, out)
     return out

@@ -57,7 +57,6 @@ class TimedLife(NamedTuple):
     flank : (n_entries,) which flank each entry is on
     analyses : contact analyses it took
     seconds : wall time [s]
-    saw_tooth : whether steps were longer than the stability limit
     """
 
     cycle: float
@@ -65,7 +64,6 @@ class TimedLife(NamedTuple):
     flank: Index
     analyses: int
     seconds: float
-    saw_tooth: bool
 
 
 def wearing(scene: Scene) -> Wearing:
@@ -93,7 +91,6 @@ def lived(problem: Wearing, method: Method, tolerance: float) -> TimedLife:
         flank_of_nodes(problem.parts),
         life.count_rate_evaluations,
         seconds,
-        life.saw_tooth,
     )
 
 
@@ -141,7 +138,6 @@ def second_life(problem: Wearing, end: float) -> TimedLife:
         flank_of_nodes(problem.parts),
         rate.count,
         time.perf_counter() - begun,
-        saw_tooth=False,
     )
 
 

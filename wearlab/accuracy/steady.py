@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from wearlab.accuracy.equation import Motion, approaches, motion, motion_held
+from wearlab.accuracy.equation import Motion, motion, motion_within
 from wearlab.arrays import Array
 from wearlab.dynamics.balance import balance_of, true_derivative
 from wearlab.dynamics.forces.mesh_forces import mesh_forces
@@ -151,10 +152,8 @@ TIGHT = 1e-10
 LANDING_TOLERANCE = 3e-13
 CLOSED = 3e-12
 MOST_CLOSINGS = 8
-MOST_EVENTS = 200
-FIRST = 1e-6
-"""First step after a change of contact, over the period: what has changed has left zero before anything
-follows."""
+STEPS = 200
+"""Least steps of a mesh period by the second method: it is not told of changes of contact."""
 
 
 class Unsuited(ValueError):
@@ -266,7 +265,7 @@ def period_derivative(system: System, response: Response) -> Array:
 def over_periods(
     given: Motion, start: Array, periods: int, phases: Array, scale: Array
 ) -> tuple[Array, Array]:
-    """Integrate mesh periods from jump to jump and from change of contact to change of contact.
+    """Integrate mesh periods from jump to jump.
 
     Parameters
     ----------
@@ -280,55 +279,15 @@ def over_periods(
     -------
     states (periods, n_phases, 2n), state at the end (2n,)
     """
-    states = np.empty((periods, len(phases), len(start)))
-    state = start
+    states, state = np.empty((periods, len(phases), len(start))), start
     for period in range(periods):
-        for segment in range(len(given.first_cell) - 1):
-            low, high = given.breaks[segment], given.breaks[segment + 1]
+        for (low, high), cells in zip(pairwise(given.breaks), pairwise(given.first_cell), strict=True):
             inside = np.flatnonzero((phases >= low - 1e-12) & (phases < high - 1e-12))
-            along, state = _over_segment(given, segment, state, phases[inside] * given.period, scale)
-            states[period, inside] = along
+            ends = low * given.period, high * given.period
+            solution = solve_ivp(
+                motion_within, ends, state, "DOP853",
+                np.append(phases[inside] * given.period, ends[1]).clip(*ends), args=(given, *cells),
+                rtol=LANDING_TOLERANCE, atol=LANDING_TOLERANCE * scale, max_step=given.period / STEPS,
+            )  # fmt: skip
+            states[period, inside], state = solution.y.T[:-1], solution.y[:, -1]
     return states, state
-
-
-def _over_segment(
-    given: Motion, segment: int, state: Array, times: Array, scale: Array
-) -> tuple[Array, Array]:
-    cells = int(given.first_cell[segment]), int(given.first_cell[segment + 1])
-    now, end = given.breaks[segment] * given.period, given.breaks[segment + 1] * given.period
-    contact = approaches(now, state, given, *cells) > 0.0
-    states = np.empty((len(times), len(state)))
-    for _ in range(MOST_EVENTS):
-        solution = solve_ivp(
-            motion_held, (now, end), state, method="DOP853", args=(given, *cells, contact),
-            rtol=LANDING_TOLERANCE, atol=LANDING_TOLERANCE * scale, max_step=given.period / 200,
-            first_step=min(FIRST * given.period, end - now), dense_output=True,
-            events=_change(given, cells, contact),
-        )  # fmt: skip
-        reached = solution.t[-1]
-        here = (times >= now - 1e-15) & (times <= reached)
-        if here.any():
-            states[here] = solution.sol(times[here]).T
-        now, state = reached, solution.y[:, -1]
-        if solution.status != 1:
-            break
-        left = _agreement(now, state, given, cells, contact)
-        contact = contact ^ (left <= max(0.0, float(left.min())))
-    return states, state
-
-
-def _agreement(time: float, state: Array, given: Motion, cells: tuple[int, int], contact: Array) -> Array:
-    """Return how far every flank is from losing or gaining contact, negative where it has [m]."""
-    approach = approaches(time, state, given, *cells)
-    return np.where(contact, approach, -approach)
-
-
-def _change(given: Motion, cells: tuple[int, int], contact: Array) -> Callable[..., float]:
-    """Return the event at which some pair or back flank gains or loses contact."""
-
-    def event(time: float, state: Array, *unused: Any) -> float:
-        return float(_agreement(time, state, given, cells, contact).min())
-
-    event.terminal = True  # type: ignore[attr-defined]
-    event.direction = -1.0  # type: ignore[attr-defined]
-    return event

@@ -59,7 +59,7 @@ def peer_curves(problem: Steady, answer: Reference, report: Callable[[str], None
     start = starting_state(system, np.einsum("s,sm->m", tables.width, tables.stiffness.sum(axis=3)[:, 1]))
     if not peers():
         return
-    first = CyRKMarcher(problem.motion(system), METHODS[0], landing=True)
+    first = CyRKMarcher(problem.motion(system), METHODS[0])
     for name, method in zip(peers(), METHODS, strict=True):
         report(name)
         peer = copy(first)
