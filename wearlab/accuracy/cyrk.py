@@ -80,7 +80,8 @@ class CyRKMarcher:
                 local = np.clip((phases[inside] - low) * self.period, 0.0, width)
                 solution = nbsolve2_ivp(
                     int(self.callback.address), (0.0, width), state, self.method,
-                    np.append(local, width), False, piece, tolerance, tolerance, np.array([tolerance]), tolerance * scale,
+                    np.append(local, width), False, piece, tolerance, tolerance,
+                    np.array([tolerance]), tolerance * scale,
                 )  # fmt: skip
                 try:
                     if not solution.success:
