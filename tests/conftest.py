@@ -40,10 +40,14 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: place.get(item.path, len(LONG)))
 
 
+def _held(plugins):
+    return any(own for sort in plugins.Sort.all.values() for own in sort.held.values())
+
+
 @pytest.fixture(autouse=True)
 def no_plugins_left():
     """Leave the next test without the variants that campaigns or stores of this one have brought."""
     yield
     plugins = sys.modules.get("wearlab.plugins")
-    if plugins is not None and plugins.brought():
+    if plugins is not None and (plugins.brought() or plugins.UNRUN or _held(plugins)):
         plugins.forget()

@@ -1,4 +1,4 @@
-"""Plug-ins: files of a user's own whose variants stand beside wearlab's, and what is known of them unread.
+"""Plug-ins: files of a user's own whose variants, results and figures stand beside wearlab's.
 
 A plug-in is code, and a campaign file may come from a stranger: nothing here runs any unless the user said so
 (``--plugins`` on the command line; from Python, calling it is saying so). What a plug-in's options are is
@@ -15,7 +15,7 @@ from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 from pydantic import create_model
 
@@ -59,6 +59,86 @@ LOADED: dict[str, Plugin] = {}
 
 
 _BROUGHT: dict[str, list[tuple[str, type[Variant]]]] = {}
+
+
+class Sort:
+    """What a plug-in may hold besides variants: values of its module that have a name.
+
+    Parameters
+    ----------
+    word : what declarations call them
+    kind : their type
+    known : the table that they join, by name
+    """
+
+    all: ClassVar[dict[str, "Sort"]] = {}
+
+    def __init__(self, word: str, kind: type, known: dict[str, Any]) -> None:
+        self.word, self.kind, self.known = word, kind, known
+        self.held: dict[str, dict[str, Any]] = {}
+        self.owner: dict[str, str] = {}
+        self.all[word] = self
+
+    def wrong(self, value: Any) -> str:
+        """Return what is wrong with a value, "" where nothing is."""
+        raise NotImplementedError
+
+    def add(self, value: Any) -> None:
+        """Let a value join the table."""
+        self.known[value.name] = value
+
+    def remove(self, name: str) -> None:
+        """Take a value out of the table."""
+        self.known.pop(name, None)
+
+    def declared(self, value: Any) -> dict[str, Any]:
+        """Return what there is to know of a value unread, as JSON can hold it."""
+        return {"name": value.name}
+
+    def stand_in(self, record: Mapping[str, Any]) -> Any:
+        """Return what stands for a value whose code is not run; None where nothing can."""
+        return None
+
+    def take(self, module: ModuleType, plugin: Plugin) -> None:
+        """Take up the values that a plug-in's module makes.
+
+        Raises
+        ------
+        SlotError
+            When one is wrong, or another has its name.
+        """
+        own: dict[str, Any] = {}
+        for value in vars(module).values():
+            if not isinstance(value, self.kind) or self.known.get(value.name) is value:
+                continue
+            what = f"{self.kind.__name__} {value.name!r}"
+            if value.name in self.known and self.owner.get(value.name) != plugin.name:
+                raise SlotError(f"{what} is there already: give yours another name")
+            if wrong := self.wrong(value):
+                raise SlotError(f"{what}: {wrong}")
+            own[value.name] = value
+        self.hold(own, Origin(plugin.name, plugin.sha256))
+        self.again(plugin.sha256)
+
+    def hold(self, own: dict[str, Any], origin: Origin) -> None:
+        """Know what a plug-in holds, by name."""
+        self.held.setdefault(origin.sha256, {}).update(own)
+        self.owner |= dict.fromkeys(own, origin.file)
+
+    def again(self, sha256: str) -> None:
+        """Let what a plug-in holds join the table once more."""
+        for value in self.held.get(sha256, {}).values():
+            self.add(value)
+
+    def forget(self, sha256: str) -> None:
+        """Take what a plug-in holds out of the table."""
+        for name in self.held.pop(sha256, {}):
+            self.remove(name)
+            self.owner.pop(name, None)
+
+
+UNRUN: dict[str, str] = {}
+"""Names of what is not known until a plug-in is run → the plug-in's name."""
 
 
 class Trust(NamedTuple):
@@ -157,20 +237,37 @@ def bring(plugin: Plugin) -> None:
     """
     if plugin.sha256 not in LOADED:
         before = brought()
-        _run(plugin)
+        try:
+            _run(plugin)
+        except PluginError:
+            for sort in Sort.all.values():
+                sort.forget(plugin.sha256)
+                for sha256 in LOADED:
+                    sort.again(sha256)
+            raise
         _BROUGHT[plugin.sha256] = [variant for variant in brought() if variant not in before]
         LOADED[plugin.sha256] = plugin
     for name, part in _BROUGHT[plugin.sha256]:
         part.slot.add(part, name)
+    for sort in Sort.all.values():
+        sort.again(plugin.sha256)
     changed()
+
+
+def held(word: str, plugins: Iterable[Plugin]) -> dict[str, str]:
+    """Return the names of what plug-ins hold of a sort, each with the hash of its source."""
+    return {name: plugin.sha256 for plugin in plugins for name in Sort.all[word].held.get(plugin.sha256, {})}
 
 
 def forget() -> None:
     """Forget every plug-in; scenes that were made with one keep it."""
     for name, part in brought():
         del part.slot.known[name]
-    LOADED.clear()
-    _BROUGHT.clear()
+    for sort in Sort.all.values():
+        for sha256 in tuple(sort.held):
+            sort.forget(sha256)
+    for table in (LOADED, _BROUGHT, UNRUN):
+        table.clear()
     changed()
 
 
@@ -183,8 +280,12 @@ def _run(plugin: Plugin) -> None:
     try:
         with coming_from(origin):
             exec(compile(plugin.source, plugin.name, "exec"), module.__dict__)
-        if not any(part.origin == origin for _, part in brought()):
-            raise SlotError(f"defines no variant: a class of {', '.join(_bases())}")
+        for sort in Sort.all.values():
+            sort.take(module, plugin)
+        own = any(part.origin == origin for _, part in brought())
+        if not own and not any(sort.held[plugin.sha256] for sort in Sort.all.values()):
+            kinds = " or ".join(sort.kind.__name__ for sort in Sort.all.values())
+            raise SlotError(f"defines no variant, a class of {', '.join(_bases())}, and no {kinds}")
     except Exception as error:
         del sys.modules[module.__name__]
         reason = str(error) if isinstance(error, SlotError) else f"{type(error).__name__}: {error}"
@@ -209,6 +310,10 @@ def declaration(plugin: Plugin) -> dict[str, Any]:
         "sha256": plugin.sha256,
         "source": plugin.source,
         "variants": [_declared(name, part) for name, part in _BROUGHT[plugin.sha256]],
+        **{
+            word: [sort.declared(value) for value in sort.held[plugin.sha256].values()]
+            for word, sort in Sort.all.items()
+        },
     }
 
 
@@ -225,7 +330,7 @@ def _declared(name: str, part: type[Variant]) -> dict[str, Any]:
 
 
 def stand_in(text: str) -> None:
-    """Take up the variants of a plug-in as they were declared: options without physics.
+    """Take up a plug-in as it was declared: options without physics, results without their function.
 
     Raises
     ------
@@ -234,9 +339,18 @@ def stand_in(text: str) -> None:
     """
     try:
         record: Mapping[str, Any] = json.loads(text)
-        with coming_from(Origin(str(record["name"]), str(record["sha256"]), runs=False)):
+        origin = Origin(str(record["name"]), str(record["sha256"]), runs=False)
+        with coming_from(origin):
             for variant in record["variants"]:
                 _stand_in(variant)
+        for word, sort in Sort.all.items():
+            for value in record.get(word, ()):
+                made = sort.stand_in(value)
+                if made is None:
+                    UNRUN[str(value["name"])] = str(record["name"])
+                elif made.name not in sort.known:
+                    sort.hold({made.name: made}, origin)
+                    sort.add(made)
     except (KeyError, TypeError, ValueError) as error:
         raise PluginError(f"a plug-in's declaration cannot be read ({error!r})") from None
     changed()

@@ -163,3 +163,12 @@ def test_a_sweep_that_is_no_table_is_said_beside_what_else_is_wrong(write):
         load(write('extends = "base.toml"\nsweep = true\n[gears]\nmodule = "none"'))
     assert len(caught.value.problems) == 2
     assert any("sweep: True is no list of tables" in line for line in caught.value.problems)
+
+
+def test_a_message_names_the_file_that_replaced_a_table(write):
+    write("[wear]\ncoefficient = { model = \"constant\", value = \"1e-18 m^2/N\" }\n", "under.toml")
+    file = write('extends = ["base.toml", "under.toml"]\n[wear]\ncoefficient = "1e-18 m^2/N"\n')
+    with pytest.raises(CampaignError) as refused:
+        load(file)
+    (line,) = [line for line in refused.value.problems if "wear.coefficient" in line]
+    assert line.startswith(str(file)) and "write { model = 'constant', value = '1e-18 m^2/N' }" in line

@@ -33,6 +33,11 @@ CASES = [
     ("mesh.stiffness", "potental-energy", "scene.mesh.stiffness.model: 'potental-energy' is not one of"),
     ("mesh.stiffness", "potental-energy", "did you mean 'potential-energy'?"),
     (
+        "wear.coefficient",
+        "1e-18 m^2/N",
+        "; write { model = 'constant', value = '1e-18 m^2/N' }",
+    ),
+    (
         "mesh.stiffness.value",
         3,
         "scene.mesh.stiffness.value: not an option of 'finite-element', but of 'constant'",

@@ -175,13 +175,18 @@ class Inherited(NamedTuple):
     layers: tuple[Layer, ...]
 
     def file_of(self, key: str) -> Path:
-        """Return the file that wrote a dotted key, or the longest beginning of it; else the campaign file."""
-        words = key.split(".")
-        for count in range(len(words), 0, -1):
-            for layer in reversed(self.layers):
-                if _has(layer.table, words[:count]):
-                    return layer.file
-        return self.layers[-1].file
+        """Return the file that wrote a dotted key, or the longest beginning of it; else the campaign file.
+
+        A value that is no table, where the key goes on, has replaced what was there: its file wrote the key.
+        """
+        words, found, longest = key.split("."), self.layers[-1].file, 0
+        for layer in reversed(self.layers):
+            count, whole = _reached(layer.table, words)
+            if count > longest:
+                found, longest = layer.file, count
+            if whole:
+                break
+        return found
 
 
 def inherit(file: Path, children: tuple[Path, ...] = ()) -> Inherited:
@@ -279,12 +284,13 @@ def _anchored(value: Any, folder: Path, key: str = "") -> Any:
     return str(folder / value) if of_file else value
 
 
-def _has(table: Any, words: list[str]) -> bool:
-    for word in words:
+def _reached(table: Any, words: list[str]) -> tuple[int, bool]:
+    """Return how many words of a key a table has, and whether nothing below it can have more."""
+    for count, word in enumerate(words):
         if not isinstance(table, dict) or word not in table:
-            return False
+            return count, count > 0 and not isinstance(table, dict)
         table = table[word]
-    return True
+    return len(words), True
 
 
 def source_text(path: Path | None) -> str:

@@ -26,7 +26,7 @@ from wearlab.campaign.inheritance import (
 from wearlab.campaign.update import read_update, refuse_strange_unknowns
 from wearlab.campaign.update_options import SECTION as UPDATE
 from wearlab.nearest import meant
-from wearlab.plugins import Plugin, PluginError, use
+from wearlab.plugins import Plugin, PluginError, held, use
 from wearlab.query.keys import flat, scene_key
 from wearlab.scene import Scene, oversights
 from wearlab.scene.merge import Table
@@ -167,6 +167,7 @@ def _read(inherited: Inherited, file: Path | None) -> Campaign:
     metadata = tried(_metadata, table.get("metadata", {}))
     texts = [tried(_text, table, key) for key in ("title", "reference")]
     sections = {key: value for key, value in table.items() if key in (*Scene.model_fields, EXPECT)}
+    sections = _with_results(sections, plugins)
     conditions = tried(read_conditions, table.get("exclude", []))
     cases = tried(expand, sections, axes or (), differences or (), load)
     update = tried(read_update, table[UPDATE]) if UPDATE in table else None
@@ -204,6 +205,14 @@ def _plugins(named: Any) -> tuple[Plugin, ...]:
         return use(named)
     except PluginError as error:
         raise CampaignError([f"{PLUGINS}: {error}"]) from None
+
+
+def _with_results(sections: Table, plugins: tuple[Plugin, ...]) -> Table:
+    """Return sections that have the results of plug-ins stored."""
+    own, kept = held("results", plugins), sections.get("store", {})
+    if not own or not isinstance(kept, dict):
+        return sections
+    return {**sections, "store": {**kept, "results": {**kept.get("results", {}), **own}}}
 
 
 def _tried(problems: list[str], read: Callable[..., Result], *arguments: Any) -> Result | None:

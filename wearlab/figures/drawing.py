@@ -24,7 +24,7 @@ from wearlab.figures.curves import (
 )
 from wearlab.figures.doubt import note
 from wearlab.figures.errors import FigureError, choices
-from wearlab.figures.kind import Ask, Kind, read
+from wearlab.figures.kind import Ask, Kind, no_kind, read
 from wearlab.figures.kinds import KINDS
 from wearlab.figures.kinds.line import joined
 from wearlab.figures.layout import ROLES, compose, hue_of
@@ -183,7 +183,7 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     FigureError : it cannot be drawn
     """
     if ask.kind not in KINDS:
-        raise FigureError(f"{ask.name}: no such kind; {choices(ask.kind, KINDS)}")
+        raise FigureError(f"{ask.name}: {no_kind(ask.kind)}")
     kind = KINDS[ask.kind]
     ask = replace(ask, note=filled(ask.note, grid)) if ask.note else ask
     ask, one_case = _of_one_case(_with_defaults(ask, kind, grid), grid)
@@ -405,7 +405,7 @@ def _specified(given: dict[str, Any]) -> FigureSpec:
         if key not in known:
             raise FigureError(f"{WHERE}: {key!r} is no option; {choices(key, sorted(known))}")
     if given["kind"] not in KINDS:
-        raise FigureError(f"{WHERE}: no such kind; {choices(str(given['kind']), KINDS)}")
+        raise FigureError(f"{WHERE}: {no_kind(str(given['kind']))}")
     try:
         return FigureSpec.model_validate(
             {key: tuple(value) if isinstance(value, list) else value for key, value in given.items()}

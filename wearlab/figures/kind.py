@@ -2,11 +2,16 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Literal, NamedTuple
 
-from wearlab.figures.errors import FigureError
+from wearlab.figures.errors import FigureError, choices
 from wearlab.figures.plot import Series
+from wearlab.nearest import meant
+from wearlab.plugins import CONSENT, UNRUN, Plugin, Sort
+from wearlab.schema import VARIABLES
 
 
 class Points(NamedTuple):
@@ -138,3 +143,31 @@ class Kind:
     def curves(self, run: Any, ask: Ask) -> Iterable[Series]:
         """Return the curves of a run, or of a case of an update; without ``y``, of its own variable."""
         return self.series(run, ask if ask.y or not self.y else replace(ask, y=(self.y,)))
+
+
+KINDS: dict[str, Kind] = {}
+"""By name: those of `wearlab.figures.kinds`, and what plug-ins add."""
+
+
+class _Kinds(Sort):
+    """Kinds of figures that plug-ins add."""
+
+    def take(self, module: ModuleType, plugin: Plugin) -> None:
+        """Take up a plug-in's kinds, beside wearlab's own."""
+        import_module(f"{__package__}.kinds")
+        super().take(module, plugin)
+
+    def wrong(self, value: Kind) -> str:
+        """Return which variable that a kind needs nobody knows."""
+        unknown = [name for name in value.needs if name not in VARIABLES]
+        return f"needs {unknown[0]!r}, no variable{meant(unknown[0], VARIABLES)}" if unknown else ""
+
+
+PLUGIN_KINDS = _Kinds("figures", Kind, KINDS)
+
+
+def no_kind(name: str) -> str:
+    """Return what to say of a name that no kind has."""
+    if name in UNRUN:
+        return f"its kind is drawn by {UNRUN[name]}, Python code that was not run: look at it, add {CONSENT}"
+    return f"no such kind; {choices(name, KINDS)}"

@@ -13,7 +13,7 @@ from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
 from wearlab.campaign.claims import spelled_note, unknown_names
 from wearlab.campaign.inheritance import fingerprint, source_text
 from wearlab.figures.errors import FigureError, choices
-from wearlab.figures.kind import Ask, Points, read
+from wearlab.figures.kind import Ask, Points, no_kind, read
 from wearlab.figures.kinds import KINDS
 from wearlab.figures.published import points_of
 from wearlab.schema import DIMENSIONS, VARIABLES
@@ -45,7 +45,7 @@ def figure_problems(campaign: "Campaign") -> list[str]:
 def _problems(campaign: "Campaign", spec: Any, number: int, folder: Any) -> Iterator[str]:
     ask = read(spec, number, folder)
     if ask.kind not in KINDS:
-        yield f"figure {number}: kind {ask.kind!r} is unknown; {choices(ask.kind, KINDS)}"
+        yield f"{ask.name}: {no_kind(ask.kind)}"
     axes = {axis.name: axis for axis in campaign.axes}
     beside = {name for axis in campaign.axes for name in axis.coordinates}
     keys = {word for axis in campaign.axes for word in (axis.key, axis.key.rpartition(".")[2])}

@@ -65,6 +65,13 @@ class StoreSection(Part):
         source="wearlab",
     )
 
+    results: dict[str, str] = option(
+        {},
+        "results of plug-ins that are found and stored, each with the hash of its source; the plug-ins that a "
+        "file names enter theirs by themselves",
+        source="wearlab",
+    )
+
     def keeps(self, name: str) -> bool:
         """Whether a variable that was made is stored."""
         return self.variables is None or name in self.variables or ALL in self.variables

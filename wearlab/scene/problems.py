@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from wearlab.options import Part, Unit
 from wearlab.scene.sections import MEMBERS, Path, chooser_at, nearest_place, parts_at, parts_in
 from wearlab.slots import PLUGIN
-from wearlab.units import KINDS
+from wearlab.units import KINDS, is_quantity
 
 LATER_KEYS: dict[str, dict[str, str]] = {
     "": {},
@@ -216,7 +216,17 @@ def _choice(context: dict[str, Any], value: object, path: Path, kind: str) -> st
     expected = context.get("expected_tags", context.get("expected", ""))
     if isinstance(invalid, str) and invalid in (waiting := LATER_CHOICES.get(".".join(path), {})):
         return f"{invalid!r}: {later(waiting[invalid])}"
-    return not_a_choice(invalid, re.findall(r"'([^']*)'", str(expected)))
+    return not_a_choice(invalid, re.findall(r"'([^']*)'", str(expected))) + _as_a_value(invalid, path)
+
+
+def _as_a_value(given: object, path: Path) -> str:
+    """Return how a quantity is written where the name of a model with one value stands, "" of other texts."""
+    for part in parts_at(path if parts_at(path) else path[:-1]):
+        unit = _unit(part.model_fields["value"].metadata) if "value" in part.model_fields else None
+        if unit is None or not is_quantity(given):
+            continue
+        return f"; write {{ {part.chooser} = {_name(part)!r}, value = {given!r} }}"
+    return ""
 
 
 def _wanted(path: Path, parts: Parts) -> str:

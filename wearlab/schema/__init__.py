@@ -4,10 +4,15 @@ Nothing else in wearlab spells a unit or a long name; labelling, figures, tables
 Each file of this folder declares a few groups of variables; a group is what one part of a scene makes.
 """
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
-from wearlab.results import RESULTS
+from wearlab.nearest import meant
+from wearlab.plugins import Sort
+from wearlab.results import OF_PLUGINS, RESULTS
 from wearlab.schema import coordinates, dynamics, life, mesh
+from wearlab.units import UnitError, convert
+from wearlab.variable import Result
 from wearlab.variable import Variable as Variable
 
 
@@ -49,7 +54,7 @@ DIMENSIONS = (
 GROUPS = tuple(group for part in (coordinates, mesh, dynamics, life) for group in part.GROUPS)
 VARIABLES: dict[str, Variable] = {
     **{name: variable for group in GROUPS for name, variable in group.variables.items()},
-    **{result.name: result.variable for result in RESULTS},
+    **{name: result.variable for name, result in RESULTS.items()},
 }
 
 ON_REQUEST = tuple(dynamics.ON_REQUEST)
@@ -63,9 +68,11 @@ def origin_of(name: str) -> tuple[str, str]:
     ----------
     name : a key of `VARIABLES`
     """
-    made_of = next((result.needs for result in RESULTS if result.name == name), ())
-    if made_of:
-        return origin_of(made_of[0])
+    result = {**RESULTS, **OF_PLUGINS}.get(name)
+    if result is not None and result.needs:
+        return origin_of(result.needs[0])
+    if result is not None:
+        return "plug-ins", "its plug-in"
     home = {name: group for group in GROUPS for name in group.variables}[name]
     return home.name, home.needs
 
@@ -80,3 +87,49 @@ def attributes(name: str) -> dict[str, str]:
         "comment": variable.comment,
     }
     return {key: value for key, value in named.items() if value}
+
+
+class _Results(Sort):
+    """Results of plug-ins: each is a variable as if wearlab declared it."""
+
+    def wrong(self, value: Result) -> str:
+        """Return which dimension, unit or need of a result nobody knows."""
+        if value.name in VARIABLES and value.name not in self.known:
+            return "wearlab has a variable of this name: give yours another"
+        variable, dims = value.variable, [dimension.name for dimension in DIMENSIONS]
+        for said, known in ((variable.dims, dims), (value.needs, list(VARIABLES))):
+            for name in said:
+                if name not in known:
+                    return f"{name!r} is no {'dimension' if known is dims else 'variable'}{meant(name, known)}"
+        try:
+            convert(1.0, variable.units, variable.display_units)
+        except UnitError as error:
+            return f"units = {variable.units!r}, display_units = {variable.display_units!r}: {error}"
+        return "" if variable.long_name else "its long_name is empty: say what it is"
+
+    def add(self, value: Result) -> None:
+        """Let a result join, and the table of variables with it."""
+        super().add(value)
+        VARIABLES[value.name] = value.variable
+
+    def remove(self, name: str) -> None:
+        """Take a result out of both."""
+        super().remove(name)
+        VARIABLES.pop(name, None)
+
+    def declared(self, value: Result) -> dict[str, Any]:
+        """Return name, needs and the variable's declaration."""
+        return {"name": value.name, "needs": list(value.needs), "variable": value.variable._asdict()}
+
+    def stand_in(self, record: Mapping[str, Any]) -> Result:
+        """Return a result of which the declaration is known, and not how it is found."""
+        said = dict(record["variable"])
+        variable = Variable(**{**said, "dims": tuple(map(str, said["dims"]))})
+        return Result(str(record["name"]), variable, _unknown, tuple(map(str, record["needs"])))
+
+
+def _unknown(run: object) -> Any:
+    raise LookupError("the code of this result's plug-in was not run")
+
+
+PLUGIN_RESULTS = _Results("results", Result, OF_PLUGINS)

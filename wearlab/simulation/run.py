@@ -128,7 +128,7 @@ def _dataset(
     if "mode" in sizes:
         coordinates["mode"] = np.arange(1, sizes["mode"] + 1)
     values["run_time_total"] = time.perf_counter() - clock
-    dataset = with_results(joined(conditions, labelled(values, coordinates)), failures)
+    dataset = with_results(joined(conditions, labelled(values, coordinates)), failures, scene.store.results)
     dataset = with_failures(dataset, failures)
     left_out = [name for name in dataset.data_vars if not scene.store.keeps(str(name))]
     return dataset.drop_vars(left_out) if left_out else dataset

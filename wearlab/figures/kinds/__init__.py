@@ -3,6 +3,7 @@
 from importlib import import_module
 from pkgutil import iter_modules
 
+from wearlab.figures.kind import KINDS as KINDS
 from wearlab.figures.kind import Kind
 
 
@@ -12,4 +13,4 @@ def _found() -> dict[str, Kind]:
     return {kind.name: kind for kind in kinds}
 
 
-KINDS: dict[str, Kind] = _found()
+KINDS.update(_found())
