@@ -184,7 +184,7 @@ def test_a_process_without_it_says_what_is_missing(plugin, tmp_path):
     ("source", "said"),
     [
         ("1 +", "SyntaxError"),
-        ("x = 1", "defines no variant: a class of"),
+        ("x = 1", "defines no variant, a class of"),
         ("1 / 0", "ZeroDivisionError"),
         (textwrap.dedent(SOURCE).replace("{name}", "constant"), "model 'constant' is there already"),
     ],
