@@ -1,4 +1,4 @@
-"""Results and kinds of figures of a user's own: found, stored and drawn like wearlab's, by a plug-in alone."""
+"""Results and kinds of figures of a user's own: a plug-in may hold one alone."""
 
 import textwrap
 from pathlib import Path
@@ -85,7 +85,7 @@ def test_a_result_alone_is_stored_shown_and_part_of_the_identity(plugin, tmp_pat
     assert VARIABLES["mean_wear"].display_units == "um"
     grid = wl.Store(tmp_path / "store").open(stored)
     np.testing.assert_allclose(grid.mean_wear, grid.wear_depth.median("profile"), rtol=1e-12)
-    with pytest.raises(PluginError, match="'mean_wear' was not run.*--plugins"):
+    with pytest.raises(PluginError, match=r"'mean_wear' was not run.*--plugins"):
         stored.cases[0].scene.plugins_used()
 
 
@@ -130,7 +130,9 @@ def test_a_kind_of_figure_is_drawn_and_asks_for_its_code(tmp_path, capsys, monke
     monkeypatch.chdir(tmp_path)
     text = EXAMPLE.read_text().replace("../base", str(EXAMPLE.parents[1] / "base"))
     (tmp_path / "unevenness.py").write_text(EXAMPLE.with_suffix(".py").read_text())
-    Path("mine.toml").write_text(text.replace("[operation]", '[mesh]\nstiffness = "potential-energy"\n[operation]'))
+    Path("mine.toml").write_text(
+        text.replace("[operation]", '[mesh]\nstiffness = "potential-energy"\n[operation]')
+    )
     assert status_of(["run", "mine.toml", "--plugins"]) == 0
     assert status_of(["figures", "mine.toml", "--plugins"]) == 0
     (figure,) = tmp_path.rglob("*wear-unevenness.png")

@@ -166,7 +166,7 @@ def test_a_sweep_that_is_no_table_is_said_beside_what_else_is_wrong(write):
 
 
 def test_a_message_names_the_file_that_replaced_a_table(write):
-    write("[wear]\ncoefficient = { model = \"constant\", value = \"1e-18 m^2/N\" }\n", "under.toml")
+    write('[wear]\ncoefficient = { model = "constant", value = "1e-18 m^2/N" }\n', "under.toml")
     file = write('extends = ["base.toml", "under.toml"]\n[wear]\ncoefficient = "1e-18 m^2/N"\n')
     with pytest.raises(CampaignError) as refused:
         load(file)

@@ -67,8 +67,8 @@ class StoreSection(Part):
 
     results: dict[str, str] = option(
         {},
-        "results of plug-ins that are found and stored, each with the hash of its source; the plug-ins that a "
-        "file names enter theirs by themselves",
+        "results of plug-ins that are stored, each with the hash of its source; the plug-ins that a file "
+        "names enter theirs by themselves",
         source="wearlab",
     )
 

@@ -221,7 +221,9 @@ class Scene(Sections):
         sources = dict.fromkeys([*(origin.sha256 for origin in origins), *self.store.results.values()])
         for name, sha256 in self.store.results.items():
             if sha256 not in LOADED:
-                raise PluginError(f"the plug-in of {name!r} was not run, or is another one now: add {CONSENT}")
+                raise PluginError(
+                    f"the plug-in of {name!r} was not run, or is another one now: add {CONSENT}"
+                )
         return tuple(LOADED[sha256] for sha256 in sources)
 
     def __reduce_ex__(self, protocol: Any) -> Any:

@@ -7,14 +7,12 @@ import numpy as np
 import xarray as xr
 
 from wearlab.results import OF_PLUGINS, RESULTS
-from wearlab.simulation.diagnostics import diagnosed
 from wearlab.schema import attributes
+from wearlab.simulation.diagnostics import diagnosed
 from wearlab.variable import Result
 
 
-def with_results(
-    run: xr.Dataset, failures: list[str] | None = None, added: Iterable[str] = ()
-) -> xr.Dataset:
+def with_results(run: xr.Dataset, failures: list[str] | None = None, added: Iterable[str] = ()) -> xr.Dataset:
     """Return the dataset with what `wearlab.results` finds from its variables, labelled as declared.
 
     Parameters
