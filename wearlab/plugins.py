@@ -108,8 +108,9 @@ class Sort:
             When one is wrong, or another has its name.
         """
         own: dict[str, Any] = {}
-        for value in vars(module).values():
-            if not isinstance(value, self.kind) or self.known.get(value.name) is value:
+        values: list[Any] = [value for value in vars(module).values() if isinstance(value, self.kind)]
+        for value in values:
+            if self.known.get(value.name) is value:
                 continue
             what = f"{self.kind.__name__} {value.name!r}"
             if value.name in self.known and self.owner.get(value.name) != plugin.name:
